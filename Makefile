@@ -1,0 +1,28 @@
+# make demo   install what is missing and run the first scene
+# make test   install what is missing and run the tests
+# make setup  install what is missing
+.PHONY: demo test setup clean
+
+# One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
+export OMP_NUM_THREADS ?= 1
+export XDG_CACHE_HOME := $(CURDIR)/.cache
+export VTK_DEFAULT_OPENGL_WINDOW ?= vtkEGLRenderWindow
+export OMPI_MCA_btl ?= ^tcp
+export OMPI_MCA_mpi_yield_when_idle ?= 1
+export OMPI_ALLOW_RUN_AS_ROOT = 1
+export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM = 1
+unexport PETSC_DIR SLEPC_DIR PYTHONPATH PYTHONHOME
+
+demo: .venv/ready
+	.venv/bin/fem-seal run demos/scenes/first.toml --out results/first --overwrite
+
+test: .venv/ready
+	.venv/bin/python -m pytest
+
+setup: .venv/ready
+
+.venv/ready: setup.sh pyproject.toml
+	./setup.sh
+
+clean:
+	rm -rf .venv .cache results

@@ -1,0 +1,71 @@
+"""GridField: the one array type before the mesh."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+
+
+@dataclass(frozen=True, eq=False)
+class GridField:
+    """Samples of a scalar on a uniform rectangular grid; sample [i, j] sits at (i dx, j dy).
+
+    Parameters
+    ----------
+    values : (nx, ny) float
+        Finite samples; the flow runs along the first axis. Stored as a read-only float64 array.
+    spacing : (dx, dy) [m]
+        Distance of neighbouring samples along each axis, > 0.
+    periodic : bool
+        False: the samples are the vertices of an (nx-1) dx by (ny-1) dy rectangle.
+        True: sample 0 stands again at x = nx dx and y = ny dy, as FFTs have it, and the
+        rectangle is nx dx by ny dy.
+
+    Raises
+    ------
+    InvalidInput
+        If the array is not a finite two-dimensional one or the spacing is not positive.
+    """
+
+    values: np.ndarray
+    spacing: tuple[float, float]
+    periodic: bool = False
+
+    def __post_init__(self):
+        values = np.array(self.values, dtype=np.float64, order="C")
+        if values.ndim != 2 or 0 in values.shape:
+            raise InvalidInput(f"a grid needs a two-dimensional array, got shape {values.shape}")
+        bad = np.count_nonzero(~np.isfinite(values))
+        if bad:
+            raise InvalidInput(
+                f"{bad} of {values.size} grid values are not finite (NaN or infinite); "
+                "fill or cut them out first"
+            )
+        spacing = tuple(float(s) for s in np.ravel(self.spacing))
+        if len(spacing) != 2 or not all(np.isfinite(s) and s > 0 for s in spacing):
+            raise InvalidInput(f"spacing must be two positive lengths in metres, got {spacing}")
+        values.setflags(write=False)
+        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "spacing", spacing)
+        object.__setattr__(self, "periodic", bool(self.periodic))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of samples (nx, ny)."""
+        return self.values.shape
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Lengths (Lx, Ly) of the rectangle [m]."""
+        intervals = self.shape if self.periodic else (n - 1 for n in self.shape)
+        return tuple(n * d for n, d in zip(intervals, self.spacing, strict=True))
+
+    def vertices(self) -> np.ndarray:
+        """Samples with the periodic copies of the first row and column appended.
+
+        Returns
+        -------
+        (nx, ny) array, or (nx + 1, ny + 1) if periodic.
+        """
+        return np.pad(self.values, ((0, 1), (0, 1)), mode="wrap") if self.periodic else self.values
