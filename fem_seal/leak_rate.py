@@ -1,0 +1,85 @@
+"""LeakRate: what every flow solver returns, finite elements and finite differences alike."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fem_seal.errors import FemSealError
+
+
+@dataclass(frozen=True)
+class Level:
+    """One mesh of a refinement and the bounds it gave.
+
+    unknowns : primal unknowns; cells : open triangles of the mesh
+    lower, upper : bounds of the leak rate [m^3/s]
+    iterations, seconds : by stage ("primal", "dual", "mesh", ...)
+    """
+
+    unknowns: int
+    cells: int
+    lower: float
+    upper: float
+    iterations: dict[str, int] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def half_width(self) -> float:
+        """Relative half-width of the bracket, (upper - lower) / (upper + lower)."""
+        total = self.upper + self.lower
+        return (self.upper - self.lower) / total if total > 0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class FlowField:
+    """The flow on the last mesh, for pictures and files.
+
+    points : (N, 2) float [m]; points on contact lines stand once for each side
+    cells : (C, 3) int, into points; only cells that carry flow
+    gap : (N,) [m]; pressure : (N,) [Pa]
+    flux : (C, 2) [m^2/s], volume per second and width, of the primal solution
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    gap: np.ndarray
+    pressure: np.ndarray
+    flux: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class LeakRate:
+    """Volume per second through the gap [m^3/s], with bounds where the method has them.
+
+    state : "leaking" or "sealed"
+    value : best estimate; lower, upper : guaranteed bounds or None
+    unknowns : of the last solve; converged : the tolerance asked for was reached
+    reason : one sentence when converged is False, else ""
+    inflow, outflow : discrete flux through inlet and outlet [m^3/s]; equal up to the solver
+    levels : the refinement history; field : the flow on the last mesh, if it was asked for
+    """
+
+    state: str
+    method: str
+    value: float
+    lower: float | None = None
+    upper: float | None = None
+    unknowns: int = 0
+    converged: bool = True
+    reason: str = ""
+    inflow: float = 0.0
+    outflow: float = 0.0
+    levels: tuple[Level, ...] = ()
+    field: FlowField | None = None
+
+    def __post_init__(self):
+        if self.lower is not None and not self.lower <= self.upper:
+            raise FemSealError(
+                f"the bounds cross: lower {self.lower:.6e} > upper {self.upper:.6e} m^3/s; "
+                "this is a defect of the solver, please report the gap"
+            )
+
+    @classmethod
+    def sealed(cls, method: str) -> "LeakRate":
+        """No open path joins inlet and outlet: the leak rate is exactly zero, without a solve."""
+        return cls(state="sealed", method=method, value=0.0, lower=0.0, upper=0.0)
