@@ -1,0 +1,1 @@
+"""Which open points hang together, whether they join inlet and outlet, and where it is tightest."""

@@ -1,0 +1,189 @@
+"""Connected clusters of a mask, also across periodic seams and on the pixel triangulation."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.topology.lattice import DUAL_CONNECTIVITY, choose
+
+
+@dataclass(frozen=True, eq=False)
+class SeamLinks:
+    """Pairs of neighbouring clusters on the two sides of a periodic seam.
+
+    first, second : (m,) labels, > 0
+    shift : (m, 2) int, seams crossed along each axis on the way from first to second
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    shift: np.ndarray
+
+
+def label(
+    mask: np.ndarray, connectivity: str, periodic: tuple[bool, bool] = (False, False)
+) -> tuple[np.ndarray, int]:
+    """Give each connected cluster of a mask a number.
+
+    Parameters
+    ----------
+    mask : (nx, ny) bool
+    connectivity : "4", "8" or "triangulation"
+        The triangulation has the 4 neighbours and, in pixel (i, j), the diagonal
+        (i, j)-(i+1, j+1) if i + j is even, (i+1, j)-(i, j+1) if it is odd.
+    periodic : along each axis, whether the last sample neighbours the first
+
+    Returns
+    -------
+    labels : (nx, ny) int; 0 outside the mask, 1..count inside
+    count : number of clusters
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown connectivity or a mask that is not two-dimensional.
+    """
+    labels, count = label_inside(mask, connectivity)
+    seams = seam_links(labels, connectivity, periodic)
+    return _merge(labels, count, [(seams.first, seams.second)])
+
+
+def label_inside(mask: np.ndarray, connectivity: str) -> tuple[np.ndarray, int]:
+    """Label the clusters of a mask without any periodic seam (see `label`)."""
+    from scipy import ndimage
+
+    choose(DUAL_CONNECTIVITY, connectivity, "connectivity")
+    mask = np.asarray(mask, dtype=bool)
+    if mask.ndim != 2:
+        raise InvalidInput(f"a mask must be two-dimensional, got shape {mask.shape}")
+    if connectivity == "8":
+        return ndimage.label(mask, structure=np.ones((3, 3)))
+    labels, count = ndimage.label(mask)
+    return (labels, count) if connectivity == "4" else _merge(labels, count, _diagonals(labels))
+
+
+def sizes(labels: np.ndarray, count: int) -> np.ndarray:
+    """Sites in each cluster.
+
+    Returns
+    -------
+    (count + 1,) int; entry k belongs to label k, entry 0 is zero.
+    """
+    number = np.bincount(labels.ravel(), minlength=count + 1)
+    number[0] = 0
+    return number
+
+
+def largest(labels: np.ndarray, count: int) -> np.ndarray:
+    """Mask of the largest cluster (the first of equals); empty if there is none.
+
+    Parameters
+    ----------
+    labels, count : from `label`
+
+    Returns
+    -------
+    (nx, ny) bool
+    """
+    return (labels == np.argmax(sizes(labels, count))) & (labels > 0)
+
+
+def touching(labels: np.ndarray, count: int, *lines: np.ndarray) -> np.ndarray:
+    """Mask of the clusters that have a site on every one of the given lines.
+
+    Parameters
+    ----------
+    labels, count : from `label`
+    lines : label arrays, e.g. labels[0] and labels[-1]
+
+    Returns
+    -------
+    (nx, ny) bool
+    """
+    chosen = np.ones(count + 1, dtype=bool)
+    for line in lines:
+        on_line = np.zeros(count + 1, dtype=bool)
+        on_line[line] = True
+        chosen &= on_line
+    chosen[0] = False
+    return chosen[labels]
+
+
+def _diagonals(labels: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Label pairs at the two ends of every diagonal of the triangulation."""
+    for i, j in ((0, 0), (1, 1)):
+        yield _ends(labels[i:-1:2, j:-1:2], labels[i + 1 :: 2, j + 1 :: 2])
+    for i, j in ((0, 1), (1, 0)):
+        yield _ends(labels[i + 1 :: 2, j:-1:2], labels[i:-1:2, j + 1 :: 2])
+
+
+def _ends(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of different, non-empty labels at equal places of two arrays."""
+    both = (a > 0) & (b > 0) & (a != b)
+    return a[both], b[both]
+
+
+def _merge(
+    labels: np.ndarray, count: int, pairs: Iterator[tuple[np.ndarray, np.ndarray]]
+) -> tuple[np.ndarray, int]:
+    """Join labelled clusters along pairs of labels and number them anew."""
+    from scipy import sparse
+
+    first, second = (np.concatenate(ends) for ends in zip(*pairs, strict=True))
+    if first.size == 0:
+        return labels, count
+    links = sparse.coo_matrix(
+        (np.ones(first.size, dtype=bool), (first - 1, second - 1)), shape=(count, count)
+    )
+    merged_count, merged = sparse.csgraph.connected_components(links, directed=False)
+    new_label = np.concatenate([[0], merged + 1]).astype(labels.dtype)
+    return new_label[labels], int(merged_count)
+
+
+def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool]) -> SeamLinks:
+    """Neighbouring clusters across the periodic seams, with the seams crossed.
+
+    Parameters
+    ----------
+    labels : (nx, ny) int from `label_inside`
+    connectivity, periodic : as in `label`
+
+    Returns
+    -------
+    SeamLinks; the links of a cluster to itself are kept, they tell windings.
+    """
+    shape = np.array(labels.shape)
+    start, stop = _rim_edges(*labels.shape, connectivity)
+    wraps = (start == shape) | (stop == shape)
+    shift = (stop == shape).astype(int) - (start == shape)
+    keep = wraps.any(axis=1) & shift.any(axis=1) & (~wraps | np.array(periodic)).all(axis=1)
+    first = labels[tuple((start[keep] % shape).T)]
+    second = labels[tuple((stop[keep] % shape).T)]
+    full = (first > 0) & (second > 0)
+    return SeamLinks(first[full], second[full], shift[keep][full])
+
+
+def _rim_edges(nx: int, ny: int, connectivity: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return both ends (m, 2) of the edges of the last row and column of pixels; n stands for 0."""
+    i = np.concatenate([np.full(ny, nx - 1), np.arange(nx - 1)])
+    j = np.concatenate([np.arange(ny), np.full(nx - 1, ny - 1)])
+    even = (i + j) % 2 == 0
+    all_pixels = np.ones(i.size, dtype=bool)
+    no_pixels = ~all_pixels
+    rising, falling = {
+        "4": (no_pixels, no_pixels),
+        "8": (all_pixels, all_pixels),
+        "triangulation": (even, ~even),
+    }[connectivity]
+    corner = np.stack([i, j], axis=1)
+    edges = (
+        (all_pixels, (0, 0), (1, 0)),
+        (all_pixels, (0, 0), (0, 1)),
+        (rising, (0, 0), (1, 1)),
+        (falling, (1, 0), (0, 1)),
+    )
+    start = np.concatenate([corner[chosen] + a for chosen, a, _ in edges])
+    stop = np.concatenate([corner[chosen] + b for chosen, _, b in edges])
+    return start, stop

@@ -1,0 +1,121 @@
+"""The sites of a gap and who neighbours whom: what "open" and "connected" mean for each choice.
+
+In two dimensions a phase spans from inlet to outlet exactly when its complement does not span
+across, provided the two phases use a dual pair of connectivities. The pairs are 4 with 8, and
+the pixel triangulation with itself: "matching" and "self-matching" lattices in M. F. Sykes and
+J. W. Essam, J. Math. Phys. 5, 1117 (1964).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+
+Choice = TypeVar("Choice")
+
+# The connectivity of the complement that makes "exactly one of the two spans" true.
+DUAL_CONNECTIVITY = {"4": "8", "8": "4", "triangulation": "triangulation"}
+
+# Connectivity of the open points; contact has the dual one.
+OPEN_CONNECTIVITY = {"linear": "triangulation", "constant": "4"}
+
+# Whether y = 0 and y = Ly are the same line.
+SIDES = {"wall": False, "periodic": True}
+
+
+def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
+    """Look a named choice up.
+
+    Parameters
+    ----------
+    registry : the values by name
+    name : the name asked for
+    field : what is being chosen, for the message
+
+    Returns
+    -------
+    The value registered under `name`.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such name; the message lists those that exist.
+    """
+    if name not in registry:
+        raise InvalidInput(f"{field} = {name!r} is unknown; choose from {', '.join(registry)}")
+    return registry[name]
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """The sites of a gap with their neighbourhood, each physical point standing once.
+
+    gap : (mx, my) float [m]; row 0 is the inlet, row mx - 1 the outlet
+    connectivity : of the open sites, "triangulation" or "4"
+    periodic : along each axis, whether the last site neighbours the first
+    origin, spacing : [m]; site [i, j] sits at origin + (i dx, j dy)
+    seam : whether the samples repeat column 0 after the last column of `gap`
+    """
+
+    gap: np.ndarray
+    connectivity: str
+    periodic: tuple[bool, bool]
+    origin: tuple[float, float]
+    spacing: tuple[float, float]
+    seam: bool
+
+    @property
+    def open(self) -> np.ndarray:
+        """(mx, my) bool: the sites that are not in contact."""
+        return self.gap > 0
+
+    def on_samples(self, field: np.ndarray) -> np.ndarray:
+        """Give back a field of the sites on the samples they came from (seam column restored)."""
+        return np.concatenate([field, field[:, :1]], axis=1) if self.seam else field
+
+
+def lattice(gap: GridField, sides: str, representation: str) -> Lattice:
+    """Sites of a gap: the vertices of its triangulation ("linear") or its pixels ("constant").
+
+    Parameters
+    ----------
+    gap : gap in metres, >= 0, zero in contact
+    sides : "wall" or "periodic"
+    representation : "linear" or "constant"
+
+    Returns
+    -------
+    Lattice; linear: the sites are gap.vertices(), without their last column if the sides are
+    periodic (it repeats the first).
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown choice, a negative gap, or periodic sides of a linear gap that is neither
+        periodic nor has equal first and last columns.
+    """
+    periodic_sides = choose(SIDES, sides, "sides")
+    connectivity = choose(OPEN_CONNECTIVITY, representation, "representation")
+    lowest = gap.values.min()
+    if lowest < 0:
+        raise InvalidInput(f"the gap is negative ({lowest:.3e} m); contact is a gap of exactly 0")
+    if representation == "constant":
+        half = (0.5 * gap.spacing[0], 0.5 * gap.spacing[1])
+        return Lattice(
+            gap.values, connectivity, (False, periodic_sides), half, gap.spacing, seam=False
+        )
+    vertices = gap.vertices()
+    if periodic_sides:
+        if vertices.shape[1] < 2 or not np.array_equal(vertices[:, 0], vertices[:, -1]):
+            raise InvalidInput(
+                "sides = 'periodic' needs a periodic gap or equal first and last columns; "
+                "set periodic on the gap or use sides = 'wall'"
+            )
+        vertices = vertices[:, :-1]
+    return Lattice(
+        vertices, connectivity, (False, periodic_sides), (0.0, 0.0), gap.spacing, periodic_sides
+    )

@@ -1,0 +1,86 @@
+"""Clusters against a slow walk over neighbours written out one by one."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from slow_reference import edges
+
+from fem_seal.errors import InvalidInput
+from fem_seal.topology import clusters
+
+CONNECTIVITIES = ("4", "8", "triangulation")
+masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=9))
+
+
+def slow_label(mask, connectivity, periodic):
+    neighbours = {}
+    for a, b in edges(mask.shape, connectivity, periodic):
+        if mask[a] and mask[b]:
+            neighbours.setdefault(a, []).append(b)
+            neighbours.setdefault(b, []).append(a)
+    labels = np.zeros(mask.shape, dtype=int)
+    count = 0
+    for start in zip(*np.nonzero(mask), strict=True):
+        if labels[start]:
+            continue
+        count += 1
+        labels[start] = count
+        stack = [start]
+        while stack:
+            for there in neighbours.get(stack.pop(), []):
+                if not labels[there]:
+                    labels[there] = count
+                    stack.append(there)
+    return labels, count
+
+
+@given(masks, st.sampled_from(CONNECTIVITIES), st.tuples(st.booleans(), st.booleans()))
+def test_same_partition_as_a_slow_walk(mask, connectivity, periodic):
+    labels, count = clusters.label(mask, connectivity, periodic)
+    expected, expected_count = slow_label(mask, connectivity, periodic)
+    assert count == expected_count
+    assert np.array_equal(labels > 0, mask)
+    # Equal partitions: the label pairs are a one-to-one map.
+    pairs = {pair for pair in zip(labels.ravel(), expected.ravel(), strict=True) if pair[0]}
+    assert len(pairs) == count
+    assert set(labels.ravel()) - {0} == set(range(1, count + 1))
+
+
+@given(masks)
+def test_more_neighbours_never_make_more_clusters(mask):
+    counts = [clusters.label(mask, c)[1] for c in ("4", "triangulation", "8")]
+    assert counts == sorted(counts, reverse=True)
+
+
+@given(masks, st.sampled_from(CONNECTIVITIES))
+def test_transposed_mask_has_the_same_clusters(mask, connectivity):
+    assert (
+        clusters.label(mask, connectivity)[1]
+        == clusters.label(np.ascontiguousarray(mask.T), connectivity)[1]
+    )
+
+
+def test_sizes_and_largest():
+    mask = np.array([[1, 0, 1, 1], [0, 0, 1, 0], [1, 1, 0, 0]], dtype=bool)
+    labels, count = clusters.label(mask, "4")
+    assert count == 3
+    assert sorted(clusters.sizes(labels, count)[1:]) == [1, 2, 3]
+    assert np.array_equal(np.argwhere(clusters.largest(labels, count)), [[0, 2], [0, 3], [1, 2]])
+
+
+def test_largest_of_nothing_is_empty():
+    labels, count = clusters.label(np.zeros((3, 4), bool), "8")
+    assert count == 0
+    assert not clusters.largest(labels, count).any()
+
+
+def test_unknown_connectivity_lists_the_known():
+    with pytest.raises(InvalidInput, match=r"'6'.*4, 8, triangulation"):
+        clusters.label(np.ones((2, 2), bool), "6")
+
+
+def test_mask_must_be_flat():
+    with pytest.raises(InvalidInput, match="two-dimensional"):
+        clusters.label(np.ones(3, bool), "4")

@@ -1,0 +1,106 @@
+"""Critical constriction and pockets against slow references and closed forms."""
+
+import heapq
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from slow_reference import edges
+
+from fem_seal.grid import GridField
+from fem_seal.topology.constriction import critical_constriction
+from fem_seal.topology.pockets import trapped, trapped_volume
+
+levels = hnp.arrays(
+    np.float64,
+    hnp.array_shapes(min_dims=2, max_dims=2, min_side=2, max_side=9),
+    elements=st.integers(0, 6).map(float),
+)
+
+
+def slow_bottleneck(h, connectivity, periodic):
+    """Widest path by Dijkstra's algorithm with "min along the path" for a length."""
+    neighbours = {}
+    for a, b in edges(h.shape, connectivity, periodic):
+        neighbours.setdefault(a, []).append(b)
+        neighbours.setdefault(b, []).append(a)
+    heap = [(-h[0, j], (0, j)) for j in range(h.shape[1])]
+    heapq.heapify(heap)
+    done = set()
+    while heap:
+        width, here = heapq.heappop(heap)
+        if here in done:
+            continue
+        done.add(here)
+        if here[0] == h.shape[0] - 1:
+            return -width
+        for there in neighbours.get(here, []):
+            heapq.heappush(heap, (max(width, -h[there]), there))
+    raise AssertionError("every grid is connected")
+
+
+@given(levels, st.sampled_from(["wall", "periodic"]), st.sampled_from(["linear", "constant"]))
+def test_widest_path_equals_dijkstra(h, sides, representation):
+    gap = GridField(h, (1.0, 1.0), periodic=True)
+    connectivity, sites = "4", h
+    if representation == "linear":
+        sites = gap.vertices()[:, :-1] if sides == "periodic" else gap.vertices()
+        connectivity = "triangulation"
+    expected = slow_bottleneck(sites, connectivity, (False, sides == "periodic"))
+    found = critical_constriction(gap, sides, representation)
+    if expected == 0:
+        assert found is None
+        return
+    assert found.gap == expected
+    half = 0.5 if representation == "constant" else 0.0
+    i, j = (round(c - half) for c in found.position)
+    assert sites[i, j] == expected
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_place_and_width_of_a_saddle(representation):
+    """gap = g0 + x²-y² type saddle between two contacts: the constriction is the saddle point."""
+    x = np.linspace(-1, 1, 41)[:, None]
+    y = np.linspace(-1, 1, 41)[None, :]
+    h = np.maximum(0.0, 0.2 + x**2 - 2 * y**2)
+    gap = GridField(h, (0.05, 0.05))
+    found = critical_constriction(gap, "wall", representation)
+    assert found.gap == pytest.approx(0.2, abs=1e-12)
+    shift = 0.025 if representation == "constant" else 0.0
+    assert found.position == pytest.approx((1 + shift, 1 + shift))
+
+
+def test_uniform_gap_is_its_own_constriction():
+    assert critical_constriction(
+        GridField(np.full((3, 4), 2e-6), (1, 1)), "wall", "linear"
+    ).gap == (2e-6)
+
+
+def test_trapped_volume_of_one_vertex():
+    """One open vertex is a pyramid over 8 (even) or 4 (odd) right triangles: h · area / 3."""
+    for (i, j), triangles in (((2, 2), 8), ((2, 3), 4)):
+        h = np.zeros((5, 6))
+        h[i, j] = 3e-6
+        gap = GridField(h, (2.0, 0.5))
+        exact = 3e-6 * (triangles * 0.5 * 2.0 * 0.5) / 3
+        assert trapped_volume(gap, "wall", "linear") == pytest.approx(exact, rel=1e-14)
+        assert trapped_volume(gap, "wall", "constant") == pytest.approx(3e-6, rel=1e-14)
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_pocket_of_a_uniform_gap_holds_gap_times_area(sides, representation):
+    """Two contact lines at distance m: the P1 gap falls linearly to them over one pixel each."""
+    h = np.full((12, 8), 1e-6)
+    h[2] = h[9] = 0
+    gap = GridField(h, (1.0, 1.0), periodic=True)
+    exact = 8 * 6 * 1e-6  # 5 full rows of pixels and two half ones; as pixels, 6 rows
+    assert trapped_volume(gap, sides, representation) == pytest.approx(exact, rel=1e-13)
+    assert trapped(gap, sides, representation).sum() == 6 * (9 if representation == "linear" else 8)
+
+
+def test_nothing_is_trapped_in_an_open_gap():
+    gap = GridField(np.ones((4, 4)), (1.0, 1.0))
+    assert trapped_volume(gap, "wall", "linear") == 0

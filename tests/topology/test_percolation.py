@@ -1,0 +1,156 @@
+"""Spanning, winding and sealing: exactly one of open and contact crosses."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.topology.lattice import DUAL_CONNECTIVITY
+from fem_seal.topology.percolation import carrying, is_sealed, spans, winds
+
+CONNECTIVITIES = ("4", "8", "triangulation")
+masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12))
+
+
+@given(masks, st.sampled_from(CONNECTIVITIES))
+def test_exactly_one_phase_spans_with_walls(open_, connectivity):
+    """Open from inlet to outlet, or contact from wall to wall."""
+    contact = np.ascontiguousarray(~open_.T)
+    assert spans(open_, connectivity) != spans(contact, DUAL_CONNECTIVITY[connectivity])
+
+
+@given(masks, st.sampled_from(CONNECTIVITIES))
+def test_exactly_one_phase_spans_with_periodic_sides(open_, connectivity):
+    """Open from inlet to outlet, or contact all the way around the seal."""
+    around = winds(~open_, DUAL_CONNECTIVITY[connectivity], axis=1, periodic=(False, True))
+    assert spans(open_, connectivity, "periodic") != around
+
+
+@given(masks, st.sampled_from(CONNECTIVITIES))
+def test_periodic_sides_only_add_paths(open_, connectivity):
+    assert spans(open_, connectivity, "periodic") or not spans(open_, connectivity, "wall")
+
+
+@given(masks, st.sampled_from(CONNECTIVITIES), st.sampled_from((0, 1)))
+def test_winding_needs_a_spanning_row_of_samples(mask, connectivity, axis):
+    """A path around the cell visits every line across it."""
+    if winds(mask, connectivity, axis):
+        assert mask.any(axis=1 - axis).all()
+
+
+def test_helix_on_the_torus_winds_both_ways():
+    """Knight's-move path: once around x while twice around y; an even winding is a winding."""
+    n = 6
+    mask = np.zeros((n, 2 * n), bool)
+    for step in range(2 * n):
+        mask[(step // 2) % n, step] = True
+        mask[((step + 1) // 2) % n, step] = True
+    assert winds(mask, "4", axis=0)
+    assert winds(mask, "4", axis=1)
+    assert not winds(mask, "4", axis=1, periodic=(True, False))
+    assert not winds(mask, "4", axis=1, periodic=(False, True))
+
+
+def test_ring_does_not_wind():
+    mask = np.zeros((8, 8), bool)
+    mask[2:6, 2:6] = True
+    mask[3:5, 3:5] = False
+    for shift in range(8):
+        ring = np.roll(mask, (shift, 3), (0, 1))
+        assert not winds(ring, "8", axis=0)
+        assert not winds(ring, "8", axis=1)
+
+
+def test_single_rows_and_columns():
+    assert spans(np.array([[True, False]]), "4")
+    assert not spans(np.array([[False, False]]), "8")
+    assert spans(np.ones((5, 1), bool), "triangulation", "periodic")
+    column = np.ones((5, 1), bool)
+    column[3] = False
+    assert not spans(column, "8")
+
+
+def gap(rows, periodic=False):
+    return GridField(np.array(rows, dtype=float), (1e-6, 1e-6), periodic)
+
+
+def test_corner_contact_is_decided_by_the_representation():
+    """Two open points across a pixel corner, contact at the other two.
+
+    Pixels touching in a corner exchange nothing; on the triangulation the pixel's diagonal
+    decides: it joins (0, 0) to (1, 1), and (1, 0) to (0, 1) nowhere.
+    """
+    assert not is_sealed(gap([[1, 0], [0, 1]]), "wall", "linear")
+    assert is_sealed(gap([[0, 1], [1, 0]]), "wall", "linear")
+    assert is_sealed(gap([[1, 0], [0, 1]]), "wall", "constant")
+    assert is_sealed(gap([[0, 1], [1, 0]]), "wall", "constant")
+
+
+def test_contact_line_seals_and_one_hole_opens():
+    h = np.ones((7, 6))
+    h[3] = 0
+    for sides in ("wall", "periodic"):
+        for representation in ("linear", "constant"):
+            assert is_sealed(gap(h, True), sides, representation)
+            h_open = h.copy()
+            h_open[3, 5] = 1
+            assert not is_sealed(gap(h_open, True), sides, representation)
+
+
+def test_periodic_copy_of_the_inlet_row_is_the_outlet():
+    """A periodic gap repeats row 0 at x = Lx: contact in row 0 seals both ends."""
+    h = np.ones((4, 4))
+    h[0] = 0
+    assert is_sealed(gap(h, True), "wall", "linear")
+    h[0, 0] = 1
+    assert not is_sealed(gap(h, True), "wall", "linear")
+
+
+def test_channel_through_the_seam():
+    """Only a path across y = 0 = Ly is open, so that walls there seal it."""
+    h = np.zeros((5, 6))
+    h[:3, 1], h[2, :2], h[2:, 4], h[2, 4:] = 1, 1, 1, 1
+    assert not is_sealed(gap(h), "periodic", "constant")
+    assert is_sealed(gap(h), "wall", "constant")
+    assert np.array_equal(carrying(gap(h), "periodic", "constant"), h > 0)
+    closed = np.hstack([h, h[:, :1]])  # the vertices on the seam stand at both sides
+    assert not is_sealed(gap(closed), "periodic", "linear")
+    assert is_sealed(gap(closed), "wall", "linear")
+    assert np.array_equal(carrying(gap(closed), "periodic", "linear"), closed > 0)
+
+
+def test_carrying_leaves_pockets_and_one_sided_bays_out():
+    h = np.zeros((7, 9))
+    h[:, 1] = 1  # channel
+    h[3, 2] = 1  # dead end of the channel: connected to both ends, stays
+    h[:3, 5] = 1  # bay of the inlet
+    h[4, 7] = 1  # pocket
+    flow = carrying(gap(h), "wall", "constant")
+    expected = np.zeros_like(h, dtype=bool)
+    expected[:, 1] = expected[3, 2] = True
+    assert np.array_equal(flow, expected)
+
+
+def test_carrying_has_the_shape_of_the_samples():
+    h = np.ones((4, 6))
+    assert carrying(gap(h, True), "periodic", "linear").shape == (5, 7)
+    assert carrying(gap(h, True), "wall", "linear").shape == (5, 7)
+    assert carrying(gap(h, True), "periodic", "constant").shape == (4, 6)
+
+
+def test_periodic_sides_need_matching_columns():
+    rng = np.random.default_rng(0)
+    with pytest.raises(InvalidInput, match="periodic"):
+        is_sealed(gap(rng.random((4, 5))), "periodic", "linear")
+
+
+def test_bad_choices_and_negative_gaps():
+    with pytest.raises(InvalidInput, match=r"sides = 'open'.*wall, periodic"):
+        is_sealed(gap([[1.0]]), "open", "linear")
+    with pytest.raises(InvalidInput, match=r"representation = 'cubic'.*linear, constant"):
+        is_sealed(gap([[1.0]]), "wall", "cubic")
+    with pytest.raises(InvalidInput, match="negative"):
+        is_sealed(gap([[1.0, -1e-9]]), "wall", "linear")
