@@ -1,0 +1,112 @@
+"""The power spectrum of a self-affine surface with hard cut-offs."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Isotropic power spectrum C(q) of a self-affine surface.
+
+    C(q) = C0 (q / q_r)^-(2 + 2H) for q_r <= q <= q_s, C0 on the plateau q_l <= q <= q_r and zero
+    outside (Jacobs, Junge, Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001 (2017)), normalised as
+    <h^2> = integral of C over the plane of wave vectors = 2π ∫ q C dq.
+
+    Parameters
+    ----------
+    hurst : float
+        Hurst exponent H, 0 < H <= 1.
+    long_wavelength, short_wavelength : float [m]
+        Cut-offs λ_l = 2π/q_l and λ_s = 2π/q_s, λ_l > λ_s > 0.
+    rolloff_wavelength : float [m], optional
+        λ_r = 2π/q_r, between the cut-offs; the long cut-off (no plateau) if left out.
+    plateau : float [m^4]
+        C0, the density at q_r.
+
+    Raises
+    ------
+    InvalidInput
+        If the Hurst exponent or the plateau is out of range or the wavelengths are out of order.
+    """
+
+    hurst: float
+    long_wavelength: float
+    short_wavelength: float
+    rolloff_wavelength: float | None = None
+    plateau: float = 1.0
+
+    def __post_init__(self):
+        if not 0 < self.hurst <= 1:
+            raise InvalidInput(f"hurst must lie in (0, 1], got {self.hurst}")
+        if not (np.isfinite(self.plateau) and self.plateau > 0):
+            raise InvalidInput(f"plateau must be a positive density in m^4, got {self.plateau}")
+        if self.rolloff_wavelength is None:
+            object.__setattr__(self, "rolloff_wavelength", self.long_wavelength)
+        long, rolloff, short = self.long_wavelength, self.rolloff_wavelength, self.short_wavelength
+        if not (np.isfinite(long) and long >= rolloff >= short > 0 and long > short):
+            raise InvalidInput(
+                "wavelengths must be in the order long_wavelength >= rolloff_wavelength >= "
+                f"short_wavelength > 0 and must not all be equal, got {long}, {rolloff}, {short} m"
+            )
+
+    @property
+    def wavenumbers(self) -> tuple[float, float, float]:
+        """(q_l, q_r, q_s) [1/m]."""
+        wavelengths = self.long_wavelength, self.rolloff_wavelength, self.short_wavelength
+        return tuple(2 * np.pi / wavelength for wavelength in wavelengths)
+
+    def density(self, q: np.ndarray) -> np.ndarray:
+        """C(q) [m^4] at wavenumbers q [1/m], of any shape."""
+        q = np.asarray(q, dtype=float)
+        q_long, q_rolloff, q_short = self.wavenumbers
+        # A wave that is a cut-off's to rounding belongs to the band: L/8 must not hang on 2π.
+        inside = (q >= q_long * (1 - 1e-12)) & (q <= q_short * (1 + 1e-12))
+        power_law = np.maximum(q, q_rolloff) / q_rolloff
+        return self.plateau * inside * power_law ** (-2 - 2 * self.hurst)
+
+    def moment(self, order: float) -> float:
+        """2π ∫ q^(1 + order) C dq in closed form [m^(2 - order)]: <h^2> = moment(0)."""
+        q_long, q_rolloff, q_short = self.wavenumbers
+        flat = (q_rolloff ** (2 + order) - q_long ** (2 + order)) / (2 + order)
+        exponent, octaves = order - 2 * self.hurst, np.log(q_short / q_rolloff)
+        # expm1 keeps the digits where the exponent nearly vanishes (slopes at H = 1).
+        sloped = np.expm1(exponent * octaves) / exponent if exponent else octaves
+        return float(2 * np.pi * self.plateau * (flat + q_rolloff ** (2 + order) * sloped))
+
+    @property
+    def rms_height(self) -> float:
+        """Root mean square height of the ensemble [m]."""
+        return self.moment(0) ** 0.5
+
+    @property
+    def rms_slope(self) -> float:
+        """Root mean square gradient h'rms of the ensemble, h'rms^2 = 2π ∫ q^3 C dq."""
+        return self.moment(2) ** 0.5
+
+    def scaled(
+        self, *, rms_height: float | None = None, rms_slope: float | None = None
+    ) -> "Spectrum":
+        """Scale to a given rms height [m] or rms slope (exactly one of the two)."""
+        kind, wanted = one_amplitude(rms_height, rms_slope)
+        return replace(self, plateau=self.plateau * (wanted / getattr(self, kind)) ** 2)
+
+
+def one_amplitude(rms_height: float | None, rms_slope: float | None) -> tuple[str, float]:
+    """Name and value of the one amplitude that is given.
+
+    Raises
+    ------
+    InvalidInput
+        Unless exactly one of the two is given and it is positive.
+    """
+    given = {"rms_height": rms_height, "rms_slope": rms_slope}
+    given = {name: value for name, value in given.items() if value is not None}
+    if len(given) != 1:
+        raise InvalidInput(f"give either rms_height or rms_slope, got {given or 'neither'}")
+    ((name, value),) = given.items()
+    if not (np.isfinite(value) and value > 0):
+        raise InvalidInput(f"{name} must be positive, got {value}")
+    return name, float(value)

@@ -1,0 +1,141 @@
+"""Self-affine random surfaces, the same on every grid, machine and run for one seed."""
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.surface.spectrum import Spectrum, one_amplitude
+from fem_seal.surface.waves import multiplicity, wavenumbers
+
+SCALINGS = ("exact", "ensemble")
+ORDER_OF_MOMENT = {"rms_height": 0, "rms_slope": 2}
+
+
+def self_affine(
+    spectrum: Spectrum,
+    shape: tuple[int, int],
+    size: tuple[float, float],
+    *,
+    rms_height: float | None = None,
+    rms_slope: float | None = None,
+    scaling: str = "exact",
+    seed: int,
+) -> GridField:
+    """Gaussian random heights with a given spectrum: coloured noise with <|h̃(q)|^2> ∝ C(q).
+
+    Every wave vector has its own place in the stream of random numbers, so that a finer grid
+    samples the same surface: heights at shared points agree to rounding if the coarser grid
+    resolves the short cut-off (λ_s > 2 samples). Modes at the grid's Nyquist wavenumber, of which
+    a real grid holds only half, are left out.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        Only its shape is used; the amplitude comes from `rms_height` or `rms_slope`.
+        ``short_wavelength`` down to one sample is allowed (as in Dapp et al., Phys. Rev. Lett.
+        108, 244301 (2012)); below two samples the grid's square of wave vectors cuts the circle.
+    shape : (nx, ny)
+        Number of samples.
+    size : (Lx, Ly) [m]
+        Periods.
+    rms_height [m], rms_slope : float
+        Exactly one of them.
+    scaling : "exact" or "ensemble"
+        Whether this sample, or the mean square over all seeds, has that amplitude.
+    seed : int
+        Non-negative.
+
+    Returns
+    -------
+    GridField
+        Periodic, zero mean; the highest points touch first.
+
+    Raises
+    ------
+    InvalidInput
+        If the cut-offs do not fit the grid or an argument is out of range.
+    """
+    kind, wanted = one_amplitude(rms_height, rms_slope)
+    if scaling not in SCALINGS:
+        raise InvalidInput(f"unknown scaling {scaling!r}; choose from {', '.join(SCALINGS)}")
+    spacing = _spacing(spectrum, shape, size)
+    q = wavenumbers(shape, spacing)
+    density = _resolved(spectrum.density(q), shape)
+    if not density.any():
+        raise InvalidInput(
+            f"no wave of a {shape[0]} x {shape[1]} grid lies between the cut-offs "
+            f"{spectrum.long_wavelength} and {spectrum.short_wavelength} m; widen them"
+        )
+    modes = np.sqrt(density) * _gaussian_modes(shape, seed)
+    power = density if scaling == "ensemble" else modes.real**2 + modes.imag**2
+    moment = np.sum(q ** ORDER_OF_MOMENT[kind] * power * multiplicity(shape[1]))
+    from scipy import fft
+
+    values = fft.irfft2(modes, s=shape, norm="forward", overwrite_x=True)
+    return GridField(values * (wanted / moment**0.5), spacing, periodic=True)
+
+
+def _spacing(
+    spectrum: Spectrum, shape: tuple[int, int], size: tuple[float, float]
+) -> tuple[float, float]:
+    """(dx, dy) of the grid, after checking that it can hold the spectrum."""
+    if len(shape) != 2 or not all(n == int(n) and n >= 1 for n in shape):
+        raise InvalidInput(f"shape must be two positive numbers of samples, got {shape}")
+    if len(size) != 2 or not all(np.isfinite(length) and length > 0 for length in size):
+        raise InvalidInput(f"size must be two positive lengths in metres, got {size}")
+    spacing = tuple(length / n for length, n in zip(size, shape, strict=True))
+    # A few roundings are forgiven: "one sample" is usually written as size / n.
+    if spectrum.short_wavelength < max(spacing) * (1 - 1e-9):
+        raise InvalidInput(
+            f"short_wavelength {spectrum.short_wavelength} m is finer than the grid's spacing "
+            f"{max(spacing)} m; take more samples or a longer cut-off"
+        )
+    if spectrum.long_wavelength > max(size) * (1 + 1e-9):
+        raise InvalidInput(
+            f"long_wavelength {spectrum.long_wavelength} m exceeds the period {max(size)} m"
+        )
+    return spacing
+
+
+def _resolved(density: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Clear the mean and the Nyquist modes, in place."""
+    nx, ny = shape
+    density[0, 0] = 0.0
+    if nx % 2 == 0:
+        density[nx // 2] = 0.0
+    if ny % 2 == 0:
+        density[:, ny // 2] = 0.0
+    return density
+
+
+def _gaussian_modes(shape: tuple[int, int], seed: int) -> np.ndarray:
+    """Complex normal modes of unit mean square, (nx, ny // 2 + 1), of a real field."""
+    if not isinstance(seed, int | np.integer) or seed < 0:
+        raise InvalidInput(f"seed must be a non-negative integer, got {seed!r}")
+    nx, ny = shape
+    kx = np.rint(np.fft.fftfreq(nx) * nx).astype(np.int64)
+    ky = np.arange(ny // 2 + 1)
+    shells = max(nx, ny) // 2
+    # A bit generator's raw stream is part of numpy's promise of reproducibility; distributions
+    # are not.
+    raw = np.random.Philox(seed).random_raw(2 * shells * (shells + 1) + 1)
+    modes = np.empty((nx, len(ky)), dtype=complex)
+    for row, k in enumerate(kx):
+        draw = raw[_place_in_stream(k, ky)]
+        radius = np.sqrt(-np.log(((draw >> np.uint64(32)) + 0.5) / 2**32))
+        phase = (draw & np.uint64(2**32 - 1)) * (2 * np.pi / 2**32)
+        modes[row] = radius * np.exp(1j * phase)
+        if k < 0:
+            modes[row, 0] = modes[row, 0].conj()
+    return modes
+
+
+def _place_in_stream(kx: int, ky: np.ndarray) -> np.ndarray:
+    """Count the wave vectors (kx, ky >= 0) in squares around the origin, outwards.
+
+    Shell m = max(|kx|, ky) holds 4m vectors of the half plane and starts at 2m (m - 1): first the
+    side ky = m, then kx = m, then kx = -m. On the axis ky = 0 the pair ±kx shares one place.
+    """
+    m = np.maximum(abs(kx), ky)
+    beside = np.where((kx > 0) | (ky == 0), 2 * m + 1 + ky, 3 * m + ky)
+    return np.maximum(2 * m * (m - 1) + np.where(ky == m, kx + m, beside), 0)

@@ -1,0 +1,69 @@
+"""The closed-form moments of the spectrum, and what it refuses."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from fem_seal.errors import InvalidInput
+from fem_seal.surface import Spectrum
+
+BANDS = [(1.0, 0.01, None), (1.0, 0.01, 0.2), (3e-4, 2e-6, 5e-5)]
+
+
+@pytest.mark.parametrize("hurst", [0.1, 0.4, 0.8, 1.0])
+@pytest.mark.parametrize("band", BANDS)
+@pytest.mark.parametrize("order", [0, 2, 4])
+def test_moments_against_quadrature(hurst, band, order):
+    long, short, rolloff = band
+    spectrum = Spectrum(hurst, long, short, rolloff, plateau=3.0)
+    q_long, q_rolloff, q_short = spectrum.wavenumbers
+
+    def integrand(log_q):
+        q = np.exp(log_q)
+        return 2 * np.pi * q ** (2 + order) * float(spectrum.density(q))
+
+    limits = np.log([q_long, q_rolloff, q_short])
+    parts = [quad(integrand, a, b, epsrel=1e-11)[0] for a, b in pairwise(limits)]
+    # The density's band is 1e-12 wider than the cut-offs: far below quad's 1e-11.
+    assert spectrum.moment(order) == pytest.approx(sum(parts), rel=1e-9)
+
+
+def test_power_law_plateau_and_cut_offs():
+    spectrum = Spectrum(0.8, 1.0, 0.01, 0.1, plateau=5.0)
+    q_long, q_rolloff, q_short = spectrum.wavenumbers
+    q = np.array([0.99 * q_long, q_long, q_rolloff, 3 * q_rolloff, q_short, 1.01 * q_short])
+    expected = np.array([0, 5, 5, 5 * 3**-3.6, 5 * (q_short / q_rolloff) ** -3.6, 0])
+    assert spectrum.density(q) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("amplitude", ["rms_height", "rms_slope"])
+def test_scaled(amplitude):
+    scaled = Spectrum(0.4, 1.0, 0.01, 0.3).scaled(**{amplitude: 0.37})
+    assert getattr(scaled, amplitude) == pytest.approx(0.37, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ((0.0, 1.0, 0.1), "hurst"),
+        ((1.2, 1.0, 0.1), "hurst"),
+        ((float("nan"), 1.0, 0.1), "hurst"),
+        ((0.8, 0.1, 1.0), "short_wavelength"),
+        ((0.8, 1.0, 1.0), "short_wavelength"),
+        ((0.8, 1.0, -0.1), "short_wavelength"),
+        ((0.8, float("inf"), 0.1), "long_wavelength"),
+        ((0.8, 1.0, 0.1, 2.0), "rolloff_wavelength"),
+        ((0.8, 1.0, 0.1, None, -1.0), "plateau"),
+    ],
+)
+def test_refused(arguments, named):
+    with pytest.raises(InvalidInput, match=named):
+        Spectrum(*arguments)
+
+
+@pytest.mark.parametrize("amplitudes", [{}, {"rms_height": 1.0, "rms_slope": 1.0}])
+def test_one_amplitude_only(amplitudes):
+    with pytest.raises(InvalidInput, match="either rms_height or rms_slope"):
+        Spectrum(0.8, 1.0, 0.1).scaled(**amplitudes)

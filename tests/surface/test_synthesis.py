@@ -1,0 +1,151 @@
+"""Random surfaces: amplitude, spectrum, Gaussian heights, seeds, one surface on all grids."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fem_seal.errors import InvalidInput
+from fem_seal.surface import (
+    Spectrum,
+    fitted_hurst,
+    radial_spectrum,
+    rms_height,
+    rms_slope,
+    self_affine,
+)
+from fem_seal.surface.synthesis import _place_in_stream
+
+BAND = Spectrum(0.8, 1 / 4, 1 / 20)
+SHAPES = [(64, 64), (63, 65), (61, 61), (48, 96), (50, 75)]
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_exact_scaling(shape):
+    # A sum of up to 5000 squares: a few hundred roundings of 1e-16.
+    by_height = self_affine(BAND, shape, (1, 1), rms_height=2e-6, seed=1)
+    assert rms_height(by_height) == pytest.approx(2e-6, rel=1e-13)
+    by_slope = self_affine(BAND, shape, (1, 1), rms_slope=0.3, seed=1)
+    assert rms_slope(by_slope) == pytest.approx(0.3, rel=1e-13)
+    assert abs(by_slope.values.mean()) < 1e-15 * abs(by_slope.values).max() * by_slope.values.size
+
+
+def test_ensemble_scaling():
+    """The mean square over seeds is the wanted one; a sample's own amplitude scatters."""
+    squares = np.array(
+        [
+            rms_slope(self_affine(BAND, (48, 48), (1, 1), rms_slope=1, scaling="ensemble", seed=k))
+            ** 2
+            for k in range(200)
+        ]
+    )
+    standard_error = squares.std() / np.sqrt(len(squares))
+    assert squares.std() > 1e-2
+    assert abs(squares.mean() - 1) < 4 * standard_error
+
+
+def test_ensemble_mean_follows_the_continuum_spectrum():
+    """With many modes in the band the sum over modes is the integral 2π ∫ q C dq."""
+    spectrum = Spectrum(0.8, 1 / 16, 1 / 60)
+    surface = self_affine(spectrum, (256, 256), (1, 1), rms_slope=1, scaling="exact", seed=2)
+    # The band holds 1e4 modes; their heights' sum scatters by sqrt(sum C^2) / sum C, about 3 %.
+    assert rms_height(surface) == pytest.approx(spectrum.scaled(rms_slope=1).rms_height, rel=0.1)
+
+
+@pytest.mark.parametrize("hurst", [0.3, 0.8, 1.0])
+def test_spectrum_has_its_exponent_and_hard_cut_offs(hurst):
+    spectrum = Spectrum(hurst, 1 / 8, 1 / 100, rolloff_wavelength=1 / 16)
+    surface = self_affine(spectrum, (256, 256), (1, 1), rms_height=1, seed=5)
+    # Least squares over 80 rings of 100..600 exponentially distributed powers: the standard error
+    # of the slope is about 1 / (sqrt(modes) * spread of log q) = 1 / (170 * 0.4), 0.008 in H.
+    assert fitted_hurst(surface, 1 / 16, 1 / 100) == pytest.approx(hurst, abs=0.03)
+    assert fitted_hurst(surface, 1 / 8, 1 / 16) == pytest.approx(-1, abs=0.5)
+    rings = radial_spectrum(surface)
+    outside = (rings.wavenumber < 2 * np.pi * 7.4) | (rings.wavenumber > 2 * np.pi * 100.6)
+    assert rings.density[outside].max() < 1e-25 * rings.density.max()
+
+
+def test_heights_are_gaussian():
+    surface = self_affine(Spectrum(0.8, 1 / 32, 1 / 60), (256, 256), (1, 1), rms_height=1, seed=1)
+    # About (2 * 32)^2 independent patches: skewness scatters by sqrt(6/n), kurtosis by sqrt(24/n).
+    patches = 64**2
+    assert abs(np.mean(surface.values**3)) < 4 * np.sqrt(6 / patches)
+    assert abs(np.mean(surface.values**4) - 3) < 4 * np.sqrt(24 / patches)
+
+
+def test_isotropy():
+    """Swapping the axes of size and shape leaves the spectrum's law: both slopes are equal."""
+    surface = self_affine(Spectrum(0.8, 1 / 16, 1 / 60), (256, 256), (1, 1), rms_slope=1, seed=3)
+    slopes = [np.std(np.gradient(surface.values, axis=axis)) for axis in (0, 1)]
+    assert slopes[0] == pytest.approx(slopes[1], rel=0.05)
+
+
+def test_one_surface_on_every_grid():
+    """A coarser grid that resolves the short cut-off holds the same heights at shared points."""
+    grids = [self_affine(BAND, (n, n), (1, 1), rms_slope=1, seed=7).values for n in (44, 88, 176)]
+    for coarse, fine in pairwise(grids):
+        assert np.abs(fine[::2, ::2] - coarse).max() < 1e-13 * np.abs(fine).max()
+
+
+def test_seeds():
+    first, again, other = (
+        self_affine(BAND, (48, 48), (1, 1), rms_slope=1, seed=seed).values for seed in (1, 1, 2)
+    )
+    assert np.array_equal(first, again)
+    # Independent Gaussian fields: the correlation scatters by 1 / sqrt(modes / 2), 1250 modes here.
+    assert abs(np.corrcoef(first.ravel(), other.ravel())[0, 1]) < 0.25
+
+
+def test_stream_is_the_published_philox():
+    """Pins the generator: 2 words of numpy's Philox (counter-based, Salmon et al. 2011), seed 0."""
+    from fem_seal.surface.synthesis import _gaussian_modes
+
+    word = int(np.random.Philox(0).random_raw(1)[0])
+    modes = _gaussian_modes((8, 8), 0)
+    # The first place of shell 1 is the wave vector (-1, 1).
+    radius = np.sqrt(-np.log(((word >> 32) + 0.5) / 2**32))
+    assert modes[-1, 1] == radius * np.exp(2j * np.pi * (word % 2**32) / 2**32)
+
+
+@given(st.integers(1, 12))
+@settings(max_examples=12, deadline=None)
+def test_every_wave_vector_has_its_own_place(shells):
+    places = [
+        int(_place_in_stream(kx, np.array([ky]))[0])
+        for kx in range(-shells, shells + 1)
+        for ky in range(shells + 1)
+        if ky > 0 or kx > 0
+    ]
+    assert sorted(places) == list(range(2 * shells * (shells + 1)))
+
+
+def test_line_of_samples():
+    ridge = self_affine(Spectrum(0.8, 1, 0.1), (64, 1), (1, 1 / 64), rms_height=1, seed=0)
+    assert ridge.values.std() == pytest.approx(1, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"shape": (8, 8)}, "finer than the grid"),
+        ({"size": (0.01, 0.01)}, "exceeds the period"),
+        ({"shape": (64, 0)}, "shape"),
+        ({"size": (1, -1)}, "size"),
+        ({"seed": -1}, "seed"),
+        ({"seed": 1.5}, "seed"),
+        ({"scaling": "mean"}, "exact, ensemble"),
+        ({"rms_slope": None}, "either rms_height or rms_slope"),
+        ({"rms_slope": float("nan")}, "rms_slope must be positive"),
+    ],
+)
+def test_refused(change, message):
+    arguments = {"shape": (64, 64), "size": (1, 1), "rms_slope": 1.0, "seed": 0} | change
+    with pytest.raises(InvalidInput, match=message):
+        self_affine(BAND, **arguments)
+
+
+def test_no_wave_in_the_band():
+    with pytest.raises(InvalidInput, match="no wave"):
+        self_affine(Spectrum(0.8, 1 / 1.6, 1 / 1.9), (64, 64), (1, 1), rms_slope=1, seed=0)
