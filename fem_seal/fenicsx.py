@@ -1,0 +1,96 @@
+"""What differs between DOLFINx 0.5 and 0.11: nowhere else does fem_seal ask for a version.
+
+Import this module before anything else that imports dolfinx. DOLFINx 0.5 to 0.7 switch the
+dynamic linker to global symbols when imported and leave it there, which makes the VTK wheel that
+PyVista needs crash later; muting the switch during the import is harmless.
+"""
+
+import sys
+
+_set_flags = sys.setdlopenflags
+sys.setdlopenflags = lambda flags: None
+import dolfinx  # noqa: E402
+
+sys.setdlopenflags = _set_flags
+
+import dolfinx.fem.petsc  # noqa: E402
+import numpy as np  # noqa: E402
+import ufl  # noqa: E402
+from dolfinx import fem, mesh  # noqa: E402
+from mpi4py import MPI  # noqa: E402
+from petsc4py import PETSc  # noqa: E402
+
+__all__ = [
+    "MPI",
+    "VERSION",
+    "PETSc",
+    "cell_vertices",
+    "create_triangle_mesh",
+    "fem",
+    "functionspace",
+    "input_cells",
+    "ufl",
+]
+
+VERSION = tuple(int(i) for i in dolfinx.__version__.split(".")[:2])
+
+functionspace = getattr(fem, "functionspace", None) or fem.FunctionSpace  # renamed in 0.7
+
+
+def _coordinate_domain() -> ufl.Mesh:
+    if VERSION >= (0, 7):
+        import basix.ufl
+
+        return ufl.Mesh(basix.ufl.element("Lagrange", "triangle", 1, shape=(2,)))
+    return ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell("triangle", 2), 1))
+
+
+def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray):
+    """Distribute the triangles of a mesh that every rank holds whole.
+
+    Parameters
+    ----------
+    comm : MPI communicator
+    points : (V, 2) float [m]
+    cells : (C, 3) int, vertices of each triangle
+
+    Returns
+    -------
+    dolfinx.mesh.Mesh without ghost cells: the forms of fem_seal have no interior facet terms.
+    """
+    share = slice(
+        len(cells) * comm.rank // comm.size,
+        len(cells) * (comm.rank + 1) // comm.size,
+    )
+    own = slice(
+        len(points) * comm.rank // comm.size,
+        len(points) * (comm.rank + 1) // comm.size,
+    )
+    connectivity = np.ascontiguousarray(cells[share], dtype=np.int64)
+    x = np.ascontiguousarray(points[own], dtype=np.float64)
+    domain = _coordinate_domain()
+    none = mesh.GhostMode.none
+    if VERSION < (0, 7):
+        from dolfinx.cpp.graph import AdjacencyList_int64
+
+        return mesh.create_mesh(comm, AdjacencyList_int64(connectivity), x, domain, ghost_mode=none)
+    if VERSION < (0, 10):
+        partitioner = mesh.create_cell_partitioner(none)
+        return mesh.create_mesh(comm, connectivity, x, domain, partitioner)
+    partitioner = mesh.create_cell_partitioner(none, 2)
+    return mesh.create_mesh(comm, connectivity, domain, x, partitioner)
+
+
+def _geometry_dofs(msh) -> np.ndarray:
+    dofmap = msh.geometry.dofmap  # an adjacency list before 0.7
+    return dofmap if isinstance(dofmap, np.ndarray) else dofmap.array.reshape(-1, 3)
+
+
+def input_cells(msh) -> np.ndarray:
+    """For each cell of this rank its row in the `cells` given to `create_triangle_mesh`."""
+    return np.asarray(msh.topology.original_cell_index, dtype=np.int64)
+
+
+def cell_vertices(msh) -> np.ndarray:
+    """For each cell of this rank its three vertices, as indices into the `points` given."""
+    return np.asarray(msh.geometry.input_global_indices, dtype=np.int64)[_geometry_dofs(msh)]

@@ -1,0 +1,140 @@
+"""The gap as a function on nested meshes, and what the two bounds need to know of each cell.
+
+Gaps are in units of the largest one, lengths in pixels (scaled by the aspect of a pixel).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.flow import averages, traces
+from fem_seal.grid import GridField
+from fem_seal.mesh.bisection import Refinement
+from fem_seal.mesh.nested import PIXEL, NestedMesh
+
+
+@dataclass(frozen=True, eq=False)
+class CellData:
+    """What the primal and the dual problem need of each cell (C cells).
+
+    K : (C,), mean of g³; zero where the cell is all contact
+    shut : (C, 3) bool, sides (opposite each corner) along which the gap is zero
+    resistivity : (C, 3), tensor xx, xy, yy of the dual, zero where `closed`
+    closed : (C,) bool, cells in which the stream function must be constant
+    contact : (C, 3) bool, corners from which the stream function rises as a power
+    """
+
+    K: np.ndarray
+    shut: np.ndarray
+    resistivity: np.ndarray
+    closed: np.ndarray
+    contact: np.ndarray
+
+
+class LinearGap:
+    """Samples are vertices, the gap is linear on the pixel triangles.
+
+    Parameters
+    ----------
+    gap : GridField, in units of its maximum
+    cut : the dual takes gaps below it for contact (lowering the gap lowers the lower bound)
+    floor : the primal raises positive gaps below it (raising the gap raises the upper bound)
+    width : pixels, squares of the starting mesh
+    """
+
+    def __init__(self, gap: GridField, cut: float, floor: float, width: int):
+        samples = gap.vertices()
+        self.squares = (samples.shape[0] - 1, samples.shape[1] - 1)
+        self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
+        self.cut = cut
+        raised = np.where(samples > 0, np.maximum(samples, floor), 0.0)
+        lowered = np.where(samples < cut, 0.0, samples)
+        self._samples = np.stack([raised, lowered], axis=-1)
+        self._cube = averages.Pyramid.from_pixels(
+            averages.linear_pixel_means(raised, averages.mean_cube), width
+        )
+        self._inverse_cube = averages.Pyramid.from_pixels(
+            averages.linear_pixel_means(lowered, averages.mean_inverse_cube), width
+        )
+
+    def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
+        """Gap (raised, lowered) at the vertices (V, 2) of a mesh of whole pixels."""
+        i, j = (mesh.xy // PIXEL).T
+        return self._samples[i, j]
+
+    def refined_values(self, values: np.ndarray, step: Refinement) -> np.ndarray:
+        """Vertex values after a bisection: samples on pixel vertices, linear between them."""
+        new = step.mesh.xy[len(values) :]
+        middle = values[step.edge_ends].mean(axis=1)
+        on_pixel = (new % PIXEL == 0).all(axis=1)
+        i, j = (new[on_pixel] // PIXEL).T
+        middle[on_pixel] = self._samples[i, j]
+        return np.concatenate([values, middle])
+
+    def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
+        """Averages, shut sides and resistivity tensors of all cells."""
+        fine = mesh.at_or_below_pixel()
+        coarse = np.flatnonzero(~fine)
+        raised, lowered = np.moveaxis(values[mesh.cells], -1, 0)
+        K = averages.mean_cube(raised)
+        K[coarse] = self._cube.lookup(mesh, coarse)
+        zero = (raised == 0) & fine[:, None]
+        shut = np.stack([zero[:, [1, 2]].all(1), zero[:, [2, 0]].all(1), zero[:, [0, 1]].all(1)], 1)
+        contact = (lowered == 0) & fine[:, None]
+        inverse = averages.mean_inverse_cube(lowered)
+        inverse[coarse] = self._inverse_cube.lookup(mesh, coarse)
+        count = contact.sum(axis=1)
+        closed = (count == 3) | (~fine & np.isinf(inverse))
+        isotropic = np.where(np.isinf(inverse), 0.0, inverse)
+        two = np.flatnonzero(count == 2)
+        isotropic[two] = traces.contact_edge_resistivity(lowered[two].max(axis=1))
+        tensor = isotropic[:, None] * np.array([1.0, 0.0, 1.0])
+        one = np.flatnonzero(count == 1)
+        k = contact[one].argmax(axis=1)
+        turned = (k[:, None] + np.arange(3)) % 3
+        corners = mesh.xy[mesh.cells[one[:, None], turned]] / PIXEL * self.aspect
+        b, c = lowered[one, turned[:, 1]], lowered[one, turned[:, 2]]
+        tensor[one] = traces.one_contact_tensor(corners, b, c)
+        return CellData(K, shut, tensor, closed, contact)
+
+
+class ConstantGap:
+    """Each sample fills one square pixel; no vertex carries a gap."""
+
+    def __init__(self, gap: GridField, cut: float, floor: float, width: int):
+        self.squares = gap.shape
+        self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
+        self.cut = cut
+        raised = np.where(gap.values > 0, np.maximum(gap.values, floor), 0.0)
+        lowered = np.where(gap.values < cut, 0.0, gap.values)
+        self._K = raised**3
+        with np.errstate(divide="ignore"):
+            self._inverse = 1 / lowered**3
+        both = (1, 1, 2)
+        self._cube = averages.Pyramid.from_pixels(np.tile(self._K[..., None], both), width)
+        self._inverse_cube = averages.Pyramid.from_pixels(
+            np.tile(self._inverse[..., None], both), width
+        )
+
+    def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
+        """Nothing (V, 0): the gap jumps at the vertices."""
+        return np.empty((len(mesh.xy), 0))
+
+    def refined_values(self, values: np.ndarray, step: Refinement) -> np.ndarray:
+        """Nothing (V', 0)."""
+        return np.empty((len(step.mesh.xy), 0))
+
+    def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
+        """Averages of all cells; contact is whole pixels, so no side is shut by itself."""
+        coarse = np.flatnonzero(~mesh.at_or_below_pixel())
+        i, j = (mesh.xy[mesh.cells].sum(axis=1) // (3 * PIXEL)).T
+        K, inverse = self._K[i, j], self._inverse[i, j]
+        K[coarse] = self._cube.lookup(mesh, coarse)
+        inverse[coarse] = self._inverse_cube.lookup(mesh, coarse)
+        closed = np.isinf(inverse)
+        isotropic = np.where(closed, 0.0, inverse)
+        none = np.zeros((len(K), 3), dtype=bool)
+        return CellData(K, none, isotropic[:, None] * np.array([1.0, 0.0, 1.0]), closed, none)
+
+
+REPRESENTATIONS = {"linear": LinearGap, "constant": ConstantGap}

@@ -1,0 +1,137 @@
+"""Power traces: how the stream function leaves a contact point, so that its cell carries flow.
+
+On a triangle with a contact vertex 1/g³ is not integrable, and a stream function that is linear
+there would have to be constant. The flux at a distance r from the contact goes as g³ ~ r³, hence
+ψ - ψ_0 ~ r⁴: on a cell with one contact vertex 0, with s = λ_b + λ_c and τ the place between b
+and c, take ψ = ψ_0 + s^m ((1-τ) D_b + τ D_c), D_i = ψ_i - ψ_0, m = 4; on a cell with a contact
+edge, ψ = ψ_0 + D λ_c^m. Both are continuous across cells, finite in energy, and linear in the
+vertex values. The energy of each is a quadratic form with constants in its kernel, and therefore
+that of a linear ψ under a constant symmetric resistivity *tensor*: one form serves all cells.
+"""
+
+import numpy as np
+
+POWER = 4
+_KAPPA = (POWER - 1) / (POWER + 1)
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
+
+
+def segment_moments(b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Integrals over 0 ≤ τ ≤ 1 of ((1-τ)², τ(1-τ), τ²) / (b + (c-b)τ)³.
+
+    Parameters
+    ----------
+    b, c : (n,) > 0, gap at the two ends
+
+    Returns
+    -------
+    (3, n)
+
+    Notes
+    -----
+    Closed forms cancel where b and c are close; there 16 Gauss points are exact to rounding (the
+    pole of the integrand is at least three interval lengths away for a ratio below 1.5).
+    """
+    q = c / b
+    near = (q < 1.5) & (q > 1 / 1.5)
+    x = np.where(near, 2.0, q)
+    log, d3 = np.log(x), (x - 1) ** 3
+    moments = np.stack(
+        [
+            (log + 1.5 - 2 * x + x * x / 2) / d3,
+            (-log - (1 + x) * (1 / x - 1) + (1 / x - x) / 2) / d3,
+            (log + 2 / x - 1.5 - 1 / (2 * x * x)) / d3,
+        ]
+    )
+    t = _NODES[:, None]
+    basis = np.stack([(1 - t) ** 2, t * (1 - t), t * t])
+    weighted = _WEIGHTS[:, None] / (1 + (q[near] - 1) * t) ** 3
+    moments[:, near] = (basis * weighted).sum(axis=1)
+    return moments / b**3
+
+
+def one_contact_tensor(corners: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Resistivity tensor (xx, xy, yy) of cells with one contact vertex.
+
+    Parameters
+    ----------
+    corners : (n, 3, 2), the contact vertex first
+    b, c : (n,) > 0, gap at the other two
+
+    Returns
+    -------
+    (n, 3), in units of 1/gap³
+
+    Notes
+    -----
+    ∫|∇ψ|²/g³ = 1/((2m-3) 2|T|) ∫ |m D d - D' r|² / g(τ)³ dτ, with d = e_c - e_b, r = e_b + τ d,
+    g(τ) = b + (c-b) τ: a quadratic in τ over g³.
+    """
+    e_b, e_c = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    d = e_c - e_b
+    double_area = np.abs(e_b[:, 0] * e_c[:, 1] - e_b[:, 1] * e_c[:, 0])
+    moments = segment_moments(b, c)
+    # m D d - D' r = D_b v_b + D_c v_c, each v linear in τ: start (1-τ) + end τ.
+    v_b = (POWER * d + e_b, e_c)
+    v_c = (-e_b, POWER * d - e_c)
+
+    def energy(v, w):
+        start, end = (v[0] * w[0]).sum(1), (v[1] * w[1]).sum(1)
+        mixed = (v[0] * w[1]).sum(1) + (v[1] * w[0]).sum(1)
+        total = moments[0] * start + moments[1] * mixed + moments[2] * end
+        return total / ((2 * POWER - 3) * double_area)
+
+    E_bb, E_bc, E_cc = energy(v_b, v_b), energy(v_b, v_c), energy(v_c, v_c)
+    return _tensor(e_b, e_c, E_bb, E_bc, E_cc, double_area / 2)
+
+
+def _tensor(e_b, e_c, E_bb, E_bc, E_cc, area):
+    """Constant tensor whose linear element has the energies E: (1/|T|) Σ E_ij e_i e_j^T."""
+    xx = E_bb * e_b[:, 0] ** 2 + 2 * E_bc * e_b[:, 0] * e_c[:, 0] + E_cc * e_c[:, 0] ** 2
+    yy = E_bb * e_b[:, 1] ** 2 + 2 * E_bc * e_b[:, 1] * e_c[:, 1] + E_cc * e_c[:, 1] ** 2
+    xy = (
+        E_bb * e_b[:, 0] * e_b[:, 1]
+        + E_bc * (e_b[:, 0] * e_c[:, 1] + e_b[:, 1] * e_c[:, 0])
+        + E_cc * e_c[:, 0] * e_c[:, 1]
+    )
+    return np.stack([xx, xy, yy], axis=1) / area[:, None]
+
+
+def contact_edge_resistivity(c: np.ndarray) -> np.ndarray:
+    """Scalar resistivity of cells with a contact edge and gap `c` at the third vertex.
+
+    ∫|∇ψ|²/g³ = m² D² |∇λ_c|² c^-3 2|T| / ((2m-4)(2m-3)).
+    """
+    return 2 * POWER**2 / ((2 * POWER - 4) * (2 * POWER - 3)) / c**3
+
+
+def mean_gradient_values(psi: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """Corner values of the linear function whose gradient is the cell mean of ∇ψ.
+
+    Parameters
+    ----------
+    psi : (n, 3), corner values of the stream function
+    contact : (n, 3) bool, corners that are contact
+
+    Returns
+    -------
+    (n, 3)
+
+    Notes
+    -----
+    By parts: on an edge from a contact vertex 0 to an open one ∫ψ = |e| (m ψ_0 + ψ_1)/(m + 1),
+    on other edges ψ is linear.
+    """
+    values = psi.copy()
+    count = contact.sum(axis=1)
+    one = np.flatnonzero(count == 1)
+    k = contact[one].argmax(axis=1)
+    base, b, c = psi[one, k], (one, (k + 1) % 3), (one, (k + 2) % 3)
+    D_b, D_c = psi[b] - base, psi[c] - base
+    values[b], values[c] = base + D_b + _KAPPA * D_c, base + D_c + _KAPPA * D_b
+    two = np.flatnonzero(count == 2)
+    k = (~contact[two]).argmax(axis=1)
+    base = psi[two, (k + 1) % 3]
+    values[two, k] = base + (psi[two, k] - base) * 2 / (POWER + 1)
+    return values

@@ -1,0 +1,203 @@
+"""Which corner values of which cells are one unknown: the topology of both problems in arrays.
+
+Both problems live in the space of functions linear on each cell and free to jump between cells.
+What makes them conforming is a numbering of the corners: corners with the same number are one
+unknown, corners without one have a prescribed value. Contact that splits the pressure, patches
+that tie the stream function together, and sides that are one line are all numberings.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from fem_seal.flow.gap_on_mesh import CellData
+from fem_seal.mesh.bisection import edges
+from fem_seal.mesh.nested import NestedMesh
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """A numbering of the corners of C cells.
+
+    of_corner : (C, 3) int64, unknown of each corner or -1 where the value is prescribed
+    lift : (C, 3), the function of jumps and prescribed values; unknowns add to it
+    count : number of unknowns
+    """
+
+    of_corner: np.ndarray
+    lift: np.ndarray
+    count: int
+
+    def from_corners(self, corner_values: np.ndarray) -> np.ndarray:
+        """Values of the unknowns (count,) nearest to given corner values (C, 3)."""
+        used = self.of_corner >= 0
+        number = self.of_corner[used]
+        total = np.bincount(number, (corner_values - self.lift)[used], self.count)
+        return total / np.maximum(np.bincount(number, minlength=self.count), 1)
+
+
+def _components(pairs: np.ndarray, count: int) -> np.ndarray:
+    """Component number (count,) of each node of the graph with edges `pairs` (n, 2)."""
+    graph = coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
+    return connected_components(graph, directed=False)[1]
+
+
+def _numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
+    """Consecutive numbers for the labels of free corners, -1 for the others."""
+    numbers = np.full(label.shape, -1, dtype=np.int64)
+    values, inverse = np.unique(label[free], return_inverse=True)
+    numbers[free] = inverse
+    return numbers, len(values)
+
+
+@dataclass(frozen=True, eq=False)
+class OpenCells:
+    """Cells joined to inlet and outlet, and the sides through which they are joined.
+
+    kept : (C,) bool
+    pairs : (n, 2) int64, the two (cell, side) slots, as 3 cell + side, of each passable edge
+    inlet, outlet : (m,) int64, slots of passable edges on the inlet and the outlet
+    """
+
+    kept: np.ndarray
+    pairs: np.ndarray
+    inlet: np.ndarray
+    outlet: np.ndarray
+
+
+def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:
+    """Find the cells that can carry flow: K > 0, joined to both ends through sides not shut."""
+    _, of_cell = edges(mesh)
+    passable = ((data.K > 0)[:, None] & ~data.shut).ravel()
+    edge = of_cell.ravel()
+    order = np.argsort(edge, kind="stable")
+    shared = edge[order[1:]] == edge[order[:-1]]
+    pairs = np.stack([order[:-1][shared], order[1:][shared]], axis=1)
+    pairs = pairs[passable[pairs].all(axis=1)]
+    alone = np.flatnonzero(passable & (np.bincount(edge)[edge] == 1))
+    ends = mesh.cells.ravel()[_side_ends(alone)]
+    inlet = alone[mesh.inlet[ends].all(axis=1)]
+    outlet = alone[mesh.outlet[ends].all(axis=1)]
+    component = _components(pairs // 3, len(mesh.cells))
+    through = np.intersect1d(component[inlet // 3], component[outlet // 3])
+    kept = np.isin(component, through) & (data.K > 0)
+    keep = [slots[kept[slots // 3]] for slots in (inlet, outlet)]
+    return OpenCells(kept, pairs[kept[pairs[:, 0] // 3]], *keep)
+
+
+def _side_ends(slots: np.ndarray) -> np.ndarray:
+    """(n, 2) corner slots at the two ends of each side slot."""
+    cell, side = slots // 3, slots % 3
+    return np.stack([3 * cell + (side + 1) % 3, 3 * cell + (side + 2) % 3], axis=1)
+
+
+def primal_unknowns(mesh: NestedMesh, data: CellData, cells: OpenCells) -> Unknowns:
+    """Pressure unknowns: corners at one point are one unknown unless contact parts them.
+
+    The pressure may jump across a contact line, where nothing flows: corners are joined only
+    through sides that are not shut, so that P1 cells do not leak across the line. Prescribed are
+    p = 1 on passable inlet sides and p = 0 on the outlet. Numbers refer to the kept cells.
+    """
+    vertex = mesh.twin[mesh.cells]
+    # Splitting can only happen at vertices of shut sides or next to cells that are left out.
+    special = np.zeros(len(mesh.xy), dtype=bool)
+    special[vertex[~cells.kept]] = True
+    special[vertex.ravel()[_side_ends(np.flatnonzero(data.shut))]] = True
+    first, second = _side_ends(cells.pairs[:, 0]), _side_ends(cells.pairs[:, 1])
+    flat = vertex.ravel()
+    swap = flat[first[:, 0]] != flat[second[:, 0]]
+    second[swap] = second[swap][:, ::-1]
+    links = np.stack([first.ravel(), second.ravel()], axis=1)
+    links = links[special[flat[links[:, 0]]]]
+    corners = np.flatnonzero(special[flat])
+    place = np.zeros(len(flat), dtype=np.int64)
+    place[corners] = np.arange(len(corners))
+    label = flat.copy()
+    label[corners] = len(mesh.xy) + _components(place[links], len(corners))
+    at_inlet, at_outlet = (np.unique(label[_side_ends(s)]) for s in (cells.inlet, cells.outlet))
+    label = label.reshape(-1, 3)[cells.kept]
+    inlet = np.isin(label, at_inlet)
+    of_corner, count = _numbered(label, ~(inlet | np.isin(label, at_outlet)))
+    return Unknowns(of_corner, inlet.astype(float), count)
+
+
+def dual_unknowns(mesh: NestedMesh, data: CellData, kept: np.ndarray, merge_closed: bool):
+    """Stream function unknowns: one for each contact patch, given on the side walls.
+
+    Parameters
+    ----------
+    mesh, data : the mesh and its cells
+    kept : (C,) bool, cells that carry flow; in all others the stream function is constant
+    merge_closed : tie the corners of closed cells together (the true dual); False leaves them
+        free (the regularised dual, in which they conduct a little)
+
+    Returns
+    -------
+    Unknowns of the kept cells, or None if the patches bar every channel.
+    """
+    tie = ~kept | data.closed if merge_closed else ~kept
+    a, b, c = mesh.cells[tie].T
+    pairs = [np.stack([a, b], 1), np.stack([b, c], 1)]
+    both = data.contact & data.contact[:, [1, 2, 0]]  # contact edges from corner k to k + 1
+    pairs += [mesh.cells[both[:, k]][:, [k, (k + 1) % 3]] for k in range(3)]
+    if not mesh.periodic:
+        for wall in (np.flatnonzero(mesh.bottom), np.flatnonzero(mesh.top)):
+            pairs.append(np.stack([wall[:-1], wall[1:]], 1))
+    patch = _components(np.concatenate(pairs), len(mesh.xy))
+    if mesh.periodic:
+        top = np.flatnonzero(mesh.top)
+        found = _winding(patch[mesh.twin[top]], patch[top], int(patch.max()) + 1)
+        if found is None:
+            return None
+        root, offset = found
+    else:
+        root, offset = np.arange(patch.max() + 1), np.zeros(patch.max() + 1)
+        if patch[mesh.bottom][0] == patch[mesh.top][0]:
+            return None
+        offset[patch[mesh.top][0]] = 1
+    label = root[patch[mesh.cells[kept]]]
+    live = np.unique(label[~data.closed[kept]] if merge_closed else label)
+    # Some value must be given: on walls the problem says which, else any one patch is pinned.
+    given = live[:1] if mesh.periodic else patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
+    of_corner, count = _numbered(label, np.isin(label, np.setdiff1d(live, given)))
+    return Unknowns(of_corner, offset[patch[mesh.cells[kept]]], count)
+
+
+def _winding(low: np.ndarray, high: np.ndarray, count: int):
+    """Join patches across a periodic side on which the stream function jumps by one.
+
+    Parameters
+    ----------
+    low, high : (n,) patches that are one point, at y = 0 and at y = Ly: ψ(high) = ψ(low) + 1
+    count : number of patches
+
+    Returns
+    -------
+    root : (count,), offset : (count,) with ψ(patch) = ψ(root) + offset; None if a patch meets
+    itself with another offset, that is, winds around the strip and bars it.
+    """
+    parent, above = list(range(count)), [0] * count
+
+    def find(i: int) -> tuple[int, int]:
+        path, total = [], 0
+        while parent[i] != i:
+            path.append(i)
+            i = parent[i]
+        for j in reversed(path):
+            total = above[j] + (above[parent[j]] if parent[j] != i else 0)
+            parent[j], above[j] = i, total
+        return i, (above[path[0]] if path else 0)
+
+    for u, v in zip(low.tolist(), high.tolist(), strict=True):
+        (ru, ou), (rv, ov) = find(u), find(v)
+        if ru == rv:
+            if ov != ou + 1:
+                return None
+        else:
+            parent[rv], above[rv] = ru, ou + 1 - ov
+    root, offset = np.arange(count), np.zeros(count)
+    for i in np.unique(np.concatenate([low, high])).tolist():
+        root[i], offset[i] = find(i)
+    return root, offset

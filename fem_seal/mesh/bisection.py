@@ -1,0 +1,145 @@
+"""Newest-vertex bisection on arrays: refinement that never leaves the nested family.
+
+A triangle is only ever cut from its right angle to the middle of its hypotenuse (Mitchell, ACM
+Trans. Math. Softw. 15, 326 (1989)). Cutting a hypotenuse that is a leg of the neighbour forces the
+neighbour to be cut first; this closure ends because the starting mesh pairs up all hypotenuses.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.errors import FemSealError
+from fem_seal.mesh.nested import NestedMesh
+
+# Corner values of a cell kept whole, of the child (middle, a, b) and of the child (middle, c, a).
+_WHOLE, _FIRST, _SECOND = 0, 1, 2
+_WEIGHTS = np.array(
+    [
+        [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        [[0, 0.5, 0.5], [1, 0, 0], [0, 1, 0]],
+        [[0, 0.5, 0.5], [0, 0, 1], [1, 0, 0]],
+    ]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """A refined mesh and where it came from.
+
+    mesh : the finer NestedMesh; its first vertices are those of the coarser one
+    parent : (C',) int64, the coarse cell each fine cell lies in
+    corner_weights : (C', 3, 3): corner values of a fine cell from those of its parent
+    edge_ends : (V' - V, 2) int64: the coarse vertices each new vertex lies midway between
+    """
+
+    mesh: NestedMesh
+    parent: np.ndarray
+    corner_weights: np.ndarray
+    edge_ends: np.ndarray
+
+    def prolong(self, corner_values: np.ndarray) -> np.ndarray:
+        """Carry corner values (C, 3) of a function linear on each coarse cell to (C', 3)."""
+        return np.einsum("cij,cj->ci", self.corner_weights, corner_values[self.parent])
+
+
+def edges(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Unique edges of a mesh; edges on periodic sides and their twins count as one.
+
+    Returns
+    -------
+    keys : (E, 2) int64, vertices of each edge (those at y = 0 for an edge on the periodic side)
+    of_cell : (C, 3) int64, the edges opposite to corner 0 (the hypotenuse), 1 and 2
+    """
+    ends = np.stack([mesh.cells[:, [1, 2]], mesh.cells[:, [2, 0]], mesh.cells[:, [0, 1]]], axis=1)
+    on_side = mesh.top[ends].all(axis=2, keepdims=True)
+    ends = np.sort(np.where(on_side, mesh.twin[ends], ends), axis=2).reshape(-1, 2)
+    count = len(mesh.xy)
+    keys, of_cell = np.unique(ends[:, 0] * count + ends[:, 1], return_inverse=True)
+    return np.stack([keys // count, keys % count], axis=1), of_cell.reshape(-1, 3)
+
+
+def bisect(mesh: NestedMesh, marked: np.ndarray) -> Refinement:
+    """Halve the marked triangles, and those that must follow for the mesh to stay conforming.
+
+    Parameters
+    ----------
+    mesh : NestedMesh
+    marked : (C,) bool
+
+    Returns
+    -------
+    Refinement
+
+    Raises
+    ------
+    FemSealError
+        If a triangle would become narrower than the integer coordinates can hold.
+    """
+    ends, of_cell = edges(mesh)
+    cut = _closure(of_cell, marked, len(ends))
+    middle, xy, twin, edge_ends = _new_vertices(mesh, ends, of_cell, cut)
+    cells, parent, kind = _halve(mesh.cells, middle[:, 0])
+    # A leg of the parent is the hypotenuse of a child, and may be cut as well.
+    leg = np.choose(kind, [np.full(len(kind), -1), middle[parent, 2], middle[parent, 1]])
+    cells, child, kind_of_half = _halve(cells, leg)
+    weights = _WEIGHTS[kind_of_half] @ _WEIGHTS[kind][child]
+    fine = NestedMesh(xy, cells, mesh.squares, twin)
+    return Refinement(fine, parent[child], weights, edge_ends)
+
+
+def _closure(of_cell: np.ndarray, marked: np.ndarray, edge_count: int) -> np.ndarray:
+    """Edges (E,) bool to cut so that no triangle is cut on a leg but not on its hypotenuse."""
+    cut = np.zeros(edge_count, dtype=bool)
+    cut[of_cell[marked, 0]] = True
+    while True:
+        follow = cut[of_cell[:, 1:]].any(axis=1) & ~cut[of_cell[:, 0]]
+        if not follow.any():
+            return cut
+        cut[of_cell[follow, 0]] = True
+
+
+def _new_vertices(mesh: NestedMesh, ends: np.ndarray, of_cell: np.ndarray, cut: np.ndarray):
+    """Middles of the cut edges, twice where the edge lies on a periodic side.
+
+    Returns
+    -------
+    middle : (C, 3) int64, new vertex on the edge opposite each corner, -1 where it is not cut
+    xy : (V', 2), twin : (V',), of all vertices
+    edge_ends : (V' - V, 2)
+    """
+    number = np.full(len(ends), -1, dtype=np.int64)
+    number[cut] = len(mesh.xy) + np.arange(np.count_nonzero(cut))
+    middle = number[of_cell]
+    new_ends = ends[cut]
+    twin = np.concatenate([mesh.twin, number[cut]])
+    if mesh.periodic:
+        corner_ends = np.stack(
+            [mesh.cells[:, [1, 2]], mesh.cells[:, [2, 0]], mesh.cells[:, [0, 1]]], axis=1
+        )
+        at_top = mesh.top[corner_ends].all(axis=2) & (middle >= 0)
+        twin = np.concatenate([twin, middle[at_top]])
+        middle[at_top] = len(mesh.xy) + len(new_ends) + np.arange(np.count_nonzero(at_top))
+        new_ends = np.concatenate([new_ends, corner_ends[at_top]])
+    doubled = mesh.xy[new_ends].sum(axis=1)
+    if (doubled % 2).any():
+        raise FemSealError("refinement went below 2^-24 pixels; ask for a larger tolerance")
+    return middle, np.concatenate([mesh.xy, doubled // 2]), twin, new_ends
+
+
+def _halve(cells: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cut each cell whose hypotenuse has a new vertex `middle` (-1: none); children stay adjacent.
+
+    Returns
+    -------
+    cells : (C', 3), source : (C',) the cell each comes from, kind : (C',) which part of it
+    """
+    is_cut = middle >= 0
+    source = np.repeat(np.arange(len(cells)), np.where(is_cut, 2, 1))
+    kind = np.where(is_cut, _FIRST, _WHOLE)[source]
+    kind[1:][source[1:] == source[:-1]] = _SECOND
+    first, second = kind == _FIRST, kind == _SECOND
+    new = cells[source]
+    new[first] = np.stack([middle[source[first]], new[first, 0], new[first, 1]], axis=1)
+    new[second] = np.stack([middle[source[second]], new[second, 2], new[second, 0]], axis=1)
+    return new, source, kind

@@ -1,0 +1,120 @@
+"""The nested family: right isosceles triangles on and between the samples of a grid.
+
+A square of the grid is cut along one diagonal, and the diagonals alternate like the fields of a
+chessboard, so that they join the vertices (i, j) with i + j even. Halving every triangle twice,
+each time from the right angle to the middle of the hypotenuse, gives the same pattern on squares
+half as wide. Meshes of squares 2^k samples wide, the pixel triangulation itself (k = 0) and all
+that lies below it are therefore nested, and so is every mix of them that bisection makes. A gap
+that is linear on the pixel triangles is linear on all triangles at or below the pixel.
+
+Vertices carry integer coordinates in units of 2^-DEPTH pixels: which square a triangle belongs to
+is index arithmetic, never a search.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+DEPTH = 24  # bisection can go on to 2^-24 pixels
+PIXEL = 1 << DEPTH
+
+
+@dataclass(frozen=True, eq=False)
+class NestedMesh:
+    """A mesh of the nested family over a rectangle of (mx, my) pixel squares.
+
+    xy : (V, 2) int64, vertex coordinates in units of 2^-DEPTH pixels
+    cells : (C, 3) int64, the vertex with the right angle first, then the ends of the hypotenuse
+    squares : (mx, my), number of pixel squares along each axis
+    twin : (V,) int64; with periodic sides the vertex at y = 0 that is the same point as a vertex
+        at y = my, else each vertex itself
+    """
+
+    xy: np.ndarray
+    cells: np.ndarray
+    squares: tuple[int, int]
+    twin: np.ndarray
+
+    @property
+    def periodic(self) -> bool:
+        """Whether the sides y = 0 and y = my are one line."""
+        return not np.array_equal(self.twin, np.arange(len(self.twin)))
+
+    @property
+    def inlet(self) -> np.ndarray:
+        """(V,) bool, vertices at x = 0."""
+        return self.xy[:, 0] == 0
+
+    @property
+    def outlet(self) -> np.ndarray:
+        """(V,) bool, vertices at x = mx."""
+        return self.xy[:, 0] == self.squares[0] * PIXEL
+
+    @property
+    def bottom(self) -> np.ndarray:
+        """(V,) bool, vertices at y = 0."""
+        return self.xy[:, 1] == 0
+
+    @property
+    def top(self) -> np.ndarray:
+        """(V,) bool, vertices at y = my."""
+        return self.xy[:, 1] == self.squares[1] * PIXEL
+
+    def points(self, spacing: tuple[float, float]) -> np.ndarray:
+        """Vertex coordinates (V, 2) [m] for the given pixel size [m]."""
+        return self.xy / PIXEL * np.asarray(spacing)
+
+    def hypotenuse(self) -> np.ndarray:
+        """(C, 2) int64: extent of each hypotenuse along x and y, in units of 2^-DEPTH pixels."""
+        return np.abs(self.xy[self.cells[:, 1]] - self.xy[self.cells[:, 2]])
+
+    def at_or_below_pixel(self) -> np.ndarray:
+        """(C,) bool: triangles that lie inside one pixel triangle, where a P1 gap is linear."""
+        # A hypotenuse along an axis and one pixel long belongs to half a pixel triangle.
+        return self.hypotenuse().max(axis=1) <= PIXEL
+
+    def relative_areas(self) -> np.ndarray:
+        """(C,) float: area of each triangle in pixels."""
+        extent = self.hypotenuse() / PIXEL
+        # A hypotenuse (s, s) has legs s; a hypotenuse (s, 0) stands s/2 below the right angle.
+        diagonal = extent.min(axis=1) > 0
+        return np.where(diagonal, extent[:, 0] ** 2 / 2, extent.max(axis=1) ** 2 / 4)
+
+
+def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:
+    """Squares `width` pixels wide, each cut along its alternating diagonal.
+
+    Parameters
+    ----------
+    squares : (mx, my), pixel squares along each axis, multiples of `width`
+    width : a power of two
+    periodic_sides : the sides y = 0 and y = my are one line
+
+    Returns
+    -------
+    NestedMesh
+    """
+    nx, ny = squares[0] // width, squares[1] // width
+    i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
+    xy = np.stack([i, j], axis=-1).reshape(-1, 2).astype(np.int64) * (width * PIXEL)
+    vertex = np.arange((nx + 1) * (ny + 1), dtype=np.int64).reshape(nx + 1, ny + 1)
+    sw, se, nw, ne = vertex[:-1, :-1], vertex[1:, :-1], vertex[:-1, 1:], vertex[1:, 1:]
+    even = ((i + j) % 2 == 0)[:-1, :-1]
+    low = np.where(even[..., None], np.stack([se, sw, ne], -1), np.stack([sw, se, nw], -1))
+    high = np.where(even[..., None], np.stack([nw, ne, sw], -1), np.stack([ne, nw, se], -1))
+    cells = np.stack([low, high], axis=2).reshape(-1, 3)
+    twin = vertex.copy()
+    if periodic_sides:
+        twin[:, -1] = twin[:, 0]
+    return NestedMesh(xy, cells, (int(squares[0]), int(squares[1])), twin.ravel())
+
+
+def coarsest_width(squares: tuple[int, int], at_least: int = 8) -> int:
+    """Width in pixels of the coarsest nested squares that leave `at_least` of them on each side.
+
+    Grids whose sides have no factor 2 start at the pixel (width 1).
+    """
+    width = 1
+    while all(m % (2 * width) == 0 and m // (2 * width) >= at_least for m in squares):
+        width *= 2
+    return width
