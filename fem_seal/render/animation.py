@@ -1,0 +1,48 @@
+"""The bounds closing, level by level, as an animated GIF."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fem_seal.errors import InvalidInput
+from fem_seal.leak_rate import Level
+from fem_seal.render.aside import written_aside
+from fem_seal.render.bounds import draw_bounds
+
+FRAMES_PER_SECOND = 2
+DPI = 100
+
+
+def bounds_animation(levels: Sequence[Level], path: str | Path) -> Path:
+    """Write one frame per level of the plot of `bounds_plot`, all with the same axes.
+
+    Parameters
+    ----------
+    levels : refinement history, at least one level with a positive upper bound
+    path : .gif
+
+    Returns
+    -------
+    path
+
+    Raises
+    ------
+    InvalidInput
+        If there is nothing to plot, or the path is no .gif or cannot be written.
+    """
+    path = Path(path)
+    if path.suffix != ".gif":
+        raise InvalidInput(f"cannot write {path.name!r}: animations end in .gif")
+    from matplotlib.animation import PillowWriter
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.5, 3.4), facecolor="white", layout="constrained")
+    draw_bounds(figure, levels)
+    frames = sum(level.upper > 0 for level in levels)
+    with written_aside(path) as aside:
+        writer = PillowWriter(fps=FRAMES_PER_SECOND)
+        with writer.saving(figure, str(aside), dpi=DPI):
+            for seen in range(1, frames + 1):
+                figure.clear()
+                draw_bounds(figure, levels, seen)
+                writer.grab_frame()
+    return path

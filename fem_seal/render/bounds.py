@@ -1,0 +1,107 @@
+"""How the bounds of the leak rate close as the mesh grows."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.leak_rate import Level
+from fem_seal.render.aside import written_aside
+from fem_seal.render.page import DPI, FONT_POINTS, FORMATS
+
+UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
+
+
+def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
+    """Plot the bounds, and the half-width of the bracket, against unknowns on logarithmic axes.
+
+    Levels whose lower bound is still zero have no place on a logarithmic axis: their upper bound
+    is drawn, the lower is left out and their half-width is 1. The thin line falls like 1/unknowns,
+    the optimal rate of adaptive linear elements for an energy.
+
+    Parameters
+    ----------
+    levels : refinement history, at least one level with a positive upper bound
+    path : .png, .pdf or .svg
+
+    Returns
+    -------
+    path
+
+    Raises
+    ------
+    InvalidInput
+        If there is nothing to plot or the path cannot be written.
+    """
+    path = Path(path)
+    if path.suffix not in FORMATS:
+        raise InvalidInput(f"cannot write {path.name!r}: pictures end in {', '.join(FORMATS)}")
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context({"font.size": FONT_POINTS, "svg.fonttype": "path"}):
+        figure = Figure(figsize=(7.5, 3.4), dpi=DPI, facecolor="white", layout="constrained")
+        draw_bounds(figure, levels)
+        with written_aside(path) as aside:
+            figure.savefig(aside, dpi=DPI)
+    return path
+
+
+def draw_bounds(figure, levels: Sequence[Level], seen: int | None = None) -> None:
+    """Draw the two axes of `bounds_plot` into a matplotlib figure.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure, empty
+    levels : all levels; they set the limits of the axes
+    seen : number of levels drawn; None draws all
+    """
+    levels = [level for level in levels if level.upper > 0]
+    if not levels:
+        raise InvalidInput(
+            "there are no bounds to plot: the leak rate holds no level with flow; "
+            "only methods with bounds keep their levels"
+        )
+    rates, widths = figure.subplots(1, 2)
+    _limits(rates, widths, levels)
+    drawn = levels[:seen]
+    unknowns = np.array([level.unknowns for level in drawn], dtype=float)
+    upper = np.array([level.upper for level in drawn])
+    lower = np.array([level.lower for level in drawn])
+    sure = lower > 0
+    rates.fill_between(unknowns[sure], lower[sure], upper[sure], color="0.88", linewidth=0)
+    rates.plot(unknowns, upper, "v-", color=UPPER, markersize=4, label="upper bound")
+    rates.plot(unknowns[sure], lower[sure], "^-", color=LOWER, markersize=4, label="lower bound")
+    rates.set(xlabel="unknowns", ylabel="leak rate Q [m³/s]")
+    rates.legend(frameon=False)
+    half_width = np.array([level.half_width for level in drawn])
+    widths.plot(unknowns, half_width, "o-", color=HALF_WIDTH, markersize=4)
+    _optimal_rate(widths, levels)
+    widths.set(xlabel="unknowns", ylabel="half-width of the bracket / mean")
+
+
+def _limits(rates, widths, levels: Sequence[Level]) -> None:
+    """Logarithmic axes that hold all levels, and so stay fixed in an animation."""
+    from matplotlib.ticker import LogFormatterSciNotation
+
+    unknowns = np.array([level.unknowns for level in levels], dtype=float)
+    values = np.array([[level.lower, level.upper] for level in levels])
+    half_width = np.array([level.half_width for level in levels])
+    shown = ((rates, values[values > 0]), (widths, half_width[half_width > 0]))
+    for axes, numbers in shown:
+        axes.set(xscale="log", yscale="log", xlim=(unknowns.min() / 1.3, unknowns.max() * 1.3))
+        if numbers.size:
+            axes.set_ylim(numbers.min() / 1.6, numbers.max() * 1.6)
+        # Bounds often span less than two decades, where whole decades alone label one tick.
+        axes.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1.7, 0.5)))
+
+
+def _optimal_rate(axes, levels: Sequence[Level]) -> None:
+    last = levels[-1]
+    if last.half_width == 0:
+        return
+    unknowns = np.array([levels[0].unknowns, last.unknowns], dtype=float)
+    line = last.half_width * last.unknowns / unknowns
+    axes.plot(unknowns, line, "--", color="0.5", linewidth=1, zorder=1, label="∝ 1 / unknowns")
+    axes.legend(frameon=False)

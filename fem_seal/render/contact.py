@@ -1,0 +1,97 @@
+"""Contact and open domains in the manner of the letter's Fig. 1 (PRL 108, 244301, 2012)."""
+
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.grid import GridField
+from fem_seal.render.offscreen import LONG_SIDE, Window, draw
+from fem_seal.render.page import Panel, Swatch, write_page
+from fem_seal.render.tiles import Mosaic, mosaic
+from fem_seal.topology.clusters import label, largest
+from fem_seal.topology.lattice import DUAL_CONNECTIVITY, Lattice
+
+# In print without colour the largest patch is the darker, the largest channel the lighter grey.
+CONTACT_KEY = (
+    Swatch("other contact", (0, 0, 0)),
+    Swatch("largest contact patch", (38, 84, 164)),
+    Swatch("other open", (255, 255, 255)),
+    Swatch("largest open channel", (246, 166, 60)),
+)
+
+
+def contact_classes(sites: Lattice) -> np.ndarray:
+    """Give each site the number of its entry in CONTACT_KEY.
+
+    Contact and open sites are connected by a dual pair of connectivities, so that at most one of
+    the two largest clusters can bar the way of the other.
+
+    Parameters
+    ----------
+    sites : from `fem_seal.topology.lattice.lattice`
+
+    Returns
+    -------
+    uint8 array of the shape of sites.gap: 0 contact, 1 largest contact patch, 2 open,
+    3 largest open channel
+    """
+    classes = np.where(sites.open, np.uint8(2), np.uint8(0))
+    phases = (
+        (~sites.open, DUAL_CONNECTIVITY[sites.connectivity]),
+        (sites.open, sites.connectivity),
+    )
+    for mask, connectivity in phases:
+        classes[largest(*label(mask, connectivity, sites.periodic))] += 1
+    return classes
+
+
+def contact_panel(
+    gap: GridField,
+    *,
+    sides: str = "wall",
+    representation: str = "linear",
+    window: Window | None = None,
+    long_side: int = LONG_SIDE,
+    title: str = "",
+) -> Panel:
+    """Draw the contact and open domains; see `contact_picture` for the arguments."""
+    view = mosaic(gap, sides, representation, window, long_side)
+    return Panel(draw([_layer(view)], view.window, long_side), view.window, title)
+
+
+def _layer(view: Mosaic):
+    classes = view.sites.on_samples(contact_classes(view.sites))
+    return view.shares(classes, np.array([s.colour for s in CONTACT_KEY]))
+
+
+def contact_picture(
+    gap: GridField,
+    path: str | Path,
+    *,
+    sides: str = "wall",
+    representation: str = "linear",
+    window: Window | None = None,
+) -> Path:
+    """Picture of the contact (gap exactly 0) and the open domains with the largest of each.
+
+    Parameters
+    ----------
+    gap : gap [m]
+    path : .png, .pdf or .svg
+    sides : "wall" or "periodic"; clusters join across periodic sides
+    representation : "linear" (samples are vertices) or "constant" (samples fill pixels)
+    window : part of the seal to show, [m]; None shows all. Clusters are those of the whole seal.
+
+    Returns
+    -------
+    path
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown choice, a window outside the seal, or a path that cannot be written.
+    MissingPackage
+        If no OpenGL library is installed.
+    """
+    panel = contact_panel(gap, sides=sides, representation=representation, window=window)
+    return write_page([[panel]], path, key=CONTACT_KEY)

@@ -1,0 +1,272 @@
+"""Drawing without a screen: the only module that imports PyVista.
+
+A drawing is a stack of layers seen through a window of the seal. Everything is mapped from metres
+to picture pixels before VTK sees it, so a gap of nanometres on a metre of flange meets the same
+camera and the same clipping planes as any other.
+"""
+
+import ctypes.util
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput, MissingPackage
+
+LONG_SIDE = 1200  # pixels
+SHORT_SIDE = 240  # below this a strip cannot be read; it is stretched instead and says so
+SUPERSAMPLING = 2  # each pixel is the mean of so many squared, which smooths all edges alike
+
+# VTK's render windows and the library each one opens at run time.
+GL_LIBRARIES = {
+    "vtkEGLRenderWindow": "EGL",
+    "vtkOSOpenGLRenderWindow": "OSMesa",
+    "vtkXOpenGLRenderWindow": "GL",
+}
+
+
+@dataclass(frozen=True)
+class Window:
+    """The rectangle of the seal that a picture shows: x0 < x1 along the flow, y0 < y1 [m]."""
+
+    x0: float
+    x1: float
+    y0: float
+    y1: float
+
+    def __post_init__(self):
+        if not (self.x0 < self.x1 and self.y0 < self.y1):
+            raise InvalidInput(
+                f"a picture needs a window with x0 < x1 and y0 < y1 [m], got x {self.x0:g} to "
+                f"{self.x1:g} and y {self.y0:g} to {self.y1:g}"
+            )
+
+    def pixels(self, long_side: int = LONG_SIDE) -> tuple[int, int]:
+        """Width and height of the picture, to scale unless one side is very short."""
+        width, height = self.x1 - self.x0, self.y1 - self.y0
+        scale = long_side / max(width, height)
+        shortest = min(SHORT_SIDE, long_side)
+        return tuple(max(shortest, round(side * scale)) for side in (width, height))
+
+    @property
+    def stretch(self) -> float:
+        """How much longer a length along y is drawn than the same length along x."""
+        width, height = self.pixels()
+        return (height / (self.y1 - self.y0)) / (width / (self.x1 - self.x0))
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How numbers become colours; the field and its bar share one scale.
+
+    label : what is shown and its unit, "gap [µm]"
+    low, high : the numbers at the ends of the bar; numbers beyond take the end's colour
+    logarithmic : equal ratios, not equal differences, are equal steps of colour
+    colours : name of a matplotlib colour map
+    beyond : ends of the bar beyond which there are numbers: "neither", "min", "max" or "both"
+    """
+
+    label: str
+    low: float
+    high: float
+    logarithmic: bool = False
+    colours: str = "viridis"
+    beyond: str = "neither"
+
+    def __post_init__(self):
+        least = 0.0 if self.logarithmic else -np.inf
+        if not (np.isfinite([self.low, self.high]).all() and least < self.low < self.high):
+            kind = "0 < low < high" if self.logarithmic else "low < high"
+            raise InvalidInput(
+                f"the colour scale of {self.label!r} runs from {self.low:g} to {self.high:g}; "
+                f"it needs finite limits with {kind}"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Tiles:
+    """Equal rectangles of one colour each: (nx, ny, 3) uint8, filling the window `extent`."""
+
+    colours: np.ndarray
+    extent: Window
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """Triangles coloured by a number per cell or per point.
+
+    points : (N, 2) [m]; cells : (C, 3) int
+    values : (C,) constant on cells, or (N,) linear on cells
+    scale : of the values
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    values: np.ndarray
+    scale: Scale
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of one colour with their edges.
+
+    points : (N, 2) [m]; cells : (C, 3) int
+    colour : of the cells, 0..255; line : width of the edges [pixel]
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    colour: tuple[int, int, int]
+    line: float
+
+
+def require_gl() -> None:
+    """Choose a render window that works without a screen; VTK kills the process if there is none.
+
+    Raises
+    ------
+    MissingPackage
+        If the OpenGL library of the window is not installed.
+    """
+    wanted = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW")
+    if wanted is not None and wanted not in GL_LIBRARIES:
+        raise InvalidInput(
+            f"VTK_DEFAULT_OPENGL_WINDOW = {wanted!r} is not known; unset it or choose from "
+            f"{', '.join(GL_LIBRARIES)}"
+        )
+    offscreen = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
+    for window in offscreen if wanted is None else (wanted,):
+        if ctypes.util.find_library(GL_LIBRARIES[window]):
+            # Set also when nothing else would do: without it VTK first complains about a missing X.
+            os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = window
+            return
+    missing = " or ".join(f"lib{GL_LIBRARIES[w]}" for w in (offscreen if not wanted else (wanted,)))
+    raise MissingPackage(
+        f"pictures need the OpenGL library {missing}, which is not installed; on Debian: "
+        "apt-get install libegl1"
+    )
+
+
+def _import_pyvista():
+    require_gl()
+    # DOLFINx 0.5 to 0.7 leave RTLD_GLOBAL on; VTK loaded after that dies in libstdc++'s symbols.
+    if "dolfinx" in sys.modules and sys.getdlopenflags() & os.RTLD_GLOBAL:
+        raise MissingPackage(
+            "dolfinx was imported before fem_seal could make it safe for VTK; put "
+            "'import fem_seal.fenicsx' before the first 'import dolfinx'"
+        )
+    import pyvista
+
+    return pyvista
+
+
+def draw(
+    layers: Sequence[Tiles | Triangles | Mesh], window: Window, long_side: int = LONG_SIDE
+) -> np.ndarray:
+    """Draw the layers, later ones over earlier ones, through a fixed parallel camera.
+
+    Parameters
+    ----------
+    layers : Tiles, Triangles or Mesh
+    window : the rectangle that fills the picture exactly
+    long_side : pixels of the longer side
+
+    Returns
+    -------
+    (height, width, 3) uint8, first row at y = y1, first column at x = x0.
+
+    Raises
+    ------
+    MissingPackage
+        If no OpenGL library is installed.
+    """
+    pyvista = _import_pyvista()
+    width, height = window.pixels(long_side)
+    plotter = pyvista.Plotter(
+        off_screen=True,
+        window_size=(SUPERSAMPLING * width, SUPERSAMPLING * height),
+        lighting="none",
+    )
+    try:
+        plotter.set_background("white")
+        for depth, layer in enumerate(layers):
+            to_pixels = _Map(window, width, height, depth)
+            DRAWERS[type(layer)](pyvista, plotter, layer, to_pixels)
+        plotter.camera_position = [
+            (width / 2, height / 2, len(layers) + 10.0),
+            (width / 2, height / 2, 0.0),
+            (0.0, 1.0, 0.0),
+        ]
+        plotter.enable_parallel_projection()
+        plotter.camera.parallel_scale = height / 2
+        plotter.reset_camera_clipping_range()
+        fine = plotter.screenshot(return_img=True)
+    finally:
+        plotter.close()
+    samples = fine.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3)
+    return np.rint(samples.mean(axis=(1, 3))).astype(np.uint8)
+
+
+@dataclass(frozen=True)
+class _Map:
+    """Metres of the window to pixels of the picture, at a depth that puts later layers in front."""
+
+    window: Window
+    width: int
+    height: int
+    depth: int
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        w = self.window
+        x = (points[:, 0] - w.x0) / (w.x1 - w.x0) * self.width
+        y = (points[:, 1] - w.y0) / (w.y1 - w.y0) * self.height
+        return np.column_stack([x, y, np.full(len(points), float(self.depth))])
+
+
+def _draw_tiles(pyvista, plotter, tiles: Tiles, to_pixels: _Map) -> None:
+    e = tiles.extent
+    corners = np.array([[e.x0, e.y0], [e.x1, e.y0], [e.x1, e.y1], [e.x0, e.y1]])
+    plane = pyvista.PolyData(to_pixels(corners), faces=[4, 0, 1, 2, 3])
+    plane.active_texture_coordinates = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
+    # A texture costs two triangles where cells would cost millions; rows of an image run downwards.
+    texture = pyvista.Texture(np.ascontiguousarray(tiles.colours.transpose(1, 0, 2)[::-1]))
+    texture.interpolate = False
+    texture.mipmap = False
+    plotter.add_mesh(plane, texture=texture, lighting=False)
+
+
+def _draw_triangles(pyvista, plotter, triangles: Triangles, to_pixels: _Map) -> None:
+    surface = pyvista.PolyData.from_regular_faces(
+        to_pixels(triangles.points), np.asarray(triangles.cells)
+    )
+    scale = triangles.scale
+    plotter.add_mesh(
+        surface,
+        scalars=np.asarray(triangles.values, dtype=float),
+        clim=(scale.low, scale.high),
+        cmap=scale.colours,
+        log_scale=scale.logarithmic,
+        interpolate_before_map=True,
+        lighting=False,
+        show_scalar_bar=False,
+    )
+
+
+def _draw_mesh(pyvista, plotter, mesh: Mesh, to_pixels: _Map) -> None:
+    in_front = replace(to_pixels, depth=to_pixels.depth + 0.5)
+    cells = np.asarray(mesh.cells)
+    filled = pyvista.PolyData.from_regular_faces(to_pixels(mesh.points), cells)
+    wires = pyvista.PolyData.from_regular_faces(in_front(mesh.points), cells)
+    plotter.add_mesh(filled, color=mesh.colour, lighting=False)
+    plotter.add_mesh(
+        wires,
+        style="wireframe",
+        color="black",
+        line_width=SUPERSAMPLING * mesh.line,
+        lighting=False,
+    )
+
+
+DRAWERS = {Tiles: _draw_tiles, Triangles: _draw_triangles, Mesh: _draw_mesh}

@@ -1,0 +1,182 @@
+"""The page around the drawings: axes in readable units, colour bar or key, one file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.render.aside import written_aside
+from fem_seal.render.offscreen import Scale, Window
+from fem_seal.render.units import readable
+
+DPI = 200
+FONT_POINTS = 10
+FORMATS = (".png", ".pdf", ".svg")
+
+# Margins around each drawing [inch]: they hold the tick labels and axis titles.
+LEFT, RIGHT, BOTTOM, TOP = 0.75, 0.2, 0.52, 0.15
+TITLE, KEY, BAR_GAP, BAR, BAR_LABELS = 0.25, 0.28, 0.05, 0.16, 0.85
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A drawing and what it shows.
+
+    pixels : (height, width, 3) uint8; window : the rectangle it covers; title : above it, or ""
+    """
+
+    pixels: np.ndarray
+    window: Window
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Swatch:
+    """One entry of the key: what a colour (0..255) stands for."""
+
+    name: str
+    colour: tuple[int, int, int]
+
+
+def write_page(
+    rows: Sequence[Sequence[Panel]],
+    path: str | Path,
+    *,
+    scale: Scale | None = None,
+    key: Sequence[Swatch] = (),
+) -> Path:
+    """Write panels in rows, with one bar or key for all of them, pixel for pixel as drawn.
+
+    Parameters
+    ----------
+    rows : panels, from the top row downwards
+    path : .png, or .pdf and .svg with the drawing embedded and the lettering as outlines
+    scale : adds a colour bar to each row
+    key : adds a line of colours with their meaning
+
+    Returns
+    -------
+    path
+
+    Raises
+    ------
+    InvalidInput
+        For a suffix other than .png, .pdf, .svg, or a folder that cannot be written to.
+    """
+    path = Path(path)
+    if path.suffix not in FORMATS:
+        raise InvalidInput(f"cannot write {path.name!r}: pictures end in {', '.join(FORMATS)}")
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context({"font.size": FONT_POINTS, "svg.fonttype": "path"}):
+        boxes, size = _layout(rows, bar=scale is not None, key=bool(key))
+        figure = Figure(figsize=size, dpi=DPI, facecolor="white")
+        for row, row_boxes in zip(rows, boxes, strict=True):
+            for panel, box in zip(row, row_boxes, strict=True):
+                _place(figure, panel, box)
+            if scale is not None:
+                _add_bar(figure, scale, row_boxes[-1])
+        if key:
+            _add_key(figure, key)
+        with written_aside(path) as aside:
+            figure.savefig(aside, dpi=DPI)
+    return path
+
+
+@dataclass(frozen=True)
+class _Box:
+    """Where a drawing goes, in whole pixels from the lower left corner."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+    def fraction(self, figure) -> tuple[float, float, float, float]:
+        """Position in fractions of the figure, as matplotlib wants it."""
+        wide, high = figure.get_size_inches() * DPI
+        return self.x / wide, self.y / high, self.width / wide, self.height / high
+
+
+def _dots(inches: float) -> int:
+    return round(inches * DPI)
+
+
+def _layout(rows: Sequence[Sequence[Panel]], bar: bool, key: bool) -> tuple[list, tuple]:
+    """Boxes of the drawings, row by row, and the page size [inch]; all in whole pixels."""
+    right = _dots(RIGHT) + (_dots(BAR_GAP + BAR + BAR_LABELS) if bar else 0)
+    tops = [_dots(TOP) + (_dots(TITLE) if any(p.title for p in row) else 0) for row in rows]
+    heights = [max(p.pixels.shape[0] for p in row) for row in rows]
+    y = _dots(KEY) if key else 0
+    y += sum(tops) + sum(heights) + _dots(BOTTOM) * len(rows)
+    page_height, page_width, boxes = y, 0, []
+    for row, top, height in zip(rows, tops, heights, strict=True):
+        y -= top + height
+        x, row_boxes = 0, []
+        for panel in row:
+            x += _dots(LEFT)
+            h, w = panel.pixels.shape[:2]
+            row_boxes.append(_Box(x, y + height - h, w, h))
+            x += w + _dots(RIGHT)
+        y -= _dots(BOTTOM)
+        boxes.append(row_boxes)
+        page_width = max(page_width, x - _dots(RIGHT) + right)
+    return boxes, (page_width / DPI, page_height / DPI)
+
+
+def _place(figure, panel: Panel, box: _Box) -> None:
+    # figimage copies the pixels; imshow would resample them by a fraction of a pixel.
+    figure.figimage(panel.pixels, box.x, box.y, origin="upper", zorder=-1)
+    axes = figure.add_axes(box.fraction(figure), facecolor="none")
+    w = panel.window
+    factor, unit = readable(max(w.x1, w.y1), "m")
+    axes.set_xlim(w.x0 * factor, w.x1 * factor)
+    axes.set_ylim(w.y0 * factor, w.y1 * factor)
+    stretch = "" if abs(w.stretch - 1) < 0.02 else f", drawn {w.stretch:.3g} times as long as x"
+    axes.set_xlabel(f"x [{unit}]")
+    axes.set_ylabel(f"y [{unit}{stretch}]")
+    axes.tick_params(direction="out", length=3)
+    axes.locator_params(nbins=6)
+    for spine in axes.spines.values():
+        spine.set_linewidth(0.8)
+    if panel.title:
+        axes.set_title(panel.title, fontsize=FONT_POINTS, pad=5)
+
+
+def _add_bar(figure, scale: Scale, beside: _Box) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, Normalize
+
+    x = beside.x + beside.width + _dots(RIGHT + BAR_GAP)
+    box = _Box(x, beside.y, _dots(BAR), beside.height)
+    norm = (LogNorm if scale.logarithmic else Normalize)(scale.low, scale.high)
+    bar = figure.colorbar(
+        ScalarMappable(norm, scale.colours),
+        cax=figure.add_axes(box.fraction(figure)),
+        extend=scale.beyond,
+        extendfrac=0.03,
+    )
+    bar.set_label(scale.label)
+    bar.outline.set_linewidth(0.8)
+
+
+def _add_key(figure, key: Sequence[Swatch]) -> None:
+    from matplotlib.patches import Patch
+
+    handles = [
+        Patch(facecolor=np.array(s.colour) / 255, edgecolor="black", linewidth=0.6, label=s.name)
+        for s in key
+    ]
+    figure.legend(
+        handles=handles,
+        loc="lower center",
+        ncols=len(handles),
+        frameon=False,
+        handlelength=1.2,
+        handleheight=1.0,
+        columnspacing=1.6,
+        borderaxespad=0.4,
+    )
