@@ -1,0 +1,60 @@
+"""The bearing model: the gap of an undeformed surface cut by a plane."""
+
+import numpy as np
+
+from fem_seal.contact.state import BearingState
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+
+
+def bearing(
+    height: GridField, *, area_fraction: float | None = None, mean_gap: float | None = None
+) -> BearingState:
+    """Cut the surface: gap = max(0, h_free - Δ), with h_free the gap at first touch.
+
+    Parameters
+    ----------
+    height : GridField [m]
+        The counter-face; its highest points touch first.
+    area_fraction : float
+        Contact area fraction in [0, 1), reached to half a sample (more where heights are equal:
+        they touch together); the highest point always touches.
+    mean_gap : float [m]
+        > 0. Exactly one of the two.
+
+    Raises
+    ------
+    InvalidInput
+        If not exactly one of the two is given or it is out of range.
+    """
+    if (area_fraction is None) == (mean_gap is None):
+        raise InvalidInput("the bearing model needs either area_fraction or mean_gap")
+    heights = height.values
+    if area_fraction is not None:
+        if not 0 <= area_fraction < 1:
+            raise InvalidInput(f"area_fraction must lie in [0, 1), got {area_fraction}")
+        touching = max(1, round(area_fraction * heights.size))
+        plane = np.partition(heights, heights.size - touching, axis=None)[-touching]
+    else:
+        if not (np.isfinite(mean_gap) and mean_gap > 0):
+            raise InvalidInput(f"mean_gap must be a positive length in m, got {mean_gap}")
+        plane = _plane_at_mean_gap(heights, mean_gap)
+    gap = GridField(np.maximum(plane - heights, 0), height.spacing, height.periodic)
+    return BearingState(gap, shift=float(heights.max() - plane))
+
+
+def _plane_at_mean_gap(heights: np.ndarray, mean_gap: float) -> float:
+    """Height of the plane at which the mean of max(0, plane - h) is the mean gap.
+
+    Convex, increasing and piecewise linear in the plane: Newton's method from above ends exactly.
+    """
+    plane = heights.mean() + mean_gap
+    if plane >= heights.max():
+        return plane
+    plane = heights.max()
+    while True:
+        gap = np.maximum(plane - heights, 0)
+        lower = plane - (gap.mean() - mean_gap) / np.mean(gap > 0)
+        if lower >= plane:
+            return plane
+        plane = lower

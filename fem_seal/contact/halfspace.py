@@ -1,0 +1,170 @@
+"""The elastic half-space, or a layer on a rigid base, as an operator on periodic grids."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.contact.transform import RealTransform
+from fem_seal.errors import InvalidInput
+from fem_seal.surface.waves import multiplicity, wavenumbers
+
+PRECISIONS = {"double": "float64", "mixed": "float32"}
+
+
+def _fixed(depth: np.ndarray, nu: float) -> np.ndarray:
+    """Bonded base: (2κ sinh 2ξ - 4ξ) / (2κ cosh 2ξ + 4ξ² + 1 + κ²), κ = 3 - 4ν."""
+    kappa = 3 - 4 * nu
+    # Multiplied by 2 exp(-2ξ), so that short waves in a thick layer do not overflow.
+    decay = np.exp(-2 * depth)
+    above = 2 * kappa * -np.expm1(-4 * depth) - 8 * depth * decay
+    below = 2 * kappa * (1 + decay**2) + 2 * decay * (4 * depth**2 + 1 + kappa**2)
+    return above / below
+
+
+def _sliding(depth: np.ndarray, nu: float) -> np.ndarray:
+    """Frictionless base: (cosh 2ξ - 1) / (sinh 2ξ + 2ξ), the same for every ν."""
+    decay = np.exp(-2 * depth)
+    return np.expm1(-2 * depth) ** 2 / (-np.expm1(-4 * depth) + 4 * depth * decay)
+
+
+BASES = {"fixed": _fixed, "sliding": _sliding}
+
+
+@dataclass(frozen=True)
+class Layer:
+    """An elastic layer of finite thickness on a rigid plane base.
+
+    The normal compliance of wavenumber q is 2/(E* q) times a factor of ξ = q × thickness that
+    tends to 1 for short waves (P. Meijers, Appl. Sci. Res. 18, 353 (1968); K. L. Johnson, Contact
+    Mechanics (1985), section 5.8). E* = E/(1 - ν²) is the layer's own: the counter-face is rigid.
+
+    Parameters
+    ----------
+    thickness : float [m]
+        > 0.
+    base : "fixed" or "sliding"
+        Bonded to the base, or without friction on it.
+    poisson_ratio : float
+        ν in (-1, 0.5]; it matters for the bonded layer only.
+
+    Raises
+    ------
+    InvalidInput
+        If one of them is out of range.
+    """
+
+    thickness: float
+    base: str = "fixed"
+    poisson_ratio: float = 0.5
+
+    def __post_init__(self):
+        if not (np.isfinite(self.thickness) and self.thickness > 0):
+            raise InvalidInput(f"thickness must be a positive length in m, got {self.thickness}")
+        if self.base not in BASES:
+            raise InvalidInput(f"unknown base {self.base!r}; choose from {', '.join(BASES)}")
+        if not -1 < self.poisson_ratio <= 0.5:
+            raise InvalidInput(f"poisson_ratio must lie in (-1, 0.5], got {self.poisson_ratio}")
+
+    def compliance_factor(self, q: np.ndarray) -> np.ndarray:
+        """Compliance relative to the half-space, in (0, 1], at wavenumbers q > 0 [1/m]."""
+        return BASES[self.base](np.asarray(q) * self.thickness, self.poisson_ratio)
+
+
+class HalfSpace:
+    """Displacement under a pressure, ũ(q) = p̃(q) / k(q), and the inverse, by FFT.
+
+    Dimensionless: with ℓ = (dx dy)^(1/2) and any height unit, pressures are in units of
+    E* × height / (2ℓ), so that k(q) = qℓ for the half-space (elastic energy of
+    Campañá, Müser, Phys. Rev. B 74, 075420 (2006): (1/4) E* q |ũ|² a mode). The mean of every
+    displacement is zero: it is a matter of the load, not of elasticity.
+
+    Parameters
+    ----------
+    shape, spacing : (nx, ny), (dx, dy)
+        The periodic grid.
+    layer : Layer, optional
+        None: a half-space.
+    threads : int
+        Of the FFTs.
+    precision : "mixed" or "double"
+        Of what only steers an iteration: preconditioner and curvature. Displacements are always
+        double.
+
+    Attributes
+    ----------
+    pairs : float
+        FFT pairs (forward and backward) spent so far.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        spacing: tuple[float, float],
+        layer: Layer | None = None,
+        threads: int = 1,
+        precision: str = "mixed",
+    ):
+        if precision not in PRECISIONS:
+            raise InvalidInput(
+                f"unknown precision {precision!r}; choose from {', '.join(PRECISIONS)}"
+            )
+        self.shape, self.pairs = shape, 0.0
+        self.steering = np.dtype(PRECISIONS[precision])
+        self._exact = RealTransform(shape, "float64", threads)
+        self._steer = (
+            self._exact if precision == "double" else RealTransform(shape, "float32", threads)
+        )
+        stiffness = _stiffness(shape, spacing, layer)
+        self.softest = float(np.min(stiffness, initial=np.inf, where=stiffness > 0))
+        self.stiffest = float(stiffness.max())
+        samples = shape[0] * shape[1]
+        inverse = np.divide(1, stiffness, out=np.zeros_like(stiffness), where=stiffness > 0)
+        self._compliance = inverse / samples
+        self._stiffness = stiffness / samples
+        self._steering_stiffness = self._stiffness.astype(self.steering)
+        # Only a residual with a mean (under mean-gap control) ever meets this number.
+        self._steering_stiffness[0, 0] = self.softest / (2 * samples)
+        weights = np.sqrt(inverse * multiplicity(shape[1]) / samples)
+        self._energy_weights = weights.astype(self.steering)
+
+    def displacement(self, pressure: np.ndarray) -> np.ndarray:
+        """Displacement of zero mean [a view of the work array, until the next call]."""
+        return self._apply(self._exact, pressure, self._compliance)
+
+    def pressure(self, displacement: np.ndarray) -> np.ndarray:
+        """Pressure of zero mean that causes a displacement [a view of the work array]."""
+        return self._apply(self._exact, displacement, self._stiffness)
+
+    def precondition(self, gap: np.ndarray) -> np.ndarray:
+        """`pressure` in the steering precision [a view of the work array]."""
+        return self._apply(self._steer, gap, self._steering_stiffness)
+
+    def curvature(self, pressure: np.ndarray) -> float:
+        """Pressure times its own displacement, summed over the grid: half an FFT pair (Parseval)."""
+        work = self._steer
+        work.values[...] = pressure
+        work.forward()
+        self.pairs += 0.5
+        work.modes *= self._energy_weights
+        flat = work.modes.ravel()
+        return float(np.vdot(flat, flat).real)
+
+    def _apply(self, work: RealTransform, values: np.ndarray, multiplier: np.ndarray) -> np.ndarray:
+        work.values[...] = values
+        work.forward()
+        work.modes *= multiplier
+        work.backward()
+        self.pairs += 1
+        return work.values
+
+
+def _stiffness(
+    shape: tuple[int, int], spacing: tuple[float, float], layer: Layer | None
+) -> np.ndarray:
+    """Return k(q), zero for the mean, (nx, ny // 2 + 1)."""
+    q = wavenumbers(shape, spacing)
+    stiffness = q * (spacing[0] * spacing[1]) ** 0.5
+    if layer is not None:
+        waves = q > 0
+        stiffness[waves] /= layer.compliance_factor(q[waves])
+    return stiffness

@@ -1,0 +1,142 @@
+"""A rough surface against an elastic solid: units, and states at one pressure or mean gap."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.contact.halfspace import HalfSpace, Layer
+from fem_seal.contact.methods import Stopping, converge
+from fem_seal.contact.problem import Problem
+from fem_seal.contact.state import ContactState
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """A counter-face and a solid, ready to be loaded again and again.
+
+    height : GridField [m], periodic
+    contact_modulus : float [Pa]
+    half_space : HalfSpace
+    unit_height : float [m], the rms height (a sample's spacing where the surface is flat)
+    unit_pressure : float [Pa]
+    heights : (nx, ny), zero mean, unit rms
+    """
+
+    height: GridField
+    contact_modulus: float
+    half_space: HalfSpace
+    unit_height: float
+    unit_pressure: float
+    heights: np.ndarray
+
+    @classmethod
+    def prepared(
+        cls,
+        height: GridField,
+        contact_modulus: float,
+        layer: Layer | None = None,
+        threads: int = 1,
+        precision: str = "mixed",
+    ) -> "Interface":
+        """Check the input, plan the transforms and take the units out.
+
+        Raises
+        ------
+        InvalidInput
+            If the surface is not periodic, or E* or the number of threads is not positive.
+        """
+        if not height.periodic:
+            raise InvalidInput(
+                "elastic contact needs a periodic surface (the FFT repeats it); mark it periodic, "
+                "after fitting its borders together if they differ"
+            )
+        if not (np.isfinite(contact_modulus) and contact_modulus > 0):
+            raise InvalidInput(
+                f"contact_modulus must be a positive pressure in Pa, got {contact_modulus}"
+            )
+        if threads != int(threads) or threads < 1:
+            raise InvalidInput(f"threads must be a positive integer, got {threads}")
+        length = (height.spacing[0] * height.spacing[1]) ** 0.5
+        heights = height.values - height.values.mean()
+        unit_height = float(heights.std()) if np.ptp(height.values) > 0 else length
+        heights /= unit_height
+        half_space = HalfSpace(height.shape, height.spacing, layer, int(threads), precision)
+        unit_pressure = contact_modulus * unit_height / (2 * length)
+        return cls(height, contact_modulus, half_space, unit_height, unit_pressure, heights)
+
+    def under_pressure(
+        self, mean_pressure: float, stopping: Stopping, start: np.ndarray | None = None
+    ) -> ContactState:
+        """Contact under a mean pressure [Pa] > 0, from a uniform or another pressure [Pa]."""
+        wanted = mean_pressure / self.unit_pressure
+        pressure = np.ones(self.height.shape) if start is None or not start.any() else start.copy()
+        pressure *= wanted / pressure.mean()
+        problem = Problem(self.heights, self.half_space, mean_pressure=wanted)
+        return self._converged(problem, pressure, stopping)
+
+    def at_mean_gap(
+        self, mean_gap: float, stopping: Stopping, start: np.ndarray | None = None
+    ) -> ContactState:
+        """Contact at a mean gap [m] > 0, from no pressure or another pressure [Pa]."""
+        wanted = mean_gap / self.unit_height
+        if wanted >= self.heights.max():
+            gap = np.maximum(wanted - self.heights, 0)
+            return self._open(gap * self.unit_height, stopping)
+        pressure = np.zeros(self.height.shape) if start is None else start / self.unit_pressure
+        problem = Problem(self.heights, self.half_space, mean_gap=wanted)
+        return self._converged(problem, pressure, stopping)
+
+    def touching(self, stopping: Stopping) -> ContactState:
+        """First touch, without load."""
+        return self._open(self.height.values.max() - self.height.values, stopping)
+
+    def _open(self, gap: np.ndarray, stopping: Stopping) -> ContactState:
+        """Exact state of a surface that carries no load."""
+        return ContactState(
+            gap=self._field(gap),
+            pressure=self._field(np.zeros(self.height.shape)),
+            contact_modulus=self.contact_modulus,
+            certificate=0.0,
+            complementarity=0.0,
+            penetration=0.0,
+            iterations=0,
+            fft_pairs=0.0,
+            residuals=(),
+            solver=stopping.solver,
+            converged=True,
+        )
+
+    def _converged(
+        self, problem: Problem, pressure: np.ndarray, stopping: Stopping
+    ) -> ContactState:
+        """Solve, and measure the result anew from its pressure alone."""
+        spent = self.half_space.pairs
+        end = converge(problem, pressure, stopping)
+        pressure = end.iterate.pressure
+        touching = pressure > 0
+        gap = self.half_space.displacement(pressure) - self.heights
+        gap -= gap.mean(where=touching) if touching.any() else gap.min()
+        total = pressure.sum() or 1.0
+        certificate = float(np.vdot(pressure, gap) / total - gap.min())
+        complementarity = float(np.sum(np.abs(pressure * gap)) / total)
+        penetration = max(0.0, -float(gap.min()))
+        np.maximum(gap, 0, out=gap)
+        gap[touching] = 0
+        return ContactState(
+            gap=self._field(gap * self.unit_height),
+            pressure=self._field(pressure * self.unit_pressure),
+            contact_modulus=self.contact_modulus,
+            certificate=certificate,
+            complementarity=complementarity,
+            penetration=penetration,
+            iterations=end.iterate.iteration,
+            fft_pairs=self.half_space.pairs - spent,
+            residuals=end.residuals,
+            solver=stopping.solver,
+            converged=True,
+        )
+
+    def _field(self, values: np.ndarray) -> GridField:
+        return GridField(values, self.height.spacing, periodic=True)

@@ -1,0 +1,149 @@
+"""From a surface and a load to the elastic contact."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fem_seal.contact.area_control import pressure_for_area
+from fem_seal.contact.halfspace import Layer
+from fem_seal.contact.interface import Interface
+from fem_seal.contact.methods import Progress, Stopping
+from fem_seal.contact.state import ContactState
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+
+
+@dataclass(frozen=True)
+class Load:
+    """One prescribed quantity: `kind` is pressure [Pa], area_fraction [1] or mean_gap [m]."""
+
+    kind: str
+    value: float
+
+    def __post_init__(self):
+        if not np.isfinite(self.value):
+            raise InvalidInput(f"{self.kind} must be finite, got {self.value}")
+        if self.kind == "pressure" and self.value < 0:
+            raise InvalidInput(f"pressure must not be negative, got {self.value} Pa")
+        if self.kind == "area_fraction" and not 0 <= self.value < 1:
+            raise InvalidInput(f"area_fraction must lie in [0, 1), got {self.value}")
+        if self.kind == "mean_gap" and self.value <= 0:
+            raise InvalidInput(
+                f"mean_gap must be positive, got {self.value} m; full contact is a matter of "
+                "pressure"
+            )
+
+
+def one_load(**given: float | None) -> Load:
+    """Return the one load that is not None.
+
+    Raises
+    ------
+    InvalidInput
+        Unless exactly one is given and it is in its range.
+    """
+    loads = [Load(kind, float(value)) for kind, value in given.items() if value is not None]
+    if len(loads) != 1:
+        named = ", ".join(load.kind for load in loads) or "none"
+        raise InvalidInput(f"give exactly one load out of {', '.join(given)}; got {named}")
+    return loads[0]
+
+
+def solve(
+    height: GridField,
+    contact_modulus: float,
+    *,
+    pressure: float | None = None,
+    area_fraction: float | None = None,
+    mean_gap: float | None = None,
+    tolerance: float = 1e-6,
+    solver: str = "free-set-cg",
+    start: np.ndarray | GridField | ContactState | None = None,
+    layer: Layer | None = None,
+    threads: int = 1,
+    precision: str = "mixed",
+    max_iterations: int | None = None,
+    progress: Progress | None = None,
+) -> ContactState:
+    """Frictionless, non-adhesive contact of a rigid rough counter-face with an elastic half-space.
+
+    Minimises V = (A0/4) E* Σ q |ũ(q)|² under a load and u >= h (Dapp et al., Phys. Rev. Lett.
+    108, 244301 (2012)), small slopes, periodic.
+
+    Parameters
+    ----------
+    height : GridField [m]
+        Periodic; the highest points touch first.
+    contact_modulus : float [Pa]
+        E*, 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
+    pressure : float [Pa]
+        Nominal (mean) pressure >= 0; 0 is first touch.
+    area_fraction : float
+        Raw contact area fraction in [0, 1), reached to 1 part in 1000 or half a sample or, where
+        equal heights touch together, to the nearer side of the jump; 0 is first touch.
+    mean_gap : float [m]
+        > 0. Exactly one of the three loads.
+    tolerance : float
+        Of the certificate, see `ContactState`. 1e-6 gives the exact contact set in effect, 1e-4
+        areas to 1e-5.
+    solver : str
+        "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics.
+    start : pressure to start from [Pa]
+        Array, field or the state of another load.
+    layer : Layer
+        A solid of finite thickness in place of the half-space.
+    threads : int
+        Of the FFTs.
+    precision : "mixed" or "double"
+        Mixed computes search directions in float32, all else in float64: same iterations.
+    max_iterations : int
+        Of each solve; the default depends on the solver.
+    progress : callable(iteration, residual)
+        Told after each iteration (damped, fista: every 20).
+
+    Returns
+    -------
+    ContactState
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is out of range.
+    NotConverged
+        If the certificate does not reach the tolerance.
+    """
+    load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
+    stopping = Stopping(solver, tolerance, max_iterations, progress)
+    interface = Interface.prepared(height, contact_modulus, layer, threads, precision)
+    return load_to(interface, load, stopping, _start(start, height.shape))
+
+
+def load_to(
+    interface: Interface, load: Load, stopping: Stopping, start: np.ndarray | None
+) -> ContactState:
+    """Contact under one load; `fft_pairs` counts all that was spent on it."""
+    if load.value == 0:
+        return interface.touching(stopping)
+    reach = {
+        "pressure": interface.under_pressure,
+        "mean_gap": interface.at_mean_gap,
+        "area_fraction": lambda *args: pressure_for_area(interface, *args),
+    }[load.kind]
+    spent = interface.half_space.pairs
+    state = reach(load.value, stopping, start)
+    return replace(state, fft_pairs=interface.half_space.pairs - spent)
+
+
+def _start(
+    start: np.ndarray | GridField | ContactState | None, shape: tuple[int, int]
+) -> np.ndarray | None:
+    """Pressure to start from, checked, as an array [Pa]."""
+    if start is None:
+        return None
+    field = start.pressure if isinstance(start, ContactState) else start
+    values = np.asarray(field.values if isinstance(field, GridField) else field, dtype=float)
+    if values.shape != shape or not np.isfinite(values).all() or values.min() < 0:
+        raise InvalidInput(
+            f"start must be a finite pressure >= 0 of shape {shape}, got shape {values.shape}"
+        )
+    return values

@@ -1,0 +1,135 @@
+"""What a contact calculation hands on: the gap, and for an elastic one its proof."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+
+# V. A. Yastrebov, G. Anciaux, J.-F. Molinari, J. Mech. Phys. Solids 107, 469 (2017), eq. for A*.
+PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
+
+
+@dataclass(frozen=True, eq=False)
+class GapState:
+    """A gap and the contact in it.
+
+    Parameters
+    ----------
+    gap : GridField [m]
+        >= 0 and periodic; **contact is where it is exactly 0**.
+
+    Raises
+    ------
+    InvalidInput
+        If a gap is negative.
+    """
+
+    gap: GridField
+
+    def __post_init__(self):
+        lowest = self.gap.values.min()
+        if lowest < 0:
+            raise InvalidInput(f"a gap must not be negative, got {lowest:.3e} m")
+
+    @cached_property
+    def contact(self) -> np.ndarray:
+        """(nx, ny) bool: where the gap is exactly zero."""
+        return self.gap.values == 0
+
+    @cached_property
+    def contact_area_fraction(self) -> float:
+        """Share of the samples that touch, A/A0 (raw)."""
+        return float(np.count_nonzero(self.contact) / self.contact.size)
+
+    @cached_property
+    def contact_area_corrected(self) -> float:
+        """A/A0 less what pixels add along the contact's edge: A - (π - 1 + ln 2)/24 S dx.
+
+        S is the perimeter as the grid has it (Yastrebov, Anciaux, Molinari, J. Mech. Phys.
+        Solids 107, 469 (2017)).
+        """
+        edges = sum(
+            np.count_nonzero(self.contact != np.roll(self.contact, 1, axis)) for axis in (0, 1)
+        )
+        return self.contact_area_fraction - PERIMETER_FACTOR * edges / self.contact.size
+
+    @cached_property
+    def mean_gap(self) -> float:
+        """Mean of the gap over all samples, contact included [m]."""
+        return float(self.gap.values.mean())
+
+
+@dataclass(frozen=True, eq=False)
+class BearingState(GapState):
+    """The bearing ("cutting") model: the counter-face moved by `shift` and cut at the plane.
+
+    shift : float [m], from first touch.
+    """
+
+    shift: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactState(GapState):
+    """An elastic contact in equilibrium, with the measures of how exactly.
+
+    Where the pressure is positive the gap is set to exactly 0; elsewhere it is the computed one,
+    clipped at 0, so that points which penetrate by rounding (at most `penetration`) touch as well.
+
+    Parameters
+    ----------
+    gap : GridField [m]
+    pressure : GridField [Pa]
+        >= 0, on the same grid.
+    contact_modulus : float [Pa]
+        E*.
+    certificate : float
+        Duality gap of the returned pressure, Σ p (g - min g) / (h_rms Σ p) with g = S p - h,
+        computed anew in float64. The energy per area lies within certificate × mean pressure ×
+        h_rms above the minimum.
+    complementarity : float
+        Σ |p g| / (h_rms Σ p) of the gap before it is clipped.
+    penetration : float
+        Deepest overlap in units of h_rms, before it is clipped.
+    iterations : int
+    fft_pairs : float
+        Forward and backward transforms spent, start and certificate included.
+    residuals : tuple of float
+        Certificate at each iteration looked at (damped and fista look every 20).
+    solver : str
+        Name of the method.
+    converged : bool
+        True for every state that `solve` returns.
+    """
+
+    pressure: GridField
+    contact_modulus: float
+    certificate: float
+    complementarity: float
+    penetration: float
+    iterations: int
+    fft_pairs: float
+    residuals: tuple[float, ...]
+    solver: str
+    converged: bool
+
+    def __post_init__(self):
+        super().__post_init__()
+        lowest = self.pressure.values.min()
+        if lowest < 0:
+            raise InvalidInput(f"a contact pressure must not be tensile, got {lowest:.3e} Pa")
+        if np.any((self.pressure.values > 0) & (self.gap.values > 0)):
+            raise InvalidInput("a contact pressure must vanish where the gap is open")
+
+    @cached_property
+    def mean_pressure(self) -> float:
+        """Load per nominal area [Pa]."""
+        return float(self.pressure.values.mean())
+
+    @property
+    def kkt_residual(self) -> float:
+        """Certificate under the name used in result files."""
+        return self.certificate

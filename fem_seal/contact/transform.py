@@ -1,0 +1,83 @@
+"""Planned, real, in-place FFTs whose plans (FFTW's "wisdom") are kept between runs."""
+
+import contextlib
+import json
+import os
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+# Below this many samples planning by trial costs more than the solves it would speed up.
+MEASURED_FROM = 256 * 256
+MODES_OF = {"float64": np.complex128, "float32": np.complex64}
+
+
+class RealTransform:
+    """Forward and backward FFT of one real array, in place.
+
+    `values` (nx, ny) and `modes` (nx, ny // 2 + 1) are two views of the same memory, so that
+    each transform destroys the other view. Unnormalised: backward after forward multiplies by
+    nx ny, which the callers put into their multipliers.
+
+    Parameters
+    ----------
+    shape : (nx, ny)
+        Samples.
+    precision : "float64" or "float32"
+        Of the samples.
+    threads : int
+        FFTW's threads.
+    """
+
+    def __init__(self, shape: tuple[int, int], precision: str, threads: int):
+        import pyfftw
+
+        _load_wisdom()
+        known = pyfftw.export_wisdom()
+        nx, ny = shape
+        self.modes = pyfftw.empty_aligned((nx, ny // 2 + 1), MODES_OF[precision])
+        self.values = self.modes.view(precision)[:, :ny]
+        effort = "FFTW_MEASURE" if nx * ny >= MEASURED_FROM else "FFTW_ESTIMATE"
+        plans = {
+            direction: pyfftw.FFTW(
+                *arrays, (0, 1), direction, flags=(effort, "FFTW_DESTROY_INPUT"), threads=threads
+            )
+            for direction, arrays in (
+                ("FFTW_FORWARD", (self.values, self.modes)),
+                ("FFTW_BACKWARD", (self.modes, self.values)),
+            )
+        }
+        self.forward = plans["FFTW_FORWARD"].execute
+        self.backward = plans["FFTW_BACKWARD"].execute
+        if effort == "FFTW_MEASURE" and pyfftw.export_wisdom() != known:
+            _save_wisdom()
+
+
+def wisdom_path() -> Path:
+    """Where the plans are kept: fem_seal/fftw-wisdom.json in the user's cache folder."""
+    cache_home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(cache_home) / "fem_seal" / "fftw-wisdom.json"
+
+
+@cache
+def _load_wisdom() -> None:
+    import pyfftw
+
+    # A missing or foreign file only costs planning again; FFTW refuses wisdom of other builds.
+    with contextlib.suppress(OSError, ValueError):
+        stored = json.loads(wisdom_path().read_text())
+        pyfftw.import_wisdom(tuple(text.encode() for text in stored))
+
+
+def _save_wisdom() -> None:
+    import pyfftw
+
+    path = wisdom_path()
+    # A cache folder that cannot be written must not stop a computation.
+    with contextlib.suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False) as file:
+            json.dump([text.decode() for text in pyfftw.export_wisdom()], file)
+        Path(file.name).replace(path)
