@@ -14,7 +14,7 @@ from fem_seal.surface.statistics import rms_slope
 AREA_TOLERANCE = 1e-3
 # While searching: at this certificate the area is right to about 1e-5 of the nominal area.
 SEARCH_TOLERANCE = 1e-4
-# A jump of the area within this share of the first guess of the pressure is a jump of the surface itself.
+# A jump of the area within this share of the first guess of the pressure is the surface's own.
 SMALLEST_STEP = 1e-6
 MAX_SOLVES = 60
 

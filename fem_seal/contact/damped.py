@@ -11,11 +11,11 @@ STEPS_PER_CHECK = 20
 def damped(problem: Problem, pressure: np.ndarray) -> Iterates:
     """Green's function molecular dynamics as in Dapp et al., Phys. Rev. Lett. 108, 244301 (2012).
 
-    Newton's equations of the modes, ü = -k(q) ũ - p̃ - γ ů with unit masses (Verlet), pressed by the mean
-    pressure (q = 0 only) or held at the mean gap; after each step the hard wall puts points that penetrate
-    back onto the counter-face. The slowest mode is critically damped, γ = 2 min √k, so that the
-    relaxation time grows as √L. The time step is half of the fastest mode's stability limit,
-    2 / max √k. One FFT pair a step.
+    Newton's equations of the modes, ü = -k(q) ũ - p̃ - γ ů with unit masses (Verlet), pressed by
+    the mean pressure (q = 0 only) or held at the mean gap; after each step the hard wall puts
+    points that penetrate back onto the counter-face. The slowest mode is critically damped,
+    γ = 2 min √k, so that the relaxation time grows as √L. The time step is half of the fastest
+    mode's stability limit, 2 / max √k. One FFT pair a step.
     """
     half_space = problem.half_space
     step = 1 / half_space.stiffest**0.5

@@ -122,8 +122,9 @@ class HalfSpace:
         self._compliance = inverse / samples
         self._stiffness = stiffness / samples
         self._steering_stiffness = self._stiffness.astype(self.steering)
-        # Only a residual with a mean (under mean-gap control) ever meets this number.
-        self._steering_stiffness[0, 0] = self.softest / (2 * samples)
+        # Met only under mean-gap control, where the mean pressure is free and costs no energy:
+        # its stiffness has to be large, and the iterations change little around this value.
+        self._steering_stiffness[0, 0] = self.stiffest / (2 * samples)
         weights = np.sqrt(inverse * multiplicity(shape[1]) / samples)
         self._energy_weights = weights.astype(self.steering)
 
@@ -140,7 +141,7 @@ class HalfSpace:
         return self._apply(self._steer, gap, self._steering_stiffness)
 
     def curvature(self, pressure: np.ndarray) -> float:
-        """Pressure times its own displacement, summed over the grid: half an FFT pair (Parseval)."""
+        """Sum over the grid of pressure × its displacement, by Parseval: half an FFT pair."""
         work = self._steer
         work.values[...] = pressure
         work.forward()
