@@ -50,12 +50,6 @@ class Window:
         shortest = min(SHORT_SIDE, long_side)
         return tuple(max(shortest, round(side * scale)) for side in (width, height))
 
-    @property
-    def stretch(self) -> float:
-        """How much longer a length along y is drawn than the same length along x."""
-        width, height = self.pixels()
-        return (height / (self.y1 - self.y0)) / (width / (self.x1 - self.x0))
-
 
 @dataclass(frozen=True)
 class Scale:

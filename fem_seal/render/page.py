@@ -1,7 +1,7 @@
 """The page around the drawings: axes in readable units, colour bar or key, one file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,9 @@ FORMATS = (".png", ".pdf", ".svg")
 
 # Margins around each drawing [inch]: they hold the tick labels and axis titles.
 LEFT, RIGHT, BOTTOM, TOP = 0.75, 0.2, 0.52, 0.15
-TITLE, KEY, BAR_GAP, BAR, BAR_LABELS = 0.25, 0.28, 0.05, 0.16, 0.85
+TITLE, BAR_GAP, BAR, BAR_LABELS = 0.25, 0.05, 0.16, 0.85
+# The key: its height with one line, each further line, an entry without its name, a letter.
+KEY, KEY_LINE, ENTRY, LETTER = 0.28, 0.2, 0.3, 0.068
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +32,17 @@ class Panel:
     pixels: np.ndarray
     window: Window
     title: str = ""
+
+    @property
+    def heading(self) -> str:
+        """Title, with a warning where the drawing is not to scale."""
+        height, width = self.pixels.shape[:2]
+        w = self.window
+        stretch = (height / (w.y1 - w.y0)) / (width / (w.x1 - w.x0))
+        if abs(np.log(stretch)) < 0.02:
+            return self.title
+        axis, times = ("y", stretch) if stretch > 1 else ("x", 1 / stretch)
+        return f"{self.title}, {axis} stretched {times:.3g} times".removeprefix(", ")
 
 
 @dataclass(frozen=True)
@@ -72,15 +85,18 @@ def write_page(
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context({"font.size": FONT_POINTS, "svg.fonttype": "path"}):
-        boxes, size = _layout(rows, bar=scale is not None, key=bool(key))
+        boxes, (width, height) = _layout(rows, bar=scale is not None)
+        width, columns, key_height = _key_layout(key, width)
+        size = (width / DPI, (height + key_height) / DPI)
         figure = Figure(figsize=size, dpi=DPI, facecolor="white")
         for row, row_boxes in zip(rows, boxes, strict=True):
-            for panel, box in zip(row, row_boxes, strict=True):
+            above_key = [replace(box, y=box.y + key_height) for box in row_boxes]
+            for panel, box in zip(row, above_key, strict=True):
                 _place(figure, panel, box)
             if scale is not None:
-                _add_bar(figure, scale, row_boxes[-1])
+                _add_bar(figure, scale, above_key[-1])
         if key:
-            _add_key(figure, key)
+            _add_key(figure, key, columns)
         with written_aside(path) as aside:
             figure.savefig(aside, dpi=DPI)
     return path
@@ -105,13 +121,12 @@ def _dots(inches: float) -> int:
     return round(inches * DPI)
 
 
-def _layout(rows: Sequence[Sequence[Panel]], bar: bool, key: bool) -> tuple[list, tuple]:
-    """Boxes of the drawings, row by row, and the page size [inch]; all in whole pixels."""
+def _layout(rows: Sequence[Sequence[Panel]], bar: bool) -> tuple[list[list[_Box]], tuple[int, int]]:
+    """Boxes of the drawings, row by row, and the size of the page without its key [pixel]."""
     right = _dots(RIGHT) + (_dots(BAR_GAP + BAR + BAR_LABELS) if bar else 0)
-    tops = [_dots(TOP) + (_dots(TITLE) if any(p.title for p in row) else 0) for row in rows]
+    tops = [_dots(TOP) + (_dots(TITLE) if any(p.heading for p in row) else 0) for row in rows]
     heights = [max(p.pixels.shape[0] for p in row) for row in rows]
-    y = _dots(KEY) if key else 0
-    y += sum(tops) + sum(heights) + _dots(BOTTOM) * len(rows)
+    y = sum(tops) + sum(heights) + _dots(BOTTOM) * len(rows)
     page_height, page_width, boxes = y, 0, []
     for row, top, height in zip(rows, tops, heights, strict=True):
         y -= top + height
@@ -124,7 +139,17 @@ def _layout(rows: Sequence[Sequence[Panel]], bar: bool, key: bool) -> tuple[list
         y -= _dots(BOTTOM)
         boxes.append(row_boxes)
         page_width = max(page_width, x - _dots(RIGHT) + right)
-    return boxes, (page_width / DPI, page_height / DPI)
+    return boxes, (page_width, page_height)
+
+
+def _key_layout(key: Sequence[Swatch], page_width: int) -> tuple[int, int, int]:
+    """Page width that holds the key, its columns and its height [pixel]."""
+    if not key:
+        return page_width, 0, 0
+    entry = _dots(ENTRY + LETTER * max(len(swatch.name) for swatch in key))
+    page_width = max(page_width, entry)
+    columns = min(len(key), page_width // entry)
+    return page_width, columns, _dots(KEY + KEY_LINE * (-(-len(key) // columns) - 1))
 
 
 def _place(figure, panel: Panel, box: _Box) -> None:
@@ -135,15 +160,14 @@ def _place(figure, panel: Panel, box: _Box) -> None:
     factor, unit = readable(max(w.x1, w.y1), "m")
     axes.set_xlim(w.x0 * factor, w.x1 * factor)
     axes.set_ylim(w.y0 * factor, w.y1 * factor)
-    stretch = "" if abs(w.stretch - 1) < 0.02 else f", drawn {w.stretch:.3g} times as long as x"
     axes.set_xlabel(f"x [{unit}]")
-    axes.set_ylabel(f"y [{unit}{stretch}]")
+    axes.set_ylabel(f"y [{unit}]")
     axes.tick_params(direction="out", length=3)
     axes.locator_params(nbins=6)
     for spine in axes.spines.values():
         spine.set_linewidth(0.8)
-    if panel.title:
-        axes.set_title(panel.title, fontsize=FONT_POINTS, pad=5)
+    if panel.heading:
+        axes.set_title(panel.heading, fontsize=FONT_POINTS, pad=5)
 
 
 def _add_bar(figure, scale: Scale, beside: _Box) -> None:
@@ -163,7 +187,7 @@ def _add_bar(figure, scale: Scale, beside: _Box) -> None:
     bar.outline.set_linewidth(0.8)
 
 
-def _add_key(figure, key: Sequence[Swatch]) -> None:
+def _add_key(figure, key: Sequence[Swatch], columns: int) -> None:
     from matplotlib.patches import Patch
 
     handles = [
@@ -173,7 +197,7 @@ def _add_key(figure, key: Sequence[Swatch]) -> None:
     figure.legend(
         handles=handles,
         loc="lower center",
-        ncols=len(handles),
+        ncols=columns,
         frameon=False,
         handlelength=1.2,
         handleheight=1.0,

@@ -4,12 +4,11 @@ import base64
 import html
 import json
 from collections.abc import Iterator, Mapping
-from importlib import resources
 from pathlib import Path
-from string import Template
 
 from fem_seal.errors import InvalidInput
 from fem_seal.render.aside import written_aside
+from fem_seal.render.report_page import PAGE
 
 CAPTIONS = {
     "contact": "Contact and open domains; the largest connected one of each is coloured.",
@@ -41,8 +40,7 @@ def report(folder: str | Path) -> Path:
     """
     folder = Path(folder)
     result = _read_result(folder / "result.json")
-    page = Template(resources.files(__package__).joinpath("report.html").read_text("utf-8"))
-    text = page.substitute(
+    text = PAGE.substitute(
         title=html.escape(folder.resolve().name),
         verdict=html.escape(verdict(result)),
         pictures="\n".join(_figure(path) for path in _pictures(folder)),
@@ -68,7 +66,7 @@ def verdict(result: Mapping) -> str:
         sentences.append("Sealed: no open path joins inlet and outlet, the leak rate is zero.")
     elif leak and leak.get("lower") is not None:
         lower, upper, unit = leak["lower"], leak["upper"], leak["unit"]
-        half = 100 * (upper - lower) / (upper + lower)
+        half = 100 * (upper - lower) / (upper + lower) if upper > 0 else 0.0
         sentences.append(
             f"Leaking: the leak rate is {leak['value']:.4g} {unit}, surely between {lower:.4g} and "
             f"{upper:.4g} {unit} (±{half:.2g} %)."
@@ -111,6 +109,9 @@ def _read_result(path: Path) -> dict:
         raise InvalidInput(f"{path} is not readable JSON: {error}") from error
     if not isinstance(result, dict) or not {"leak_rate", "contact_area_fraction"} & set(result):
         raise InvalidInput(f"{path} holds neither leak_rate nor contact_area_fraction")
+    leak = result.get("leak_rate")
+    if leak is not None and not (isinstance(leak, dict) and {"value", "unit"} <= set(leak)):
+        raise InvalidInput(f"{path}: leak_rate needs value and unit, got {leak!r}")
     return result
 
 

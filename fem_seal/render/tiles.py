@@ -115,6 +115,11 @@ def mosaic(
 def _rectangle(sites: Lattice, shape: tuple[int, int]) -> Window:
     """Rectangle of the seal: samples are its vertices (origin 0) or fill pixels of it."""
     filled = sites.origin[0] > 0
+    if not filled and min(shape) < 2:
+        raise InvalidInput(
+            f"a gap of {shape[0]} x {shape[1]} vertices has no area to draw; with representation = "
+            "'constant' each sample fills a pixel"
+        )
     (dx, dy), (nx, ny) = sites.spacing, (n if filled else n - 1 for n in shape)
     return Window(0.0, nx * dx, 0.0, ny * dy)
 

@@ -1,19 +1,25 @@
-<!DOCTYPE html>
+"""The HTML around a report's contents; a module, so that every kind of installation has it."""
+
+from string import Template
+
+PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>$title</title>
 <style>
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; }
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 70rem; margin: 2rem auto;
+       padding: 0 1rem; }
 h1 { font-size: 1.5rem; }
 .verdict { font-size: 1.15rem; border-left: 4px solid #2654a4; padding: 0.3rem 0 0.3rem 1rem; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(26rem, 1fr)); gap: 1.5rem; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(26rem, 100%), 1fr));
+            gap: 1.5rem; }
 figure { margin: 0; }
 img { max-width: 100%; height: auto; }
 figcaption { color: #555; font-size: 0.9rem; }
 table { border-collapse: collapse; width: 100%; font-size: 0.9rem; }
-th { text-align: left; font-weight: normal; color: #555; white-space: nowrap; vertical-align: top; }
+th { text-align: left; font-weight: normal; color: #555; vertical-align: top; }
 th, td { padding: 0.2rem 1rem 0.2rem 0; border-bottom: 1px solid #ddd; }
 td { font-variant-numeric: tabular-nums; overflow-wrap: anywhere; }
 @media print { .pictures { display: block; } figure { break-inside: avoid; } }
@@ -31,3 +37,4 @@ $rows
 </table>
 </body>
 </html>
+""")
