@@ -1,0 +1,52 @@
+"""The leak rate of a rough contact, and how sure we are of it.
+
+Public names are loaded when they are first used, so that `import fem_seal` costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, NotConverged
+
+if TYPE_CHECKING:
+    from fem_seal.gap_file import load_gap
+    from fem_seal.grid import GridField
+    from fem_seal.job import run
+    from fem_seal.leak_rate import LeakRate
+    from fem_seal.results import Result
+    from fem_seal.scene import Scene
+    from fem_seal.seal import Seal
+
+__all__ = [
+    "FemSealError",
+    "GridField",
+    "InvalidInput",
+    "LeakRate",
+    "MissingPackage",
+    "NotConverged",
+    "Result",
+    "Scene",
+    "Seal",
+    "load_gap",
+    "run",
+]
+
+_HOMES = {
+    "GridField": "fem_seal.grid",
+    "LeakRate": "fem_seal.leak_rate",
+    "Result": "fem_seal.results",
+    "Scene": "fem_seal.scene",
+    "Seal": "fem_seal.seal",
+    "load_gap": "fem_seal.gap_file",
+    "run": "fem_seal.job",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'fem_seal' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

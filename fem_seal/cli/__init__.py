@@ -1,0 +1,71 @@
+"""The commands. Each is a module with `add(subparsers)`; nothing heavy is imported before it runs.
+
+Exit status: 0 done, 2 bad input (nothing written), 3 not converged, 130 interrupted.
+"""
+
+import argparse
+import signal
+import sys
+from typing import NoReturn
+
+from fem_seal import parallel
+from fem_seal.cli import doctor, leak, render, run
+from fem_seal.errors import FemSealError, InvalidInput
+
+COMMANDS = (run, leak, render, doctor)
+INTERRUPTED = 130
+
+
+class _Parser(argparse.ArgumentParser):
+    """One line for a wrong command line, like for any other bad input."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(InvalidInput.exit_status, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """Command line of fem-seal."""
+    top = _Parser(
+        prog="fem-seal",
+        description="How much leaks through a rough contact, and how sure are we?",
+    )
+    subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+    for command in COMMANDS:
+        command.add(subparsers)
+    return top
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : of the command line; those of the process if left out
+
+    Returns
+    -------
+    Exit status.
+    """
+    options = parser().parse_args(arguments)
+    parallel.abort_together()
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        return options.command(options)
+    except FemSealError as error:
+        return parallel.fail(f"fem-seal: {error}", error.exit_status)
+    except MemoryError as error:
+        message = f"not enough memory for this size ({error}); choose a smaller one"
+        return parallel.fail(f"fem-seal: {message}", InvalidInput.exit_status)
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of our output has gone; there is nobody to tell
+        return 0
+    except OSError as error:
+        place = f": {error.filename}" if error.filename else ""
+        return parallel.fail(f"fem-seal: {error.strerror}{place}", InvalidInput.exit_status)
+    except KeyboardInterrupt:
+        return parallel.fail("fem-seal: interrupted, nothing was written", INTERRUPTED)
+
+
+def _terminate(signal_number: int, frame: object) -> NoReturn:
+    """Leave through the `with` statements, which clear away what is half written."""
+    raise KeyboardInterrupt

@@ -1,0 +1,84 @@
+"""fem-seal leak: the leak rate of a gap, without a scene file."""
+
+import argparse
+from pathlib import Path
+
+from fem_seal.cli.common import add_output, print_result, run_and_print
+
+# Options that stand for one field of the scene each; the scene checks their values.
+FIELDS = {
+    "rtol": ("flow", "rtol", float, "(upper - lower) / sqrt(lower upper) wanted (0.05)"),
+    "sides": ("flow", "sides", str, "wall or periodic (wall)"),
+    "representation": ("flow", "representation", str, "linear or constant (linear)"),
+    "method": ("flow", "method", str, "adaptive, uniform or finite-difference (adaptive)"),
+    "links": ("flow", "links", str, "of finite-difference: arithmetic, harmonic, …"),
+    "viscosity": ("fluid", "viscosity", str, "in Pa s or with a unit (1e-3)"),
+    "pressure-drop": ("flow", "pressure_drop", str, "in Pa or with a unit (1e5)"),
+    "max-unknowns": ("flow", "max_unknowns", int, "stop with the best bounds so far"),
+    "max-seconds": ("flow", "max_seconds", float, "stop with the best bounds so far"),
+    "max-memory": ("flow", "max_memory", str, 'such as "2 GB"; stop with the best bounds so far'),
+}
+DEFAULTS = {"viscosity": 1e-3, "pressure_drop": 1e5}
+
+
+def add(subparsers: argparse._SubParsersAction) -> None:
+    """Add the command."""
+    command = subparsers.add_parser("leak", help="compute the leak rate of a gap")
+    command.add_argument(
+        "gap", type=Path, metavar="GAP.npz", help="gap (nx, ny) [m], spacing [m], periodic"
+    )
+    for name, (_, _, kind, text) in FIELDS.items():
+        command.add_argument(f"--{name}", type=kind, metavar="VALUE", help=text)
+    command.add_argument(
+        "--products",
+        default="leak_rate",
+        metavar="LIST",
+        help="of leak_rate, mesh and pictures, with commas between (leak_rate)",
+    )
+    add_output(command, "none: the result is printed only")
+    command.set_defaults(command=_leak)
+
+
+def scene_of(options: argparse.Namespace) -> dict[str, dict[str, object]]:
+    """Write the options as the sections of a scene."""
+    sections: dict[str, dict[str, object]] = {
+        "gap": {"path": str(options.gap)},
+        "fluid": {"viscosity": DEFAULTS["viscosity"]},
+        "flow": {"pressure_drop": DEFAULTS["pressure_drop"]},
+        "output": {"products": [name.strip() for name in options.products.split(",")]},
+    }
+    for name, (section, field, _, _) in FIELDS.items():
+        value = getattr(options, name.replace("-", "_"))
+        if value is not None:
+            sections[section][field] = _number_or_text(value)
+    return sections
+
+
+def _number_or_text(value: object) -> object:
+    """Plain numbers are SI; what is not a number carries its unit."""
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
+
+
+def _leak(options: argparse.Namespace) -> int:
+    from fem_seal.scene import Scene
+
+    scene = Scene.from_mapping(scene_of(options))
+    if options.out is not None:
+        return run_and_print(scene, options.out, options.overwrite)
+    return _only_print(scene)
+
+
+def _only_print(scene) -> int:
+    from fem_seal import parallel
+    from fem_seal.job import require_packages
+    from fem_seal.progress import Display
+    from fem_seal.results import summarise
+    from fem_seal.seal import Seal
+
+    require_packages(scene)
+    with Display(parallel.is_root()) as report:
+        result = summarise(Seal(scene, report))
+    return print_result(result, None)

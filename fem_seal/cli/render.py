@@ -1,0 +1,23 @@
+"""fem-seal render: the pictures of a result folder, drawn again."""
+
+import argparse
+from pathlib import Path
+
+from fem_seal.cli.common import say
+
+
+def add(subparsers: argparse._SubParsersAction) -> None:
+    """Add the command."""
+    command = subparsers.add_parser("render", help="draw the pictures of a result folder")
+    command.add_argument("folder", type=Path, metavar="DIR", help="of fem-seal run or leak --out")
+    command.set_defaults(command=_render)
+
+
+def _render(options: argparse.Namespace) -> int:
+    from fem_seal.job import draw
+    from fem_seal.progress import Display
+
+    with Display() as report:
+        names = draw(options.folder, report)
+    say(f"{', '.join(names)} in {options.folder}")
+    return 0

@@ -1,0 +1,22 @@
+"""fem-seal run: the products of a scene."""
+
+import argparse
+from pathlib import Path
+
+from fem_seal.cli.common import add_output, add_scene, run_and_print
+
+
+def add(subparsers: argparse._SubParsersAction) -> None:
+    """Add the command."""
+    command = subparsers.add_parser("run", help="compute the products of a scene")
+    add_scene(command)
+    add_output(command, "results/NAME for NAME.toml")
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from fem_seal.scene import Scene
+
+    scene = Scene.from_file(options.scene, options.overrides)
+    out = options.out or Path("results") / options.scene.stem
+    return run_and_print(scene, out, options.overwrite)

@@ -1,0 +1,181 @@
+"""What works on this machine. Whatever may crash is tried in a process of its own."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from ctypes.util import find_library
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from shutil import which
+
+PATIENCE = 120  # seconds for one probe: the first use of DOLFINx compiles
+
+_DOLFINX = """
+import fem_seal.fenicsx
+import dolfinx
+print(dolfinx.__version__)
+"""
+_HYPRE = """
+import fem_seal.fenicsx
+from petsc4py import PETSc
+pc = PETSc.PC().create(PETSc.COMM_SELF)
+pc.setType("hypre")
+print("PETSc " + ".".join(map(str, PETSc.Sys.getVersion())))
+"""
+_MPI = """
+from mpi4py import MPI
+if MPI.COMM_WORLD.allreduce(1) == 2 and MPI.COMM_WORLD.rank == 0:
+    print("2 processes talk")
+"""
+_FORM = """
+import fem_seal.fenicsx
+import dolfinx, ufl
+from mpi4py import MPI
+mesh = dolfinx.mesh.create_unit_square(MPI.COMM_SELF, 1, 1)
+one = dolfinx.fem.Constant(mesh, 1.0)
+area = dolfinx.fem.assemble_scalar(dolfinx.fem.form(one * ufl.dx(mesh)))
+print("compiles" if abs(area - 1) < 1e-12 else "")
+"""
+_PICTURE = """
+from fem_seal.render.offscreen import require_gl
+require_gl()
+import pyvista
+plotter = pyvista.Plotter(off_screen=True, window_size=(16, 16))
+plotter.set_background("red")
+print("draws" if plotter.screenshot(return_img=True)[8, 8, 0] == 255 else "")
+"""
+_FFTW = """
+import numpy, pyfftw
+y = pyfftw.interfaces.numpy_fft.rfft2(numpy.ones((64, 64)), threads=2)
+print("2 threads" if abs(y[0, 0] - 4096) < 1e-9 else "")
+"""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the table.
+
+    name : what was tried; needed_for : what is lost without
+    works : whether it works; required : whether `fem-seal run` needs it
+    found : version or first line of the error; mend : what to install or do
+    """
+
+    name: str
+    needed_for: str
+    works: bool
+    found: str
+    mend: str
+    required: bool = True
+
+
+def examine() -> Iterator[Finding]:
+    """Try everything, cheapest mend first said; takes a few seconds."""
+    yield _probe("DOLFINx", "leak rates with bounds", _DOLFINX, "apt-get install python3-dolfinx")
+    yield _probe("PETSc + hypre", "the linear solver", _HYPRE, "apt-get install python3-dolfinx")
+    yield _mpi()
+    yield _cache()
+    yield _probe("form compiler", "leak rates with bounds", _FORM, _compiler_mend())
+    yield _probe("pictures", "contact.png and others", _PICTURE, _picture_mend())
+    yield _probe("FFTW threads", "elastic contact", _FFTW, "pip install pyfftw")
+    for name, use in OPTIONAL.items():
+        yield _optional(name, use)
+
+
+OPTIONAL = {
+    "meshio": "the mesh product (flow.vtu)",
+    "matplotlib": "plots",
+    "h5py": "surfaces in HDF5",
+    "SurfaceTopography": "measured surfaces",
+    "gmsh": "seals that are not rectangles",
+}
+
+
+def table(findings: list[Finding]) -> str:
+    """Lay the findings out in columns, with what to do below each that fails."""
+    width = max(len(finding.name) for finding in findings)
+    lines = []
+    for finding in findings:
+        mark = "ok  " if finding.works else ("FAIL" if finding.required else "no  ")
+        lines.append(f"{mark}  {finding.name:<{width}}  {finding.found}")
+        if not finding.works:
+            lines.append(f"{'':<6}{'':<{width}}  for {finding.needed_for}: {finding.mend}")
+    return "\n".join(lines)
+
+
+def _probe(name: str, needed_for: str, code: str, mend: str) -> Finding:
+    works, found = _try([sys.executable, "-c", code])
+    return Finding(name, needed_for, works, found, mend)
+
+
+def _try(command: list[str]) -> tuple[bool, str]:
+    """Run a probe; it works if it ends well and says so."""
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=PATIENCE, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return False, f"no answer within {PATIENCE} s"
+    except OSError as error:
+        return False, f"{command[0]}: {error.strerror}"
+    said = done.stdout.strip().splitlines()
+    if done.returncode == 0 and said:
+        return True, said[-1]
+    complaint = done.stderr.strip().splitlines()
+    return False, complaint[-1][:100] if complaint else f"ended with status {done.returncode}"
+
+
+def _mpi() -> Finding:
+    mend = "apt-get install openmpi-bin; in containers see docs/architecture.md on mpirun"
+    if which("mpirun") is None:
+        return Finding("mpirun", "several processes", False, "not found", mend)
+    command = ["mpirun", "--oversubscribe", "-n", "2", sys.executable, "-c", _MPI]
+    works, found = _try(command)
+    return Finding("mpirun", "several processes", works, found, mend, required=False)
+
+
+def cache_folder() -> Path:
+    """Folder where DOLFINx keeps its compiled forms."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
+    return Path(base) / "fenics"
+
+
+def _cache() -> Finding:
+    folder = cache_folder()
+    existing = next(p for p in (folder, *folder.parents) if p.exists())
+    name, use = "JIT cache", "compiled forms"
+    if not (existing.is_dir() and os.access(existing, os.W_OK)):
+        mend = "set XDG_CACHE_HOME to a folder that can be written"
+        return Finding(name, use, False, f"{folder} cannot be written", mend)
+    stale = unfinished_forms(folder)
+    if stale:
+        found = f"{len(stale)} compilations that were killed half-way in {folder}"
+        return Finding(name, use, False, found, f"remove {' '.join(map(str, stale))}")
+    return Finding(name, use, True, f"{folder} can be written", "")
+
+
+def unfinished_forms(folder: Path) -> list[Path]:
+    """List sources without their library: later runs would wait for them and then give up."""
+    return [
+        source
+        for source in sorted(folder.glob("libffcx_*.c"))
+        if not any(folder.glob(f"{source.stem}*.so"))
+    ]
+
+
+def _picture_mend() -> str:
+    if not (find_library("EGL") or find_library("OSMesa")):
+        return "apt-get install libegl1"
+    return "pip install pyvista; apt-get install libegl1; unset VTK_DEFAULT_OPENGL_WINDOW"
+
+
+def _compiler_mend() -> str:
+    return "apt-get install gcc python3-dev" if which("gcc") is None else "see the lines above"
+
+
+def _optional(name: str, needed_for: str) -> Finding:
+    works = find_spec(name) is not None
+    source = "apt-get install python3-gmsh" if name == "gmsh" else f"pip install {name}"
+    found = "installed" if works else "not installed"
+    return Finding(name, needed_for, works, found, source, required=False)

@@ -1,0 +1,163 @@
+"""run: one scene to one result folder; draw: pictures of a folder that is there."""
+
+from contextlib import nullcontext
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+
+from fem_seal import parallel
+from fem_seal.errors import MissingPackage
+from fem_seal.gap_file import load_gap
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+from fem_seal.progress import Report, silent
+from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
+from fem_seal.results.arrays import CONTACT_FILE, FLOW_FILE, write_contact, write_flow
+from fem_seal.results.result import Provenance
+from fem_seal.scene import Flow, Scene
+from fem_seal.seal import Seal
+
+
+def run(
+    scene: Scene, out: str | Path, *, overwrite: bool = False, report: Report = silent
+) -> Result:
+    """Compute the products of a scene and write them into a folder.
+
+    Parameters
+    ----------
+    scene : what is to be computed
+    out : result folder: result.json, contact.npz where a contact was solved, the pictures and
+        the mesh where they are products
+    overwrite : whether another scene's result may be replaced
+    report : called with the stage and its latest news
+
+    Returns
+    -------
+    Result; `converged` is False, with the best bounds, if a limit of the scene ended the flow.
+
+    Raises
+    ------
+    InvalidInput
+        If the scene cannot be computed here, or the folder not written; nothing is written then.
+    NotConverged
+        If the contact does not reach its tolerance; nothing is written then.
+    """
+    start = perf_counter()
+    require_packages(scene)
+    folder = parallel.on_root(lambda: ResultFolder(out, Provenance.of(scene), overwrite))
+    with folder if parallel.is_root() else nullcontext():
+        seal = Seal(scene, report)
+        if scene.needs_flow:
+            seal.leak_rate  # noqa: B018 (all processes solve before the first one writes)
+        files = parallel.on_root(lambda: _write_products(seal, folder.aside))
+        result = summarise(seal, files, perf_counter() - start)
+        parallel.on_root(lambda: folder.commit(result))
+    return result
+
+
+def draw(folder: str | Path, report: Report = silent) -> tuple[str, ...]:
+    """Draw the pictures of a result folder again, from its arrays.
+
+    Parameters
+    ----------
+    folder : of `run`; the flow is drawn if it holds the mesh
+    report : called with the stage and its latest news
+
+    Returns
+    -------
+    Names of the pictures, in the folder.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder holds no result or its gap is not there any more.
+    """
+    from fem_seal.render.offscreen import require_gl
+
+    require_gl()
+    folder = Path(folder)
+    result = Result.from_folder(folder)
+    scene = result.scene()
+    has_contact = (folder / CONTACT_FILE).is_file()
+    gap = read_contact(folder)[0] if has_contact else load_gap(scene.gap.path)
+    leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
+    report("pictures", "")
+    with ResultFolder(folder, result.provenance) as aside:
+        names = draw_pictures(gap, leak, scene.flow, aside.aside)
+        files = tuple(sorted({*result.files, *names}))
+        aside.add(names, result.model_copy(update={"files": files}))
+    return names
+
+
+def draw_pictures(
+    gap: GridField, leak: LeakRate | None, flow: Flow, folder: Path
+) -> tuple[str, ...]:
+    """Draw contact, gap and, where there is a field of it, flow.
+
+    Parameters
+    ----------
+    gap : gap [m]
+    leak : with its field, or None
+    flow : says what sides and representation the gap has
+    folder : where the PNG go
+
+    Returns
+    -------
+    Names of the files.
+    """
+    from fem_seal.render.contact import contact_picture
+    from fem_seal.render.flow import flow_picture
+    from fem_seal.render.gap import gap_picture
+
+    contact_picture(
+        gap, folder / "contact.png", sides=flow.sides, representation=flow.representation
+    )
+    gap_picture(gap, folder / "gap.png", representation=flow.representation)
+    if leak is None or leak.field is None:
+        return "contact.png", "gap.png"
+    flow_picture(leak, gap, folder / "flow.png", representation=flow.representation)
+    return "contact.png", "flow.png", "gap.png"
+
+
+def require_packages(scene: Scene) -> None:
+    """Miss a package before the work and not after it.
+
+    Raises
+    ------
+    MissingPackage
+        If FEniCSx or the OpenGL library that the scene's products need is not installed.
+    """
+    if "pictures" in scene.output.products:
+        from fem_seal.render.offscreen import require_gl
+
+        require_gl()
+    if scene.needs_flow and scene.flow.method != "finite-difference" and not find_spec("dolfinx"):
+        raise MissingPackage(
+            f"flow.method = {scene.flow.method!r} needs FEniCSx (on Debian: apt-get install "
+            "python3-dolfinx); flow.method = 'finite-difference' works without"
+        )
+
+
+def _write_products(seal: Seal, folder: Path) -> tuple[str, ...]:
+    names: list[str] = []
+    leak = seal.leak_rate if seal.scene.needs_flow else None
+    if seal.contact is not None:
+        names.append(write_contact(folder, seal.contact))
+    if "mesh" in seal.scene.output.products and leak.field is not None:
+        names.append(write_flow(folder, leak.field))
+    if "pictures" in seal.scene.output.products:
+        with seal.timed("pictures"):
+            names.extend(draw_pictures(seal.gap, leak, seal.scene.flow, folder))
+    return tuple(sorted(names))
+
+
+def _drawable(result: Result, folder: Path) -> LeakRate:
+    """Put the leak rate of a result together with its field."""
+    return LeakRate(
+        state=result.state,
+        method=result.method,
+        value=result.leak_rate.value,
+        lower=result.leak_rate.lower,
+        upper=result.leak_rate.upper,
+        field=read_flow(folder),
+    )

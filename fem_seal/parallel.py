@@ -1,0 +1,100 @@
+"""One process or many under mpirun; MPI is imported only in the second case."""
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from functools import cache
+from types import TracebackType
+from typing import TYPE_CHECKING, NoReturn, TypeVar
+
+from fem_seal.errors import FemSealError
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+Answer = TypeVar("Answer")
+
+# What Open MPI, MPICH and Slurm tell the processes they start.
+_LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK")
+
+
+@cache
+def _world() -> "MPI.Comm | None":
+    """Communicator of all processes, None if there is only one."""
+    if not any(name in os.environ for name in _LAUNCHERS):
+        return None
+    from mpi4py import MPI
+    from mpi4py.util.pkl5 import Intracomm
+
+    # The plain communicator cannot broadcast objects of 2 GB; gaps of 16384 x 16384 are.
+    return Intracomm(MPI.COMM_WORLD) if MPI.COMM_WORLD.size > 1 else None
+
+
+def processes() -> int:
+    """Count the processes of this run."""
+    return _world().size if _world() else 1
+
+
+def is_root() -> bool:
+    """Whether this process writes, draws and talks."""
+    return _world() is None or _world().rank == 0
+
+
+def on_root(compute: Callable[[], Answer]) -> Answer:
+    """Let the first process compute and give every process its answer, or its error."""
+    world = _world()
+    if world is None:
+        return compute()
+    answer: Answer | None = None
+    failure: FemSealError | None = None
+    if world.rank == 0:
+        try:
+            answer = compute()
+        except FemSealError as error:
+            failure = error
+    answer, failure = world.bcast((answer, failure), root=0)
+    if failure is not None:
+        raise failure
+    return answer
+
+
+def total(number: int) -> int:
+    """Sum of a number over the processes."""
+    return _world().allreduce(number) if _world() else number
+
+
+def abort_together() -> None:
+    """Let an unexpected error of one process end them all; the others would wait for ever."""
+    if _world() is None:
+        return
+
+    def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        sys.__excepthook__(kind, error, trace)
+        _world().Abort(1)
+
+    sys.excepthook = hook
+
+
+def fail(message: str, status: int) -> int:
+    """Say why on standard error, once, and end all processes with `status`.
+
+    Returns
+    -------
+    `status`, in a single process; many are ended here.
+    """
+    if _world() is None:
+        print(message, file=sys.stderr)  # noqa: T201 (the one line of a failed command)
+        return status
+    _fail_together(message, status)
+
+
+def _fail_together(message: str, status: int) -> NoReturn:
+    rank = _world().rank
+    if rank:
+        # Most errors are met by all processes alike; then the first has spoken and ended us.
+        time.sleep(2)
+        message = f"{message} (process {rank})"
+    print(message, file=sys.stderr, flush=True)  # noqa: T201
+    _world().Abort(status)
+    raise SystemExit(status)

@@ -1,0 +1,96 @@
+"""The arrays of a result folder: contact.npz and flow.vtu."""
+
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.contact.state import ContactState, GapState
+from fem_seal.errors import InvalidInput
+from fem_seal.gap_file import load_gap
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import FlowField
+
+CONTACT_FILE = "contact.npz"
+FLOW_FILE = "flow.vtu"
+
+
+def write_contact(folder: Path, contact: GapState) -> str:
+    """Write gap [m] and pressure [Pa]; the file is a gap file as well.
+
+    Parameters
+    ----------
+    folder : where contact.npz goes
+    contact : elastic, or of the bearing model, which has no pressure
+
+    Returns
+    -------
+    Name of the file.
+    """
+    gap = contact.gap
+    arrays = {"gap": gap.values, "spacing": np.array(gap.spacing), "periodic": gap.periodic}
+    if isinstance(contact, ContactState):
+        arrays["pressure"] = contact.pressure.values
+    np.savez(folder / CONTACT_FILE, **arrays)
+    return CONTACT_FILE
+
+
+def read_contact(folder: str | Path) -> tuple[GridField, GridField | None]:
+    """Gap [m] and pressure [Pa] of a result folder, to the last digit."""
+    path = Path(folder) / CONTACT_FILE
+    gap = load_gap(path)
+    with np.load(path) as arrays:
+        if "pressure" not in arrays.files:
+            return gap, None
+        return gap, GridField(arrays["pressure"], gap.spacing, gap.periodic)
+
+
+def write_flow(folder: Path, field: FlowField) -> str:
+    """Write the flow on its mesh for ParaView; the points lie in the plane z = 0.
+
+    Parameters
+    ----------
+    folder : where flow.vtu goes
+    field : the flow
+
+    Returns
+    -------
+    Name of the file.
+    """
+    import meshio
+
+    mesh = meshio.Mesh(
+        _in_space(field.points),
+        [("triangle", field.cells)],
+        point_data={"gap": field.gap, "pressure": field.pressure},
+        cell_data={"flux": [_in_space(field.flux)]},
+    )
+    meshio.write(folder / FLOW_FILE, mesh)
+    return FLOW_FILE
+
+
+def read_flow(folder: str | Path) -> FlowField:
+    """Flow of a result folder, to the last digit.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder has no flow.vtu: `output.products` did not name "mesh".
+    """
+    import meshio
+
+    path = Path(folder) / FLOW_FILE
+    if not path.is_file():
+        raise InvalidInput(f"{path} does not exist; name 'mesh' in output.products to have it")
+    mesh = meshio.read(path)
+    return FlowField(
+        points=mesh.points[:, :2],
+        cells=mesh.cells_dict["triangle"],
+        gap=mesh.point_data["gap"],
+        pressure=mesh.point_data["pressure"],
+        flux=mesh.cell_data["flux"][0][:, :2],
+    )
+
+
+def _in_space(vectors: np.ndarray) -> np.ndarray:
+    """(n, 2) to (n, 3), as VTK wants them."""
+    return np.column_stack([vectors, np.zeros(len(vectors))])

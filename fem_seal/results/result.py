@@ -1,0 +1,215 @@
+"""What result.json says."""
+
+from datetime import UTC, datetime
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from platform import python_version
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from fem_seal import parallel
+from fem_seal.contact.state import ContactState, GapState
+from fem_seal.errors import InvalidInput
+from fem_seal.leak_rate import LeakRate
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+
+RESULT_FILE = "result.json"
+_PACKAGES = ("fem_seal", "fenics-dolfinx", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista")
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+class Bounds(_Record):
+    """Leak rate with guaranteed bounds, which finite differences do not have."""
+
+    value: float
+    lower: float | None
+    upper: float | None
+    unit: Literal["m^3/s"] = "m^3/s"
+
+
+class LevelRecord(_Record):
+    """One mesh of the refinement."""
+
+    unknowns: int
+    cells: int
+    lower: float
+    upper: float
+    iterations: dict[str, int]
+    seconds: dict[str, float]
+
+
+class Provenance(_Record):
+    """Where a result comes from: the same scene with the same inputs gives it again."""
+
+    scene: dict[str, Any]
+    seed: int | None
+    inputs: dict[str, str]
+    versions: dict[str, str]
+    processes: int
+    date: str
+
+    @classmethod
+    def of(cls, scene: Scene) -> "Provenance":
+        """Versions and input files as they are now."""
+        return cls(
+            scene=scene.to_mapping(),
+            seed=getattr(scene.surface, "seed", None),
+            inputs={str(path): _digest(path) for path in _input_files(scene)},
+            versions={"python": python_version()} | dict(_versions()),
+            processes=parallel.processes(),
+            date=datetime.now(UTC).isoformat(timespec="seconds"),
+        )
+
+    def same_scene(self, other: "Provenance") -> bool:
+        """Whether both describe one physical case; what was wanted of it may differ."""
+        mine = {key: value for key, value in self.scene.items() if key != "output"}
+        others = {key: value for key, value in other.scene.items() if key != "output"}
+        return mine == others and self.inputs == other.inputs
+
+
+class Result(_Record):
+    """The numbers of one run; docs/results.md explains each."""
+
+    schema_version: Literal[1] = Field(1, alias="schema")
+    state: Literal["leaking", "sealed"]
+    percolates: bool
+    leak_rate: Bounds | None
+    converged: bool
+    reason: str
+    method: str | None
+    unknowns: int
+    inflow: float | None
+    outflow: float | None
+    contact_area_fraction: float
+    mean_gap: float
+    mean_pressure: float | None
+    kkt_residual: float | None
+    contact_iterations: int | None
+    levels: tuple[LevelRecord, ...]
+    files: tuple[str, ...]
+    seconds: dict[str, float]
+    peak_memory_bytes: int
+    provenance: Provenance
+
+    def to_json(self) -> str:
+        """Text of result.json; floats in full, so that reading gives them back exactly."""
+        return self.model_dump_json(by_alias=True, indent=2) + "\n"
+
+    @classmethod
+    def from_folder(cls, folder: str | Path) -> "Result":
+        """Read a result folder; InvalidInput if it holds no whole result of this version."""
+        path = Path(folder) / RESULT_FILE
+        try:
+            return cls.model_validate_json(path.read_bytes())
+        except OSError as error:
+            raise InvalidInput(f"cannot read the result {path}: {error.strerror}") from None
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            where = ".".join(str(part) for part in first["loc"]) or "the file"
+            raise InvalidInput(
+                f"{path} is not a result of this version: {where}: {first['msg']}"
+            ) from None
+
+    def scene(self) -> Scene:
+        """Rebuild the scene that gave this result."""
+        return Scene.from_mapping(self.provenance.scene, source="scene of the result")
+
+
+def summarise(seal: Seal, files: tuple[str, ...] = (), seconds: float | None = None) -> Result:
+    """Collect what the products of the scene have given.
+
+    Parameters
+    ----------
+    seal : whose steps are read; nothing beyond the products is computed
+    files : names of the files beside result.json
+    seconds : of the whole run; the sum of the stages if left out
+    """
+    leak = seal.leak_rate if seal.scene.needs_flow else None
+    sealed = seal.sealed
+    stages = dict(seal.seconds)
+    return Result(
+        state="sealed" if sealed else "leaking",
+        percolates=not sealed,
+        contact_area_fraction=seal.contact_area_fraction,
+        mean_gap=float(seal.gap.values.mean()),
+        files=files,
+        seconds=stages | {"total": sum(stages.values()) if seconds is None else seconds},
+        peak_memory_bytes=parallel.total(peak_memory()),
+        provenance=Provenance.of(seal.scene),
+        **_contact_numbers(seal.contact),
+        **_flow_numbers(leak),
+    )
+
+
+def _contact_numbers(contact: GapState | None) -> dict[str, Any]:
+    """Give the fields of Result that only an elastic contact has."""
+    elastic = isinstance(contact, ContactState)
+    return {
+        "mean_pressure": contact.mean_pressure if elastic else None,
+        "kkt_residual": contact.kkt_residual if elastic else None,
+        "contact_iterations": contact.iterations if elastic else None,
+    }
+
+
+def _flow_numbers(leak: LeakRate | None) -> dict[str, Any]:
+    """Give the fields of Result that the flow decides."""
+    if leak is None:
+        nothing = dict.fromkeys(("leak_rate", "method", "inflow", "outflow"))
+        return nothing | {"converged": True, "reason": "", "unknowns": 0, "levels": ()}
+    return {
+        "leak_rate": Bounds(value=leak.value, lower=leak.lower, upper=leak.upper),
+        "method": leak.method,
+        "converged": leak.converged,
+        "reason": leak.reason,
+        "unknowns": leak.unknowns,
+        "inflow": leak.inflow,
+        "outflow": leak.outflow,
+        "levels": tuple(
+            LevelRecord(
+                unknowns=level.unknowns,
+                cells=level.cells,
+                lower=level.lower,
+                upper=level.upper,
+                iterations=dict(level.iterations),
+                seconds=dict(level.seconds),
+            )
+            for level in leak.levels
+        ),
+    }
+
+
+def peak_memory() -> int:
+    """Largest resident memory of this process so far [bytes].
+
+    getrusage would do, but its number is inherited from the process that started this one.
+    """
+    status = Path("/proc/self/status").read_text()
+    line = next(line for line in status.splitlines() if line.startswith("VmHWM:"))
+    return int(line.split()[1]) * 1024
+
+
+def _versions():
+    for package in _PACKAGES:
+        try:
+            yield package, version(package)
+        except PackageNotFoundError:
+            continue  # the contact half works without FEniCSx and PyVista
+
+
+def _input_files(scene: Scene) -> list[Path]:
+    sections = (scene.surface, scene.gap)
+    return [section.path for section in sections if hasattr(section, "path")]
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        digest = sha256()
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()

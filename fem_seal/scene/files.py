@@ -1,0 +1,58 @@
+"""Reading TOML, and single fields from the command line."""
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from fem_seal.errors import InvalidInput
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Tables of a TOML file; InvalidInput if it is missing or not TOML."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise InvalidInput(f"{path} is not a TOML scene file: it is not UTF-8 text") from None
+    except OSError as error:
+        raise InvalidInput(f"cannot read the scene file {path}: {error.strerror}") from None
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InvalidInput(f"{path} is not a TOML scene file: {error}") from None
+
+
+def parse_assignment(assignment: str) -> tuple[tuple[str, ...], str]:
+    """Split "flow.rtol=0.02" into ("flow", "rtol") and "0.02"."""
+    name, equals, text = assignment.partition("=")
+    keys = tuple(part.strip() for part in name.split("."))
+    if not equals or len(keys) < 2 or not all(keys):
+        raise InvalidInput(f"{assignment!r} is not of the form section.key=value")
+    return keys, text.strip()
+
+
+def override(data: dict[str, Any], assignment: str) -> dict[str, Any]:
+    """Copy of `data` with one field set by "section.key=value", or removed by "section.key="."""
+    keys, text = parse_assignment(assignment)
+    return _replace(data, keys, text, assignment)
+
+
+def _replace(
+    table: dict[str, Any], keys: tuple[str, ...], text: str, assignment: str
+) -> dict[str, Any]:
+    first, *rest = keys
+    if rest:
+        inner = table.get(first, {})
+        if not isinstance(inner, dict):
+            raise InvalidInput(f"{assignment!r}: {first} is a value, not a table")
+        return {**table, first: _replace(inner, tuple(rest), text, assignment)}
+    if not text:
+        return {key: value for key, value in table.items() if key != first}
+    return {**table, first: _value(text)}
+
+
+def _value(text: str) -> object:
+    """TOML value, or the text itself: a shell has eaten the quotes of "5 um"."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text

@@ -1,0 +1,91 @@
+"""One sentence for a user out of pydantic's list of errors."""
+
+from difflib import get_close_matches
+from itertools import pairwise
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+# Where the kinds of a section branch, pydantic puts the kind into the path of the error.
+_KINDS = {"self-affine", "file"}
+
+
+def explain(error: ValidationError, root: type[BaseModel]) -> str:
+    """Sentence on the first error, unknown keys first: a misspelt key is also a missing one."""
+    errors = error.errors(include_url=False)
+    unknown = [e for e in errors if e["type"] == "extra_forbidden"]
+    first = (unknown or errors)[0]
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    return _sentence(first, root) + more
+
+
+def _sentence(error: dict[str, Any], root: type[BaseModel]) -> str:
+    location, given = error["loc"], error.get("input")
+    where = _path(location)
+    match error["type"]:
+        case "extra_forbidden":
+            return f"{where} is not a known key; {_nearest(location, root)}"
+        case "missing":
+            return f"{where} is missing ({_description(location, root)})"
+        case "union_tag_not_found":
+            return f"{where}.kind is missing; choose from 'self-affine' or 'file'"
+        case "union_tag_invalid":
+            allowed = error["ctx"]["expected_tags"]
+            return f"{where}.kind = {error['ctx']['tag']!r} is not allowed; choose from {allowed}"
+        case "literal_error":
+            return f"{where} = {given!r} is not allowed; choose from {error['ctx']['expected']}"
+        case "model_type" | "model_attributes_type":
+            return f"{where} = {given!r} should be a table of keys, [{where}]"
+        case "value_error" if isinstance(given, dict | BaseModel):
+            text = str(error["ctx"]["error"])
+            return f"{where}: {text}" if where else text
+        case "value_error":
+            return f"{where} = {given!r} {error['ctx']['error']}"
+    text = error["msg"].removeprefix("Input ").replace("Tuple should", "should")
+    return f"{where} = {given!r} {text}".replace("a valid tuple", "a list")
+
+
+def _path(location: tuple[int | str, ...]) -> str:
+    path = ""
+    for part in location:
+        if isinstance(part, int):
+            path += f"[{part}]"
+        elif part not in _KINDS:
+            path += f".{part}" if path else part
+    return path
+
+
+def _models(annotation: object) -> list[type[BaseModel]]:
+    """List the models inside Annotated, unions and None."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in _models(part)]
+
+
+def _section(location: tuple[int | str, ...], root: type[BaseModel]) -> type[BaseModel]:
+    """Find the innermost model on the way to `location`."""
+    model = root
+    for part, following in pairwise(location):
+        field = model.model_fields.get(str(part))
+        choices = _models(field.annotation) if field else []
+        if following in _KINDS:
+            model = next(m for m in choices if following in get_args(_kind(m)))
+        elif choices:
+            model = choices[0]
+    return model
+
+
+def _kind(model: type[BaseModel]) -> object:
+    return model.model_fields["kind"].annotation
+
+
+def _nearest(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
+    fields = list(_section(location, root).model_fields)
+    near = get_close_matches(str(location[-1]), fields, n=1, cutoff=0.5)
+    return f"did you mean {near[0]}?" if near else f"known are {', '.join(fields)}"
+
+
+def _description(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
+    """Say what the field is for, or, for an entry of a list, what the list is for."""
+    fields = _section(location, root).model_fields
+    return next(fields[part].description for part in reversed(location) if part in fields)

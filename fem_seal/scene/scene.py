@@ -1,0 +1,113 @@
+"""The whole scene: its sections, and what they demand of each other."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationError, model_validator
+
+from fem_seal.errors import InvalidInput
+from fem_seal.scene.files import override, read_toml
+from fem_seal.scene.messages import explain
+from fem_seal.scene.sections import (
+    Contact,
+    FileSurface,
+    Flow,
+    Fluid,
+    Gap,
+    Output,
+    Section,
+    SelfAffineSurface,
+    Solid,
+)
+
+Surface = Annotated[SelfAffineSurface | FileSurface, Field(discriminator="kind")]
+
+
+class Scene(Section):
+    """One seal and what is wanted of it. Lengths in m, pressures in Pa, viscosity in Pa s.
+
+    Either `gap`, or `surface` and `contact` (and `solid` for an elastic contact).
+    """
+
+    surface: Surface | None = Field(None, description="the rough counter-face")
+    solid: Solid | None = Field(None, description="elasticity of the two solids")
+    contact: Contact | None = Field(None, description="contact model and load")
+    gap: Gap | None = Field(None, description="in place of surface, solid and contact")
+    fluid: Fluid | None = Field(None, description="the liquid that leaks")
+    flow: Flow = Field(Flow(), description="pressure drop, sides and method")
+    output: Output = Field(Output(), description="what is wanted")
+
+    @classmethod
+    def from_file(cls, path: str | Path, overrides: Iterable[str] = ()) -> "Scene":
+        """Read a TOML scene file.
+
+        Parameters
+        ----------
+        path : of the scene file; relative paths inside count from its folder
+        overrides : "section.key=value" each, in TOML; quotes around strings may be left out,
+            and an empty value takes the key away
+
+        Raises
+        ------
+        InvalidInput
+            One sentence that names the file, the field, its value and what is allowed.
+        """
+        path = Path(path)
+        data = read_toml(path)
+        for assignment in overrides:
+            data = override(data, assignment)
+        return cls.from_mapping(data, folder=path.parent, source=str(path))
+
+    @classmethod
+    def from_mapping(
+        cls, data: Mapping[str, Any], folder: Path | None = None, source: str = ""
+    ) -> "Scene":
+        """Check nested mappings such as `to_mapping` or tomllib return; see `from_file`.
+
+        Parameters
+        ----------
+        data : section: {field: value}
+        folder : where relative paths count from, the current one if left out
+        source : of the data, named first in messages
+        """
+        try:
+            return cls.model_validate(dict(data), context={"folder": folder or Path()})
+        except ValidationError as error:
+            raise InvalidInput(": ".join(filter(None, (source, explain(error, cls))))) from None
+
+    def to_mapping(self) -> dict[str, Any]:
+        """Nested plain dicts of what is set, in SI units; `from_mapping` gives the scene back."""
+        return self.model_dump(mode="json", exclude_none=True)
+
+    @property
+    def needs_flow(self) -> bool:
+        """Whether some product needs the leak rate."""
+        return bool({"leak_rate", "mesh"}.intersection(self.output.products))
+
+    @model_validator(mode="after")
+    def _check(self) -> "Scene":
+        self._check_gap()
+        if self.needs_flow:
+            if self.fluid is None:
+                raise ValueError("[fluid] is missing: a leak rate needs fluid.viscosity")
+            if self.flow.pressure_drop is None:
+                raise ValueError("flow.pressure_drop is missing: a leak rate needs it")
+        if "mesh" in self.output.products and self.flow.method == "finite-difference":
+            raise ValueError(
+                "output.products names 'mesh', but flow.method = 'finite-difference' has none; "
+                "choose adaptive or uniform"
+            )
+        return self
+
+    def _check_gap(self) -> None:
+        if self.gap is not None:
+            for name in ("surface", "solid", "contact"):
+                if getattr(self, name) is not None:
+                    raise ValueError(f"[gap] stands in place of [{name}]; give one of the two")
+            return
+        for name in ("surface", "contact"):
+            if getattr(self, name) is None:
+                raise ValueError(f"[{name}] is missing; give [surface] and [contact], or [gap]")
+        if self.contact.model == "gfmd" and self.solid is None:
+            raise ValueError("[solid] is missing: contact.model = 'gfmd' needs its contact_modulus")

@@ -1,0 +1,220 @@
+"""The sections of a scene file: frozen, validated, in SI units."""
+
+from functools import partial
+from math import isclose
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from fem_seal.units import to_si
+
+
+def _plain_number(value: object) -> object:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError("should be a number")
+    return value
+
+
+def _readable(value: object, info: ValidationInfo) -> Path:
+    """Existing file; relative paths count from the folder of the scene file."""
+    if not isinstance(value, str | Path):
+        raise ValueError("should be the path of a file, in quotes")
+    folder = (info.context or {}).get("folder", Path())
+    path = (folder / value).resolve()
+    if not path.is_file():
+        raise ValueError(f"is not a file (looked for {path})")
+    return path
+
+
+Length = Annotated[float, BeforeValidator(partial(to_si, unit="m")), Field(gt=0)]
+Pressure = Annotated[float, BeforeValidator(partial(to_si, unit="Pa")), Field(gt=0)]
+Load = Annotated[float, BeforeValidator(partial(to_si, unit="Pa")), Field(ge=0)]
+Viscosity = Annotated[float, BeforeValidator(partial(to_si, unit="Pa s")), Field(gt=0)]
+Seconds = Annotated[float, BeforeValidator(partial(to_si, unit="s")), Field(gt=0)]
+Bytes = Annotated[float, BeforeValidator(partial(to_si, unit="byte")), Field(gt=0)]
+Number = Annotated[float, BeforeValidator(_plain_number)]
+Count = Annotated[int, Strict(), Field(ge=1)]
+InputFile = Annotated[Path, BeforeValidator(_readable)]
+
+
+class Section(BaseModel):
+    """What all sections share: nothing changes after reading, nothing unknown, no NaN."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def _exactly_one(section: Section, names: tuple[str, ...]) -> str:
+    """Name of the one field of `names` that is given."""
+    given = [name for name in names if getattr(section, name) is not None]
+    if len(given) != 1:
+        found = f"got {' and '.join(given)}" if given else "got none"
+        raise ValueError(f"give exactly one of {', '.join(names)}; {found}")
+    return given[0]
+
+
+class SelfAffineSurface(Section):
+    """A random rough surface, <|h(q)|^2> ~ q^-(2+2H) between two cut-offs."""
+
+    kind: Literal["self-affine"] = Field(description='"self-affine" or "file"')
+    shape: tuple[Count, Count] = Field(description="samples [nx, ny]")
+    size: tuple[Length, Length] = Field(description="lengths [Lx, Ly] of the periodic cell")
+    hurst: Number = Field(gt=0, le=1, description="Hurst exponent H, 0 < H <= 1")
+    long_wavelength: Length = Field(description="long cut-off of the roughness")
+    short_wavelength: Length = Field(description="short cut-off of the roughness")
+    rolloff_wavelength: Length | None = Field(
+        None, description="the spectrum is constant from the long cut-off down to here"
+    )
+    rms_height: Length | None = Field(None, description="this or rms_slope")
+    rms_slope: Number | None = Field(None, gt=0, description="this or rms_height")
+    scaling: Literal["exact", "ensemble"] = Field(
+        "exact", description="the rms value holds on this sample, or in the ensemble mean"
+    )
+    seed: Annotated[int, Strict()] = Field(0, ge=0, description="of the random phases")
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Distance (dx, dy) of the samples [m]."""
+        return self.size[0] / self.shape[0], self.size[1] / self.shape[1]
+
+    @model_validator(mode="after")
+    def _check(self) -> "SelfAffineSurface":
+        _exactly_one(self, ("rms_height", "rms_slope"))
+        grid, short, long = max(self.spacing), self.short_wavelength, self.long_wavelength
+        # One pixel is allowed and is the letter's own choice; only rounding is forgiven.
+        if short < grid and not isclose(short, grid, rel_tol=1e-9):
+            raise ValueError(
+                f"short_wavelength = {short:g} m is finer than the grid, whose samples are "
+                f"{grid:g} m apart; raise it or shape"
+            )
+        if not short < long:
+            raise ValueError(
+                f"short_wavelength = {short:g} m must be below long_wavelength = {long:g} m"
+            )
+        if long > max(self.size) and not isclose(long, max(self.size), rel_tol=1e-9):
+            raise ValueError(
+                f"long_wavelength = {long:g} m does not fit into the cell of size "
+                f"{self.size[0]:g} m by {self.size[1]:g} m"
+            )
+        rolloff = self.rolloff_wavelength
+        if rolloff is not None and not short < rolloff <= long:
+            raise ValueError(
+                f"rolloff_wavelength = {rolloff:g} m must lie above short_wavelength = "
+                f"{short:g} m and not above long_wavelength = {long:g} m"
+            )
+        return self
+
+
+class FileSurface(Section):
+    """Heights from a file."""
+
+    kind: Literal["file"] = Field(description='"self-affine" or "file"')
+    path: InputFile = Field(description="npz with heights (nx, ny) [m] and spacing (dx, dy) [m]")
+
+
+class Solid(Section):
+    """Elasticity of the two solids, mapped to one contact modulus."""
+
+    contact_modulus: Pressure | None = Field(None, description="E*, or both lists below")
+    youngs_modulus: tuple[Pressure, Pressure] | None = Field(None, description="E of both solids")
+    poisson_ratio: tuple[Number, Number] | None = Field(None, description="ν of both solids")
+
+    @model_validator(mode="after")
+    def _check(self) -> "Solid":
+        _exactly_one(self, ("contact_modulus", "youngs_modulus"))
+        if (self.youngs_modulus is None) != (self.poisson_ratio is None):
+            raise ValueError("youngs_modulus and poisson_ratio belong together; give both")
+        for nu in self.poisson_ratio or ():
+            if not -1 < nu <= 0.5:
+                raise ValueError(f"poisson_ratio = {nu:g} must be above -1 and at most 0.5")
+        return self
+
+    @property
+    def E_star(self) -> float:
+        """Contact modulus [Pa]: 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2 (Johnson 1985, eq. 4.24)."""
+        if self.youngs_modulus is None or self.poisson_ratio is None:
+            return self.contact_modulus
+        pairs = zip(self.youngs_modulus, self.poisson_ratio, strict=True)
+        return 1 / sum((1 - nu**2) / E for E, nu in pairs)
+
+
+class Contact(Section):
+    """How the two faces meet: the model and exactly one load."""
+
+    model: Literal["gfmd", "bearing"] = Field("gfmd", description="elastic, or plain cutting")
+    pressure: Load | None = Field(None, description="mean pressure, 0 is touch; gfmd only")
+    area_fraction: Number | None = Field(None, ge=0, lt=1, description="contact area / A0")
+    mean_gap: Length | None = Field(None, description="mean of the gap")
+    tolerance: Number = Field(1e-6, gt=0, lt=1, description="of the contact's certificate")
+    solver: Literal["free-set-cg", "damped", "fista", "polonsky-keer"] = Field(
+        "free-set-cg", description="gfmd only; damped is the letter's own relaxation"
+    )
+    max_iterations: Count | None = Field(None, description="gfmd only; then it has failed")
+    threads: Count = Field(1, description="of the FFT")
+
+    @model_validator(mode="after")
+    def _check(self) -> "Contact":
+        load = _exactly_one(self, ("pressure", "area_fraction", "mean_gap"))
+        if self.model == "bearing" and load == "pressure":
+            raise ValueError(
+                "pressure has no meaning for model = 'bearing', which knows no elasticity; "
+                "give area_fraction or mean_gap"
+            )
+        return self
+
+
+class Gap(Section):
+    """A gap from a file, in place of surface, solid and contact."""
+
+    path: InputFile = Field(description="npz with gap (nx, ny) [m] and spacing (dx, dy) [m]")
+
+
+class Fluid(Section):
+    """The liquid that leaks."""
+
+    viscosity: Viscosity = Field(description="dynamic viscosity η")
+
+
+class Flow(Section):
+    """What drives the flow, and how its leak rate is computed."""
+
+    pressure_drop: Pressure | None = Field(None, description="inlet minus outlet pressure")
+    sides: Literal["wall", "periodic"] = Field("wall", description="at y = 0 and y = Ly")
+    rtol: Number = Field(0.05, gt=0, description="(upper - lower) / sqrt(lower upper) wanted")
+    representation: Literal["linear", "constant"] = Field(
+        "linear", description="gap linear between samples, or constant on square pixels"
+    )
+    method: Literal["adaptive", "uniform", "finite-difference"] = Field(
+        "adaptive", description="how the mesh is refined, or no mesh at all"
+    )
+    links: Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-gap"] = Field(
+        "harmonic", description="conductance between two pixels; of finite-difference only"
+    )
+    max_unknowns: Count | None = Field(None, description="stop with the best bounds so far")
+    max_seconds: Seconds | None = Field(None, description="stop with the best bounds so far")
+    max_memory: Bytes | None = Field(None, description="stop with the best bounds so far")
+
+
+Product = Literal["contact", "leak_rate", "pictures", "mesh"]
+
+
+class Output(Section):
+    """What is wanted; nothing else is computed."""
+
+    products: tuple[Product, ...] = Field(
+        ("contact", "leak_rate", "pictures"), min_length=1, description="what is computed"
+    )
+
+    @field_validator("products")
+    @classmethod
+    def _sort(cls, products: tuple[Product, ...]) -> tuple[Product, ...]:
+        return tuple(sorted(set(products)))

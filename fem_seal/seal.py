@@ -1,0 +1,211 @@
+"""Seal: from a scene to its leak rate, each step computed when it is first asked for."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal import parallel
+from fem_seal.gap_file import load_gap
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate, Level
+from fem_seal.progress import Report, silent
+from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
+
+if TYPE_CHECKING:
+    from fem_seal.contact.state import GapState
+
+
+class Seal:
+    """The steps of a scene: surface, contact, gap, sealed, leak_rate.
+
+    Each is computed once, when it or a later step is first read, and imports only what it needs:
+    the contact works without FEniCSx, and a sealed gap is never meshed.
+
+    Under mpirun all processes must read the same steps: the first computes surface and contact
+    and gives them to the others, and the flow is solved by all.
+
+    Parameters
+    ----------
+    scene : what is to be computed
+    report : called with the stage and its latest news
+    """
+
+    def __init__(self, scene: Scene, report: Report = silent):
+        self.scene = scene
+        self.report = report
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Report a stage and add its duration [s] to `seconds`."""
+        self.report(stage, "")
+        start = perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
+
+    @cached_property
+    def surface(self) -> GridField | None:
+        """Heights [m] of the rough face; None if the scene gives a gap instead."""
+        surface = self.scene.surface
+        if surface is None:
+            return None
+        with self.timed("surface"):
+            return parallel.on_root(lambda: SURFACES[type(surface)](surface))
+
+    @cached_property
+    def contact(self) -> "GapState | None":
+        """Gap, pressure and residual of the contact; None if the scene gives a gap instead."""
+        if self.surface is None:
+            return None
+        with self.timed("contact"):
+            return parallel.on_root(lambda: CONTACTS[self.scene.contact.model](self))
+
+    @cached_property
+    def gap(self) -> GridField:
+        """Gap [m], exactly 0 in contact."""
+        if self.contact is not None:
+            return self.contact.gap
+        with self.timed("gap"):
+            return parallel.on_root(lambda: load_gap(self.scene.gap.path))
+
+    @property
+    def contact_area_fraction(self) -> float:
+        """Contact area over nominal area, by counting samples with a gap of 0."""
+        return float(np.count_nonzero(self.gap.values == 0) / self.gap.values.size)
+
+    @cached_property
+    def sealed(self) -> bool:
+        """Whether no open path joins inlet and outlet."""
+        from fem_seal.topology.percolation import is_sealed
+
+        flow, gap = self.scene.flow, self.gap
+        with self.timed("topology"):
+            return is_sealed(gap, flow.sides, flow.representation)
+
+    @cached_property
+    def leak_rate(self) -> LeakRate:
+        """Volume per second through the gap, with bounds where the method has them."""
+        method = self.scene.flow.method
+        if self.sealed:
+            return LeakRate.sealed(method)
+        with self.timed("flow"):
+            return FLOWS[method](self)
+
+
+def _self_affine(surface: SelfAffineSurface) -> GridField:
+    from fem_seal.surface import Spectrum, self_affine
+
+    spectrum = Spectrum(
+        surface.hurst,
+        surface.long_wavelength,
+        surface.short_wavelength,
+        surface.rolloff_wavelength,
+    )
+    return self_affine(
+        spectrum,
+        surface.shape,
+        surface.size,
+        rms_height=surface.rms_height,
+        rms_slope=surface.rms_slope,
+        scaling=surface.scaling,
+        seed=surface.seed,
+    )
+
+
+def _height_file(surface: FileSurface) -> GridField:
+    from fem_seal.surface import load_heights
+
+    return load_heights(Path(surface.path))
+
+
+SURFACES: dict[type, Callable[..., GridField]] = {
+    SelfAffineSurface: _self_affine,
+    FileSurface: _height_file,
+}
+
+
+def _elastic(seal: Seal) -> "GapState":
+    from fem_seal.contact import solve
+
+    contact = seal.scene.contact
+
+    def progress(iteration: int, residual: float) -> None:
+        seal.report("contact", f"iteration {iteration}, residual {residual:.1e}")
+
+    return solve(
+        seal.surface,
+        seal.scene.solid.E_star,
+        pressure=contact.pressure,
+        area_fraction=contact.area_fraction,
+        mean_gap=contact.mean_gap,
+        tolerance=contact.tolerance,
+        solver=contact.solver,
+        max_iterations=contact.max_iterations,
+        threads=contact.threads,
+        progress=progress,
+    )
+
+
+def _bearing(seal: Seal) -> "GapState":
+    from fem_seal.contact import bearing
+
+    contact = seal.scene.contact
+    return bearing(seal.surface, area_fraction=contact.area_fraction, mean_gap=contact.mean_gap)
+
+
+CONTACTS: dict[str, Callable[[Seal], "GapState"]] = {"gfmd": _elastic, "bearing": _bearing}
+
+
+def _finite_elements(seal: Seal) -> LeakRate:
+    from fem_seal.flow import Limits, leak_rate
+
+    flow = seal.scene.flow
+
+    def progress(level: Level) -> None:
+        news = f"{level.unknowns} unknowns, ±{100 * level.half_width:.2g} %"
+        seal.report("flow", news)
+
+    return leak_rate(
+        seal.gap,
+        viscosity=seal.scene.fluid.viscosity,
+        pressure_drop=flow.pressure_drop,
+        sides=flow.sides,
+        representation=flow.representation,
+        method=flow.method,
+        rtol=flow.rtol,
+        limits=Limits(
+            unknowns=flow.max_unknowns, seconds=flow.max_seconds, memory_bytes=flow.max_memory
+        ),
+        progress=progress,
+        field=bool({"pictures", "mesh"}.intersection(seal.scene.output.products)),
+    )
+
+
+def _finite_differences(seal: Seal) -> LeakRate:
+    from fem_seal.finite_difference import solve
+
+    flow = seal.scene.flow
+    return parallel.on_root(
+        lambda: solve(
+            seal.gap,
+            viscosity=seal.scene.fluid.viscosity,
+            pressure_drop=flow.pressure_drop,
+            sides=flow.sides,
+            representation=flow.representation,
+            links=flow.links,
+        )
+    )
+
+
+FLOWS: dict[str, Callable[[Seal], LeakRate]] = {
+    "adaptive": _finite_elements,
+    "uniform": _finite_elements,
+    "finite-difference": _finite_differences,
+}
