@@ -49,7 +49,7 @@ def pressure_for_area(
     nearest: ContactState | None = None
     pressure = _first_guess(interface, wanted, start)
     smallest_step = SMALLEST_STEP * pressure
-    iterations = 0
+    iterations, same_side, was_below = 0, 0, None
     for _ in range(MAX_SOLVES):
         state = interface.under_pressure(pressure, rough, start)
         iterations += state.iterations
@@ -62,7 +62,9 @@ def pressure_for_area(
         jump = above[0] - below[0] < smallest_step
         if abs(miss) <= within or jump:
             return _polished(interface, nearest, stopping, rough, iterations)
-        pressure = _between(below, above, wanted)
+        same_side = same_side + 1 if was_below == (miss < 0) else 0
+        was_below = miss < 0
+        pressure = _between(below, above, wanted, bisect=same_side >= 2)
     raise NotConverged(
         f"contact area fraction {area_fraction} not bracketed by {MAX_SOLVES} solves; the last "
         f"has {state.contact_area_fraction} at {pressure:.6e} Pa"
@@ -78,12 +80,15 @@ def _first_guess(interface: Interface, wanted: float, start: np.ndarray | None) 
     return max(wanted * slope / 2**0.5, 1e-9) * interface.contact_modulus
 
 
-def _between(below: tuple[float, float], above: tuple[float, float], wanted: float) -> float:
+def _between(
+    below: tuple[float, float], above: tuple[float, float], wanted: float, bisect: bool
+) -> float:
     """Next pressure from the bracket's ends (pressure, Y)."""
     if not np.isfinite(above[0]):
         # Yet unbounded: straight on from the origin, a little further, at most fourfold.
         return below[0] * min(max(1.02 * wanted / max(below[1], 1e-300), 1.02), 4.0)
-    if not np.isfinite(above[1]) or above[1] <= below[1]:
+    # A secant that keeps hitting one side has met a jump.
+    if bisect or not np.isfinite(above[1]) or above[1] <= below[1]:
         return (below[0] + above[0]) / 2
     share = (wanted - below[1]) / (above[1] - below[1])
     # Kept off the ends, so that the bracket shrinks from both sides.

@@ -32,6 +32,9 @@ METHODS = {
 # An error that has not fallen by a tenth in so many looks is taken for the floor of the arithmetic.
 PATIENCE = 300
 
+# Float64 cannot tell a smaller certificate from zero.
+SMALLEST_TOLERANCE = 1e-13
+
 
 @dataclass(frozen=True)
 class Stopping:
@@ -45,8 +48,10 @@ class Stopping:
     def __post_init__(self):
         if self.solver not in METHODS:
             raise InvalidInput(f"unknown solver {self.solver!r}; choose from {', '.join(METHODS)}")
-        if not 0 < self.tolerance < 1:
-            raise InvalidInput(f"tolerance must lie in (0, 1), got {self.tolerance}")
+        if not SMALLEST_TOLERANCE <= self.tolerance < 1:
+            raise InvalidInput(
+                f"tolerance must lie in [{SMALLEST_TOLERANCE}, 1), got {self.tolerance}"
+            )
         if self.max_iterations is not None and self.max_iterations < 1:
             raise InvalidInput(f"max_iterations must be at least 1, got {self.max_iterations}")
 

@@ -1,0 +1,61 @@
+"""The bearing model is the surface's own height distribution."""
+
+import numpy as np
+import pytest
+from contact_cases import rough_surface
+from scipy.stats import norm
+
+from fem_seal.contact import bearing
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.surface import rms_height
+
+
+@pytest.mark.parametrize("wanted", [0.01, 0.2, 0.5, 0.93])
+def test_area(rough, wanted):
+    state = bearing(rough, area_fraction=wanted)
+    assert abs(state.contact_area_fraction - wanted) <= 0.5 / rough.values.size
+    # The letter's formula, gap = max(0, d_free - Δd).
+    free = rough.values.max() - rough.values
+    assert np.abs(state.gap.values - np.maximum(0, free - state.shift)).max() < 1e-12 * free.max()
+    # Cut, not pressed: contact is exactly the highest points.
+    assert rough.values[state.contact].min() > rough.values[~state.contact].max()
+
+
+@pytest.mark.parametrize("relative", [0.01, 0.4, 1.0, 3.0, 10.0])
+def test_mean_gap(rough, relative):
+    wanted = relative * rms_height(rough)
+    state = bearing(rough, mean_gap=wanted)
+    assert state.mean_gap == pytest.approx(wanted, rel=1e-12)
+
+
+def test_gaussian_heights():
+    """Plane at t: A = 1 - Φ(t/σ), mean gap = σ φ(t/σ) + t Φ(t/σ)."""
+    surface = rough_surface((256, 256), short=3, long=8)
+    sigma = rms_height(surface)
+    state = bearing(surface, area_fraction=0.3)
+    t = norm.isf(0.3)
+    expected = sigma * (norm.pdf(t) + t * norm.cdf(t))
+    # About (256/8)² = 1000 independent patches.
+    assert state.mean_gap == pytest.approx(expected, rel=4 / 1000**0.5)
+
+
+def test_ties_touch_together():
+    steps = GridField(np.repeat([0.0, 1.0, 2.0], 4).reshape(3, 4), (1.0, 1.0))
+    assert bearing(steps, area_fraction=0.1).contact_area_fraction == pytest.approx(1 / 3)
+    assert bearing(steps, area_fraction=0.0).contact_area_fraction == pytest.approx(1 / 3)
+
+
+@pytest.mark.parametrize(
+    ("loads", "message"),
+    [
+        ({}, "either"),
+        ({"area_fraction": 0.1, "mean_gap": 1.0}, "either"),
+        ({"area_fraction": 1.0}, "area_fraction"),
+        ({"mean_gap": 0.0}, "mean_gap"),
+        ({"mean_gap": float("nan")}, "mean_gap"),
+    ],
+)
+def test_refused(rough, loads, message):
+    with pytest.raises(InvalidInput, match=message):
+        bearing(rough, **loads)

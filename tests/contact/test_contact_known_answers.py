@@ -1,0 +1,138 @@
+"""Contacts with a closed form: Westergaard, Johnson, Hertz, full contact, Persson's area."""
+
+import numpy as np
+import pytest
+from contact_cases import E_STAR, compliance, rough_surface
+from scipy.special import erf
+
+from fem_seal.contact import solve
+from fem_seal.grid import GridField
+from fem_seal.surface import Spectrum, rms_slope, self_affine
+
+
+@pytest.mark.parametrize("n", [32, 129, 512])
+@pytest.mark.parametrize("relative", [0.02, 0.1, 0.35, 0.6, 0.9, 0.99])
+def test_westergaard(n, relative):
+    """One wave: sin²(π a / λ) = p/p*, p* = π E* Δ / λ (Westergaard 1939; Johnson 1985, 13.2)."""
+    wavelength, amplitude = 1e-3, 2e-6
+    x = np.arange(n) / n * wavelength
+    height = GridField(
+        amplitude * np.cos(2 * np.pi * x / wavelength)[:, None],
+        (wavelength / n, 1e-5),
+        periodic=True,
+    )
+    full = np.pi * E_STAR * amplitude / wavelength
+    state = solve(height, E_STAR, pressure=relative * full, tolerance=1e-9)
+    half_angle = np.arcsin(relative**0.5)
+    # The crest is sample 0, so that the last samples that touch are (count - 1)/2 away from it:
+    # within half a sample of the edge a.
+    last = (np.count_nonzero(state.contact) - 1) / 2
+    assert abs(last - half_angle / np.pi * n) <= 0.5
+    angle = np.pi * x / wavelength
+    inside = np.clip(np.sin(half_angle) ** 2 - np.sin(angle) ** 2, 0, None)
+    exact = 2 * relative * full * abs(np.cos(angle)) * inside**0.5 / relative
+    error = np.linalg.norm(state.pressure.values[:, 0] - exact) / np.linalg.norm(exact)
+    # The square-root edges, in or out by half a sample of a width w, weigh (1/w) in the square
+    # of the norm: an error of order 1/w.
+    assert error < 0.6 / max(2 * half_angle / np.pi * n, 1)
+
+
+@pytest.mark.parametrize("relative", [0.002, 0.005])
+def test_johnson_light_load_is_hertz(relative):
+    """Two peaks in a period of cos cos, each with R = λ²/(4π²Δ) (Johnson et al., 1985)."""
+    n, wavelength, amplitude = 256, 1.0, 1e-3
+    wave = np.cos(2 * np.pi * np.arange(n) / n)
+    height = GridField(amplitude * np.outer(wave, wave), (1 / n, 1 / n), periodic=True)
+    full = 2**0.5 * np.pi * E_STAR * amplitude / wavelength
+    state = solve(height, E_STAR, pressure=relative * full)
+    radius = wavelength**2 / (4 * np.pi**2 * amplitude)
+    load = relative * full * wavelength**2 / 2
+    contact_radius = (3 * load * radius / (4 * E_STAR)) ** (1 / 3)
+    found = (state.contact_area_fraction / (2 * np.pi)) ** 0.5
+    assert abs(found - contact_radius) < 0.5 / n
+
+
+def test_johnson_near_full_contact():
+    """1 - A/A0 -> (3/2π)(1 - p/p*): the last open spots close like Hertz contacts upside down."""
+    n = 256
+    wave = np.cos(2 * np.pi * np.arange(n) / n)
+    height = GridField(1e-3 * np.outer(wave, wave), (1 / n, 1 / n), periodic=True)
+    full = 2**0.5 * np.pi * E_STAR * 1e-3
+    state = solve(height, E_STAR, pressure=0.98 * full)
+    # Two open spots of radius 7 samples, each known to half a sample: 15 % of the open area.
+    assert 1 - state.contact_area_fraction == pytest.approx(3 / (2 * np.pi) * 0.02, rel=0.15)
+
+
+@pytest.mark.parametrize("n", [96, 97])
+@pytest.mark.parametrize("samples", [6, 12])
+def test_hertz(n, samples):
+    """Paraboloid in a cell 8 to 16 contact radii wide: a, p0 and the pressure's profile."""
+    pixel, radius = 1e-5, 5e-2
+    contact_radius = samples * pixel
+    load = 4 * E_STAR * contact_radius**3 / (3 * radius)
+    centred = (np.arange(n) - n // 2) * pixel
+    square = np.add.outer(centred**2, centred**2)
+    height = GridField(-square / (2 * radius), (pixel, pixel), periodic=True)
+    state = solve(height, E_STAR, pressure=load / (n * pixel) ** 2, tolerance=1e-9)
+    found = (state.contact.sum() / np.pi) ** 0.5
+    assert abs(found - samples) < 0.5
+    peak = 3 * load / (2 * np.pi * contact_radius**2)
+    # Neighbouring cells flatten the paraboloid by about (a/L)³ = 2e-3; edges of half a sample
+    # move the peak by (1/samples)²/3, 1 % at 6 samples.
+    assert state.pressure.values.max() == pytest.approx(peak, rel=0.3 / samples**2 + 4e-3)
+    inner = square < (contact_radius - pixel) ** 2
+    profile = peak * np.sqrt(1 - square[inner] / contact_radius**2)
+    assert np.abs(state.pressure.values[inner] - profile).max() < 0.06 * peak
+
+
+def test_full_contact_is_linear():
+    """Above p* the pressure is P + (E*/2) q h̃(q), known mode by mode."""
+    rough = rough_surface((48, 40), short=3)
+    inverse = compliance(rough)
+    stiffness = np.divide(1, inverse, out=np.zeros_like(inverse), where=inverse > 0)
+    waves = np.fft.ifft2(np.fft.fft2(rough.values) * stiffness).real
+    state = solve(rough, E_STAR, pressure=-1.1 * waves.min())
+    assert state.contact_area_fraction == 1
+    assert state.mean_gap == 0
+    # float32 steers, float64 decides: the certificate's 1e-6 bounds the error of the pressure.
+    exact = waves - 1.1 * waves.min()
+    assert np.abs(state.pressure.values - exact).max() < 1e-4 * exact.max()
+
+
+def test_area_has_the_shape_of_perssons_law():
+    """A/A0 lies above erf(√2 p/(E* h'rms)), by less and less, and joins it at full contact."""
+    surface = rough_surface((256, 256), short=8, long=32)
+    scale = E_STAR * rms_slope(surface)
+    loads = np.array([0.03, 0.1, 0.3, 0.6, 1.0])
+    area = np.array(
+        [solve(surface, E_STAR, pressure=p * scale).contact_area_corrected for p in loads]
+    )
+    ratio = area / erf(2**0.5 * loads)
+    assert np.all(np.diff(ratio) < 0.01)
+    assert 1.1 < ratio[0] < 1.45
+    assert ratio[-1] == pytest.approx(1, abs=0.03)
+
+
+@pytest.mark.parametrize("short", [2, 4, 8, 16])
+@pytest.mark.parametrize("hurst", [0.4, 0.8])
+def test_area_per_load(short, hurst):
+    """κ = A E* h'rms / p is about 2 at light load (Hyun et al. 2004), whatever the pixel is."""
+    surface = rough_surface((256, 256), short=short, long=64, hurst=hurst, seed=2)
+    state = solve(surface, E_STAR, pressure=0.05 * E_STAR * rms_slope(surface))
+    kappa = state.contact_area_corrected / 0.05
+    # Between Persson's √(8/π) = 1.6 and Bush, Gibson and Thomas's √(2π) = 2.5.
+    assert 1.6 < kappa < 2.5
+    assert kappa == pytest.approx(2.1, abs=0.25)
+
+
+def test_perimeter_correction_removes_most_of_the_pixels_error():
+    """One surface on finer and finer grids: corrected areas agree, raw ones fall."""
+    spectrum = Spectrum(0.8, 1 / 4, 1 / 15)
+    states = [
+        solve(self_affine(spectrum, (n, n), (1, 1), rms_slope=1, seed=3), 1.0, pressure=0.1)
+        for n in (32, 64, 128, 256)
+    ]
+    raw = np.array([state.contact_area_fraction for state in states])
+    corrected = np.array([state.contact_area_corrected for state in states])
+    assert np.all(np.diff(raw) < 0)
+    assert np.ptp(corrected[1:]) < 0.3 * np.ptp(raw[1:])

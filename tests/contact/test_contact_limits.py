@@ -1,0 +1,130 @@
+"""Extremes, refusals, and failures that must be loud."""
+
+import numpy as np
+import pytest
+from contact_cases import E_STAR, SLOPE, check_equilibrium, rough_surface
+
+from fem_seal.contact import METHODS, solve
+from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.grid import GridField
+
+
+def periodic(values):
+    return GridField(np.asarray(values, dtype=float), (1.0, 1.0), periodic=True)
+
+
+def test_one_sample_in_contact(rough):
+    pressure = 1e-9 * E_STAR * SLOPE
+    state = solve(rough, E_STAR, pressure=pressure)
+    peak = np.unravel_index(rough.values.argmax(), rough.shape)
+    assert state.contact.sum() == 1
+    assert state.contact[peak]
+    assert state.pressure.values[peak] == pytest.approx(pressure * rough.values.size, rel=1e-12)
+
+
+@pytest.mark.parametrize("load", [{"pressure": 0}, {"area_fraction": 0}])
+def test_first_touch(rough, load):
+    state = solve(rough, E_STAR, **load)
+    assert state.mean_pressure == 0
+    assert np.array_equal(state.gap.values, rough.values.max() - rough.values)
+
+
+def test_apart(rough):
+    """A mean gap larger than the highest peak: no contact at all."""
+    wanted = 1.5 * rough.values.max()
+    state = solve(rough, E_STAR, mean_gap=wanted)
+    assert state.contact_area_fraction == 0
+    assert state.mean_gap == pytest.approx(wanted, rel=1e-13)
+
+
+@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize("level", [0.0, 0.1, -3e-6])
+def test_flat_surface(solver, level):
+    state = solve(periodic(np.full((8, 6), level)), E_STAR, pressure=10.0, solver=solver)
+    assert state.contact_area_fraction == 1
+    assert state.pressure.values == pytest.approx(10.0, rel=1e-13)
+
+
+def test_single_sample():
+    state = solve(periodic([[0.3]]), E_STAR, pressure=2.0)
+    assert state.pressure.values[0, 0] == pytest.approx(2.0)
+
+
+CHECKER = np.indices((16, 16)).sum(axis=0) % 2
+SPIKE = np.where(np.arange(256) == 77, 1e6, np.random.default_rng(0).normal(size=256))
+EXTREMES = {
+    "checkerboard": CHECKER,
+    "step": np.repeat([0.0, 1.0], 128).reshape(16, 16),
+    "levels": np.random.default_rng(1).integers(0, 8, (32, 32)),
+    "white noise": np.random.default_rng(2).normal(size=(32, 32)),
+    "spike": SPIKE.reshape(16, 16),
+    "pit": -SPIKE.reshape(16, 16),
+    "two equal peaks": np.where(np.isin(np.arange(256), (3, 200)), 1.0, 0.0).reshape(16, 16),
+}
+
+
+@pytest.mark.parametrize("name", EXTREMES)
+@pytest.mark.parametrize("load", [1e-6, 1e-2, 0.3, 30.0])
+def test_extreme_surfaces(name, load):
+    height = periodic(EXTREMES[name])
+    scale = E_STAR * height.values.std()
+    check_equilibrium(solve(height, E_STAR, pressure=load * scale), height, 1e-6)
+
+
+@pytest.mark.parametrize("load", [1e-8, 1e-5, 1e-3, 1, 2, 5, 1e4])
+def test_extreme_loads(load):
+    height = rough_surface(short=1)
+    check_equilibrium(solve(height, E_STAR, pressure=load * E_STAR * SLOPE), height, 1e-6)
+
+
+@pytest.mark.parametrize("solver", METHODS)
+def test_too_few_iterations_raise(rough, solver):
+    with pytest.raises(NotConverged, match=f"{solver}.*after.*max_iterations"):
+        solve(rough, E_STAR, pressure=1e4, solver=solver, max_iterations=1)
+
+
+@pytest.mark.parametrize("solver", ["free-set-cg", "fista"])
+def test_stagnation_raises(rough, solver):
+    """A huge load drowns the roughness in rounding: the method says so instead of running on."""
+    with pytest.raises(NotConverged, match="no longer falls"):
+        solve(rough, E_STAR, pressure=1e9 * E_STAR, tolerance=1e-10, solver=solver)
+
+
+def test_progress_hears_every_iteration(rough):
+    heard = []
+    state = solve(rough, E_STAR, pressure=1e4, progress=lambda k, error: heard.append((k, error)))
+    assert [k for k, _ in heard] == list(range(state.iterations + 1))
+    assert tuple(error for _, error in heard) == state.residuals
+    assert state.residuals[-1] <= 1e-6 < state.residuals[-2]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"pressure": None}, "exactly one load.*none"),
+        ({"mean_gap": 1e-6}, "pressure, mean_gap"),
+        ({"pressure": -1.0}, "pressure must not be negative"),
+        ({"pressure": float("nan")}, "pressure must be finite"),
+        ({"pressure": None, "area_fraction": 1.0}, "area_fraction"),
+        ({"pressure": None, "area_fraction": -0.1}, "area_fraction"),
+        ({"pressure": None, "mean_gap": 0.0}, "mean_gap"),
+        ({"contact_modulus": 0.0}, "contact_modulus"),
+        ({"contact_modulus": float("inf")}, "contact_modulus"),
+        ({"solver": "newton"}, "free-set-cg, damped, fista, polonsky-keer"),
+        ({"precision": "single"}, "double, mixed"),
+        ({"tolerance": 0.0}, "tolerance"),
+        ({"max_iterations": 0}, "max_iterations"),
+        ({"threads": 0}, "threads"),
+        ({"start": np.ones((3, 3))}, "start"),
+        ({"start": np.full((64, 64), -1.0)}, "start"),
+    ],
+)
+def test_refused(rough, change, message):
+    arguments = {"contact_modulus": E_STAR, "pressure": 1e4} | change
+    with pytest.raises(InvalidInput, match=message):
+        solve(rough, **arguments)
+
+
+def test_surface_that_is_not_periodic_is_refused(rough):
+    with pytest.raises(InvalidInput, match="periodic"):
+        solve(GridField(rough.values, rough.spacing), E_STAR, pressure=1.0)

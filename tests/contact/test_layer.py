@@ -1,0 +1,102 @@
+"""The layer's compliance against a direct solution of plane-strain elasticity, and its limits."""
+
+import numpy as np
+import pytest
+from contact_cases import E_STAR, SLOPE, rough_surface
+
+from fem_seal.contact import Layer, solve
+from fem_seal.errors import InvalidInput
+
+
+def airy_compliance(q, thickness, nu, base):
+    """-u_z / p on top of a layer with E = 1 from Airy's function [(A + Bz)e^qz + (C + Dz)e^-qz].
+
+    σ_zz = -q² f, σ_xz = -iq f', u_x ∝ (1-ν) f'' + ν q² f, 2μ q² u_z = (1-ν) f''' - (2-ν) q² f'.
+    """
+
+    def derivatives(z):
+        grow, fall = np.exp(q * z), np.exp(-q * z)
+        rows = [np.array([grow, z * grow, fall, z * fall])]
+        for k in range(1, 4):
+            rows.append(
+                np.array(
+                    [
+                        q**k * grow,
+                        (q**k * z + k * q ** (k - 1)) * grow,
+                        (-q) ** k * fall,
+                        ((-q) ** k * z + k * (-q) ** (k - 1)) * fall,
+                    ]
+                )
+            )
+        return rows
+
+    def vertical(f):
+        return ((1 - nu) * f[3] - (2 - nu) * q**2 * f[1]) * (1 + nu) / q**2
+
+    top, bottom = derivatives(thickness), derivatives(0.0)
+    held = {"fixed": (1 - nu) * bottom[2] + nu * q**2 * bottom[0], "sliding": bottom[1]}[base]
+    conditions = np.array([q**2 * top[0], top[1], vertical(bottom), held])
+    coefficients = np.linalg.solve(conditions, [1.0, 0, 0, 0])
+    return -float(vertical(top) @ coefficients)
+
+
+@pytest.mark.parametrize("base", ["fixed", "sliding"])
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45, 0.5])
+@pytest.mark.parametrize("depth", [0.05, 0.3, 1.0, 2.7])
+def test_compliance_against_elasticity(base, nu, depth):
+    q = 3.0
+    exact = airy_compliance(q, depth / q, nu, base)
+    factor = Layer(depth / q, base, nu).compliance_factor(q)
+    # The 4 x 4 system loses up to 1/ξ^4 = 1e5 of its 16 digits in thin layers.
+    assert 2 * (1 - nu**2) / q * factor == pytest.approx(exact, rel=1e-8)
+
+
+@pytest.mark.parametrize("base", ["fixed", "sliding"])
+def test_thick_layer_is_a_half_space(base):
+    factor = Layer(1.0, base, 0.3).compliance_factor(np.array([20.0, 1e3, 1e5]))
+    # What is left falls as ξ² exp(-2ξ).
+    assert factor == pytest.approx(1, abs=1e3 * np.exp(-40))
+
+
+def test_thin_layers_are_springs():
+    """Bonded: oedometric modulus over thickness; sliding: plane-strain modulus (E = 1)."""
+    thickness, nu, q = 1e-4, 0.3, 1.0
+    spring = {
+        "fixed": thickness * (1 + nu) * (1 - 2 * nu) / (1 - nu),
+        "sliding": thickness * (1 - nu**2),
+    }
+    for base, compliance in spring.items():
+        factor = Layer(thickness, base, nu).compliance_factor(q)
+        assert 2 * (1 - nu**2) / q * factor == pytest.approx(compliance, rel=1e-6)
+
+
+def test_contact_through_the_thickness():
+    """A rigid base stiffens: less area at one pressure; a thick layer gives the half-space's."""
+    height = rough_surface(short=3)
+    pressure = 0.1 * E_STAR * SLOPE
+    free = solve(height, E_STAR, pressure=pressure)
+    pixel = height.spacing[0]
+    states = {
+        (t, base): solve(height, E_STAR, pressure=pressure, layer=Layer(t * pixel, base, 0.3))
+        for t in (1, 4, 500)
+        for base in ("fixed", "sliding")
+    }
+    for base in ("fixed", "sliding"):
+        areas = [states[t, base].contact_area_fraction for t in (1, 4, 500)]
+        assert areas[0] < areas[1] < areas[2]
+        assert np.array_equal(states[500, base].contact, free.contact)
+    assert states[1, "fixed"].contact_area_fraction <= states[1, "sliding"].contact_area_fraction
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((0.0,), "thickness"),
+        ((float("nan"),), "thickness"),
+        ((1.0, "glued"), "fixed, sliding"),
+        ((1.0, "fixed", 0.6), "poisson_ratio"),
+    ],
+)
+def test_refused(arguments, message):
+    with pytest.raises(InvalidInput, match=message):
+        Layer(*arguments)
