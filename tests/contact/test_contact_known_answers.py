@@ -24,10 +24,11 @@ def test_westergaard(n, relative):
     full = np.pi * E_STAR * amplitude / wavelength
     state = solve(height, E_STAR, pressure=relative * full, tolerance=1e-9)
     half_angle = np.arcsin(relative**0.5)
-    # The crest is sample 0, so that the last samples that touch are (count - 1)/2 away from it:
-    # within half a sample of the edge a.
+    # The crest is sample 0: the edge a lies between the last sample that touches and the next
+    # one, but for the 0.3 of a sample by which pixels carry too much at an edge (0.15 to 0.2, the
+    # perimeter correction).
     last = (np.count_nonzero(state.contact) - 1) / 2
-    assert abs(last - half_angle / np.pi * n) <= 0.5
+    assert last - 0.3 <= half_angle / np.pi * n <= last + 1
     angle = np.pi * x / wavelength
     inside = np.clip(np.sin(half_angle) ** 2 - np.sin(angle) ** 2, 0, None)
     exact = 2 * relative * full * abs(np.cos(angle)) * inside**0.5 / relative
