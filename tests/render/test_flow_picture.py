@@ -1,0 +1,128 @@
+"""Flow density, pressure and mesh are drawn as they are on the triangles."""
+
+import numpy as np
+import pytest
+from drawn_fields import leaking, positions, smooth_gap, structured_flow
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+from fem_seal.render import flow
+from fem_seal.render.offscreen import Scale, Window
+
+pytestmark = pytest.mark.render
+OPEN = GridField(np.ones((21, 11)), (1e-6, 1e-6))  # 20 by 10 µm
+SIZE = (20e-6, 10e-6)
+SIDE = 600  # 30 pixels per interval
+
+
+def test_decades_of_flow_are_equal_steps_of_colour():
+    """|j| = 10^(-9 + 4 x/Lx) on a scale of the four decades: place on the map = x/Lx."""
+    field = structured_flow(20, 10, SIZE, lambda x: 10 ** (-9 + 4 * x))
+    scale = Scale("|j|", 1e-9, 1e-5, True, flow.FLOW_COLOURS)
+    pixels = flow.flow_panel(field, OPEN, scale, long_side=SIDE).pixels
+    middles = pixels[150, 15::30]
+    drawn, distance = positions(middles, scale.colours)
+    assert distance.max() <= 1
+    assert np.abs(drawn - (np.arange(20) + 0.5) / 20).max() <= 2 / 255
+
+
+def test_weak_and_zero_flow_take_the_colour_of_the_lower_end():
+    field = structured_flow(20, 10, SIZE, lambda x: np.where(x < 0.5, 0.0, 1e-12))
+    scale = Scale("|j|", 1e-9, 1e-5, True, flow.FLOW_COLOURS)
+    pixels = flow.flow_panel(field, OPEN, scale, long_side=SIDE).pixels
+    drawn, distance = positions(pixels, scale.colours)
+    assert drawn.max() == 0
+    assert distance.max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("peak", "high"), [(3e-12, 5e-12), (1e-10, 1e-10), (1.01e-10, 2e-10), (7.0, 10.0)]
+)
+def test_scale_ends_above_the_peak_and_spans_its_decades(peak, high):
+    field = structured_flow(4, 4, SIZE, lambda x: np.where(x > 0.8, peak, peak / 3))
+    scale = flow.flow_scale(field, decades=3)
+    assert scale.logarithmic
+    assert scale.high == pytest.approx(high)
+    assert scale.high / scale.low == pytest.approx(1e3)
+    assert scale.label.endswith("[m²/s]")
+
+
+def test_one_scale_serves_several_fields():
+    weak, strong = (structured_flow(4, 4, SIZE, lambda x, q=q: q + 0 * x) for q in (1e-12, 1e-9))
+    assert flow.flow_scale(weak, strong).high == pytest.approx(1e-9)
+
+
+def test_contact_and_pockets_show_where_no_cell_carries_flow():
+    values = np.ones((21, 11))
+    values[14:, :] = 0.0
+    values[17, 5] = 1.0  # a pocket
+    gap = GridField(values, (1e-6, 1e-6))
+    # The flow ends where the samples of contact begin.
+    field = structured_flow(14, 10, (14e-6, 10e-6), lambda x: 1e-6 + 0 * x)
+    pixels = flow.flow_panel(field, gap, flow.flow_scale(field), long_side=SIDE).pixels
+    contact, pocket = (np.array(s.colour) for s in flow.BENEATH)
+    right = pixels[:, 14 * 30 :].reshape(-1, 3)
+    grey = (right == contact).all(axis=1).sum()
+    white = (right == pocket).all(axis=1).sum()
+    assert white == 30 * 30
+    assert grey + white == len(right)
+    left = pixels[:, : 14 * 30]
+    assert len(np.unique(left.reshape(-1, 3), axis=0)) == 1  # flow hides the contact beneath it
+    assert not (left == contact).all(axis=2).any()
+
+
+def test_pressure_is_interpolated_before_it_is_coloured():
+    """One coarse cell from 1 to 0: the colours run through the whole map, not straight across."""
+    field = structured_flow(1, 1, SIZE, lambda x: 1 + 0 * x, lambda x: 1e5 * (1 - x))
+    scale, factor = flow.pressure_scale(field)
+    assert scale.label == "pressure [kPa]"
+    assert (scale.low, scale.high) == pytest.approx((0.0, 100.0))
+    layer = flow.Triangles(field.points, field.cells, field.pressure * factor, scale)
+    pixels = flow.draw([layer], Window(0, SIZE[0], 0, SIZE[1]), SIDE)
+    drawn, distance = positions(pixels[150], scale.colours)
+    # A pixel is the mean of two neighbouring colours of the map where they change inside it.
+    assert distance.max() <= 3
+    assert np.abs(drawn - (1 - (np.arange(SIDE) + 0.5) / SIDE)).max() <= 3 / 255
+
+
+def test_mesh_edges_are_dark_and_cells_are_filled():
+    field = structured_flow(20, 10, SIZE, lambda x: 1 + 0 * x)
+    mesh = flow.Mesh(field.points, field.cells, flow.MESH.colour, 2.0)
+    pixels = flow.draw([mesh], Window(0, SIZE[0], 0, SIZE[1]), SIDE).astype(int)
+    # Centroids of the lower triangles lie at (2/3, 1/3) of each square of 30 pixels.
+    assert (pixels[::-1][10::30, 20::30] == flow.MESH.colour).all()
+    # Edges at multiples of 30 pixels: both pixels that touch the line are mostly ink.
+    assert pixels[::-1][10::30, 29:-1:30].max() < 150
+    assert pixels[::-1][10::30, 30::30].max() < 150
+    assert pixels[::-1][29:-1:30, 20::30].max() < 150
+
+
+def test_mesh_picture_looks_where_the_flow_is_strongest():
+    field = structured_flow(20, 10, SIZE, lambda x: np.where(abs(x - 0.775) < 0.01, 5.0, 1.0))
+    whole = Window(0, SIZE[0], 0, SIZE[1])
+    window = flow.peak_window(field, whole)
+    assert window.x0 < 15.5e-6 < window.x1
+    assert window.x1 - window.x0 == pytest.approx(SIZE[0] / 8)
+    assert window.y0 >= 0  # the strongest cell lies on the rim: the window is moved inside
+
+
+def test_pictures_are_written(tmp_path):
+    gap = smooth_gap((32, 32), 0.3, periodic=False)
+    field = structured_flow(31, 31, gap.size, lambda x: 1e-9 * (1 + x))
+    for picture in (flow.flow_picture, flow.pressure_picture, flow.mesh_picture):
+        path = picture(leaking(field), gap, tmp_path / f"{picture.__name__}.png")
+        assert path.stat().st_size > 10_000
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_sealed_or_missing_field_is_refused(tmp_path):
+    sealed = LeakRate.sealed("by hand")
+    with pytest.raises(InvalidInput, match="sealed"):
+        flow.flow_picture(sealed, OPEN, tmp_path / "flow.png")
+    with pytest.raises(InvalidInput, match="no flow field"):
+        flow.flow_picture(leaking(None), OPEN, tmp_path / "flow.png")
+    still = structured_flow(2, 2, SIZE, lambda x: 0 * x)
+    with pytest.raises(InvalidInput, match="zero everywhere"):
+        flow.flow_picture(leaking(still), OPEN, tmp_path / "flow.png")
+    assert not list(tmp_path.iterdir())

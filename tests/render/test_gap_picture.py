@@ -1,0 +1,110 @@
+"""Colours of the gap picture are the gap, whatever its unit."""
+
+import numpy as np
+import pytest
+from drawn_fields import positions, smooth_gap
+from PIL import Image
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.render.gap import CONTACT, gap_panel, gap_picture, gap_scale
+from fem_seal.render.tiles import mosaic
+from fem_seal.render.units import readable
+
+pytestmark = pytest.mark.render
+
+
+def test_tile_colours_give_the_gap_back():
+    gap = smooth_gap((40, 24), 0.3, periodic=False)
+    scale, factor = gap_scale(gap, highest=float(gap.values.max()))
+    pixels = gap_panel(gap, scale, factor, long_side=780).pixels  # 20 pixels per sample
+    assert pixels.shape == (460, 780, 3)
+    # Interior samples sit at multiples of 20 pixels, in the middle of their tile.
+    middle = pixels[::-1][20:-1:20, 20:-1:20].transpose(1, 0, 2)
+    inside = gap.values[1:-1, 1:-1]
+    drawn, distance = positions(middle, scale.colours)
+    contact = inside == 0
+    assert (middle[contact] == CONTACT.colour).all()
+    assert distance[~contact].max() <= 1  # rounding of colours to 8 bits
+    # The map has 256 colours, and rounding to 8 bits can look like a neighbour on either side.
+    error = np.abs(drawn - inside / gap.values.max())
+    assert error[~contact].max() <= 2 / 255
+
+
+@pytest.mark.parametrize("length", [2.0**-30, 2.0**10])
+def test_picture_is_unit_neutral(length):
+    """Gap and plane measured in other units give the same drawing, to the last bit."""
+    gap = smooth_gap((30, 20), 0.3)
+    other = GridField(gap.values * length, tuple(s * length for s in gap.spacing), True)
+    drawn = [gap_panel(g, *gap_scale(g), long_side=120).pixels for g in (gap, other)]
+    # Powers of ten in the unit of the bar round once: colours may move by one of 255 steps.
+    assert np.abs(drawn[0].astype(int) - drawn[1]).max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("metres", "number", "unit"),
+    [(3e-9, 3, "nm"), (0.999e-6, 999, "nm"), (1e-6, 1, "µm"), (1e-3, 1, "mm"), (20.0, 20, "m")],
+)
+def test_readable_units(metres, number, unit):
+    factor, symbol = readable(metres, "m")
+    assert symbol == unit
+    assert metres * factor == pytest.approx(number)
+
+
+def test_unit_of_the_bar_follows_the_data():
+    gap = smooth_gap((30, 20), 0.3)
+    nano = GridField(gap.values * 1e-2, gap.spacing, True)
+    assert gap_scale(gap)[0].label == "gap [nm]"
+    assert gap_scale(GridField(gap.values * 10, gap.spacing))[0].label == "gap [µm]"
+    assert gap_scale(nano)[0].high == pytest.approx(gap_scale(gap)[0].high / 100)
+
+
+def test_bar_ends_where_the_data_do():
+    uniform = GridField(np.full((5, 5), 2e-6), (1e-6, 1e-6))
+    scale, _ = gap_scale(uniform)
+    assert (scale.low, scale.high, scale.beyond) == (0.0, pytest.approx(2.0), "neither")
+    values = np.full((100, 100), 2e-6)
+    values[0, 0] = 1e-3
+    scale, _ = gap_scale(GridField(values, (1e-6, 1e-6)))
+    assert scale.high == pytest.approx(2.0, rel=1e-3)
+    assert scale.beyond == "max"
+
+
+def test_nothing_open_is_refused(tmp_path):
+    closed = GridField(np.zeros((5, 5)), (1e-6, 1e-6))
+    with pytest.raises(InvalidInput, match="zero everywhere"):
+        gap_picture(closed, tmp_path / "gap.png")
+    assert not list(tmp_path.iterdir())
+
+
+def test_huge_grids_become_few_tiles():
+    """At most two tiles per pixel and axis, however many samples."""
+    values = np.broadcast_to(np.float64(1e-6), (3000, 2000))
+    view = mosaic(GridField(values, (1e-6, 1e-6)), "wall", "linear", long_side=300)
+    nx, ny = view.mean(view.crop(view.samples)).shape
+    assert nx <= 2 * 300
+    assert ny <= 2 * 240
+    assert view.mean(view.samples) == pytest.approx(np.full((nx, ny), 1e-6), rel=1e-12)
+
+
+def test_block_means_keep_the_mean():
+    rng = np.random.default_rng(0)
+    gap = GridField(rng.random((1001, 703)), (1.0, 1.0))
+    view = mosaic(gap, "wall", "linear", long_side=240)
+    block = view.block
+    assert block == (4, 2)
+    mean = view.mean(view.samples)
+    for i, j in ((0, 0), (3, 5), (mean.shape[0] - 1, mean.shape[1] - 1)):
+        samples = gap.values[i * block[0] : (i + 1) * block[0], j * block[1] : (j + 1) * block[1]]
+        assert mean[i, j] == pytest.approx(samples.mean(), rel=1e-12)
+
+
+def test_file_has_a_fixed_size_and_is_not_blank(tmp_path):
+    sizes = set()
+    for seed in (1, 2):
+        path = gap_picture(smooth_gap((40, 40), 0.3, seed=seed), tmp_path / f"{seed}.png")
+        with Image.open(path) as image:
+            sizes.add(image.size)
+            colours = np.asarray(image.convert("RGB")).reshape(-1, 3)
+        assert len(np.unique(colours, axis=0)) > 100
+    assert len(sizes) == 1
