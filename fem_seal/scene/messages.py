@@ -6,6 +6,11 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+
+class ContradictionError(ValueError):
+    """Fields of one section, or sections, that contradict each other; the message names them."""
+
+
 # Where the kinds of a section branch, pydantic puts the kind into the path of the error.
 _KINDS = {"self-affine", "file"}
 
@@ -36,7 +41,7 @@ def _sentence(error: dict[str, Any], root: type[BaseModel]) -> str:
             return f"{where} = {given!r} is not allowed; choose from {error['ctx']['expected']}"
         case "model_type" | "model_attributes_type":
             return f"{where} = {given!r} should be a table of keys, [{where}]"
-        case "value_error" if isinstance(given, dict | BaseModel):
+        case "value_error" if isinstance(error["ctx"]["error"], ContradictionError):
             text = str(error["ctx"]["error"])
             return f"{where}: {text}" if where else text
         case "value_error":

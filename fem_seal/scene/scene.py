@@ -8,7 +8,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from fem_seal.errors import InvalidInput
 from fem_seal.scene.files import override, read_toml
-from fem_seal.scene.messages import explain
+from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.sections import (
     Contact,
     FileSurface,
@@ -90,11 +90,11 @@ class Scene(Section):
         self._check_gap()
         if self.needs_flow:
             if self.fluid is None:
-                raise ValueError("[fluid] is missing: a leak rate needs fluid.viscosity")
+                raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
             if self.flow.pressure_drop is None:
-                raise ValueError("flow.pressure_drop is missing: a leak rate needs it")
+                raise ContradictionError("flow.pressure_drop is missing: a leak rate needs it")
         if "mesh" in self.output.products and self.flow.method == "finite-difference":
-            raise ValueError(
+            raise ContradictionError(
                 "output.products names 'mesh', but flow.method = 'finite-difference' has none; "
                 "choose adaptive or uniform"
             )
@@ -104,10 +104,16 @@ class Scene(Section):
         if self.gap is not None:
             for name in ("surface", "solid", "contact"):
                 if getattr(self, name) is not None:
-                    raise ValueError(f"[gap] stands in place of [{name}]; give one of the two")
+                    raise ContradictionError(
+                        f"[gap] stands in place of [{name}]; give one of the two"
+                    )
             return
         for name in ("surface", "contact"):
             if getattr(self, name) is None:
-                raise ValueError(f"[{name}] is missing; give [surface] and [contact], or [gap]")
+                raise ContradictionError(
+                    f"[{name}] is missing; give [surface] and [contact], or [gap]"
+                )
         if self.contact.model == "gfmd" and self.solid is None:
-            raise ValueError("[solid] is missing: contact.model = 'gfmd' needs its contact_modulus")
+            raise ContradictionError(
+                "[solid] is missing: contact.model = 'gfmd' needs its contact_modulus"
+            )

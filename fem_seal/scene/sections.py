@@ -16,6 +16,7 @@ from pydantic import (
     model_validator,
 )
 
+from fem_seal.scene.messages import ContradictionError
 from fem_seal.units import to_si
 
 
@@ -58,7 +59,7 @@ def _exactly_one(section: Section, names: tuple[str, ...]) -> str:
     given = [name for name in names if getattr(section, name) is not None]
     if len(given) != 1:
         found = f"got {' and '.join(given)}" if given else "got none"
-        raise ValueError(f"give exactly one of {', '.join(names)}; {found}")
+        raise ContradictionError(f"give exactly one of {', '.join(names)}; {found}")
     return given[0]
 
 
@@ -92,22 +93,22 @@ class SelfAffineSurface(Section):
         grid, short, long = max(self.spacing), self.short_wavelength, self.long_wavelength
         # One pixel is allowed and is the letter's own choice; only rounding is forgiven.
         if short < grid and not isclose(short, grid, rel_tol=1e-9):
-            raise ValueError(
+            raise ContradictionError(
                 f"short_wavelength = {short:g} m is finer than the grid, whose samples are "
                 f"{grid:g} m apart; raise it or shape"
             )
         if not short < long:
-            raise ValueError(
+            raise ContradictionError(
                 f"short_wavelength = {short:g} m must be below long_wavelength = {long:g} m"
             )
         if long > max(self.size) and not isclose(long, max(self.size), rel_tol=1e-9):
-            raise ValueError(
+            raise ContradictionError(
                 f"long_wavelength = {long:g} m does not fit into the cell of size "
                 f"{self.size[0]:g} m by {self.size[1]:g} m"
             )
         rolloff = self.rolloff_wavelength
         if rolloff is not None and not short < rolloff <= long:
-            raise ValueError(
+            raise ContradictionError(
                 f"rolloff_wavelength = {rolloff:g} m must lie above short_wavelength = "
                 f"{short:g} m and not above long_wavelength = {long:g} m"
             )
@@ -132,10 +133,10 @@ class Solid(Section):
     def _check(self) -> "Solid":
         _exactly_one(self, ("contact_modulus", "youngs_modulus"))
         if (self.youngs_modulus is None) != (self.poisson_ratio is None):
-            raise ValueError("youngs_modulus and poisson_ratio belong together; give both")
+            raise ContradictionError("youngs_modulus and poisson_ratio belong together; give both")
         for nu in self.poisson_ratio or ():
             if not -1 < nu <= 0.5:
-                raise ValueError(f"poisson_ratio = {nu:g} must be above -1 and at most 0.5")
+                raise ContradictionError(f"poisson_ratio = {nu:g} must be above -1 and at most 0.5")
         return self
 
     @property
@@ -165,7 +166,7 @@ class Contact(Section):
     def _check(self) -> "Contact":
         load = _exactly_one(self, ("pressure", "area_fraction", "mean_gap"))
         if self.model == "bearing" and load == "pressure":
-            raise ValueError(
+            raise ContradictionError(
                 "pressure has no meaning for model = 'bearing', which knows no elasticity; "
                 "give area_fraction or mean_gap"
             )

@@ -1,0 +1,170 @@
+"""The shape of the package: imports point backwards, heavy libraries stay behind their fences."""
+
+import ast
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+
+import fem_seal
+
+PACKAGE = ROOT / "fem_seal"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+
+# A module may import those before it, and its own folder.
+ORDER = """
+errors grid leak_rate parallel progress units gap_file scene surface contact topology theory
+finite_difference fenicsx mesh flow seal results study render job doctor cli
+""".split()
+
+FINITE_ELEMENTS = {"fenicsx", "mesh", "flow"}
+FENCES = {
+    "dolfinx": FINITE_ELEMENTS,
+    "ufl": FINITE_ELEMENTS,
+    "basix": FINITE_ELEMENTS,
+    "petsc4py": FINITE_ELEMENTS,
+    "pyvista": {"render"},
+    "vtk": {"render"},
+    "pydantic": {"scene", "results", "study"},
+    "pint": {"units"},
+}
+
+MODULE_LINES = 300
+FUNCTION_LINES = 60
+
+
+def layer(path):
+    """First component below the package: fem_seal/flow/linear.py is in flow."""
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imported(tree):
+    """Full names of all imports, inside functions and for type checking as well."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def downstream(source, name):
+    """Whether an import leaves the order or the fences."""
+    top, *rest = name.split(".")
+    if top == "fem_seal" and rest and rest[0] in ORDER:
+        return ORDER.index(rest[0]) > ORDER.index(source)
+    return source not in FENCES.get(top, {source})
+
+
+def name_of(path):
+    return str(path.relative_to(PACKAGE))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_imports_point_backwards(path):
+    source = layer(path)
+    if source == "__init__":
+        return  # names the public objects of all layers
+    assert source in ORDER, f"{path} has no place in the order of the package"
+    wrong = [name for name in imported(ast.parse(path.read_text())) if downstream(source, name)]
+    assert not wrong
+
+
+@pytest.mark.parametrize(
+    ("source", "line"),
+    [
+        ("surface", "from fem_seal.flow import leak_rate"),
+        ("contact", "import fem_seal.mesh.nested"),
+        ("seal", "from fem_seal import results"),
+        ("contact", "import dolfinx.fem"),
+        ("cli", "from petsc4py import PETSc"),
+        ("results", "import pyvista"),
+    ],
+)
+def test_the_rule_catches(source, line):
+    assert any(downstream(source, name) for name in imported(ast.parse(line)))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_modules_and_functions_are_short(path):
+    text = path.read_text()
+    assert len(text.splitlines()) <= MODULE_LINES
+    long = [
+        node.name
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.FunctionDef)
+        and node.end_lineno - node.body[0].lineno >= FUNCTION_LINES
+        and not _only_docstring_is_long(node)
+    ]
+    assert not long
+
+
+def _only_docstring_is_long(node):
+    first = node.body[0]
+    has_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+    return has_docstring and node.end_lineno - first.end_lineno < FUNCTION_LINES
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_nothing_is_swallowed(path):
+    """No bare or catch-all except, no **kwargs handed through."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ExceptHandler):
+            assert node.type is not None, node.lineno
+            caught = {n.id for n in ast.walk(node.type) if isinstance(n, ast.Name)}
+            assert not caught & {"Exception", "BaseException"}, node.lineno
+        if isinstance(node, ast.FunctionDef):
+            assert not _hands_keywords_through(node), node.name
+
+
+def _hands_keywords_through(function):
+    """Whether **kwargs of the function reappear as **kwargs of a call."""
+    collected = function.args.kwarg and function.args.kwarg.arg
+    return collected and any(
+        isinstance(node, ast.keyword)
+        and node.arg is None
+        and isinstance(node.value, ast.Name)
+        and node.value.id == collected
+        for node in ast.walk(function)
+    )
+
+
+def test_public_names():
+    assert fem_seal.__all__ == sorted(fem_seal.__all__)
+    for name in fem_seal.__all__:
+        assert getattr(fem_seal, name).__doc__, name
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        fem_seal.nothing  # noqa: B018
+
+
+def modules_after(code):
+    """Top-level modules that a fresh interpreter has loaded after running the code."""
+    report = "import sys; print(*{name.partition('.')[0] for name in sys.modules})"
+    command = [sys.executable, "-c", f"{code}\n{report}"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+HEAVY = {"numpy", "scipy", "dolfinx", "petsc4py", "mpi4py", "pyvista", "vtkmodules", "matplotlib"}
+HEAVY |= {"pydantic", "pint", "meshio", "pyfftw", "tqdm"}
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import fem_seal",
+        "import fem_seal.cli",
+        "import fem_seal.cli\ntry: fem_seal.cli.main(['--help'])\nexcept SystemExit: pass",
+    ],
+    ids=["import", "cli", "help"],
+)
+def test_nothing_heavy_before_it_is_used(code):
+    assert not modules_after(code) & HEAVY
+
+
+@pytest.mark.parametrize("name", sorted(set(map(layer, MODULES)) & set(ORDER)))
+def test_layers_are_cheap_to_import(name):
+    """Drawing, plotting and finite elements are imported where they are used."""
+    fenced = {"dolfinx", "petsc4py", "mpi4py"} if name not in FINITE_ELEMENTS else set()
+    loaded = modules_after(f"import fem_seal.{name}")
+    assert not loaded & (fenced | {"pyvista", "vtkmodules", "matplotlib", "pint", "tqdm"})

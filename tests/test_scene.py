@@ -1,0 +1,288 @@
+"""Scenes: what is read is what was meant, and what makes no sense is said in one sentence."""
+
+import re
+import tomllib
+from typing import get_args
+
+import numpy as np
+import pytest
+from conftest import ROOT, write_toml
+from pydantic import ValidationError
+
+from fem_seal.contact import METHODS
+from fem_seal.errors import InvalidInput
+from fem_seal.finite_difference.links import LINKS
+from fem_seal.scene import Contact, FileSurface, Flow, Scene, SelfAffineSurface, Solid
+from fem_seal.seal import CONTACTS, FLOWS
+from fem_seal.units import to_si
+
+DOCUMENT = (ROOT / "docs" / "scene.md").read_text()
+REFERENCE = re.search(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL).group(1)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "si"),
+    [
+        ("5 um", "m", 5e-6),
+        ("5 µm", "m", 5e-6),
+        ("0.8um", "m", 0.8e-6),
+        ("12.5 um", "m", 12.5e-6),
+        ("1 inch", "m", 0.0254),
+        ("2 MPa", "Pa", 2e6),
+        ("1 bar", "Pa", 1e5),
+        ("10 N/mm^2", "Pa", 1e7),
+        ("1 mPa s", "Pa s", 1e-3),
+        ("1 cP", "Pa s", 1e-3),
+        ("10 min", "s", 600.0),
+        ("2 GB", "byte", 2e9),
+        ("-3 um", "m", -3e-6),
+        (7, "m", 7.0),
+    ],
+)
+def test_units_are_exact(text, unit, si):
+    """To the last digit: a scene in units and one in SI numbers are the same scene."""
+    assert to_si(text, unit) == si
+
+
+def test_pound_per_square_inch():
+    """1 lbf = 0.45359237 kg x 9.80665 m/s^2 by definition; two roundings."""
+    assert to_si("1 psi", "Pa") == pytest.approx(0.45359237 * 9.80665 / 0.0254**2, rel=4e-16)
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["5", "5 um um", "5 Pa", "five um", "5,0 um", "um", "", "5 um)", "@ m", True, None, [5]],
+)
+def test_what_is_no_length(value):
+    with pytest.raises(ValueError, match="5 um"):
+        to_si(value, "m")
+
+
+def test_scene_is_in_si_units(small_scene):
+    scene = Scene.from_mapping(small_scene)
+    assert scene.surface.size == (32e-6, 32e-6)
+    assert scene.surface.spacing == (1e-6, 1e-6)
+    assert scene.solid.E_star == 1e7
+    assert scene.fluid.viscosity == 1e-3
+    assert scene.flow.pressure_drop == 1e5
+
+
+def test_scene_is_frozen(small_scene):
+    scene = Scene.from_mapping(small_scene)
+    with pytest.raises(ValidationError):
+        scene.flow.rtol = 0.1
+
+
+def test_mapping_gives_the_scene_back(small_scene):
+    scene = Scene.from_mapping(small_scene)
+    assert Scene.from_mapping(scene.to_mapping()) == scene
+
+
+def test_file_gives_the_same_scene(small_scene, tmp_path):
+    path = write_toml(tmp_path / "scene.toml", small_scene)
+    assert Scene.from_file(path) == Scene.from_mapping(small_scene)
+
+
+def test_contact_modulus_of_two_solids():
+    """Johnson, Contact Mechanics (1985), eq. 4.24: equal solids halve, a stiff one drops out."""
+    equal = Solid(youngs_modulus=(3.0, 3.0), poisson_ratio=(0.5, 0.5))
+    assert equal.E_star == pytest.approx(2.0, rel=1e-15)
+    stiff = Solid(youngs_modulus=(3.0, 3e20), poisson_ratio=(0.5, 0.3))
+    assert stiff.E_star == pytest.approx(4.0, rel=1e-15)
+
+
+def test_override(small_scene, tmp_path):
+    path = write_toml(tmp_path / "scene.toml", small_scene)
+    changed = Scene.from_file(
+        path,
+        ["flow.rtol=0.02", "surface.rms_slope=", "surface.rms_height=0.3 um", "flow.sides=wall"],
+    )
+    assert changed.flow.rtol == 0.02
+    assert changed.flow.sides == "wall"
+    assert (changed.surface.rms_slope, changed.surface.rms_height) == (None, 0.3e-6)
+    assert changed.solid == Scene.from_file(path).solid
+
+
+def test_paths_count_from_the_scene_file(small_scene, tmp_path, monkeypatch):
+    (tmp_path / "data").mkdir()
+    np.savez(tmp_path / "data" / "gap.npz", gap=np.ones((3, 3)), spacing=[1, 1])
+    scene = {"gap": {"path": "gap.npz"}, "output": {"products": ["contact"]}}
+    path = write_toml(tmp_path / "data" / "scene.toml", scene)
+    monkeypatch.chdir(tmp_path)
+    assert Scene.from_file("data/scene.toml").gap.path == path.parent / "gap.npz"
+
+
+def test_short_cut_off_of_one_sample_is_allowed(small_scene):
+    """The letter's own choice, λ_s = 1 pixel; one part in a million below it is not."""
+    small_scene["surface"]["short_wavelength"] = "1 um"
+    assert Scene.from_mapping(small_scene).surface.short_wavelength == 1e-6
+    small_scene["surface"]["short_wavelength"] = "0.999999 um"
+    with pytest.raises(InvalidInput, match="finer than the grid"):
+        Scene.from_mapping(small_scene)
+
+
+BAD = {
+    "flow.rtoll=1": "flow.rtoll is not a known key; did you mean rtol",
+    "flows.rtol=1": "flows is not a known key; did you mean flow",
+    "surface.hurts=1": "did you mean hurst",
+    "solid.xyz=1": "known are contact_modulus, youngs_modulus, poisson_ratio",
+    "surface.hurst=": "surface.hurst is missing",
+    "surface.hurst=0": "surface.hurst = 0 should be greater than 0",
+    "surface.hurst=1.1": "surface.hurst = 1.1 should be less than or equal to 1",
+    "surface.kind=wavy": "surface.kind = 'wavy' is not allowed; choose from 'self-affine', 'file'",
+    "surface.kind=": "surface.kind is missing",
+    "surface.shape=[32]": r"surface.shape\[1\] is missing",
+    "surface.shape=[32, 32, 32]": "surface.shape = .* at most 2",
+    "surface.shape=[32, 0]": r"surface.shape\[1\] = 0 should be greater",
+    "surface.shape=[32, 31.5]": r"surface.shape\[1\] = 31.5 should be a valid integer",
+    "surface.shape=32": "surface.shape = 32 should be a list",
+    "surface.size=[1e-5, '1 s']": r"surface.size\[1\] = '1 s' is not in a unit of m",
+    "surface.short_wavelength=0.9 um": "short_wavelength = 9e-07 m is finer than the grid",
+    "surface.short_wavelength=20 um": "must be below long_wavelength",
+    "surface.long_wavelength=33 um": "does not fit into the cell",
+    "surface.rolloff_wavelength=17 um": "rolloff_wavelength = 1.7e-05 m must lie above",
+    "surface.rolloff_wavelength=4 um": "rolloff_wavelength = 4e-06 m must lie above",
+    "surface.rms_height=1 um": "exactly one of rms_height, rms_slope; got rms_height and rms_slope",
+    "surface.rms_slope=": "exactly one of rms_height, rms_slope; got none",
+    "surface.scaling=exactly": "choose from 'exact' or 'ensemble'",
+    "surface.seed=-1": "surface.seed = -1",
+    "surface.seed=1.5": "surface.seed = 1.5",
+    "solid.contact_modulus=-1 MPa": "solid.contact_modulus = '-1 MPa' should be greater than 0",
+    "solid.contact_modulus=inf": "solid.contact_modulus = inf should be a finite number",
+    "solid.contact_modulus=": "exactly one of contact_modulus, youngs_modulus; got none",
+    "solid.poisson_ratio=[0.3, 0.3]": "belong together",
+    "contact.area_fraction=1": "contact.area_fraction = 1 should be less than 1",
+    "contact.area_fraction=-0.1": "contact.area_fraction = -0.1 should be greater than or equal",
+    "contact.area_fraction=nan": "contact.area_fraction = nan",
+    "contact.pressure=1 MPa": "exactly one of pressure, area_fraction, mean_gap; got pressure and",
+    "contact.area_fraction=": "exactly one of pressure, area_fraction, mean_gap; got none",
+    "contact.model=elastic": "contact.model = 'elastic' is not allowed; choose from 'gfmd' or 'be",
+    "contact.solver=cg": "contact.solver = 'cg' is not allowed; choose from 'free-set-cg'",
+    "contact.tolerance=0": "contact.tolerance = 0",
+    "fluid.viscosity=-1 mPa s": "fluid.viscosity = '-1 mPa s' should be greater than 0",
+    "fluid.viscosity=1 um": "fluid.viscosity = '1 um' is not in a unit of Pa s",
+    "flow.pressure_drop=0": "flow.pressure_drop = 0 should be greater than 0",
+    "flow.pressure_drop=": "flow.pressure_drop is missing",
+    "flow.sides=open": "flow.sides = 'open' is not allowed; choose from 'wall' or 'periodic'",
+    "flow.rtol=0": "flow.rtol = 0 should be greater than 0",
+    "flow.rtol=true": "flow.rtol = True should be a number",
+    "flow.rtol=five": "flow.rtol = 'five' should be a number",
+    "flow.representation=quadratic": "choose from 'linear' or 'constant'",
+    "flow.method=fem": "choose from 'adaptive', 'uniform' or 'finite-difference'",
+    "flow.links=mean": "flow.links = 'mean' is not allowed",
+    "flow.max_unknowns=0": "flow.max_unknowns = 0",
+    "output.products=[]": "output.products = .* at least 1 item",
+    "output.products=['leak']": r"output.products\[0\] = 'leak' is not allowed",
+    "output.products=['mesh']": "finite-difference",
+    "gap.path=none.npz": "gap.path = 'none.npz' is not a file",
+    "contact.pressure.unit=3": "contact.pressure = .*Pa",
+    "rtol=3": "not of the form section.key=value",
+    "flow.rtol": "not of the form section.key=value",
+}
+
+
+@pytest.mark.parametrize("assignment", BAD)
+def test_bad_field(assignment, small_scene, tmp_path):
+    path = write_toml(tmp_path / "scene.toml", small_scene)
+    with pytest.raises(InvalidInput, match=BAD[assignment]) as caught:
+        Scene.from_file(path, [assignment])
+    assert "\n" not in str(caught.value)
+
+
+def test_bearing_has_no_pressure(small_scene):
+    small_scene["contact"] = {"model": "bearing", "pressure": "1 MPa"}
+    with pytest.raises(InvalidInput, match="no elasticity"):
+        Scene.from_mapping(small_scene)
+
+
+@pytest.mark.parametrize("section", ["surface", "solid", "contact", "fluid"])
+def test_missing_section(small_scene, section):
+    del small_scene[section]
+    with pytest.raises(InvalidInput, match=rf"\[{section}\] is missing"):
+        Scene.from_mapping(small_scene)
+
+
+def test_bearing_needs_no_solid_and_contact_no_fluid(small_scene):
+    del small_scene["solid"], small_scene["fluid"], small_scene["flow"]
+    small_scene["contact"]["model"] = "bearing"
+    small_scene["output"]["products"] = ["contact"]
+    assert not Scene.from_mapping(small_scene).needs_flow
+
+
+@pytest.mark.parametrize("section", ["surface", "solid", "contact"])
+def test_gap_stands_in_place_of_the_contact(small_scene, section, tmp_path):
+    np.savez(tmp_path / "gap.npz", gap=np.ones((3, 3)), spacing=[1, 1])
+    scene = {key: small_scene[key] for key in (section, "fluid", "flow")}
+    scene["gap"] = {"path": str(tmp_path / "gap.npz")}
+    with pytest.raises(InvalidInput, match=rf"stands in place of \[{section}\]"):
+        Scene.from_mapping(scene)
+
+
+def test_section_that_is_no_table(small_scene):
+    small_scene["flow"] = 3
+    with pytest.raises(InvalidInput, match=r"flow = 3 should be a table of keys, \[flow\]"):
+        Scene.from_mapping(small_scene)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(b"[surface\n", "not a TOML"), (b"\xff\xfe\x00", "not a TOML"), (None, "No such file")],
+)
+def test_what_is_no_scene_file(tmp_path, content, words):
+    path = tmp_path / "scene.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InvalidInput, match=words):
+        Scene.from_file(path)
+
+
+def test_choices_are_those_that_exist():
+    """The scene names the choices without importing what is chosen; here they are compared."""
+
+    def choices(section, field):
+        return set(get_args(section.model_fields[field].annotation))
+
+    assert choices(Contact, "solver") == set(METHODS)
+    assert choices(Contact, "model") == set(CONTACTS)
+    assert choices(Flow, "links") == set(LINKS)
+    assert choices(Flow, "method") == set(FLOWS)
+
+
+def test_reference_scene_is_valid(tmp_path):
+    path = tmp_path / "reference.toml"
+    path.write_text(REFERENCE)
+    assert Scene.from_file(path).surface.shape == (512, 512)
+
+
+def test_reference_scene_names_every_field():
+    uncommented = re.sub(r"^# (?=\w+ = )", "", REFERENCE, flags=re.MULTILINE)
+    named = {name: set(fields) for name, fields in tomllib.loads(uncommented).items()}
+    models = {name: field.annotation for name, field in Scene.model_fields.items()}
+    del models["gap"]  # has a listing of its own, since it stands in place of the contact
+    assert named.pop("surface") == {*SelfAffineSurface.model_fields, *FileSurface.model_fields}
+    del models["surface"]
+    for name, annotation in models.items():
+        [model] = [part for part in (annotation, *get_args(annotation)) if hasattr(part, "schema")]
+        assert named.pop(name) == set(model.model_fields), name
+    assert not named
+
+
+# What must go, or come, for an alternative of the reference scene.
+INSTEAD = {
+    "rms_height": ["surface.rms_slope="],
+    "path": ["surface.kind=file"]
+    + [f"surface.{name}=" for name in SelfAffineSurface.model_fields if name != "kind"],
+    "youngs_modulus": ["solid.contact_modulus=", "solid.poisson_ratio=[0.5, 0.3]"],
+    "poisson_ratio": ["solid.contact_modulus=", "solid.youngs_modulus=[1e7, 1e11]"],
+    "area_fraction": ["contact.pressure="],
+    "mean_gap": ["contact.pressure="],
+}
+
+
+@pytest.mark.parametrize("line", re.findall(r"^# (\w+ = .*?)$", REFERENCE, re.MULTILINE))
+def test_alternatives_of_the_reference_scene(line, tmp_path):
+    """Each commented line can be switched on where what it stands in place of is taken away."""
+    path = tmp_path / "reference.toml"
+    path.write_text(REFERENCE.replace(f"# {line}", line))
+    (tmp_path / "surface.npz").touch()
+    Scene.from_file(path, INSTEAD.get(line.split()[0], []))
