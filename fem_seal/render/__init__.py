@@ -1,4 +1,4 @@
-"""Pictures of a seal, drawn off screen, and the report that gathers them.
+"""Pictures of a seal, drawn off screen, and the report that gathers them (`report.report`).
 
 The names below load what they need when first used: importing this package costs nothing.
 """
@@ -13,7 +13,6 @@ _HOME = {
     "gap_picture": "gap",
     "mesh_picture": "flow",
     "pressure_picture": "flow",
-    "report": "report",
     "require_gl": "offscreen",
 }
 

@@ -76,7 +76,8 @@ def draw_bounds(figure, levels: Sequence[Level], seen: int | None = None) -> Non
     rates.set(xlabel="unknowns", ylabel="leak rate Q [m³/s]")
     rates.legend(frameon=False)
     half_width = np.array([level.half_width for level in drawn])
-    widths.plot(unknowns, half_width, "o-", color=HALF_WIDTH, markersize=4)
+    open_yet = half_width > 0
+    widths.plot(unknowns[open_yet], half_width[open_yet], "o-", color=HALF_WIDTH, markersize=4)
     _optimal_rate(widths, levels)
     widths.set(xlabel="unknowns", ylabel="half-width of the bracket / mean")
 
@@ -90,9 +91,10 @@ def _limits(rates, widths, levels: Sequence[Level]) -> None:
     half_width = np.array([level.half_width for level in levels])
     shown = ((rates, values[values > 0]), (widths, half_width[half_width > 0]))
     for axes, numbers in shown:
-        axes.set(xscale="log", yscale="log", xlim=(unknowns.min() / 1.3, unknowns.max() * 1.3))
-        if numbers.size:
-            axes.set_ylim(numbers.min() / 1.6, numbers.max() * 1.6)
+        axes.set(xscale="log", xlim=(unknowns.min() / 1.3, unknowns.max() * 1.3))
+        if numbers.size == 0:  # bounds that meet exactly leave no half-width to show
+            continue
+        axes.set(yscale="log", ylim=(numbers.min() / 1.6, numbers.max() * 1.6))
         # Bounds often span less than two decades, where whole decades alone label one tick.
         axes.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1.7, 0.5)))
 

@@ -18,8 +18,8 @@ FORMATS = (".png", ".pdf", ".svg")
 # Margins around each drawing [inch]: they hold the tick labels and axis titles.
 LEFT, RIGHT, BOTTOM, TOP = 0.75, 0.2, 0.52, 0.15
 TITLE, BAR_GAP, BAR, BAR_LABELS = 0.25, 0.05, 0.16, 0.85
-# The key: its height with one line, each further line, an entry without its name, a letter.
-KEY, KEY_LINE, ENTRY, LETTER = 0.28, 0.2, 0.3, 0.068
+# The key: its height with one line, each further line, an entry without its name.
+KEY, KEY_LINE, ENTRY = 0.28, 0.2, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,11 +144,21 @@ def _layout(rows: Sequence[Sequence[Panel]], bar: bool) -> tuple[list[list[_Box]
 
 def _key_layout(key: Sequence[Swatch], page_width: int) -> tuple[int, int, int]:
     """Page width that holds the key, its columns and its height [pixel]."""
+    from matplotlib.textpath import TextPath
+
     if not key:
         return page_width, 0, 0
-    entry = _dots(ENTRY + LETTER * max(len(swatch.name) for swatch in key))
-    page_width = max(page_width, entry)
-    columns = min(len(key), page_width // entry)
+    names = [
+        _dots(TextPath((0, 0), swatch.name, size=FONT_POINTS).get_extents().width / 72 + ENTRY)
+        for swatch in key
+    ]
+    page_width = max(page_width, *names)
+    # The legend fills column after column, as array_split does.
+    columns = next(
+        n
+        for n in range(len(key), 0, -1)
+        if sum(column.max() for column in np.array_split(names, n)) <= page_width
+    )
     return page_width, columns, _dots(KEY + KEY_LINE * (-(-len(key) // columns) - 1))
 
 

@@ -31,7 +31,7 @@ def test_weak_and_zero_flow_take_the_colour_of_the_lower_end():
     field = structured_flow(20, 10, SIZE, lambda x: np.where(x < 0.5, 0.0, 1e-12))
     scale = Scale("|j|", 1e-9, 1e-5, True, flow.FLOW_COLOURS)
     pixels = flow.flow_panel(field, OPEN, scale, long_side=SIDE).pixels
-    drawn, distance = positions(pixels, scale.colours)
+    drawn, distance = positions(pixels[::10, ::10], scale.colours)
     assert drawn.max() == 0
     assert distance.max() <= 1
 

@@ -1,0 +1,79 @@
+"""The plot of the bounds holds every level, and says nothing where a bound is still zero."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+from fem_seal.errors import InvalidInput
+from fem_seal.leak_rate import Level
+from fem_seal.render import bounds_animation, bounds_plot
+from fem_seal.render.bounds import draw_bounds
+
+LEVELS = tuple(
+    Level(unknowns=n, cells=2 * n, lower=lower, upper=upper)
+    for n, lower, upper in (
+        (100, 0.0, 9e-15),
+        (220, 1e-15, 6e-15),
+        (500, 2.5e-15, 4e-15),
+        (1100, 2.9e-15, 3.4e-15),
+    )
+)
+
+
+def line(axes, label):
+    (found,) = (artist for artist in axes.lines if artist.get_label() == label)
+    return np.array(found.get_data())
+
+
+def test_plotted_data_are_the_levels():
+    figure = Figure()
+    draw_bounds(figure, LEVELS)
+    rates, widths = figure.axes
+    assert {rates.get_xscale(), rates.get_yscale(), widths.get_xscale(), widths.get_yscale()} == {
+        "log"
+    }
+    upper, lower = line(rates, "upper bound"), line(rates, "lower bound")
+    np.testing.assert_array_equal(upper, [[100, 220, 500, 1100], [9e-15, 6e-15, 4e-15, 3.4e-15]])
+    np.testing.assert_array_equal(lower, [[220, 500, 1100], [1e-15, 2.5e-15, 2.9e-15]])
+    shown = np.array(widths.lines[0].get_data())
+    np.testing.assert_allclose(shown[1], [1, 5 / 7, 1.5 / 6.5, 0.5 / 6.3])
+    assert "m³/s" in rates.get_ylabel()
+
+
+def test_reference_line_has_slope_minus_one_through_the_last_level():
+    figure = Figure()
+    draw_bounds(figure, LEVELS)
+    x, y = line(figure.axes[1], "∝ 1 / unknowns")
+    assert np.diff(np.log(y)) / np.diff(np.log(x)) == pytest.approx(-1)
+    assert y[-1] == pytest.approx(LEVELS[-1].half_width)
+
+
+def test_axes_stay_fixed_while_levels_are_added():
+    limits = set()
+    for seen in (1, 2, 4):
+        figure = Figure()
+        draw_bounds(figure, LEVELS, seen)
+        limits.add(tuple((axes.get_xlim(), axes.get_ylim()) for axes in figure.axes))
+    assert len(limits) == 1
+
+
+@pytest.mark.filterwarnings("error")
+def test_exact_bounds_have_no_half_width_to_plot(tmp_path):
+    exact = [Level(10, 20, 1.0, 1.0)]  # as in a uniform channel
+    assert bounds_plot(exact, tmp_path / "bounds.png").stat().st_size > 1000
+
+
+def test_animation_has_one_frame_per_level(tmp_path):
+    with Image.open(bounds_animation(LEVELS, tmp_path / "bounds.gif")) as image:
+        assert image.n_frames == len(LEVELS)
+
+
+def test_bad_input_is_refused(tmp_path):
+    with pytest.raises(InvalidInput, match="no bounds to plot"):
+        bounds_plot((), tmp_path / "bounds.png")
+    with pytest.raises(InvalidInput, match="end in"):
+        bounds_plot(LEVELS, tmp_path / "bounds.jpg")
+    with pytest.raises(InvalidInput, match=r"\.gif"):
+        bounds_animation(LEVELS, tmp_path / "bounds.png")
+    assert not list(tmp_path.iterdir())

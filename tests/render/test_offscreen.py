@@ -1,0 +1,143 @@
+"""Drawing without a screen: OpenGL is checked first, and FEniCSx in the same process is safe."""
+
+import ctypes.util
+import os
+import subprocess
+import sys
+import types
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.render import offscreen
+from fem_seal.render.offscreen import Scale, Tiles, Window, draw, require_gl
+
+pytestmark = pytest.mark.render
+VARIABLE = "VTK_DEFAULT_OPENGL_WINDOW"
+SQUARE = Window(0.0, 1.0, 0.0, 1.0)
+
+
+def install(monkeypatch, *libraries):
+    monkeypatch.setattr(
+        ctypes.util, "find_library", lambda name: f"lib{name}.so" if name in libraries else None
+    )
+
+
+@pytest.fixture
+def no_window_chosen(monkeypatch):
+    # Set before deleted, so that what require_gl writes is undone after the test.
+    monkeypatch.setenv(VARIABLE, "")
+    monkeypatch.delenv(VARIABLE)
+
+
+@pytest.mark.usefixtures("no_window_chosen")
+def test_missing_opengl_says_what_to_install(monkeypatch):
+    install(monkeypatch)
+    with pytest.raises(MissingPackage, match=r"libEGL or libOSMesa.*apt-get install libegl1"):
+        draw([], SQUARE)
+
+
+@pytest.mark.usefixtures("no_window_chosen")
+@pytest.mark.parametrize(
+    ("library", "window"), [("EGL", "vtkEGLRenderWindow"), ("OSMesa", "vtkOSOpenGLRenderWindow")]
+)
+def test_window_follows_the_library(monkeypatch, library, window):
+    install(monkeypatch, library)
+    require_gl()
+    assert os.environ[VARIABLE] == window
+
+
+def test_the_users_window_is_kept_and_checked(monkeypatch):
+    monkeypatch.setenv(VARIABLE, "vtkOSOpenGLRenderWindow")
+    install(monkeypatch, "EGL", "OSMesa")
+    require_gl()
+    assert os.environ[VARIABLE] == "vtkOSOpenGLRenderWindow"
+    install(monkeypatch, "EGL")
+    with pytest.raises(MissingPackage, match="libOSMesa"):
+        require_gl()
+    monkeypatch.setenv(VARIABLE, "vtkHolographicRenderWindow")
+    with pytest.raises(InvalidInput, match="choose from vtkEGLRenderWindow"):
+        require_gl()
+
+
+def test_dolfinx_with_global_symbols_is_refused_before_vtk_dies(monkeypatch):
+    monkeypatch.setitem(sys.modules, "dolfinx", types.ModuleType("dolfinx"))
+    monkeypatch.setattr(sys, "getdlopenflags", lambda: os.RTLD_NOW | os.RTLD_GLOBAL)
+    with pytest.raises(MissingPackage, match=r"import fem_seal\.fenicsx"):
+        draw([], SQUARE)
+
+
+def test_draws_in_a_process_that_uses_fenicsx():
+    pytest.importorskip("dolfinx", reason="FEniCSx is not installed")
+    code = (
+        "import fem_seal.fenicsx, numpy as np\n"
+        "from fem_seal.render.offscreen import Tiles, Window, draw\n"
+        "w = Window(0, 1, 0, 1)\n"
+        "print(draw([Tiles(np.full((2, 2, 3), 7, np.uint8), w)], w, 240).mean())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split()[-1] == "7.0"
+
+
+def test_importing_the_package_costs_nothing():
+    code = (
+        "import sys, fem_seal.render as r\n"
+        "heavy = {'pyvista', 'vtk', 'matplotlib', 'scipy', 'numpy'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+        "r.contact_picture, r.flow_picture, r.bounds_plot\n"
+        "assert not {'pyvista', 'matplotlib', 'dolfinx'} & set(sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_tiles_fill_their_extent_exactly():
+    rng = np.random.default_rng(0)
+    colours = rng.integers(0, 256, (6, 4, 3)).astype(np.uint8)
+    window = Window(0.0, 6e-9, 0.0, 4e-9)
+    pixels = draw([Tiles(colours, window)], window, 600)
+    expected = colours.transpose(1, 0, 2)[::-1].repeat(100, axis=0).repeat(100, axis=1)
+    np.testing.assert_array_equal(pixels, expected)
+
+
+@pytest.mark.parametrize("length", [1e-12, 1e-3, 1e6])
+def test_drawing_does_not_know_the_unit_of_length(length):
+    colours = np.zeros((3, 2, 3), dtype=np.uint8)
+    colours[1, 0] = 200
+    window = Window(0.0, 3 * length, 0.0, 2 * length)
+    pixels = draw([Tiles(colours, window)], window, 360)
+    assert (pixels[120:, 120:240] == 200).all()
+    assert np.count_nonzero(pixels) == 120 * 120 * 3
+
+
+def test_outside_the_tiles_is_white():
+    tiles = Tiles(np.zeros((1, 1, 3), dtype=np.uint8), Window(0.0, 1.0, 0.0, 1.0))
+    pixels = draw([tiles], Window(-1.0, 1.0, 0.0, 1.0), 480)
+    assert (pixels[:, :240] == 255).all()
+    assert (pixels[:, 240:] == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("window", "size"),
+    [
+        (Window(0, 1, 0, 1), (1200, 1200)),
+        (Window(0, 3, 0, 2), (1200, 800)),
+        (Window(0, 1, 0, 2), (600, 1200)),
+        (Window(0, 1000, 0, 1), (1200, offscreen.SHORT_SIDE)),
+    ],
+)
+def test_size_depends_on_the_aspect_alone(window, size):
+    assert window.pixels() == size
+
+
+def test_senseless_windows_and_scales_are_refused():
+    with pytest.raises(InvalidInput, match="x0 < x1"):
+        Window(1.0, 1.0, 0.0, 1.0)
+    with pytest.raises(InvalidInput, match="low < high"):
+        Scale("gap [m]", 1.0, 1.0)
+    with pytest.raises(InvalidInput, match="0 < low < high"):
+        Scale("|j| [m²/s]", 0.0, 1.0, logarithmic=True)
+    with pytest.raises(InvalidInput, match="finite"):
+        Scale("gap [m]", 0.0, float("nan"))
