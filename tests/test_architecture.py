@@ -13,10 +13,11 @@ PACKAGE = ROOT / "fem_seal"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # A module may import those before it, and its own folder.
-ORDER = """
-errors grid leak_rate parallel progress units gap_file scene surface contact topology theory
-finite_difference fenicsx mesh flow seal results study render job doctor cli
-""".split()
+ORDER = [
+    *("errors", "grid", "leak_rate", "parallel", "progress", "units", "gap_file", "scene"),
+    *("surface", "contact", "topology", "theory", "finite_difference", "fenicsx", "mesh", "flow"),
+    *("seal", "results", "study", "render", "job", "doctor", "cli"),
+]
 
 FINITE_ELEMENTS = {"fenicsx", "mesh", "flow"}
 FENCES = {

@@ -1,0 +1,265 @@
+"""The result folder: whole or not there, read back to the last digit, never another scene's."""
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from fem_seal import job
+from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.leak_rate import FlowField, LeakRate, Level
+from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
+from fem_seal.results.arrays import write_flow
+from fem_seal.results.result import Provenance
+from fem_seal.scene import Scene
+from fem_seal.seal import FLOWS, Seal
+
+LEVELS = (
+    Level(9, 8, 0.0, 3e-13, {"primal": 4}, {"primal": 0.1}),
+    Level(25, 32, 1e-13 / 3, 2e-13 / 3, {"primal": 5}, {"primal": 0.2}),
+)
+
+
+@dataclass
+class FlowSpy:
+    """A flow solver that says what it was told to, and counts."""
+
+    leak: LeakRate
+    solves: int = 0
+
+    def __call__(self, seal):
+        self.solves += 1
+        return self.leak
+
+
+@pytest.fixture
+def spy(monkeypatch):
+    leak = LeakRate(
+        state="leaking",
+        method="finite-difference",
+        value=np.pi * 1e-14,
+        lower=1e-13 / 3,
+        upper=2e-13 / 3,
+        unknowns=25,
+        levels=LEVELS,
+        inflow=1e-13 / 7,
+        outflow=1e-13 / 7,
+    )
+    spy = FlowSpy(leak)
+    monkeypatch.setitem(FLOWS, "finite-difference", spy)
+    return spy
+
+
+@pytest.fixture
+def scene(small_scene):
+    return Scene.from_mapping(small_scene)
+
+
+def changed(small_scene, section, **fields):
+    return Scene.from_mapping({**small_scene, section: {**small_scene[section], **fields}})
+
+
+def content(folder):
+    """All files below a folder with what is in them."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+def test_read_back_exactly(scene, spy, tmp_path):
+    result = job.run(scene, tmp_path / "out")
+    assert Result.from_folder(tmp_path / "out") == result
+    assert result.leak_rate.value == spy.leak.value
+    assert result.leak_rate.lower == spy.leak.lower
+    assert [level.upper for level in result.levels] == [level.upper for level in LEVELS]
+    gap, pressure = read_contact(tmp_path / "out")
+    contact = Seal(scene).contact
+    np.testing.assert_array_equal(gap.values, contact.gap.values)
+    np.testing.assert_array_equal(pressure.values, contact.pressure.values)
+    assert (gap.spacing, gap.periodic) == (contact.gap.spacing, True)
+    assert result.scene() == scene
+
+
+def test_numbers_are_those_of_the_contact(scene, spy, tmp_path):
+    result = job.run(scene, tmp_path / "out")
+    gap, pressure = read_contact(tmp_path / "out")
+    assert result.contact_area_fraction == np.mean(gap.values == 0)
+    # Sums of some thousand numbers in another order.
+    assert result.mean_gap == pytest.approx(gap.values.mean(), rel=1e-13)
+    assert result.mean_pressure == pytest.approx(pressure.values.mean(), rel=1e-13)
+    assert 0 <= result.kkt_residual <= scene.contact.tolerance
+    assert result.seconds["total"] >= sum(v for k, v in result.seconds.items() if k != "total")
+    assert result.peak_memory_bytes > gap.values.nbytes
+
+
+def test_schema(scene, spy, tmp_path):
+    """The keys that scripts rely on."""
+    job.run(scene, tmp_path / "out")
+    read = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert read["schema"] == 1
+    assert read["state"] == "leaking"
+    assert read["percolates"] is True
+    assert set(read["leak_rate"]) == {"value", "lower", "upper", "unit"}
+    assert read["leak_rate"]["unit"] == "m^3/s"
+    assert read["converged"] is True
+    assert read["unknowns"] == 25
+    assert read["method"] == "finite-difference"
+    assert {"contact_area_fraction", "mean_gap", "mean_pressure", "kkt_residual"} < set(read)
+    assert {"surface", "contact", "topology", "flow", "total"} == set(read["seconds"])
+    assert {"versions", "scene", "seed"} < set(read["provenance"])
+    assert read["provenance"]["seed"] == 1
+
+
+def test_result_document_names_every_key():
+    from conftest import ROOT
+
+    document = (ROOT / "docs" / "results.md").read_text()
+    for name, field in Result.model_fields.items():
+        assert f"`{field.alias or name}" in document, name
+
+
+@pytest.fixture
+def field():
+    rng = np.random.default_rng(1)
+    return FlowField(
+        points=rng.random((4, 2)) * 1e-5,
+        cells=np.array([[0, 1, 2], [0, 2, 3]]),
+        gap=rng.random(4) * 1e-7,
+        pressure=rng.random(4) * 1e5,
+        flux=rng.random((2, 2)) * 1e-12,
+    )
+
+
+def test_flow_field_is_read_back_exactly(field, tmp_path):
+    write_flow(tmp_path, field)
+    read = read_flow(tmp_path)
+    for name in ("points", "cells", "gap", "pressure", "flux"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(field, name), name)
+
+
+def test_flow_field_that_was_not_asked_for(tmp_path):
+    with pytest.raises(InvalidInput, match="name 'mesh' in output"):
+        read_flow(tmp_path)
+
+
+def test_only_what_is_named_is_computed(small_scene, spy, tmp_path):
+    result = job.run(changed(small_scene, "output", products=["contact"]), tmp_path / "out")
+    assert spy.solves == 0
+    assert result.leak_rate is None
+    assert set(content(tmp_path)) == {"out/result.json", "out/contact.npz"}
+
+
+def test_each_step_is_computed_once(scene, spy):
+    seal = Seal(scene)
+    assert seal.contact is seal.contact
+    summarise(seal)
+    summarise(seal)
+    assert spy.solves == 1
+
+
+def test_sealed_gap_is_not_solved(small_scene, spy, tmp_path):
+    np.savez(tmp_path / "gap.npz", gap=np.zeros((4, 4)), spacing=[1, 1])
+    scene = {key: small_scene[key] for key in ("fluid", "flow")}
+    scene["gap"] = {"path": str(tmp_path / "gap.npz")}
+    scene["output"] = {"products": ["leak_rate"]}
+    scene["flow"]["sides"] = "wall"
+    result = job.run(Scene.from_mapping(scene), tmp_path / "out")
+    assert (result.state, result.percolates, spy.solves) == ("sealed", False, 0)
+    assert (result.leak_rate.value, result.leak_rate.lower, result.leak_rate.upper) == (0, 0, 0)
+
+
+def test_another_scene_is_refused(scene, small_scene, spy, tmp_path):
+    job.run(scene, tmp_path)
+    before = content(tmp_path)
+    other = changed(small_scene, "surface", seed=2)
+    with pytest.raises(InvalidInput, match=r"another scene.*--overwrite"):
+        job.run(other, tmp_path)
+    assert content(tmp_path) == before
+    assert job.run(other, tmp_path, overwrite=True).provenance.seed == 2
+
+
+def test_same_scene_may_be_run_again_and_other_files_stay(scene, small_scene, spy, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    job.run(scene, tmp_path)
+    job.run(changed(small_scene, "output", products=["leak_rate"]), tmp_path)
+    assert set(content(tmp_path)) == {"notes.txt", "result.json", "contact.npz"}
+
+
+def test_changed_input_file_is_another_scene(small_scene, spy, tmp_path):
+    scene = {key: small_scene[key] for key in ("fluid", "flow")}
+    scene["gap"] = {"path": str(tmp_path / "gap.npz")}
+    scene["output"] = {"products": ["leak_rate"]}
+    for gap in (np.ones((3, 3)), np.full((3, 3), 2.0)):
+        np.savez(tmp_path / "gap.npz", gap=gap, spacing=[1, 1])
+        if gap[0, 0] == 1:
+            job.run(Scene.from_mapping(scene), tmp_path / "out")
+    with pytest.raises(InvalidInput, match="another scene"):
+        job.run(Scene.from_mapping(scene), tmp_path / "out")
+
+
+@pytest.mark.parametrize("failure", [KeyboardInterrupt, NotConverged("no"), InvalidInput("no")])
+@pytest.mark.parametrize("existing", [False, True])
+def test_nothing_half_written(scene, spy, tmp_path, monkeypatch, failure, existing):
+    """Whatever ends a run, before or while it writes, leaves what was there."""
+    if existing:
+        job.run(scene, tmp_path / "out")
+    before = content(tmp_path)
+
+    def interrupted(seal, files, seconds):
+        raise failure
+
+    monkeypatch.setattr(job, "summarise", interrupted)  # after the arrays have been written aside
+    with pytest.raises(type(failure) if isinstance(failure, Exception) else failure):
+        job.run(scene, tmp_path / "out")
+    assert content(tmp_path) == before
+    assert {path.name for path in tmp_path.iterdir()} == ({"out"} if existing else set())
+
+
+def test_interrupted_move_leaves_no_result_that_looks_whole(scene, spy, tmp_path, monkeypatch):
+    job.run(scene, tmp_path)
+    moves = []
+
+    def second_fails(source, target):
+        moves.append(target)
+        if len(moves) == 2:
+            raise KeyboardInterrupt
+        source.rename(target)
+
+    monkeypatch.setattr("os.replace", second_fails)
+    with pytest.raises(KeyboardInterrupt):
+        job.run(scene, tmp_path)
+    assert set(content(tmp_path)) == {"contact.npz"}
+    with pytest.raises(InvalidInput, match="cannot read the result"):
+        Result.from_folder(tmp_path)
+
+
+@pytest.mark.parametrize("place", ["file", "file/below", "/proc/here", "x" * 300])
+def test_folder_that_cannot_be_written(scene, tmp_path, place):
+    (tmp_path / "file").touch()
+    with pytest.raises(InvalidInput, match=r"output folder .*(is a file|cannot be written)"):
+        ResultFolder(tmp_path / place, Provenance.of(scene))
+    assert set(content(tmp_path)) == {"file"}
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"schema": 2}', "not json"])
+def test_damaged_result(scene, tmp_path, text):
+    (tmp_path / "result.json").write_text(text)
+    with pytest.raises(InvalidInput, match="not a result of this version"):
+        Result.from_folder(tmp_path)
+    with pytest.raises(InvalidInput, match="not a result of this version"):
+        ResultFolder(tmp_path, Provenance.of(scene))
+    with ResultFolder(tmp_path, Provenance.of(scene), overwrite=True) as folder:
+        assert folder.aside.is_dir()
+
+
+@pytest.mark.render
+def test_pictures_can_be_drawn_again(small_scene, spy, field, tmp_path):
+    scene = changed(small_scene, "output", products=["contact", "leak_rate", "pictures"])
+    result = job.run(scene, tmp_path)
+    assert result.files == ("contact.npz", "contact.png", "gap.png")
+    first = content(tmp_path)
+    (tmp_path / "gap.png").unlink()
+    assert job.draw(tmp_path) == ("contact.png", "gap.png")
+    again = content(tmp_path)
+    assert again["gap.png"] == first["gap.png"]
+    assert Result.from_folder(tmp_path) == result
