@@ -9,7 +9,6 @@ import numpy as np
 
 from fem_seal.flow import averages, traces
 from fem_seal.grid import GridField
-from fem_seal.mesh.bisection import Refinement
 from fem_seal.mesh.nested import PIXEL, NestedMesh
 
 
@@ -62,14 +61,23 @@ class LinearGap:
         i, j = (mesh.xy // PIXEL).T
         return self._samples[i, j]
 
-    def refined_values(self, values: np.ndarray, step: Refinement) -> np.ndarray:
-        """Vertex values after a bisection: samples on pixel vertices, linear between them."""
-        new = step.mesh.xy[len(values) :]
-        middle = values[step.edge_ends].mean(axis=1)
+    def refined_values(
+        self, values: np.ndarray, fine: NestedMesh, edge_ends: np.ndarray
+    ) -> np.ndarray:
+        """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
+
+        Samples on pixel vertices, linear between them.
+        """
+        new = fine.xy[len(values) :]
+        middle = values[edge_ends].mean(axis=1)
         on_pixel = (new % PIXEL == 0).all(axis=1)
         i, j = (new[on_pixel] // PIXEL).T
         middle[on_pixel] = self._samples[i, j]
         return np.concatenate([values, middle])
+
+    def plotted_values(self, mesh: NestedMesh, values: np.ndarray) -> np.ndarray:
+        """Gap (V,) at the vertices, for pictures."""
+        return values[:, 0]
 
     def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
         """Averages, shut sides and resistivity tensors of all cells."""
@@ -120,9 +128,16 @@ class ConstantGap:
         """Nothing (V, 0): the gap jumps at the vertices."""
         return np.empty((len(mesh.xy), 0))
 
-    def refined_values(self, values: np.ndarray, step: Refinement) -> np.ndarray:
+    def refined_values(
+        self, values: np.ndarray, fine: NestedMesh, edge_ends: np.ndarray
+    ) -> np.ndarray:
         """Nothing (V', 0)."""
-        return np.empty((len(step.mesh.xy), 0))
+        return np.empty((len(fine.xy), 0))
+
+    def plotted_values(self, mesh: NestedMesh, values: np.ndarray) -> np.ndarray:
+        """Gap (V,) of the pixel above and to the right of each vertex, for pictures."""
+        i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
+        return np.cbrt(self._K[i, j])
 
     def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
         """Averages of all cells; contact is whole pixels, so no side is shut by itself."""

@@ -101,7 +101,10 @@ class CellSpace:
     def integrals(self, integrand: ufl.core.expr.Expr) -> np.ndarray:
         """Integral (C,) of an expression over each cell, on every rank."""
         form = fem.form(integrand * ufl.TestFunction(self.W) * ufl.dx)
-        return self._everywhere(fem.petsc.assemble_vector(form).array[self._cell_dofs])
+        vector = fem.petsc.assemble_vector(form)
+        values = self._everywhere(vector.array_r[self._cell_dofs])
+        vector.destroy()
+        return values
 
     def _everywhere(self, values: np.ndarray) -> np.ndarray:
         """Gather values of own cells (c, ...) into (C, ...) on every rank."""
@@ -135,28 +138,36 @@ class CellSpace:
         self._A.assemble()
         P, place = self._numbering(unknowns)
         lift = self._corner_vector(unknowns.lift)
-        x = P.createVecRight()
+        x, residual = P.createVecRight(), P.createVecRight()
         x.array = guess[place]
-        y = lift.duplicate()
+        y, r = lift.duplicate(), lift.duplicate()
         P.multAdd(x, lift, y)
         start = self._energy(y)
-        residual, r = P.createVecRight(), y.duplicate()
         self._A.mult(y, r)
         P.multTranspose(r, residual)
         residual.scale(-1)
         matrix = self._A.PtAP(P)
-        step, iterations = _solve(matrix, residual, start, tolerance)
-        P.multAdd(step, y, r)
-        energy = self._energy(r)
-        values = self._everywhere(r.array_r[self._corner_dofs])
-        for thing in (P, matrix):
-            thing.destroy()
+        try:
+            iterations = _solve(matrix, residual, x, start, tolerance)
+            P.multAdd(x, y, r)
+            energy = self._energy(r)
+            values = self._everywhere(r.array_r[self._corner_dofs])
+        finally:
+            # petsc4py puts off freeing what is only dropped, and the meshes come and go.
+            for thing in (P, matrix, lift, x, y, r, residual):
+                thing.destroy()
         return Minimum(values, energy, iterations)
+
+    def close(self) -> None:
+        """Free what PETSc holds; the space cannot be used any more."""
+        self._A.destroy()
 
     def _energy(self, values: PETSc.Vec) -> float:
         self._v.x.array[:] = values.array_r
         cells = fem.petsc.assemble_vector(self._cell_energy)
-        return float(self.comm.allreduce(cells.array.sum()))
+        own = cells.array.sum()
+        cells.destroy()
+        return float(self.comm.allreduce(own))
 
     def _corner_vector(self, corner_values: np.ndarray) -> PETSc.Vec:
         vector = self._A.createVecRight()
@@ -180,9 +191,7 @@ class CellSpace:
         rows = np.concatenate([[0], np.cumsum(filled)]).astype(PETSc.IntType)
         entries = position[columns[filled]].astype(PETSc.IntType)
         sizes = [[len(columns), None], [len(place), unknowns.count]]
-        P = PETSc.Mat().createAIJ(
-            sizes, csr=(rows, entries, np.ones(len(entries))), comm=self.comm
-        )
+        P = PETSc.Mat().createAIJ(sizes, csr=(rows, entries, np.ones(len(entries))), comm=self.comm)
         return P, place
 
 
@@ -193,15 +202,14 @@ def _dofs(space, per_cell: int) -> np.ndarray:
 
 
 def _solve(
-    matrix: PETSc.Mat, right_side: PETSc.Vec, start: float, tolerance: float
-) -> tuple[PETSc.Vec, int]:
-    """CG from zero until the energy r'Mr of the error is `tolerance` of the energy reached.
+    matrix: PETSc.Mat, right_side: PETSc.Vec, x: PETSc.Vec, start: float, tolerance: float
+) -> int:
+    """CG for x from zero until the energy r'Mr of the error is `tolerance` of the energy reached.
 
     Relative residuals would lie: the energy of the start may exceed the minimum a million times.
     In CG the energy after k steps is start - b·x_k, and r'Mr, with M the preconditioner, is the
     energy of the error within a factor of two.
     """
-    x = right_side.duplicate()
     ksp = PETSc.KSP().create(matrix.comm)
     ksp.setOptionsPrefix("fem_seal_")
     options = PETSc.Options("fem_seal_")
@@ -234,4 +242,4 @@ def _solve(
             f"CG with BoomerAMG stopped after {iterations} iterations (PETSc reason {reason}) at "
             f"a relative energy error of {reached[0]:.1e}, wanted {tolerance:.0e}"
         )
-    return x, iterations
+    return iterations

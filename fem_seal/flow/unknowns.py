@@ -24,11 +24,13 @@ class Unknowns:
     of_corner : (C, 3) int64, unknown of each corner or -1 where the value is prescribed
     lift : (C, 3), the function of jumps and prescribed values; unknowns add to it
     count : number of unknowns
+    label : (C, 3) int64, equal for corners at which the function is continuous
     """
 
     of_corner: np.ndarray
     lift: np.ndarray
     count: int
+    label: np.ndarray
 
     def from_corners(self, corner_values: np.ndarray) -> np.ndarray:
         """Values of the unknowns (count,) nearest to given corner values (C, 3)."""
@@ -120,10 +122,12 @@ def primal_unknowns(mesh: NestedMesh, data: CellData, cells: OpenCells) -> Unkno
     label = label.reshape(-1, 3)[cells.kept]
     inlet = np.isin(label, at_inlet)
     of_corner, count = _numbered(label, ~(inlet | np.isin(label, at_outlet)))
-    return Unknowns(of_corner, inlet.astype(float), count)
+    return Unknowns(of_corner, inlet.astype(float), count, label)
 
 
-def dual_unknowns(mesh: NestedMesh, data: CellData, kept: np.ndarray, merge_closed: bool):
+def dual_unknowns(
+    mesh: NestedMesh, data: CellData, kept: np.ndarray, merge_closed: bool
+) -> Unknowns | None:
     """Stream function unknowns: one for each contact patch, given on the side walls.
 
     Parameters
@@ -162,7 +166,7 @@ def dual_unknowns(mesh: NestedMesh, data: CellData, kept: np.ndarray, merge_clos
     # Some value must be given: on walls the problem says which, else any one patch is pinned.
     given = live[:1] if mesh.periodic else patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
     of_corner, count = _numbered(label, np.isin(label, np.setdiff1d(live, given)))
-    return Unknowns(of_corner, offset[patch[mesh.cells[kept]]], count)
+    return Unknowns(of_corner, offset[patch[mesh.cells[kept]]], count, label)
 
 
 def _winding(low: np.ndarray, high: np.ndarray, count: int):

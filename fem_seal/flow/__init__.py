@@ -1,0 +1,5 @@
+"""Reynolds flow through a gap by finite elements, with bounds of the leak rate from both sides."""
+
+from fem_seal.flow.leak import METHODS, Limits, leak_rate
+
+__all__ = ["METHODS", "Limits", "leak_rate"]

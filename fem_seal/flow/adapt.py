@@ -1,0 +1,161 @@
+"""Refine where the bounds disagree until they agree: the loop around one level.
+
+Each level solves the primal and the regularised dual; cells are marked by what they add to the
+difference of the two (Dörfler), and among the closed cells those that most of the flow would pass
+are marked too: a channel kept shut by a few cells of small resistance adds little to the
+difference of energies, yet all its flow is missing from the lower bound. The true dual, which
+alone is a bound, is solved when the regularised one says that the tolerance is near.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.errors import FemSealError
+from fem_seal.fenicsx import MPI
+from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap
+from fem_seal.flow.level import LevelProblem, Stream
+from fem_seal.flow.linear import Minimum
+from fem_seal.flow.marking import doerfler
+from fem_seal.leak_rate import Level
+from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.nested import NestedMesh, uniform_mesh
+
+LEAK_OF_CLOSED_CELLS = 0.1  # ε of the regularised dual
+ENERGY_TOLERANCE = 1e-8  # of each solve; the bounds hold for any, the flux needs its root
+# Parts of the difference of energies, and of the flow through closed cells, to mark. Large steps
+# cost nothing in unknowns and save levels; the last one is small so as not to overshoot.
+THETA, LAST_THETA = (0.7, 0.5), (0.4, 0.3)
+GAIN_OF_BUBBLES = 0.73  # typical ratio of the half-widths after and before sharpening
+ROUNDING = 1e-12  # relative error allowed to sums of positive terms; bounds are widened by it
+
+
+@dataclass(frozen=True)
+class Strategy:
+    """How the mesh grows.
+
+    width : pixels, squares of the first mesh
+    uniform : halve all cells instead of those that matter
+    rtol : tolerance (upper - lower) / √(lower upper) the caller is after; it steers when the true
+        dual is solved and how large the last steps are
+    every_dual : solve the true dual on every level, so that both bounds can be watched
+    max_unknowns : no mesh with more pressure unknowns is solved, except the first
+    """
+
+    width: int
+    uniform: bool = False
+    rtol: float = 0.05
+    every_dual: bool = False
+    max_unknowns: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Bracket:
+    """A level of the refinement: the bounds so far and the solution behind them.
+
+    level : numbers of this level for unit pressure drop and K = g³, g in units of its maximum
+    problem, pressure : the mesh with its primal solution; freed when the next level is asked for
+    stream : the true dual's, if it was solved
+    """
+
+    level: Level
+    problem: LevelProblem
+    pressure: Minimum
+    stream: Stream | None
+
+
+class _Clock:
+    """Seconds between laps, by name."""
+
+    def __init__(self):
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        now = time.perf_counter()
+        self.seconds[name] = now - self._last
+        self._last = now
+
+
+def relative_gap(lower: float, upper: float) -> float:
+    """(upper - lower) / √(lower upper), what the tolerance limits; infinite without a lower."""
+    return (upper - lower) / np.sqrt(lower * upper) if lower > 0 else np.inf
+
+
+def brackets(
+    gap: LinearGap | ConstantGap, periodic_sides: bool, strategy: Strategy, comm: MPI.Comm
+) -> Iterator[Bracket]:
+    """Bounds on ever finer meshes; the caller stops when it has seen enough.
+
+    Parameters
+    ----------
+    gap : the gap as represented; it must leave a path from inlet to outlet
+    periodic_sides : y = 0 and y = Ly are one line
+    strategy : how the mesh grows
+    comm : MPI communicator; all ranks must take the same steps
+    """
+    mesh = uniform_mesh(gap.squares, strategy.width, periodic_sides)
+    values = gap.vertex_values(mesh)
+    pressure, stream = _unobstructed(mesh)
+    lower, upper = 0.0, np.inf
+    while True:
+        clock = _Clock()
+        problem = LevelProblem(gap, mesh, values, comm, ENERGY_TOLERANCE)
+        if upper < np.inf and problem.unknowns > (strategy.max_unknowns or np.inf):
+            problem.close()
+            return
+        kept = problem.kept
+        clock.lap("mesh")
+        primal = problem.pressure(pressure[kept])
+        upper = min(upper, primal.energy * (1 + ROUNDING))
+        iterations = {"primal": primal.iterations}
+        clock.lap("primal")
+        guide, guess, expected = None, stream[kept], 0.0
+        if not strategy.uniform:
+            guide = problem.regularised_stream(guess, LEAK_OF_CLOSED_CELLS)
+            if guide is None:
+                raise FemSealError("contact bars an open gap; please report the gap as a defect")
+            guess, iterations["regularised dual"] = guide.psi, guide.iterations
+            expected = GAIN_OF_BUBBLES * (upper / guide.conductance - 1)
+            clock.lap("regularised dual")
+        true = None
+        if strategy.every_dual or expected < 2 * strategy.rtol:
+            true = problem.stream(guess)
+            clock.lap("dual")
+        if true is not None:
+            iterations["dual"] = true.iterations
+            lower = max(lower, problem.sharpened_lower(true) * (1 - ROUNDING))
+            upper = min(upper, problem.sharpened_upper(primal) * (1 + ROUNDING))
+            clock.lap("bubbles")
+        level = Level(problem.unknowns, int(kept.sum()), lower, upper, iterations, clock.seconds)
+        yield Bracket(level, problem, primal, true)
+        pressure = _spread(kept, primal.corner_values)
+        stream = _spread(kept, (guide or true).psi) if guide or true else stream
+        marked = np.ones(len(mesh.cells), dtype=bool)
+        if guide is not None:
+            theta = THETA if expected > 1.3 * strategy.rtol else LAST_THETA
+            marked[kept] = doerfler(problem.shares(primal, guide), theta[0])
+            marked[kept] |= doerfler(problem.throughflow(guide), theta[1])
+            marked[~kept] = False
+        problem.close()
+        # Halving all cells twice makes the uniform mesh with squares half as wide.
+        for _ in range(2 if strategy.uniform else 1):
+            step = bisect(mesh, marked)
+            pressure, stream = step.prolong(pressure), step.prolong(stream)
+            values = gap.refined_values(values, step.mesh, step.edge_ends)
+            mesh, marked = step.mesh, np.ones(len(step.mesh.cells), dtype=bool)
+
+
+def _unobstructed(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Corner values (C, 3) of pressure and stream function of a uniform gap: the first guess."""
+    x, y = np.moveaxis(mesh.xy[mesh.cells] / mesh.xy.max(axis=0), -1, 0)
+    return 1 - x, y
+
+
+def _spread(kept: np.ndarray, corner_values: np.ndarray) -> np.ndarray:
+    """Values on all cells of the mesh, zero in those that carry no flow."""
+    whole = np.zeros((len(kept), 3))
+    whole[kept] = corner_values
+    return whole

@@ -1,0 +1,203 @@
+"""The leak rate of a gap with its bounds, in SI units."""
+
+import resource
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.fenicsx import MPI
+from fem_seal.flow.adapt import Bracket, Strategy, brackets, relative_gap
+from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import FlowField, LeakRate, Level
+from fem_seal.mesh.nested import coarsest_width
+from fem_seal.topology.constriction import critical_constriction
+from fem_seal.topology.percolation import is_sealed
+
+METHODS = ("adaptive", "uniform")
+# The dual takes gaps below this part of the critical constriction for contact, and the primal
+# raises those below the second to it: both widen the bracket by far less than any tolerance, and
+# keep the contrast within what double precision can solve.
+CUT, FLOOR = 1e-2, 1e-4
+COARSEST_SQUARES = 32  # along the shorter side of the first adaptive mesh
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Where to stop although the tolerance is not reached.
+
+    unknowns : no larger mesh is solved; seconds : of wall time, checked after each level
+    memory_bytes : of one process; the next level must be expected to fit
+    """
+
+    unknowns: int | None = None
+    seconds: float | None = None
+    memory_bytes: int | None = None
+
+
+def leak_rate(
+    gap: GridField,
+    *,
+    viscosity: float,
+    pressure_drop: float,
+    sides: str = "wall",
+    representation: str = "linear",
+    method: str = "adaptive",
+    rtol: float = 0.05,
+    limits: Limits | None = None,
+    progress: Callable[[Level], None] | None = None,
+    field: bool = False,
+    every_dual: bool = False,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> LeakRate:
+    """Leak rate of a gap with guaranteed bounds, refined until they agree.
+
+    Dirichlet's and Thomson's principles on the same mesh give Q_hi = ∫K|∇p|² and
+    Q_lo = 1/∫|∇ψ|²/K with exact cell averages of K = g³/(12 η) and 1/K, so that the leak rate of
+    the gap as represented lies between them whatever the mesh and the solver tolerance.
+
+    Parameters
+    ----------
+    gap : gap in metres, zero in contact; flow along the first axis
+    viscosity : η [Pa s]
+    pressure_drop : p_in - p_out [Pa]
+    sides : "wall" (no flow through y = 0, Ly) or "periodic"
+    representation : "linear" (samples are vertices, linear between) or "constant" (square pixels)
+    method : "adaptive" or "uniform" (the pixel mesh and its uniform refinements)
+    rtol : stop when upper - lower ≤ rtol √(lower upper)
+    limits : where to stop before that; the result then has `converged` False and says why
+    progress : called with every Level, in m³/s
+    field : keep the flow on the last mesh
+    every_dual : bounds from both sides on every level, for watching them close
+    comm : all its ranks must call this together, with the same gap
+
+    Returns
+    -------
+    LeakRate
+
+    Raises
+    ------
+    InvalidInput
+        For values out of range, or periodic sides of a gap that does not repeat.
+    NotConverged
+        If the linear solver fails.
+    """
+    _check(gap, viscosity, pressure_drop, rtol, method, representation)
+    if is_sealed(gap, sides, representation):
+        return LeakRate.sealed(method)
+    limits = limits or Limits()
+    scale = float(gap.values.max()) ** 3 / (12 * viscosity) * pressure_drop
+    started = time.perf_counter()
+    levels: list[Level] = []
+    reason = ""
+    for bracket in _brackets(gap, sides, representation, method, rtol, limits, every_dual, comm):
+        level = bracket.level
+        levels.append(replace(level, lower=level.lower * scale, upper=level.upper * scale))
+        if progress is not None:
+            progress(levels[-1])
+        result = _result(bracket, levels, method, scale)
+        if relative_gap(level.lower, level.upper) <= rtol:
+            break
+        reason = comm.bcast(_exceeded(limits, started))
+        if reason:
+            break
+    else:
+        reason = f"the next mesh would have more than {limits.unknowns} unknowns"
+    if field:
+        flow = _field(bracket, gap, viscosity, pressure_drop)
+        result = replace(result, field=flow)
+    bracket.problem.close()
+    if reason:
+        reached = relative_gap(result.lower, result.upper)
+        reason = f"{reason}; the bracket is {reached:.2g} wide, {rtol:.2g} was asked for"
+    return replace(result, converged=not reason, reason=reason)
+
+
+def _check(gap, viscosity, pressure_drop, rtol, method, representation) -> None:
+    positive = {"viscosity": viscosity, "pressure_drop": pressure_drop, "rtol": rtol}
+    for name, value in positive.items():
+        if not (np.isfinite(value) and value > 0):
+            raise InvalidInput(f"{name} = {value} must be a positive number")
+    if method not in METHODS:
+        raise InvalidInput(f"method = {method!r} is unknown; choose from {', '.join(METHODS)}")
+    if representation == "linear" and min(gap.vertices().shape) < 2:
+        raise InvalidInput(
+            f"a linear gap needs two samples along each axis, got shape {gap.shape}; "
+            "use representation = 'constant' for a single row"
+        )
+
+
+def _brackets(
+    gap: GridField,
+    sides: str,
+    representation: str,
+    method: str,
+    rtol: float,
+    limits: Limits,
+    every_dual: bool,
+    comm: MPI.Comm,
+) -> Iterator[Bracket]:
+    """Set the normalised problem up, gap in units of its maximum, and refine it."""
+    scaled = GridField(gap.values / gap.values.max(), gap.spacing, gap.periodic)
+    narrowest = critical_constriction(scaled, sides, representation).gap
+    squares = gap.shape
+    if representation == "linear":
+        squares = tuple(n - 1 for n in gap.vertices().shape)
+    width = 1 if method == "uniform" else coarsest_width(squares, COARSEST_SQUARES)
+    represented = REPRESENTATIONS[representation](scaled, CUT * narrowest, FLOOR * narrowest, width)
+    strategy = Strategy(width, method == "uniform", rtol, every_dual, limits.unknowns)
+    return brackets(represented, sides == "periodic", strategy, comm)
+
+
+def _exceeded(limits: Limits, started: float) -> str:
+    """Which limit the next level would pass, "" if none."""
+    spent = time.perf_counter() - started
+    if limits.seconds is not None and spent >= limits.seconds:
+        return f"the limit of {limits.seconds:g} s is used up"
+    # A mesh grows by half from level to level, and so does the memory at its peak.
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    if limits.memory_bytes is not None and 1.5 * peak >= limits.memory_bytes:
+        return f"the next mesh would need more than {limits.memory_bytes / 1e9:.2g} GB"
+    return ""
+
+
+def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) -> LeakRate:
+    lower, upper = levels[-1].lower, levels[-1].upper
+    inflow, outflow = bracket.problem.boundary_flows(bracket.pressure)
+    return LeakRate(
+        state="leaking",
+        method=method,
+        # Without a lower bound yet, the upper one is all that is known.
+        value=float(np.sqrt(lower * upper)) if lower > 0 else upper,
+        lower=lower,
+        upper=upper,
+        unknowns=bracket.level.unknowns,
+        inflow=inflow * scale,
+        outflow=outflow * scale,
+        levels=tuple(levels),
+    )
+
+
+def _field(bracket: Bracket, gap: GridField, viscosity: float, pressure_drop: float) -> FlowField:
+    """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
+    problem, highest = bracket.problem, float(gap.values.max())
+    cells = problem.mesh.cells[problem.kept]
+    label = problem.primal_numbering.label
+    key, first, number = np.unique(
+        (label * len(problem.mesh.xy) + cells).ravel(), return_index=True, return_inverse=True
+    )
+    vertex = cells.ravel()[first]
+    pressure = bracket.pressure.corner_values * pressure_drop
+    # The normalised problem measures lengths in units of the longer pixel side.
+    gradient = problem.gradients(pressure) / max(gap.spacing)
+    K = problem.data.K * highest**3 / (12 * viscosity)
+    return FlowField(
+        points=problem.mesh.points(gap.spacing)[vertex],
+        cells=number.reshape(-1, 3),
+        gap=highest * problem.vertex_gap[vertex],
+        pressure=pressure.ravel()[first],
+        flux=-K[:, None] * gradient,
+    )

@@ -1,0 +1,185 @@
+"""One mesh: the primal and the dual problem on it, and what each cell adds to their difference."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fem_seal.fenicsx import MPI, ufl
+from fem_seal.flow.bubbles import (
+    energy_drop,
+    pressure_bubbles,
+    shape_gradients,
+    stream_bubbles,
+)
+from fem_seal.flow.gap_on_mesh import CellData, ConstantGap, LinearGap
+from fem_seal.flow.linear import CellSpace, Minimum
+from fem_seal.flow.traces import mean_gradient_values
+from fem_seal.flow.unknowns import Unknowns, dual_unknowns, open_cells, primal_unknowns
+from fem_seal.mesh.nested import PIXEL, NestedMesh
+
+_ISOTROPIC = np.array([1.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """A stream function of unit flux, from the true or from the regularised dual.
+
+    psi : (C, 3) corner values; resistivity : (C, 3), the tensor it was minimised under
+    conductance : 1 / ∫∇ψ·R·∇ψ; a lower bound of the leak rate if the dual was the true one
+    iterations : of CG
+    """
+
+    psi: np.ndarray
+    resistivity: np.ndarray
+    conductance: float
+    iterations: int
+
+
+class LevelProblem:
+    """Reynolds flow of unit pressure drop on one mesh, K = g³ (gap in units of its maximum).
+
+    Parameters
+    ----------
+    gap : the gap as represented
+    mesh : NestedMesh
+    values : gap at its vertices
+    comm : MPI communicator
+    tolerance : relative energy error at which CG stops
+
+    Notes
+    -----
+    Attributes with the suffix C below run over the cells that carry flow, `kept`.
+    """
+
+    def __init__(
+        self,
+        gap: LinearGap | ConstantGap,
+        mesh: NestedMesh,
+        values: np.ndarray,
+        comm: MPI.Comm,
+        tolerance: float,
+    ):
+        self.mesh, self.tolerance = mesh, tolerance
+        self._gap, self._values = gap, values
+        data = gap.cell_data(mesh, values)
+        self._all_cells = data
+        cells = open_cells(mesh, data)
+        self.kept = cells.kept
+        self.data = CellData(*(getattr(data, f)[cells.kept] for f in CellData.__annotations__))
+        self.primal_numbering: Unknowns = primal_unknowns(mesh, data, cells)
+        self._points = mesh.xy / PIXEL * gap.aspect
+        self.space = CellSpace(self._points, mesh.cells[cells.kept], comm)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of pressure unknowns."""
+        return self.primal_numbering.count
+
+    @property
+    def vertex_gap(self) -> np.ndarray:
+        """Gap (V,) at the vertices of the mesh, in units of its maximum."""
+        return self._gap.plotted_values(self.mesh, self._values)
+
+    def pressure(self, guess: np.ndarray) -> Minimum:
+        """Minimise ∫K|∇p|² (Dirichlet's principle): the energy is an upper bound of the leak rate.
+
+        Parameters
+        ----------
+        guess : (C, 3) corner values to start from
+        """
+        tensor = self.data.K[:, None] * _ISOTROPIC
+        start = self.primal_numbering.from_corners(guess)
+        return self.space.minimise(tensor, self.primal_numbering, start, self.tolerance)
+
+    def stream(self, guess: np.ndarray) -> Stream | None:
+        """Minimise ∫|∇ψ|²/K (Thomson's principle); None where closed cells bar every channel."""
+        numbering = dual_unknowns(self.mesh, self._all_cells, self.kept, merge_closed=True)
+        return numbering and self._minimal_stream(self.data.resistivity, numbering, guess)
+
+    def regularised_stream(self, guess: np.ndarray, leak: float) -> Stream | None:
+        """The same with closed cells conducting `leak` times what they do in the primal.
+
+        No bound, but it knows where flow would pass if the closed cells were resolved.
+        """
+        numbering = dual_unknowns(self.mesh, self._all_cells, self.kept, merge_closed=False)
+        if numbering is None:
+            return None
+        # Without a smallest conductivity the contrast makes deep solves collapse.
+        conducted = leak * np.maximum(self.data.K, self._gap.cut**3)
+        isotropic = self.data.closed / conducted
+        return self._minimal_stream(
+            self.data.resistivity + isotropic[:, None] * _ISOTROPIC, numbering, guess
+        )
+
+    def _minimal_stream(
+        self, resistivity: np.ndarray, numbering: Unknowns, guess: np.ndarray
+    ) -> Stream:
+        start = numbering.from_corners(guess)
+        found = self.space.minimise(resistivity, numbering, start, self.tolerance)
+        return Stream(found.corner_values, resistivity, 1 / found.energy, found.iterations)
+
+    def shares(self, pressure: Minimum, stream: Stream) -> np.ndarray:
+        """What each cell (C,) adds to the difference of the bounds (Prager and Synge).
+
+        e_T = ∫ K|∇p|² + J·R·J + 2 J·∇p, with J the rotated gradient of ψ scaled to its leak rate.
+        Each is ≥ 0, and Σ e_T = upper - lower, exactly for the true dual; closed cells of the
+        regularised one are not conforming to power traces, and its sum is off by about 1e-4.
+        """
+        space, Q = self.space, stream.conductance
+        p = space.function(pressure.corner_values)
+        psi = space.function(Q * stream.psi)
+        mean = space.function(Q * mean_gradient_values(stream.psi, self.data.contact))
+        K = space.coefficient(self.data.K)
+        xx, xy, yy = (space.coefficient(r) for r in stream.resistivity.T)
+        R = ufl.as_tensor([[xx, xy], [xy, yy]])
+        grad_p, grad_psi = ufl.grad(p), ufl.grad(psi)
+        mean_flux = ufl.as_vector((mean.dx(1), -mean.dx(0)))
+        primal = K * ufl.inner(grad_p, grad_p)
+        dual = ufl.inner(ufl.dot(R, grad_psi), grad_psi)
+        return space.integrals(primal + dual + 2 * ufl.inner(mean_flux, grad_p))
+
+    def throughflow(self, stream: Stream) -> np.ndarray:
+        """Flow through each closed cell (C,), |J| times its width; zero in cells not closed."""
+        grad = np.linalg.norm(self.gradients(stream.psi), axis=1)
+        width = np.sqrt(2 * self.mesh.relative_areas()[self.kept])
+        return np.where(self.data.closed, stream.conductance * grad * width, 0.0)
+
+    @cached_property
+    def _shapes(self) -> tuple[np.ndarray, np.ndarray]:
+        return shape_gradients(self._points[self.mesh.cells[self.kept]])
+
+    def gradients(self, corner_values: np.ndarray) -> np.ndarray:
+        """Gradient (C, 2) of the function with given corner values (C, 3)."""
+        return np.einsum("cid,ci->cd", self._shapes[0], corner_values)
+
+    def sharpened_upper(self, pressure: Minimum) -> float:
+        """The upper bound lowered by the best hypotenuse bubbles (see `bubbles`)."""
+        bubble = pressure_bubbles(self.mesh, self._all_cells, self.kept)
+        return pressure.energy - self._drop(bubble, pressure.corner_values, "K")
+
+    def sharpened_lower(self, stream: Stream) -> float:
+        """The lower bound of a true dual raised by the best hypotenuse bubbles."""
+        bubble = stream_bubbles(self.mesh, self._all_cells, self.kept)
+        return 1 / (1 / stream.conductance - self._drop(bubble, stream.psi, "resistivity"))
+
+    def _drop(self, bubble: np.ndarray, corner_values: np.ndarray, coefficient: str) -> float:
+        gradient = np.zeros((len(self.kept), 2))
+        gradient[self.kept] = self.gradients(corner_values)
+        return energy_drop(self._gap, self.mesh, self._values, bubble, gradient, coefficient)
+
+    def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:
+        """Flow in through the inlet and out through the outlet, from the discrete equations."""
+        flux = self.data.K[:, None] * self.gradients(pressure.corner_values)
+        numbering = self.primal_numbering
+        inlet = numbering.lift
+        outlet = ((numbering.of_corner < 0) & (inlet == 0)).astype(float)
+        into, out = (
+            (self._shapes[1] * (flux * self.gradients(side)).sum(axis=1)).sum()
+            for side in (inlet, outlet)
+        )
+        return float(into), float(-out)
+
+    def close(self) -> None:
+        """Free the mesh and the matrices of this level."""
+        self.space.close()
