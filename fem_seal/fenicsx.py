@@ -5,6 +5,7 @@ dynamic linker to global symbols when imported and leave it there, which makes t
 PyVista needs crash later; muting the switch during the import is harmless.
 """
 
+import logging
 import sys
 
 _set_flags = sys.setdlopenflags
@@ -33,6 +34,10 @@ __all__ = [
 ]
 
 VERSION = tuple(int(i) for i in dolfinx.__version__.split(".")[:2])
+
+if VERSION < (0, 7):
+    # Each form compiled for the first time prints the compiler's command lines otherwise.
+    logging.root.addFilter(lambda record: record.levelno >= logging.WARNING)
 
 functionspace = getattr(fem, "functionspace", None) or fem.FunctionSpace  # renamed in 0.7
 

@@ -10,7 +10,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import Bracket, Strategy, brackets, relative_gap
-from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
+from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.mesh.nested import coarsest_width
@@ -186,7 +186,7 @@ def _field(bracket: Bracket, gap: GridField, viscosity: float, pressure_drop: fl
     problem, highest = bracket.problem, float(gap.values.max())
     cells = problem.mesh.cells[problem.kept]
     label = problem.primal_numbering.label
-    key, first, number = np.unique(
+    _, first, number = np.unique(
         (label * len(problem.mesh.xy) + cells).ravel(), return_index=True, return_inverse=True
     )
     vertex = cells.ravel()[first]
