@@ -1,5 +1,6 @@
 """Reynolds flow through a gap by finite elements, with bounds of the leak rate from both sides."""
 
+from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.leak import METHODS, Limits, leak_rate
 
-__all__ = ["METHODS", "Limits", "leak_rate"]
+__all__ = ["METHODS", "Limits", "Tuning", "leak_rate"]

@@ -23,32 +23,53 @@ from fem_seal.leak_rate import Level
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import NestedMesh, uniform_mesh
 
-LEAK_OF_CLOSED_CELLS = 0.1  # ε of the regularised dual
-ENERGY_TOLERANCE = 1e-8  # of each solve; the bounds hold for any, the flux needs its root
-# Parts of the difference of energies, and of the flow through closed cells, to mark. Large steps
-# cost nothing in unknowns and save levels; the last one is small so as not to overshoot.
-THETA, LAST_THETA = (0.7, 0.5), (0.4, 0.3)
 GAIN_OF_BUBBLES = 0.73  # typical ratio of the half-widths after and before sharpening
 ROUNDING = 1e-12  # relative error allowed to sums of positive terms; bounds are widened by it
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Numbers that cost time or unknowns but never the truth of the bounds (docs/adaptivity.md).
+
+    epsilon : conductivity of closed cells in the regularised dual, relative to the primal's
+    theta : part of the difference of energies that the marked cells hold
+    theta_throughflow : part of the flow through closed cells that the marked ones carry
+    last_theta, last_theta_throughflow : the same when one small step is expected to do
+    cut : the dual takes gaps below this part of the critical constriction for contact
+    floor : the primal raises positive gaps to this part of it; cut and floor keep the contrast
+        within what double precision can solve
+    tolerance : relative error of the energy at which CG stops; the flux has its square root
+    coarsest : squares along the shorter side of the first mesh
+    """
+
+    epsilon: float = 0.1
+    theta: float = 0.7
+    theta_throughflow: float = 0.5
+    last_theta: float = 0.4
+    last_theta_throughflow: float = 0.3
+    cut: float = 1e-2
+    floor: float = 1e-4
+    tolerance: float = 1e-8
+    coarsest: int = 32
 
 
 @dataclass(frozen=True)
 class Strategy:
     """How the mesh grows.
 
-    width : pixels, squares of the first mesh
     uniform : halve all cells instead of those that matter
     rtol : tolerance (upper - lower) / √(lower upper) the caller is after; it steers when the true
         dual is solved and how large the last steps are
     every_dual : solve the true dual on every level, so that both bounds can be watched
     max_unknowns : no mesh with more pressure unknowns is solved, except the first
+    tuning : the numbers behind it
     """
 
-    width: int
     uniform: bool = False
     rtol: float = 0.05
     every_dual: bool = False
     max_unknowns: int | None = None
+    tuning: Tuning = Tuning()
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,24 +106,30 @@ def relative_gap(lower: float, upper: float) -> float:
 
 
 def brackets(
-    gap: LinearGap | ConstantGap, periodic_sides: bool, strategy: Strategy, comm: MPI.Comm
+    gap: LinearGap | ConstantGap,
+    width: int,
+    periodic_sides: bool,
+    strategy: Strategy,
+    comm: MPI.Comm,
 ) -> Iterator[Bracket]:
     """Bounds on ever finer meshes; the caller stops when it has seen enough.
 
     Parameters
     ----------
     gap : the gap as represented; it must leave a path from inlet to outlet
+    width : pixels, squares of the first mesh
     periodic_sides : y = 0 and y = Ly are one line
     strategy : how the mesh grows
     comm : MPI communicator; all ranks must take the same steps
     """
-    mesh = uniform_mesh(gap.squares, strategy.width, periodic_sides)
+    mesh = uniform_mesh(gap.squares, width, periodic_sides)
     values = gap.vertex_values(mesh)
     pressure, stream = _unobstructed(mesh)
+    tuning = strategy.tuning
     lower, upper = 0.0, np.inf
     while True:
         clock = _Clock()
-        problem = LevelProblem(gap, mesh, values, comm, ENERGY_TOLERANCE)
+        problem = LevelProblem(gap, mesh, values, comm, tuning.tolerance)
         if upper < np.inf and problem.unknowns > (strategy.max_unknowns or np.inf):
             problem.close()
             return
@@ -114,7 +141,7 @@ def brackets(
         clock.lap("primal")
         guide, guess, expected = None, stream[kept], 0.0
         if not strategy.uniform:
-            guide = problem.regularised_stream(guess, LEAK_OF_CLOSED_CELLS)
+            guide = problem.regularised_stream(guess, tuning.epsilon)
             if guide is None:
                 raise FemSealError("contact bars an open gap; please report the gap as a defect")
             guess, iterations["regularised dual"] = guide.psi, guide.iterations
@@ -135,9 +162,11 @@ def brackets(
         stream = _spread(kept, (guide or true).psi) if guide or true else stream
         marked = np.ones(len(mesh.cells), dtype=bool)
         if guide is not None:
-            theta = THETA if expected > 1.3 * strategy.rtol else LAST_THETA
-            marked[kept] = doerfler(problem.shares(primal, guide), theta[0])
-            marked[kept] |= doerfler(problem.throughflow(guide), theta[1])
+            theta, theta_throughflow = tuning.theta, tuning.theta_throughflow
+            if expected < 1.3 * strategy.rtol:
+                theta, theta_throughflow = tuning.last_theta, tuning.last_theta_throughflow
+            marked[kept] = doerfler(problem.shares(primal, guide), theta)
+            marked[kept] |= doerfler(problem.throughflow(guide), theta_throughflow)
             marked[~kept] = False
         problem.close()
         # Halving all cells twice makes the uniform mesh with squares half as wide.

@@ -9,7 +9,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.adapt import Bracket, Strategy, brackets, relative_gap
+from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets, relative_gap
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
@@ -18,11 +18,6 @@ from fem_seal.topology.constriction import critical_constriction
 from fem_seal.topology.percolation import is_sealed
 
 METHODS = ("adaptive", "uniform")
-# The dual takes gaps below this part of the critical constriction for contact, and the primal
-# raises those below the second to it: both widen the bracket by far less than any tolerance, and
-# keep the contrast within what double precision can solve.
-CUT, FLOOR = 1e-2, 1e-4
-COARSEST_SQUARES = 32  # along the shorter side of the first adaptive mesh
 
 
 @dataclass(frozen=True)
@@ -51,6 +46,7 @@ def leak_rate(
     progress: Callable[[Level], None] | None = None,
     field: bool = False,
     every_dual: bool = False,
+    tuning: Tuning | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> LeakRate:
     """Leak rate of a gap with guaranteed bounds, refined until they agree.
@@ -72,6 +68,7 @@ def leak_rate(
     progress : called with every Level, in m³/s
     field : keep the flow on the last mesh
     every_dual : bounds from both sides on every level, for watching them close
+    tuning : cost of the bounds, never their truth
     comm : all its ranks must call this together, with the same gap
 
     Returns
@@ -93,7 +90,14 @@ def leak_rate(
     started = time.perf_counter()
     levels: list[Level] = []
     reason = ""
-    for bracket in _brackets(gap, sides, representation, method, rtol, limits, every_dual, comm):
+    strategy = Strategy(
+        uniform=method == "uniform",
+        rtol=rtol,
+        every_dual=every_dual,
+        max_unknowns=limits.unknowns,
+        tuning=tuning or Tuning(),
+    )
+    for bracket in _brackets(gap, sides, representation, strategy, comm):
         level = bracket.level
         levels.append(replace(level, lower=level.lower * scale, upper=level.upper * scale))
         if progress is not None:
@@ -131,14 +135,7 @@ def _check(gap, viscosity, pressure_drop, rtol, method, representation) -> None:
 
 
 def _brackets(
-    gap: GridField,
-    sides: str,
-    representation: str,
-    method: str,
-    rtol: float,
-    limits: Limits,
-    every_dual: bool,
-    comm: MPI.Comm,
+    gap: GridField, sides: str, representation: str, strategy: Strategy, comm: MPI.Comm
 ) -> Iterator[Bracket]:
     """Set the normalised problem up, gap in units of its maximum, and refine it."""
     scaled = GridField(gap.values / gap.values.max(), gap.spacing, gap.periodic)
@@ -146,10 +143,12 @@ def _brackets(
     squares = gap.shape
     if representation == "linear":
         squares = tuple(n - 1 for n in gap.vertices().shape)
-    width = 1 if method == "uniform" else coarsest_width(squares, COARSEST_SQUARES)
-    represented = REPRESENTATIONS[representation](scaled, CUT * narrowest, FLOOR * narrowest, width)
-    strategy = Strategy(width, method == "uniform", rtol, every_dual, limits.unknowns)
-    return brackets(represented, sides == "periodic", strategy, comm)
+    tuning = strategy.tuning
+    width = 1 if strategy.uniform else coarsest_width(squares, tuning.coarsest)
+    represented = REPRESENTATIONS[representation](
+        scaled, tuning.cut * narrowest, tuning.floor * narrowest, width
+    )
+    return brackets(represented, width, sides == "periodic", strategy, comm)
 
 
 def _exceeded(limits: Limits, started: float) -> str:
