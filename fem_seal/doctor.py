@@ -127,12 +127,17 @@ def _try(command: list[str]) -> tuple[bool, str]:
 
 
 def _mpi() -> Finding:
-    mend = "apt-get install openmpi-bin; in containers see docs/architecture.md on mpirun"
-    if which("mpirun") is None:
-        return Finding("mpirun", "several processes", False, "not found", mend)
     command = ["mpirun", "--oversubscribe", "-n", "2", sys.executable, "-c", _MPI]
     works, found = _try(command)
-    return Finding("mpirun", "several processes", works, found, mend, required=False)
+    return Finding("mpirun", "several processes", works, found, _mpi_mend(), required=False)
+
+
+def _mpi_mend() -> str:
+    if which("mpirun") is None:
+        return "apt-get install openmpi-bin"
+    if os.geteuid() == 0 and "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM" not in os.environ:
+        return "as root: export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1"
+    return "in a container: export OMPI_MCA_btl=^tcp"
 
 
 def cache_folder() -> Path:

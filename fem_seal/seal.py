@@ -189,7 +189,7 @@ def _finite_elements(seal: Seal) -> LeakRate:
 
 
 def _finite_differences(seal: Seal) -> LeakRate:
-    from fem_seal.finite_difference import solve
+    from fem_seal.finite_difference.solver import solve
 
     flow = seal.scene.flow
     return parallel.on_root(

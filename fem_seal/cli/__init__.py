@@ -4,8 +4,11 @@ Exit status: 0 done, 2 bad input (nothing written), 3 not converged, 130 interru
 """
 
 import argparse
+import logging
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NoReturn
 
 from fem_seal import parallel
@@ -48,9 +51,11 @@ def main(arguments: list[str] | None = None) -> int:
     """
     options = parser().parse_args(arguments)
     parallel.abort_together()
-    signal.signal(signal.SIGTERM, _terminate)
+    # The compiler of DOLFINx 0.5 and 0.6 tells every command it runs.
+    logging.getLogger().addFilter(_is_warning)
     try:
-        return options.command(options)
+        with _terminable():
+            return options.command(options)
     except FemSealError as error:
         return parallel.fail(f"fem-seal: {error}", error.exit_status)
     except MemoryError as error:
@@ -66,6 +71,15 @@ def main(arguments: list[str] | None = None) -> int:
         return parallel.fail("fem-seal: interrupted, nothing was written", INTERRUPTED)
 
 
-def _terminate(signal_number: int, frame: object) -> NoReturn:
-    """Leave through the `with` statements, which clear away what is half written."""
-    raise KeyboardInterrupt
+def _is_warning(record: logging.LogRecord) -> bool:
+    return record.levelno >= logging.WARNING
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Let a polite kill end us like Ctrl-C, through what clears away half-written results."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -198,7 +198,7 @@ class Flow(Section):
         "adaptive", description="how the mesh is refined, or no mesh at all"
     )
     links: Literal["linear-gap", "arithmetic", "harmonic", "geometric", "mean-gap"] = Field(
-        "harmonic", description="conductance between two pixels; of finite-difference only"
+        "linear-gap", description="conductance between two pixels; of finite-difference only"
     )
     max_unknowns: Count | None = Field(None, description="stop with the best bounds so far")
     max_seconds: Seconds | None = Field(None, description="stop with the best bounds so far")

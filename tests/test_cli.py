@@ -1,0 +1,403 @@
+"""The commands: exit statuses, one line for bad input and nothing written, and the real chain."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from conftest import write_toml
+from test_scene import REFERENCE
+
+from fem_seal import cli
+from fem_seal.seal import FLOWS
+
+VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # the defaults of fem-seal leak
+
+MPI_ENVIRONMENT = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_btl": "^tcp",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMP_NUM_THREADS": "1",
+}
+
+
+def run(*arguments):
+    """Exit status of a command in this process."""
+    try:
+        return cli.main([str(argument) for argument in arguments])
+    except SystemExit as end:
+        return end.code
+
+
+def below(folder):
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def read_result(folder):
+    return json.loads((folder / "result.json").read_text())
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def save_gap(path, gap, spacing=(1e-6, 1e-6), **more):
+    np.savez(path, gap=gap, spacing=spacing, **more)
+    return path
+
+
+@pytest.fixture
+def wedge(tmp_path):
+    """Gap that falls linearly along the flow: Q is known in closed form."""
+    gap = np.repeat(np.linspace(2e-6, 1e-6, 9)[:, None], 5, axis=1)
+    return save_gap(tmp_path / "wedge.npz", gap)
+
+
+def wedge_leak_rate():
+    """Q = Ly Δp / (12 η ∫ dx / g^3), and ∫ dx / g^3 = L (a + b) / (2 a² b²) for linear g."""
+    a, b, length, width = 2e-6, 1e-6, 8e-6, 4e-6
+    return width * PRESSURE_DROP / (12 * VISCOSITY * length * (a + b) / (2 * a**2 * b**2))
+
+
+@pytest.mark.parametrize("method", ["adaptive", "uniform", "finite-difference"])
+def test_leak_of_a_wedge(wedge, tmp_path, method):
+    assert run("leak", wedge, "--method", method, "--rtol", "0.01", "--out", "out") == 0
+    result = read_result(tmp_path / "out")
+    leak, exact = result["leak_rate"], wedge_leak_rate()
+    if method != "finite-difference":
+        assert leak["lower"] <= exact * (1 + 1e-9)
+        assert leak["upper"] >= exact * (1 - 1e-9)
+        assert leak["upper"] - leak["lower"] <= 0.01 * np.sqrt(leak["upper"] * leak["lower"])
+        assert leak["value"] == pytest.approx(np.sqrt(leak["lower"] * leak["upper"]), rel=1e-14)
+    else:
+        # The default links are exact for a linear gap in series; eliminated to rounding.
+        assert leak["value"] == pytest.approx(exact, rel=1e-12)
+    assert result["method"] == method
+    assert (result["state"], result["converged"]) == ("leaking", True)
+    assert result["inflow"] == pytest.approx(result["outflow"], rel=1e-6)
+
+
+@pytest.mark.parametrize("method", list(FLOWS))
+def test_options_reach_the_solver(wedge, tmp_path, method):
+    """Q is Δp / η times a number of the gap."""
+    run("leak", wedge, "--method", method, "--out", "a")
+    changes = ("--viscosity", "4 mPa s", "--pressure-drop", "2e5")
+    run("leak", wedge, "--method", method, *changes, "--out", "b")
+    first, second = (read_result(tmp_path / name)["leak_rate"]["value"] for name in "ab")
+    assert second == pytest.approx(first / 2, rel=1e-9)
+
+
+def test_links_reach_the_solver(wedge, tmp_path):
+    """Arithmetic links err high on a series channel and harmonic ones lower (Jensen)."""
+    values = []
+    for links in ("harmonic", "arithmetic"):
+        arguments = ("--method", "finite-difference", "--links", links, "--out", links)
+        assert run("leak", wedge, *arguments) == 0
+        values.append(read_result(tmp_path / links)["leak_rate"]["value"])
+    assert values[0] < wedge_leak_rate() < values[1]
+
+
+def test_sealed_gap(tmp_path, capsys):
+    gap = np.ones((9, 9)) * 1e-6
+    gap[4] = 0
+    assert run("leak", save_gap("gap.npz", gap), "--out", "out") == 0
+    result = read_result(tmp_path / "out")
+    assert result["state"] == "sealed"
+    assert result["leak_rate"] == {"value": 0.0, "lower": 0.0, "upper": 0.0, "unit": "m^3/s"}
+    assert result["unknowns"] == 0
+    assert "no open path" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("limit", [("--max-unknowns", "20"), ("--max-seconds", "1e-9")])
+def test_limit_is_reached(tmp_path, capsys, limit):
+    """Exit status 3, one line, and the best bounds are written."""
+    x = np.linspace(0, 2 * np.pi, 33)
+    gap = 1e-6 * (1 + 0.9 * np.sin(x)[:, None] * np.sin(x))
+    save_gap("gap.npz", gap)
+    assert run("leak", "gap.npz", "--rtol", "1e-4", *limit, "--out", "out") == 3
+    result = read_result(tmp_path / "out")
+    assert result["converged"] is False
+    assert 0 <= result["leak_rate"]["lower"] < result["leak_rate"]["upper"]
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert result["reason"] in error
+
+
+def test_leak_without_a_folder_writes_nothing(wedge, tmp_path, capsys):
+    assert run("leak", wedge) == 0
+    assert below(tmp_path) == ["wedge.npz"]
+    assert "m^3/s" in capsys.readouterr().out
+
+
+OPEN = np.ones((5, 5)) * 1e-6
+BAD_GAPS = {
+    "no gap": {"spacing": [1, 1]},
+    "no spacing": {"gap": OPEN},
+    "NaN": {"gap": np.where(np.eye(5), np.nan, OPEN), "spacing": [1, 1]},
+    "infinite": {"gap": OPEN / 0.0 if False else np.full((5, 5), np.inf), "spacing": [1, 1]},
+    "negative": {"gap": OPEN - 2e-6 * np.eye(5), "spacing": [1, 1]},
+    "zero spacing": {"gap": OPEN, "spacing": [0, 1]},
+    "negative spacing": {"gap": OPEN, "spacing": [1, -1]},
+    "NaN spacing": {"gap": OPEN, "spacing": [1, np.nan]},
+    "one spacing": {"gap": OPEN, "spacing": 1.0},
+    "three spacings": {"gap": OPEN, "spacing": [1, 1, 1]},
+    "one-dimensional": {"gap": OPEN[0], "spacing": [1, 1]},
+    "three-dimensional": {"gap": OPEN[None], "spacing": [1, 1]},
+    "empty": {"gap": np.ones((0, 5)), "spacing": [1, 1]},
+    "single row": {"gap": OPEN[:1], "spacing": [1, 1]},
+    "complex": {"gap": OPEN + 1j, "spacing": [1, 1]},
+    "text": {"gap": np.full((5, 5), "1"), "spacing": [1, 1]},
+    "bool": {"gap": OPEN > 0, "spacing": [1, 1]},
+    "objects": {"gap": np.array([[None]]), "spacing": [1, 1]},
+    "odd periodic": {"gap": OPEN, "spacing": [1, 1], "periodic": [True, False]},
+}
+
+
+def one_line_and_nothing_written(status, before, folder, capsys):
+    error = capsys.readouterr().err
+    assert status == 2
+    assert error.count("\n") == 1, error
+    assert error.startswith("fem-seal")
+    assert "Traceback" not in error
+    assert below(folder) == before
+
+
+@pytest.mark.parametrize("method", ["adaptive", "finite-difference"])
+@pytest.mark.parametrize("case", BAD_GAPS)
+def test_bad_gap(case, method, tmp_path, capsys):
+    np.savez("gap.npz", **BAD_GAPS[case])
+    before = below(tmp_path)
+    status = run("leak", "gap.npz", "--out", "out", "--method", method)
+    one_line_and_nothing_written(status, before, tmp_path, capsys)
+
+
+@pytest.mark.parametrize("content", [b"", b"gap", b"PK\x03\x04 cut off"])
+def test_file_that_is_no_npz(content, tmp_path, capsys):
+    (tmp_path / "gap.npz").write_bytes(content)
+    status = run("leak", "gap.npz", "--out", "out")
+    one_line_and_nothing_written(status, ["gap.npz"], tmp_path, capsys)
+
+
+def test_truncated_npz(wedge, tmp_path, capsys):
+    wedge.write_bytes(wedge.read_bytes()[:-30])
+    status = run("leak", wedge, "--out", "out")
+    one_line_and_nothing_written(status, ["wedge.npz"], tmp_path, capsys)
+
+
+def test_npy_is_no_gap(tmp_path, capsys):
+    np.save("gap.npy", OPEN)
+    status = run("leak", "gap.npy", "--out", "out")
+    one_line_and_nothing_written(status, ["gap.npy"], tmp_path, capsys)
+
+
+def test_periodic_sides_need_a_periodic_gap(tmp_path, capsys):
+    gap = OPEN * np.arange(1, 6)
+    save_gap("gap.npz", gap)
+    status = run("leak", "gap.npz", "--sides", "periodic", "--out", "out")
+    one_line_and_nothing_written(status, ["gap.npz"], tmp_path, capsys)
+    save_gap("gap.npz", gap, periodic=True)
+    assert run("leak", "gap.npz", "--sides", "periodic", "--out", "periodic") == 0
+    gap[:, -1] = gap[:, 0]
+    save_gap("gap.npz", gap)
+    assert run("leak", "gap.npz", "--sides", "periodic", "--out", "equal") == 0
+
+
+BAD_OPTIONS = [
+    ("leak",),
+    ("leak", "none.npz"),
+    ("leak", "."),
+    ("leak", "wedge.npz", "--rtol", "0"),
+    ("leak", "wedge.npz", "--rtol", "nan"),
+    ("leak", "wedge.npz", "--rtol", "small"),
+    ("leak", "wedge.npz", "--sides", "open"),
+    ("leak", "wedge.npz", "--representation", "cubic"),
+    ("leak", "wedge.npz", "--method", "magic"),
+    ("leak", "wedge.npz", "--links", "none"),
+    ("leak", "wedge.npz", "--viscosity", "-1"),
+    ("leak", "wedge.npz", "--viscosity", "1 um"),
+    ("leak", "wedge.npz", "--pressure-drop", "0"),
+    ("leak", "wedge.npz", "--max-unknowns", "0"),
+    ("leak", "wedge.npz", "--max-unknowns", "1.5"),
+    ("leak", "wedge.npz", "--max-seconds", "-1"),
+    ("leak", "wedge.npz", "--products", "cake"),
+    ("leak", "wedge.npz", "--products", "mesh", "--method", "finite-difference"),
+    ("leak", "wedge.npz", "--unknown"),
+    ("leak", "wedge.npz", "--out", "wedge.npz"),
+    ("leak", "wedge.npz", "--out", "/proc/here"),
+    ("run", "none.toml"),
+    ("run", "wedge.npz"),
+    ("run", "."),
+    ("render", "."),
+    ("render", "nowhere"),
+    ("fly",),
+    (),
+]
+
+
+@pytest.mark.parametrize("arguments", BAD_OPTIONS, ids=" ".join)
+def test_bad_options(arguments, wedge, tmp_path, capsys):
+    one_line_and_nothing_written(run(*arguments), ["wedge.npz"], tmp_path, capsys)
+
+
+def test_bad_scene(small_scene, tmp_path, capsys):
+    small_scene["flow"]["rtoll"] = 0.1
+    write_toml(tmp_path / "scene.toml", small_scene)
+    status = run("run", "scene.toml", "--out", "out")
+    assert "did you mean rtol" in capsys.readouterr().err
+    assert (status, below(tmp_path)) == (2, ["scene.toml"])
+
+
+def test_surface_file_that_is_not_finite(small_scene, tmp_path, capsys):
+    np.savez("surface.npz", heights=np.full((8, 8), np.nan), spacing=[1e-6, 1e-6])
+    small_scene["surface"] = {"kind": "file", "path": "surface.npz"}
+    write_toml(tmp_path / "scene.toml", small_scene)
+    before = below(tmp_path)
+    status = run("run", "scene.toml", "--out", "out")
+    one_line_and_nothing_written(status, before, tmp_path, capsys)
+
+
+def test_contact_that_does_not_converge(small_scene, tmp_path, capsys):
+    small_scene["contact"]["max_iterations"] = 1
+    write_toml(tmp_path / "scene.toml", small_scene)
+    assert run("run", "scene.toml", "--out", "out") == 3
+    assert capsys.readouterr().err.count("\n") == 1
+    assert below(tmp_path) == ["scene.toml"]
+
+
+def test_another_scene_is_refused_unless_overwritten(wedge, tmp_path, capsys):
+    fast = ("--method", "finite-difference", "--out", "out")
+    assert run("leak", wedge, *fast) == 0
+    before = below(tmp_path)
+    status = run("leak", wedge, *fast, "--viscosity", "2e-3")
+    one_line_and_nothing_written(status, before, tmp_path, capsys)
+    assert run("leak", wedge, *fast, "--viscosity", "2e-3", "--overwrite") == 0
+    assert read_result(tmp_path / "out")["provenance"]["scene"]["fluid"]["viscosity"] == 2e-3
+
+
+def test_scene_with_everything(small_scene, tmp_path):
+    """Surface, contact, certified flow, mesh; and the contact file is a gap file."""
+    small_scene["output"]["products"] = ["contact", "leak_rate", "mesh"]
+    write_toml(tmp_path / "scene.toml", small_scene)
+    assert run("run", "scene.toml", "--set", "flow.method=adaptive") == 0
+    out = tmp_path / "results" / "scene"
+    assert below(out) == ["contact.npz", "flow.vtu", "result.json"]
+    of_scene = read_result(out)
+    assert of_scene["contact_area_fraction"] == pytest.approx(0.1, abs=1 / 32**2)
+    assert run("leak", out / "contact.npz", "--sides", "periodic", "--out", "leak") == 0
+    assert read_result(tmp_path / "leak")["leak_rate"] == of_scene["leak_rate"]
+
+
+@pytest.mark.render
+def test_reference_scene_runs(tmp_path):
+    """The scene of docs/scene.md, on fewer samples."""
+    (tmp_path / "reference.toml").write_text(REFERENCE)
+    smaller = ("--set", "surface.shape=[64, 64]", "--set", "surface.short_wavelength=6 um")
+    assert run("run", "reference.toml", *smaller, "--out", "out") == 0
+    pictures = ["contact.png", "flow.png", "gap.png"]
+    assert below(tmp_path / "out") == sorted(["contact.npz", "result.json", *pictures])
+    result = read_result(tmp_path / "out")
+    assert 0 < result["leak_rate"]["lower"] <= result["leak_rate"]["upper"]
+
+
+def command(*arguments, **options):
+    """Start fem-seal in a process of its own."""
+    code = "import sys; from fem_seal.cli import main; sys.exit(main())"
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+
+
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
+    """The letter's own relaxation to a tolerance it cannot reach runs long enough."""
+    small_scene["surface"].update(shape=[128, 128])
+    small_scene["contact"].update(solver="damped", tolerance=1e-13)
+    write_toml(tmp_path / "scene.toml", small_scene)
+    process = command("run", "scene.toml", "--out", "out")
+    while not list(tmp_path.glob(".fem-seal-*")) and process.poll() is None:
+        time.sleep(0.02)
+    time.sleep(0.2)
+    process.send_signal(end)
+    output, error = process.communicate(timeout=60)
+    assert process.returncode == 130, error
+    assert error == "fem-seal: interrupted, nothing was written\n"
+    assert output == ""
+    assert below(tmp_path) == ["scene.toml"]
+
+
+def test_contact_alone_imports_no_finite_elements(small_scene, tmp_path):
+    small_scene["output"]["products"] = ["contact"]
+    write_toml(tmp_path / "scene.toml", small_scene)
+    code = (
+        "import sys; from fem_seal.cli import main; main(); "
+        "print({'dolfinx', 'petsc4py', 'mpi4py', 'pyvista', 'matplotlib'} & set(sys.modules))"
+    )
+    arguments = [sys.executable, "-c", code, "run", "scene.toml", "--out", "out"]
+    # MPI, once started in this process, makes its children believe in mpirun.
+    alone = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+    done = subprocess.run(arguments, capture_output=True, text=True, check=True, env=alone)
+    assert done.stdout.splitlines()[-1] == "set()"
+
+
+def mpirun(*arguments):
+    """Run Python with arguments on two processes; status, output and error."""
+    done = subprocess.run(
+        ["mpirun", "-n", "2", sys.executable, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env=os.environ | MPI_ENVIRONMENT,
+        check=False,
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+FEM_SEAL = ("-c", "import sys; from fem_seal.cli import main; sys.exit(main())")
+
+
+@pytest.mark.mpi
+def test_two_processes_give_the_bounds_of_one(small_scene, tmp_path):
+    """Root computes the contact, both solve; equal to the solver's tolerance."""
+    small_scene["flow"]["method"] = "adaptive"
+    write_toml(tmp_path / "scene.toml", small_scene)
+    status, output, error = mpirun(*FEM_SEAL, "run", "scene.toml", "--out", "two")
+    assert status == 0, error
+    assert output.count("leak rate") == 1
+    assert run("run", "scene.toml", "--out", "one") == 0
+    one, two = (read_result(tmp_path / name) for name in ("one", "two"))
+    assert two["provenance"]["processes"] == 2
+    assert two["leak_rate"]["lower"] == pytest.approx(one["leak_rate"]["lower"], rel=1e-6)
+    assert two["leak_rate"]["upper"] == pytest.approx(one["leak_rate"]["upper"], rel=1e-6)
+
+
+@pytest.mark.mpi
+def test_bad_input_on_two_processes(tmp_path):
+    save_gap("gap.npz", -OPEN)
+    status, output, error = mpirun(*FEM_SEAL, "leak", "gap.npz", "--out", "out")
+    assert status == 2
+    assert error.count("is negative at") == 1
+    assert output == ""
+    assert below(tmp_path) == ["gap.npz"]
+
+
+@pytest.mark.mpi
+def test_error_of_one_process_ends_both():
+    """Process 0 waits for the other, which dies: without the hook this would never end."""
+    code = (
+        "from fem_seal import parallel; from mpi4py import MPI; parallel.abort_together()\n"
+        "if MPI.COMM_WORLD.rank == 1: raise RuntimeError('one process fails')\n"
+        "MPI.COMM_WORLD.barrier()"
+    )
+    status, _, error = mpirun("-c", code)
+    assert status == 1
+    assert "one process fails" in error

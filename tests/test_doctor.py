@@ -1,0 +1,88 @@
+"""The doctor: what fails is named, with what to do; a dying probe takes nothing with it."""
+
+import sys
+
+import pytest
+
+from fem_seal import cli, doctor
+
+
+def test_this_machine_is_fit():
+    """The tests need all that a run needs, so the doctor must find it here."""
+    findings = list(doctor.examine())
+    assert {finding.name for finding in findings} >= {"DOLFINx", "PETSc + hypre", "pictures"}
+    assert [finding for finding in findings if finding.required and not finding.works] == []
+
+
+@pytest.mark.parametrize(
+    ("code", "found"),
+    [
+        ("print('1.2.3')", "1.2.3"),
+        ("import nothing_of_this_name", "ModuleNotFoundError: No module named"),
+        ("import os; os.abort()", "ended with status -6"),
+        ("pass", "ended with status 0"),
+    ],
+)
+def test_probe(code, found):
+    """Silence and death are failures as much as an exception is."""
+    works, said = doctor._try([sys.executable, "-c", code])
+    assert works == (found == "1.2.3")
+    assert said.startswith(found)
+
+
+def test_probe_that_hangs(monkeypatch):
+    monkeypatch.setattr(doctor, "PATIENCE", 0.2)
+    works, said = doctor._try([sys.executable, "-c", "import time; time.sleep(60)"])
+    assert not works
+    assert "no answer" in said
+
+
+def test_no_mpirun(monkeypatch):
+    monkeypatch.setenv("PATH", "/nowhere")
+    finding = doctor._mpi()
+    assert not finding.works
+    assert not finding.required
+    assert "apt-get install" in finding.mend
+
+
+def test_cache_that_cannot_be_written(monkeypatch, tmp_path):
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    finding = doctor._cache()
+    assert not finding.works
+    assert "XDG_CACHE_HOME" in finding.mend
+
+
+def test_compilation_that_was_killed(monkeypatch, tmp_path):
+    """A source without its library makes every later run wait and then fail."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    folder = tmp_path / "fenics"
+    folder.mkdir()
+    (folder / "libffcx_forms_1.c").touch()
+    (folder / "libffcx_forms_1.cpython-311-x86_64-linux-gnu.so").touch()
+    assert doctor._cache().works
+    (folder / "libffcx_forms_2.c").touch()
+    finding = doctor._cache()
+    assert not finding.works
+    assert finding.mend == f"remove {folder / 'libffcx_forms_2.c'}"
+
+
+def test_missing_gl_names_its_package(monkeypatch):
+    monkeypatch.setattr(doctor, "find_library", lambda name: None)
+    assert doctor._picture_mend() == "apt-get install libegl1"
+
+
+def test_table_and_exit_status(monkeypatch, capsys):
+    good = doctor.Finding("good", "all", True, "1.0", "")
+    bad = doctor.Finding("bad", "flow", False, "not found", "install it")
+    extra = doctor.Finding("extra", "files", False, "not installed", "fetch it", required=False)
+    monkeypatch.setattr(doctor, "examine", lambda: iter([good, extra]))
+    assert cli.main(["doctor"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "ok    good   1.0",
+        "no    extra  not installed",
+        "             for files: fetch it",
+    ]
+    monkeypatch.setattr(doctor, "examine", lambda: iter([good, bad]))
+    assert cli.main(["doctor"]) == 2
+    assert "not working here: bad" in capsys.readouterr().err
