@@ -1,0 +1,5 @@
+"""The 2012 letter's flow solver: central differences on the samples, independent of flow/."""
+
+from fem_seal.finite_difference.solver import solve
+
+__all__ = ["solve"]

@@ -1,0 +1,143 @@
+"""Bruggeman's effective medium in n dimensions, and the letter's modification for elastic contact.
+
+D. A. G. Bruggeman, Ann. Phys. (Leipzig) 416, 636 (1935); for seals B. Lorenz and B. N. J. Persson,
+Eur. Phys. J. E 31, 159 (2010); the effective dimension is that of W. B. Dapp, A. Lücke, B. N. J.
+Persson and M. H. Müser, Phys. Rev. Lett. 108, 244301 (2012).
+"""
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+
+# Relative contact area at which elastic contact percolates, by the 2012 letter.
+ELASTIC_THRESHOLD = 0.42
+
+
+def effective_conductivity(
+    conductivity: np.ndarray,
+    *,
+    dimension: float = 2.0,
+    weights: np.ndarray | None = None,
+    contact: float = 0.0,
+    rtol: float = 1e-13,
+) -> np.ndarray:
+    """Conductivity K of the effective medium: mean of (k - K) / (k + (n - 1) K) = 0.
+
+    The left side falls monotonously with K; its root is found by bisection of ln K, for all media
+    in step. Conductivity ends where the part with k = 0 reaches (n - 1)/n; n = 1 gives the series
+    (harmonic) mean, n to infinity the parallel (arithmetic) mean.
+
+    Parameters
+    ----------
+    conductivity : (..., m) float
+        Samples k >= 0 of each medium, or the values of a histogram, along the last axis.
+    dimension : n >= 1
+    weights : (m,) or (..., m) float, optional
+        Parts of the area at each value; equal if left out. Need not be normalised.
+    contact : float in [0, 1]
+        Part of the area in contact (k = 0) that comes on top of the samples.
+    rtol : relative tolerance of K
+
+    Returns
+    -------
+    (...) float, exactly 0 where the medium does not percolate.
+
+    Raises
+    ------
+    InvalidInput
+        For negative conductivities or weights, n < 1, or a contact part outside [0, 1].
+    """
+    k = np.asarray(conductivity, dtype=float)
+    w = np.ones(k.shape[-1]) if weights is None else np.asarray(weights, dtype=float)
+    _check(k, w, dimension, contact)
+    w = (1 - contact) * w / w.sum(axis=-1, keepdims=True)
+    largest = k.max(axis=-1)
+    scaled = k / np.where(largest > 0, largest, 1.0)[..., None]
+    return largest * _root(scaled, w, contact, dimension, rtol)
+
+
+def _check(k: np.ndarray, w: np.ndarray, dimension: float, contact: float) -> None:
+    if k.ndim == 0 or k.shape[-1] == 0 or not np.isfinite(k).all() or (k < 0).any():
+        raise InvalidInput("conductivities must be finite and >= 0, at least one")
+    if (w < 0).any() or not (w.sum(axis=-1) > 0).all():
+        raise InvalidInput("weights must be >= 0 and not all zero")
+    if not dimension >= 1:
+        raise InvalidInput(f"the dimension of Bruggeman's medium must be >= 1, got {dimension}")
+    if not 0 <= contact <= 1:
+        raise InvalidInput(f"the part in contact must lie in [0, 1], got {contact}")
+
+
+def _root(k: np.ndarray, w: np.ndarray, contact: float, n: float, rtol: float) -> np.ndarray:
+    """Bisect ln K between a lower bound of the root and the largest k, which is 1."""
+    open_ = k > 0
+    w_open = np.where(open_, w, 0.0)
+    closed = contact + np.where(open_, 0.0, w).sum(axis=-1)
+    # What the points with k = 0 take from the sum, the same for every K.
+    pull = closed / (n - 1) if n > 1 else np.where(closed > 0, np.inf, 0.0)
+    beyond_threshold = w_open.sum(axis=-1) - pull
+    conducts = beyond_threshold > 0
+    # (k - K)/(k + (n-1) K) >= 1 - n K/k bounds the root from below.
+    resistance = n * np.divide(w_open, k, out=np.zeros(w_open.shape), where=open_).sum(axis=-1)
+    lowest = np.where(conducts, beyond_threshold, 1.0) / np.where(conducts, resistance, 1.0)
+    low = np.log(np.maximum(lowest, np.finfo(float).tiny))
+    high = np.zeros_like(low)
+    k_open = np.where(open_, k, 1.0)
+    for _ in range(int(np.ceil(np.log2(max(2.0, float((high - low).max()) / rtol))))):
+        middle = 0.5 * (low + high)
+        K = np.exp(middle)[..., None]
+        too_low = (w_open * (k_open - K) / (k_open + (n - 1) * K)).sum(axis=-1) > pull
+        low, high = np.where(too_low, middle, low), np.where(too_low, high, middle)
+    return np.where(conducts, np.exp(0.5 * (low + high)), 0.0)
+
+
+def effective_dimension(contact_area: float, threshold: float = ELASTIC_THRESHOLD) -> float:
+    """Dimension n_eff(A) of the letter: 2 without contact, 1/(1 - A*) at the threshold A*, linear.
+
+    Parameters
+    ----------
+    contact_area : A/A0 in [0, 1]
+    threshold : A*/A0 in (0, 1)
+
+    Returns
+    -------
+    float, >= 1; with threshold 1/2 it is 2 throughout, Bruggeman's own medium.
+
+    Raises
+    ------
+    InvalidInput
+        If an area is out of range.
+    """
+    if not (0 <= contact_area <= 1 and 0 < threshold < 1):
+        raise InvalidInput(
+            f"need 0 <= A/A0 <= 1 and 0 < A*/A0 < 1, got A/A0 = {contact_area}, A*/A0 = {threshold}"
+        )
+    at_threshold = 1 / (1 - threshold)
+    return max(1.0, 2 + (at_threshold - 2) * contact_area / threshold)
+
+
+def leak_rate(
+    gap: GridField, *, viscosity: float, pressure_drop: float, dimension: float = 2.0
+) -> float:
+    """Bruggeman's leak rate of a gap: its samples' distribution, whatever their arrangement.
+
+    Parameters
+    ----------
+    gap : gap in metres, zero in contact
+    viscosity : [Pa s]
+    pressure_drop : along the first axis [Pa]
+    dimension : 2 for Bruggeman's own, `effective_dimension` of the contact area for the letter's
+
+    Returns
+    -------
+    Q = K Δp Ly / Lx [m^3/s]
+
+    Raises
+    ------
+    InvalidInput
+        As in `effective_conductivity`.
+    """
+    K = effective_conductivity(
+        gap.values.ravel() ** 3 / (12 * viscosity), dimension=dimension, rtol=1e-10
+    )
+    return float(K) * pressure_drop * gap.size[1] / gap.size[0]
