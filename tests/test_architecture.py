@@ -16,7 +16,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 ORDER = [
     *("errors", "grid", "leak_rate", "parallel", "progress", "units", "gap_file", "scene"),
     *("surface", "contact", "topology", "theory", "finite_difference", "fenicsx", "mesh", "flow"),
-    *("seal", "results", "study", "render", "job", "doctor", "cli"),
+    *("seal", "results", "sweep", "study", "render", "job", "doctor", "cli"),
 ]
 
 FINITE_ELEMENTS = {"fenicsx", "mesh", "flow"}
@@ -27,7 +27,7 @@ FENCES = {
     "petsc4py": FINITE_ELEMENTS,
     "pyvista": {"render"},
     "vtk": {"render"},
-    "pydantic": {"scene", "results", "study"},
+    "pydantic": {"scene", "results", "sweep", "study"},
     "pint": {"units"},
 }
 

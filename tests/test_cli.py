@@ -330,7 +330,7 @@ def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
     process.send_signal(end)
     output, error = process.communicate(timeout=60)
     assert process.returncode == 130, error
-    assert error == "fem-seal: interrupted, nothing was written\n"
+    assert error == "fem-seal: interrupted; nothing half-written is left\n"
     assert output == ""
     assert below(tmp_path) == ["scene.toml"]
 

@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from typing import NoReturn
 
 from fem_seal import parallel
-from fem_seal.cli import doctor, leak, render, run
+from fem_seal.cli import doctor, leak, render, run, sweep
 from fem_seal.errors import FemSealError, InvalidInput
 
-COMMANDS = (run, leak, render, doctor)
+COMMANDS = (run, leak, sweep, render, doctor)
 INTERRUPTED = 130
 
 
@@ -68,7 +68,7 @@ def main(arguments: list[str] | None = None) -> int:
         place = f": {error.filename}" if error.filename else ""
         return parallel.fail(f"fem-seal: {error.strerror}{place}", InvalidInput.exit_status)
     except KeyboardInterrupt:
-        return parallel.fail("fem-seal: interrupted, nothing was written", INTERRUPTED)
+        return parallel.fail("fem-seal: interrupted; nothing half-written is left", INTERRUPTED)
 
 
 def _is_warning(record: logging.LogRecord) -> bool:

@@ -3,11 +3,35 @@
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
 from fem_seal.errors import InvalidInput
 from fem_seal.results.result import RESULT_FILE, Provenance, Result
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn what the disk refuses into an InvalidInput that names the folder."""
+    try:
+        yield
+    except OSError as error:
+        raise InvalidInput(
+            f"the output folder {path} cannot be written: {error.strerror}"
+        ) from None
+
+
+def make_aside(path: Path) -> Path:
+    """Make a temporary folder for what will move into `path`.
+
+    It lies on the same disk, so that moving is one step, and in a folder that is there already,
+    so that a failed run does not even leave an empty one.
+    """
+    path = path.absolute()
+    ancestor = next(folder for folder in (path, *path.parents) if folder.exists())
+    return Path(tempfile.mkdtemp(prefix=".fem-seal-", dir=ancestor))
 
 
 class ResultFolder:
@@ -30,16 +54,9 @@ class ResultFolder:
 
     def __init__(self, path: str | Path, provenance: Provenance, overwrite: bool = False):
         self.path = Path(path).absolute()
-        try:
+        with writing(self.path):
             self._refuse_other_scene(provenance, overwrite)
-            # On the same disk as the result, so that moving is one step, and in a folder that is
-            # there already, so that a failed run does not even leave an empty one.
-            ancestor = next(p for p in (self.path, *self.path.parents) if p.exists())
-            self.aside = Path(tempfile.mkdtemp(prefix=".fem-seal-", dir=ancestor))
-        except OSError as error:
-            raise InvalidInput(
-                f"the output folder {self.path} cannot be written: {error.strerror}"
-            ) from None
+            self.aside = make_aside(self.path)
 
     def __enter__(self) -> "ResultFolder":
         return self
@@ -78,7 +95,7 @@ class ResultFolder:
 
     def _move_in(self, names: tuple[str, ...], result: Result, replaced: tuple[str, ...]) -> None:
         """Move files in; result.json goes last and marks the folder as whole."""
-        try:
+        with writing(self.path):
             (self.aside / RESULT_FILE).write_text(result.to_json(), encoding="utf-8")
             self.path.mkdir(parents=True, exist_ok=True)
             (self.path / RESULT_FILE).unlink(missing_ok=True)
@@ -86,10 +103,6 @@ class ResultFolder:
                 (self.path / name).unlink(missing_ok=True)
             for name in (*names, RESULT_FILE):
                 os.replace(self.aside / name, self.path / name)  # noqa: PTH105 (must be atomic)
-        except OSError as error:
-            raise InvalidInput(
-                f"the output folder {self.path} cannot be written: {error.strerror}"
-            ) from None
 
     def _refuse_other_scene(self, provenance: Provenance, overwrite: bool) -> None:
         if self.path.exists() and not self.path.is_dir():

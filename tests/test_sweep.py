@@ -1,0 +1,138 @@
+"""Sweeps: rows are those of single runs, done points are kept, another sweep is refused."""
+
+import csv
+
+import pytest
+from conftest import write_toml
+
+from fem_seal import cli
+from fem_seal.errors import InvalidInput
+from fem_seal.scene import Scene
+from fem_seal.seal import FLOWS, Seal
+from fem_seal.sweep import Axis
+
+
+@pytest.fixture(autouse=True)
+def scene_file(small_scene, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return write_toml(tmp_path / "scene.toml", small_scene)
+
+
+def run(*arguments):
+    return cli.main(["sweep", "scene.toml", *arguments])
+
+
+def rows(folder):
+    with (folder / "sweep.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "values"),
+    [
+        ("flow.rtol=0.1,0.2", "flow.rtol", ("0.1", "0.2")),
+        ("flow.rtol=0.1", "flow.rtol", ("0.1",)),
+        ("contact.pressure=1 MPa , 2 MPa", "contact.pressure", ("1 MPa", "2 MPa")),
+        ("surface.shape=[8, 8],[16,16]", "surface.shape", ("[8, 8]", "[16,16]")),
+        ("surface.path='a,b.npz',\"c\"", "surface.path", ("'a,b.npz'", '"c"')),
+    ],
+)
+def test_axis(text, key, values):
+    assert Axis.parse(text) == Axis(key, values)
+
+
+@pytest.mark.parametrize(
+    "text", ["flow.rtol", "flow.rtol=", "flow.rtol=1,,2", "a.b=[1,2", "a.b=1,1"]
+)
+def test_what_is_no_axis(text):
+    with pytest.raises(InvalidInput):
+        Axis.parse(text)
+
+
+def test_rows_are_those_of_single_runs(scene_file, tmp_path):
+    loads, links = ["0.05", "0.15"], ["arithmetic", "harmonic"]
+    vary = ("--vary", f"contact.area_fraction={','.join(loads)}")
+    assert run(*vary, "--vary", f"flow.links={','.join(links)}", "--out", "out") == 0
+    table = rows(tmp_path / "out")
+    pairs = [(row["contact.area_fraction"], row["flow.links"]) for row in table]
+    assert pairs == [(load, link) for load in loads for link in links]
+    last = Scene.from_file(scene_file, ["contact.area_fraction=0.15", "flow.links=harmonic"])
+    assert float(table[-1]["leak_rate"]) == Seal(last).leak_rate.value
+    assert float(table[-1]["mean_gap"]) == pytest.approx(Seal(last).gap.values.mean(), rel=1e-13)
+    # More contact leaks less; harmonic means are below arithmetic ones.
+    leak = {pair: float(row["leak_rate"]) for pair, row in zip(pairs, table, strict=True)}
+    assert all(leak["0.15", link] < leak["0.05", link] for link in links)
+    assert all(leak[load, "harmonic"] < leak[load, "arithmetic"] for load in loads)
+
+
+def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
+    solve, solves = FLOWS["finite-difference"], []
+
+    def third_is_interrupted(seal):
+        solves.append(seal.scene.contact.area_fraction)
+        if len(solves) == 3:
+            raise KeyboardInterrupt
+        return solve(seal)
+
+    monkeypatch.setitem(FLOWS, "finite-difference", third_is_interrupted)
+    vary = ("--vary", "contact.area_fraction=0.05,0.1,0.15,0.2", "--out", "out")
+    assert run(*vary) == 130
+    assert len(rows(tmp_path / "out")) == 2
+    assert run(*vary) == 0
+    assert solves == [0.05, 0.1, 0.15, 0.15, 0.2]
+    assert [row["contact.area_fraction"] for row in rows(tmp_path / "out")] == [
+        *("0.05", "0.1", "0.15", "0.2")
+    ]
+    assert "4 points, 2 of them computed now" in capsys.readouterr().out
+    assert run("--vary", "contact.area_fraction=0.12,0.1", "--out", "out") == 0
+    assert len(solves) == 6
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"sweep.csv", "sweep.json"}
+
+
+def test_point_that_does_not_converge(tmp_path, capsys):
+    """It has a row that says why, the others are computed, the exit status tells."""
+    assert run("--vary", "contact.max_iterations=1,500", "--out", "out") == 3
+    failed, fine = rows(tmp_path / "out")
+    assert (failed["converged"], failed["leak_rate"]) == ("False", "")
+    assert "certificate" in failed["reason"]
+    assert (fine["converged"], fine["state"]) == ("True", "leaking")
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_another_sweep_is_refused(tmp_path, capsys):
+    assert run("--vary", "contact.area_fraction=0.1", "--out", "out") == 0
+    before = (tmp_path / "out" / "sweep.csv").read_text()
+    assert run("--vary", "flow.rtol=0.1", "--out", "out") == 2
+    assert (
+        run("--vary", "contact.area_fraction=0.1", "--set", "surface.seed=2", "--out", "out") == 2
+    )
+    assert (tmp_path / "out" / "sweep.csv").read_text() == before
+    assert run("--vary", "flow.rtol=0.1", "--out", "out", "--overwrite") == 0
+    assert next(iter(rows(tmp_path / "out")[0])) == "flow.rtol"
+
+
+@pytest.mark.parametrize("damage", ["sweep.csv", "sweep.json"])
+def test_damaged_sweep(tmp_path, damage):
+    vary = ("--vary", "contact.area_fraction=0.1", "--out", "out")
+    assert run(*vary) == 0
+    (tmp_path / "out" / damage).write_text("")
+    assert run(*vary) == 2
+    assert run(*vary, "--overwrite") == 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--vary", "contact.area_fraction=0.1,1.5"),
+        ("--vary", "contact.area=0.1"),
+        ("--vary", "contact.area_fraction"),
+        ("--vary", "flow.rtol=0.1", "--vary", "flow.rtol=0.2"),
+        ("--vary", "flow.rtol=0.1", "--out", "/proc/here"),
+        ("--vary", "flow.rtol=0.1", "--out", "scene.toml"),
+    ],
+)
+def test_bad_sweep_computes_nothing(arguments, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(Seal, "surface", property(lambda self: pytest.fail("computed")))
+    assert run(*arguments) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
