@@ -69,7 +69,7 @@ def test_dolfinx_with_global_symbols_is_refused_before_vtk_dies(monkeypatch):
 
 
 def test_draws_in_a_process_that_uses_fenicsx():
-    pytest.importorskip("dolfinx", reason="FEniCSx is not installed")
+    # In a process of its own: a crash here must not take the other tests with it.
     code = (
         "import fem_seal.fenicsx, numpy as np\n"
         "from fem_seal.render.offscreen import Tiles, Window, draw\n"

@@ -46,6 +46,9 @@ def test_drawings_are_copied_pixel_for_pixel(tmp_path):
     assert places[0][1] + 400 < places[1][1]
     assert places[0][0] + 300 < places[2][0]
     assert places[0][1] == places[2][1]
+    # Below the last drawing there is room for its axis and, under that, for the key.
+    below = written.shape[0] - (places[2][0] + 240)
+    assert below == page._dots(page.BOTTOM) + page._dots(page.KEY)
 
 
 def test_bar_runs_through_the_colours_of_its_scale(tmp_path):
