@@ -29,7 +29,7 @@ class Axis:
         keys, listed = parse_assignment(text)
         values = tuple(value.strip() for value in _VALUE.findall(listed))
         whole = "".join(",".join(values).split()) == "".join(listed.split())
-        if not whole or not all(values):
+        if not (whole and values and all(values)):
             raise InvalidInput(f"{text!r} is not of the form section.key=v1,v2,...")
         if len(set(values)) < len(values):
             raise InvalidInput(f"{text!r} names a value twice")
