@@ -1,0 +1,138 @@
+"""Star-mesh elimination against textbook resistors, a dense solve, and exact rationals."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import sparse
+from scipy.sparse import linalg as splinalg
+
+from fem_seal.finite_difference.elimination import conductance
+from fem_seal.finite_difference.star_mesh import star_mesh
+from fem_seal.finite_difference.stencil import Network
+
+EPS = np.finfo(float).eps
+
+
+def random_network(shape, periodic, rng, decades=0.0):
+    mx, my = shape
+    sizes = (mx - 1, my), (mx, my if periodic else my - 1)
+    x, y = (10 ** (decades * rng.uniform(-0.5, 0.5, s)) * rng.uniform(0.5, 1, s) for s in sizes)
+    return Network(x, y, periodic)
+
+
+def assembled_conductance(network):
+    """Kirchhoff's laws as one sparse system, solved by SuperLU."""
+    mx, my = network.shape
+    number = np.arange(mx * my).reshape(mx, my)
+    beyond = np.roll(number, -1, axis=1) if network.periodic else number[:, 1:]
+    before = number if network.periodic else number[:, :-1]
+    a = np.concatenate([number[:-1].ravel(), before.ravel()])
+    b = np.concatenate([number[1:].ravel(), beyond.ravel()])
+    c = np.concatenate([network.x.ravel(), network.y.ravel()])
+    links = sparse.coo_matrix((c, (a, b)), shape=(mx * my,) * 2).tocsr()
+    links = links + links.T
+    laplacian = sparse.diags(np.asarray(links.sum(axis=1)).ravel()).tocsr() - links
+    free = number[1:-1].ravel()
+    pressure = np.zeros(mx * my)
+    pressure[number[0]] = 1
+    if free.size:
+        rhs = -(laplacian @ pressure)[free]
+        pressure[free] = splinalg.spsolve(laplacian[free][:, free].tocsc(), rhs)
+    return (laplacian @ pressure)[number[0]].sum()
+
+
+def test_star_becomes_the_mesh_of_kennelly():
+    """Star of 1, 2, 3 S: delta links ab/(a+b+c)."""
+    links = np.zeros((1, 4, 4))
+    links[0, 0, 1:] = links[0, 1:, 0] = 1, 2, 3
+    mesh = star_mesh(links, 1)[0]
+    assert [mesh[0, 1], mesh[0, 2], mesh[1, 2]] == pytest.approx([2 / 6, 3 / 6, 6 / 6], rel=2 * EPS)
+
+
+# Sizes inside a tile, over its edge, over several tiles and over the column blocks of the kernel.
+SHAPES = [(2, 1), (2, 7), (3, 2), (9, 1), (33, 32), (34, 33), (20, 70), (70, 20), (97, 190)]
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("periodic", [False, True])
+def test_same_as_kirchhoffs_equations(shape, periodic):
+    """Both solve the same network; the factorisation loses about condition number (1e4) · eps."""
+    network = random_network(shape, periodic, np.random.default_rng(shape))
+    assert conductance(network) == pytest.approx(assembled_conductance(network), rel=1e4 * EPS)
+
+
+@pytest.mark.parametrize("shape", [(3, 3), (12, 7), (70, 45), (200, 131)])
+@pytest.mark.parametrize("decades", [0.0, 60.0])
+def test_planar_dual_conducts_the_reciprocal(shape, decades):
+    """Links 1/c across the links c of a strip with walls, driven from wall to wall: product 1.
+
+    Exact for planar networks. Rounding: one division and a few additions and products for every
+    elimination a path meets, some hundreds here.
+    """
+    mx, my = shape
+    network = random_network(shape, False, np.random.default_rng(shape), decades)
+    across = np.zeros((my + 1, mx - 2))
+    across[1:-1] = 1 / network.y[1:-1].T
+    dual = Network((1 / network.x).T, across, False)
+    assert conductance(network) * conductance(dual) == pytest.approx(1, rel=1000 * EPS)
+
+
+def test_many_tiles_keep_a_separable_network_exact():
+    """c(x) only: series of rows. 300 × 290 nodes need ten tiles and several column blocks."""
+    rng = np.random.default_rng(4)
+    row = rng.uniform(1, 2, 299)
+    x = np.repeat(row[:, None], 290, axis=1)
+    for periodic in (False, True):
+        y = rng.uniform(1, 2, (300, 290 - (not periodic)))
+        exact = 290 / np.sum(1 / row)
+        assert conductance(Network(x, y, periodic)) == pytest.approx(exact, rel=1e-12)
+
+
+def series_parallel(network):
+    """Exact rational conductance of a ladder of two columns: eliminate by hand from the outlet."""
+    x = [[Fraction(v) for v in row] for row in network.x.tolist()]
+    y = [Fraction(v) for (v,) in network.y.tolist()]
+    # Three terminals: the nodes a, b of the current row and the outlet.
+    ao, bo, ab = x[-1][0], x[-1][1], Fraction(0)
+    for i in range(len(x) - 2, -1, -1):
+        ab += y[i + 1]
+        for side in (0, 1):
+            link = x[i][side]
+            first, second = (ao, ab) if side == 0 else (bo, ab)
+            total = link + first + second
+            new_o, new_ab = link * first / total, link * second / total
+            other_o = first * second / total
+            if side == 0:
+                ao, ab, bo = new_o, new_ab, bo + other_o
+            else:
+                bo, ab, ao = new_o, new_ab, ao + other_o
+    return float(ao + bo)
+
+
+@given(st.integers(2, 12), st.integers(0, 2**31), st.sampled_from([10.0, 30.0, 200.0]))
+def test_relative_accuracy_at_any_contrast(length, seed, decades):
+    """Links over up to 200 decades, against exact rational arithmetic.
+
+    Every number is reached by fewer than 100 additions, products and quotients of positives.
+    """
+    network = random_network((length + 1, 2), False, np.random.default_rng(seed), decades)
+    assert conductance(network) == pytest.approx(series_parallel(network), rel=100 * EPS)
+
+
+def test_no_chain_of_links_is_exactly_zero():
+    network = random_network((40, 40), True, np.random.default_rng(0))
+    network.x[17] = 0
+    assert conductance(network) == 0.0
+
+
+def test_one_link_left_is_found_among_closed_ones():
+    """A single snake through 40 × 40 nodes: resistances in series."""
+    x, y = np.zeros((39, 40)), np.zeros((40, 39))
+    x[:20, 3] = 2.0
+    y[20, 3:35] = 1e-20
+    x[20:, 35] = 4.0
+    exact = 1 / (20 / 2.0 + 32 / 1e-20 + 19 / 4.0)
+    assert conductance(Network(x, y, False)) == pytest.approx(exact, rel=1e-13)

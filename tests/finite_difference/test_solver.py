@@ -1,0 +1,271 @@
+"""Leak rates by finite differences against exact answers, orders stated first."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.finite_difference import solve
+from fem_seal.finite_difference.links import LINKS
+from fem_seal.finite_difference.relaxation import relax
+from fem_seal.finite_difference.stencil import flow_grid
+from fem_seal.grid import GridField
+
+FLUID = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # so that K = g³
+SIDES = ("wall", "periodic")
+RULES = tuple(LINKS)
+
+
+def leak(values, spacing=(1.0, 1.0), periodic=False, sides="wall", **options):
+    return solve(GridField(values, spacing, periodic), sides=sides, **FLUID, **options).value
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("sides", SIDES)
+@pytest.mark.parametrize("links", RULES)
+def test_uniform_gap_is_exact(representation, sides, links):
+    """Q = Ly g³ Δp / (12 η Lx) in SI, for every rule."""
+    gap = GridField(np.full((6, 9), 2e-6), (3e-6, 1e-6), periodic=True)
+    flow = solve(
+        gap,
+        viscosity=1e-3,
+        pressure_drop=1e5,
+        sides=sides,
+        representation=representation,
+        links=links,
+    )
+    exact = 9e-6 * (2e-6) ** 3 * 1e5 / (12 * 1e-3 * 18e-6)
+    assert flow.value == pytest.approx(exact, rel=1e-13)
+    assert flow.lower is None
+    assert flow.upper is None
+
+
+@pytest.mark.parametrize("sides", SIDES)
+def test_linear_gap_links_are_exact_for_the_piecewise_linear_series_channel(sides):
+    """Gap of x only: Q = Ly / Σ dx (a + b)/(2 a² b²), the P1 gap's own closed form, to rounding."""
+    g = np.random.default_rng(0).uniform(0.1, 1, 20)
+    a, b = g[:-1], g[1:]
+    exact = (6 * 0.5) / np.sum(2.0 * (a + b) / (2 * a**2 * b**2))
+    values = np.repeat(g[:, None], 7, axis=1)
+    assert leak(values, (2.0, 0.5), sides=sides) == pytest.approx(exact, rel=1e-13)
+
+
+def test_harmonic_links_are_exact_for_steps_in_series():
+    """Stepwise gap of x only: Q = Ly / Σ dx/g³, half cells at the ends included."""
+    g = np.random.default_rng(1).uniform(0.1, 1, 20)
+    exact = (7 * 0.5) / np.sum(2.0 / g**3)
+    values = np.repeat(g[:, None], 7, axis=1)
+    q = leak(values, (2.0, 0.5), representation="constant", links="harmonic")
+    assert q == pytest.approx(exact, rel=1e-13)
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_gap_of_y_only_is_the_sum_of_its_columns(representation):
+    """Parallel channels: columns do not exchange; vertices on walls have half the width."""
+    g = np.random.default_rng(2).uniform(0.1, 1, 12)
+    values = np.repeat(g[None], 5, axis=0)
+    weights = np.ones(12)
+    if representation == "linear":
+        weights[[0, -1]] = 0.5
+    length = 4 if representation == "linear" else 5
+    exact = weights @ g**3 / length
+    assert leak(values, representation=representation) == pytest.approx(exact, rel=1e-13)
+
+
+@pytest.mark.parametrize(("links", "order"), [(rule, 2) for rule in RULES])
+def test_cosine_channel_converges_at_second_order(links, order):
+    """g = 1 + a cos 2πx: Q = (1 - a²)^{5/2} / (1 + a²/2) (Sommerfeld), Lx = Ly = 1.
+
+    All rules but one differ from it by the trapezoidal or a midpoint sum of g^-3 over a period
+    plus a term in g'², second order; a = 0.9 keeps 64 points from being exact already.
+    """
+    a, n = 0.9, np.array([128, 256, 512])
+    exact = (1 - a**2) ** 2.5 / (1 + a**2 / 2)
+    error = []
+    for k in n:
+        g = 1 + a * np.cos(2 * np.pi * np.arange(k + 1) / k)
+        error.append(abs(leak(np.repeat(g[:, None], 2, 1), (1 / k, 1.0), links=links) / exact - 1))
+    if links == "harmonic":
+        # Σ over vertices of g^-3: the periodic trapezoidal rule, better than any order.
+        assert error[0] < 1e-5
+        assert error[1] < 1e-11
+    else:
+        observed = np.log2(np.array(error[:-1]) / error[1:])
+        assert observed == pytest.approx([order, order], abs=0.1)
+
+
+@pytest.mark.parametrize("sides", SIDES)
+@pytest.mark.parametrize("links", RULES)
+def test_smooth_checkerboard_converges_at_second_order(links, sides):
+    """K = exp(A cos 2πx cos 2πy) conducts exactly like K = 1, as half a period turns K into 1/K.
+
+    (Keller-Dykhne.) Inlet and outlet are lines of mirror symmetry, so that they are isobars of the
+    periodic cell as well.
+    """
+    A, n = 4.0, np.array([32, 64, 128])
+    error = []
+    for k in n:
+        c = np.cos(2 * np.pi * np.arange(k + 1) / k)
+        c[-1] = c[0]
+        g = np.exp(A * np.outer(c, c) / 3)
+        error.append(abs(leak(g, (1 / k, 1 / k), sides=sides, links=links) - 1))
+    if links == "geometric":
+        # ln of a link = A cos(π/n) cos cos at its middle: the network is its own shifted dual.
+        assert max(error) < 1e-12
+    else:
+        observed = np.log2(np.array(error[:-1]) / error[1:])
+        assert observed[-1] == pytest.approx(2, abs=0.15), error
+
+
+def lognormal(n, seed):
+    """Smooth random ln K that is not symmetric in any way, on vertices."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(*2 * (np.linspace(0, 1, n + 1),), indexing="ij")
+    waves = rng.normal(size=(4, 4))
+    phase = rng.uniform(0, 2 * np.pi, (4, 4))
+    return sum(
+        waves[k, m] * np.cos(np.pi * (k * x + m * y) + phase[k, m])
+        for k in range(4)
+        for m in range(4)
+    ) / np.linalg.norm(waves)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_duality_with_walls_at_second_order(seed):
+    """Q_x[K] Q_y[1/K] = 1 on a square with walls, for any K (Keller 1964; Mendelson 1975)."""
+    error = []
+    for n in (16, 32, 64):
+        ln_k = 3 * lognormal(n, seed)
+        forward = leak(np.exp(ln_k / 3), (1 / n, 1 / n))
+        crosswise = leak(np.exp(-ln_k / 3).T, (1 / n, 1 / n))
+        error.append(abs(forward * crosswise - 1))
+    observed = np.log2(np.array(error[:-1]) / error[1:])
+    assert observed[-1] == pytest.approx(2, abs=0.2), error
+
+
+def random_gap(seed, shape=(18, 15), contact=0.3):
+    """Gap in 0..1 with contact, not sealed between walls."""
+    rng = np.random.default_rng(seed)
+    while True:
+        g = rng.uniform(0.05, 1, shape) * (rng.random(shape) > contact)
+        if leak(g, representation="constant") > 0:
+            return g
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 1000), st.sampled_from(SIDES), st.sampled_from(RULES))
+def test_mirrored_gaps_leak_alike(seed, sides, links):
+    """Mirror in x (swap inlet and outlet) and in y; to rounding, as the network is the same."""
+    g = random_gap(seed)
+    options = {"sides": sides, "links": links, "representation": "constant"}
+    q = leak(g, **options)
+    assert leak(g[::-1], **options) == pytest.approx(q, rel=1e-12)
+    assert leak(g[:, ::-1], **options) == pytest.approx(q, rel=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 1000), st.sampled_from(SIDES), st.sampled_from(RULES))
+def test_leak_rate_grows_with_the_gap(seed, sides, links):
+    """Rayleigh: opening a link lowers no flow, and every rule grows with the gap at both ends."""
+    g = random_gap(seed)
+    rng = np.random.default_rng(seed + 1)
+    wider = g + rng.uniform(0, 0.3, g.shape) * (rng.random(g.shape) > 0.5)
+    options = {"sides": sides, "links": links, "representation": "constant"}
+    assert leak(wider, **options) >= leak(g, **options) * (1 - 1e-12)
+
+
+def test_scales_and_units():
+    """g → s g multiplies Q by s³; metres for micrometres, all else equal, by 1e-18."""
+    g = random_gap(3)
+    q = leak(g, representation="constant")
+    assert leak(2.5 * g, representation="constant") == pytest.approx(2.5**3 * q, rel=1e-12)
+    micro = leak(1e-6 * g, (1e-6, 1e-6), representation="constant")
+    assert micro == pytest.approx(1e-18 * q, rel=1e-12)
+
+
+def test_extreme_contrast_is_resolved():
+    """Two pools joined by one sample of gap 1e-12: harmonic pixels in series, contrast 1e36."""
+    g = np.zeros((21, 9))
+    g[:10], g[11:] = 1.0, 1.0
+    g[10, 4] = 1e-12
+    q = leak(g, representation="constant", links="harmonic")
+    assert q == pytest.approx(1e-36, rel=1e-9)  # two half pixels of 2e-36 each in series
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("sides", SIDES)
+def test_sealed_gap_needs_no_solve(representation, sides):
+    g = np.ones((8, 6))
+    g[4] = 0
+    flow = solve(GridField(g, (1, 1), True), sides=sides, representation=representation, **FLUID)
+    assert (flow.state, flow.value, flow.unknowns) == ("sealed", 0.0, 0)
+
+
+def test_diagonal_channel_is_said_not_to_be_seen():
+    """Open along a diagonal only: not sealed, but without a chain of links."""
+    flow = solve(GridField(np.eye(5), (1, 1)), sides="wall", **FLUID)
+    assert flow.state == "leaking"
+    assert not flow.converged
+    assert "diagonal" in flow.reason
+
+
+def test_contact_points_carry_nothing():
+    """Two open columns beside a contact column, for a rule that would conduct into contact."""
+    g = np.ones((6, 5))
+    g[:, 2] = 0
+    q = leak(g, representation="constant", links="arithmetic")
+    assert q == pytest.approx(4 / 6, rel=1e-13)
+
+
+@pytest.mark.parametrize("sides", SIDES)
+@pytest.mark.parametrize("links", RULES)
+def test_one_row_and_one_column_of_pixels(sides, links):
+    """1 × n: every pixel goes straight from inlet to outlet; n × 1: pixels in series."""
+    g = np.random.default_rng(5).uniform(0.5, 1, (1, 7))
+    q = leak(g, representation="constant", sides=sides, links=links)
+    assert q == pytest.approx(np.sum(g**3), rel=1e-13)
+    q = leak(g.T, representation="constant", sides=sides, links="harmonic")
+    assert q == pytest.approx(1 / np.sum(g**-3.0), rel=1e-13)
+
+
+def test_a_linear_gap_has_to_span_an_area():
+    with pytest.raises(InvalidInput, match="at least 2 samples"):
+        leak(np.ones((1, 7)))
+    assert leak(np.ones((1, 7)), periodic=True) == pytest.approx(7, rel=1e-13)
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("sides", SIDES)
+def test_cascade_agrees_with_elimination_and_conserves(representation, sides):
+    """Two ways to the same network's flow: the energy to tol, the flux through the ends to √tol."""
+    s = np.sin(2 * np.pi * np.arange(48) / 48)
+    c = np.roll(s, 5)
+    g = np.maximum(0, np.outer(s, c) + 0.5 * np.add.outer(c, s**3) + 0.5)
+    assert 0.05 < np.mean(g == 0) < 0.4
+    gap = GridField(g, (1, 1), True)
+    options = {"sides": sides, "representation": representation, **FLUID}
+    exact, tol = solve(gap, **options), 1e-8
+    iterated = solve(gap, cascade=True, tol=tol, **options)
+    assert iterated.unknowns == exact.unknowns
+    assert iterated.value == pytest.approx(exact.value, rel=10 * tol)
+    assert iterated.value >= exact.value * (1 - 1e-12)  # Dirichlet's principle
+    assert iterated.inflow == pytest.approx(iterated.outflow, rel=np.sqrt(tol))
+
+
+def test_bad_input_is_refused():
+    gap = GridField(np.ones((3, 3)), (1, 1))
+    with pytest.raises(InvalidInput, match="viscosity must be a positive number, got -1"):
+        solve(gap, viscosity=-1, pressure_drop=1, sides="wall")
+    with pytest.raises(InvalidInput, match=r"links = 'median'.*linear-gap, arithmetic"):
+        solve(gap, sides="wall", links="median", **FLUID)
+    with pytest.raises(InvalidInput, match="sides"):
+        solve(gap, sides="slit", **FLUID)
+
+
+def test_relaxation_that_does_not_converge_says_so():
+    """Ten steps of conjugate gradients cannot carry news over 40 rows."""
+    g = random_gap(1, (40, 40), contact=0.2)
+    grid = flow_grid(GridField(g, (1, 1)), 1 / 12, "wall", "constant", "harmonic")
+    with pytest.raises(NotConverged, match="after 10 steps"):
+        relax(grid.network, grid.carrying, np.zeros(grid.open.shape), 1e-8, max_iterations=10)
