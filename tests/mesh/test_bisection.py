@@ -1,0 +1,141 @@
+"""Bisection keeps meshes conforming, nested and alike on both periodic sides."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fem_seal.errors import FemSealError
+from fem_seal.mesh.bisection import bisect, edges
+from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
+
+
+def refined(squares, periodic, seed, steps=5, part=0.2) -> list:
+    """Meshes and refinements of `steps` random markings."""
+    rng = np.random.default_rng(seed)
+    mesh = uniform_mesh(squares, 1, periodic)
+    history = []
+    for _ in range(steps):
+        marked = rng.random(len(mesh.cells)) < part
+        history.append((mesh, marked, bisect(mesh, marked)))
+        mesh = history[-1][2].mesh
+    return history
+
+
+def edge_table(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Edges as pairs of coordinates (E, 4), and in how many cells each is."""
+    ends = mesh.xy[mesh.cells[:, [[1, 2], [2, 0], [0, 1]]]].reshape(-1, 2, 2)
+    swap = (ends[:, 0, 0] > ends[:, 1, 0]) | (
+        (ends[:, 0, 0] == ends[:, 1, 0]) & (ends[:, 0, 1] > ends[:, 1, 1])
+    )
+    ends[swap] = ends[swap][:, ::-1]
+    return np.unique(ends.reshape(-1, 4), axis=0, return_counts=True)
+
+
+def assert_conforming(mesh: NestedMesh) -> None:
+    """Every edge has two cells, except on the rim, which it covers exactly once."""
+    assert len(np.unique(mesh.xy, axis=0)) == len(mesh.xy)
+    table, cells = edge_table(mesh)
+    mx, my = (m * PIXEL for m in mesh.squares)
+    on_rim = np.zeros(len(table), dtype=bool)
+    for axis, value in [(0, 0), (0, mx), (1, 0), (1, my)]:
+        on_rim |= (table[:, axis] == value) & (table[:, axis + 2] == value)
+    assert (cells[on_rim] == 1).all()
+    assert (cells[~on_rim] == 2).all()
+    length = np.abs(table[on_rim, 2:] - table[on_rim, :2]).sum()
+    assert length == 2 * (mx + my)  # integers: no tolerance
+    assert mesh.relative_areas().sum() == mesh.squares[0] * mesh.squares[1]  # dyadic: exact
+
+
+SHAPES = st.tuples(st.integers(1, 5), st.integers(1, 5))
+MANY = settings(max_examples=30, deadline=None)
+
+
+@MANY
+@given(SHAPES, st.booleans(), st.integers(0, 10**6))
+def test_conforming(squares, periodic, seed):
+    for mesh, marked, step in refined(squares, periodic, seed):
+        assert_conforming(step.mesh)
+        halves = np.bincount(step.parent, minlength=len(mesh.cells))
+        assert (halves[marked] >= 2).all()
+        # A triangle may be halved, and its halves once more: never deeper in one step.
+        assert halves.min() >= 1
+        assert halves.max() <= 4
+        assert np.array_equal(step.mesh.xy[: len(mesh.xy)], mesh.xy)
+        if not marked.any():
+            assert len(step.mesh.cells) == len(mesh.cells)
+
+
+@MANY
+@given(SHAPES, st.booleans(), st.integers(0, 10**6))
+def test_children_lie_in_their_parents(squares, periodic, seed):
+    for mesh, _, step in refined(squares, periodic, seed, steps=3):
+        area = np.bincount(step.parent, step.mesh.relative_areas())
+        assert np.array_equal(area, mesh.relative_areas())  # dyadic: exact
+        # Barycentric coordinates of the children's corners in the parent: all in [0, 1].
+        x = mesh.xy[mesh.cells[step.parent]] / PIXEL
+        y = step.mesh.xy[step.mesh.cells] / PIXEL
+        to_corner = np.stack([x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]], axis=2)
+        inside = np.linalg.solve(to_corner[:, None], (y - x[:, :1])[..., None])[..., 0]
+        weights = np.concatenate([1 - inside.sum(axis=2, keepdims=True), inside], axis=2)
+        # They are 0, 1/4, 1/2, 3/4 or 1, and what `corner_weights` says (solve: 1e-12).
+        assert np.abs(weights - step.corner_weights).max() < 1e-12
+        assert np.isin(step.corner_weights, [0, 0.25, 0.5, 0.75, 1]).all()
+
+
+@MANY
+@given(SHAPES, st.booleans(), st.integers(0, 10**6))
+def test_linear_functions_are_carried_exactly(squares, periodic, seed):
+    """Dyadic weights times integers: prolongation and midpoints lose no digit."""
+    for mesh, _, step in refined(squares, periodic, seed, steps=3):
+        linear = mesh.xy @ [3, -5] + 7
+        there = step.mesh.xy @ [3, -5] + 7
+        assert np.array_equal(
+            step.prolong(linear[mesh.cells].astype(float)), there[step.mesh.cells]
+        )
+        assert np.array_equal(linear[step.edge_ends].sum(axis=1), 2 * there[len(mesh.xy) :])
+
+
+@pytest.mark.parametrize("squares", [(4, 1), (3, 2), (5, 3), (2, 4), (1, 1)])
+@pytest.mark.parametrize("seed", range(5))
+def test_periodic_sides_are_refined_alike(squares, seed):
+    """The two lines are one: the same points, the same edges, each edge between two cells."""
+    for mesh, _, step in refined(squares, True, seed, steps=6, part=0.15):
+        fine = step.mesh
+        top, bottom = fine.xy[fine.top, 0], fine.xy[fine.bottom, 0]
+        assert np.array_equal(np.sort(top), np.sort(bottom))
+        assert np.array_equal(fine.xy[fine.twin[fine.top], 0], top)
+        assert (fine.xy[fine.twin[fine.top], 1] == 0).all()
+        assert np.array_equal(fine.twin[~fine.top], np.flatnonzero(~fine.top))
+        ends, of_cell = edges(fine)
+        number = np.bincount(of_cell.ravel(), minlength=len(ends))
+        at_end = (fine.inlet[ends] | fine.outlet[ends]).all(axis=1)
+        x = fine.xy[ends][..., 0]
+        at_end &= x[:, 0] == x[:, 1]
+        assert np.array_equal(number, np.where(at_end, 1, 2))
+        assert not fine.top[ends].all(axis=1).any()
+        assert step.mesh.periodic == mesh.periodic
+
+
+def test_marking_next_to_one_side_refines_the_other():
+    mesh = uniform_mesh((4, 4), 1, periodic_sides=True)
+    for _ in range(4):
+        centre = mesh.xy[mesh.cells].mean(axis=1) / PIXEL
+        mesh = bisect(mesh, (centre[:, 1] < 0.4) & (abs(centre[:, 0] - 2) < 1)).mesh
+    assert np.count_nonzero(mesh.top) > 5
+    assert np.array_equal(np.sort(mesh.xy[mesh.top, 0]), np.sort(mesh.xy[mesh.bottom, 0]))
+
+
+def test_depth_ends_with_an_error_and_no_sooner():
+    """Corners lie on multiples of 2^-DEPTH pixels: 2 DEPTH halvings of the area, then no more."""
+    mesh = uniform_mesh((1, 1), 1, periodic_sides=False)
+    for _ in range(2 * DEPTH):
+        marked = np.zeros(len(mesh.cells), dtype=bool)
+        marked[mesh.relative_areas().argmin()] = True
+        mesh = bisect(mesh, marked).mesh
+    assert mesh.relative_areas().min() == 0.5 / 4.0**DEPTH
+    assert mesh.relative_areas().sum() == 1
+    marked = np.zeros(len(mesh.cells), dtype=bool)
+    marked[mesh.relative_areas().argmin()] = True
+    with pytest.raises(FemSealError, match="larger tolerance"):
+        bisect(mesh, marked)
