@@ -34,7 +34,6 @@ class Tuning:
     epsilon : conductivity of closed cells in the regularised dual, relative to the primal's
     theta : part of the difference of energies that the marked cells hold
     theta_throughflow : part of the flow through closed cells that the marked ones carry
-    last_theta, last_theta_throughflow : the same when one small step is expected to do
     cut : the dual takes gaps below this part of the critical constriction for contact
     floor : the primal raises positive gaps to this part of it; cut and floor keep the contrast
         within what double precision can solve
@@ -45,8 +44,6 @@ class Tuning:
     epsilon: float = 0.1
     theta: float = 0.7
     theta_throughflow: float = 0.5
-    last_theta: float = 0.4
-    last_theta_throughflow: float = 0.3
     cut: float = 1e-2
     floor: float = 1e-4
     tolerance: float = 1e-8
@@ -162,11 +159,10 @@ def brackets(
         stream = _spread(kept, (guide or true).psi) if guide or true else stream
         marked = np.ones(len(mesh.cells), dtype=bool)
         if guide is not None:
-            theta, theta_throughflow = tuning.theta, tuning.theta_throughflow
-            if expected < 1.3 * strategy.rtol:
-                theta, theta_throughflow = tuning.last_theta, tuning.last_theta_throughflow
-            marked[kept] = doerfler(problem.shares(primal, guide), theta)
-            marked[kept] |= doerfler(problem.throughflow(guide), theta_throughflow)
+            part = _part_of_a_step(relative_gap(lower, upper) if true else expected, strategy)
+            marked[kept] = doerfler(problem.shares(primal, guide), part * tuning.theta)
+            throughflow = problem.throughflow(guide)
+            marked[kept] |= doerfler(throughflow, part * tuning.theta_throughflow)
             marked[~kept] = False
         problem.close()
         # Halving all cells twice makes the uniform mesh with squares half as wide.
@@ -175,6 +171,15 @@ def brackets(
             pressure, stream = step.prolong(pressure), step.prolong(stream)
             values = gap.refined_values(values, step.mesh, step.edge_ends)
             mesh, marked = step.mesh, np.ones(len(step.mesh.cells), dtype=bool)
+
+
+def _part_of_a_step(expected: float, strategy: Strategy) -> float:
+    """How much of a full step is left to do: the last one should not overshoot the tolerance.
+
+    Halving the cells that hold a part θ of the difference lowers it by about θ/2.
+    """
+    needed = 1.8 * (1 - 0.985 * strategy.rtol / expected) / strategy.tuning.theta
+    return float(np.clip(needed, 0.2, 1.0))
 
 
 def _unobstructed(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
