@@ -1,9 +1,23 @@
 """Elastic contact of rough surfaces on periodic grids, and the bearing model beside it."""
 
 from fem_seal.contact.bearing import bearing
+from fem_seal.contact.grid_error import Extrapolation, extrapolate, on_finer_grids
 from fem_seal.contact.halfspace import Layer
+from fem_seal.contact.load_path import load_path
 from fem_seal.contact.methods import METHODS
 from fem_seal.contact.solve import solve
 from fem_seal.contact.state import BearingState, ContactState, GapState
 
-__all__ = ["METHODS", "BearingState", "ContactState", "GapState", "Layer", "bearing", "solve"]
+__all__ = [
+    "METHODS",
+    "BearingState",
+    "ContactState",
+    "Extrapolation",
+    "GapState",
+    "Layer",
+    "bearing",
+    "extrapolate",
+    "load_path",
+    "on_finer_grids",
+    "solve",
+]

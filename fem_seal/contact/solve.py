@@ -12,6 +12,8 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
+Start = np.ndarray | GridField | ContactState
+
 
 @dataclass(frozen=True)
 class Load:
@@ -58,7 +60,7 @@ def solve(
     mean_gap: float | None = None,
     tolerance: float = 1e-6,
     solver: str = "free-set-cg",
-    start: np.ndarray | GridField | ContactState | None = None,
+    start: Start | None = None,
     layer: Layer | None = None,
     threads: int = 1,
     precision: str = "mixed",
@@ -115,7 +117,7 @@ def solve(
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
     stopping = Stopping(solver, tolerance, max_iterations, progress)
     interface = Interface.prepared(height, contact_modulus, layer, threads, precision)
-    return load_to(interface, load, stopping, _start(start, height.shape))
+    return load_to(interface, load, stopping, start_pressure(start, height.shape))
 
 
 def load_to(
@@ -134,10 +136,14 @@ def load_to(
     return replace(state, fft_pairs=interface.half_space.pairs - spent)
 
 
-def _start(
-    start: np.ndarray | GridField | ContactState | None, shape: tuple[int, int]
-) -> np.ndarray | None:
-    """Pressure to start from, checked, as an array [Pa]."""
+def start_pressure(start: Start | None, shape: tuple[int, int]) -> np.ndarray | None:
+    """Pressure to start from as an array [Pa].
+
+    Raises
+    ------
+    InvalidInput
+        If it is not a finite array >= 0 of the grid's shape.
+    """
     if start is None:
         return None
     field = start.pressure if isinstance(start, ContactState) else start

@@ -1,0 +1,142 @@
+"""What the contact grid costs: the same surface under the same load on finer and finer grids."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+
+from fem_seal.contact.interface import Interface
+from fem_seal.contact.methods import Stopping
+from fem_seal.contact.solve import Load, load_to, one_load
+from fem_seal.contact.state import ContactState
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.surface.resampling import resample
+
+
+def on_finer_grids(
+    height: GridField,
+    contact_modulus: float,
+    *,
+    pressure: float | None = None,
+    area_fraction: float | None = None,
+    mean_gap: float | None = None,
+    factors: Sequence[float] = (0.5, 1, 2, 4),
+    tolerance: float = 1e-6,
+    threads: int = 1,
+) -> Iterator[ContactState]:
+    """Contact of Fourier-resampled heights on finer grids, each yielded when done.
+
+    Each starts from the coarser pressure, repeated on the finer samples.
+
+    Parameters
+    ----------
+    height, contact_modulus, pressure, area_fraction, mean_gap, tolerance, threads
+        As in `solve`.
+    factors : sequence of float
+        Multiples of the number of samples, increasing, each giving whole numbers. Below 1 the
+        surface loses the waves that the coarse grid cannot hold and is no longer the same.
+
+    Returns
+    -------
+    iterator of ContactState
+
+    Raises
+    ------
+    InvalidInput
+        At once, if the factors or the load do not fit.
+    NotConverged
+        While iterating.
+    """
+    load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
+    shapes = [_shape(height.shape, factor) for factor in factors]
+    if any(finer <= coarser for coarser, finer in pairwise(factors)):
+        raise InvalidInput(f"factors must increase, got {tuple(factors)}")
+    stopping = Stopping(tolerance=tolerance)
+    first = Interface.prepared(resample(height, shapes[0]), contact_modulus, threads=threads)
+    return _states(height, first, shapes, load, stopping, threads)
+
+
+def _states(
+    height: GridField,
+    interface: Interface,
+    shapes: list[tuple[int, int]],
+    load: Load,
+    stopping: Stopping,
+    threads: int,
+) -> Iterator[ContactState]:
+    state = load_to(interface, load, stopping, None)
+    yield state
+    for shape in shapes[1:]:
+        finer = resample(height, shape)
+        interface = Interface.prepared(finer, interface.contact_modulus, threads=threads)
+        state = load_to(interface, load, stopping, _repeated(state.pressure, shape))
+        yield state
+
+
+@dataclass(frozen=True)
+class Extrapolation:
+    """Limit of a sequence on finer and finer grids.
+
+    limit : float
+        Extrapolated value.
+    error : float
+        Distance of the finest value from it: the estimate of the grid's error.
+    order : float
+        Observed order of convergence in the spacing; nan where the sequence is not monotone.
+    """
+
+    limit: float
+    error: float
+    order: float
+
+
+def extrapolate(values: Sequence[float], refinement: float = 2.0) -> Extrapolation:
+    """Richardson's extrapolation of the last three values with their observed order.
+
+    Where they do not approach each other monotonically no order can be read off: then the limit is
+    the last value and the error the largest change among the three.
+
+    Parameters
+    ----------
+    values : sequence of float
+        A quantity (area, mean gap, leak rate) on grids each `refinement` times as fine.
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer than three values.
+    """
+    if len(values) < 3:
+        raise InvalidInput(f"an extrapolation needs three grids, got {len(values)}")
+    coarse, middle, fine = (float(value) for value in values[-3:])
+    first, second = middle - coarse, fine - middle
+    if second == 0:
+        return Extrapolation(fine, 0.0, np.inf)
+    if first / second <= 1:
+        return Extrapolation(fine, max(abs(first), abs(second)), np.nan)
+    limit = fine + second**2 / (first - second)
+    return Extrapolation(
+        limit, abs(limit - fine), float(np.log(first / second) / np.log(refinement))
+    )
+
+
+def _shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
+    ratio = Fraction(factor).limit_denominator(1024)
+    samples = tuple(n * ratio for n in shape)
+    if ratio <= 0 or any(n.denominator != 1 for n in samples):
+        raise InvalidInput(
+            f"factor {factor} does not give a whole number of samples on a grid of {shape}"
+        )
+    return tuple(int(n) for n in samples)
+
+
+def _repeated(pressure: GridField, shape: tuple[int, int]) -> np.ndarray:
+    """Pressure of the nearest coarse sample at every fine one (a Fourier series would ring)."""
+    values = pressure.values
+    for axis, n in enumerate(shape):
+        nearest = np.rint(np.arange(n) * values.shape[axis] / n).astype(int) % values.shape[axis]
+        values = values.take(nearest, axis)
+    return values
