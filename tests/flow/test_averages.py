@@ -1,0 +1,196 @@
+"""Area means of g³ and 1/g³: closed forms, the pyramid above the pixel, and what never changes."""
+
+from fractions import Fraction
+from itertools import combinations_with_replacement
+
+import numpy as np
+import pytest
+from gaps import represented
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from fem_seal.flow.averages import (
+    Pyramid,
+    linear_pixel_means,
+    mean_cube,
+    mean_inverse_cube,
+)
+from fem_seal.grid import GridField
+from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.nested import PIXEL, uniform_mesh
+
+EPS = np.finfo(float).eps
+POSITIVE = st.floats(1e-6, 1e6)
+
+
+@given(st.tuples(*[st.just(0.0) | POSITIVE] * 3))
+def test_mean_of_the_cube(gaps):
+    """(1/10) Σ a^i b^j c^k in rational arithmetic; the code sums a dozen positive terms."""
+    exact = sum(np.prod(term) for term in combinations_with_replacement(map(Fraction, gaps), 3))
+    assert float(mean_cube(np.array(gaps))) == pytest.approx(float(exact / 10), rel=20 * EPS)
+
+
+def test_mean_of_the_cube_by_quadrature():
+    """Gauss points on the collapsed square, exact for the cubic times the linear Jacobian."""
+    t, w = np.polynomial.legendre.leggauss(4)
+    t, w = (t + 1) / 2, w / 2
+    s, r = t[:, None], t[None, :]
+    barycentric = np.stack([1 - s + 0 * r, s * (1 - r), s * r])
+    weights = 2 * s * w[:, None] * w[None, :]
+    gaps = np.random.default_rng(0).random((20, 3))
+    there = np.einsum("nk,kij->nij", gaps, barycentric)
+    assert mean_cube(gaps) == pytest.approx((weights * there**3).sum(axis=(1, 2)), rel=1e-14)
+
+
+def mean_over_triangle(function, gaps) -> float:
+    """Mean of function(g) on a triangle where g is linear, from the distribution of g.
+
+    The area where the gap is between g and g + dg grows linearly from the lowest vertex to the
+    middle one and falls linearly to the highest. Integrated over ln g.
+    """
+    a, b, c = sorted(gaps)
+    pieces = [(a, b, lambda g: (g - a) / ((b - a) * (c - a))) if b > a else None]
+    pieces.append((b, c, lambda g: (c - g) / ((c - b) * (c - a))) if c > b else None)
+    return sum(
+        quad(
+            lambda s, density=density: 2 * density(np.exp(s)) * function(np.exp(s)) * np.exp(s),
+            np.log(low),
+            np.log(high),
+            epsrel=1e-11,
+            limit=200,
+        )[0]
+        for low, high, density in filter(None, pieces)
+    )
+
+
+@pytest.mark.parametrize(
+    "gaps", [(1, 2, 3), (1e-6, 1, 2), (1e-6, 1e-3, 1), (1, 1, 1.5), (2, 1e-4, 1e-4), (1, 7, 7)]
+)
+def test_mean_of_the_inverse_cube(gaps):
+    """1/(a b c) against numerical integration asked for 1e-11."""
+    exact = mean_over_triangle(lambda g: g**-3, gaps)
+    assert mean_inverse_cube(np.array(gaps, dtype=float)) == pytest.approx(exact, rel=1e-8)
+
+
+def test_contact_has_an_infinite_mean():
+    gaps = np.array([[0, 1, 2], [0, 0, 1], [0, 0, 0], [1, 1, 1]], dtype=float)
+    assert mean_inverse_cube(gaps).tolist() == [np.inf, np.inf, np.inf, 1.0]
+
+
+@pytest.mark.parametrize("mean", [mean_cube, mean_inverse_cube])
+def test_pixel_triangles(mean):
+    """(i, j), (i+1, j+1) cut the even pixels, (i+1, j), (i, j+1) the odd ones."""
+    gap = np.random.default_rng(1).random((5, 4)) + 0.1
+    found = linear_pixel_means(gap, mean)
+    for i, j in np.ndindex(4, 3):
+        sw, se, nw, ne = gap[i, j], gap[i + 1, j], gap[i, j + 1], gap[i + 1, j + 1]
+        pairs = [(se, sw, ne), (nw, sw, ne)] if (i + j) % 2 == 0 else [(sw, se, nw), (ne, se, nw)]
+        assert found[i, j] == pytest.approx([float(mean(np.array(p))) for p in pairs], rel=10 * EPS)
+
+
+def pixel_triangles(mx: int, my: int):
+    """Centroids (in sixths of a pixel, integers) and place in (mx, my, 2) of pixel triangles."""
+    mesh = uniform_mesh((mx, my), 1, periodic_sides=False)
+    corner = mesh.xy[mesh.cells] // PIXEL
+    square = corner.min(axis=1)
+    upper = (corner[:, 0, 1] > square[:, 1]).astype(int)
+    return 2 * corner.sum(axis=1), (square[:, 0], square[:, 1], upper)
+
+
+def inside(points: np.ndarray, corner: np.ndarray) -> np.ndarray:
+    """Which points lie in the triangle with corners in the same integer units."""
+    a, b, c = corner
+
+    def cross(u, v, p):
+        return (v[0] - u[0]) * (p[:, 1] - u[1]) - (v[1] - u[1]) * (p[:, 0] - u[0])
+
+    turns = np.stack([cross(a, b, points), cross(b, c, points), cross(c, a, points)])
+    return (turns > 0).all(axis=0) | (turns < 0).all(axis=0)
+
+
+@pytest.mark.parametrize("halved", [0, 1])
+@pytest.mark.parametrize("width", [1, 2, 4, 8])
+@pytest.mark.parametrize("log_contrast", [1, 12])
+def test_pyramid_against_all_pixel_triangles_inside(width, halved, log_contrast):
+    """Every coarse cell, diagonal and axial, against the plain mean of what lies in it.
+
+    Sums of at most 2 · 8² positive terms: 128 rounding errors at the very worst.
+    """
+    shape = (16, 24)
+    pixels = 10 ** np.random.default_rng(width).uniform(0, log_contrast, (*shape, 2))
+    centroids, place = pixel_triangles(*shape)
+    pyramid = Pyramid.from_pixels(pixels, 8)
+    mesh = uniform_mesh(shape, width, periodic_sides=False)
+    if halved:
+        mesh = bisect(mesh, np.ones(len(mesh.cells), dtype=bool)).mesh
+    cells = np.flatnonzero(~mesh.at_or_below_pixel() | mesh.hypotenuse().all(axis=1))
+    found = pyramid.lookup(mesh, cells)
+    for cell, mean in zip(cells, found, strict=True):
+        own = inside(centroids, 6 * (mesh.xy[mesh.cells[cell]] // PIXEL))
+        assert own.sum() == 2 * mesh.relative_areas()[cell]
+        assert mean == pytest.approx(pixels[place][own].mean(), rel=128 * EPS)
+
+
+def test_one_contact_closes_all_that_contain_it():
+    """Infinity survives the way up and stays inside the triangles that hold it."""
+    pixels = np.ones((8, 8, 2))
+    pixels[5, 2, 1] = np.inf
+    pyramid = Pyramid.from_pixels(pixels, 8)
+    for level in range(4):
+        assert np.isinf(pyramid.diagonal[level]).sum() == 1
+    for level in range(1, 4):
+        assert np.isinf(pyramid.axial[level]).sum() == 1
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.integers(0, 10**6),
+    st.sampled_from(["linear", "constant"]),
+    st.sampled_from([1, 4]),
+    st.booleans(),
+)
+def test_integrals_never_change(seed, representation, width, periodic):
+    """∫g³ and ∫1/g³ of every mesh are those of the pixels, whatever is bisected.
+
+    Each is a sum of a few thousand positive terms that numpy adds in pairs; the means carry about
+    ten rounding errors each. Contrast of 1/g³: 1e18.
+    """
+    rng = np.random.default_rng(seed)
+    samples = 10 ** rng.uniform(-6, 0, (9, 9) if representation == "linear" else (8, 8))
+    gap = represented(GridField(samples, (1.0, 1.0)), representation, width=width)
+    mesh = uniform_mesh((8, 8), width, periodic)
+    values = gap.vertex_values(mesh)
+    totals = []
+    for _ in range(8):
+        data, area = gap.cell_data(mesh, values), mesh.relative_areas()
+        assert not data.closed.any()
+        totals.append(area @ np.stack([data.K, data.resistivity[:, 0]], axis=1))
+        step = bisect(mesh, rng.random(len(mesh.cells)) < 0.3)
+        values = gap.refined_values(values, step.mesh, step.edge_ends)
+        mesh = step.mesh
+    if representation == "constant":
+        exact = [(samples**3).sum(), (samples**-3.0).sum()]
+    else:
+        exact = [linear_pixel_means(samples, m).sum() / 2 for m in (mean_cube, mean_inverse_cube)]
+    assert np.abs(np.array(totals) / exact - 1).max() < 1e-13
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_raising_and_lowering(representation):
+    """The primal sees gaps below the floor raised, the dual those below the cut as contact."""
+    samples = np.array([[1.0, 1e-3, 1.0], [0.0, 1.0, 1e-5], [1.0, 1.0, 1.0]])
+    shape = (2, 2) if representation == "linear" else (3, 3)
+    mesh = uniform_mesh(shape, 1, periodic_sides=False)
+
+    def data(values, **limits):
+        gap = represented(GridField(values, (1.0, 1.0)), representation, **limits)
+        return gap.cell_data(mesh, gap.vertex_values(mesh))
+
+    raised = np.where(samples > 0, np.maximum(samples, 1e-2), 0)
+    lowered = np.where(samples < 1e-4, 0, samples)
+    both = data(samples, cut=1e-4, floor=1e-2)
+    assert np.array_equal(both.K, data(raised).K)
+    assert np.array_equal(both.shut, data(raised).shut)
+    for name in ("resistivity", "closed", "contact"):
+        assert np.array_equal(getattr(both, name), getattr(data(lowered), name))
