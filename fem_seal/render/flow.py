@@ -19,8 +19,9 @@ from fem_seal.render.units import readable
 FLOW_COLOURS = "magma_r"
 PRESSURE_COLOURS = "viridis"
 DECADES = 4
-BENEATH = (Swatch("contact", (150, 156, 163)), Swatch("open, without flow", (255, 255, 255)))
-MESH = Swatch("mesh", (203, 221, 240))
+CONTACT = Swatch("contact", (150, 156, 163))
+NO_FLOW = Swatch("open, without flow", (255, 255, 255))
+EDGES = (0, 0, 0)
 
 
 def flow_of(leak: LeakRate) -> FlowField:
@@ -81,11 +82,13 @@ def _panel(
     long_side: int,
     title: str,
 ) -> Panel:
-    """Draw a layer of the flow over contact and pockets."""
+    """Draw contact over the flow, but under the edges of a mesh."""
     view = mosaic(gap, "wall", representation, window, long_side)
-    classes = (view.samples > 0).astype(np.uint8)
-    beneath = view.shares(classes, np.array([s.colour for s in BENEATH]))
-    return Panel(draw([beneath, flow], view.window, long_side), view.window, title)
+    # Cells wider than a pixel of the gap reach over contact, which certainly carries no flow.
+    palette = np.array([(*CONTACT.colour, 255), (*CONTACT.colour, 0)])
+    contact = view.shares((view.samples > 0).astype(np.uint8), palette)
+    layers = [contact, flow] if isinstance(flow, Mesh) else [flow, contact]
+    return Panel(draw(layers, view.window, long_side), view.window, title)
 
 
 def flow_panel(
@@ -114,7 +117,7 @@ def flow_picture(
     scale: Scale | None = None,
     window: Window | None = None,
 ) -> Path:
-    """Picture of the flow density on a logarithmic scale over the contact.
+    """Picture of the flow density on a logarithmic scale, with the contact.
 
     Parameters
     ----------
@@ -139,7 +142,7 @@ def flow_picture(
     field = flow_of(leak)
     scale = flow_scale(field) if scale is None else scale
     panel = flow_panel(field, gap, scale, representation=representation, window=window)
-    return write_page([[panel]], path, scale=scale, key=BENEATH)
+    return write_page([[panel]], path, scale=scale, key=(CONTACT, NO_FLOW))
 
 
 def pressure_picture(
@@ -155,7 +158,7 @@ def pressure_picture(
     scale, factor = pressure_scale(field)
     triangles = Triangles(field.points, field.cells, field.pressure * factor, scale)
     panel = _panel(gap, triangles, representation, window, LONG_SIDE, "")
-    return write_page([[panel]], path, scale=scale, key=BENEATH)
+    return write_page([[panel]], path, scale=scale, key=(CONTACT, NO_FLOW))
 
 
 def mesh_picture(
@@ -172,7 +175,7 @@ def mesh_picture(
     finest; a `window` is drawn alone. Arguments as in `flow_picture`.
     """
     field = flow_of(leak)
-    fine, bold = (Mesh(field.points, field.cells, MESH.colour, line) for line in (0.5, 1.0))
+    fine, bold = (Mesh(field.points, field.cells, EDGES, line) for line in (0.5, 0.8))
     if window is not None:
         panels = [_panel(gap, bold, representation, window, LONG_SIDE, "")]
     else:
@@ -180,7 +183,7 @@ def mesh_picture(
         peak = peak_window(field, whole.window)
         near = _panel(gap, bold, representation, peak, LONG_SIDE, "around the strongest flow")
         panels = [whole, near]
-    return write_page([panels], path, key=(MESH, *BENEATH))
+    return write_page([panels], path, key=(CONTACT,))
 
 
 def peak_window(field: FlowField, whole: Window, share: float = 1 / 8) -> Window:

@@ -9,7 +9,7 @@ import ctypes.util
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -81,7 +81,10 @@ class Scale:
 
 @dataclass(frozen=True, eq=False)
 class Tiles:
-    """Equal rectangles of one colour each: (nx, ny, 3) uint8, filling the window `extent`."""
+    """Equal rectangles of one colour each, filling the window `extent`.
+
+    colours : (nx, ny, 3) uint8, or (nx, ny, 4) with opacity
+    """
 
     colours: np.ndarray
     extent: Window
@@ -104,10 +107,10 @@ class Triangles:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles of one colour with their edges.
+    """The edges of triangles.
 
     points : (N, 2) [m]; cells : (C, 3) int
-    colour : of the cells, 0..255; line : width of the edges [pixel]
+    colour : of the edges, 0..255; line : their width [pixel]
     """
 
     points: np.ndarray
@@ -249,15 +252,11 @@ def _draw_triangles(pyvista, plotter, triangles: Triangles, to_pixels: _Map) -> 
 
 
 def _draw_mesh(pyvista, plotter, mesh: Mesh, to_pixels: _Map) -> None:
-    in_front = replace(to_pixels, depth=to_pixels.depth + 0.5)
-    cells = np.asarray(mesh.cells)
-    filled = pyvista.PolyData.from_regular_faces(to_pixels(mesh.points), cells)
-    wires = pyvista.PolyData.from_regular_faces(in_front(mesh.points), cells)
-    plotter.add_mesh(filled, color=mesh.colour, lighting=False)
+    surface = pyvista.PolyData.from_regular_faces(to_pixels(mesh.points), np.asarray(mesh.cells))
     plotter.add_mesh(
-        wires,
+        surface,
         style="wireframe",
-        color="black",
+        color=mesh.colour,
         line_width=SUPERSAMPLING * mesh.line,
         lighting=False,
     )

@@ -50,7 +50,7 @@ class Mosaic:
         return total / number
 
     def tiles(self, colours: np.ndarray) -> Tiles:
-        """Place tile colours (tiles along x, tiles along y, 3), 0..255, on the seal."""
+        """Place tile colours (tiles along x, tiles along y, 3 or 4), 0..255, on the seal."""
         (dx, dy), (ox, oy) = self.sites.spacing, self.sites.origin
         x0, y0 = ox + (self.first[0] - 0.5) * dx, oy + (self.first[1] - 0.5) * dy
         nx, ny = colours.shape[:2]
@@ -63,7 +63,7 @@ class Mosaic:
         Parameters
         ----------
         classes : (mx, my) uint8, index into the palette
-        palette : (k, 3) colours, 0..255
+        palette : (k, 3) colours, or (k, 4) with opacity; 0..255
         """
         seen = self.crop(classes)
         colours = sum(

@@ -53,23 +53,24 @@ def test_one_scale_serves_several_fields():
     assert flow.flow_scale(weak, strong).high == pytest.approx(1e-9)
 
 
-def test_contact_and_pockets_show_where_no_cell_carries_flow():
+def test_contact_hides_the_cells_that_reach_over_it_and_pockets_stay_white():
     values = np.ones((21, 11))
     values[14:, :] = 0.0
     values[17, 5] = 1.0  # a pocket
     gap = GridField(values, (1e-6, 1e-6))
-    # The flow ends where the samples of contact begin.
-    field = structured_flow(14, 10, (14e-6, 10e-6), lambda x: 1e-6 + 0 * x)
+    # One coarse row of cells, which reaches 1.5 samples into the contact: tiles begin at 13.5.
+    field = structured_flow(1, 1, (15e-6, 10e-6), lambda x: 1e-6 + 0 * x)
     pixels = flow.flow_panel(field, gap, flow.flow_scale(field), long_side=SIDE).pixels
-    contact, pocket = (np.array(s.colour) for s in flow.BENEATH)
-    right = pixels[:, 14 * 30 :].reshape(-1, 3)
+    contact, pocket = (np.array(s.colour) for s in (flow.CONTACT, flow.NO_FLOW))
+    right = pixels[:, 405:].reshape(-1, 3)
     grey = (right == contact).all(axis=1).sum()
     white = (right == pocket).all(axis=1).sum()
     assert white == 30 * 30
     assert grey + white == len(right)
-    left = pixels[:, : 14 * 30]
-    assert len(np.unique(left.reshape(-1, 3), axis=0)) == 1  # flow hides the contact beneath it
-    assert not (left == contact).all(axis=2).any()
+    left = pixels[:, :405]
+    _, distance = positions(left[::15, ::15], flow.FLOW_COLOURS)
+    assert distance.max() <= 1
+    assert len(np.unique(left.reshape(-1, 3), axis=0)) == 1
 
 
 def test_pressure_is_interpolated_before_it_is_coloured():
@@ -86,12 +87,12 @@ def test_pressure_is_interpolated_before_it_is_coloured():
     assert np.abs(drawn - (1 - (np.arange(SIDE) + 0.5) / SIDE)).max() <= 3 / 255
 
 
-def test_mesh_edges_are_dark_and_cells_are_filled():
+def test_mesh_edges_are_dark_and_cells_are_clear():
     field = structured_flow(20, 10, SIZE, lambda x: 1 + 0 * x)
-    mesh = flow.Mesh(field.points, field.cells, flow.MESH.colour, 2.0)
+    mesh = flow.Mesh(field.points, field.cells, flow.EDGES, 2.0)
     pixels = flow.draw([mesh], Window(0, SIZE[0], 0, SIZE[1]), SIDE).astype(int)
     # Centroids of the lower triangles lie at (2/3, 1/3) of each square of 30 pixels.
-    assert (pixels[::-1][10::30, 20::30] == flow.MESH.colour).all()
+    assert (pixels[::-1][10::30, 20::30] == 255).all()
     # Edges at multiples of 30 pixels: both pixels that touch the line are mostly ink.
     assert pixels[::-1][10::30, 29:-1:30].max() < 150
     assert pixels[::-1][10::30, 30::30].max() < 150
