@@ -1,0 +1,200 @@
+"""Power traces: closed forms of the energies of cells that touch contact."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from fem_seal.flow.traces import (
+    POWER,
+    contact_edge_resistivity,
+    mean_gradient_values,
+    one_contact_tensor,
+    segment_moments,
+)
+
+# Ratios of the gaps at the two ends: extremes, close to one, and about the switch at 1.5.
+RATIOS = [1e-6, 1e-3, 0.3, 1 / 1.5 - 1e-9, 1 / 1.5 + 1e-9, 1 - 1e-9, 1.0, 1 + 1e-12, 1.2]
+RATIOS += [1.5 - 1e-9, 1.5 + 1e-9, 3.0, 1e3, 1e6]
+
+
+def moments_by_quadrature(b: float, c: float) -> list[float]:
+    """The three integrals over the gap x = b + (c-b)τ, whose logarithm is the variable."""
+    if abs(c - b) < 1e-6 * b:
+        # First order in (c-b)/b is exact to 1e-12: ∫ basis (1 - 3 (c-b)/b τ) / b³ dτ.
+        d = 3 * (c - b) / b
+        return [(1 / 3 - d / 12) / b**3, (1 / 6 - d / 12) / b**3, (1 / 3 - d / 4) / b**3]
+
+    def integral(basis) -> float:
+        def integrand(s):
+            x = np.exp(s)
+            return basis((c - x) / (c - b), (x - b) / (c - b)) * x**-2 / (c - b)
+
+        return quad(integrand, np.log(b), np.log(c), epsrel=1e-12, epsabs=0, limit=400)[0]
+
+    return [
+        integral(lambda u, t: u * u),
+        integral(lambda u, t: u * t),
+        integral(lambda u, t: t * t),
+    ]
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("b", [1.0, 1e-4])
+def test_segment_moments(ratio, b):
+    """Against numerical integration asked for 1e-12.
+
+    The closed forms subtract terms about 1/(x-1)² to 1/(x-1)³ times larger than their result: at
+    the switch, x = 1.5 or 2/3, that costs three digits of sixteen, so 1e-11 in all.
+    """
+    found = segment_moments(np.array([b]), np.array([b * ratio]))[:, 0]
+    assert found == pytest.approx(moments_by_quadrature(b, b * ratio), rel=1e-11)
+
+
+@given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6))
+def test_segment_moments_mirror_and_sum(b, c):
+    """Exchanging the ends exchanges the outer moments; together they are ∫g^-3 = (b+c)/2b²c²."""
+    there, back = (segment_moments(np.array([u]), np.array([v]))[:, 0] for u, v in [(b, c), (c, b)])
+    # Cancellation as above; at ratio 1e12 the mixed moment loses nothing, the outer ones dominate.
+    assert there == pytest.approx(back[::-1], rel=1e-9)
+    total = there[0] + 2 * there[1] + there[2]
+    assert total == pytest.approx((b + c) / (2 * b * b * c * c), rel=1e-10)
+
+
+def power_trace(corners, values):
+    """ψ and ∇ψ at (λ_b, λ_c) of the power trace ψ_0 + s^m ((1-τ) D_b + τ D_c), written out."""
+    e_b, e_c = corners[1] - corners[0], corners[2] - corners[0]
+    to_lambda = np.linalg.inv(np.stack([e_b, e_c], axis=1))  # rows: ∇λ_b, ∇λ_c
+    D_b, D_c = values[1] - values[0], values[2] - values[0]
+
+    def at(l_b, l_c):
+        # s^m ((1-τ) D_b + τ D_c) = s^(m-1) (λ_b D_b + λ_c D_c), as s (1-τ) = λ_b and s τ = λ_c.
+        s, line = l_b + l_c, l_b * D_b + l_c * D_c
+        grown = (POWER - 1) * s ** (POWER - 2) * line
+        psi = values[0] + s ** (POWER - 1) * line
+        slope = [grown + s ** (POWER - 1) * D_b, grown + s ** (POWER - 1) * D_c]
+        return psi, slope @ to_lambda
+
+    return at
+
+
+def integrate(function, degree=60):
+    """∫ over the unit triangle in (λ_b, λ_c) by Gauss points on s = λ_b + λ_c and τ = λ_c/s."""
+    x, w = np.polynomial.legendre.leggauss(degree)
+    x, w = (x + 1) / 2, w / 2
+    return sum(
+        ws * wt * s * function(s * (1 - t), s * t)
+        for s, ws in zip(x, w, strict=True)
+        for t, wt in zip(x, w, strict=True)
+    )
+
+
+TRIANGLES = [
+    [(0, 0), (1, 0), (0, 1)],  # the contact at the right angle
+    [(0, 1), (0, 0), (1, 0)],  # at an end of the hypotenuse
+    [(0, 0), (2, 0), (1, 3)],
+    [(0.3, 0.1), (-1, 0.7), (-0.5, -2)],
+]
+
+
+@pytest.mark.parametrize("corners", TRIANGLES)
+@pytest.mark.parametrize(("b", "c"), [(1.0, 1.0), (0.2, 1.0), (1.0, 0.6), (0.05, 0.9)])
+@pytest.mark.parametrize("values", [(0.3, 1.0, 0.0), (0.0, 1.0, 1.0), (1.0, -1.0, 2.0)])
+def test_tensor_energy(corners, b, c, values):
+    """∫|∇ψ|²/g³ of the power function, and of the linear function under the tensor.
+
+    g = s (b + (c-b)τ): the integrand is a polynomial in s, and in τ a quadratic over a cubic with
+    its pole at least 1/18 interval lengths away; 60 Gauss points then err by (1.6)^-120.
+    """
+    corners, values = np.array(corners, dtype=float), np.array(values)
+    e_b, e_c = corners[1] - corners[0], corners[2] - corners[0]
+    double_area = abs(e_b[0] * e_c[1] - e_b[1] * e_c[0])
+    at = power_trace(corners, values)
+
+    def density(l_b, l_c):
+        slope = at(l_b, l_c)[1]
+        return slope @ slope / (l_b * b + l_c * c) ** 3
+
+    exact = integrate(density) * double_area
+    xx, xy, yy = one_contact_tensor(corners[None], np.array([b]), np.array([c]))[0]
+    gradient = (values[1:] - values[0]) @ np.linalg.inv(np.stack([e_b, e_c], axis=1))
+    found = gradient @ np.array([[xx, xy], [xy, yy]]) @ gradient * double_area / 2
+    # Rounding: the moments err by up to 1e-13 (above), and the energies of v_b and v_c nearly
+    # cancel in slender triangles.
+    assert found == pytest.approx(exact, rel=1e-11)
+
+
+@settings(max_examples=50)
+@given(st.floats(1e-3, 1e3), st.floats(1e-3, 1e3), st.sampled_from(TRIANGLES))
+def test_tensor_is_positive(b, c, corners):
+    xx, xy, yy = one_contact_tensor(np.array([corners], float), np.array([b]), np.array([c]))[0]
+    assert xx > 0
+    assert xx * yy > xy * xy
+
+
+def edge_trace(corners, values):
+    """ψ and ∇ψ at (λ_b, λ_c) of ψ_0 + D λ_c^m: contact edge between corners 0 and 1."""
+    to_lambda = np.linalg.inv(np.stack([corners[1] - corners[0], corners[2] - corners[0]], axis=1))
+    D = values[2] - values[0]
+
+    def at(l_b, l_c):
+        psi = values[0] + D * l_c**POWER
+        return psi, D * POWER * l_c ** (POWER - 1) * to_lambda[1]
+
+    return at
+
+
+@pytest.mark.parametrize("corners", TRIANGLES)
+@pytest.mark.parametrize("c", [1.0, 0.03])
+def test_contact_edge_resistivity(corners, c):
+    """∫|∇ψ|²/(c λ_c)³: a polynomial, for which the Gauss points are exact."""
+    corners, values = np.array(corners, dtype=float), np.array([0.2, 0.2, 1.0])
+    e_b, e_c = corners[1] - corners[0], corners[2] - corners[0]
+    double_area = abs(e_b[0] * e_c[1] - e_b[1] * e_c[0])
+    at = edge_trace(corners, values)
+
+    def density(l_b, l_c):
+        slope = at(l_b, l_c)[1]
+        return slope @ slope / (l_c * c) ** 3
+
+    exact = integrate(density, 12) * double_area
+    gradient = (values[1:] - values[0]) @ np.linalg.inv(np.stack([e_b, e_c], axis=1))
+    found = contact_edge_resistivity(np.array([c]))[0] * gradient @ gradient * double_area / 2
+    assert found == pytest.approx(exact, rel=1e-12)
+
+
+def mean_gradient(at, corners) -> np.ndarray:
+    """Mean over the triangle of the gradient of a trace (polynomial: Gauss points are exact)."""
+    return 2 * integrate(lambda l_b, l_c: at(l_b, l_c)[1], 12)
+
+
+@pytest.mark.parametrize("corners", TRIANGLES)
+@pytest.mark.parametrize("first", [0, 1, 2])
+@pytest.mark.parametrize("kind", ["none", "vertex", "edge"])
+def test_mean_gradient(corners, first, kind):
+    """The linear function returned has the mean gradient of the trace, wherever the contact is."""
+    corners = np.array(corners, dtype=float)
+    values = np.array([0.4, 0.4, 1.3] if kind == "edge" else [0.4, -0.8, 1.3])
+    contact = {"none": [0, 0, 0], "vertex": [1, 0, 0], "edge": [1, 1, 0]}[kind]
+    turn = np.roll(np.arange(3), first)
+    to_lambda = np.linalg.inv(np.stack([corners[1] - corners[0], corners[2] - corners[0]], axis=1))
+    found = mean_gradient_values(values[None, turn], np.array([contact], dtype=bool)[:, turn])
+    found = found[0][np.argsort(turn)]
+    if kind == "none":
+        assert np.array_equal(found, values)
+        return
+    trace = {"vertex": power_trace, "edge": edge_trace}[kind](corners, values)
+    exact = mean_gradient(trace, corners)
+    assert (found[1:] - found[0]) @ to_lambda == pytest.approx(exact, rel=1e-12, abs=1e-12)
+
+
+def test_traces_meet_on_shared_edges():
+    """On an edge from contact both kinds rise as t^m; opposite to it ψ is linear: conforming."""
+    corners = np.array(TRIANGLES[2], dtype=float)
+    t = np.linspace(0, 1, 11)
+    vertex = power_trace(corners, np.array([0.1, 0.7, 1.0]))
+    edge = edge_trace(corners, np.array([0.1, 0.1, 1.0]))
+    assert [vertex(0, s)[0] for s in t] == pytest.approx([edge(0, s)[0] for s in t], rel=1e-14)
+    assert [vertex(1 - s, s)[0] for s in t] == pytest.approx(0.7 + 0.3 * t, rel=1e-14)
+    assert [edge(s, 0)[0] for s in t] == pytest.approx([0.1] * 11, rel=1e-14)
