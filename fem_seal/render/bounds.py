@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +10,10 @@ from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Level
 from fem_seal.render.aside import written_aside
 from fem_seal.render.page import DPI, FONT_POINTS, FORMATS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
 
@@ -48,7 +53,7 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
     return path
 
 
-def draw_bounds(figure, levels: Sequence[Level], seen: int | None = None) -> None:
+def draw_bounds(figure: "Figure", levels: Sequence[Level], seen: int | None = None) -> None:
     """Draw the two axes of `bounds_plot` into a matplotlib figure.
 
     Parameters
@@ -82,7 +87,7 @@ def draw_bounds(figure, levels: Sequence[Level], seen: int | None = None) -> Non
     widths.set(xlabel="unknowns", ylabel="half-width of the bracket / mean")
 
 
-def _limits(rates, widths, levels: Sequence[Level]) -> None:
+def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
     """Logarithmic axes that hold all levels, and so stay fixed in an animation."""
     from matplotlib.ticker import LogFormatterSciNotation
 
@@ -99,7 +104,7 @@ def _limits(rates, widths, levels: Sequence[Level]) -> None:
         axes.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1.7, 0.5)))
 
 
-def _optimal_rate(axes, levels: Sequence[Level]) -> None:
+def _optimal_rate(axes: "Axes", levels: Sequence[Level]) -> None:
     last = levels[-1]
     if last.half_width == 0:
         return

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.grid import GridField
-from fem_seal.render.offscreen import LONG_SIDE, Window, draw
+from fem_seal.render.offscreen import LONG_SIDE, Tiles, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
 from fem_seal.render.tiles import Mosaic, mosaic
 from fem_seal.topology.clusters import label, largest
@@ -59,7 +59,7 @@ def contact_panel(
     return Panel(draw([_layer(view)], view.window, long_side), view.window, title)
 
 
-def _layer(view: Mosaic):
+def _layer(view: Mosaic) -> Tiles:
     classes = view.sites.on_samples(contact_classes(view.sites))
     return view.shares(classes, np.array([s.colour for s in CONTACT_KEY]))
 

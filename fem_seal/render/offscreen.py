@@ -10,10 +10,15 @@ import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
+
+if TYPE_CHECKING:
+    import pyvista
 
 LONG_SIDE = 1200  # pixels
 SHORT_SIDE = 240  # below this a strip cannot be read; it is stretched instead and says so
@@ -146,7 +151,7 @@ def require_gl() -> None:
     )
 
 
-def _import_pyvista():
+def _import_pyvista() -> ModuleType:
     require_gl()
     # DOLFINx 0.5 to 0.7 leave RTLD_GLOBAL on; VTK loaded after that dies in libstdc++'s symbols.
     if "dolfinx" in sys.modules and sys.getdlopenflags() & os.RTLD_GLOBAL:
@@ -179,9 +184,9 @@ def draw(
     MissingPackage
         If no OpenGL library is installed.
     """
-    pyvista = _import_pyvista()
+    vista = _import_pyvista()
     width, height = window.pixels(long_side)
-    plotter = pyvista.Plotter(
+    plotter = vista.Plotter(
         off_screen=True,
         window_size=(SUPERSAMPLING * width, SUPERSAMPLING * height),
         lighting="none",
@@ -190,7 +195,7 @@ def draw(
         plotter.set_background("white")
         for depth, layer in enumerate(layers):
             to_pixels = _Map(window, width, height, depth)
-            DRAWERS[type(layer)](pyvista, plotter, layer, to_pixels)
+            DRAWERS[type(layer)](vista, plotter, layer, to_pixels)
         plotter.camera_position = [
             (width / 2, height / 2, len(layers) + 10.0),
             (width / 2, height / 2, 0.0),
@@ -222,20 +227,24 @@ class _Map:
         return np.column_stack([x, y, np.full(len(points), float(self.depth))])
 
 
-def _draw_tiles(pyvista, plotter, tiles: Tiles, to_pixels: _Map) -> None:
+def _draw_tiles(
+    vista: ModuleType, plotter: "pyvista.Plotter", tiles: Tiles, to_pixels: _Map
+) -> None:
     e = tiles.extent
     corners = np.array([[e.x0, e.y0], [e.x1, e.y0], [e.x1, e.y1], [e.x0, e.y1]])
-    plane = pyvista.PolyData(to_pixels(corners), faces=[4, 0, 1, 2, 3])
+    plane = vista.PolyData(to_pixels(corners), faces=[4, 0, 1, 2, 3])
     plane.active_texture_coordinates = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
     # A texture costs two triangles where cells would cost millions; rows of an image run downwards.
-    texture = pyvista.Texture(np.ascontiguousarray(tiles.colours.transpose(1, 0, 2)[::-1]))
+    texture = vista.Texture(np.ascontiguousarray(tiles.colours.transpose(1, 0, 2)[::-1]))
     texture.interpolate = False
     texture.mipmap = False
     plotter.add_mesh(plane, texture=texture, lighting=False)
 
 
-def _draw_triangles(pyvista, plotter, triangles: Triangles, to_pixels: _Map) -> None:
-    surface = pyvista.PolyData.from_regular_faces(
+def _draw_triangles(
+    vista: ModuleType, plotter: "pyvista.Plotter", triangles: Triangles, to_pixels: _Map
+) -> None:
+    surface = vista.PolyData.from_regular_faces(
         to_pixels(triangles.points), np.asarray(triangles.cells)
     )
     scale = triangles.scale
@@ -251,8 +260,8 @@ def _draw_triangles(pyvista, plotter, triangles: Triangles, to_pixels: _Map) -> 
     )
 
 
-def _draw_mesh(pyvista, plotter, mesh: Mesh, to_pixels: _Map) -> None:
-    surface = pyvista.PolyData.from_regular_faces(to_pixels(mesh.points), np.asarray(mesh.cells))
+def _draw_mesh(vista: ModuleType, plotter: "pyvista.Plotter", mesh: Mesh, to_pixels: _Map) -> None:
+    surface = vista.PolyData.from_regular_faces(to_pixels(mesh.points), np.asarray(mesh.cells))
     plotter.add_mesh(
         surface,
         style="wireframe",

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from fem_seal.errors import InvalidInput
 from fem_seal.render.aside import written_aside
 from fem_seal.render.offscreen import Scale, Window
 from fem_seal.render.units import readable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DPI = 200
 FONT_POINTS = 10
@@ -111,7 +115,7 @@ class _Box:
     width: int
     height: int
 
-    def fraction(self, figure) -> tuple[float, float, float, float]:
+    def fraction(self, figure: "Figure") -> tuple[float, float, float, float]:
         """Position in fractions of the figure, as matplotlib wants it."""
         wide, high = figure.get_size_inches() * DPI
         return self.x / wide, self.y / high, self.width / wide, self.height / high
@@ -162,7 +166,7 @@ def _key_layout(key: Sequence[Swatch], page_width: int) -> tuple[int, int, int]:
     return page_width, columns, _dots(KEY + KEY_LINE * (-(-len(key) // columns) - 1))
 
 
-def _place(figure, panel: Panel, box: _Box) -> None:
+def _place(figure: "Figure", panel: Panel, box: _Box) -> None:
     # figimage copies the pixels; imshow would resample them by a fraction of a pixel.
     figure.figimage(panel.pixels, box.x, box.y, origin="upper", zorder=-1)
     axes = figure.add_axes(box.fraction(figure), facecolor="none")
@@ -180,7 +184,7 @@ def _place(figure, panel: Panel, box: _Box) -> None:
         axes.set_title(panel.heading, fontsize=FONT_POINTS, pad=5)
 
 
-def _add_bar(figure, scale: Scale, beside: _Box) -> None:
+def _add_bar(figure: "Figure", scale: Scale, beside: _Box) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
 
@@ -197,7 +201,7 @@ def _add_bar(figure, scale: Scale, beside: _Box) -> None:
     bar.outline.set_linewidth(0.8)
 
 
-def _add_key(figure, key: Sequence[Swatch], columns: int) -> None:
+def _add_key(figure: "Figure", key: Sequence[Swatch], columns: int) -> None:
     from matplotlib.patches import Patch
 
     handles = [
