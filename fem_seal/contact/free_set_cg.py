@@ -43,10 +43,15 @@ def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
 def _free_residual(
     problem: Problem, pressure: np.ndarray, gap: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Gap on the free points (pressed or penetrating), in the steering precision; their mask."""
-    free = pressure > 0
+    """Gap on the free points (pressed or penetrating), and their mask of 0 and 1.
+
+    Both in the steering precision: a bool mask would be converted in every product.
+    """
+    steering = problem.half_space.steering
     if problem.mean_pressure is not None:
-        gap -= gap.mean(where=free)
-    free |= gap < 0
-    problem.centre(gap, free)
-    return gap.astype(problem.half_space.steering), free
+        # In double, so that the small residual of the pressed points keeps its digits below.
+        gap -= np.vdot(pressure, gap) / pressure.sum()
+    free = ((pressure > 0) | (gap < 0)).astype(steering)
+    residual = gap.astype(steering)
+    problem.centre(residual, free)
+    return residual, free

@@ -51,7 +51,7 @@ class Problem:
         """Restrict a residual to the free points; take its mean out if the load is prescribed."""
         residual *= free
         if self.mean_pressure is not None:
-            residual -= (residual.sum(dtype=np.float64) / np.count_nonzero(free)) * free
+            residual -= (residual.sum() / free.sum()) * free
 
     def admissible(self, pressure: np.ndarray) -> None:
         """Clip tension away and restore the mean pressure, in place."""

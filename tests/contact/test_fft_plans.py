@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pyfftw
 import pytest
 
 from fem_seal.contact import transform
@@ -39,21 +40,34 @@ def test_pressure_inverts_displacement():
     assert np.abs(back - (pressure - pressure.mean())).max() < 1e-13
 
 
-def test_wisdom_is_kept(tmp_path, monkeypatch):
+@pytest.fixture
+def own_cache(tmp_path, monkeypatch):
+    """A process that knows no plans, with an empty cache folder."""
+    known = pyfftw.export_wisdom()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(transform, "MEASURED_FROM", 1)
-    # A length that no other test plans, so that there is something new to keep.
+    transform._load_wisdom.cache_clear()
+    pyfftw.forget_wisdom()
+    yield tmp_path
+    pyfftw.import_wisdom(known)
+    transform._load_wisdom.cache_clear()
+
+
+def test_wisdom_is_kept(own_cache):
     RealTransform((34, 38), "float64", threads=1)
-    assert wisdom_path() == tmp_path / "fem_seal" / "fftw-wisdom.json"
-    stored = json.loads(wisdom_path().read_text())
-    assert any("fftw" in text for text in stored)
+    assert wisdom_path() == own_cache / "fem_seal" / "fftw-wisdom.json"
+    kept = wisdom_path().read_bytes()
     assert [path.name for path in wisdom_path().parent.iterdir()] == ["fftw-wisdom.json"]
+    pyfftw.forget_wisdom()
+    transform._load_wisdom.cache_clear()
+    RealTransform((34, 38), "float64", threads=1)
+    # The plans were read back: nothing new had to be measured and kept.
+    assert wisdom_path().read_bytes() == kept
 
 
 @pytest.mark.parametrize("content", ["", "[1, 2", '["no", "wisdom", "here"]'])
-def test_foreign_wisdom_only_costs_time(tmp_path, monkeypatch, content):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+def test_foreign_wisdom_only_costs_time(own_cache, content):
     wisdom_path().parent.mkdir()
     wisdom_path().write_text(content)
-    transform._load_wisdom.cache_clear()
     RealTransform((8, 8), "float64", threads=1)
+    assert len(json.loads(wisdom_path().read_text())) == 3
