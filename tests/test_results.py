@@ -250,16 +250,3 @@ def test_damaged_result(scene, tmp_path, text):
         ResultFolder(tmp_path, Provenance.of(scene))
     with ResultFolder(tmp_path, Provenance.of(scene), overwrite=True) as folder:
         assert folder.aside.is_dir()
-
-
-@pytest.mark.render
-def test_pictures_can_be_drawn_again(small_scene, spy, field, tmp_path):
-    scene = changed(small_scene, "output", products=["contact", "leak_rate", "pictures"])
-    result = job.run(scene, tmp_path)
-    assert result.files == ("contact.npz", "contact.png", "gap.png")
-    first = content(tmp_path)
-    (tmp_path / "gap.png").unlink()
-    assert job.draw(tmp_path) == ("contact.png", "gap.png")
-    again = content(tmp_path)
-    assert again["gap.png"] == first["gap.png"]
-    assert Result.from_folder(tmp_path) == result

@@ -1,0 +1,48 @@
+"""Progress: shown on a terminal, after a while, and nowhere else."""
+
+import io
+import sys
+import time
+
+import pytest
+
+from fem_seal import progress
+from fem_seal.progress import Display
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def fast(monkeypatch):
+    monkeypatch.setattr(progress, "PATIENCE", 0.05)
+    monkeypatch.setattr(progress, "BEAT", 0.01)
+
+
+def watch(stream, monkeypatch, until, shown=True):
+    """What a display writes while a stage reports, until it has written something or time is up."""
+    monkeypatch.setattr(sys, "stderr", stream)
+    with Display(shown) as report:
+        report("contact", "iteration 3")
+        end = time.monotonic() + until
+        while "iteration 3" not in stream.getvalue() and time.monotonic() < end:
+            time.sleep(0.01)
+    return stream.getvalue()
+
+
+def test_shown_on_a_terminal(fast, monkeypatch):
+    assert "contact: iteration 3" in watch(Terminal(), monkeypatch, until=30)
+
+
+@pytest.mark.parametrize(("stream", "shown"), [(io.StringIO(), True), (Terminal(), False)])
+def test_silent_elsewhere(fast, monkeypatch, stream, shown):
+    """In a file, and in all processes but the first."""
+    assert watch(stream, monkeypatch, until=0.5, shown=shown) == ""
+
+
+def test_silent_on_what_is_quick(monkeypatch):
+    """Nothing before two seconds."""
+    assert progress.PATIENCE == 2
+    assert watch(Terminal(), monkeypatch, until=0.2) == ""
