@@ -45,8 +45,8 @@ def moments_by_quadrature(b: float, c: float) -> list[float]:
 def test_segment_moments(ratio, b):
     """Against numerical integration asked for 1e-12.
 
-    The closed forms subtract terms about 1/(x-1)² to 1/(x-1)³ times larger than their result: at
-    the switch, x = 1.5 or 2/3, that costs three digits of sixteen, so 1e-11 in all.
+    The closed forms subtract terms about 1/(x-1)³ times larger than their result: at the switch,
+    x = 1.5 or 2/3, that costs two digits of sixteen.
     """
     found = segment_moments(np.array([b]), np.array([b * ratio]))[:, 0]
     assert found == pytest.approx(moments_by_quadrature(b, b * ratio), rel=1e-11)
@@ -56,10 +56,10 @@ def test_segment_moments(ratio, b):
 def test_segment_moments_mirror_and_sum(b, c):
     """Exchanging the ends exchanges the outer moments; together they are ∫g^-3 = (b+c)/2b²c²."""
     there, back = (segment_moments(np.array([u]), np.array([v]))[:, 0] for u, v in [(b, c), (c, b)])
-    # Cancellation as above; at ratio 1e12 the mixed moment loses nothing, the outer ones dominate.
-    assert there == pytest.approx(back[::-1], rel=1e-9)
+    # Cancellation as above.
+    assert there == pytest.approx(back[::-1], rel=1e-12)
     total = there[0] + 2 * there[1] + there[2]
-    assert total == pytest.approx((b + c) / (2 * b * b * c * c), rel=1e-10)
+    assert total == pytest.approx((b + c) / (2 * b * b * c * c), rel=1e-12)
 
 
 def power_trace(corners, values):

@@ -1,0 +1,301 @@
+"""Numberings: where contact parts the pressure, and what it ties in the stream function."""
+
+import numpy as np
+import pytest
+from gaps import represented
+
+from fem_seal.fenicsx import MPI
+from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.unknowns import _winding, dual_unknowns, open_cells, primal_unknowns
+from fem_seal.grid import GridField
+from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.nested import PIXEL, uniform_mesh
+
+
+class Topology:
+    """Mesh, cell data and open cells of a gap of ones with contact at given samples."""
+
+    def __init__(self, shape, contact, representation="linear", periodic=False, halvings=0):
+        values = np.ones(shape)
+        values[tuple(np.array(contact, dtype=int).reshape(-1, 2).T)] = 0
+        if periodic and representation == "linear":
+            values[:, -1] = values[:, 0]
+        gap = represented(GridField(values, (1.0, 1.0)), representation)
+        self.mesh = uniform_mesh(gap.squares, 1, periodic)
+        vertex = gap.vertex_values(self.mesh)
+        for _ in range(halvings):
+            step = bisect(self.mesh, np.ones(len(self.mesh.cells), dtype=bool))
+            vertex = gap.refined_values(vertex, step.mesh, step.edge_ends)
+            self.mesh = step.mesh
+        self.data = gap.cell_data(self.mesh, vertex)
+        self.cells = open_cells(self.mesh, self.data)
+
+    def primal(self):
+        return primal_unknowns(self.mesh, self.data, self.cells)
+
+    def dual(self, merge_closed=True):
+        return dual_unknowns(self.mesh, self.data, self.cells.kept, merge_closed)
+
+    def at(self, numbering, i, j, attribute="label") -> np.ndarray:
+        """What a numbering gives the corners of all kept cells at the point (i, j)."""
+        point = (self.mesh.xy[self.mesh.cells[self.cells.kept]] == np.array([i, j]) * PIXEL).all(-1)
+        return getattr(numbering, attribute)[point]
+
+
+def line(start, stop, j):
+    return [(i, j) for i in range(start, stop)]
+
+
+@pytest.mark.parametrize("halvings", [0, 1, 2, 3])
+def test_contact_line_parts_the_pressure(halvings):
+    """A line one vertex wide: two pressures along it, one at its ends, one everywhere else."""
+    case = Topology((7, 5), line(2, 5, 2), halvings=halvings)
+    numbering = case.primal()
+    assert case.cells.kept.all()
+    for (i, j), pressures in {(2, 2): 1, (3, 2): 2, (4, 2): 1, (3, 3): 1, (1, 2): 1}.items():
+        assert len(np.unique(case.at(numbering, i, j))) == pressures
+    split = {0: 1, 1: 1, 2: 3, 3: 3}[halvings]  # points inside the line, midpoints included
+    assert len(np.unique(numbering.label)) == len(case.mesh.xy) + split
+
+
+@pytest.mark.parametrize("start", [0, 1])
+def test_contact_line_from_the_rim(start):
+    """A line that begins on the inlet parts the pressure there as well; p = 1 on both sides."""
+    case = Topology((6, 5), line(start, 4, 2))
+    numbering = case.primal()
+    assert len(np.unique(numbering.label)) == len(case.mesh.xy) + {0: 3, 1: 1}[start]
+    assert (case.at(numbering, 0, 2, "lift") == 1).all()
+    assert (case.at(numbering, 0, 2, "of_corner") == -1).all()
+    assert (case.at(numbering, 5, 2, "lift") == 0).all()
+    assert (case.at(numbering, 5, 2, "of_corner") == -1).all()
+
+
+def test_single_contact_vertex_does_not_part_the_pressure():
+    case = Topology((5, 5), [(2, 2)])
+    assert len(np.unique(case.primal().label)) == len(case.mesh.xy)
+
+
+def test_pressure_is_given_at_open_ends_only():
+    """Where the inlet is in contact nothing enters, and the pressure there is an unknown."""
+    case = Topology((5, 5), [(0, 0), (0, 1), (0, 2), (1, 2)])
+    numbering = case.primal()
+    assert case.cells.kept.all()  # reached from inside
+    assert (case.at(numbering, 0, 0, "of_corner") >= 0).all()
+    given = case.at(numbering, 0, 2, "of_corner")  # one corner above the line, the others below
+    assert (given == -1).any()
+    assert (given >= 0).any()
+
+
+def solved(values) -> np.ndarray:
+    """Lower and upper bound on the pixel mesh, walls at the sides, before sharpening.
+
+    CG stops when it estimates the relative energy error as 1e-8.
+    """
+    gap = represented(GridField(values, (1.0, 1.0)))
+    mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
+    problem = LevelProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-8)
+    zero = np.zeros((problem.kept.sum(), 3))
+    found = np.array([problem.stream(zero).conductance, problem.pressure(zero).energy])
+    problem.close()
+    return found
+
+
+def test_two_seals_side_by_side():
+    """A contact line along the flow makes two seals: their leak rates add, and so do the bounds.
+
+    Tolerance: three minima, each within 2e-8 (the estimate holds within a factor of two).
+    """
+    values = 0.5 + np.random.default_rng(0).random((9, 13))
+    values[:, 6] = 0
+    assert solved(values) == pytest.approx(solved(values[:, :7]) + solved(values[:, 6:]), rel=6e-8)
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_pockets_and_dead_ends(periodic):
+    """Open cells with no way to both ends are left out: a pocket, and a bay of the inlet."""
+    ring = [(i, j) for i in (2, 3, 4) for j in (2, 3, 4) if (i, j) != (3, 3)]
+    bay = [(1, j) for j in (6, 7, 8)] + [(0, 6), (0, 8)]
+    case = Topology((8, 10), ring + bay, periodic=periodic)
+    centre = case.mesh.xy[case.mesh.cells].mean(axis=1) / PIXEL
+    in_ring = (abs(centre - [3, 3]) < 1).all(axis=1)
+    in_bay = (centre[:, 0] < 1) & (centre[:, 1] > 6) & (centre[:, 1] < 8)
+    assert np.array_equal(~case.cells.kept, in_ring | in_bay)
+    assert len(case.cells.inlet) == 9 - 2
+
+
+def test_channel_through_a_pixel_corner():
+    """Two open pixels that share a corner do not leak; contact there is connected."""
+    case = Topology((2, 2), [(0, 1), (1, 0)], "constant")
+    assert not case.cells.kept.any()
+    case = Topology((2, 2), [(0, 1)], "constant")
+    # Below and at the right: open pixels (0, 0), (1, 0), (1, 1); each of two triangles.
+    assert case.cells.kept.sum() == 6
+
+
+@pytest.mark.parametrize("halvings", [0, 1, 2])
+def test_patch_is_one_unknown(halvings):
+    """An island: connected contact has one stream function, other contact another."""
+    case = Topology((9, 9), [(3, 3), (4, 3), (4, 4), (5, 4), (6, 6)], halvings=halvings)
+    numbering = case.dual()
+    island = {int(v) for p in [(3, 3), (4, 3), (4, 4), (5, 4)] for v in case.at(numbering, *p)}
+    assert len(island) == 1
+    assert island != {int(v) for v in case.at(numbering, 6, 6)}
+    # Unconnected corners of one point are still one value: ψ is continuous.
+    assert len(np.unique(case.at(numbering, 6, 6))) == 1
+    # Points on the walls are given; points of the island count once.
+    # Samples of the island: 4, with the triangle (3, 3), (4, 3), (4, 4) all in contact; the first
+    # halving adds the middle of its hypotenuse, the second those of its legs and of the last edge.
+    merged = {0: 4, 1: 5, 2: 8}[halvings] - 1
+    open_points = len(case.mesh.xy) - (case.mesh.top | case.mesh.bottom).sum()
+    assert numbering.count == open_points - merged
+
+
+def test_closed_cell_is_one_unknown():
+    """Above the pixel a cell with any contact inside is closed: the true dual ties its corners,
+    the regularised one leaves them free."""
+    values = np.ones((17, 17))
+    values[9, 6] = 0  # a single contact vertex, inside one triangle of the squares 4 wide
+    gap = represented(GridField(values, (1.0, 1.0)), width=4)
+    mesh = uniform_mesh((16, 16), 4, periodic_sides=False)
+    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    kept = open_cells(mesh, data).kept
+    assert kept.all()
+    corner = mesh.xy[mesh.cells[data.closed]] / PIXEL
+    assert len(corner) == 1
+    assert (
+        np.linalg.inv(np.pad(corner[0], ((0, 0), (0, 1)), constant_values=1).T) @ [9, 6, 1] > 0
+    ).all()
+    true, regularised = (dual_unknowns(mesh, data, kept, merge) for merge in (True, False))
+    assert len(np.unique(true.label[data.closed])) == 1
+    assert len(np.unique(regularised.label[data.closed])) == 3
+    assert true.count == regularised.count - 2
+
+
+@pytest.mark.parametrize("wall", ["bottom", "top"])
+def test_patch_on_a_wall_has_its_value(wall):
+    patch = [(4, 0), (4, 1), (4, 2), (5, 3)]
+    patch = patch if wall == "bottom" else [(i, 8 - j) for i, j in patch]
+    case = Topology((9, 9), patch)
+    numbering = case.dual()
+    for i, j in patch:
+        assert (case.at(numbering, i, j, "of_corner") == -1).all()
+        assert (case.at(numbering, i, j, "lift") == (0 if wall == "bottom" else 1)).all()
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_barrier_between_the_walls(representation):
+    """A patch that joins the walls bars the flow; one sample less, and it does not."""
+    barrier = [(4, j) for j in range(9)]
+    case = Topology((9, 9), barrier, representation)
+    assert case.dual() is None
+    assert not case.cells.kept.any()
+    case = Topology((9, 9), barrier[:-1], representation)
+    assert case.dual(merge_closed=False) is not None
+    assert case.cells.kept.any()
+
+
+def periodic_ring(shift: int):
+    """Contact that winds around 8 samples, rising by `shift` rows and coming back."""
+    rise = [0, 1, 2, 3, 4, 3, 2, 1][:8] if shift else [0] * 8
+    ring = [(3 + rise[j], j) for j in range(8)]
+    steps = [(3 + min(rise[j], rise[(j + 1) % 8]), j) for j in range(8)]
+    steps += [(3 + max(rise[j], rise[(j + 1) % 8]), j) for j in range(8)]
+    return sorted(set(ring + steps))
+
+
+@pytest.mark.parametrize("shift", [0, 1])
+def test_winding_patch_bars_the_flow(shift):
+    ring = periodic_ring(shift)
+    case = Topology((11, 9), ring, periodic=True)
+    assert case.dual() is None
+    assert case.dual(merge_closed=False) is None
+    assert not case.cells.kept.any()
+    # With walls at y = 0 the same ring joins them.
+    assert Topology((11, 9), [*ring, (3, 8)]).dual() is None
+
+
+def test_opened_ring_leaks_through_the_seam():
+    case = Topology((11, 9), [(3, j) for j in range(1, 8)], periodic=True)  # open at j = 0 = 8
+    numbering = case.dual()
+    assert numbering is not None
+    assert case.cells.kept.all()
+    # Around the strip ψ rises by one, the flux of the whole: the lift says so on every column.
+    for i in range(11):
+        low, high = (case.at(numbering, i, j, "lift")[0] for j in (0, 8))
+        assert high - low == 1
+        assert case.at(numbering, i, 0)[0] == case.at(numbering, i, 8)[0]
+
+
+def test_patch_across_the_seam_keeps_its_value_and_the_jump():
+    """A patch on both sides of the seam: one unknown, ψ one higher above than below."""
+    case = Topology((9, 9), [(4, 0), (4, 1), (4, 7)], periodic=True)
+    numbering = case.dual()
+    labels = {int(v) for j in (0, 1, 7, 8) for v in case.at(numbering, 4, j)}
+    assert len(labels) == 1
+    lift = {j: set(case.at(numbering, 4, j, "lift")) for j in (0, 1, 7, 8)}
+    assert lift[0] == lift[1]
+    assert lift[7] == lift[8]
+    assert lift[8].pop() - lift[0].pop() == 1
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_winding_numbers(seed):
+    """Pairs taken from a known potential are joined with its differences; one wrong pair is not."""
+    rng = np.random.default_rng(seed)
+    potential = rng.integers(-3, 4, 30)
+    low, high = rng.integers(0, 30, (2, 4000))
+    fits = potential[high] == potential[low] + 1
+    low, high = low[fits][:40], high[fits][:40]
+    root, offset = _winding(low, high, 30)
+    shift = offset - potential
+    for r in np.unique(root):
+        assert np.ptp(shift[root == r]) == 0
+    assert np.array_equal(root[low], root[high])
+    together = np.flatnonzero(root == root[low[0]])
+    a, b = next((a, b) for a in together for b in together if potential[b] != potential[a] + 1)
+    assert _winding(np.append(low, a), np.append(high, b), 30) is None
+
+
+def test_values_from_corners():
+    """Unknowns start from the mean of what their corners say, less the prescribed part."""
+    case = Topology((3, 3), [])
+    numbering = case.primal()
+    x = case.mesh.xy[case.mesh.cells][..., 0] / PIXEL / 2
+    assert numbering.from_corners(1 - x) == pytest.approx([0.5] * 3)
+    # The corners of one unknown disagree by ±1 in pairs: the mean does not change.
+    noise = np.zeros(x.shape)
+    for number in range(numbering.count):
+        at = np.argwhere(numbering.of_corner == number)
+        noise[tuple(at[0])], noise[tuple(at[1])] = 1, -1
+    assert numbering.from_corners(1 - x + noise) == pytest.approx([0.5] * 3)
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_minima_are_admissible(periodic):
+    """The solutions keep the jumps and values that the numberings promise."""
+    values = np.ones((9, 9))
+    values[3:6, 3:5] = 0
+    values[2:6, 6] = 0
+    gap = represented(GridField(values, (1.0, 1.0)))
+    mesh = uniform_mesh((8, 8), 1, periodic)
+    problem = LevelProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-8)
+    kept = problem.kept
+    zero = np.zeros((kept.sum(), 3))
+    vertex = mesh.cells[kept]
+    pressure = problem.pressure(zero).corner_values
+    assert (pressure[mesh.inlet[vertex]] == 1).all()
+    assert (pressure[mesh.outlet[vertex]] == 0).all()
+    psi = problem.stream(zero).psi
+    patch = (mesh.xy[vertex] // PIXEL == np.array([3, 3])).all(-1)
+    other = (mesh.xy[vertex] // PIXEL == np.array([5, 4])).all(-1)
+    assert np.ptp(psi[patch | other]) < 1e-12
+    for v in np.unique(vertex):
+        assert np.ptp(psi[vertex == v]) < 1e-12
+    problem.close()
+    if periodic:
+        top, low = np.flatnonzero(mesh.top), mesh.twin[mesh.top]
+        jump = [psi[vertex == t][0] - psi[vertex == b][0] for t, b in zip(top, low, strict=True)]
+        assert jump == pytest.approx([1] * len(top), abs=1e-12)
+    else:
+        assert (psi[mesh.bottom[vertex]] == 0).all()
+        assert (psi[mesh.top[vertex]] == 1).all()
