@@ -1,0 +1,155 @@
+"""The closed forms themselves, by quadrature, by series, in limits and by each other."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import comb, gamma
+
+from fem_seal.errors import InvalidInput
+from fem_seal.finite_difference import solve
+from fem_seal.grid import GridField
+from fem_seal.theory import closed_forms
+
+conductivity = st.floats(1e-3, 1e3)
+
+
+@pytest.mark.parametrize("a", [0.0, 0.3, 0.9])
+def test_cosine_channel_by_quadrature(a):
+    def mean(power):
+        return quad(lambda t: (1 + a * np.cos(t)) ** power, 0, np.pi, epsabs=0, epsrel=1e-11)[0] / (
+            np.pi
+        )
+
+    assert closed_forms.cosine_channel(a, across=True) == pytest.approx(1 / mean(-3), rel=1e-9)
+    assert closed_forms.cosine_channel(a, across=False) == pytest.approx(mean(3), rel=1e-9)
+
+
+def test_cosine_channel_closes_at_amplitude_one():
+    assert closed_forms.cosine_channel(1.0, across=True) == 0
+    with pytest.raises(InvalidInput, match="amplitude"):
+        closed_forms.cosine_channel(1.1, across=True)
+
+
+def test_piecewise_linear_channel_by_quadrature():
+    gap = np.array([0.3, 1.0, 0.7, 0.2])
+    cells = [
+        quad(lambda t, a=a, b=b: (a + (b - a) * t) ** -3.0, 0, 1, epsrel=1e-12)[0]
+        for a, b in pairwise(gap)
+    ]
+    assert closed_forms.piecewise_linear_channel(gap) == pytest.approx(3 / sum(cells), rel=1e-11)
+    assert closed_forms.piecewise_linear_channel(np.array([1.0, 0.0, 1.0])) == 0
+
+
+@given(conductivity, conductivity)
+def test_four_phases_contain_layers_and_the_checkerboard(a, b):
+    """Equal neighbours give layers across or along the flow; equal diagonals √(K1 K2)."""
+    series, parallel = closed_forms.series([a, b]), closed_forms.parallel([a, b])
+    assert closed_forms.four_phase_checkerboard(a, b, b, a) == pytest.approx((series, parallel))
+    assert closed_forms.four_phase_checkerboard(a, a, b, b) == pytest.approx((parallel, series))
+    board = closed_forms.checkerboard(a, b)
+    assert closed_forms.four_phase_checkerboard(a, b, a, b) == pytest.approx((board, board))
+
+
+@given(conductivity, conductivity, conductivity, conductivity)
+def test_four_phases_obey_duality(a, b, c, d):
+    """Kxx(K) Kyy(1/K) = 1 (Keller 1964)."""
+    forward, _ = closed_forms.four_phase_checkerboard(a, b, c, d)
+    _, crosswise = closed_forms.four_phase_checkerboard(1 / a, 1 / b, 1 / c, 1 / d)
+    assert forward * crosswise == pytest.approx(1, rel=1e-12)
+
+
+def test_four_phases_against_finite_differences():
+    """Corner singularities are mild at this contrast: the error falls by about 4 per doubling.
+
+    The mirrored quarter cell makes x = 1/4 and 3/4 isobars only for the checkerboard, so that the
+    cell with periodic sides is driven in x between planes where the medium is cut: compared on
+    many cells in a row, where the two ends' effect dies out as 1/length.
+    """
+    K = (1.0, 1.5, 2.0, 1.2)
+    exact, _ = closed_forms.four_phase_checkerboard(*K)
+    half = 8
+    cell = np.kron(np.array([[K[0], K[3]], [K[1], K[2]]]), np.ones((half, half)))
+    resistance = []
+    for cells in (3, 6):
+        gap = GridField(np.cbrt(np.tile(cell, (cells, 1))), (1.0, 1.0))
+        flow = solve(
+            gap,
+            viscosity=1 / 12,
+            pressure_drop=1.0,
+            sides="periodic",
+            representation="constant",
+            links="harmonic",
+        )
+        resistance.append(1 / flow.value)
+    # Three more cells of 16 × 16 pixels add the resistance of the bulk alone.
+    assert 3 / (resistance[1] - resistance[0]) == pytest.approx(exact, rel=1e-3)
+
+
+def rayleigh(f, order=24):
+    """Rayleigh's multipole equations for a square array of impermeable discs, not truncated early.
+
+    Around a disc the pressure is Σ (A_l r^l + B_l r^-l) cos lθ with A_l = B_l a^-2l at its rim;
+    A_l = δ_l1 - Σ_m C(m + l - 1, l) S_(m+l) B_m with the lattice sums S_n, and K = 1 - 2π B_1.
+    """
+    a = np.sqrt(f / np.pi)
+    i, j = np.meshgrid(np.arange(-60, 61), np.arange(-60, 61))
+    z = (i + 1j * j)[(i != 0) | (j != 0)]
+    lattice_sum = {2: np.pi, 4: gamma(0.25) ** 8 / (960 * np.pi**2)}
+    odd = np.arange(1, order, 2)
+    matrix = np.diag(a ** (-2.0 * odd))
+    for r, k in enumerate(odd):
+        for c, m in enumerate(odd):
+            n = int(m + k)
+            if n not in lattice_sum:
+                lattice_sum[n] = float((z**-n).sum().real) if n % 4 == 0 else 0.0
+            matrix[r, c] += comb(m + k - 1, k, exact=True) * lattice_sum[n]
+    B = np.linalg.solve(matrix, (odd == 1).astype(float))
+    return 1 - 2 * np.pi * B[0]
+
+
+@pytest.mark.parametrize(
+    ("radius", "tolerance"), [(0.1, 1e-9), (0.2, 1e-8), (0.3, 1e-5), (0.4, 1e-3)]
+)
+def test_disc_array_against_the_full_multipole_series(radius, tolerance):
+    """The closed form stops at order f^8: the tolerances are its next terms, f^12 and up."""
+    f = np.pi * radius**2
+    assert closed_forms.disc_array(f) == pytest.approx(rayleigh(f), rel=tolerance)
+
+
+def test_few_discs_do_not_feel_their_arrangement():
+    f = 0.01
+    dilute = closed_forms.dilute_discs(f)
+    assert closed_forms.disc_array(f) == pytest.approx(dilute, abs=f**4)
+    for f in (0.1, 0.4, 0.7):
+        assert closed_forms.disc_array(f) < closed_forms.dilute_discs(f)  # Hashin-Shtrikman
+    with pytest.raises(InvalidInput, match="π/4"):
+        closed_forms.disc_array(0.8)
+
+
+def test_annulus_by_quadrature():
+    """Rings in series: ∫ dr / (2π r K)."""
+    resistance = quad(lambda r: 1 / (2 * np.pi * r * 3.0), 0.5, 2.0)[0]
+    assert closed_forms.annulus(3.0, 0.5, 2.0) == pytest.approx(1 / resistance, rel=1e-10)
+
+
+def test_means_are_ordered():
+    """Series ≤ log-normal's geometric mean ≤ parallel, for any layers."""
+    K = np.random.default_rng(0).lognormal(size=50)
+    geometric = closed_forms.lognormal(np.log(K).mean())
+    assert closed_forms.series(K) < geometric < closed_forms.parallel(K)
+    assert closed_forms.series([1.0, 0.0]) == 0
+
+
+def test_parallel_plates_in_si():
+    """1 µm water film, 1 mm × 1 mm: 1e-18/(12e-3) m³/(Pa s)."""
+    assert closed_forms.parallel_plates(1e-6, 1e-3, 1e-3, 1e-3) == pytest.approx(1e-18 / 12e-3)
+
+
+def test_smooth_checkerboard_is_its_own_reciprocal_half_a_period_on():
+    x, y = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 7), indexing="ij")
+    K = closed_forms.smooth_checkerboard(x, y, 3.0)
+    assert closed_forms.smooth_checkerboard(x + 0.5, y, 3.0) * K == pytest.approx(np.ones((9, 7)))

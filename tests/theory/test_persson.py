@@ -1,0 +1,202 @@
+"""Persson's theory in its known limits: full contact, light load, energy, normalisation, units."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import erf
+
+from fem_seal.errors import InvalidInput
+from fem_seal.surface.spectrum import Spectrum
+from fem_seal.theory.persson import (
+    GAMMA,
+    contact_area,
+    gap_distribution,
+    inner_integral,
+    interface,
+)
+from fem_seal.theory.quadrature import log_grid
+from fem_seal.theory.seal_estimates import critical_junction, effective_film_conductivity
+
+E_STAR = 1e7
+ROUGH = Spectrum(0.8, 1e-4, 1e-6).scaled(rms_slope=0.1)
+ROLLOFF = Spectrum(0.4, 1e-4, 2e-6, rolloff_wavelength=2e-5).scaled(rms_height=3e-7)
+
+
+def at(strain, spectrum=ROUGH, **options):
+    return interface(spectrum, pressure=strain * E_STAR, contact_modulus=E_STAR, **options)
+
+
+def moment(spectrum, power):
+    """∫ q^power C dq by adaptive quadrature in ln q."""
+    q_long, q_rolloff, q_short = spectrum.wavenumbers
+    return quad(
+        lambda t: np.exp((power + 1) * t) * spectrum.density(np.exp(t)),
+        np.log(q_long),
+        np.log(q_short),
+        points=[np.log(q_rolloff)],
+        epsrel=1e-11,
+    )[0]
+
+
+@pytest.mark.parametrize("spectrum", [ROUGH, ROLLOFF])
+@pytest.mark.parametrize("strain", [1e-6, 1e-3, 0.03])
+def test_area_law_at_full_resolution(spectrum, strain):
+    """A/A0 = erf(√2 p0/(E* h'rms)); the quadrature is good to about 1e-9 between kinks."""
+    state = at(strain, spectrum)
+    exact = erf(np.sqrt(2) * strain / spectrum.rms_slope)
+    assert state.area[-1] == pytest.approx(exact, rel=1e-8)
+    assert contact_area(strain * E_STAR, E_STAR, spectrum.rms_slope**2) == pytest.approx(exact)
+
+
+def test_area_falls_with_magnification_and_grows_with_load():
+    light, heavy = at(1e-3), at(1e-2)
+    for state in (light, heavy):
+        assert state.area[0] == 1
+        assert (np.diff(state.area) <= 0).all()
+    assert (heavy.area >= light.area).all()
+
+
+def test_light_load_is_proportional():
+    """A/A0 → √(8/π) p0/(E* h'rms)."""
+    strain = 1e-7
+    assert at(strain).area[-1] == pytest.approx(np.sqrt(8 / np.pi) * strain / 0.1, rel=1e-7)
+
+
+def test_full_contact_closes_the_gap():
+    state = at(1.0)
+    assert state.area[-1] == 1
+    assert state.mean_gap[0] < 1e-30
+    assert effective_film_conductivity(state, viscosity=1e-3) == 0
+
+
+@pytest.mark.parametrize("x", [1e-8, 0.1, 1.0, 3.0])
+def test_inner_integral_by_adaptive_quadrature(x):
+    def integrand(t):
+        t = np.exp(t)  # dt / t = d ln t
+        return (GAMMA + 3 * (1 - GAMMA) * erf(t) ** 2) * np.exp(-(t**2))
+
+    exact = quad(integrand, np.log(x), np.log(8.0), epsabs=0, epsrel=1e-11, limit=200)[0]
+    assert inner_integral(np.array([x]))[0] == pytest.approx(exact, rel=1e-9)
+
+
+def elastic_energy(spectrum, strain):
+    """U/(A0 E*) = π/2 ∫ q² C W dq, W = P [γ + (1-γ) P²], P = erf(w p/E*) (Yang and Persson)."""
+    grid = log_grid(spectrum.wavenumbers, 200)
+    slopes = grid.cumulative(lambda q: np.pi * q**3 * spectrum.density(q))
+    P = erf(strain / np.sqrt(slopes.at_nodes))
+    W = P * (GAMMA + (1 - GAMMA) * P**2)
+    return np.pi / 2 * np.sum(grid.nodes**2 * spectrum.density(grid.nodes) * W * grid.weights)
+
+
+@pytest.mark.parametrize("spectrum", [ROUGH, ROLLOFF])
+@pytest.mark.parametrize("strain", [1e-4, 3e-3, 0.02])
+def test_pressing_does_the_work_that_the_elastic_energy_takes_up(spectrum, strain):
+    """p0 = -dU/dū: the mean gap follows from the energy. Centred differences, O(step²) = 1e-6."""
+    step = 1e-3
+    low, high = strain * (1 - step), strain * (1 + step)
+    work = -strain * (at(high, spectrum).mean_gap[0] - at(low, spectrum).mean_gap[0])
+    stored = elastic_energy(spectrum, high) - elastic_energy(spectrum, low)
+    assert work == pytest.approx(stored, rel=1e-5)
+
+
+def test_full_contact_energy_is_the_half_space_energy():
+    """W → 1: π/2 ∫ q² C dq, a half-space bent to the whole spectrum (E*/4 Σ q|h|²)."""
+    exact = np.pi / 2 * moment(ROUGH, 2)
+    assert elastic_energy(ROUGH, 10.0) == pytest.approx(exact, rel=1e-8)
+
+
+def test_mean_gap_is_logarithmic_at_light_load():
+    """ū falls by u0 = γ √π ∫ q² C w dq for every e-fold of pressure; corrections O(strain/h')."""
+    grid = log_grid(ROUGH.wavenumbers, 200)
+    # M = w^-2: ∫ q² C w dq = ∫ 2 d√M / (π q); even in √M, no singularity.
+    slopes = grid.cumulative(lambda q: np.pi * q**3 * ROUGH.density(q)).at_edges
+    root = np.sqrt(slopes)
+    middle = np.sqrt(grid.edges[1:] * grid.edges[:-1])
+    u0 = GAMMA * np.sqrt(np.pi) * np.sum(2 * np.diff(root) / (np.pi * middle))
+    fall = at(1e-7).mean_gap[0] - at(np.e * 1e-7).mean_gap[0]
+    assert fall == pytest.approx(u0, rel=1e-3)
+    assert 0.3 < u0 / ROUGH.rms_height < 0.5  # Persson, PRL 99, 125502 (2007): about 0.4
+
+
+@pytest.mark.parametrize("strain", [1e-4, 3e-3])
+def test_opened_gaps_hold_the_whole_volume(strain):
+    """Σ ΔA u1 = ū: every volume lies where some magnification opened it."""
+    state = at(strain)
+    assert state.opened_area.sum() == pytest.approx(1 - state.area[-1], rel=1e-12)
+    volume = np.sum(state.opened_area * state.opened_gap)
+    assert volume == pytest.approx(state.mean_gap[0], rel=1e-9)
+    assert (state.opened_gap >= 0).all()
+
+
+@pytest.mark.parametrize("scatter", ["almqvist", "afferrante"])
+@pytest.mark.parametrize("strain", [1e-4, 0.01, 0.03])
+def test_gap_distribution_adds_up_to_the_open_area(strain, scatter):
+    """∫ P du = 1 - A/A0. The bells narrow to 1e-36 m at full resolution: trapezoidal in ln u."""
+    state = at(strain, ROLLOFF)
+    u = np.geomspace(1e-42, 1e-3, 8000)
+    total = np.sum(gap_distribution(state, u, scatter=scatter) * u) * np.log(u[1] / u[0])
+    assert total == pytest.approx(1 - state.area[-1], rel=1e-3)
+
+
+def test_resolution_in_magnification_is_enough():
+    """Halving the cells changes the mean gap by the quadrature's error, 1e-7, and the
+    conductivity by that of one u1 for each step of magnification."""
+    coarse, fine = at(3e-3), at(3e-3, cells_per_octave=24)
+    assert coarse.mean_gap[0] == pytest.approx(fine.mean_gap[0], rel=1e-7)
+    K = [effective_film_conductivity(s, viscosity=1e-3) for s in (coarse, fine)]
+    assert K[0] == pytest.approx(K[1], rel=1e-2)
+
+
+def test_units_do_not_matter():
+    """All lengths ×10, moduli ×7: the same areas, gaps ×10, conductivities ×1000."""
+    large = Spectrum(0.8, 1e-3, 1e-5).scaled(rms_slope=0.1)
+    state = at(3e-3)
+    scaled = interface(large, pressure=7 * 3e-3 * E_STAR, contact_modulus=7 * E_STAR)
+    assert scaled.area == pytest.approx(state.area, rel=1e-9)
+    assert scaled.mean_gap == pytest.approx(10 * state.mean_gap, rel=1e-9)
+    K, K_large = (effective_film_conductivity(s, viscosity=1e-3) for s in (state, scaled))
+    assert K_large == pytest.approx(1000 * K, rel=1e-6)
+
+
+def test_far_apart_the_film_is_a_pair_of_plates():
+    """At vanishing load ū ≫ h_rms and K → ū³/12η, to second order in h_rms/ū."""
+    state = at(1e-30)
+    ratio = effective_film_conductivity(state, viscosity=1 / 12) / state.mean_gap[0] ** 3
+    assert ratio == pytest.approx(1, abs=3 * (ROUGH.rms_height / state.mean_gap[0]) ** 2)
+
+
+def test_leakage_ends_at_the_threshold():
+    """Area 0.42 lies at p = erfinv(0.42) E* h'/√2; leakage falls with load and ends there."""
+    strains = np.array([1e-4, 1e-3, 1e-2, 0.0275, 0.0285])
+    states = [at(s) for s in strains]
+    assert states[-2].area[-1] < 0.42 < states[-1].area[-1]
+    K = [effective_film_conductivity(s, viscosity=1e-3) for s in states]
+    assert all(a > b for a, b in pairwise(K))
+    assert K[-2] > 0
+    assert K[-1] == 0
+    assert effective_film_conductivity(states[-1], viscosity=1e-3, threshold=0.5) > 0
+
+
+def test_critical_junction_sits_where_the_open_area_percolates():
+    state = at(0.01)
+    junction = critical_junction(state, viscosity=1e-3)
+    area = np.interp(np.log(junction.q), np.log(state.q), state.area)
+    assert area == pytest.approx(0.42, abs=1e-3)
+    assert junction.conductance == pytest.approx(junction.gap**3 / 12e-3)
+    assert critical_junction(at(0.03), viscosity=1e-3) is None
+    assert critical_junction(at(0.012), viscosity=1e-3).gap < junction.gap
+
+
+def test_bad_input():
+    with pytest.raises(InvalidInput, match="pressure must be a positive"):
+        at(-1.0)
+    with pytest.raises(InvalidInput, match=r"scatter = 'wide'.*almqvist, afferrante"):
+        gap_distribution(at(1e-3), np.zeros(1), scatter="wide")
+    with pytest.raises(InvalidInput, match="threshold"):
+        critical_junction(at(1e-3), viscosity=1e-3, threshold=1.0)
+    with pytest.raises(InvalidInput, match="ascending"):
+        log_grid((2.0, 1.0), 4)
+    with pytest.raises(InvalidInput, match="no range"):
+        log_grid((1.0, 1.0), 4)
