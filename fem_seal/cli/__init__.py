@@ -4,7 +4,6 @@ Exit status: 0 done, 2 bad input (nothing written), 3 not converged, 130 interru
 """
 
 import argparse
-import logging
 import signal
 import sys
 from collections.abc import Iterator
@@ -51,8 +50,6 @@ def main(arguments: list[str] | None = None) -> int:
     """
     options = parser().parse_args(arguments)
     parallel.abort_together()
-    # The compiler of DOLFINx 0.5 and 0.6 tells every command it runs.
-    logging.getLogger().addFilter(_is_warning)
     try:
         with _terminable():
             return options.command(options)
@@ -69,10 +66,6 @@ def main(arguments: list[str] | None = None) -> int:
         return parallel.fail(f"fem-seal: {error.strerror}{place}", InvalidInput.exit_status)
     except KeyboardInterrupt:
         return parallel.fail("fem-seal: interrupted; nothing half-written is left", INTERRUPTED)
-
-
-def _is_warning(record: logging.LogRecord) -> bool:
-    return record.levelno >= logging.WARNING
 
 
 @contextmanager
