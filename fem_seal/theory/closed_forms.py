@@ -139,8 +139,8 @@ def disc_array(area_fraction: float) -> float:
     """Conductivity around impermeable discs in a square array, over that without discs.
 
     Rayleigh's method to the order of W. T. Perrins, D. R. McKenzie and R. C. McPhedran, Proc. R.
-    Soc. Lond. A 369, 207 (1979), eq. (14); good to 1e-4 up to area fractions of 0.6, then
-    too large, as touching discs (π/4) should seal.
+    Soc. Lond. A 369, 207 (1979). Against the full series it is too large by 7e-6 at f = 0.50,
+    7e-4 at 0.64 and 2 % at 0.72; touching discs (π/4) seal.
 
     Parameters
     ----------

@@ -1,0 +1,80 @@
+"""The letter's cascade: coarse conductivities, coarse pressures, and how good the guess is."""
+
+import numpy as np
+import pytest
+
+from fem_seal.finite_difference.cascade import coarse_grid, first_guess, initial_error
+from fem_seal.finite_difference.elimination import conductance
+from fem_seal.finite_difference.relaxation import energy
+from fem_seal.finite_difference.stencil import flow_grid
+from fem_seal.grid import GridField
+from fem_seal.theory.bruggeman import effective_conductivity
+
+
+def grid(values, sides="wall", representation="linear", spacing=(1.0, 1.0)):
+    gap = GridField(values, spacing, periodic=True)
+    return flow_grid(gap, 1 / 12, sides, representation, "linear-gap")
+
+
+def wavy(n):
+    """A gap without contact, two waves along each side of the cell, peak to valley 1 to 4."""
+    x = 4 * np.pi * np.arange(n) / n
+    return 1 + 0.4 * np.add.outer(np.cos(x), np.sin(x)) * np.cos(0.25 * x)[:, None] ** 2
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("block", [2, 4, 8])
+def test_coarse_grids_cover_the_rectangle(sides, representation, block):
+    """Whatever the block, and with 13 × 10 samples that it does not divide."""
+    fine = grid(np.ones((13, 10)), sides, representation, (2.0, 3.0))
+    coarse = coarse_grid(fine, block)
+    assert coarse.edges_x[[0, -1]] == pytest.approx([0, 26])
+    assert np.ptp(coarse.edges_y) == pytest.approx(30)
+    assert (np.diff(coarse.edges_x) > 0).all()
+    # A uniform film conducts Ly/Lx on every grid.
+    assert conductance(coarse.network()) == pytest.approx(30 / 26, rel=1e-12)
+
+
+def test_coarse_conductivity_is_bruggemans_of_the_sub_points():
+    g = np.random.default_rng(0).uniform(0, 1, (12, 12)) * (
+        np.random.default_rng(1).random((12, 12)) > 0.2
+    )
+    coarse = coarse_grid(grid(g, representation="constant"), 4)
+    block = (g[4:8, 8:12] / g.max()) ** 3
+    assert coarse.conductivity[1, 2] == pytest.approx(
+        effective_conductivity(block.ravel()), rel=2e-3
+    )
+
+
+def test_guess_of_a_uniform_film_is_the_answer():
+    fine = grid(np.ones((32, 32)))
+    exact = np.broadcast_to(1 - fine.nodes_x[:, None] / 32, fine.carrying.shape)
+    # The coarse relaxations stop at 1e-6 of the energy, 1e-3 of the pressure.
+    assert first_guess(fine) == pytest.approx(exact, abs=1e-3)
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_guess_improves_with_resolution(sides):
+    """Bilinear interpolation: pressure to second order, hence the energy to fourth.
+
+    The mean field stays where it is, so that the gain is a matter of how well the shortest wave is
+    resolved, ten times and more for each doubling, and passes three orders of magnitude.
+    """
+    errors = [initial_error(grid(wavy(n), sides)) for n in (32, 64, 128)]
+    order = np.log2([a.cascade_energy / b.cascade_energy for a, b in zip(errors, errors[1:])])
+    assert (order > 3).all(), order
+    assert errors[2].mean_field_energy == pytest.approx(errors[1].mean_field_energy, rel=0.01)
+    assert errors[2].energy_reduction > 1000
+
+
+def test_no_guess_is_below_the_leak_rate():
+    """Dirichlet's principle, with contact and both kinds of start."""
+    g = np.maximum(0, wavy(32) - 0.5)
+    assert 0.02 < np.mean(g == 0) < 0.4
+    fine = grid(g)
+    exact = conductance(fine.network)
+    error = initial_error(fine)
+    assert error.mean_field_energy > error.cascade_energy > 0
+    guess = energy(fine.network, first_guess(fine), fine.carrying)
+    assert guess / exact - 1 == pytest.approx(error.cascade_energy, rel=1e-6)
