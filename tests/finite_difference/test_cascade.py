@@ -1,9 +1,16 @@
 """The letter's cascade: coarse conductivities, coarse pressures, and how good the guess is."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
-from fem_seal.finite_difference.cascade import coarse_grid, first_guess, initial_error
+from fem_seal.finite_difference.cascade import (
+    BLOCK_RTOL,
+    coarse_grid,
+    first_guess,
+    initial_error,
+)
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.relaxation import energy
 from fem_seal.finite_difference.stencil import flow_grid
@@ -32,8 +39,8 @@ def test_coarse_grids_cover_the_rectangle(sides, representation, block):
     assert coarse.edges_x[[0, -1]] == pytest.approx([0, 26])
     assert np.ptp(coarse.edges_y) == pytest.approx(30)
     assert (np.diff(coarse.edges_x) > 0).all()
-    # A uniform film conducts Ly/Lx on every grid.
-    assert conductance(coarse.network()) == pytest.approx(30 / 26, rel=1e-12)
+    # A uniform film conducts Ly/Lx on every grid; its blocks are bisected to BLOCK_RTOL.
+    assert conductance(coarse.network()) == pytest.approx(30 / 26, rel=BLOCK_RTOL)
 
 
 def test_coarse_conductivity_is_bruggemans_of_the_sub_points():
@@ -43,7 +50,7 @@ def test_coarse_conductivity_is_bruggemans_of_the_sub_points():
     coarse = coarse_grid(grid(g, representation="constant"), 4)
     block = (g[4:8, 8:12] / g.max()) ** 3
     assert coarse.conductivity[1, 2] == pytest.approx(
-        effective_conductivity(block.ravel()), rel=2e-3
+        effective_conductivity(block.ravel()), rel=BLOCK_RTOL
     )
 
 
@@ -62,7 +69,7 @@ def test_guess_improves_with_resolution(sides):
     resolved, ten times and more for each doubling, and passes three orders of magnitude.
     """
     errors = [initial_error(grid(wavy(n), sides)) for n in (32, 64, 128)]
-    order = np.log2([a.cascade_energy / b.cascade_energy for a, b in zip(errors, errors[1:])])
+    order = np.log2([a.cascade_energy / b.cascade_energy for a, b in pairwise(errors)])
     assert (order > 3).all(), order
     assert errors[2].mean_field_energy == pytest.approx(errors[1].mean_field_energy, rel=0.01)
     assert errors[2].energy_reduction > 1000
@@ -70,7 +77,7 @@ def test_guess_improves_with_resolution(sides):
 
 def test_no_guess_is_below_the_leak_rate():
     """Dirichlet's principle, with contact and both kinds of start."""
-    g = np.maximum(0, wavy(32) - 0.5)
+    g = np.maximum(0, wavy(32) - 0.75)
     assert 0.02 < np.mean(g == 0) < 0.4
     fine = grid(g)
     exact = conductance(fine.network)
