@@ -14,7 +14,17 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 
 # A module may import those before it, and its own folder.
 ORDER = [
-    *("errors", "grid", "leak_rate", "parallel", "progress", "units", "gap_file", "scene"),
+    *(
+        "errors",
+        "grid",
+        "leak_rate",
+        "memory",
+        "parallel",
+        "progress",
+        "units",
+        "gap_file",
+        "scene",
+    ),
     *("surface", "contact", "topology", "theory", "finite_difference", "fenicsx", "mesh", "flow"),
     *("seal", "results", "sweep", "study", "render", "job", "doctor", "cli"),
 ]

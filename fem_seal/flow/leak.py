@@ -1,6 +1,5 @@
 """The leak rate of a gap with its bounds, in SI units."""
 
-import resource
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets, relative_ga
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
+from fem_seal.memory import peak_memory
 from fem_seal.mesh.nested import coarsest_width
 from fem_seal.topology.constriction import critical_constriction
 from fem_seal.topology.percolation import is_sealed
@@ -157,8 +157,7 @@ def _exceeded(limits: Limits, started: float) -> str:
     if limits.seconds is not None and spent >= limits.seconds:
         return f"the limit of {limits.seconds:g} s is used up"
     # A mesh grows by half from level to level, and so does the memory at its peak.
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    if limits.memory_bytes is not None and 1.5 * peak >= limits.memory_bytes:
+    if limits.memory_bytes is not None and 1.5 * peak_memory() >= limits.memory_bytes:
         return f"the next mesh would need more than {limits.memory_bytes / 1e9:.2g} GB"
     return ""
 

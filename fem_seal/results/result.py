@@ -13,6 +13,7 @@ from fem_seal import parallel
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import LeakRate
+from fem_seal.memory import peak_memory
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
 
@@ -182,16 +183,6 @@ def _flow_numbers(leak: LeakRate | None) -> dict[str, Any]:
             for level in leak.levels
         ),
     }
-
-
-def peak_memory() -> int:
-    """Largest resident memory of this process so far [bytes].
-
-    getrusage would do, but its number is inherited from the process that started this one.
-    """
-    status = Path("/proc/self/status").read_text()
-    line = next(line for line in status.splitlines() if line.startswith("VmHWM:"))
-    return int(line.split()[1]) * 1024
 
 
 def _versions():

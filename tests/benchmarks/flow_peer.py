@@ -1,0 +1,147 @@
+"""Equal true error: adaptive bounds, uniform P1, and reynoldsflow refining its own grid.
+
+    python -m venv --system-site-packages PEER && PEER/bin/pip install reynoldsflow
+    python tests/benchmarks/flow_peer.py --peer PEER/bin/python [--n 256] [--area 0.4] [--seed 3]
+
+The same elastic gap, linear between its samples, periodic sides. The truth is a bracket ten times
+tighter than the error compared at. Each run is a process of its own, interleaved on one machine;
+seconds and memory are those of the whole process less those of importing the libraries.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from rough_gaps import Case
+
+ERROR = 0.01
+# The peak that getrusage gives is inherited from the parent process.
+PEAK = """
+def peak():
+    with open("/proc/self/status") as status:
+        return int(next(s for s in status if s.startswith("VmHWM:")).split()[1])
+"""
+OURS = """
+import json, sys, time
+import numpy as np
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.grid import GridField
+file = np.load(sys.argv[1])
+gap = GridField(file["gap"], file["spacing"], True)
+base, started = peak(), time.perf_counter()
+leak = leak_rate(gap, viscosity=1 / 12, pressure_drop=1.0, sides="periodic", method=sys.argv[2],
+                 rtol=float(sys.argv[3]), limits=Limits(unknowns=int(sys.argv[4])))
+seconds = time.perf_counter() - started
+print(json.dumps({"levels": [(s.unknowns, s.lower, s.upper) for s in leak.levels],
+                  "value": leak.value, "unknowns": leak.unknowns, "seconds": seconds,
+                  "level_seconds": [sum(s.seconds.values()) for s in leak.levels],
+                  "memory": (peak() - base) / 1e3}))
+"""
+PEER = """
+import json, sys, time
+import numpy as np
+from reynoldsflow import transport
+transport.solve_fluid_problem(np.ones((8, 8)), solver="petsc-cg.hypre")
+gaps = np.load(sys.argv[1])
+base, started = peak(), time.perf_counter()
+kept, pressure, flux = transport.solve_fluid_problem(gaps, solver="petsc-cg.hypre")
+seconds = time.perf_counter() - started
+value = transport.compute_total_flux(kept, flux, len(gaps))[0]
+print(json.dumps({"value": value, "unknowns": int((kept > 0).sum()), "seconds": seconds,
+                  "memory": (peak() - base) / 1e3}))
+"""
+
+
+def linear_samples(gap: np.ndarray, factor: int) -> np.ndarray:
+    """Values of the P1 gap at the centres of `factor`² squares per pixel; `gap` is periodic."""
+    nx, ny = gap.shape
+    g = np.pad(gap, ((0, 1), (0, 1)), mode="wrap")
+    x, y = ((np.arange(n * factor) + 0.5) / factor for n in (nx, ny))
+    i, j = (np.floor(v).astype(int)[:, None] for v in (x, y))
+    j = j.T
+    s, t = x[:, None] - i, y[None, :] - j
+    sw, se, nw, ne = g[i, j], g[i + 1, j], g[i, j + 1], g[i + 1, j + 1]
+    rising = np.where(
+        t <= s, sw + s * (se - sw) + t * (ne - se), sw + t * (nw - sw) + s * (ne - nw)
+    )
+    lower = sw + s * (se - sw) + t * (nw - sw)
+    upper = ne + (1 - s) * (nw - ne) + (1 - t) * (se - ne)
+    falling = np.where(s + t <= 1, lower, upper)
+    return np.where((i + j) % 2 == 0, rising, falling)
+
+
+def run(python: str, code: str, *arguments: object) -> dict:
+    """Run a piece of code in a process of its own and read the JSON it prints last."""
+    command = [python, "-c", PEAK + code, *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def main() -> None:
+    """Print one row a run and the ratios at equal true error."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--peer", help="python of an environment with reynoldsflow")
+    parser.add_argument("--n", type=int, default=256)
+    parser.add_argument("--area", type=float, default=0.40)
+    parser.add_argument("--seed", type=int, default=3)
+    parser.add_argument("--finest", type=int, default=8, help="largest refinement of the peer")
+    parser.add_argument("--uniform", type=int, default=4_000_000, help="most uniform unknowns")
+    options = parser.parse_args()
+    case = Case(options.n, 0.8, 4, options.area, options.seed)
+    gap = case.gap()
+    unit = gap.values / gap.values.max()
+    print(case)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "gap.npz"
+        np.savez(file, gap=unit, spacing=gap.spacing)
+        tight = run(sys.executable, OURS, file, "adaptive", 0.004, 4_000_000)
+        truth = tight["value"]
+        print(f"truth {truth:.5e} from {tight['unknowns']} unknowns")
+
+        def error(row: dict) -> float:
+            return abs(row["value"] / truth - 1)
+
+        def show(name: str, row: dict) -> None:
+            print(
+                f"{name:28s} {row['unknowns']:9d} unknowns, error {100 * error(row):6.2f} %, "
+                f"{row['seconds']:7.2f} s, {row['memory']:7.0f} MB",
+                flush=True,
+            )
+
+        ours = None
+        for rtol in (0.4, 0.3, 0.2, 0.1, 0.05):
+            ours = run(sys.executable, OURS, file, "adaptive", rtol, 4_000_000)
+            show(f"adaptive, rtol {rtol}", ours)
+            if error(ours) <= ERROR:
+                break
+        if options.peer:
+            for factor in (1, 2, 4, 8):
+                if factor > options.finest:
+                    break
+                fine = Path(folder) / "fine.npy"
+                np.save(fine, linear_samples(unit, factor))
+                theirs = run(options.peer, PEER, fine)
+                show(f"reynoldsflow, {factor} × grid", theirs)
+                if error(theirs) <= ERROR:
+                    break
+            print(
+                f"reynoldsflow / adaptive: seconds × {theirs['seconds'] / ours['seconds']:.2f}, "
+                f"memory × {theirs['memory'] / ours['memory']:.2f}, unknowns × "
+                f"{theirs['unknowns'] / ours['unknowns']:.1f} at {100 * error(theirs):.2f} % and "
+                f"{100 * error(ours):.2f} %"
+            )
+        uniform = run(sys.executable, OURS, file, "uniform", 2 * ERROR, options.uniform)
+        for unknowns, lower, upper in uniform["levels"]:
+            middle = abs(np.sqrt(lower * upper) / truth - 1)
+            print(
+                f"uniform P1 {unknowns:9d} unknowns ({unknowns / ours['unknowns']:.1f} ×): upper "
+                f"{100 * (upper / truth - 1):.2f} % high, √(lower·upper) {100 * middle:.2f} % off"
+            )
+
+
+if __name__ == "__main__":
+    main()
