@@ -1,9 +1,11 @@
 """The elastic half-space, or a layer on a rigid base, as an operator on periodic grids."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from fem_seal.contact.blocks import row_blocks
 from fem_seal.contact.transform import RealTransform
 from fem_seal.errors import InvalidInput
 from fem_seal.surface.waves import multiplicity, wavenumbers
@@ -92,6 +94,8 @@ class HalfSpace:
 
     Attributes
     ----------
+    exact, steer : RealTransform
+        The work arrays, in double and in the steering precision.
     pairs : float
         FFT pairs (forward and backward) spent so far.
     """
@@ -110,50 +114,64 @@ class HalfSpace:
             )
         self.shape, self.pairs = shape, 0.0
         self.steering = np.dtype(PRECISIONS[precision])
-        self._exact = RealTransform(shape, "float64", threads)
-        self._steer = (
-            self._exact if precision == "double" else RealTransform(shape, "float32", threads)
-        )
+        self.exact = RealTransform(shape, "float64", threads)
+        self.steer = RealTransform(shape, self.steering.name, threads)
         stiffness = _stiffness(shape, spacing, layer)
         self.softest = float(np.min(stiffness, initial=np.inf, where=stiffness > 0))
         self.stiffest = float(stiffness.max())
         samples = shape[0] * shape[1]
-        inverse = np.divide(1, stiffness, out=np.zeros_like(stiffness), where=stiffness > 0)
-        self._compliance = inverse / samples
-        self._stiffness = stiffness / samples
-        self._steering_stiffness = self._stiffness.astype(self.steering)
+        self._steering_stiffness = (stiffness / samples).astype(self.steering)
         # Met only under mean-gap control, where the mean pressure is free and costs no energy:
         # its stiffness has to be large, and the iterations change little around this value.
         self._steering_stiffness[0, 0] = self.stiffest / (2 * samples)
-        weights = np.sqrt(inverse * multiplicity(shape[1]) / samples)
-        self._energy_weights = weights.astype(self.steering)
+        waves = stiffness > 0
+        self._compliance = np.divide(1 / samples, stiffness, out=stiffness, where=waves)
+        self._multiplicity = multiplicity(shape[1])
+
+    @cached_property
+    def _stiffness(self) -> np.ndarray:
+        """Inverse of the compliance, in double; only methods that move the surface need it."""
+        waves = self._compliance > 0
+        samples = self.shape[0] * self.shape[1]
+        inverse = np.zeros_like(self._compliance)
+        return np.divide(samples**-2, self._compliance, out=inverse, where=waves)
 
     def displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement of zero mean [a view of the work array, until the next call]."""
-        return self._apply(self._exact, pressure, self._compliance)
+        self.exact.values[...] = pressure
+        return self.displace()
 
     def pressure(self, displacement: np.ndarray) -> np.ndarray:
         """Pressure of zero mean that causes a displacement [a view of the work array]."""
-        return self._apply(self._exact, displacement, self._stiffness)
+        self.exact.values[...] = displacement
+        return self._apply(self.exact, self._stiffness)
 
-    def precondition(self, gap: np.ndarray) -> np.ndarray:
-        """`pressure` in the steering precision [a view of the work array]."""
-        return self._apply(self._steer, gap, self._steering_stiffness)
+    def displace(self) -> np.ndarray:
+        """Turn the pressure in ``exact.values`` into its displacement, in place."""
+        return self._apply(self.exact, self._compliance)
 
-    def curvature(self, pressure: np.ndarray) -> float:
-        """Sum over the grid of pressure × its displacement, by Parseval: half an FFT pair."""
-        work = self._steer
-        work.values[...] = pressure
-        work.forward()
+    def precondition(self) -> np.ndarray:
+        """Turn the gap in ``steer.values`` into the pressure that would close it, in place."""
+        return self._apply(self.steer, self._steering_stiffness)
+
+    def curvature(self) -> float:
+        """Sum over the grid of the pressure in ``steer.values`` × its displacement, by Parseval.
+
+        Half an FFT pair; the work array is destroyed.
+        """
+        self.steer.forward()
         self.pairs += 0.5
-        work.modes *= self._energy_weights
-        flat = work.modes.ravel()
-        return float(np.vdot(flat, flat).real)
+        modes, total = self.steer.modes, 0.0
+        for rows in row_blocks(modes.shape):
+            power = modes[rows].real ** 2 + modes[rows].imag ** 2
+            power *= self._compliance[rows]
+            total += float((power.sum(axis=0) * self._multiplicity).sum())
+        return total
 
-    def _apply(self, work: RealTransform, values: np.ndarray, multiplier: np.ndarray) -> np.ndarray:
-        work.values[...] = values
+    def _apply(self, work: RealTransform, multiplier: np.ndarray) -> np.ndarray:
         work.forward()
-        work.modes *= multiplier
+        for rows in row_blocks(work.modes.shape):
+            work.modes[rows] *= multiplier[rows]
         work.backward()
         self.pairs += 1
         return work.values

@@ -33,25 +33,22 @@ class Problem:
         return gap
 
     def error(self, pressure: np.ndarray, gap: np.ndarray) -> float:
-        """Duality gap in units of the rms height, the certificate of every method.
+        """`error_from` of arrays."""
+        return self.error_from(
+            float(pressure.sum()), float(np.vdot(pressure, gap)), float(gap.min())
+        )
+
+    def error_from(self, total: float, work: float, lowest: float) -> float:
+        """Duality gap in units of the rms height, from Σp, Σ p gap and min gap.
 
         With the offset taken from the lowest point, F(p) - F* <= error × Σp for the energy
-        F = p·Sp/2 - p·h. Under mean-gap control the offset is given, and a gap that is closed or
-        opened as a whole counts too.
+        F = p·Sp/2 - p·h: the certificate of every method. Under mean-gap control the offset is
+        given, and a gap that is closed or opened as a whole counts too.
         """
-        total = float(pressure.sum())
-        lowest = float(gap.min())
         if total == 0:
             return max(-lowest, 0.0)
-        weighted = float(np.vdot(pressure, gap)) / total
-        error = weighted - lowest
-        return error if self.mean_gap is None else max(error, abs(weighted))
-
-    def centre(self, residual: np.ndarray, free: np.ndarray) -> None:
-        """Restrict a residual to the free points; take its mean out if the load is prescribed."""
-        residual *= free
-        if self.mean_pressure is not None:
-            residual -= (residual.sum() / free.sum()) * free
+        error = work / total - lowest
+        return error if self.mean_gap is None else max(error, abs(work / total))
 
     def admissible(self, pressure: np.ndarray) -> None:
         """Clip tension away and restore the mean pressure, in place."""
