@@ -1,5 +1,6 @@
 """The letter's cascade: coarse conductivities, coarse pressures, and how good the guess is."""
 
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +17,9 @@ from fem_seal.finite_difference.relaxation import energy
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
 from fem_seal.theory.bruggeman import effective_conductivity
+
+# Relative alone: the default absolute tolerance of 1e-12 would pass any film in SI units.
+approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 
 def grid(values, sides="wall", representation="linear", spacing=(1.0, 1.0)):
@@ -36,11 +40,11 @@ def test_coarse_grids_cover_the_rectangle(sides, representation, block):
     """Whatever the block, and with 13 × 10 samples that it does not divide."""
     fine = grid(np.ones((13, 10)), sides, representation, (2.0, 3.0))
     coarse = coarse_grid(fine, block)
-    assert coarse.edges_x[[0, -1]] == pytest.approx([0, 26])
-    assert np.ptp(coarse.edges_y) == pytest.approx(30)
+    assert coarse.edges_x[[0, -1]] == approx([0, 26])
+    assert np.ptp(coarse.edges_y) == approx(30)
     assert (np.diff(coarse.edges_x) > 0).all()
     # A uniform film conducts Ly/Lx on every grid; its blocks are bisected to BLOCK_RTOL.
-    assert conductance(coarse.network()) == pytest.approx(30 / 26, rel=BLOCK_RTOL)
+    assert conductance(coarse.network()) == approx(30 / 26, rel=BLOCK_RTOL)
 
 
 def test_coarse_conductivity_is_bruggemans_of_the_sub_points():
@@ -49,7 +53,7 @@ def test_coarse_conductivity_is_bruggemans_of_the_sub_points():
     )
     coarse = coarse_grid(grid(g, representation="constant"), 4)
     block = (g[4:8, 8:12] / g.max()) ** 3
-    assert coarse.conductivity[1, 2] == pytest.approx(
+    assert coarse.conductivity[1, 2] == approx(
         effective_conductivity(block.ravel()), rel=BLOCK_RTOL
     )
 
@@ -58,7 +62,7 @@ def test_guess_of_a_uniform_film_is_the_answer():
     fine = grid(np.ones((32, 32)))
     exact = np.broadcast_to(1 - fine.nodes_x[:, None] / 32, fine.carrying.shape)
     # The coarse relaxations stop at 1e-6 of the energy, 1e-3 of the pressure.
-    assert first_guess(fine) == pytest.approx(exact, abs=1e-3)
+    assert first_guess(fine) == approx(exact, abs=1e-3)
 
 
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
@@ -71,7 +75,7 @@ def test_guess_improves_with_resolution(sides):
     errors = [initial_error(grid(wavy(n), sides)) for n in (32, 64, 128)]
     order = np.log2([a.cascade_energy / b.cascade_energy for a, b in pairwise(errors)])
     assert (order > 3).all(), order
-    assert errors[2].mean_field_energy == pytest.approx(errors[1].mean_field_energy, rel=0.01)
+    assert errors[2].mean_field_energy == approx(errors[1].mean_field_energy, rel=0.01)
     assert errors[2].energy_reduction > 1000
 
 
@@ -84,4 +88,4 @@ def test_no_guess_is_below_the_leak_rate():
     error = initial_error(fine)
     assert error.mean_field_energy > error.cascade_energy > 0
     guess = energy(fine.network, first_guess(fine), fine.carrying)
-    assert guess / exact - 1 == pytest.approx(error.cascade_energy, rel=1e-6)
+    assert guess / exact - 1 == approx(error.cascade_energy, rel=1e-6)

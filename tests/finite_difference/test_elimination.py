@@ -1,6 +1,7 @@
 """Star-mesh elimination against textbook resistors, a dense solve, and exact rationals."""
 
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,6 +13,9 @@ from scipy.sparse import linalg as splinalg
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.star_mesh import star_mesh
 from fem_seal.finite_difference.stencil import Network
+
+# Relative alone: the default absolute tolerance of 1e-12 would pass any film in SI units.
+approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 EPS = np.finfo(float).eps
 
@@ -49,7 +53,7 @@ def test_star_becomes_the_mesh_of_kennelly():
     links = np.zeros((1, 4, 4))
     links[0, 0, 1:] = links[0, 1:, 0] = 1, 2, 3
     mesh = star_mesh(links, 1)[0]
-    assert [mesh[0, 1], mesh[0, 2], mesh[1, 2]] == pytest.approx([2 / 6, 3 / 6, 6 / 6], rel=2 * EPS)
+    assert [mesh[0, 1], mesh[0, 2], mesh[1, 2]] == approx([2 / 6, 3 / 6, 6 / 6], rel=2 * EPS)
 
 
 # Sizes inside a tile, over its edge, over several tiles and over the column blocks of the kernel.
@@ -61,7 +65,7 @@ SHAPES = [(2, 1), (2, 7), (3, 2), (9, 1), (33, 32), (34, 33), (20, 70), (70, 20)
 def test_same_as_kirchhoffs_equations(shape, periodic):
     """Both solve the same network; the factorisation loses about condition number (1e4) · eps."""
     network = random_network(shape, periodic, np.random.default_rng(shape))
-    assert conductance(network) == pytest.approx(assembled_conductance(network), rel=1e4 * EPS)
+    assert conductance(network) == approx(assembled_conductance(network), rel=1e4 * EPS)
 
 
 @pytest.mark.parametrize("shape", [(3, 3), (12, 7), (70, 45), (200, 131)])
@@ -77,7 +81,7 @@ def test_planar_dual_conducts_the_reciprocal(shape, decades):
     across = np.zeros((my + 1, mx - 2))
     across[1:-1] = 1 / network.y[1:-1].T
     dual = Network((1 / network.x).T, across, False)
-    assert conductance(network) * conductance(dual) == pytest.approx(1, rel=1000 * EPS)
+    assert conductance(network) * conductance(dual) == approx(1, rel=1000 * EPS)
 
 
 def test_many_tiles_keep_a_separable_network_exact():
@@ -88,7 +92,7 @@ def test_many_tiles_keep_a_separable_network_exact():
     for periodic in (False, True):
         y = rng.uniform(1, 2, (300, 290 - (not periodic)))
         exact = 290 / np.sum(1 / row)
-        assert conductance(Network(x, y, periodic)) == pytest.approx(exact, rel=1e-12)
+        assert conductance(Network(x, y, periodic)) == approx(exact, rel=1e-12)
 
 
 def series_parallel(network):
@@ -119,7 +123,7 @@ def test_relative_accuracy_at_any_contrast(length, seed, decades):
     Every number is reached by fewer than 100 additions, products and quotients of positives.
     """
     network = random_network((length + 1, 2), False, np.random.default_rng(seed), decades)
-    assert conductance(network) == pytest.approx(series_parallel(network), rel=100 * EPS)
+    assert conductance(network) == approx(series_parallel(network), rel=100 * EPS)
 
 
 def test_no_chain_of_links_is_exactly_zero():
@@ -135,4 +139,4 @@ def test_one_link_left_is_found_among_closed_ones():
     y[20, 3:35] = 1e-20
     x[20:, 35] = 4.0
     exact = 1 / (20 / 2.0 + 32 / 1e-20 + 19 / 4.0)
-    assert conductance(Network(x, y, False)) == pytest.approx(exact, rel=1e-13)
+    assert conductance(Network(x, y, False)) == approx(exact, rel=1e-13)
