@@ -1,0 +1,107 @@
+"""fem-seal percolation: where bearing and elastic contacts percolate."""
+
+import argparse
+from pathlib import Path
+
+from fem_seal.cli.common import say
+from fem_seal.errors import InvalidInput
+
+
+def add(subparsers: argparse._SubParsersAction) -> None:
+    """Add the command."""
+    command = subparsers.add_parser(
+        "percolation", help="find the percolation thresholds of rough contacts"
+    )
+    lists = (
+        ("n", _numbers(int), "256", "samples along a side"),
+        ("hurst", _numbers(float), "0.8", "Hurst exponents"),
+        ("short", _numbers(float), "4", "short cut-offs, in samples"),
+        ("long", _numbers(float), "0.125", "long cut-offs, in parts of the side"),
+    )
+    for name, kind, default, text in lists:
+        command.add_argument(
+            f"--{name}",
+            type=kind,
+            default=kind(default),
+            metavar="V1,V2,…",
+            help=f"{text} ({default})",
+        )
+    command.add_argument("--seeds", type=int, default=4, metavar="N", help="seeds 1 to N (4)")
+    command.add_argument(
+        "--edges",
+        default="open,periodic",
+        metavar="LIST",
+        help="of open, cylinder and periodic: what spanning means (open,periodic)",
+    )
+    command.add_argument(
+        "--resolution", type=float, default=0.002, metavar="A", help="of A/A0 (0.002)"
+    )
+    command.add_argument(
+        "--no-flow", action="store_true", help="leave the flow through the constriction out"
+    )
+    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
+    command.add_argument(
+        "--out",
+        type=Path,
+        default=Path("results/percolation"),
+        metavar="DIR",
+        help="results folder",
+    )
+    command.set_defaults(command=_percolation)
+
+
+def _numbers(kind: type):
+    def read(text: str) -> list:
+        return [kind(part) for part in text.split(",")]
+
+    read.__name__ = f"list of {kind.__name__}"  # for argparse's message
+    return read
+
+
+def seeds_up_to(count: int) -> range:
+    """Seeds 1 to count."""
+    if count < 1:
+        raise InvalidInput(f"--seeds must be at least 1, got {count}")
+    return range(1, count + 1)
+
+
+def require_one_process(command: str) -> None:
+    """Refuse mpirun: these studies run many small problems, one after the other."""
+    from fem_seal import parallel
+
+    if parallel.processes() > 1:
+        raise InvalidInput(f"fem-seal {command} runs in one process; start it without mpirun")
+
+
+def _percolation(options: argparse.Namespace) -> int:
+    from itertools import product
+
+    require_one_process("percolation")
+    seeds = seeds_up_to(options.seeds)
+    edges = tuple(name.strip() for name in options.edges.split(","))
+    from fem_seal.progress import Display
+    from fem_seal.study.letter.surfaces import RoughCase
+    from fem_seal.study.percolation import TABLE_FILE, Search, percolation
+
+    cases = [
+        RoughCase(n, hurst, short, long)
+        for n, hurst, short, long in product(options.n, options.hurst, options.short, options.long)
+    ]
+    search = Search(options.resolution, edges, not options.no_flow)
+    with Display() as report:
+        study = percolation(
+            cases, seeds, options.out, search=search, threads=options.threads, report=report
+        )
+    say("\n".join(map(line, study.rows)))
+    say(f"{len(study.seeds)} surfaces in {options.out}/{TABLE_FILE}")
+    return 0
+
+
+def line(row) -> str:
+    """One threshold for people; a `ThresholdRow`."""
+    spread = "" if row.spread is None else f" ± {row.spread:.4f}"
+    corrected = "" if row.corrected is None else f", perimeter-corrected {row.corrected:.4f}"
+    return (
+        f"{row.model:8} n {row.n} H {row.hurst:g} short {row.short:g} long {row.long:g} "
+        f"{row.edges:8} {row.pair:13} A*/A0 = {row.threshold:.4f}{spread}{corrected}"
+    )

@@ -1,0 +1,116 @@
+"""What is looked at in each contact: who spans, Euler characteristics, largest patches."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal.topology.clusters import label, sizes
+from fem_seal.topology.euler import euler_characteristic
+from fem_seal.topology.lattice import DUAL_CONNECTIVITY, choose
+from fem_seal.topology.percolation import spans, winds
+
+if TYPE_CHECKING:
+    from fem_seal.contact.state import GapState
+
+# Connectivities of (contact, open). The last is no dual pair: where neither phase is connected
+# through corners, both may fail to span.
+PAIRS = {
+    "triangulation": ("triangulation", "triangulation"),
+    "contact-8": ("8", "4"),
+    "contact-4": ("4", "8"),
+    "both-4": ("4", "4"),
+}
+
+# "open": from the first row to the last, side walls; "cylinder": the same, the sides joined;
+# "periodic": a closed path around the torus along x.
+EDGES: dict[str, Callable[[np.ndarray, str], bool]] = {
+    "open": lambda mask, connectivity: spans(mask, connectivity, "wall"),
+    "cylinder": lambda mask, connectivity: spans(mask, connectivity, "periodic"),
+    "periodic": lambda mask, connectivity: winds(mask, connectivity, axis=0),
+}
+
+TORUS = (True, True)
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """An event that comes once as the load grows: contact begins, or open ceases, to span.
+
+    phase : "contact" or "open"; connectivity : of that phase; edges : one of EDGES
+    """
+
+    phase: str
+    connectivity: str
+    edges: str
+
+    def crossed(self, contact: np.ndarray) -> bool:
+        """Whether it has come in this contact."""
+        reaches = EDGES[self.edges]
+        if self.phase == "contact":
+            return reaches(contact, self.connectivity)
+        return not reaches(~contact, self.connectivity)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Numbers of one contact.
+
+    load : of its model
+    area, area_corrected : A/A0 counted, and less what pixels add along the perimeter
+    euler_contact, euler_open : of both phases on the torus, by connectivity of that phase; with a
+        dual pair their sum is 0
+    largest_contact, largest_open : share of A0 of the largest patch of each phase
+    mean_gap : [m]
+    """
+
+    load: float
+    area: float
+    area_corrected: float
+    euler_contact: dict[str, int]
+    euler_open: dict[str, int]
+    largest_contact: float
+    largest_open: float
+    mean_gap: float
+
+    @classmethod
+    def of(cls, state: "GapState", load: float) -> "Snapshot":
+        """Measure a contact."""
+        contact = state.contact
+        return cls(
+            load=load,
+            area=state.contact_area_fraction,
+            area_corrected=state.contact_area_corrected,
+            euler_contact=_euler(contact),
+            euler_open=_euler(~contact),
+            largest_contact=_largest_share(contact),
+            largest_open=_largest_share(~contact),
+            mean_gap=state.mean_gap,
+        )
+
+
+def _euler(mask: np.ndarray) -> dict[str, int]:
+    return {name: euler_characteristic(mask, name, TORUS) for name in DUAL_CONNECTIVITY}
+
+
+def _largest_share(mask: np.ndarray) -> float:
+    return float(sizes(*label(mask, "triangulation", TORUS)).max()) / mask.size
+
+
+def criteria_of(edges: Sequence[str]) -> tuple[Criterion, ...]:
+    """All criteria that the pairs need for the given edges.
+
+    Raises
+    ------
+    InvalidInput
+        For unknown edges.
+    """
+    for name in edges:
+        choose(EDGES, name, "edges")
+    return tuple(
+        Criterion(phase, connectivity, name)
+        for name in edges
+        for phase in ("contact", "open")
+        for connectivity in DUAL_CONNECTIVITY
+    )

@@ -1,0 +1,93 @@
+"""Points of a study in files of their own: whole or not there, never computed twice."""
+
+import csv
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, fields
+from io import StringIO
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from fem_seal.errors import InvalidInput
+from fem_seal.results.folder import writing
+
+Point = TypeVar("Point")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file aside and move it into place, so that it is whole at every moment.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder cannot be written.
+    """
+    with writing(path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        aside = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            aside.write_text(text, encoding="utf-8")
+            os.replace(aside, path)  # noqa: PTH105 (must be atomic)
+        finally:
+            aside.unlink(missing_ok=True)
+
+
+def write_json(path: Path, record: object) -> None:
+    """Write a dataclass, or nested containers of them, as JSON."""
+    adapter = TypeAdapter(type(record))
+    write_whole(path, adapter.dump_json(record, indent=1).decode() + "\n")
+
+
+def write_table(path: Path, rows: Sequence[object]) -> None:
+    """Write flat dataclasses of one type as CSV, None as nothing."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([field.name for field in fields(rows[0])])
+    for row in rows:
+        writer.writerow(["" if cell is None else cell for cell in asdict(row).values()])
+    write_whole(path, text.getvalue())
+
+
+class PointStore(Generic[Point]):
+    """Points of one kind in a folder, one JSON each.
+
+    Parameters
+    ----------
+    folder : made when the first point is written
+    kind : dataclass of the points
+    """
+
+    def __init__(self, folder: Path, kind: type[Point]):
+        self.folder = folder
+        self._points = TypeAdapter(kind)
+
+    def point(
+        self, name: str, compute: Callable[[], Point], same: Callable[[Point], bool]
+    ) -> Point:
+        """Read a point, or compute and write it.
+
+        Parameters
+        ----------
+        name : of the file, without suffix
+        compute : gives the point if the folder does not hold it
+        same : whether a point that was read has the settings wanted now
+
+        Raises
+        ------
+        InvalidInput
+            If the file is damaged or has other settings, or the folder cannot be written.
+        """
+        path = self.folder / f"{name}.json"
+        if not path.exists():
+            point = compute()
+            write_whole(path, self._points.dump_json(point, indent=1).decode() + "\n")
+            return point
+        try:
+            point = self._points.validate_json(path.read_bytes())
+        except ValidationError:
+            raise InvalidInput(f"{path} is no point of this study; remove it") from None
+        if not same(point):
+            raise InvalidInput(f"{path} was computed with other settings; choose another --out")
+        return point

@@ -1,0 +1,134 @@
+"""The letter's surfaces and the two ways of pressing them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+
+if TYPE_CHECKING:
+    from fem_seal.contact.state import GapState
+
+# Every result is a ratio; these units cancel.
+PITCH = 1e-6  # distance of samples [m]
+SLOPE = 0.1  # rms slope
+CONTACT_MODULUS = 10e6  # [Pa]
+VISCOSITY = 1e-3  # [Pa s]
+PRESSURE_DROP = 1e5  # [Pa]
+
+# Areas right to about 1e-5, far below the step of the searches.
+CONTACT_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True)
+class RoughCase:
+    """An ensemble of self-affine surfaces on n x n samples.
+
+    n : samples along a side
+    hurst : Hurst exponent
+    short : short cut-off λ_s, in samples; the letter's default is 1
+    long : long cut-off λ_l, in parts of the side; the letter's default is 1/8
+    """
+
+    n: int
+    hurst: float = 0.8
+    short: float = 1.0
+    long: float = 0.125
+
+    def __post_init__(self):
+        if not self.n >= 8:
+            raise InvalidInput(f"the side must have at least 8 samples, got {self.n}")
+        if not 1 <= self.short < self.long * self.n <= self.n:
+            raise InvalidInput(
+                "cut-offs must satisfy 1 sample <= short < long <= side, got "
+                f"{self.short} and {self.long * self.n} of {self.n} samples"
+            )
+
+    @property
+    def name(self) -> str:
+        """Name for files and tables."""
+        return f"n{self.n}-H{self.hurst:g}-short{self.short:g}-long{self.long * self.n:g}"
+
+    def surface(self, seed: int) -> GridField:
+        """Heights [m] of one member, with the rms slope SLOPE to rounding."""
+        from fem_seal.surface import Spectrum, self_affine
+
+        side = self.n * PITCH
+        spectrum = Spectrum(self.hurst, self.long * side, self.short * PITCH)
+        shape, size = (self.n, self.n), (side, side)
+        return self_affine(spectrum, shape, size, rms_slope=SLOPE, seed=seed)
+
+
+@dataclass(frozen=True)
+class Model:
+    """A way of pressing a surface under a load that orders its contacts.
+
+    press : (surface, load, pressure to start from or None, FFT threads) -> state
+    low, high : loads between which percolation is looked for first
+    limit : no load is larger
+    """
+
+    press: Callable[[GridField, float, "np.ndarray | None", int], "GapState"]
+    low: float
+    high: float
+    limit: float
+
+
+def _press_bearing(
+    surface: GridField, load: float, start: np.ndarray | None, threads: int
+) -> "GapState":
+    """Cut the surface; the load is the contact area fraction."""
+    from fem_seal.contact import bearing
+
+    return bearing(surface, area_fraction=load)
+
+
+def _press_elastic(
+    surface: GridField, load: float, start: np.ndarray | None, threads: int
+) -> "GapState":
+    """Elastic contact; the load is the mean pressure in units of E* h'rms."""
+    from fem_seal.contact import solve
+
+    pressure = load * CONTACT_MODULUS * SLOPE
+    return solve(
+        surface,
+        CONTACT_MODULUS,
+        pressure=pressure,
+        tolerance=CONTACT_TOLERANCE,
+        start=start,
+        threads=threads,
+    )
+
+
+# Elastic loads of 0.1 and 0.35 touch on about 0.23 and 0.62 of the area.
+MODELS = {
+    "bearing": Model(_press_bearing, 0.3, 0.7, 0.99),
+    "elastic": Model(_press_elastic, 0.1, 0.35, 10.0),
+}
+
+
+def at_area(surface: GridField, model: str, area_fraction: float, threads: int = 1) -> "GapState":
+    """Contact of a model at a given contact area fraction; 0 is first contact.
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown model or an area outside [0, 1).
+    NotConverged
+        If the contact does not converge.
+    """
+    from fem_seal.contact import bearing, solve
+    from fem_seal.topology.lattice import choose
+
+    if choose(MODELS, model, "model") is MODELS["bearing"]:
+        return bearing(surface, area_fraction=area_fraction)
+    return solve(
+        surface,
+        CONTACT_MODULUS,
+        area_fraction=area_fraction,
+        tolerance=CONTACT_TOLERANCE,
+        threads=threads,
+    )
