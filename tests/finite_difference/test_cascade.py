@@ -14,6 +14,7 @@ from fem_seal.finite_difference.cascade import (
 )
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.relaxation import energy
+from fem_seal.finite_difference.solver import solve
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
 from fem_seal.theory.bruggeman import effective_conductivity
@@ -89,3 +90,17 @@ def test_no_guess_is_below_the_leak_rate():
     assert error.mean_field_energy > error.cascade_energy > 0
     guess = energy(fine.network, first_guess(fine), fine.carrying)
     assert guess / exact - 1 == approx(error.cascade_energy, rel=1e-6)
+
+
+def test_relaxation_of_few_nodes_ends_at_the_exact_pressure():
+    """A grid of few nodes is solved exactly before the error estimate has its first value."""
+    log_K = 2 * np.random.default_rng(1).normal(size=(8, 8))
+    options = {"viscosity": 1 / 12, "pressure_drop": 1.0, "sides": "wall"}
+    for exponent in (log_K, -log_K.T):
+        gap = GridField(np.exp(exponent / 3), (1 / 8, 1 / 8))
+        relaxed, eliminated = (
+            solve(gap, cascade=cascade, representation="constant", **options).value
+            for cascade in (True, False)
+        )
+        # The relaxation promises 1e-8; at the exact pressure only rounding is left.
+        assert relaxed == approx(eliminated)
