@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 DELAY = 100
 # Steps allowed for each node along the flow and across it together.
 STEPS_PER_NODE = 100
+# Where few nodes are left the recursion ends at the exact pressure long before DELAY steps; its
+# residual then falls on until it underflows. Rounding left it behind 170 decades before.
+EXHAUSTED = 1e-200
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,10 +99,11 @@ def relax(
     residual = -(matrix @ np.where(carrying.ravel(), p, 0.0))[free]
     scaled = residual / diagonal
     direction, norm = scaled.copy(), float(residual @ scaled)
+    exhausted = EXHAUSTED * norm
     decreases: deque[float] = deque(maxlen=DELAY)
     state = _state(network, pressure, carrying, 0)
     for step in range(1, allowed + 1):
-        if norm == 0:
+        if norm <= exhausted:
             return _state(network, pressure, carrying, step - 1)
         image = inner @ direction
         length = norm / float(direction @ image)
