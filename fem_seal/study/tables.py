@@ -1,0 +1,63 @@
+"""Tables of frozen rows: for people, for spreadsheets and for a page of documentation."""
+
+import csv
+from collections.abc import Sequence
+from dataclasses import astuple, fields
+from io import StringIO
+from typing import Any
+
+from fem_seal.errors import InvalidInput
+
+
+def _header(rows: Sequence[Any]) -> list[str]:
+    if not rows:
+        raise InvalidInput("there is nothing to put into a table")
+    return [field.name for field in fields(rows[0])]
+
+
+def as_csv(rows: Sequence[Any]) -> str:
+    """Write dataclasses of one kind as CSV.
+
+    Parameters
+    ----------
+    rows : at least one; their fields are the columns
+
+    Returns
+    -------
+    Text with a header; floats in full, None as nothing.
+    """
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_header(rows))
+    writer.writerows(["" if cell is None else cell for cell in astuple(row)] for row in rows)
+    return text.getvalue()
+
+
+def as_text(rows: Sequence[Any], columns: Sequence[str] | None = None) -> str:
+    """Align dataclasses of one kind in columns of four digits.
+
+    Parameters
+    ----------
+    rows : at least one
+    columns : fields to show, all if left out
+    """
+    names = list(columns or _header(rows))
+    lines = [names, *([_cell(getattr(row, name)) for name in names] for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    )
+
+
+def as_markdown(rows: Sequence[Any]) -> str:
+    """Write dataclasses of one kind as a table of a Markdown page."""
+    lines = [_header(rows), *([_cell(cell) for cell in astuple(row)] for row in rows)]
+    lines.insert(1, ["---"] * len(lines[0]))
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(value: object) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
