@@ -56,7 +56,7 @@ def on_finer_grids(
         raise InvalidInput(f"factors must increase, got {tuple(factors)}")
     stopping = Stopping(tolerance=tolerance)
     first = Interface.prepared(resample(height, shapes[0]), contact_modulus, threads=threads)
-    return _states(height, first, shapes, load, stopping, threads)
+    return _states(height, first, shapes, load, stopping)
 
 
 def _states(
@@ -65,13 +65,11 @@ def _states(
     shapes: list[tuple[int, int]],
     load: Load,
     stopping: Stopping,
-    threads: int,
 ) -> Iterator[ContactState]:
     state = load_to(interface, load, stopping, None)
     yield state
     for shape in shapes[1:]:
-        finer = resample(height, shape)
-        interface = Interface.prepared(finer, interface.contact_modulus, threads=threads)
+        interface = interface.on(resample(height, shape))
         state = load_to(interface, load, stopping, _repeated(state.pressure, shape))
         yield state
 

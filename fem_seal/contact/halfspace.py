@@ -113,6 +113,7 @@ class HalfSpace:
                 f"unknown precision {precision!r}; choose from {', '.join(PRECISIONS)}"
             )
         self.shape, self.pairs = shape, 0.0
+        self.layer, self.threads, self.precision = layer, threads, precision
         self.steering = np.dtype(PRECISIONS[precision])
         self.exact = RealTransform(shape, "float64", threads)
         self.steer = RealTransform(shape, self.steering.name, threads)

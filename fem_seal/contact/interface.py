@@ -66,6 +66,17 @@ class Interface:
         unit_pressure = contact_modulus * unit_height / (2 * length)
         return cls(height, contact_modulus, half_space, unit_height, unit_pressure, heights)
 
+    def on(self, height: GridField) -> "Interface":
+        """Return the same solid under another surface or grid."""
+        half_space = self.half_space
+        return Interface.prepared(
+            height,
+            self.contact_modulus,
+            half_space.layer,
+            half_space.threads,
+            half_space.precision,
+        )
+
     def under_pressure(
         self, mean_pressure: float, stopping: Stopping, start: np.ndarray | None = None
     ) -> ContactState:

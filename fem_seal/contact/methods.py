@@ -16,14 +16,15 @@ Progress = Callable[[int, float], None]
 
 @dataclass(frozen=True)
 class Method:
-    """An endless iteration, and after how many iterations to give up by default."""
+    """An endless iteration, when to give up by default, and whether coarser grids start it."""
 
     iterates: Callable[[Problem, np.ndarray], Iterates]
     max_iterations: int
+    starts_coarse: bool = False
 
 
 METHODS = {
-    "free-set-cg": Method(free_set_cg, 2000),
+    "free-set-cg": Method(free_set_cg, 2000, starts_coarse=True),
     "damped": Method(damped, 50000),
     "fista": Method(fista, 20000),
     "polonsky-keer": Method(polonsky_keer, 20000),

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_seal.contact.area_control import pressure_for_area
+from fem_seal.contact.coarse_start import coarse_start
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.interface import Interface
-from fem_seal.contact.methods import Progress, Stopping
+from fem_seal.contact.methods import METHODS, Progress, Stopping
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
@@ -132,6 +133,8 @@ def load_to(
         "area_fraction": lambda *args: pressure_for_area(interface, *args),
     }[load.kind]
     spent = interface.half_space.pairs
+    if start is None and load.kind == "pressure" and METHODS[stopping.solver].starts_coarse:
+        start = coarse_start(interface, load.value)
     state = reach(load.value, stopping, start)
     return replace(state, fft_pairs=interface.half_space.pairs - spent)
 
