@@ -118,6 +118,11 @@ def brackets(
     periodic_sides : y = 0 and y = Ly are one line
     strategy : how the mesh grows
     comm : MPI communicator; all ranks must take the same steps
+
+    Raises
+    ------
+    TooFine
+        If the next mesh would need triangles that the coordinates cannot hold.
     """
     mesh = uniform_mesh(gap.squares, width, periodic_sides)
     values = gap.vertex_values(mesh)

@@ -55,6 +55,8 @@ def _pair_up(mesh: NestedMesh, usable: np.ndarray, free: np.ndarray) -> np.ndarr
     """
     _, of_cell = edges(mesh)
     hypotenuse, count = of_cell[:, 0], int(of_cell.max()) + 1
+    # At the depth of the integer coordinates there is no middle to stand on.
+    usable = usable & (mesh.xy[mesh.cells[:, 1:]].sum(axis=1) % 2 == 0).all(axis=1)
     needed = np.bincount(of_cell.ravel(), minlength=count)
     able = np.bincount(hypotenuse, usable, minlength=count)
     bubble = np.where(usable & (able == needed)[hypotenuse], hypotenuse, -1)

@@ -13,6 +13,7 @@ from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.memory import peak_memory
+from fem_seal.mesh.bisection import TooFine
 from fem_seal.mesh.nested import coarsest_width
 from fem_seal.topology.constriction import critical_constriction
 from fem_seal.topology.percolation import is_sealed
@@ -97,19 +98,22 @@ def leak_rate(
         max_unknowns=limits.unknowns,
         tuning=tuning or Tuning(),
     )
-    for bracket in _brackets(gap, sides, representation, strategy, comm):
-        level = bracket.level
-        levels.append(replace(level, lower=level.lower * scale, upper=level.upper * scale))
-        if progress is not None:
-            progress(levels[-1])
-        result = _result(bracket, levels, method, scale)
-        if relative_gap(level.lower, level.upper) <= rtol:
-            break
-        reason = comm.bcast(_exceeded(limits, started))
-        if reason:
-            break
-    else:
-        reason = f"the next mesh would have more than {limits.unknowns} unknowns"
+    try:
+        for bracket in _brackets(gap, sides, representation, strategy, comm):
+            level = bracket.level
+            levels.append(replace(level, lower=level.lower * scale, upper=level.upper * scale))
+            if progress is not None:
+                progress(levels[-1])
+            result = _result(bracket, levels, method, scale)
+            if relative_gap(level.lower, level.upper) <= rtol:
+                break
+            reason = comm.bcast(_exceeded(limits, started))
+            if reason:
+                break
+        else:
+            reason = f"the next mesh would have more than {limits.unknowns} unknowns"
+    except TooFine as limit:
+        reason = str(limit)
     if field:
         flow = _field(bracket, gap, viscosity, pressure_drop)
         result = replace(result, field=flow)

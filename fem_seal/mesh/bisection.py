@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.errors import FemSealError
-from fem_seal.mesh.nested import NestedMesh
+from fem_seal.mesh.nested import DEPTH, NestedMesh
 
 # Corner values of a cell kept whole, of the child (middle, a, b) and of the child (middle, c, a).
 _WHOLE, _FIRST, _SECOND = 0, 1, 2
@@ -21,6 +21,10 @@ _WEIGHTS = np.array(
         [[0, 0.5, 0.5], [0, 0, 1], [1, 0, 0]],
     ]
 )
+
+
+class TooFine(FemSealError):
+    """A triangle would become narrower than the integer coordinates can hold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +77,7 @@ def bisect(mesh: NestedMesh, marked: np.ndarray) -> Refinement:
 
     Raises
     ------
-    FemSealError
+    TooFine
         If a triangle would become narrower than the integer coordinates can hold.
     """
     ends, of_cell = edges(mesh)
@@ -123,7 +127,7 @@ def _new_vertices(mesh: NestedMesh, ends: np.ndarray, of_cell: np.ndarray, cut: 
         new_ends = np.concatenate([new_ends, corner_ends[at_top]])
     doubled = mesh.xy[new_ends].sum(axis=1)
     if (doubled % 2).any():
-        raise FemSealError("refinement went below 2^-24 pixels; ask for a larger tolerance")
+        raise TooFine(f"triangles below 2^-{DEPTH} pixels would be needed")
     return middle, np.concatenate([mesh.xy, doubled // 2]), twin, new_ends
 
 

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem_seal.errors import FemSealError
-from fem_seal.mesh.bisection import bisect, edges
+from fem_seal.mesh.bisection import TooFine, bisect, edges
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
 
 
@@ -137,5 +136,5 @@ def test_depth_ends_with_an_error_and_no_sooner():
     assert mesh.relative_areas().sum() == 1
     marked = np.zeros(len(mesh.cells), dtype=bool)
     marked[mesh.relative_areas().argmin()] = True
-    with pytest.raises(FemSealError, match="larger tolerance"):
+    with pytest.raises(TooFine, match="2\\^-24"):
         bisect(mesh, marked)
