@@ -2,8 +2,12 @@
 
 import numpy as np
 
+from fem_seal.fenicsx import MPI
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
+from fem_seal.flow.level import LevelProblem
 from fem_seal.grid import GridField
+from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.nested import uniform_mesh
 
 FLUID = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³/(12 η) = g³, Δp = 1
 
@@ -42,3 +46,28 @@ def represented(
 ) -> LinearGap | ConstantGap:
     """The gap on meshes as it is, without raising or lowering small gaps."""
     return REPRESENTATIONS[representation](gap, cut, floor, width)
+
+
+def level_problem(
+    gap: LinearGap | ConstantGap,
+    width: int = 1,
+    periodic_sides: bool = False,
+    tolerance: float = 1e-8,
+    markings=(),
+) -> LevelProblem:
+    """Both problems on the uniform mesh, bisected where each marking(mesh) says."""
+    mesh = uniform_mesh(gap.squares, width, periodic_sides)
+    values = gap.vertex_values(mesh)
+    for marking in markings:
+        step = bisect(mesh, marking(mesh))
+        mesh, values = step.mesh, gap.refined_values(values, step.mesh, step.edge_ends)
+    return LevelProblem(gap, mesh, values, MPI.COMM_SELF, tolerance)
+
+
+def plain_bounds(problem: LevelProblem) -> np.ndarray:
+    """Lower and upper bound before sharpening."""
+    start = np.zeros((problem.kept.sum(), 3))
+    lower = problem.stream(start).conductance
+    found = np.array([lower, problem.pressure(start).energy])
+    problem.close()
+    return found

@@ -2,13 +2,121 @@
 
 import numpy as np
 import pytest
-from gaps import FLUID, represented
+from gaps import FLUID, level_problem, plain_bounds, represented, rough_gap
+from scipy.sparse import coo_matrix
+from scipy.sparse.linalg import spsolve
 
-from fem_seal.flow import Tuning, leak_rate
+from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.bubbles import pressure_bubbles, stream_bubbles
+from fem_seal.flow.level import LevelProblem
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
-from fem_seal.mesh.nested import DEPTH, uniform_mesh
+from fem_seal.mesh.nested import DEPTH, NestedMesh, uniform_mesh
+
+
+def everything(mesh: NestedMesh) -> np.ndarray:
+    return np.ones(len(mesh.cells), dtype=bool)
+
+
+class Random:
+    """Marks a fifth of the cells."""
+
+    def __init__(self, seed: int):
+        self._rng = np.random.default_rng(seed)
+
+    def __call__(self, mesh: NestedMesh) -> np.ndarray:
+        return self._rng.random(len(mesh.cells)) < 0.2
+
+
+def start(problem: LevelProblem) -> np.ndarray:
+    return np.zeros((problem.kept.sum(), 3))
+
+
+# --- against an assembly of our own ------------------------------------------------------------
+
+
+def by_hand(problem: LevelProblem, coefficient: np.ndarray, given: np.ndarray, value: np.ndarray):
+    """Minimum of ∫ c|∇v|² over P1 functions with given vertex values: scipy, direct solver."""
+    mesh = problem.mesh
+    x = mesh.points((1.0, 1.0))[mesh.cells]
+    to_corner = np.stack([x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]], axis=2)
+    slopes = np.linalg.inv(to_corner)  # rows: ∇λ_1, ∇λ_2
+    slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)
+    weight = coefficient * np.abs(np.linalg.det(to_corner)) / 2
+    local = weight[:, None, None] * slopes @ slopes.transpose(0, 2, 1)
+    rows, columns = np.repeat(mesh.cells, 3, axis=1), np.tile(mesh.cells, 3)
+    A = coo_matrix((local.ravel(), (rows.ravel(), columns.ravel()))).tocsc()
+    v = np.where(given, value, 0.0)
+    v[~given] = spsolve(A[~given][:, ~given], -(A @ v)[~given])
+    gradient = np.einsum("cid,ci->cd", slopes, v[mesh.cells])
+    return (weight * (gradient**2).sum(axis=1)).sum()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_both_minima_against_a_direct_solver(seed):
+    """Open gap, side walls, bisected at random. CG is within 2e-8 of the minimum."""
+    samples = np.random.default_rng(seed).uniform(0.2, 1, (7, 6))
+    gap = represented(GridField(samples, (1.0, 1.0)))
+    problem = level_problem(gap, markings=[Random(seed)] * 4)
+    mesh, g = problem.mesh, problem.vertex_gap[problem.mesh.cells]
+    # Mean of g³ by the seven-point rule that is exact for cubics.
+    middles = (g[:, [0, 1, 2]] + g[:, [1, 2, 0]]) / 2
+    cube = 8 * (middles**3).sum(1) + 3 * (g**3).sum(1) + 27 * g.mean(1) ** 3
+    upper = by_hand(problem, cube / 60, mesh.inlet | mesh.outlet, mesh.inlet)
+    lower = 1 / by_hand(problem, 1 / g.prod(1), mesh.bottom | mesh.top, mesh.top)
+    assert plain_bounds(problem) == pytest.approx([lower, upper], rel=4e-8)
+
+
+# --- shares ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("contact", [0.0, 0.3])
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-1])
+def test_shares_are_positive_and_sum_to_the_difference(
+    representation, periodic, contact, tolerance
+):
+    """Prager and Synge: e_T ≥ 0 and Σ e_T = upper - lower, for any admissible pair, converged or
+    not; power traces, closed cells and cuts included. Sums of 10³ terms: 1e-12 of the upper."""
+    limits = {"cut": 0.02, "floor": 0.02} if contact else {}
+    gap = represented(rough_gap((16, 16), contact, 5), representation, width=2, **limits)
+    markings = [everything, *([Random(1)] * 5)]
+    problem = level_problem(gap, 2, periodic, tolerance, markings)
+    pressure, stream = problem.pressure(start(problem)), problem.stream(start(problem))
+    shares = problem.shares(pressure, stream)
+    problem.close()
+    assert shares.min() > -1e-12 * pressure.energy
+    difference = pressure.energy - stream.conductance
+    assert shares.sum() == pytest.approx(difference, abs=1e-12 * pressure.energy)
+    assert 0 < stream.conductance < pressure.energy
+    if contact and representation == "linear":
+        number = problem.data.contact.sum(axis=1)
+        assert {0, 1, 2} <= set(number)  # all kinds of traces took part
+
+
+# --- sharpening --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("contact", [0.0, 0.3])
+def test_sharpened_bounds(representation, periodic, contact):
+    """Hats on hypotenuses are among the functions of the mesh of halves: the sharpened bounds lie
+    between those of the two meshes. (With contact the power traces are not nested, and only the
+    side towards the coarse mesh is certain for the lower bound.) CG errs by 2e-8."""
+    gap = represented(rough_gap((12, 12), contact, 8), representation)
+    markings = [Random(2)] * 3
+    problem = level_problem(gap, 1, periodic, 1e-8, markings)
+    pressure, stream = problem.pressure(start(problem)), problem.stream(start(problem))
+    lower, upper = problem.sharpened_lower(stream), problem.sharpened_upper(pressure)
+    problem.close()
+    halves = plain_bounds(level_problem(gap, 1, periodic, 1e-8, [*markings, everything]))
+    assert halves[1] * (1 - 4e-8) <= upper < pressure.energy
+    assert stream.conductance < lower
+    if not contact or representation == "constant":
+        assert lower <= halves[0] * (1 + 4e-8)
+    assert lower < upper
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -47,3 +155,87 @@ def test_depth_ends_with_the_bounds_so_far():
     assert "2^-24" in flow.reason
     assert 0 < flow.lower <= 1e-3 <= flow.upper
     assert flow.field is None
+
+
+# --- refinement and tolerance ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("contact", [0.0, 0.25])
+def test_nested_meshes_have_nested_bounds(representation, contact):
+    """Plain minima over growing spaces: the upper bound falls, and without power traces the lower
+    one rises, on any bisection, starting from squares four pixels wide. CG errs by 2e-8."""
+    gap = represented(rough_gap((16, 16), contact, 3), representation, width=4)
+    bounds = []
+    for steps in range(8):
+        problem = level_problem(gap, 4, True, 1e-8, [Random(4 + k) for k in range(steps)])
+        pressure = problem.pressure(start(problem))
+        stream = problem.stream(start(problem))
+        bounds.append([stream.conductance if stream else 0.0, pressure.energy])
+        problem.close()
+    lower, upper = np.transpose(bounds)
+    assert (upper[1:] <= upper[:-1] * (1 + 4e-8)).all()
+    assert upper[-1] < upper[0]
+    if not contact or representation == "constant":
+        assert (lower[1:] >= lower[:-1] * (1 - 4e-8)).all()
+        assert lower[-1] > lower[0]
+
+
+@pytest.mark.parametrize("method", ["uniform", "adaptive"])
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_reported_bounds_only_improve(method, sides):
+    gap = rough_gap((16, 16), 0.3, 6)
+    limits = Limits(unknowns=4000)
+    flow = leak_rate(gap, method=method, sides=sides, rtol=1e-3, limits=limits, **FLUID)
+    lower, upper = np.transpose([[level.lower, level.upper] for level in flow.levels])
+    assert (np.diff(lower) >= 0).all()
+    assert (np.diff(upper) <= 0).all()
+    assert (flow.lower, flow.upper) == (lower[-1], upper[-1])
+    assert flow.lower <= flow.value <= flow.upper
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 0.1, 10.0])
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_a_sloppy_solver_widens_the_bracket_but_keeps_it(tolerance, sides, representation):
+    """Whatever CG left undone, both bounds are energies of admissible functions."""
+    gap = rough_gap((12, 12), 0.25, 9)
+    options = {"sides": sides, "representation": representation, "every_dual": True} | FLUID
+    exact = leak_rate(gap, rtol=0.02, limits=Limits(unknowns=6000), **options)
+    for method in ("uniform", "adaptive"):
+        sloppy = leak_rate(
+            gap,
+            method=method,
+            rtol=0.02,
+            limits=Limits(unknowns=1500),
+            tuning=Tuning(tolerance=tolerance),
+            **options,
+        )
+        for level in sloppy.levels:
+            assert level.lower <= exact.upper
+            assert exact.lower <= level.upper
+        # CG really stopped early: the tolerance is not decoration.
+        assert sloppy.levels[0].iterations["primal"] <= exact.levels[0].iterations["primal"]
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-8])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("periodic", [False, True])
+def test_inflow_is_outflow(tolerance, representation, periodic):
+    """in - out = a(p, w) with w = 1 on inlet and outlet, 0 at the unknowns; it vanishes for the
+    minimiser p*, so |in - out| ≤ ‖p - p*‖ ‖w‖ in the energy norm, and ‖p - p*‖² is at most
+    2 · tolerance of the energy (estimated within a factor of two)."""
+    gap = represented(rough_gap((14, 14), 0.25, 12), representation)
+    problem = level_problem(gap, 1, periodic, tolerance, [Random(0)] * 2)
+    pressure = problem.pressure(start(problem))
+    into, out = problem.boundary_flows(pressure)
+    numbering = problem.primal_numbering
+    slope = problem.gradients((numbering.of_corner < 0).astype(float))
+    area = problem.mesh.relative_areas()[problem.kept]
+    size_of_w = np.sqrt((problem.data.K * area * (slope**2).sum(axis=1)).sum())
+    error = np.sqrt(2 * tolerance * pressure.energy)
+    problem.close()
+    assert abs(into - out) <= error * size_of_w
+    # Each of them is the leak rate of the discrete problem, by the same argument.
+    assert abs(into - pressure.energy) <= error * size_of_w + 2 * tolerance * pressure.energy
+    assert into > 0
