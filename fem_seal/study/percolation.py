@@ -98,7 +98,8 @@ class ThresholdRow:
     """Thresholds of an ensemble: means over seeds; spreads are standard deviations of one seed.
 
     n .. model : the ensemble; pair, edges : what spanning means
-    threshold, spread : A*/A0; corrected, corrected_spread : after the perimeter correction, elastic contact only
+    threshold, spread : A*/A0
+    corrected, corrected_spread : after the perimeter correction; elastic contact only
     contact_begins, open_ceases : the two areas whose mean A* is
     euler_contact, euler_open : at the contact nearest to A*, on the torus
     largest_contact, largest_open : shares of A0 there

@@ -1,0 +1,105 @@
+"""fem-seal letter: the 2012 letter on percolation and leakage, reproduced with error bars."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fem_seal.cli.common import say
+from fem_seal.cli.percolation import require_one_process
+
+if TYPE_CHECKING:
+    from fem_seal.study.letter.campaign import Letter
+
+
+def add(subparsers: argparse._SubParsersAction) -> None:
+    """Add the command."""
+    command = subparsers.add_parser(
+        "letter", help="reproduce the 2012 letter on percolation and leakage of rough contacts"
+    )
+    command.add_argument(
+        "--size", type=int, default=256, metavar="N", help="samples along a side (256)"
+    )
+    command.add_argument("--seeds", type=int, default=3, metavar="N", help="seeds 1 to N (3)")
+    command.add_argument("--hurst", type=float, default=0.8, metavar="H", help="(0.8)")
+    command.add_argument(
+        "--short", type=float, default=1.0, metavar="SAMPLES", help="short cut-off (1)"
+    )
+    command.add_argument(
+        "--long", type=float, default=0.125, metavar="PART", help="long cut-off / side (0.125)"
+    )
+    command.add_argument(
+        "--rtol", type=float, default=0.1, help="width of the certified brackets (0.1)"
+    )
+    command.add_argument(
+        "--refine",
+        type=int,
+        default=2,
+        metavar="FACTOR",
+        choices=(2, 4),
+        help="finest contact grid for its error: 2 or 4 times the samples (2)",
+    )
+    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
+    command.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="result folder; done points are kept (results/letter-N)",
+    )
+    command.set_defaults(command=_letter)
+
+
+def _letter(options: argparse.Namespace) -> int:
+    require_one_process("letter")
+    # DOLFINx 0.5 to 0.7 must be loaded before VTK.
+    from fem_seal import fenicsx  # noqa: F401
+    from fem_seal.progress import Display
+    from fem_seal.render import letter as figures
+    from fem_seal.render.offscreen import require_gl
+    from fem_seal.study.letter.campaign import Plan, letter
+    from fem_seal.study.letter.surfaces import RoughCase
+
+    require_gl()
+    plan = Plan(
+        RoughCase(options.size, options.hurst, options.short, options.long),
+        seeds=options.seeds,
+        rtol=options.rtol,
+        grid_factors=tuple(f for f in (1, 2, 4) if f <= options.refine),
+        threads=options.threads,
+    )
+    out = options.out or Path("results") / f"letter-{options.size}"
+    with Display() as report:
+        record, data = letter(plan, out, report)
+        report("figures", "")
+        paths = [
+            *figures.contact_figure(data.contacts, out),
+            *figures.flow_figure(data.flows, out),
+            *figures.current_figure(data.currents, data.persson, out),
+            *figures.error_figure(data.errors, out),
+        ]
+    say("\n".join(summary(record)))
+    say(f"letter.json, {', '.join(path.name for path in paths)} in {out}")
+    return 0
+
+
+def summary(record: "Letter") -> list[str]:
+    """Lines for people; letter.json has all numbers."""
+    from fem_seal.cli.percolation import line
+
+    agreement = record.agreement
+    lines = [line(row) for row in record.thresholds]
+    lines += [
+        f"peak flow density at A/A0 = 0.2: 10^{record.peak_decades:.2f} times the elastic one's "
+        f"(10^{record.body_decades:.2f} for the 99.9 % quantile)",
+        f"currents over {agreement.decades:.1f} decades; finite differences within both bands at "
+        f"{agreement.bands_overlap} of {agreement.compared} points",
+        f"up to 0.8 A*: Bruggeman within a factor {agreement.bruggeman_bearing:.2f} (bearing), "
+        f"modified within {agreement.modified_elastic:.2f} with A* = 0.42 and "
+        f"{agreement.modified_measured_elastic:.2f} with A* measured (elastic)",
+    ]
+    lines += [
+        f"cascade start, {start.model} A/A0 = {start.area:g}: energy error "
+        f"{start.mean_field_energy:.2g} to {start.cascade_energy:.2g}, pressure error "
+        f"{start.mean_field_rms:.2g} to {start.cascade_rms:.2g}"
+        for start in record.cascade
+    ]
+    return lines

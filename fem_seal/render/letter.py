@@ -1,0 +1,228 @@
+"""The figures of the 2012 letter from the data of `fem_seal.study.letter`, as PNG and PDF."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal.grid import GridField
+from fem_seal.render.aside import written_aside
+from fem_seal.render.contact import CONTACT_KEY, contact_panel
+from fem_seal.render.flow import CONTACT, FLOW_COLOURS, NO_FLOW, flow_panel
+from fem_seal.render.offscreen import Scale, Window
+from fem_seal.render.page import DPI, FONT_POINTS, write_page
+from fem_seal.study.letter.pictures import FlowPicture
+from fem_seal.study.letter.rows import CurrentRow, ErrorRow, PerssonRow
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FORMATS = ("png", "pdf")
+PANEL_SIDE = 700
+# Part of each side that the lower row of Figs. 1 and 2 magnifies.
+MAGNIFIED = 0.25
+DECADES = 4
+# Told apart by shape and grey value as well as by colour.
+BEARING, ELASTIC, PERSSON = "#b2452b", "#1f4e9e", "#444444"
+MARKERS = ("o", "s", "^", "D", "v", "p", "h", "<", ">", "*")
+
+
+def contact_figure(contacts: dict[str, GridField], folder: Path) -> list[Path]:
+    """Fig. 1: contact and open domains by model; below, a part magnified.
+
+    Parameters
+    ----------
+    contacts : gap [m] by model
+    folder : of fig1.png and fig1.pdf
+
+    Returns
+    -------
+    The files.
+    """
+    whole = [
+        contact_panel(gap, sides="periodic", long_side=PANEL_SIDE, title=_title(model, gap))
+        for model, gap in contacts.items()
+    ]
+    parts = [
+        contact_panel(gap, sides="periodic", window=_part(gap), long_side=PANEL_SIDE)
+        for gap in contacts.values()
+    ]
+    return _pages(folder, "fig1", lambda path: write_page([whole, parts], path, key=CONTACT_KEY))
+
+
+def flow_figure(flows: dict[str, FlowPicture], folder: Path) -> list[Path]:
+    """Fig. 2: flow density by model, each on a scale of its own peak; below, a part magnified.
+
+    Parameters
+    ----------
+    flows : by model
+    folder : of fig2.png and fig2.pdf
+
+    Returns
+    -------
+    The files.
+    """
+    scale = Scale("flow density / peak", 10.0**-DECADES, 1.0, True, FLOW_COLOURS, "min")
+    whole, parts = [], []
+    for model, picture in flows.items():
+        field = replace(picture.flow, flux=picture.flow.flux / picture.peak)
+        title = f"{_title(model, picture.gap)}, peak {picture.peak:.2g} m²/s"
+        common = {"long_side": PANEL_SIDE}
+        whole.append(flow_panel(field, picture.gap, scale, title=title, **common))
+        parts.append(flow_panel(field, picture.gap, scale, window=_part(picture.gap), **common))
+    key = (CONTACT, NO_FLOW)
+    return _pages(
+        folder, "fig2", lambda path: write_page([whole, parts], path, scale=scale, key=key)
+    )
+
+
+def _title(model: str, gap: GridField) -> str:
+    return f"{model}, A/A0 = {np.mean(gap.values == 0):.3f}"
+
+
+def _part(gap: GridField) -> Window:
+    Lx, Ly = gap.size
+    low, high = 0.5 * (1 - MAGNIFIED), 0.5 * (1 + MAGNIFIED)
+    return Window(low * Lx, high * Lx, low * Ly, high * Ly)
+
+
+def _pages(folder: Path, name: str, write: Callable[[Path], Path]) -> list[Path]:
+    return [write(folder / f"{name}.{suffix}") for suffix in FORMATS]
+
+
+def current_figure(
+    currents: Sequence[CurrentRow], persson: Sequence[PerssonRow], folder: Path
+) -> list[Path]:
+    """Fig. 3: current over that at first contact against contact area.
+
+    Parameters
+    ----------
+    currents : points of both models and all seeds; sealed ones have no place on the axis
+    persson : Persson's prediction with the modified Bruggeman medium
+    folder : of fig3.png and fig3.pdf
+
+    Returns
+    -------
+    The files.
+    """
+
+    def draw(figure: "Figure") -> None:
+        axes = figure.subplots()
+        for model, colour in (("bearing", BEARING), ("elastic", ELASTIC)):
+            rows = [row for row in currents if row.model == model]
+            _points(axes, rows, colour, model)
+            medium = "bruggeman" if model == "bearing" else "modified_measured"
+            _lines(axes, rows, medium, colour)
+        shown = [row for row in persson if row.current > 0]
+        axes.plot(
+            [row.area for row in shown],
+            [row.current for row in shown],
+            "-.",
+            color=PERSSON,
+            label="Persson, modified Bruggeman",
+        )
+        smallest = min(row.lower for row in currents if row.lower > 0)
+        axes.set(
+            xlabel="relative contact area A/A0",
+            ylabel="leak rate / leak rate at first contact",
+            yscale="log",
+            xlim=(0, 0.55),
+            ylim=(smallest / 30, 2),
+        )
+        axes.legend(frameon=False, fontsize=8, loc="lower left")
+
+    return _plots(folder, "fig3", (6.2, 4.8), draw)
+
+
+def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -> None:
+    """Certified brackets as error bars, finite differences as crosses with their own band."""
+    label, fd_label = f"{model}, certified finite elements", f"{model}, finite differences"
+    for seed, marker in zip(sorted({row.seed for row in rows}), MARKERS * 9, strict=False):
+        some = [row for row in rows if row.seed == seed and row.value > 0]
+        area = [row.area for row in some]
+        value = np.array([row.value for row in some])
+        bars = value - [row.lower for row in some], [row.upper for row in some] - value
+        style = {"color": colour, "markersize": 5, "markerfacecolor": "white", "capsize": 2}
+        axes.errorbar(area, value, yerr=bars, fmt=marker, label=label, **style)
+        wet = [row for row in some if row.harmonic > 0]
+        middle = np.array([row.linear_gap for row in wet])
+        band = middle - [row.harmonic for row in wet], [row.arithmetic for row in wet] - middle
+        axes.errorbar(
+            [row.area + 0.003 for row in wet],
+            middle,
+            yerr=band,
+            fmt="x",
+            color=colour,
+            alpha=0.55,
+            markersize=4,
+            elinewidth=0.8,
+            label=fd_label,
+        )
+        label = fd_label = None
+
+
+def _lines(axes: "Axes", rows: Sequence[CurrentRow], medium: str, colour: str) -> None:
+    """Bruggeman's medium, the mean of the logarithms over seeds."""
+    areas = sorted({round(row.area, 2) for row in rows})
+    x, y = [], []
+    for area in areas:
+        values = [getattr(row, medium) for row in rows if round(row.area, 2) == area]
+        if min(values) > 0:
+            x.append(area)
+            y.append(np.exp(np.mean(np.log(values))))
+    name = "Bruggeman" if medium == "bruggeman" else "modified Bruggeman (A* measured)"
+    axes.plot(x, y, "-", color=colour, linewidth=1.2, label=f"{name}, simulated gaps")
+
+
+def error_figure(errors: Sequence[ErrorRow], folder: Path) -> list[Path]:
+    """Error of the contact grid beside the half-width of the certified bracket.
+
+    Parameters
+    ----------
+    errors : at least one row
+    folder : of errors.png and errors.pdf
+
+    Returns
+    -------
+    The files.
+    """
+
+    def draw(figure: "Figure") -> None:
+        axes = figure.subplots()
+        area = [row.area for row in errors]
+        finest = errors[0].finest_factor
+        axes.semilogy(area, [row.flow for row in errors], "o-", color=ELASTIC, mfc="white")
+        refined = [row for row in errors if row.contact_grid]
+        axes.semilogy(
+            [row.area for row in refined],
+            [row.contact_grid for row in refined],
+            "s--",
+            color=BEARING,
+        )
+        axes.legend(
+            ["flow: half-width of the bracket", f"contact grid: |ln Q({finest}n)/Q(n)|"],
+            frameon=False,
+        )
+        axes.set(xlabel="relative contact area A/A0", ylabel="relative error of the leak rate")
+
+    return _plots(folder, "errors", (5.2, 3.8), draw)
+
+
+def _plots(
+    folder: Path, name: str, size: tuple[float, float], draw: Callable[["Figure"], None]
+) -> list[Path]:
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    paths = []
+    with matplotlib.rc_context({"font.size": FONT_POINTS, "pdf.fonttype": 42}):
+        figure = Figure(figsize=size, dpi=DPI, facecolor="white", layout="constrained")
+        draw(figure)
+        for suffix in FORMATS:
+            paths.append(folder / f"{name}.{suffix}")
+            with written_aside(paths[-1]) as aside:
+                figure.savefig(aside, dpi=DPI)
+    return paths
