@@ -55,6 +55,8 @@ def radial_spectrum(field: GridField) -> RadialSpectrum:
     powers = mode_powers(field) * area / (2 * np.pi) ** 2
     counts = np.broadcast_to(multiplicity(field.shape[1]), q.shape)
     ring = np.rint(q / (2 * np.pi / min(field.size))).astype(int).ravel()
+    # The long waves of an oblong cell belong to the first ring; ring 0 is the mean alone.
+    ring[1:] = np.maximum(ring[1:], 1)
     modes = np.bincount(ring, counts.ravel())
     filled = (modes > 0) & (np.arange(len(modes)) > 0)
     wavenumber = np.bincount(ring, (q * counts).ravel())[filled] / modes[filled]

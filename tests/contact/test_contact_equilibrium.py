@@ -109,6 +109,17 @@ def test_start_changes_the_work_only(rough):
     assert again.iterations == 0
 
 
+@pytest.mark.parametrize("load", [0.05, 0.2])
+def test_order_of_the_methods(rough, load):
+    """Each method needs fewer transforms than the one it came from."""
+    pairs = {
+        solver: solve(rough, E_STAR, pressure=load * E_STAR * SLOPE, solver=solver).fft_pairs
+        for solver in METHODS
+    }
+    assert pairs["fista"] < pairs["damped"]
+    assert pairs["free-set-cg"] < pairs["polonsky-keer"]
+
+
 def test_reruns_are_identical(rough):
     one, other = (solve(rough, E_STAR, pressure=0.1 * E_STAR * SLOPE) for _ in range(2))
     assert np.array_equal(one.pressure.values, other.pressure.values)

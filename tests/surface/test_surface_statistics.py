@@ -1,0 +1,46 @@
+"""Parseval, slopes and the radial spectrum of fields known in closed form."""
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.surface import fitted_hurst, radial_spectrum, rms_height, rms_slope
+from fem_seal.surface.waves import mode_powers
+
+
+def noise(shape):
+    """White noise has every mode, the Nyquist ones too."""
+    values = np.random.default_rng(0).normal(size=shape)
+    return GridField(values, (0.5, 2.0), periodic=True)
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (15, 17), (16, 9), (9, 16), (1, 8), (8, 1)])
+def test_parseval(shape):
+    field = noise(shape)
+    assert mode_powers(field).sum() == pytest.approx(rms_height(field) ** 2, rel=1e-13)
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (15, 17)])
+def test_radial_spectrum_integrates_to_the_variance(shape):
+    field = noise(shape)
+    rings = radial_spectrum(field)
+    cell = (2 * np.pi) ** 2 / (field.size[0] * field.size[1])
+    assert np.sum(rings.density * rings.modes) * cell == pytest.approx(rms_height(field) ** 2)
+    assert rings.modes.sum() == field.values.size - 1
+
+
+def test_slope_of_a_wave():
+    x = np.arange(24) / 24 * 3.0
+    y = np.arange(20) / 20 * 2.0
+    phase = 2 * np.pi * (2 * x[:, None] / 3 + 3 * y[None, :] / 2)
+    field = GridField(0.7 * np.sin(phase), (3 / 24, 2 / 20), periodic=True)
+    q = 2 * np.pi * np.hypot(2 / 3, 3 / 2)
+    assert rms_slope(field) == pytest.approx(0.7 * q / 2**0.5, rel=1e-12)
+
+
+def test_refused():
+    with pytest.raises(InvalidInput, match="periodic"):
+        rms_slope(GridField(np.eye(4), (1.0, 1.0)))
+    with pytest.raises(InvalidInput, match="rings"):
+        fitted_hurst(noise((8, 8)), 4.0, 3.9)
