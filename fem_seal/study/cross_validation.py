@@ -8,13 +8,14 @@ rate where it is known, otherwise the narrowest certified bracket of the same ga
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import log2, nan, prod
+from math import log2, prod
 from time import process_time
 
 from fem_seal.finite_difference import solve
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+from fem_seal.progress import Report, silent
 from fem_seal.study.exact_cases import ExactCase
 from fem_seal.study.refined import refined
 from fem_seal.topology.lattice import choose
@@ -54,7 +55,8 @@ class Row:
     value : leak rate [m^3/s]; error : relative to the reference
     band : what the method itself says about its error, relative: the half-width of the bracket,
         or the last change; None where it says nothing
-    order, expected : of convergence in the spacing, observed and from theory
+    order, expected : of convergence in the spacing, observed and from theory; None where the error
+        is below what the reference can tell, or theory says nothing simple
     verdict : see `judge`
     seconds : of CPU time
     """
@@ -65,7 +67,7 @@ class Row:
     value: float
     error: float
     band: float | None
-    order: float
+    order: float | None
     expected: float | None
     verdict: str
     seconds: float
@@ -149,7 +151,10 @@ METHODS: dict[str, Method] = {
 
 
 def on_exact_case(
-    case: ExactCase, squares: Sequence[int], methods: Sequence[str] = tuple(METHODS)
+    case: ExactCase,
+    squares: Sequence[int],
+    methods: Sequence[str] = tuple(METHODS),
+    report: Report = silent,
 ) -> tuple[Row, ...]:
     """Every method against a leak rate that is known.
 
@@ -158,6 +163,7 @@ def on_exact_case(
     case : of `exact_cases.CASES`
     squares : of the grids along the flow, each twice the one before
     methods : names in `METHODS`
+    report : called with the grid and the method
 
     Returns
     -------
@@ -172,13 +178,17 @@ def on_exact_case(
     setting = Setting(1 / 12, 1.0, case.sides, case.representation, 0.01)
     # The adaptive method leaves the grid behind at once: the last one says all.
     chosen = {n: [m for m in methods if m != "adaptive" or n == max(squares)] for n in squares}
-    series = {n: _geometric_mean(case.gaps(n), setting, chosen[n]) for n in squares}
+    series = {n: _geometric_mean(case.gaps(n), setting, chosen[n], report) for n in squares}
     rows = _rows(series, Reference(case.exact, case.exact), case.order)
     return tuple(replace(row, verdict=_side(row.error)) for row in rows)
 
 
 def on_gap(
-    gap: GridField, setting: Setting, grids: int = 3, methods: Sequence[str] = tuple(METHODS)
+    gap: GridField,
+    setting: Setting,
+    grids: int = 3,
+    methods: Sequence[str] = tuple(METHODS),
+    report: Report = silent,
 ) -> tuple[tuple[Row, ...], Reference]:
     """Every method on a gap whose leak rate nobody knows, judged by the certified bracket.
 
@@ -188,6 +198,7 @@ def on_gap(
     setting : fluid, drive, tolerance of the adaptive bracket
     grids : how many
     methods : names in `METHODS`; "uniform" or "adaptive" must be among them
+    report : called with the grid and the method
 
     Returns
     -------
@@ -203,7 +214,7 @@ def on_gap(
         # The same gap on every grid: one adaptive answer says all.
         here = [name for name in methods if times == 0 or name != "adaptive"]
         fine = refined(gap, setting.representation, times)
-        series[fine.shape[0]] = _answers(fine, setting, here)
+        series[fine.shape[0]] = _answers(fine, setting, here, report)
     answers = [answer for group in series.values() for answer in group]
     reference = Reference(
         max(answer.value for answer in answers if answer.certified == "below"),
@@ -212,16 +223,22 @@ def on_gap(
     return tuple(_rows(series, reference, SMOOTH_ORDER)), reference
 
 
-def _answers(gap: GridField, setting: Setting, methods: Sequence[str]) -> list[Answer]:
-    chosen = [choose(METHODS, name, "method") for name in methods]
-    return [answer for method in chosen for answer in method(gap, setting)]
+def _answers(
+    gap: GridField, setting: Setting, methods: Sequence[str], report: Report
+) -> list[Answer]:
+    answers: list[Answer] = []
+    for name in methods:
+        method = choose(METHODS, name, "method")
+        report(f"grid {gap.shape[0]}", name)
+        answers.extend(method(gap, setting))
+    return answers
 
 
 def _geometric_mean(
-    gaps: Sequence[GridField], setting: Setting, methods: Sequence[str]
+    gaps: Sequence[GridField], setting: Setting, methods: Sequence[str], report: Report
 ) -> list[Answer]:
     """Answers for several gaps as one; bounds of the factors bound the product."""
-    runs = [_answers(gap, setting, methods) for gap in gaps]
+    runs = [_answers(gap, setting, methods, report) for gap in gaps]
     return [
         replace(
             group[0],
@@ -251,7 +268,7 @@ def _rows(
                 value=answer.value,
                 error=errors[k],
                 band=band,
-                order=_observed(errors[k - 1], errors[k]) if k else nan,
+                order=_observed(errors[k - 1], errors[k], reference) if k else None,
                 expected=None if name.startswith("adaptive") else expected,
                 verdict=judge(answer, band, reference),
                 seconds=answer.seconds,
@@ -267,10 +284,11 @@ def _half_width(answer: Answer, group: Sequence[Answer]) -> float | None:
     return (sides["above"] - sides["below"]) / (sides["above"] + sides["below"])
 
 
-def _observed(coarse: float, fine: float) -> float:
+def _observed(coarse: float, fine: float, reference: Reference) -> float | None:
     """Order of convergence between two grids, the finer of half the spacing."""
-    if min(abs(coarse), abs(fine)) <= EXACT:
-        return nan
+    half_width = (reference.upper - reference.lower) / (reference.upper + reference.lower)
+    if min(abs(coarse), abs(fine)) <= max(EXACT, half_width):
+        return None
     return log2(abs(coarse / fine))
 
 

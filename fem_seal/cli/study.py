@@ -1,0 +1,137 @@
+"""fem-seal study: methods side by side, what accuracy costs, and where the limits are."""
+
+import argparse
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from fem_seal.cli.common import add_scene, say
+from fem_seal.errors import InvalidInput
+
+
+def add(subparsers: argparse._SubParsersAction) -> None:
+    """Add the command and its studies."""
+    command = subparsers.add_parser("study", help="methods side by side, price of accuracy, limits")
+    studies = command.add_subparsers(
+        metavar="STUDY", required=True, parser_class=type(command), dest="study"
+    )
+    cross = _study(studies, "cross-validation", "every method on one gap over ever finer grids")
+    add_scene(cross)
+    cross.add_argument("--grids", type=int, default=3, metavar="N", help="each twice as fine (3)")
+    cross.set_defaults(command=_cross_validation)
+    exact = _study(studies, "exact", "every method where the leak rate is known exactly")
+    exact.add_argument("cases", nargs="*", metavar="CASE", help="all if left out")
+    exact.add_argument("--grids", type=int, default=4, metavar="N", help="8, 16, … squares (4)")
+    exact.set_defaults(command=_exact)
+    trade = _study(studies, "trade", "error against time: contact grids, methods, tolerances")
+    add_scene(trade)
+    trade.set_defaults(command=_trade)
+    extremes = _study(studies, "extremes", "what is right, refused or limited at the extremes")
+    extremes.set_defaults(command=_extremes)
+
+
+def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
+    study = studies.add_parser(name, help=purpose, description=purpose)
+    default = "docs/limits.md" if name == "extremes" else f"results/{name}"
+    study.add_argument("--out", type=Path, default=Path(default), help=default)
+    return study
+
+
+def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts:
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def _grids(options: argparse.Namespace) -> int:
+    if not 1 <= options.grids <= 8:
+        raise InvalidInput(f"--grids = {options.grids} must lie between 1 and 8")
+    return options.grids
+
+
+def _watched(work: Callable) -> object:
+    from fem_seal.progress import Display
+
+    with Display() as report:
+        return work(report)
+
+
+COLUMNS = ("method", "squares", "unknowns", "value", "error", "band", "order", "expected")
+COLUMNS += ("verdict", "seconds")
+
+
+def _cross_validation(options: argparse.Namespace) -> int:
+    from fem_seal.scene import Scene
+    from fem_seal.seal import Seal
+    from fem_seal.study.cross_validation import Setting, on_gap
+    from fem_seal.study.figures import cross_validation_figure
+    from fem_seal.study.tables import as_csv, as_text
+
+    grids = _grids(options)
+    scene = Scene.from_file(options.scene, options.overrides)
+    if not scene.needs_flow:
+        raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")
+    seal, flow = Seal(scene), scene.flow
+    if seal.sealed:
+        raise InvalidInput("the gap is sealed: every method says 0 without a solve")
+    setting = Setting(
+        scene.fluid.viscosity, flow.pressure_drop, flow.sides, flow.representation, flow.rtol
+    )
+    rows, bracket = _watched(lambda report: on_gap(seal.gap, setting, grids, report=report))
+    _write(options.out, [("cross_validation.csv", as_csv(rows))])
+    cross_validation_figure(rows, options.out / "cross_validation.png", options.scene.stem, bracket)
+    say(as_text(rows, COLUMNS))
+    say(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
+    wrong = [row for row in rows if row.verdict == "disagrees"]
+    for row in wrong:
+        say(f"{row.method} on {row.squares}: {row.value:.4e} ± {100 * row.band:.2g} % misses it")
+    say(f"{len(wrong)} of {len(rows)} numbers contradict the certified bounds")
+    return 0
+
+
+def _exact(options: argparse.Namespace) -> int:
+    from fem_seal.study.cross_validation import on_exact_case
+    from fem_seal.study.exact_cases import CASES
+    from fem_seal.study.figures import cross_validation_figure
+    from fem_seal.study.tables import as_csv, as_text
+    from fem_seal.topology.lattice import choose
+
+    squares = [8 * 2**k for k in range(_grids(options))]
+    for name in options.cases or CASES:
+        case = choose(CASES, name, "case")
+        rows = _watched(lambda report, case=case: on_exact_case(case, squares, report=report))
+        _write(options.out, [(f"{name}.csv", as_csv(rows))])
+        cross_validation_figure(rows, options.out / f"{name}.png", name)
+        say(f"{name}: exactly {case.exact:.6g} ({case.source})\n{as_text(rows, COLUMNS)}\n")
+    return 0
+
+
+def _trade(options: argparse.Namespace) -> int:
+    from platform import machine, processor
+
+    from fem_seal.scene import Scene
+    from fem_seal.study.figures import trade_figure
+    from fem_seal.study.tables import as_csv, as_text
+    from fem_seal.study.trade import recommend, trade
+
+    scene = Scene.from_file(options.scene, options.overrides)
+    result = _watched(lambda report: trade(scene, report=report))
+    advice = "\n".join(recommend(result))
+    _write(options.out, [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")])
+    trade_figure(result, options.out / "trade.png", options.scene.stem)
+    say(as_text(result.points))
+    say(f"extrapolated: {result.reference:.4e} m^3/s ± {100 * result.uncertainty:.2g} %")
+    say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
+    return 0
+
+
+def _extremes(options: argparse.Namespace) -> int:
+    from fem_seal.study.extremes import as_page, examine
+
+    findings = _watched(examine)
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    options.out.write_text(as_page(findings), encoding="utf-8")
+    broken = [finding for finding in findings if finding.verdict == "broken"]
+    for finding in broken:
+        say(f"broken: {finding.extreme}: {finding.found}")
+    say(f"{len(findings)} extremes, {len(broken)} broken, in {options.out}")
+    return 1 if broken else 0

@@ -1,0 +1,128 @@
+"""Figures of the studies, drawn without a screen."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fem_seal.study.cross_validation import EXACT, Reference, Row
+from fem_seal.study.trade import Point, Trade
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DPI = 150
+INSIDE = "0.88"
+COLOURS = {"FD": "tab10", "FE": "#b2452b", "adaptive": "#2654a4"}
+MARKERS = {"finite-difference": "s", "uniform": "^", "adaptive": "o"}
+
+
+def _figure(width: float, height: float) -> "Figure":
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=DPI, facecolor="white", layout="constrained")
+
+
+def cross_validation_figure(
+    rows: Sequence[Row], path: Path, title: str, reference: Reference | None = None
+) -> Path:
+    """Draw leak rates over the grid, and the size of their errors over unknowns.
+
+    Parameters
+    ----------
+    rows : of `cross_validation`
+    path : of the picture
+    title : what gap it is
+    reference : certified bracket, drawn as a band; errors below its half-width mean nothing
+
+    Returns
+    -------
+    path
+    """
+    figure = _figure(11, 4.6)
+    rates, errors = figure.subplots(1, 2)
+    truth = rows[0].value / (1 + rows[0].error)
+    for number, name in enumerate(dict.fromkeys(row.method for row in rows)):
+        series = [row for row in rows if row.method == name]
+        style = _style(name, number)
+        rates.plot([row.squares for row in series], [row.value / truth for row in series], **style)
+        shown = [row for row in series if abs(row.error) > EXACT]
+        if shown:
+            x, y = [row.unknowns for row in shown], [abs(row.error) for row in shown]
+            errors.plot(x, y, **style)
+    floor = 0.0
+    if reference is not None:
+        floor = (reference.upper - reference.lower) / (reference.upper + reference.lower)
+        rates.axhspan(reference.lower / truth, reference.upper / truth, color=INSIDE, zorder=0)
+        errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
+    rates.axhline(1, color="0.4", lw=0.8)
+    rates.set_xscale("log", base=2)
+    rates.set(xlabel="squares along the flow", ylabel="leak rate / reference", title=title)
+    what = "certified bracket shaded" if floor else "true error"
+    errors.set(xscale="log", yscale="log", xlabel="unknowns", ylabel="|error|", title=what)
+    figure.legend(
+        *rates.get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=8
+    )
+    figure.savefig(path)
+    return path
+
+
+def _style(name: str, number: int) -> dict[str, object]:
+    family = name.partition(" ")[0]
+    colour = f"C{number}" if family == "FD" else COLOURS[family]
+    side = next((s for s in ("upper", "lower") if s in name), "")
+    marker = {"upper": "v", "lower": "^", "": "s" if family == "FD" else "o"}[side]
+    dash = "--" if side else "-"
+    return {"color": colour, "marker": marker, "ls": dash, "ms": 4, "lw": 1.2, "label": name}
+
+
+def trade_figure(result: Trade, path: Path, title: str) -> Path:
+    """Draw total error against time and against memory, with the Pareto front.
+
+    Parameters
+    ----------
+    result : of `trade`
+    path : of the picture
+    title : which scene, on which machine
+
+    Returns
+    -------
+    path
+    """
+    figure = _figure(11, 4.6)
+    time, memory = figure.subplots(1, 2, sharey=True)
+    for certified, dash in ((True, "-"), (False, "--")):
+        front = result.front(certified)
+        at = [p.seconds for p in front], [p.total_error for p in front]
+        time.plot(*at, dash, color="0.75", lw=4)
+    grids = list(dict.fromkeys(point.samples for point in result.points))
+    for point in result.points:
+        colour = f"C{grids.index(point.samples)}"
+        style = {"marker": MARKERS[point.flow.method], "color": colour, "ls": "", "ms": 6}
+        time.plot(point.seconds, point.total_error, **style)
+        memory.plot(point.memory_bytes / 1e6, point.total_error, **style)
+    for number, samples in enumerate(grids):
+        part = next(p.contact_error for p in result.points if p.samples == samples)
+        for axes in (time, memory):
+            axes.axhline(part, color=f"C{number}", ls=":", lw=1)
+    time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
+    time.set_title(f"{title}: Pareto fronts, with bounds and (dashed) without")
+    memory.set(xlabel="resident memory [MB]", title="dotted: the contact grid's part")
+    _keys(memory, grids, result.points)
+    figure.savefig(path)
+    return path
+
+
+def _keys(axes: "Axes", grids: list[tuple[int, int]], points: Sequence[Point]) -> None:
+    """Name colours (contact grids) and markers (flow methods) beside the axes."""
+    from matplotlib.lines import Line2D
+
+    entries = [
+        Line2D([], [], color=f"C{k}", marker="o", ls="", label=f"contact {' x '.join(map(str, g))}")
+        for k, g in enumerate(grids)
+    ]
+    for method in dict.fromkeys(point.flow.method for point in points):
+        entries.append(
+            Line2D([], [], color="0.3", marker=MARKERS[method], ls="", label=f"flow {method}")
+        )
+    axes.figure.legend(handles=entries, loc="outside right center", frameon=False, fontsize=8)
