@@ -125,57 +125,109 @@ def brackets(
         If the next mesh would need triangles that the coordinates cannot hold.
     """
     mesh = uniform_mesh(gap.squares, width, periodic_sides)
-    values = gap.vertex_values(mesh)
-    pressure, stream = _unobstructed(mesh)
-    tuning = strategy.tuning
+    start = _Start(mesh, gap.vertex_values(mesh), *_unobstructed(mesh))
     lower, upper = 0.0, np.inf
+    clock = _Clock()
     while True:
-        clock = _Clock()
-        problem = LevelProblem(gap, mesh, values, comm, tuning.tolerance)
+        problem = LevelProblem(gap, start.mesh, start.values, comm, strategy.tuning.tolerance)
         if upper < np.inf and problem.unknowns > (strategy.max_unknowns or np.inf):
             problem.close()
             return
-        kept = problem.kept
         clock.lap("mesh")
-        primal = problem.pressure(pressure[kept])
-        upper = min(upper, primal.energy * (1 + ROUNDING))
-        iterations = {"primal": primal.iterations}
-        clock.lap("primal")
-        guide, guess, expected = None, stream[kept], 0.0
-        if not strategy.uniform:
-            guide = problem.regularised_stream(guess, tuning.epsilon)
-            if guide is None:
-                raise FemSealError("contact bars an open gap; please report the gap as a defect")
-            guess, iterations["regularised dual"] = guide.psi, guide.iterations
-            expected = GAIN_OF_BUBBLES * (upper / guide.conductance - 1)
-            clock.lap("regularised dual")
-        true = None
-        if strategy.every_dual or expected < 2 * strategy.rtol:
-            true = problem.stream(guess)
-            clock.lap("dual")
-        if true is not None:
-            iterations["dual"] = true.iterations
-            lower = max(lower, problem.sharpened_lower(true) * (1 - ROUNDING))
-            upper = min(upper, problem.sharpened_upper(primal) * (1 + ROUNDING))
+        found = _solve(problem, start, strategy, clock)
+        upper = min(upper, found.pressure.energy * (1 + ROUNDING))
+        iterations = {"primal": found.pressure.iterations}
+        if found.guide is not None:
+            iterations["regularised dual"] = found.guide.iterations
+        if found.stream is not None:
+            iterations["dual"] = found.stream.iterations
+            lower = max(lower, problem.sharpened_lower(found.stream) * (1 - ROUNDING))
+            upper = min(upper, problem.sharpened_upper(found.pressure) * (1 + ROUNDING))
             clock.lap("bubbles")
-        level = Level(problem.unknowns, int(kept.sum()), lower, upper, iterations, clock.seconds)
-        yield Bracket(level, problem, primal, true)
-        pressure = _spread(kept, primal.corner_values)
-        stream = _spread(kept, (guide or true).psi) if guide or true else stream
-        marked = np.ones(len(mesh.cells), dtype=bool)
-        if guide is not None:
-            part = _part_of_a_step(relative_gap(lower, upper) if true else expected, strategy)
-            marked[kept] = doerfler(problem.shares(primal, guide), part * tuning.theta)
-            throughflow = problem.throughflow(guide)
-            marked[kept] |= doerfler(throughflow, part * tuning.theta_throughflow)
-            marked[~kept] = False
+        cells = int(problem.kept.sum())
+        level = Level(problem.unknowns, cells, lower, upper, iterations, clock.seconds)
+        yield Bracket(level, problem, found.pressure, found.stream)
+        clock = _Clock()
+        start = start.replaced(problem.kept, found)
+        if strategy.uniform:
+            # Halving all cells twice makes the uniform mesh with squares half as wide.
+            start = start.halved(gap).halved(gap)
+        else:
+            reached = relative_gap(lower, upper) if found.stream else found.expected
+            start = start.halved(gap, _mark(problem, found, reached, strategy))
         problem.close()
-        # Halving all cells twice makes the uniform mesh with squares half as wide.
-        for _ in range(2 if strategy.uniform else 1):
-            step = bisect(mesh, marked)
-            pressure, stream = step.prolong(pressure), step.prolong(stream)
-            values = gap.refined_values(values, step.mesh, step.edge_ends)
-            mesh, marked = step.mesh, np.ones(len(step.mesh.cells), dtype=bool)
+        clock.lap("refine")
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """Solutions on one mesh: pressure, guiding (regularised) and true stream function.
+
+    expected : relative width of the bracket if the closed cells were resolved
+    """
+
+    pressure: Minimum
+    guide: Stream | None
+    stream: Stream | None
+    expected: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """A mesh, the gap at its vertices, and pressure and stream function (C, 3) to start from."""
+
+    mesh: NestedMesh
+    values: np.ndarray
+    pressure: np.ndarray
+    stream: np.ndarray
+
+    def replaced(self, kept: np.ndarray, found: _Solved) -> "_Start":
+        """Put the solutions on the kept cells in place of the guesses."""
+        pressure, stream = np.zeros_like(self.pressure), self.stream.copy()
+        pressure[kept] = found.pressure.corner_values
+        best = found.guide or found.stream
+        if best is not None:
+            stream[kept] = best.psi
+        return _Start(self.mesh, self.values, pressure, stream)
+
+    def halved(self, gap: LinearGap | ConstantGap, marked: np.ndarray | None = None) -> "_Start":
+        """Carry all to the mesh with the marked cells (default: all) bisected."""
+        everywhere = np.ones(len(self.mesh.cells), dtype=bool)
+        step = bisect(self.mesh, everywhere if marked is None else marked)
+        values = gap.refined_values(self.values, step.mesh, step.edge_ends)
+        return _Start(step.mesh, values, step.prolong(self.pressure), step.prolong(self.stream))
+
+
+def _solve(problem: LevelProblem, start: _Start, strategy: Strategy, clock: _Clock) -> _Solved:
+    """Solve primal, regularised dual, and the true dual where it may decide."""
+    kept = problem.kept
+    pressure = problem.pressure(start.pressure[kept])
+    clock.lap("primal")
+    guide, guess, expected = None, start.stream[kept], 0.0
+    if not strategy.uniform:
+        guide = problem.regularised_stream(guess, strategy.tuning.epsilon)
+        if guide is None:
+            raise FemSealError("contact bars an open gap; please report the gap as a defect")
+        guess = guide.psi
+        expected = GAIN_OF_BUBBLES * (pressure.energy / guide.conductance - 1)
+        clock.lap("regularised dual")
+    stream = None
+    if strategy.every_dual or expected < 2 * strategy.rtol:
+        stream = problem.stream(guess)
+        clock.lap("dual")
+    return _Solved(pressure, guide, stream, expected)
+
+
+def _mark(problem: LevelProblem, found: _Solved, reached: float, strategy: Strategy) -> np.ndarray:
+    """Cells (C,) of the whole mesh to bisect."""
+    part = _part_of_a_step(reached, strategy)
+    tuning = strategy.tuning
+    shares = problem.shares(found.pressure, found.guide)
+    throughflow = problem.throughflow(found.guide)
+    marked = np.zeros(len(problem.kept), dtype=bool)
+    marked[problem.kept] = doerfler(shares, part * tuning.theta)
+    marked[problem.kept] |= doerfler(throughflow, part * tuning.theta_throughflow)
+    return marked
 
 
 def _part_of_a_step(expected: float, strategy: Strategy) -> float:
@@ -191,10 +243,3 @@ def _unobstructed(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
     """Corner values (C, 3) of pressure and stream function of a uniform gap: the first guess."""
     x, y = np.moveaxis(mesh.xy[mesh.cells] / mesh.xy.max(axis=0), -1, 0)
     return 1 - x, y
-
-
-def _spread(kept: np.ndarray, corner_values: np.ndarray) -> np.ndarray:
-    """Values on all cells of the mesh, zero in those that carry no flow."""
-    whole = np.zeros((len(kept), 3))
-    whole[kept] = corner_values
-    return whole
