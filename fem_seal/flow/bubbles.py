@@ -9,7 +9,6 @@ is an admissible function on the mesh of halves, hence a bound, and no larger sy
 import numpy as np
 
 from fem_seal.flow.gap_on_mesh import CellData, ConstantGap, LinearGap
-from fem_seal.mesh.bisection import edges
 from fem_seal.mesh.nested import PIXEL, NestedMesh
 
 
@@ -53,7 +52,7 @@ def _pair_up(mesh: NestedMesh, usable: np.ndarray, free: np.ndarray) -> np.ndarr
 
     free : (C,) bool, cells whose hypotenuse does not tie them to a neighbour
     """
-    _, of_cell = edges(mesh)
+    _, of_cell = mesh.edges
     hypotenuse, count = of_cell[:, 0], int(of_cell.max()) + 1
     # At the depth of the integer coordinates there is no middle to stand on.
     usable = usable & (mesh.xy[mesh.cells[:, 1:]].sum(axis=1) % 2 == 0).all(axis=1)

@@ -19,6 +19,7 @@ from fem_seal.topology.constriction import critical_constriction
 from fem_seal.topology.percolation import is_sealed
 
 METHODS = ("adaptive", "uniform")
+LEAST_UNIT = 1e-200  # leaves a hundred decades for what a constriction takes away
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def leak_rate(
     if is_sealed(gap, sides, representation):
         return LeakRate.sealed(method)
     limits = limits or Limits()
-    scale = float(gap.values.max()) ** 3 / (12 * viscosity) * pressure_drop
+    scale = _unit_of_leak_rate(gap, viscosity, pressure_drop)
     started = time.perf_counter()
     levels: list[Level] = []
     reason = ""
@@ -136,6 +137,19 @@ def _check(gap, viscosity, pressure_drop, rtol, method, representation) -> None:
             f"a linear gap needs two samples along each axis, got shape {gap.shape}; "
             "use representation = 'constant' for a single row"
         )
+
+
+def _unit_of_leak_rate(gap: GridField, viscosity: float, pressure_drop: float) -> float:
+    """Leak rate of a square as high as the gap's maximum; what is solved is relative to it."""
+    highest = gap.values.max()
+    with np.errstate(over="ignore", under="ignore"):
+        unit = highest**3 / (12 * viscosity) * pressure_drop
+    if not LEAST_UNIT < unit < 1 / LEAST_UNIT:
+        raise InvalidInput(
+            f"a gap of {highest:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has a "
+            "leak rate beyond double precision; check the units"
+        )
+    return float(unit)
 
 
 def _brackets(

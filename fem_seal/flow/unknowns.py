@@ -13,7 +13,6 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from fem_seal.flow.gap_on_mesh import CellData
-from fem_seal.mesh.bisection import edges
 from fem_seal.mesh.nested import NestedMesh
 
 
@@ -71,7 +70,7 @@ class OpenCells:
 
 def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:
     """Find the cells that can carry flow: K > 0, joined to both ends through sides not shut."""
-    _, of_cell = edges(mesh)
+    _, of_cell = mesh.edges
     passable = ((data.K > 0)[:, None] & ~data.shut).ravel()
     edge = of_cell.ravel()
     order = np.argsort(edge, kind="stable")

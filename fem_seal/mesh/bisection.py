@@ -47,22 +47,6 @@ class Refinement:
         return np.einsum("cij,cj->ci", self.corner_weights, corner_values[self.parent])
 
 
-def edges(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Unique edges of a mesh; edges on periodic sides and their twins count as one.
-
-    Returns
-    -------
-    keys : (E, 2) int64, vertices of each edge (those at y = 0 for an edge on the periodic side)
-    of_cell : (C, 3) int64, the edges opposite to corner 0 (the hypotenuse), 1 and 2
-    """
-    ends = np.stack([mesh.cells[:, [1, 2]], mesh.cells[:, [2, 0]], mesh.cells[:, [0, 1]]], axis=1)
-    on_side = mesh.top[ends].all(axis=2, keepdims=True)
-    ends = np.sort(np.where(on_side, mesh.twin[ends], ends), axis=2).reshape(-1, 2)
-    count = len(mesh.xy)
-    keys, of_cell = np.unique(ends[:, 0] * count + ends[:, 1], return_inverse=True)
-    return np.stack([keys // count, keys % count], axis=1), of_cell.reshape(-1, 3)
-
-
 def bisect(mesh: NestedMesh, marked: np.ndarray) -> Refinement:
     """Halve the marked triangles, and those that must follow for the mesh to stay conforming.
 
@@ -80,7 +64,7 @@ def bisect(mesh: NestedMesh, marked: np.ndarray) -> Refinement:
     TooFine
         If a triangle would become narrower than the integer coordinates can hold.
     """
-    ends, of_cell = edges(mesh)
+    ends, of_cell = mesh.edges
     cut = _closure(of_cell, marked, len(ends))
     middle, xy, twin, edge_ends = _new_vertices(mesh, ends, of_cell, cut)
     cells, parent, kind = _halve(mesh.cells, middle[:, 0])

@@ -12,6 +12,7 @@ is index arithmetic, never a search.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -59,6 +60,22 @@ class NestedMesh:
     def top(self) -> np.ndarray:
         """(V,) bool, vertices at y = my."""
         return self.xy[:, 1] == self.squares[1] * PIXEL
+
+    @cached_property
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Unique edges; an edge on a periodic side and its twin count as one.
+
+        Returns
+        -------
+        ends : (E, 2) int64, vertices of each edge (those at y = 0 for one on the periodic side)
+        of_cell : (C, 3) int64, the edges opposite to corner 0 (the hypotenuse), 1 and 2
+        """
+        ends = np.stack([self.cells[:, [1, 2]], self.cells[:, [2, 0]], self.cells[:, [0, 1]]], 1)
+        on_side = self.top[ends].all(axis=2, keepdims=True)
+        ends = np.sort(np.where(on_side, self.twin[ends], ends), axis=2).reshape(-1, 2)
+        count = len(self.xy)
+        keys, of_cell = np.unique(ends[:, 0] * count + ends[:, 1], return_inverse=True)
+        return np.stack([keys // count, keys % count], axis=1), of_cell.reshape(-1, 3)
 
     def points(self, spacing: tuple[float, float]) -> np.ndarray:
         """Vertex coordinates (V, 2) [m] for the given pixel size [m]."""

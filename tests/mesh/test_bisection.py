@@ -106,7 +106,7 @@ def test_periodic_sides_are_refined_alike(squares, seed):
         assert np.array_equal(fine.xy[fine.twin[fine.top], 0], top)
         assert (fine.xy[fine.twin[fine.top], 1] == 0).all()
         assert np.array_equal(fine.twin[~fine.top], np.flatnonzero(~fine.top))
-        ends, of_cell = edges(fine)
+        ends, of_cell = fine.edges
         number = np.bincount(of_cell.ravel(), minlength=len(ends))
         at_end = (fine.inlet[ends] | fine.outlet[ends]).all(axis=1)
         x = fine.xy[ends][..., 0]
