@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem_seal.mesh.bisection import TooFine, bisect, edges
+from fem_seal.mesh.bisection import TooFine, bisect
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
 
 
