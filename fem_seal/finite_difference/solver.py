@@ -12,6 +12,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.topology.percolation import is_sealed
 
 METHOD = "finite-difference"
+LEAST_SIZE = 1e-200  # of K Δp, m³/s; leaves a hundred decades for narrow passages
 
 
 def solve(
@@ -60,9 +61,16 @@ def solve(
     for name, value in positive.items():
         if not (np.isfinite(value) and value > 0):
             raise InvalidInput(f"{name} must be a positive number, got {value}")
-    grid = flow_grid(gap, viscosity, sides, representation, links)
     if is_sealed(gap, sides, representation):
         return LeakRate.sealed(METHOD)
+    with np.errstate(over="ignore", under="ignore"):
+        size = gap.values.max() ** 3 / (12 * viscosity) * pressure_drop
+    if not LEAST_SIZE < size < 1 / LEAST_SIZE:
+        raise InvalidInput(
+            f"a gap of {gap.values.max():.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa "
+            "has a leak rate beyond double precision; check the units"
+        )
+    grid = flow_grid(gap, viscosity, sides, representation, links)
     if not grid.carrying.any():
         return LeakRate(
             state="leaking",
