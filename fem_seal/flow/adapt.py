@@ -74,7 +74,7 @@ class Bracket:
     """A level of the refinement: the bounds so far and the solution behind them.
 
     level : numbers of this level for unit pressure drop and K = g³, g in units of its maximum
-    problem, pressure : the mesh with its primal solution; freed when the next level is asked for
+    problem, pressure : the mesh with its primal solution
     stream : the true dual's, if it was solved
     """
 
@@ -144,6 +144,7 @@ def brackets(
             lower = max(lower, problem.sharpened_lower(found.stream) * (1 - ROUNDING))
             upper = min(upper, problem.sharpened_upper(found.pressure) * (1 + ROUNDING))
             clock.lap("bubbles")
+        problem.close()
         cells = int(problem.kept.sum())
         level = Level(problem.unknowns, cells, lower, upper, iterations, clock.seconds)
         yield Bracket(level, problem, found.pressure, found.stream)
@@ -155,7 +156,8 @@ def brackets(
         else:
             reached = relative_gap(lower, upper) if found.stream else found.expected
             start = start.halved(gap, _mark(problem, found, reached, strategy))
-        problem.close()
+        # Two meshes need not be in memory at once.
+        del problem, found
         clock.lap("refine")
 
 

@@ -99,6 +99,7 @@ def leak_rate(
         max_unknowns=limits.unknowns,
         tuning=tuning or Tuning(),
     )
+    flow = None
     try:
         for bracket in _brackets(gap, sides, representation, strategy, comm):
             level = bracket.level
@@ -106,6 +107,10 @@ def leak_rate(
             if progress is not None:
                 progress(levels[-1])
             result = _result(bracket, levels, method, scale)
+            if field:
+                flow = _field(bracket, gap, viscosity, pressure_drop)
+            # Two meshes need not be in memory at once.
+            del bracket
             if relative_gap(level.lower, level.upper) <= rtol:
                 break
             reason = comm.bcast(_exceeded(limits, started))
@@ -115,14 +120,10 @@ def leak_rate(
             reason = f"the next mesh would have more than {limits.unknowns} unknowns"
     except TooFine as limit:
         reason = str(limit)
-    if field:
-        flow = _field(bracket, gap, viscosity, pressure_drop)
-        result = replace(result, field=flow)
-    bracket.problem.close()
     if reason:
         reached = relative_gap(result.lower, result.upper)
         reason = f"{reason}; the bracket is {reached:.2g} wide, {rtol:.2g} was asked for"
-    return replace(result, converged=not reason, reason=reason)
+    return replace(result, converged=not reason, reason=reason, field=flow)
 
 
 def _check(gap, viscosity, pressure_drop, rtol, method, representation) -> None:

@@ -181,5 +181,5 @@ class LevelProblem:
         return float(into), float(-out)
 
     def close(self) -> None:
-        """Free the mesh and the matrices of this level."""
+        """Free the matrix; nothing more can be solved."""
         self.space.close()

@@ -159,7 +159,7 @@ class CellSpace:
         return Minimum(values, energy, iterations)
 
     def close(self) -> None:
-        """Free what PETSc holds; the space cannot be used any more."""
+        """Free the matrix; nothing more can be minimised."""
         self._A.destroy()
 
     def _energy(self, values: PETSc.Vec) -> float:

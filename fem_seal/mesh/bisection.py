@@ -12,15 +12,7 @@ import numpy as np
 from fem_seal.errors import FemSealError
 from fem_seal.mesh.nested import DEPTH, NestedMesh
 
-# Corner values of a cell kept whole, of the child (middle, a, b) and of the child (middle, c, a).
-_WHOLE, _FIRST, _SECOND = 0, 1, 2
-_WEIGHTS = np.array(
-    [
-        [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-        [[0, 0.5, 0.5], [1, 0, 0], [0, 1, 0]],
-        [[0, 0.5, 0.5], [0, 0, 1], [1, 0, 0]],
-    ]
-)
+_WHOLE, _FIRST, _SECOND = 0, 1, 2  # a cell kept whole, its child (middle, a, b), (middle, c, a)
 
 
 class TooFine(FemSealError):
@@ -33,18 +25,26 @@ class Refinement:
 
     mesh : the finer NestedMesh; its first vertices are those of the coarser one
     parent : (C',) int64, the coarse cell each fine cell lies in
-    corner_weights : (C', 3, 3): corner values of a fine cell from those of its parent
+    halvings : two steps, each with the cell every cell of the next mesh comes from, and which
+        part of it that is
     edge_ends : (V' - V, 2) int64: the coarse vertices each new vertex lies midway between
     """
 
     mesh: NestedMesh
     parent: np.ndarray
-    corner_weights: np.ndarray
+    halvings: tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     edge_ends: np.ndarray
 
     def prolong(self, corner_values: np.ndarray) -> np.ndarray:
         """Carry corner values (C, 3) of a function linear on each coarse cell to (C', 3)."""
-        return np.einsum("cij,cj->ci", self.corner_weights, corner_values[self.parent])
+        for source, kind in self.halvings:
+            values = corner_values[source]
+            a, b, c = values.T.copy()
+            first, second = kind == _FIRST, kind == _SECOND
+            values[first] = np.stack([(b + c) / 2, a, b], axis=1)[first]
+            values[second] = np.stack([(b + c) / 2, c, a], axis=1)[second]
+            corner_values = values
+        return corner_values
 
 
 def bisect(mesh: NestedMesh, marked: np.ndarray) -> Refinement:
@@ -71,9 +71,9 @@ def bisect(mesh: NestedMesh, marked: np.ndarray) -> Refinement:
     # A leg of the parent is the hypotenuse of a child, and may be cut as well.
     leg = np.choose(kind, [np.full(len(kind), -1), middle[parent, 2], middle[parent, 1]])
     cells, child, kind_of_half = _halve(cells, leg)
-    weights = _WEIGHTS[kind_of_half] @ _WEIGHTS[kind][child]
     fine = NestedMesh(xy, cells, mesh.squares, twin)
-    return Refinement(fine, parent[child], weights, edge_ends)
+    halvings = ((parent, kind), (child, kind_of_half))
+    return Refinement(fine, parent[child], halvings, edge_ends)
 
 
 def _closure(of_cell: np.ndarray, marked: np.ndarray, edge_count: int) -> np.ndarray:

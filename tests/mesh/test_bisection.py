@@ -77,9 +77,11 @@ def test_children_lie_in_their_parents(squares, periodic, seed):
         to_corner = np.stack([x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]], axis=2)
         inside = np.linalg.solve(to_corner[:, None], (y - x[:, :1])[..., None])[..., 0]
         weights = np.concatenate([1 - inside.sum(axis=2, keepdims=True), inside], axis=2)
-        # They are 0, 1/4, 1/2, 3/4 or 1, and what `corner_weights` says (solve: 1e-12).
-        assert np.abs(weights - step.corner_weights).max() < 1e-12
-        assert np.isin(step.corner_weights, [0, 0.25, 0.5, 0.75, 1]).all()
+        units = [np.tile(row, (len(mesh.cells), 1)) for row in np.eye(3)]
+        prolonged = np.stack([step.prolong(unit) for unit in units], axis=2)
+        # They are 0, 1/4, 1/2, 3/4 or 1, and what `prolong` makes of them (solve: 1e-12).
+        assert np.abs(weights - prolonged).max() < 1e-12
+        assert np.isin(prolonged, [0, 0.25, 0.5, 0.75, 1]).all()
 
 
 @MANY
