@@ -1,0 +1,259 @@
+"""leak_rate as its callers see it: limits, refusals, progress and the flow field."""
+
+import numpy as np
+import pytest
+from gaps import FLUID, rough_gap, vertex_gap
+
+from fem_seal.errors import InvalidInput
+from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow.averages import mean_cube
+from fem_seal.grid import GridField
+
+METHODS = ["uniform", "adaptive"]
+GAP = rough_gap((16, 16), 0.3, 6)
+
+
+@pytest.fixture(scope="module")
+def tight():
+    """The leak rate of GAP to two per cent."""
+    return leak_rate(GAP, rtol=0.02, **FLUID)
+
+
+# --- limits ------------------------------------------------------------------------------------
+
+LIMITS = {
+    "unknowns": (Limits(unknowns=1500), "more than 1500 unknowns"),
+    "seconds": (Limits(seconds=0.0), "0 s is used up"),
+    "memory": (Limits(memory_bytes=1), "GB"),
+}
+
+
+@pytest.mark.parametrize("name", LIMITS)
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("field", [False, True])
+def test_limits(name, method, field, tight):
+    """The bounds reached by then are valid, and the reason is given in one line."""
+    limits, words = LIMITS[name]
+    flow = leak_rate(GAP, method=method, rtol=1e-6, limits=limits, field=field, **FLUID)
+    assert not flow.converged
+    assert words in flow.reason
+    assert "\n" not in flow.reason
+    assert flow.state == "leaking"
+    assert flow.lower <= tight.upper
+    assert tight.lower <= flow.upper
+    assert flow.lower <= flow.value <= flow.upper
+    if name == "unknowns":
+        assert len(flow.levels) > 1
+        assert flow.levels[-1].unknowns <= 1500
+    else:
+        assert len(flow.levels) == 1
+    assert (flow.field is not None) == field
+
+
+def test_first_mesh_is_solved_whatever_the_limits():
+    flow = leak_rate(GAP, method="uniform", rtol=1e-6, limits=Limits(unknowns=1), **FLUID)
+    assert len(flow.levels) == 1
+    assert flow.unknowns == flow.levels[0].unknowns > 1
+    assert 0 < flow.lower < flow.upper
+    assert not flow.converged
+
+
+@pytest.mark.parametrize("rtol", [0.5, 0.1, 0.03])
+@pytest.mark.parametrize("method", METHODS)
+def test_tolerance_is_met_and_no_level_before_met_it(rtol, method):
+    flow = leak_rate(GAP, method=method, rtol=rtol, every_dual=True, **FLUID)
+    widths = [(v.upper - v.lower) / np.sqrt(v.lower * v.upper) for v in flow.levels]
+    assert flow.converged
+    assert flow.reason == ""
+    assert widths[-1] <= rtol
+    assert all(width > rtol for width in widths[:-1])
+    assert flow.value == pytest.approx(np.sqrt(flow.lower * flow.upper), rel=1e-12)
+
+
+# --- refusals ----------------------------------------------------------------------------------
+
+ONES = GridField(np.ones((4, 4)), (1.0, 1.0))
+UNEQUAL = GridField(np.arange(1.0, 17.0).reshape(4, 4), (1.0, 1.0))
+BAD = [
+    ("viscosity", ONES, {"viscosity": 0.0}),
+    ("viscosity", ONES, {"viscosity": -1.0}),
+    ("viscosity", ONES, {"viscosity": np.nan}),
+    ("pressure_drop", ONES, {"pressure_drop": np.inf}),
+    ("pressure_drop", ONES, {"pressure_drop": -1e5}),
+    ("rtol", ONES, {"rtol": 0.0}),
+    ("rtol", ONES, {"rtol": np.nan}),
+    ("method", ONES, {"method": "finite elements"}),
+    ("sides", ONES, {"sides": "walls"}),
+    ("representation", ONES, {"representation": "quadratic"}),
+    ("gap", GridField(-np.ones((4, 4)), (1.0, 1.0)), {}),
+    ("gap", GridField(np.ones((1, 4)), (1.0, 1.0)), {}),
+    ("gap", GridField(np.ones((4, 1)), (1.0, 1.0)), {}),
+    ("periodic", UNEQUAL, {"sides": "periodic"}),
+]
+
+
+@pytest.mark.parametrize(("field", "gap", "options"), BAD)
+def test_bad_input(field, gap, options):
+    """One sentence that names the field and, for a choice, what there is to choose from."""
+    with pytest.raises(InvalidInput, match=field) as error:
+        leak_rate(gap, **FLUID | options)
+    message = str(error.value)
+    assert "\n" not in message
+    for value in options.values():
+        assert str(value) in message
+    if field in ("method", "sides", "representation"):
+        assert "choose from" in message
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_grids_refuse_what_is_not_a_number(bad):
+    with pytest.raises(InvalidInput, match="not finite"):
+        GridField(np.array([[1.0, bad], [1.0, 1.0]]), (1.0, 1.0))
+
+
+# --- progress ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_progress_is_told_every_level(method):
+    """In order, in m³/s, and the same that the result keeps."""
+    seen = []
+    flow = leak_rate(GAP, method=method, rtol=0.1, progress=seen.append, **FLUID)
+    assert tuple(seen) == flow.levels
+    assert seen[-1].upper == flow.upper
+    assert [v.unknowns for v in seen] == sorted(v.unknowns for v in seen)
+    assert all(v.iterations["primal"] >= 0 and v.seconds["mesh"] >= 0 for v in seen)
+    assert all(v.cells > 0 for v in seen)
+
+
+def test_progress_may_stop_the_work():
+    """An exception of the listener ends the call and is not swallowed."""
+
+    class Enough(Exception):
+        pass
+
+    def listen(level):
+        raise Enough
+
+    with pytest.raises(Enough):
+        leak_rate(GAP, progress=listen, **FLUID)
+
+
+@pytest.mark.parametrize("every_dual", [False, True])
+def test_lower_bound_is_zero_until_a_dual_is_solved(every_dual):
+    """A level without a true dual has no lower bound of its own; one is there at the end."""
+    flow = leak_rate(GAP, rtol=0.05, every_dual=every_dual, **FLUID)
+    solved = np.array(["dual" in level.iterations for level in flow.levels])
+    lower = np.array([level.lower for level in flow.levels])
+    assert solved.all() == every_dual
+    assert (lower[~np.logical_or.accumulate(solved)] == 0).all()
+    assert flow.lower > 0
+
+
+def test_tuning_changes_the_work_and_not_the_truth(tight):
+    slow = Tuning(epsilon=0.01, theta=0.3, theta_throughflow=0.1, cut=1e-4, floor=1e-6)
+    fast = Tuning(theta=0.95, coarsest=4, tolerance=1e-4)
+    for tuning in (slow, fast):
+        flow = leak_rate(GAP, rtol=0.1, tuning=tuning, every_dual=True, **FLUID)
+        for level in flow.levels:
+            assert level.lower <= tight.upper
+            assert tight.lower <= level.upper
+
+
+# --- flow field --------------------------------------------------------------------------------
+
+WATER = {"viscosity": 1e-3, "pressure_drop": 2e5}
+
+
+def field_of(gap, **options):
+    return leak_rate(gap, rtol=0.1, limits=Limits(unknowns=3000), field=True, **WATER | options)
+
+
+def areas_and_slopes(field):
+    """Area (C,) and pressure gradient (C, 2) of each cell, from points and pressure alone."""
+    x = field.points[field.cells]
+    to_corner = np.stack([x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]], axis=2)
+    p = field.pressure[field.cells]
+    slope = np.einsum("cij,ci->cj", np.linalg.inv(to_corner), p[:, 1:] - p[:, :1])
+    return np.abs(np.linalg.det(to_corner)) / 2, slope
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_flow_field_carries_the_leak_rate(method, sides, representation):
+    """∫ j_x dx dy = Q Lx. For the discrete flow Q is the inflow: 1 - x/Lx is 1 on the inlet, 0 on
+    the outlet and linear on every cell, so that both are a(p, w) with two such w, equal for the
+    discrete minimiser. CG is away from it by √(2e-8) of the energy norm; the norms of the two w
+    exceed √Q at most by the square root of mean K over Q, here a factor below 100."""
+    gap = GridField(GAP.values * 1e-6, (2e-6, 1e-6), periodic=True)
+    flow = field_of(gap, method=method, sides=sides, representation=representation)
+    field = flow.field
+    area, slope = areas_and_slopes(field)
+    through = (area * field.flux[:, 0]).sum() / gap.size[0]
+    assert through == pytest.approx(flow.inflow, rel=100 * np.sqrt(2e-8))
+    assert flow.inflow == pytest.approx(flow.outflow, rel=100 * np.sqrt(2e-8))
+    # An upper bound before sharpening, which halves the distance at best: within the bracket
+    # and as much again.
+    assert flow.lower <= through <= flow.upper + (flow.upper - flow.lower)
+    # j = -K ∇p: along the pressure drop, and dissipating Q Δp in all.
+    assert -(area * (field.flux * slope).sum(axis=1)).sum() == pytest.approx(
+        flow.inflow * WATER["pressure_drop"], rel=100 * np.sqrt(2e-8)
+    )
+    assert ((field.flux * slope).sum(axis=1) <= 0).all()
+    assert field.pressure.min() == 0
+    assert field.pressure.max() == WATER["pressure_drop"]
+
+
+def test_film_conductivity_of_the_field():
+    """On meshes at or below the pixel K is the mean of g³/(12 η) over the gap the field shows."""
+    gap = GridField(GAP.values * 1e-6, (1e-6, 1e-6), periodic=True)
+    field = field_of(gap, method="uniform").field
+    _, slope = areas_and_slopes(field)
+    K = mean_cube(field.gap[field.cells]) / (12 * WATER["viscosity"])
+    # The solver raises gaps below 1e-4 of the constriction; the shown ones are the raised ones.
+    scale = np.abs(slope).max() * K.max()
+    assert field.flux == pytest.approx(-K[:, None] * slope, rel=1e-9, abs=1e-12 * scale)
+
+
+def test_gap_of_the_field():
+    """The samples at the vertices of pixels, linear between them."""
+    gap = vertex_gap(lambda x, y: 1e-6 * (1 + x + 2 * y), (8, 8), (1e-5, 1e-5))
+    field = field_of(gap, method="uniform").field
+    x, y = field.points.T
+    assert field.gap == pytest.approx(1e-6 * (1 + x + 2 * y), rel=1e-12)
+    assert field.points.max(axis=0) == pytest.approx((1e-5, 1e-5), rel=1e-12)
+    assert len(np.unique(field.points.round(12), axis=0)) == len(field.points)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_points_stand_on_both_sides_of_a_contact_line(method):
+    """A contact line across half of the strip: points on it stand twice, with two pressures."""
+    values = np.ones((9, 9))
+    values[4, :6] = 0
+    flow = field_of(GridField(values, (1.0, 1.0)), method=method)
+    field = flow.field
+    place, index, number = np.unique(
+        field.points.round(9), axis=0, return_inverse=True, return_counts=True
+    )
+    twice = place[number == 2]
+    assert number.max() == 2
+    assert len(twice) > 3
+    assert (twice[:, 0] == 4).all()
+    assert (twice[:, 1] < 5).all()  # its end, (4, 5), stands once
+    for point in np.flatnonzero(number == 2):
+        high, low = np.sort(field.pressure[index == point])[::-1]
+        assert high - low > 0.05 * WATER["pressure_drop"]
+    assert np.array_equal(np.unique(field.cells), np.arange(len(field.points)))
+
+
+def test_sealed_gap_has_no_field():
+    values = np.ones((5, 5))
+    values[2] = 0
+    assert field_of(GridField(values, (1.0, 1.0))).field is None
+
+
+def test_the_gap_is_left_alone():
+    samples = GAP.values.copy()
+    leak_rate(GAP, rtol=0.5, **FLUID)
+    assert np.array_equal(GAP.values, samples)

@@ -1,0 +1,68 @@
+"""Two ranks give the bounds of one."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bounds_on_ranks import CASES, solve
+from gaps import rough_gap
+
+ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OMPI_MCA_btl": "^tcp",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+}
+SCRIPT = Path(__file__).with_name("bounds_on_ranks.py")
+
+
+# Of the small ones a rank may have no cell, or no unknown.
+SMALL = {str(shape): shape for shape in [(1, 1), (1, 3), (3, 1), (2, 2)]}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory) -> tuple[dict[str, dict], dict[str, dict]]:
+    """Leak rates from one rank and from two."""
+    rng = np.random.default_rng(0)
+    gaps = {name: rng.uniform(0.5, 1, shape) for name, shape in SMALL.items()}
+    gaps["rough"] = rough_gap((16, 18), 0.25, 3).values
+    path = tmp_path_factory.mktemp("ranks") / "gaps.npz"
+    np.savez(path, **gaps)
+    # MPI, once started in this process, makes its children believe in another mpirun.
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+    done = subprocess.run(
+        ["mpirun", "-n", "2", sys.executable, str(SCRIPT), str(path)],
+        env=clean | ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout.splitlines()[-1])
+    assert answer["size"] == 2
+    assert answer["alike"]
+    return solve(gaps), answer["found"]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("name", ["rough", *SMALL])
+@pytest.mark.parametrize("case", CASES)
+def test_two_ranks_give_the_bounds_of_one(results, name, case):
+    """Uniform: the same problems. Their minima agree to 2e-8, and the bounds to the first order
+    of the sharpening, 2 √(0.3 · 2 · 2e-8). Adaptive: marking may differ by a cell, but both
+    brackets enclose one number."""
+    one, two = (found[" ".join([name, *case])] for found in results)
+    assert two["bounds"][0] <= one["bounds"][1]
+    assert one["bounds"][0] <= two["bounds"][1]
+    if case[0] == "uniform":
+        assert two["bounds"] == pytest.approx(one["bounds"], rel=2 * np.sqrt(0.3 * 4e-8))
+        assert two["unknowns"] == one["unknowns"]
+        assert two["field"] == one["field"]
+        # Flows err as the square root of the energy, times the ratio of norms of test_leak_rate.
+        assert two["flows"] == pytest.approx(one["flows"], rel=100 * np.sqrt(4e-8))
