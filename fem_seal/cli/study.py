@@ -62,8 +62,9 @@ COLUMNS += ("verdict", "seconds")
 def _cross_validation(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
     from fem_seal.seal import Seal
-    from fem_seal.study.cross_validation import Setting, on_gap
+    from fem_seal.study.cross_validation import on_gap
     from fem_seal.study.figures import cross_validation_figure
+    from fem_seal.study.methods import Setting
     from fem_seal.study.tables import as_csv, as_text
 
     grids = _grids(options)

@@ -8,8 +8,8 @@ import numpy as np
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.scene import Scene
-from fem_seal.study.extreme_flows import flow, rough
 from fem_seal.study.finding import Outcome, refusal, right, wrong
+from fem_seal.study.probe import flow, rough
 
 LAST_DIGITS = 1e-13
 

@@ -9,6 +9,7 @@ from fem_seal.errors import FemSealError
 from fem_seal.progress import Report, silent
 from fem_seal.study import extreme_contacts as contacts
 from fem_seal.study import extreme_flows as flows
+from fem_seal.study import extreme_gaps as gaps
 from fem_seal.study import extreme_inputs as inputs
 from fem_seal.study.finding import Outcome, wrong
 from fem_seal.study.tables import as_markdown
@@ -25,15 +26,15 @@ EXTREMES: dict[str, tuple[Extreme, ...]] = {
         flows.contrast_across,
         flows.checkerboard_contrast,
         flows.finite_difference_contrast,
-        flows.no_contact,
-        flows.nearly_all_contact,
-        flows.percolation,
-        flows.one_pixel_channel,
-        flows.one_pixel_wall,
-        flows.corner_contacts,
-        flows.pockets,
-        flows.slender,
-        flows.small_grids,
+        gaps.no_contact,
+        gaps.nearly_all_contact,
+        gaps.percolation,
+        gaps.one_pixel_channel,
+        gaps.one_pixel_wall,
+        gaps.corner_contacts,
+        gaps.pockets,
+        gaps.slender,
+        gaps.small_grids,
     ),
     "Contact": (
         contacts.loads,

@@ -9,16 +9,9 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
-from fem_seal.study.cross_validation import (
-    METHODS,
-    Answer,
-    Reference,
-    Setting,
-    judge,
-    on_exact_case,
-    on_gap,
-)
+from fem_seal.study.cross_validation import Reference, judge, on_exact_case, on_gap
 from fem_seal.study.exact_cases import CASES, corner_order
+from fem_seal.study.methods import METHODS, Answer, Setting
 from fem_seal.study.refined import refined
 from fem_seal.study.tables import as_csv, as_markdown, as_text
 

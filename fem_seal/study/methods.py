@@ -1,0 +1,98 @@
+"""What is held side by side: finite differences by link rule, uniform and adaptive elements."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from time import process_time
+
+from fem_seal.finite_difference import solve
+from fem_seal.finite_difference.links import LINKS
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+
+CASCADE_UNKNOWNS = 20_000  # the letter's relaxation needs minutes beyond
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What all methods share: fluid, drive, how the gap is read, tolerance of the adaptive one."""
+
+    viscosity: float
+    pressure_drop: float
+    sides: str
+    representation: str
+    rtol: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One number of one method on one grid; `certified` says on which side of the truth it lies."""
+
+    method: str
+    value: float
+    certified: str
+    unknowns: int
+    seconds: float
+
+
+def _bounds(gap: GridField, setting: Setting, method: str) -> LeakRate:
+    from fem_seal.flow import Limits, leak_rate
+
+    # A limit of one unknown ends the uniform method after the grid itself.
+    return leak_rate(
+        gap,
+        viscosity=setting.viscosity,
+        pressure_drop=setting.pressure_drop,
+        sides=setting.sides,
+        representation=setting.representation,
+        method=method,
+        rtol=setting.rtol,
+        limits=Limits(unknowns=1) if method == "uniform" else None,
+    )
+
+
+def _uniform(gap: GridField, setting: Setting) -> Iterator[Answer]:
+    start = process_time()
+    leak = _bounds(gap, setting, "uniform")
+    shared = leak.unknowns, process_time() - start
+    yield Answer("FE upper", leak.upper, "above", *shared)
+    yield Answer("FE lower", leak.lower, "below", *shared)
+    yield Answer("FE √(lo·hi)", leak.value, "", *shared)
+
+
+def _adaptive(gap: GridField, setting: Setting) -> Iterator[Answer]:
+    start = process_time()
+    leak = _bounds(gap, setting, "adaptive")
+    shared = leak.unknowns, process_time() - start
+    yield Answer("adaptive upper", leak.upper, "above", *shared)
+    yield Answer("adaptive lower", leak.lower, "below", *shared)
+    yield Answer("adaptive √(lo·hi)", leak.value, "", *shared)
+
+
+def _finite_differences(links: str, cascade: bool) -> Callable[..., Iterator[Answer]]:
+    name = f"FD {links}{', cascade' if cascade else ''}"
+
+    def answers(gap: GridField, setting: Setting) -> Iterator[Answer]:
+        if cascade and gap.values.size > CASCADE_UNKNOWNS:
+            return
+        start = process_time()
+        leak = solve(
+            gap,
+            viscosity=setting.viscosity,
+            pressure_drop=setting.pressure_drop,
+            sides=setting.sides,
+            representation=setting.representation,
+            links=links,
+            cascade=cascade,
+        )
+        yield Answer(name, leak.value, "", leak.unknowns, process_time() - start)
+
+    return answers
+
+
+Method = Callable[[GridField, Setting], Iterator[Answer]]
+METHODS: dict[str, Method] = {
+    **{links: _finite_differences(links, False) for links in LINKS},
+    "cascade": _finite_differences("linear-gap", True),
+    "uniform": _uniform,
+    "adaptive": _adaptive,
+}
