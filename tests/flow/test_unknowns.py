@@ -98,6 +98,23 @@ def test_two_seals_side_by_side():
     assert solved(values) == pytest.approx(solved(values[:, :7]) + solved(values[:, 6:]), rel=6e-8)
 
 
+def test_bubbles_on_both_sides_of_a_contact_line():
+    """Halved once, the line consists of hypotenuses: each side has its own hats, as on a wall, and
+    the sharpened upper bounds add as well. First order of the sharpening in the error of CG."""
+
+    def sharpened(samples):
+        gap = represented(GridField(samples, (1.0, 1.0)))
+        problem = level_problem(gap, tolerance=1e-12, markings=[lambda mesh: mesh.cells[:, 0] >= 0])
+        pressure = problem.pressure(np.zeros((problem.kept.sum(), 3)))
+        problem.close()
+        return problem.sharpened_upper(pressure)
+
+    values = 0.5 + np.random.default_rng(1).random((9, 13))
+    values[:, 6] = 0
+    whole, parts = sharpened(values), sharpened(values[:, :7]) + sharpened(values[:, 6:])
+    assert whole == pytest.approx(parts, rel=3 * np.sqrt(0.3 * 2e-12))
+
+
 @pytest.mark.parametrize("periodic", [False, True])
 def test_pockets_and_dead_ends(periodic):
     """Open cells with no way to both ends are left out: a pocket, and a bay of the inlet."""
