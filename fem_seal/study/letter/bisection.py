@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 # Brackets of load narrower than this, relative, hold a jump of the area.
 SMALLEST_STEP = 1e-7
+# What has come at this part of the first load has come at first contact.
+FIRST_CONTACT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -49,8 +51,9 @@ def crossings(
 
     Contact only grows with the load, in both models (for the elastic one: J. R. Barber, Q. J.
     Mech. Appl. Math. 27, 1 (1974)), so that each criterion is met once and stays met. The load is
-    bisected where the widest bracket is; each contact is started from the mean of the pressures
-    at both ends.
+    bisected where the widest bracket is; each contact is started from the pressure at the lower
+    end. (From the upper end or a mean of both, samples that ought to open keep a pressure too small
+    for the certificate to mind, and count as contact.)
 
     Parameters
     ----------
@@ -68,7 +71,7 @@ def crossings(
     Raises
     ------
     NotConverged
-        If a contact does not converge, or a criterion is met at no load.
+        If a contact does not converge, or a criterion is met at every load or at none.
     """
 
     def visit(load: float, start: np.ndarray | None) -> _Visited:
@@ -84,9 +87,9 @@ def crossings(
         if _unfinished((before, after)) <= resolution:
             break
         wide = [pair for pair in ends if _unfinished(pair) > resolution]
-        _forget_pressures(visited, keep={id(end) for pair in wide for end in pair})
+        _forget_pressures(visited, keep={id(before) for before, _ in wide})
         load = 0.5 * (before.snapshot.load + after.snapshot.load)
-        visited.append(visit(load, _between(before.pressure, after.pressure)))
+        visited.append(visit(load, before.pressure))
     return [
         Bracket(criterion, low.snapshot, high.snapshot)
         for criterion, (low, high) in zip(criteria, ends, strict=True)
@@ -105,7 +108,9 @@ def _enclosed(
     """Two loads before and after all criteria, with those tried on the way."""
     visited = [visit(model.low, None)]
     while any(visited[-1].crossed):
-        visited.append(visit(0.5 * visited[-1].snapshot.load, visited[-1].pressure))
+        if visited[-1].snapshot.load < FIRST_CONTACT * model.low:
+            raise NotConverged("a spanning criterion is met at first contact already")
+        visited.append(visit(0.5 * visited[-1].snapshot.load, None))
     load = model.high
     while not all(max(visited, key=_load).crossed):
         if load > model.limit:
@@ -136,10 +141,6 @@ def _unfinished(pair: tuple[_Visited, _Visited]) -> float:
     if after.load - before.load <= SMALLEST_STEP * after.load:
         return 0.0
     return after.area - before.area
-
-
-def _between(first: np.ndarray | None, second: np.ndarray | None) -> np.ndarray | None:
-    return None if first is None else 0.5 * (first + second)
 
 
 def _forget_pressures(visited: list[_Visited], keep: set[int]) -> None:
