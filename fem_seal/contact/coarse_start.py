@@ -6,9 +6,9 @@ from fem_seal.contact.interface import Interface
 from fem_seal.contact.methods import Stopping
 from fem_seal.grid import GridField
 
-# Measured at 256² to 1024²: below about 6 % of contact a coarse start saves a sixth to a third of
-# the FFT pairs; above 15 % it saves none, because what is left to do is local.
-LIGHT = 0.06
+# Measured at 512² and 1024²: at 1 % of contact a coarse start saves a tenth to a quarter of the
+# CPU time, at 3 % it breaks even, above 15 % it saves no transforms either: what is left is local.
+LIGHT = 0.02
 COARSEST = 64
 # More than a tenth of the rms height is not worth the coarse transforms.
 ROUGHLY = Stopping(tolerance=0.1)
