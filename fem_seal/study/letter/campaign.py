@@ -13,7 +13,7 @@ from fem_seal.progress import Report, silent
 from fem_seal.study.letter import pictures, rows
 from fem_seal.study.letter.cascade_start import CascadeStart, cascade_start
 from fem_seal.study.letter.flow_points import FlowPoint, GridPoint, flow_point, grid_point
-from fem_seal.study.letter.persson_curve import persson_curve
+from fem_seal.study.letter.persson_curve import LOADS, persson_curve
 from fem_seal.study.letter.store import PointStore, write_json, write_table
 from fem_seal.study.letter.surfaces import MODELS, RoughCase
 from fem_seal.study.percolation import REFERENCE, Search, ThresholdRow, percolation
@@ -27,7 +27,7 @@ AREAS = {
 }
 # Where the contact is refined, on the first seed.
 REFINED_AREAS = (0.05, 0.1, 0.2, 0.3, 0.35, 0.4)
-# Where the cascade is judged; None is first contact.
+# Where the cascade is judged, besides first contact.
 CASCADE_AREA = 0.2
 
 
@@ -40,6 +40,7 @@ class Plan:
     grid_factors : refinements of the contact grid, the first 1
     search : of the thresholds
     areas : contact areas by model; refined : those at which the contact grid is refined
+    loads : of Persson's curve, mean pressures in units of E* h'rms
     threads : of the FFTs; no result depends on it
     """
 
@@ -50,6 +51,7 @@ class Plan:
     search: Search = field(default_factory=Search)
     areas: dict[str, tuple[float, ...]] = field(default_factory=lambda: dict(AREAS))
     refined: tuple[float, ...] = REFINED_AREAS
+    loads: tuple[float, ...] = LOADS
     threads: int = 1
 
     def __post_init__(self):
@@ -127,7 +129,7 @@ def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figu
     cascade = _cascade(plan, out, report)
     first = rows.first_contacts(points)
     currents = rows.current_rows(points, thresholds["elastic"])
-    curve = persson_curve(plan.case, thresholds["elastic"])
+    curve = persson_curve(plan.case, thresholds["elastic"], plan.loads)
     figures = Figures(
         *figures_1_and_2,
         currents,

@@ -14,8 +14,8 @@ from fem_seal.study.letter.surfaces import (
     RoughCase,
 )
 
-# Mean pressures in units of E* h'rms: A/A0 from 0.01 to 0.55.
-LOADS = tuple(np.geomspace(0.006, 0.38, 25).tolist())
+# Mean pressures in units of E* h'rms: A/A0 from 0.01 to 0.63.
+LOADS = tuple(np.geomspace(0.006, 0.45, 40).tolist())
 
 
 @dataclass(frozen=True)
