@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from gaps import represented
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
@@ -13,6 +14,8 @@ from fem_seal.flow.traces import (
     one_contact_tensor,
     segment_moments,
 )
+from fem_seal.grid import GridField
+from fem_seal.mesh.nested import PIXEL, uniform_mesh
 
 # Ratios of the gaps at the two ends: extremes, close to one, and about the switch at 1.5.
 RATIOS = [1e-6, 1e-3, 0.3, 1 / 1.5 - 1e-9, 1 / 1.5 + 1e-9, 1 - 1e-9, 1.0, 1 + 1e-12, 1.2]
@@ -198,3 +201,23 @@ def test_traces_meet_on_shared_edges():
     assert [vertex(0, s)[0] for s in t] == pytest.approx([edge(0, s)[0] for s in t], rel=1e-14)
     assert [vertex(1 - s, s)[0] for s in t] == pytest.approx(0.7 + 0.3 * t, rel=1e-14)
     assert [edge(s, 0)[0] for s in t] == pytest.approx([0.1] * 11, rel=1e-14)
+
+
+@pytest.mark.parametrize("spacing", [(1.0, 1.0), (3e-6, 1e-6), (1e-6, 4e-6)])
+def test_tensors_of_a_mesh(spacing):
+    """Cells of a mesh get the tensors of their true shape, wherever their contact corner is."""
+    samples = np.random.default_rng(2).uniform(0.1, 1, (8, 8))
+    samples[1::3, ::3] = 0
+    gap = represented(GridField(samples, spacing))
+    mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
+    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    found = 0
+    for cell, contact, tensor in zip(mesh.cells, data.contact, data.resistivity, strict=True):
+        if contact.sum() == 1:
+            order = cell[[contact.argmax(), *np.flatnonzero(~contact)]]
+            b, c = (samples[tuple(mesh.xy[v] // PIXEL)] for v in order[1:])
+            corners = mesh.points(spacing)[order] / max(spacing)
+            exact = one_contact_tensor(corners[None], np.array([b]), np.array([c]))[0]
+            assert tensor == pytest.approx(exact, rel=1e-12)
+            found += 1
+    assert found > 10

@@ -138,6 +138,17 @@ def test_channel_through_a_pixel_corner():
 
 
 @pytest.mark.parametrize("halvings", [0, 1, 2])
+def test_corner_between_two_contacts_parts_the_pressure(halvings):
+    """Open pixels that meet only at a corner do not share the pressure there."""
+    case = Topology((4, 4), [(1, 1), (2, 2)], "constant", halvings=halvings)
+    numbering = case.primal()
+    assert len(np.unique(case.at(numbering, 2, 2))) == 2
+    assert len(np.unique(case.at(numbering, 1, 1))) == 1
+    points = len(np.unique(case.mesh.cells[case.cells.kept]))
+    assert len(np.unique(numbering.label)) == points + 1
+
+
+@pytest.mark.parametrize("halvings", [0, 1, 2])
 def test_patch_is_one_unknown(halvings):
     """An island: connected contact has one stream function, other contact another."""
     case = Topology((9, 9), [(3, 3), (4, 3), (4, 4), (5, 4), (6, 6)], halvings=halvings)
