@@ -106,7 +106,7 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
         for axes in (time, memory):
             axes.axhline(part, color=f"C{number}", ls=":", lw=1)
     time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
-    time.set_title(f"{title}: Pareto fronts, with bounds and (dashed) without")
+    time.set_title(f"{title}: Pareto fronts, dashed without bounds")
     memory.set(xlabel="resident memory [MB]", title="dotted: the contact grid's part")
     _keys(memory, grids, result.points)
     figure.savefig(path)

@@ -2,31 +2,20 @@
 
 from collections.abc import Callable
 
-import numpy as np
-
 from fem_seal.grid import GridField
 from fem_seal.topology.lattice import choose
 
 
-def _linear(gap: GridField) -> np.ndarray:
-    """Halve the squares of the pixel triangulation; its alternating diagonals are kept."""
-    v = gap.vertices()
-    fine = np.empty((2 * v.shape[0] - 1, 2 * v.shape[1] - 1))
-    fine[::2, ::2] = v
-    fine[1::2, ::2] = 0.5 * (v[:-1] + v[1:])
-    fine[::2, 1::2] = 0.5 * (v[:, :-1] + v[:, 1:])
-    i, j = np.indices((v.shape[0] - 1, v.shape[1] - 1))
-    rising, falling = v[:-1, :-1] + v[1:, 1:], v[1:, :-1] + v[:-1, 1:]
-    fine[1::2, 1::2] = 0.5 * np.where((i + j) % 2 == 0, rising, falling)
-    return fine[:-1, :-1] if gap.periodic else fine
-
-
-def _constant(gap: GridField) -> np.ndarray:
+def _halved_pixels(gap: GridField) -> GridField:
     """Cut each square pixel into four of the same gap."""
-    return gap.values.repeat(2, axis=0).repeat(2, axis=1)
+    values = gap.values.repeat(2, axis=0).repeat(2, axis=1)
+    return GridField(values, tuple(0.5 * s for s in gap.spacing), gap.periodic)
 
 
-_FINER: dict[str, Callable[[GridField], np.ndarray]] = {"linear": _linear, "constant": _constant}
+_FINER: dict[str, Callable[[GridField], GridField]] = {
+    "linear": GridField.refined,
+    "constant": _halved_pixels,
+}
 
 
 def refined(gap: GridField, representation: str, times: int = 1) -> GridField:
@@ -49,5 +38,5 @@ def refined(gap: GridField, representation: str, times: int = 1) -> GridField:
     """
     finer = choose(_FINER, representation, "representation")
     for _ in range(times):
-        gap = GridField(finer(gap), tuple(0.5 * s for s in gap.spacing), gap.periodic)
+        gap = finer(gap)
     return gap

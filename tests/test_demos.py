@@ -1,0 +1,61 @@
+"""Every demo runs from the command line of Python, keeps its claims and draws something."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
+
+# Arguments of main that make a demo small; the others are small by themselves.
+SMALL = {
+    "certified_leak": {"n": 128, "rtol": 0.1},
+    "how_contact_is_solved": {"n": 64},
+    "letter": {"n": 64, "seeds": 4},
+    "price_of_accuracy": {"n": 32},
+    "where_it_breaks": {"unknowns": 800},
+}
+# A demo that draws takes the folder `out`.
+RUN = """
+import inspect, runpy, sys
+from pathlib import Path
+main = runpy.run_path(sys.argv[1], run_name="demo")["main"]
+out = {"out": Path(sys.argv[2])} if "out" in inspect.signature(main).parameters else {}
+assert main(**out, **eval(sys.argv[3])) is not None
+"""
+
+
+def test_small_arguments_are_of_demos_that_exist():
+    assert set(DEMOS) <= set(SMALL), "say how the new demo is made small"
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("name", DEMOS)
+def test_demo_keeps_its_claims(name, tmp_path):
+    """The claims are asserted in `main`; the result is what they were asserted of."""
+    demo = ROOT / "demos" / f"{name}.py"
+    # A process that has started MPI would make the new one believe it is a child of mpirun.
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+    done = subprocess.run(
+        [sys.executable, "-c", RUN, str(demo), str(tmp_path), repr(SMALL[name])],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=clean,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.strip(), "a demo says what it has found"
+    pictures = list(tmp_path.rglob("*.png"))
+    assert pictures or "savefig" not in demo.read_text()
+    for picture in pictures:
+        assert colours(picture) > 2, f"{picture.name} is blank"
+
+
+def colours(picture) -> int:
+    """How many different colours a picture has."""
+    from matplotlib.image import imread
+
+    return len(np.unique((255 * imread(picture)).astype(int).reshape(-1, 4), axis=0))
