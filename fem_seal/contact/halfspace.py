@@ -127,7 +127,9 @@ class HalfSpace:
         self._steering_stiffness[0, 0] = self.stiffest / (2 * samples)
         waves = stiffness > 0
         self._compliance = np.divide(1 / samples, stiffness, out=stiffness, where=waves)
-        self._multiplicity = multiplicity(shape[1])
+        self._energy_weights = np.multiply(
+            self._compliance, multiplicity(shape[1]), dtype=self.steering, casting="same_kind"
+        )
 
     @cached_property
     def _stiffness(self) -> np.ndarray:
@@ -165,8 +167,8 @@ class HalfSpace:
         modes, total = self.steer.modes, 0.0
         for rows in row_blocks(modes.shape):
             power = modes[rows].real ** 2 + modes[rows].imag ** 2
-            power *= self._compliance[rows]
-            total += float((power.sum(axis=0) * self._multiplicity).sum())
+            power *= self._energy_weights[rows]
+            total += float(power.sum())
         return total
 
     def _apply(self, work: RealTransform, multiplier: np.ndarray) -> np.ndarray:
