@@ -56,6 +56,8 @@ def _letter(options: argparse.Namespace) -> int:
     from fem_seal.render import letter as figures
     from fem_seal.render.offscreen import require_gl
     from fem_seal.study.letter.campaign import Plan, letter
+    from fem_seal.study.letter.page import page
+    from fem_seal.study.letter.store import write_whole
     from fem_seal.study.letter.surfaces import RoughCase
 
     require_gl()
@@ -70,6 +72,7 @@ def _letter(options: argparse.Namespace) -> int:
     with Display() as report:
         record, data = letter(plan, out, report)
         report("figures", "")
+        write_whole(out / "letter.md", page(record))
         paths = [
             *figures.contact_figure(data.contacts, out),
             *figures.flow_figure(data.flows, out),
@@ -77,7 +80,7 @@ def _letter(options: argparse.Namespace) -> int:
             *figures.error_figure(data.errors, out),
         ]
     say("\n".join(summary(record)))
-    say(f"letter.json, {', '.join(path.name for path in paths)} in {out}")
+    say(f"letter.json, letter.md, {', '.join(path.name for path in paths)} in {out}")
     return 0
 
 

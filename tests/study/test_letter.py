@@ -18,6 +18,7 @@ from fem_seal.study.letter.flow_points import (
     flow_point,
     grid_point,
 )
+from fem_seal.study.letter.page import page
 from fem_seal.study.letter.persson_curve import SampledSpectrum, persson_curve
 from fem_seal.study.letter.surfaces import (
     MODELS,
@@ -214,6 +215,14 @@ def test_numbers_are_over_first_contact(finished):
     assert all(0 <= row.lower <= row.value <= row.upper < 1 for row in data.currents)
     assert record.agreement.compared == sum(row.value > 0 for row in data.currents)
     assert record.peaks["bearing"] > 0
+
+
+def test_page_says_what_the_record_says(finished):
+    _, record, _ = finished
+    text = page(record)
+    bearing = next(row for row in record.thresholds if row.pair == "triangulation")
+    assert f"| A*/A0, bearing | 0.50 ± 0.02 | {bearing.threshold:.3f} |" in text
+    assert f"10^{record.peak_decades:.2f}" in text
 
 
 def test_a_finished_run_computes_nothing_again(finished, monkeypatch):
