@@ -80,6 +80,7 @@ def _percolation(options: argparse.Namespace) -> int:
     seeds = seeds_up_to(options.seeds)
     edges = tuple(name.strip() for name in options.edges.split(","))
     from fem_seal.progress import Display
+    from fem_seal.render.thresholds import threshold_figure
     from fem_seal.study.letter.surfaces import RoughCase
     from fem_seal.study.percolation import TABLE_FILE, Search, percolation
 
@@ -92,8 +93,9 @@ def _percolation(options: argparse.Namespace) -> int:
         study = percolation(
             cases, seeds, options.out, search=search, threads=options.threads, report=report
         )
+    threshold_figure(study.rows, options.out)
     say("\n".join(map(line, study.rows)))
-    say(f"{len(study.seeds)} surfaces in {options.out}/{TABLE_FILE}")
+    say(f"{len(study.seeds)} surfaces in {options.out}/{TABLE_FILE} and thresholds.png")
     return 0
 
 

@@ -275,6 +275,7 @@ def test_command(tmp_path, capsys):
     options = "--n 16 --short 4 --long 0.5 --seeds 2 --edges open --resolution 0.02 --no-flow"
     assert main(["percolation", *options.split(), "--out", str(out)]) == 0
     assert "elastic  n 16 H 0.8 short 4 long 8 open" in capsys.readouterr().out
+    assert (out / "thresholds.pdf").stat().st_size > 1000
     rows = (out / "percolation.csv").read_text().splitlines()
     assert len(rows) == 1 + len(MODELS) * len(PAIRS)
     record = json.loads((out / "percolation.json").read_text())
