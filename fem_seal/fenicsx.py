@@ -21,6 +21,8 @@ from dolfinx import fem, mesh  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 from petsc4py import PETSc  # noqa: E402
 
+from fem_seal.memory import give_back_freed_memory  # noqa: E402
+
 __all__ = [
     "MPI",
     "VERSION",
@@ -34,6 +36,8 @@ __all__ = [
 ]
 
 VERSION = tuple(int(i) for i in dolfinx.__version__.split(".")[:2])
+
+give_back_freed_memory()
 
 if VERSION < (0, 7):
     # Each form compiled for the first time prints the compiler's command lines otherwise.

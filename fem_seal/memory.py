@@ -1,6 +1,10 @@
 """How much memory this process has needed."""
 
+import ctypes
 from pathlib import Path
+
+# Options of mallopt(3) in glibc.
+_TRIM, _MMAP_THRESHOLD, _MMAP_MAX = -1, -3, -4
 
 
 def peak_memory() -> int:
@@ -11,3 +15,15 @@ def peak_memory() -> int:
     status = Path("/proc/self/status").read_text()
     line = next(line for line in status.splitlines() if line.startswith("VmHWM:"))
     return int(line.split()[1]) * 1024
+
+
+def give_back_freed_memory() -> None:
+    """Let the C library hand large freed blocks back to the system, as it does by default.
+
+    A library that PETSc loads on Debian switches that off (mallopt), which triples the memory of
+    a refinement: each mesh would leave its holes behind for the next, larger one.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:  # not in every C library
+        for option, value in ((_MMAP_MAX, 65536), (_MMAP_THRESHOLD, 1 << 21), (_TRIM, 1 << 26)):
+            mallopt(option, value)
