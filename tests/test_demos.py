@@ -14,7 +14,7 @@ DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
 SMALL = {
     "certified_leak": {"n": 128, "rtol": 0.1},
     "how_contact_is_solved": {"n": 64},
-    "letter": {"n": 64, "seeds": 4},
+    "letter": {"n": 64, "seeds": 3, "areas": (0.2,)},
     "price_of_accuracy": {"n": 32},
     "where_it_breaks": {"unknowns": 800},
 }
