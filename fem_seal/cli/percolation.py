@@ -81,8 +81,9 @@ def _percolation(options: argparse.Namespace) -> int:
     edges = tuple(name.strip() for name in options.edges.split(","))
     from fem_seal.progress import Display
     from fem_seal.render.thresholds import threshold_figure
+    from fem_seal.study.letter.seed_thresholds import Search
     from fem_seal.study.letter.surfaces import RoughCase
-    from fem_seal.study.percolation import TABLE_FILE, Search, percolation
+    from fem_seal.study.percolation import TABLE_FILE, percolation
 
     cases = [
         RoughCase(n, hurst, short, long)

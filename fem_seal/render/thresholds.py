@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from fem_seal.render.aside import written_aside
 from fem_seal.render.page import DPI, FONT_POINTS
-from fem_seal.study.percolation import REFERENCE, ThresholdRow
+from fem_seal.study.letter.seed_thresholds import REFERENCE
+from fem_seal.study.letter.threshold_rows import ThresholdRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

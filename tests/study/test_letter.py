@@ -20,6 +20,7 @@ from fem_seal.study.letter.flow_points import (
 )
 from fem_seal.study.letter.page import page
 from fem_seal.study.letter.persson_curve import SampledSpectrum, persson_curve
+from fem_seal.study.letter.seed_thresholds import Search
 from fem_seal.study.letter.surfaces import (
     MODELS,
     PITCH,
@@ -29,7 +30,6 @@ from fem_seal.study.letter.surfaces import (
     RoughCase,
     at_area,
 )
-from fem_seal.study.percolation import Search
 from fem_seal.surface import Spectrum, rms_slope
 
 # Waves of 8 samples and more: what finite differences and linear elements see is the same gap.

@@ -14,6 +14,7 @@ from fem_seal.study import percolation as study
 from fem_seal.study.letter import store as stores
 from fem_seal.study.letter.bisection import crossings
 from fem_seal.study.letter.constriction import cell_dissipation, constriction_share
+from fem_seal.study.letter.seed_thresholds import REFERENCE, Search, SeedThresholds
 from fem_seal.study.letter.spanning import EDGES, PAIRS, Snapshot, criteria_of
 from fem_seal.study.letter.store import PointStore
 from fem_seal.study.letter.surfaces import (
@@ -24,7 +25,7 @@ from fem_seal.study.letter.surfaces import (
     RoughCase,
     at_area,
 )
-from fem_seal.study.percolation import REFERENCE, Search, SeedThresholds, percolation
+from fem_seal.study.percolation import percolation
 
 CASE = RoughCase(64, short=4)
 CONTACT_ONLY = Search(resolution=0.004, edges=("open",), flow=False)

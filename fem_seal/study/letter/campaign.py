@@ -14,9 +14,11 @@ from fem_seal.study.letter import pictures, rows
 from fem_seal.study.letter.cascade_start import CascadeStart, cascade_start
 from fem_seal.study.letter.flow_points import FlowPoint, GridPoint, flow_point, grid_point
 from fem_seal.study.letter.persson_curve import LOADS, persson_curve
+from fem_seal.study.letter.seed_thresholds import REFERENCE, Search
 from fem_seal.study.letter.store import PointStore, write_json, write_table
 from fem_seal.study.letter.surfaces import MODELS, RoughCase
-from fem_seal.study.percolation import REFERENCE, Search, ThresholdRow, percolation
+from fem_seal.study.letter.threshold_rows import ThresholdRow
+from fem_seal.study.percolation import percolation
 
 Point = TypeVar("Point")
 

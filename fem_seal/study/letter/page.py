@@ -1,9 +1,10 @@
 """letter.md: what the letter says beside what came out, as a table."""
 
 from fem_seal.study.letter.campaign import Letter
+from fem_seal.study.letter.seed_thresholds import REFERENCE
 from fem_seal.study.letter.spanning import PAIRS
 from fem_seal.study.letter.surfaces import MODELS
-from fem_seal.study.percolation import REFERENCE, ThresholdRow
+from fem_seal.study.letter.threshold_rows import ThresholdRow
 
 
 def page(record: Letter) -> str:
