@@ -37,9 +37,17 @@ def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argp
 
 
 def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts:
         (folder / name).write_text(text, encoding="utf-8")
+
+
+def _make(folder: Path) -> None:
+    """Make the folder before the work and not after it, if it can be written."""
+    from fem_seal.results.folder import make_aside, writing
+
+    with writing(folder):
+        make_aside(folder).rmdir()
+        folder.mkdir(parents=True, exist_ok=True)
 
 
 def _grids(options: argparse.Namespace) -> int:
@@ -77,6 +85,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
     setting = Setting(
         scene.fluid.viscosity, flow.pressure_drop, flow.sides, flow.representation, flow.rtol
     )
+    _make(options.out)
     rows, bracket = _watched(lambda report: on_gap(seal.gap, setting, grids, report=report))
     _write(options.out, [("cross_validation.csv", as_csv(rows))])
     cross_validation_figure(rows, options.out / "cross_validation.png", options.scene.stem, bracket)
@@ -97,8 +106,9 @@ def _exact(options: argparse.Namespace) -> int:
     from fem_seal.topology.lattice import choose
 
     squares = [8 * 2**k for k in range(_grids(options))]
-    for name in options.cases or CASES:
-        case = choose(CASES, name, "case")
+    cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
+    _make(options.out)
+    for name, case in cases.items():
         rows = _watched(lambda report, case=case: on_exact_case(case, squares, report=report))
         _write(options.out, [(f"{name}.csv", as_csv(rows))])
         cross_validation_figure(rows, options.out / f"{name}.png", name)
@@ -115,6 +125,7 @@ def _trade(options: argparse.Namespace) -> int:
     from fem_seal.study.trade import recommend, trade
 
     scene = Scene.from_file(options.scene, options.overrides)
+    _make(options.out)
     result = _watched(lambda report: trade(scene, report=report))
     advice = "\n".join(recommend(result))
     _write(options.out, [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")])
@@ -128,8 +139,8 @@ def _trade(options: argparse.Namespace) -> int:
 def _extremes(options: argparse.Namespace) -> int:
     from fem_seal.study.extremes import as_page, examine
 
+    _make(options.out.parent)
     findings = _watched(examine)
-    options.out.parent.mkdir(parents=True, exist_ok=True)
     options.out.write_text(as_page(findings), encoding="utf-8")
     broken = [finding for finding in findings if finding.verdict == "broken"]
     for finding in broken:

@@ -138,4 +138,8 @@ def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     assert cli.main(["study", "exact", "cosine-along", "--grids", "1", "--out", out]) == 0
     assert "exactly 1.54" in capsys.readouterr().out
     assert cli.main(["study", "exact", "sine", "--out", out]) == 2
+    occupied = tmp_path / "file"
+    occupied.touch()
+    assert cli.main(["study", "exact", "cosine-along", "--out", str(occupied)]) == 2
+    assert "cannot be written" in capsys.readouterr().err
     assert cli.main(["study", "exact", "--grids", "0", "--out", out]) == 2
