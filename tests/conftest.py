@@ -1,15 +1,12 @@
 """What all tests share."""
 
 from importlib.util import find_spec
-from pathlib import Path
 
 import pytest
 
 # DOLFINx 0.5 to 0.7 must be imported through this module first, or VTK crashes later.
 if find_spec("dolfinx"):
     import fem_seal.fenicsx  # noqa: F401
-
-ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture
@@ -32,21 +29,3 @@ def small_scene() -> dict:
         "flow": {"pressure_drop": "1 bar", "sides": "periodic", "method": "finite-difference"},
         "output": {"products": ["contact", "leak_rate"]},
     }
-
-
-def write_toml(path: Path, scene: dict) -> Path:
-    """Write sections of numbers, strings and lists; enough TOML for scenes."""
-    lines = []
-    for section, fields in scene.items():
-        lines.append(f"[{section}]")
-        lines.extend(f"{key} = {_toml(value)}" for key, value in fields.items())
-    path.write_text("\n".join(lines) + "\n")
-    return path
-
-
-def _toml(value: object) -> str:
-    if isinstance(value, str | Path):
-        return f'"{value}"'
-    if isinstance(value, list):
-        return f"[{', '.join(map(_toml, value))}]"
-    return str(value).lower() if isinstance(value, bool) else repr(value)

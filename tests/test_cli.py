@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import write_toml
+from project import write_toml
 from test_scene import REFERENCE
 
 from fem_seal import cli

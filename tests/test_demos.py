@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from project import ROOT
 
 DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
 

@@ -111,7 +111,7 @@ def test_schema(scene, spy, tmp_path):
 
 
 def test_result_document_names_every_key():
-    from conftest import ROOT
+    from project import ROOT
 
     document = (ROOT / "docs" / "results.md").read_text()
     for name, field in Result.model_fields.items():

@@ -6,7 +6,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from conftest import ROOT, write_toml
+from project import ROOT, write_toml
 from pydantic import ValidationError
 
 from fem_seal.contact import METHODS

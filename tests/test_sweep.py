@@ -3,7 +3,7 @@
 import csv
 
 import pytest
-from conftest import write_toml
+from project import write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput

@@ -4,11 +4,11 @@ from inspect import getdoc
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from project import ROOT
 
 from fem_seal.errors import FemSealError, InvalidInput
 from fem_seal.finite_difference import solve
-from fem_seal.flow import leak_rate
+from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.study.extremes import EXTREMES, Finding, as_page, look_at
 from fem_seal.study.finding import Outcome, refusal, right
@@ -61,3 +61,25 @@ def test_the_page_has_a_table_for_each_part():
     page = as_page([Finding(getdoc(e).rstrip("."), "right", "because") for e in EVERY])
     assert page.count("| extreme | verdict | found |") == len(EXTREMES)
     assert page.count("| right | because |") == len(EVERY)
+
+
+def test_a_budget_of_unknowns_ends_with_both_bounds():
+    """Out of reach of 3000 unknowns: what is known so far includes the lower bound."""
+    flow = flow_of_checkerboard(contrast=100.0)
+    assert not flow.converged
+    assert "3000 unknowns" in flow.reason
+    assert 0 < flow.lower < 1 < flow.upper
+    assert flow.value == pytest.approx(np.sqrt(flow.lower * flow.upper))
+
+
+def flow_of_checkerboard(contrast):
+    high, low = contrast ** (1 / 6), contrast ** (-1 / 6)
+    board = np.array([[low, high], [high, low]]).repeat(8, 0).repeat(8, 1)
+    return leak_rate(
+        GridField(board, (1 / 16, 1 / 16)),
+        viscosity=1 / 12,
+        pressure_drop=1.0,
+        representation="constant",
+        rtol=0.05,
+        limits=Limits(unknowns=3000),
+    )
