@@ -24,6 +24,7 @@ from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import NestedMesh, uniform_mesh
 
 GAIN_OF_BUBBLES = 0.73  # typical ratio of the half-widths after and before sharpening
+GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cells doubles them
 ROUNDING = 1e-12  # relative error allowed to sums of positive terms; bounds are widened by it
 
 
@@ -214,7 +215,8 @@ def _solve(problem: LevelProblem, start: _Start, strategy: Strategy, clock: _Clo
         expected = GAIN_OF_BUBBLES * (pressure.energy / guide.conductance - 1)
         clock.lap("regularised dual")
     stream = None
-    if strategy.every_dual or expected < 2 * strategy.rtol:
+    last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
+    if strategy.every_dual or last or expected < 2 * strategy.rtol:
         stream = problem.stream(guess)
         clock.lap("dual")
     return _Solved(pressure, guide, stream, expected)
