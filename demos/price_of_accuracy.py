@@ -22,8 +22,9 @@ import argparse
 from pathlib import Path
 
 from fem_seal.scene import Scene
+from fem_seal.study.advice import recommend
 from fem_seal.study.figures import trade_figure
-from fem_seal.study.trade import Point, Trade, recommend, trade
+from fem_seal.study.trade import Point, Trade, trade
 
 # %% [markdown]
 # ## The seal

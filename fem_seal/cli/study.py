@@ -120,9 +120,10 @@ def _trade(options: argparse.Namespace) -> int:
     from platform import machine, processor
 
     from fem_seal.scene import Scene
+    from fem_seal.study.advice import recommend
     from fem_seal.study.figures import trade_figure
     from fem_seal.study.tables import as_csv, as_text
-    from fem_seal.study.trade import recommend, trade
+    from fem_seal.study.trade import trade
 
     scene = Scene.from_file(options.scene, options.overrides)
     _make(options.out)

@@ -8,7 +8,8 @@ from project import write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.scene import Scene
-from fem_seal.study.trade import Choice, Point, Trade, mark_pareto, recommend, trade
+from fem_seal.study.advice import recommend
+from fem_seal.study.trade import Choice, Point, Trade, mark_pareto, trade
 
 
 def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
