@@ -9,7 +9,7 @@ alone is a bound, is solved when the regularised one says that the tolerance is 
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -75,7 +75,8 @@ class Bracket:
     """A level of the refinement: the bounds so far and the solution behind them.
 
     level : numbers of this level for unit pressure drop and K = g³, g in units of its maximum
-    problem, pressure : the mesh with its primal solution
+    problem, pressure : the mesh with its primal solution; what PETSc holds of it is freed when
+        the next level is asked for
     stream : the true dual's, if it was solved
     """
 
@@ -83,6 +84,19 @@ class Bracket:
     problem: LevelProblem
     pressure: Minimum
     stream: Stream | None
+
+    def certified(self) -> "Bracket":
+        """The same with the true dual, for a caller who has to stop before it was solved."""
+        if self.stream is not None:
+            return self
+        _, guess = _unobstructed(self.problem.mesh)
+        stream = self.problem.stream(guess[self.problem.kept])
+        if stream is None:
+            return self
+        lower, upper = _sharpened(self.problem, self.pressure, stream)
+        iterations = {**self.level.iterations, "dual": stream.iterations}
+        level = replace(self.level, lower=lower, upper=upper, iterations=iterations)
+        return Bracket(level, self.problem, self.pressure, stream)
 
 
 class _Clock:
@@ -142,10 +156,9 @@ def brackets(
             iterations["regularised dual"] = found.guide.iterations
         if found.stream is not None:
             iterations["dual"] = found.stream.iterations
-            lower = max(lower, problem.sharpened_lower(found.stream) * (1 - ROUNDING))
-            upper = min(upper, problem.sharpened_upper(found.pressure) * (1 + ROUNDING))
+            sharper = _sharpened(problem, found.pressure, found.stream)
+            lower, upper = max(lower, sharper[0]), min(upper, sharper[1])
             clock.lap("bubbles")
-        problem.close()
         cells = int(problem.kept.sum())
         level = Level(problem.unknowns, cells, lower, upper, iterations, clock.seconds)
         yield Bracket(level, problem, found.pressure, found.stream)
@@ -158,6 +171,7 @@ def brackets(
             reached = relative_gap(lower, upper) if found.stream else found.expected
             start = start.halved(gap, _mark(problem, found, reached, strategy))
         # Two meshes need not be in memory at once.
+        problem.close()
         del problem, found
         clock.lap("refine")
 
@@ -199,6 +213,12 @@ class _Start:
         step = bisect(self.mesh, everywhere if marked is None else marked)
         values = gap.refined_values(self.values, step.mesh, step.edge_ends)
         return _Start(step.mesh, values, step.prolong(self.pressure), step.prolong(self.stream))
+
+
+def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tuple[float, float]:
+    """Lower and upper bound of one mesh, after the bubbles and with room for rounding."""
+    lower = problem.sharpened_lower(stream) * (1 - ROUNDING)
+    return lower, problem.sharpened_upper(pressure) * (1 + ROUNDING)
 
 
 def _solve(problem: LevelProblem, start: _Start, strategy: Strategy, clock: _Clock) -> _Solved:

@@ -102,6 +102,10 @@ def leak_rate(
     flow = None
     try:
         for bracket in _brackets(gap, sides, representation, strategy, comm):
+            reached = relative_gap(bracket.level.lower, bracket.level.upper) <= rtol
+            reason = "" if reached else comm.bcast(_exceeded(limits, started))
+            if reason:
+                bracket = bracket.certified()
             level = bracket.level
             levels.append(replace(level, lower=level.lower * scale, upper=level.upper * scale))
             if progress is not None:
@@ -109,20 +113,19 @@ def leak_rate(
             result = _result(bracket, levels, method, scale)
             if field:
                 flow = _field(bracket, gap, viscosity, pressure_drop)
+            if reached or reason:
+                bracket.problem.close()
+                break
             # Two meshes need not be in memory at once.
             del bracket
-            if relative_gap(level.lower, level.upper) <= rtol:
-                break
-            reason = comm.bcast(_exceeded(limits, started))
-            if reason:
-                break
         else:
             reason = f"the next mesh would have more than {limits.unknowns} unknowns"
     except TooFine as limit:
         reason = str(limit)
     if reason:
-        reached = relative_gap(result.lower, result.upper)
-        reason = f"{reason}; the bracket is {reached:.2g} wide, {rtol:.2g} was asked for"
+        width = relative_gap(result.lower, result.upper)
+        state = f"the bracket is {width:.2g} wide" if result.lower > 0 else "no lower bound yet"
+        reason = f"{reason}; {state}, {rtol:.2g} was asked for"
     return replace(result, converged=not reason, reason=reason, field=flow)
 
 
