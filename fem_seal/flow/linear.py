@@ -3,7 +3,7 @@
 A problem is an energy E(v) = ∫ ∇v·T·∇v with a constant tensor T on each cell, over functions
 v = lift + P x: P is the 0/1 matrix of the numbering (`unknowns.py`). With A the block-diagonal
 matrix of E on the discontinuous space, the unknowns solve P'AP x = -P'A lift. CG with BoomerAMG
-does it in about eight iterations at any size and contrast, as long as the matrix is not scaled
+does it in three to six iterations from the coarser solution at any size, as long as the matrix is not scaled
 by its diagonal: that would spoil the constant as near-null vector.
 """
 
@@ -26,7 +26,7 @@ from fem_seal.flow.unknowns import Unknowns
 
 MAX_ITERATIONS = 100
 
-# Measured best of the BoomerAMG options at contrasts to 1e17: fewest iterations, cheapest set-up.
+# The defaults take as long and up to an iteration more (docs/adaptivity.md).
 _BOOMERAMG = {
     "pc_hypre_type": "boomeramg",
     "pc_hypre_boomeramg_coarsen_type": "HMIS",
