@@ -31,7 +31,7 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
     """
     import matplotlib
     from matplotlib.figure import Figure
-    from matplotlib.ticker import ScalarFormatter
+    from matplotlib.ticker import FormatStrFormatter
 
     shown = [r for r in rows if (r.pair, r.edges) == (REFERENCE, rows[0].edges)]
     ensembles = sorted({(r.n, r.hurst) for r in shown})
@@ -47,7 +47,7 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
         axes.axhline(0.5, color="0.6", linewidth=0.8)
         axes.set(xlabel="short cut-off [samples]", ylabel="percolation threshold A*/A0")
         axes.set_xscale("log", base=2)
-        axes.xaxis.set_major_formatter(ScalarFormatter())
+        axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
         figure.legend(loc="outside lower center", frameon=False, fontsize=7, ncols=2)
         for suffix in FORMATS:
             paths.append(folder / f"thresholds.{suffix}")
