@@ -1,6 +1,10 @@
 """Percolation thresholds: symmetry, order of the models, duality, and files that survive."""
 
 import json
+import os
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from functools import cache
 
@@ -269,6 +273,26 @@ def test_points_come_back_as_they_were(tmp_path):
     store = PointStore(tmp_path, SeedThresholds)
     for compute in (lambda: found, lambda: pytest.fail("computed again")):
         assert store.point("point", compute, lambda point: True) == found
+
+
+@pytest.mark.slow
+def test_a_killed_run_goes_on(tmp_path):
+    """kill -9 after two points: they stay, whole, and are not computed again."""
+    options = ["--n", "64", "--seeds", "3", "--edges", "open", "--no-flow"]
+    arguments = ["percolation", *options, "--out", str(tmp_path)]
+    code = f"from fem_seal.cli import main; main({arguments!r})"
+    # A process that has started MPI would make the new one believe it is a child of mpirun.
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+    points = tmp_path / "points"
+    with subprocess.Popen([sys.executable, "-c", code], env=clean) as run:
+        while len(list(points.glob("*.json"))) < 2 and run.poll() is None:
+            time.sleep(0.01)
+        run.kill()
+    written = {path: path.stat().st_mtime_ns for path in points.glob("*.json")}
+    assert 2 <= len(written) < 6
+    assert main(arguments) == 0
+    assert len(list(points.glob("*.json"))) == 6
+    assert all(path.stat().st_mtime_ns == before for path, before in written.items())
 
 
 def test_command(tmp_path, capsys):
