@@ -18,9 +18,9 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
-from fem_seal.flow.marking import doerfler
+from fem_seal.flow.marking import doerfler, halvings
 from fem_seal.leak_rate import Level
-from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.bisection import Refinement, bisect
 from fem_seal.mesh.nested import NestedMesh, uniform_mesh
 
 GAIN_OF_BUBBLES = 0.73  # typical ratio of the half-widths after and before sharpening
@@ -166,10 +166,10 @@ def brackets(
         start = start.replaced(problem.kept, found)
         if strategy.uniform:
             # Halving all cells twice makes the uniform mesh with squares half as wide.
-            start = start.halved(gap).halved(gap)
+            start = start.refined(gap, np.full(len(start.mesh.cells), 2))
         else:
             reached = relative_gap(lower, upper) if found.stream else found.expected
-            start = start.halved(gap, _mark(problem, found, reached, strategy))
+            start = start.refined(gap, _mark(problem, found, reached, strategy))
         # Two meshes need not be in memory at once.
         problem.close()
         del problem, found
@@ -207,12 +207,18 @@ class _Start:
             stream[kept] = best.psi
         return _Start(self.mesh, self.values, pressure, stream)
 
-    def halved(self, gap: LinearGap | ConstantGap, marked: np.ndarray | None = None) -> "_Start":
-        """Carry all to the mesh with the marked cells (default: all) bisected."""
-        everywhere = np.ones(len(self.mesh.cells), dtype=bool)
-        step = bisect(self.mesh, everywhere if marked is None else marked)
+    def _on(self, gap: LinearGap | ConstantGap, step: Refinement) -> "_Start":
         values = gap.refined_values(self.values, step.mesh, step.edge_ends)
         return _Start(step.mesh, values, step.prolong(self.pressure), step.prolong(self.stream))
+
+    def refined(self, gap: LinearGap | ConstantGap, times: np.ndarray) -> "_Start":
+        """Carry all to the mesh in which each cell is bisected so many times at least."""
+        start = self
+        while times.any():
+            step = bisect(start.mesh, times > 0)
+            start = start._on(gap, step)
+            times = np.maximum(times[step.parent] - 1, 0)
+        return start
 
 
 def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tuple[float, float]:
@@ -243,15 +249,17 @@ def _solve(problem: LevelProblem, start: _Start, strategy: Strategy, clock: _Clo
 
 
 def _mark(problem: LevelProblem, found: _Solved, reached: float, strategy: Strategy) -> np.ndarray:
-    """Cells (C,) of the whole mesh to bisect."""
+    """How often to halve each cell (C,) of the whole mesh."""
     part = _part_of_a_step(reached, strategy)
     tuning = strategy.tuning
     shares = problem.shares(found.pressure, found.guide)
     throughflow = problem.throughflow(found.guide)
-    marked = np.zeros(len(problem.kept), dtype=bool)
-    marked[problem.kept] = doerfler(shares, part * tuning.theta)
-    marked[problem.kept] |= doerfler(throughflow, part * tuning.theta_throughflow)
-    return marked
+    times = np.zeros(len(problem.kept), dtype=int)
+    times[problem.kept] = np.maximum(
+        halvings(shares, doerfler(shares, part * tuning.theta)),
+        doerfler(throughflow, part * tuning.theta_throughflow),
+    )
+    return times
 
 
 def _part_of_a_step(expected: float, strategy: Strategy) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets, relative_gap
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
@@ -19,6 +19,7 @@ from fem_seal.topology.constriction import critical_constriction
 from fem_seal.topology.percolation import is_sealed
 
 METHODS = ("adaptive", "uniform")
+NARROWEST = 1e-60  # of the largest gap
 LEAST_UNIT = 1e-200  # leaves a hundred decades for what a constriction takes away
 
 
@@ -82,7 +83,8 @@ def leak_rate(
     InvalidInput
         For values out of range, or periodic sides of a gap that does not repeat.
     NotConverged
-        If the linear solver fails.
+        If the linear solver fails on the first mesh; later, the bounds so far are returned with
+        `converged` False.
     """
     _check(gap, viscosity, pressure_drop, rtol, method, representation)
     if is_sealed(gap, sides, representation):
@@ -120,7 +122,9 @@ def leak_rate(
             del bracket
         else:
             reason = f"the next mesh would have more than {limits.unknowns} unknowns"
-    except TooFine as limit:
+    except (TooFine, NotConverged) as limit:
+        if not levels:
+            raise
         reason = str(limit)
     if reason:
         width = relative_gap(result.lower, result.upper)
@@ -162,6 +166,11 @@ def _brackets(
     """Set the normalised problem up, gap in units of its maximum, and refine it."""
     scaled = GridField(gap.values / gap.values.max(), gap.spacing, gap.periodic)
     narrowest = critical_constriction(scaled, sides, representation).gap
+    if narrowest < NARROWEST:
+        raise InvalidInput(
+            f"the critical constriction is {narrowest:.0e} of the largest gap; its cube is beyond "
+            f"double precision below {NARROWEST:.0e}: set such gaps to 0 if they are contact"
+        )
     squares = gap.shape
     if representation == "linear":
         squares = tuple(n - 1 for n in gap.vertices().shape)

@@ -3,8 +3,8 @@
 A problem is an energy E(v) = ∫ ∇v·T·∇v with a constant tensor T on each cell, over functions
 v = lift + P x: P is the 0/1 matrix of the numbering (`unknowns.py`). With A the block-diagonal
 matrix of E on the discontinuous space, the unknowns solve P'AP x = -P'A lift. CG with BoomerAMG
-does it in three to six iterations from the coarser solution at any size, as long as the matrix is not scaled
-by its diagonal: that would spoil the constant as near-null vector.
+does it in three to six iterations from the coarser solution at any size, as long as the matrix is
+not scaled by its diagonal: that would spoil the constant as near-null vector.
 """
 
 from dataclasses import dataclass
