@@ -55,7 +55,9 @@ class LeakRate:
     value : best estimate; lower, upper : guaranteed bounds or None
     unknowns : of the last solve; converged : the tolerance asked for was reached
     reason : one sentence when converged is False, else ""
-    inflow, outflow : discrete flux through inlet and outlet [m^3/s]; equal up to the solver
+    inflow, outflow : discrete flux through inlet and outlet [m^3/s]; equal up to the solver. Those
+        of the pressure on the last mesh, whose energy the upper bound may improve upon: they can
+        lie above it
     levels : the refinement history; field : the flow on the last mesh, if it was asked for
     """
 
