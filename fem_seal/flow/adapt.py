@@ -267,8 +267,8 @@ def _part_of_a_step(expected: float, strategy: Strategy) -> float:
 
     Halving the cells that hold a part θ of the difference lowers it by about θ/2.
     """
-    needed = 1.8 * (1 - 0.985 * strategy.rtol / expected) / strategy.tuning.theta
-    return float(np.clip(needed, 0.2, 1.0))
+    needed = 1.5 * (1 - 0.99 * strategy.rtol / expected) / strategy.tuning.theta
+    return float(np.clip(needed, 0.06, 1.0))
 
 
 def _unobstructed(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,8 @@ from fem_seal.surface import Spectrum, self_affine
 
 @cache
 def elastic_gap(n: int, hurst: float, short: float, area: float, seed: int) -> GridField:
-    spectrum = Spectrum(hurst, n / 8 * 1e-6, short * 1e-6)
+    # Two octaves at least, where the short cut-off comes near to n/8.
+    spectrum = Spectrum(hurst, max(n / 8, 4 * short) * 1e-6, short * 1e-6)
     height = self_affine(spectrum, (n, n), (n * 1e-6, n * 1e-6), rms_slope=0.1, seed=seed)
     return solve(height, 1e7, area_fraction=area, tolerance=1e-6).gap
 
