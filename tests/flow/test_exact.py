@@ -441,11 +441,13 @@ def test_unit_neutrality(method, power):
 
 @pytest.mark.parametrize("factor", [2.0, 1 / 64])
 def test_cube_of_the_gap(factor):
-    """g → s g gives s³, exactly for powers of two."""
+    """g → s g gives s³; powers of two lose no digit, but two solves of one problem may differ in the
+    last digits of their sums, whose order depends on how the arrays lie in memory."""
     gap = rough_gap((16, 16), 0.3, 2)
     scaled = GridField(factor * gap.values, gap.spacing, periodic=True)
     one, other = (solve(g, 3000, 0.1, "adaptive") for g in (gap, scaled))
-    assert (other.lower, other.upper) == (factor**3 * one.lower, factor**3 * one.upper)
+    expected = [factor**3 * one.lower, factor**3 * one.upper]
+    assert [other.lower, other.upper] == pytest.approx(expected, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize("aspect", [0.01, 100.0])
