@@ -441,7 +441,9 @@ def test_unit_neutrality(method, power):
 
 @pytest.mark.parametrize("factor", [2.0, 1 / 64])
 def test_cube_of_the_gap(factor):
-    """g → s g gives s³; powers of two lose no digit, but two solves of one problem may differ in the
+    """g → s g gives s³.
+
+    Powers of two lose no digit, but two solves of one problem may differ in the
     last digits of their sums, whose order depends on how the arrays lie in memory."""
     gap = rough_gap((16, 16), 0.3, 2)
     scaled = GridField(factor * gap.values, gap.spacing, periodic=True)
