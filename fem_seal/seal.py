@@ -17,6 +17,7 @@ from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
 
 if TYPE_CHECKING:
+    from fem_seal.accuracy import Choice
     from fem_seal.contact.state import GapState
 
 
@@ -53,15 +54,49 @@ class Seal:
     @cached_property
     def surface(self) -> GridField | None:
         """Heights [m] of the rough face; None if the scene gives a gap instead."""
+        if self.choice is not None:
+            return self.choice.surface
+        return self._given_surface()
+
+    @cached_property
+    def choice(self) -> "Choice | None":
+        """Contact grid and flow tolerance that keep accuracy.total; None if the scene has none."""
+        wanted = self.scene.accuracy
+        if wanted is None:
+            return None
+        from fem_seal.accuracy import choose
+
+        with self.timed("accuracy"):
+            return choose(
+                wanted.total,
+                self._given_surface(),
+                self._on_grid,
+                max_refinement=wanted.max_refinement,
+                report=self.report,
+            )
+
+    def _given_surface(self) -> GridField | None:
         surface = self.scene.surface
         if surface is None:
             return None
         with self.timed("surface"):
             return parallel.on_root(lambda: SURFACES[type(surface)](surface))
 
+    def _on_grid(
+        self, surface: GridField, rtol: float, contact: "GapState | None" = None
+    ) -> "Seal":
+        """Same scene on another grid of the surface, with a tolerance of the flow alone."""
+        seal = Seal(self.scene.with_tolerance(rtol), self.report)
+        seal.surface = surface
+        if contact is not None:
+            seal.contact = contact
+        return seal
+
     @cached_property
     def contact(self) -> "GapState | None":
         """Gap, pressure and residual of the contact; None if the scene gives a gap instead."""
+        if self.choice is not None:
+            return self.choice.contact
         if self.surface is None:
             return None
         with self.timed("contact"):
@@ -92,6 +127,8 @@ class Seal:
     @cached_property
     def leak_rate(self) -> LeakRate:
         """Volume per second through the gap, with bounds where the method has them."""
+        if self.choice is not None:
+            return self.choice.leak_rate
         method = self.scene.flow.method
         if self.sealed:
             return LeakRate.sealed(method)

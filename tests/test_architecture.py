@@ -26,7 +26,7 @@ ORDER = [
         "scene",
     ),
     *("surface", "contact", "topology", "theory", "finite_difference", "fenicsx", "mesh", "flow"),
-    *("seal", "results", "sweep", "study", "render", "job", "doctor", "cli"),
+    *("accuracy", "seal", "results", "sweep", "study", "render", "job", "doctor", "cli"),
 ]
 
 FINITE_ELEMENTS = {"fenicsx", "mesh", "flow"}

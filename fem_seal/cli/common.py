@@ -9,6 +9,7 @@ from fem_seal.errors import NotConverged
 
 if TYPE_CHECKING:
     from fem_seal.results import Result
+    from fem_seal.results.result import AccuracyRecord
     from fem_seal.scene import Scene
 
 
@@ -64,6 +65,8 @@ def summary(result: "Result", out: Path | None) -> list[str]:
     if result.leak_rate:
         lines.append(f"leak rate  {_leak_rate(result)}")
         lines.append(f"flow       {result.method}, {result.unknowns} unknowns")
+    if result.accuracy:
+        lines.append(f"accuracy   {_chosen(result.accuracy)}")
     contact = f"area fraction {result.contact_area_fraction:.4f}, mean gap {result.mean_gap:.3e} m"
     if result.mean_pressure is not None:
         contact += f", mean pressure {result.mean_pressure:.3e} Pa"
@@ -73,6 +76,18 @@ def summary(result: "Result", out: Path | None) -> list[str]:
     if out is not None:
         lines.append(f"result     {', '.join(('result.json', *result.files))} in {out}")
     return lines
+
+
+def _chosen(accuracy: "AccuracyRecord") -> str:
+    contact, flow = (
+        "unknown" if part is None else f"{100 * part:.2g} %"
+        for part in (accuracy.contact_error, accuracy.flow_error)
+    )
+    nx, ny = accuracy.samples
+    return (
+        f"chosen for {100 * accuracy.total:g} %: contact on {nx} x {ny} (error about {contact}), "
+        f"flow.rtol = {accuracy.rtol:.2g} (at most {flow})"
+    )
 
 
 def _leak_rate(result: "Result") -> str:

@@ -1,8 +1,10 @@
 """What result.json says."""
 
+from dataclasses import asdict
 from datetime import UTC, datetime
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
+from math import isfinite
 from pathlib import Path
 from platform import python_version
 from typing import Any, Literal
@@ -43,6 +45,39 @@ class LevelRecord(_Record):
     upper: float
     iterations: dict[str, int]
     seconds: dict[str, float]
+
+
+class TrialRecord(_Record):
+    """One contact grid that was tried for the total error."""
+
+    samples: tuple[int, int]
+    leak_rate: float
+    lower: float
+    upper: float
+
+
+class AccuracyRecord(_Record):
+    """What was chosen to keep accuracy.total; an error is null where nothing can be said."""
+
+    total: float
+    samples: tuple[int, int]
+    rtol: float
+    contact_error: float | None
+    flow_error: float | None
+    trials: tuple[TrialRecord, ...]
+
+    @classmethod
+    def of(cls, seal: Seal) -> "AccuracyRecord | None":
+        """None if the scene asks for no total error."""
+        choice = seal.choice
+        return choice and cls(
+            total=seal.scene.accuracy.total,
+            samples=choice.surface.shape,
+            rtol=choice.rtol,
+            contact_error=choice.contact_error if isfinite(choice.contact_error) else None,
+            flow_error=choice.flow_error if isfinite(choice.flow_error) else None,
+            trials=tuple(TrialRecord(**asdict(trial)) for trial in choice.trials),
+        )
 
 
 class Provenance(_Record):
@@ -93,6 +128,7 @@ class Result(_Record):
     kkt_residual: float | None
     contact_iterations: int | None
     levels: tuple[LevelRecord, ...]
+    accuracy: AccuracyRecord | None = None
     files: tuple[str, ...]
     seconds: dict[str, float]
     peak_memory_bytes: int
@@ -139,6 +175,7 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), seconds: float | None = N
         percolates=not sealed,
         contact_area_fraction=seal.contact_area_fraction,
         mean_gap=float(seal.gap.values.mean()),
+        accuracy=AccuracyRecord.of(seal),
         files=files,
         seconds=stages | {"total": sum(stages.values()) if seconds is None else seconds},
         peak_memory_bytes=parallel.total(peak_memory()),

@@ -1,5 +1,6 @@
 """Scene: what a scene file says, checked, frozen and in SI units."""
 
+from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.scene import Scene
 from fem_seal.scene.sections import (
     Contact,
@@ -13,6 +14,7 @@ from fem_seal.scene.sections import (
 )
 
 __all__ = [
+    "Accuracy",
     "Contact",
     "FileSurface",
     "Flow",

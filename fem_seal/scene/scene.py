@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, model_validator
 
 from fem_seal.errors import InvalidInput
+from fem_seal.scene.accuracy import Accuracy, check_accuracy
 from fem_seal.scene.files import override, read_toml
 from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.sections import (
@@ -36,6 +37,7 @@ class Scene(Section):
     gap: Gap | None = Field(None, description="in place of surface, solid and contact")
     fluid: Fluid | None = Field(None, description="the liquid that leaks")
     flow: Flow = Field(Flow(), description="pressure drop, sides and method")
+    accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
     output: Output = Field(Output(), description="what is wanted")
 
     @classmethod
@@ -78,7 +80,14 @@ class Scene(Section):
 
     def to_mapping(self) -> dict[str, Any]:
         """Nested plain dicts of what is set, in SI units; `from_mapping` gives the scene back."""
-        return self.model_dump(mode="json", exclude_none=True)
+        # A tolerance beside a total error would be a contradiction when read again.
+        chosen = {"flow": {"rtol"}} if self.accuracy else None
+        return self.model_dump(mode="json", exclude_none=True, exclude=chosen)
+
+    def with_tolerance(self, rtol: float) -> "Scene":
+        """Copy with a tolerance of the flow in place of a total error."""
+        flow = self.flow.model_copy(update={"rtol": rtol})
+        return self.model_copy(update={"flow": flow, "accuracy": None})
 
     @property
     def needs_flow(self) -> bool:
@@ -88,6 +97,7 @@ class Scene(Section):
     @model_validator(mode="after")
     def _check(self) -> "Scene":
         self._check_gap()
+        check_accuracy(self)
         if self.needs_flow:
             if self.fluid is None:
                 raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")

@@ -1,0 +1,183 @@
+"""A total error kept: the contact grid and the flow tolerance chosen from quick coarse runs.
+
+The leak rate of a rough contact is wrong by what the grid of the contact has missed and by the
+width of the flow's bracket. Both are measured here as |ln| of a ratio of leak rates, so that they
+add up: c of the contact, f of the flow, c + f <= ln(1 + total).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import expm1, inf, log, log1p, sinh
+from typing import Protocol
+
+from fem_seal.contact.state import GapState
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+from fem_seal.progress import Report, silent
+from fem_seal.surface.resampling import resample
+
+# Grids tried below the samples of the surface, for the error estimate alone.
+COARSER = (0.25, 0.5)
+LEAST_SAMPLES = 8
+# Safety of the last change and weight of the one before: see `contact_part`.
+SAFETY, BEFORE = 1.5, 0.5
+# Share of the budget that the contact may take while a finer grid is left to try, and on the last.
+SHARE, LAST_SHARE = 2 / 3, 0.9
+
+
+class Solved(Protocol):
+    """A contact and its leak rate."""
+
+    contact: GapState
+    leak_rate: LeakRate
+
+
+# (surface, rtol, contact of that surface if it is known) -> contact and leak rate
+OnGrid = Callable[[GridField, float, GapState | None], Solved]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A contact grid that was tried: samples (nx, ny), leak rate and bounds [m^3/s]."""
+
+    samples: tuple[int, int]
+    leak_rate: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """The contact grid and the flow tolerance that keep a total error.
+
+    surface, contact, leak_rate : on the chosen grid; the leak rate has `converged` False where no
+        allowed grid keeps the total error
+    rtol : of the flow
+    contact_error : relative error that the contact grid is estimated to leave
+    flow_error : relative half-width of the bracket, certified
+    trials : all grids tried, from coarse to fine; the last is the chosen one
+    """
+
+    surface: GridField
+    contact: GapState
+    leak_rate: LeakRate
+    rtol: float
+    contact_error: float
+    flow_error: float
+    trials: tuple[Trial, ...]
+
+
+def choose(
+    total: float,
+    surface: GridField,
+    on_grid: OnGrid,
+    max_refinement: int = 4,
+    report: Report = silent,
+) -> Choice:
+    """Refine the contact grid until what it misses is small, then spend the rest on the flow.
+
+    Parameters
+    ----------
+    total : relative error wanted of the leak rate, against ever finer contact grids and an exact
+        solution of the flow
+    surface : periodic heights; no grid coarser than theirs is chosen
+    on_grid : solves contact and flow of a resampled surface
+    max_refinement : finest contact grid, in multiples of the samples of the surface
+    report : told of each grid
+
+    Returns
+    -------
+    Choice
+
+    Raises
+    ------
+    NotConverged
+        If a contact or the linear solver fails.
+    """
+    budget = log1p(total)
+    shapes = grids(surface.shape, max_refinement)
+    trials: list[Trial] = []
+    for shape in shapes:
+        report("accuracy", f"contact on {shape[0]} x {shape[1]}")
+        here = resample(surface, shape)
+        solved = on_grid(here, total, None)
+        leak = solved.leak_rate
+        trials.append(Trial(shape, leak.value, leak.lower, leak.upper))
+        part = contact_part([trial.leak_rate for trial in trials])
+        share = LAST_SHARE if shape == shapes[-1] else SHARE
+        if shape[0] >= surface.shape[0] and part <= share * budget:
+            break
+    rtol = total
+    if leak.converged and part < budget and flow_part(leak) > budget - part:
+        rtol = 2 * sinh(budget - part)
+        leak = on_grid(here, rtol, solved.contact).leak_rate
+    if leak.converged and part + flow_part(leak) > budget:
+        leak = replace(leak, converged=False, reason=_missed(total, part, shapes[-1]))
+    return Choice(
+        surface=here,
+        contact=solved.contact,
+        leak_rate=leak,
+        rtol=rtol,
+        contact_error=_relative(part),
+        flow_error=_relative(flow_part(leak)),
+        trials=tuple(trials),
+    )
+
+
+def grids(samples: tuple[int, int], max_refinement: int) -> list[tuple[int, int]]:
+    """Contact grids to try, each about twice as fine as the one before."""
+    coarse = [tuple(round(n * factor) for n in samples) for factor in COARSER]
+    finer = [1]
+    while 2 * finer[-1] <= max_refinement:
+        finer.append(2 * finer[-1])
+    return [shape for shape in coarse if min(shape) >= LEAST_SAMPLES] + [
+        tuple(n * factor for n in samples) for factor in finer
+    ]
+
+
+def contact_part(leak_rates: Sequence[float]) -> float:
+    """Estimate |ln| of the last leak rate over that of ever finer contact grids.
+
+    Parameters
+    ----------
+    leak_rates : on contact grids each twice as fine as the one before; 0 where sealed
+
+    Returns
+    -------
+    float; inf with less than three grids, from which nothing can be told.
+
+    Notes
+    -----
+    1.5 times the last change, which is right if changes fall by 1.67 or more from grid to grid, but
+    at least half the change before, since one change may be small by chance. Changes were seen to
+    fall by 3 to 5 (docs/price.md). An estimate, not a bound.
+    """
+    if len(leak_rates) < 3:
+        return inf
+    first, middle, last = leak_rates[-3:]
+    return max(SAFETY * _change(middle, last), BEFORE * _change(first, middle))
+
+
+def flow_part(leak: LeakRate) -> float:
+    """Half of ln(upper / lower): how far √(lower upper) can be from the truth; inf without both."""
+    if leak.state == "sealed":
+        return 0.0
+    return 0.5 * log(leak.upper / leak.lower) if leak.lower > 0 else inf
+
+
+def _change(before: float, after: float) -> float:
+    if before == after:
+        return 0.0
+    return abs(log(after / before)) if before > 0 and after > 0 else inf
+
+
+def _relative(part: float) -> float:
+    return expm1(part) if part < 700 else inf
+
+
+def _missed(total: float, part: float, finest: tuple[int, int]) -> str:
+    told = f"about {100 * _relative(part):.2g} %" if part < inf else "not known"
+    return (
+        f"the contact grid's part of the error is {told} on {finest[0]} x {finest[1]}, the finest "
+        f"that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"
+    )

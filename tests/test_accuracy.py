@@ -1,0 +1,204 @@
+"""A total error asked for: what is chosen, that it is kept, and what it contradicts."""
+
+import json
+import re
+import tomllib
+from dataclasses import dataclass
+from math import asinh, exp, inf, log, log1p
+
+import numpy as np
+import pytest
+from project import ROOT, write_toml
+
+from fem_seal import cli
+from fem_seal.accuracy import choose, contact_part, flow_part, grids
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+from fem_seal.scene import Accuracy, Scene
+from fem_seal.seal import Seal
+from fem_seal.surface.resampling import resample
+
+FLAT = GridField(np.zeros((64, 64)), (1.0, 1.0), periodic=True)
+
+
+@dataclass
+class Fake:
+    """A contact without content and a leak rate in the middle of a bracket as wide as rtol."""
+
+    contact: str
+    leak_rate: LeakRate
+
+
+def on_grid_of(error, asked=None):
+    """A solver whose leak rate is off by the factor exp(error(samples)) on a contact grid."""
+
+    def solve(surface, rtol, contact):
+        if asked is not None:
+            asked.append((surface.shape, rtol, contact))
+        value, half = exp(error(surface.shape[0])), asinh(rtol / 2)
+        leak = LeakRate("leaking", "fake", value, value * exp(-half), value * exp(half))
+        return Fake(f"contact {surface.shape[0]}", leak)
+
+    return solve
+
+
+@pytest.fixture
+def accurate_scene(small_scene):
+    small_scene["flow"]["method"] = "adaptive"
+    small_scene["contact"] = {"pressure": "0.1 MPa"}
+    return small_scene | {"accuracy": {"total": 0.2}}
+
+
+@pytest.mark.parametrize("ratio", [5 / 3, 2.0, 4.0])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_geometric_sequences_are_bounded(ratio, sign):
+    """ln Q off by e r^-k: the last grid is off by its change / (r - 1), at most 1.5 of it."""
+    errors = [sign * 0.3 * ratio**-k for k in range(3)]
+    part = contact_part([exp(e) for e in errors])
+    assert part >= abs(errors[-1]) * (1 - 1e-12)
+    # From a ratio of 3 on the half of the change before decides: e (r² - r) / 2 on the last.
+    bound = max(1.5 * (ratio - 1), 0.5 * (ratio**2 - ratio))
+    assert part == pytest.approx(abs(errors[-1]) * bound, rel=1e-9)
+
+
+def test_one_small_change_is_not_trusted():
+    """Q passes its old value by chance: the change before says what the grids are worth."""
+    assert contact_part([1.0, 2.0, 2.0]) == pytest.approx(0.5 * log(2), abs=0, rel=1e-12)
+    assert contact_part([1.0, 1.0]) == inf
+    assert contact_part([1.0, 0.0, 1.0]) == inf
+    assert contact_part([1.0, 0.0, 0.0]) == inf
+    assert contact_part([0.0, 0.0, 0.0]) == 0
+
+
+def test_flow_part_is_half_the_log_of_the_bracket():
+    leak = LeakRate("leaking", "fake", 1.0, 0.5, 2.0)
+    assert flow_part(leak) == pytest.approx(log(2), rel=1e-12)
+    assert flow_part(LeakRate("leaking", "fake", 1.0, 0.0, 2.0)) == inf
+    assert flow_part(LeakRate.sealed("fake")) == 0
+
+
+def test_grids_double_up_to_the_limit():
+    """Two coarse ones for the estimate; none of less than eight samples; no grid twice."""
+    assert grids((64, 32), 4) == [(16, 8), (32, 16), (64, 32), (128, 64), (256, 128)]
+    assert grids((16, 16), 7) == [(8, 8), (16, 16), (32, 32), (64, 64)]
+    assert grids((101, 37), 1) == [(25, 9), (50, 18), (101, 37)]
+
+
+def test_first_order_contact_is_refined_until_it_suffices():
+    """ln Q off by 2/n: changes of 2/n, times 1.5; two thirds of ln(1.1) are reached at n = 64."""
+    asked = []
+    choice = choose(0.1, FLAT, on_grid_of(lambda n: 2 / n, asked))
+    assert choice.surface.shape == (64, 64)
+    assert choice.contact == "contact 64"
+    part = 1.5 * 2 / 64
+    assert choice.contact_error == pytest.approx(exp(part) - 1, rel=1e-9)
+    # rtol 0.1 is already narrow enough: ln(1.1) = 0.0953 = 0.0469 + 0.0484 > 0.0469 + 0.05.
+    left = log1p(0.1) - part
+    assert choice.rtol == pytest.approx(2 * np.sinh(left), rel=1e-9)
+    # The contact is not solved again for the narrower bracket.
+    assert asked[-1] == ((64, 64), choice.rtol, "contact 64")
+    assert [samples[0] for samples, *_ in asked] == [16, 32, 64, 64]
+    total = log1p(choice.contact_error) + log1p(choice.flow_error)
+    assert total == pytest.approx(log(1.1), rel=1e-9)
+    assert choice.leak_rate.converged
+
+
+def test_no_solve_more_than_needed():
+    """A contact that is exact on every grid: the bracket of the coarse runs already is enough."""
+    asked = []
+    choice = choose(0.1, FLAT, on_grid_of(lambda n: 0.0, asked))
+    assert (choice.contact_error, choice.rtol) == (0, 0.1)
+    assert [samples[0] for samples, *_ in asked] == [16, 32, 64]
+
+
+def test_a_total_that_no_grid_keeps_is_not_converged():
+    choice = choose(0.01, FLAT, on_grid_of(lambda n: 2 / n), max_refinement=2)
+    assert choice.surface.shape == (128, 128)
+    assert not choice.leak_rate.converged
+    assert "part of the error is about 2.4 % on 128 x 128" in choice.leak_rate.reason
+    assert "max_refinement" in choice.leak_rate.reason
+    # Its bounds are kept.
+    assert choice.leak_rate.lower < choice.leak_rate.value < choice.leak_rate.upper
+
+
+@pytest.mark.parametrize("seed", [1, 2, 5, 7])
+def test_the_total_error_is_kept(accurate_scene, seed):
+    """Against the same surface on 256 x 256, four times the finest grid chosen or more.
+
+    The reference is itself off: by its bracket, ±1 %, and by some 0.5 % of the contact grid, the
+    change from 128 to 256 samples over two.
+    """
+    accurate_scene["surface"]["seed"] = seed
+    seal = Seal(Scene.from_mapping(accurate_scene))
+    assert seal.choice.surface.shape[0] <= 64
+    assert seal.leak_rate.converged
+    reference = Seal(seal.scene.with_tolerance(0.02))
+    reference.surface = resample(seal.choice.surface, (256, 256))
+    assert abs(seal.leak_rate.value / reference.leak_rate.value - 1) <= 0.2 + 0.015
+    # The promise is made of its two parts.
+    parts = log1p(seal.choice.contact_error) + log1p(seal.choice.flow_error)
+    assert parts <= log1p(0.2) * (1 + 1e-9)
+
+
+def test_a_smaller_total_costs_a_finer_grid_or_a_narrower_bracket(accurate_scene):
+    found = []
+    for total in (0.5, 0.1):
+        accurate_scene["accuracy"] = {"total": total, "max_refinement": 8}
+        found.append(Seal(Scene.from_mapping(accurate_scene)).choice)
+    loose, tight = found
+    assert tight.leak_rate.converged
+    assert tight.rtol < loose.rtol
+    assert tight.surface.shape >= loose.surface.shape
+    assert tight.leak_rate.unknowns > loose.leak_rate.unknowns
+
+
+def test_run_says_what_it_chose(accurate_scene, tmp_path, capsys):
+    """The result records choice and parts; its scene reads again; a sweep takes it as well."""
+    path = write_toml(tmp_path / "scene.toml", accurate_scene)
+    assert cli.main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    record = json.loads((tmp_path / "out" / "result.json").read_text())
+    chosen, leak = record["accuracy"], record["leak_rate"]
+    nx, ny = chosen["samples"]
+    assert f"chosen for 20 %: contact on {nx} x {ny}" in said
+    assert f"flow.rtol = {chosen['rtol']:.2g}" in said
+    half = 0.5 * log(leak["upper"] / leak["lower"])
+    assert chosen["flow_error"] == pytest.approx(exp(half) - 1, rel=1e-9)
+    assert log1p(chosen["contact_error"]) + half <= log(1.2) * (1 + 1e-9)
+    assert [trial["samples"][0] for trial in chosen["trials"]][-1] == nx
+    with np.load(tmp_path / "out" / "contact.npz") as contact:
+        assert contact["gap"].shape == (nx, ny)
+    scene = Scene.from_mapping(record["provenance"]["scene"])
+    assert scene.accuracy.total == 0.2
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"accuracy": {"total": 1.0}}, "accuracy.total = 1.0 should be less than 1"),
+        ({"accuracy": {"total": 0.0}}, "accuracy.total = 0.0 should be greater than 0"),
+        ({"accuracy": {"totl": 0.1}}, "did you mean total"),
+        ({"output": {"products": ["contact"]}}, "output.products does not name"),
+        ({"flow": {"pressure_drop": 1.0, "rtol": 0.05}}, "chooses flow.rtol itself"),
+        ({"flow": {"pressure_drop": 1.0, "method": "finite-difference"}}, "needs bounds"),
+    ],
+)
+def test_what_contradicts_a_total_error(accurate_scene, change, message):
+    with pytest.raises(InvalidInput, match=message):
+        Scene.from_mapping(accurate_scene | change)
+
+
+def test_the_document_names_every_field():
+    listings = re.findall(r"```toml\n(.*?)```", (ROOT / "docs/scene.md").read_text(), re.DOTALL)
+    [listing] = [text for text in map(tomllib.loads, listings) if "accuracy" in text]
+    assert set(listing["accuracy"]) == set(Accuracy.model_fields)
+
+
+def test_a_given_gap_has_no_contact_grid(accurate_scene, tmp_path):
+    np.savez(tmp_path / "gap.npz", gap=np.ones((9, 9)), spacing=(1.0, 1.0))
+    for name in ("surface", "solid", "contact"):
+        del accurate_scene[name]
+    scene = accurate_scene | {"gap": {"path": str(tmp_path / "gap.npz")}}
+    with pytest.raises(InvalidInput, match="cannot be solved on another grid"):
+        Scene.from_mapping(scene)
