@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from time import perf_counter
@@ -107,8 +108,11 @@ class Seal:
         """Gap [m], exactly 0 in contact."""
         if self.contact is not None:
             return self.contact.gap
+        given = self.scene.gap
         with self.timed("gap"):
-            return parallel.on_root(lambda: load_gap(self.scene.gap.path))
+            return parallel.on_root(
+                lambda: load_gap(given.path, given.stated, given.contact_below)
+            )
 
     @property
     def contact_area_fraction(self) -> float:
@@ -126,14 +130,21 @@ class Seal:
 
     @cached_property
     def leak_rate(self) -> LeakRate:
-        """Volume per second through the gap, with bounds where the method has them."""
+        """Volume per second through the gap, with bounds where the method has them.
+
+        That of a gas is counted at the reference conditions of the fluid.
+        """
         if self.choice is not None:
             return self.choice.leak_rate
         method = self.scene.flow.method
         if self.sealed:
             return LeakRate.sealed(method)
         with self.timed("flow"):
-            return FLOWS[method](self)
+            leak = FLOWS[method](self)
+        if leak.field is None:
+            return leak
+        pressure = self.scene.drive.pressure(leak.field.pressure)
+        return replace(leak, field=replace(leak.field, pressure=pressure))
 
 
 def _self_affine(surface: SelfAffineSurface) -> GridField:
@@ -212,16 +223,17 @@ def _finite_elements(seal: Seal) -> LeakRate:
     return leak_rate(
         seal.gap,
         viscosity=seal.scene.fluid.viscosity,
-        pressure_drop=flow.pressure_drop,
+        pressure_drop=seal.scene.drive.pressure_drop,
         sides=flow.sides,
         representation=flow.representation,
         method=flow.method,
         rtol=flow.rtol,
+        decide=seal.scene.deciding_rate,
         limits=Limits(
             unknowns=flow.max_unknowns, seconds=flow.max_seconds, memory_bytes=flow.max_memory
         ),
         progress=progress,
-        field=bool({"pictures", "mesh"}.intersection(seal.scene.output.products)),
+        field=seal.scene.needs_field,
     )
 
 
@@ -233,7 +245,7 @@ def _finite_differences(seal: Seal) -> LeakRate:
         lambda: solve(
             seal.gap,
             viscosity=seal.scene.fluid.viscosity,
-            pressure_drop=flow.pressure_drop,
+            pressure_drop=seal.scene.drive.pressure_drop,
             sides=flow.sides,
             representation=flow.representation,
             links=flow.links,

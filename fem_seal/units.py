@@ -1,7 +1,9 @@
-"""Numbers with units: "5 um", "2 MPa", "1 mPa s" become SI floats."""
+"""Numbers with units: "5 um", "2 MPa", "1 mPa s" become SI floats; leak rates keep theirs."""
 
 import re
+from dataclasses import dataclass
 from functools import cache
+from math import inf
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -11,6 +13,14 @@ _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s
 
 # What a message shows as an example of each SI unit.
 _EXAMPLES = {"m": "5 um", "Pa": "2 MPa", "Pa s": "1 mPa s", "s": "10 min", "byte": "2 GB"}
+_EXAMPLES |= {"K": "20 degC", "kg/mol": "29 g/mol"}
+
+# What counts a leak rate, and its SI unit.
+RATES = {"volume": "m^3/s", "throughput": "Pa m^3/s", "amount": "mol/s", "mass": "kg/s"}
+_RATE_WANTED = (
+    "should be a volume ('ml/h'), pressure times volume ('mbar l/s'), amount ('mol/s') or mass "
+    "('g/h') per time"
+)
 
 
 @cache
@@ -70,3 +80,75 @@ def _convert(number: str, text: str, unit: str, wanted: str) -> float:
         raise ValueError(f"is not in a unit of {unit}; {wanted}") from None
     except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError):
         raise ValueError(f"has an unknown unit {text!r}; {wanted}") from None
+
+
+@dataclass(frozen=True)
+class RateUnit:
+    """A unit of leak rates.
+
+    name : as it was written; kind : a key of `RATES`; size : one of it, in the SI unit of its kind
+    """
+
+    name: str
+    kind: str
+    size: float
+
+    @classmethod
+    def parse(cls, text: object) -> "RateUnit":
+        """Read "ml/h", "mbar l/s" or any other unit of a leak rate.
+
+        Raises
+        ------
+        ValueError
+            If it is no unit, or not one of a leak rate.
+        """
+        from tokenize import TokenError
+
+        import pint
+
+        if not isinstance(text, str) or text.strip()[:1].isdigit():
+            raise ValueError(_RATE_WANTED)
+        try:
+            unit = _registry().parse_units(text)
+        except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError):
+            raise ValueError(f"has an unknown unit; it {_RATE_WANTED}") from None
+        for kind, si in RATES.items():
+            si = si.replace(" ", "*")
+            if unit.is_compatible_with(si):
+                return cls(text.strip(), kind, float(_registry().Quantity(1, unit).m_as(si)))
+        raise ValueError(f"does not measure a leak rate; it {_RATE_WANTED}")
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A leak rate as a person writes it: "1 ml/h". A plain number is in m³/s."""
+
+    number: float
+    unit: RateUnit
+
+    def __str__(self) -> str:
+        return f"{self.number!r} {self.unit.name}"
+
+    @property
+    def si(self) -> float:
+        """Value in the SI unit of its kind."""
+        return self.number * self.unit.size
+
+    @classmethod
+    def parse(cls, value: object) -> "Rate":
+        """Read a leak rate > 0.
+
+        Raises
+        ------
+        ValueError
+            If it is neither a positive number nor one with a unit of a leak rate.
+        """
+        match = None if isinstance(value, bool) else _NUMBER_AND_UNIT.fullmatch(str(value))
+        if not match:
+            raise ValueError("should be a leak rate such as '1 ml/h'")
+        number, text = match.groups()
+        if not text and isinstance(value, str):
+            raise ValueError("has no unit; a leak rate is written such as '1 ml/h'")
+        if not 0 < float(number) < inf:
+            raise ValueError("should be greater than 0 and finite")
+        return cls(float(number), RateUnit.parse(text or RATES["volume"]))

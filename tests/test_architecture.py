@@ -22,6 +22,7 @@ ORDER = [
         "parallel",
         "progress",
         "units",
+        "fluid",
         "gap_file",
         "scene",
     ),

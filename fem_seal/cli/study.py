@@ -83,7 +83,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
     if seal.sealed:
         raise InvalidInput("the gap is sealed: every method says 0 without a solve")
     setting = Setting(
-        scene.fluid.viscosity, flow.pressure_drop, flow.sides, flow.representation, flow.rtol
+        scene.fluid.viscosity, scene.drive.pressure_drop, flow.sides, flow.representation, flow.rtol
     )
     _make(options.out)
     rows, bracket = _watched(lambda report: on_gap(seal.gap, setting, grids, report=report))

@@ -8,8 +8,9 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets, relative_gap
+from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
+from fem_seal.flow.goal import Decision, Tolerance
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.memory import peak_memory
@@ -45,6 +46,7 @@ def leak_rate(
     representation: str = "linear",
     method: str = "adaptive",
     rtol: float = 0.05,
+    decide: float | None = None,
     limits: Limits | None = None,
     progress: Callable[[Level], None] | None = None,
     field: bool = False,
@@ -67,6 +69,7 @@ def leak_rate(
     representation : "linear" (samples are vertices, linear between) or "constant" (square pixels)
     method : "adaptive" or "uniform" (the pixel mesh and its uniform refinements)
     rtol : stop when upper - lower ≤ rtol √(lower upper)
+    decide : in place of rtol, a leak rate [m³/s]: stop when it does not lie between the bounds
     limits : where to stop before that; the result then has `converged` False and says why
     progress : called with every Level, in m³/s
     field : keep the flow on the last mesh
@@ -90,21 +93,22 @@ def leak_rate(
     if is_sealed(gap, sides, representation):
         return LeakRate.sealed(method)
     limits = limits or Limits()
+    goal = Tolerance(rtol) if decide is None else Decision(decide)
     scale = _unit_of_leak_rate(gap, viscosity, pressure_drop)
     started = time.perf_counter()
     levels: list[Level] = []
     reason = ""
     strategy = Strategy(
         uniform=method == "uniform",
-        rtol=rtol,
-        every_dual=every_dual,
+        rtol=goal.rtol,
+        every_dual=every_dual or decide is not None,
         max_unknowns=limits.unknowns,
         tuning=tuning or Tuning(),
     )
     flow = None
     try:
         for bracket in _brackets(gap, sides, representation, strategy, comm):
-            reached = relative_gap(bracket.level.lower, bracket.level.upper) <= rtol
+            reached = goal.reached(bracket.level.lower * scale, bracket.level.upper * scale)
             reason = "" if reached else comm.bcast(_exceeded(limits, started))
             if reason:
                 bracket = bracket.certified()
@@ -127,9 +131,7 @@ def leak_rate(
             raise
         reason = str(limit)
     if reason:
-        width = relative_gap(result.lower, result.upper)
-        state = f"the bracket is {width:.2g} wide" if result.lower > 0 else "no lower bound yet"
-        reason = f"{reason}; {state}, {rtol:.2g} was asked for"
+        reason = f"{reason}; {goal.missed(result.lower, result.upper)}"
     return replace(result, converged=not reason, reason=reason, field=flow)
 
 

@@ -1,13 +1,13 @@
 """Scene: what a scene file says, checked, frozen and in SI units."""
 
 from fem_seal.scene.accuracy import Accuracy
+from fem_seal.scene.fluid import Fluid
+from fem_seal.scene.limit import Limit
+from fem_seal.scene.measured import FileSurface, Gap
 from fem_seal.scene.scene import Scene
 from fem_seal.scene.sections import (
     Contact,
-    FileSurface,
     Flow,
-    Fluid,
-    Gap,
     Output,
     SelfAffineSurface,
     Solid,
@@ -20,6 +20,7 @@ __all__ = [
     "Flow",
     "Fluid",
     "Gap",
+    "Limit",
     "Output",
     "Scene",
     "SelfAffineSurface",

@@ -7,15 +7,16 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, model_validator
 
 from fem_seal.errors import InvalidInput
+from fem_seal.fluid import Drive
 from fem_seal.scene.accuracy import Accuracy, check_accuracy
 from fem_seal.scene.files import override, read_toml
+from fem_seal.scene.fluid import Fluid, drive
+from fem_seal.scene.limit import Limit, check_rates
 from fem_seal.scene.messages import ContradictionError, explain
+from fem_seal.scene.measured import FileSurface, Gap
 from fem_seal.scene.sections import (
     Contact,
-    FileSurface,
     Flow,
-    Fluid,
-    Gap,
     Output,
     Section,
     SelfAffineSurface,
@@ -35,9 +36,10 @@ class Scene(Section):
     solid: Solid | None = Field(None, description="elasticity of the two solids")
     contact: Contact | None = Field(None, description="contact model and load")
     gap: Gap | None = Field(None, description="in place of surface, solid and contact")
-    fluid: Fluid | None = Field(None, description="the liquid that leaks")
+    fluid: Fluid | None = Field(None, description="the liquid or gas that leaks")
     flow: Flow = Field(Flow(), description="pressure drop, sides and method")
     accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
+    limit: Limit | None = Field(None, description="what the leak rate is held against")
     output: Output = Field(Output(), description="what is wanted")
 
     @classmethod
@@ -92,7 +94,26 @@ class Scene(Section):
     @property
     def needs_flow(self) -> bool:
         """Whether some product needs the leak rate."""
-        return bool({"leak_rate", "mesh"}.intersection(self.output.products))
+        wanted = {"leak_rate", "mesh", "constriction", "hydraulic_aperture"}
+        return bool(wanted.intersection(self.output.products))
+
+    @property
+    def needs_field(self) -> bool:
+        """Whether some product needs the flow itself and not only its leak rate."""
+        wanted = {"pictures", "mesh", "constriction"}
+        return self.limit is not None or bool(wanted.intersection(self.output.products))
+
+    @property
+    def drive(self) -> Drive:
+        """What pushes the fluid through; for scenes that need the flow."""
+        return drive(self.fluid, self.flow)
+
+    @property
+    def deciding_rate(self) -> float | None:
+        """Solved leak rate [m^3/s] whose exceeding is to be decided; None without one."""
+        if self.limit is None or not self.limit.decide:
+            return None
+        return self.limit.volume_rate(self.drive)
 
     @model_validator(mode="after")
     def _check(self) -> "Scene":
@@ -101,8 +122,11 @@ class Scene(Section):
         if self.needs_flow:
             if self.fluid is None:
                 raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
-            if self.flow.pressure_drop is None:
-                raise ContradictionError("flow.pressure_drop is missing: a leak rate needs it")
+            check_rates(self, self.drive)
+        elif self.limit is not None:
+            raise ContradictionError(
+                "[limit] is about the leak rate, which output.products does not name"
+            )
         if "mesh" in self.output.products and self.flow.method == "finite-difference":
             raise ContradictionError(
                 "output.products names 'mesh', but flow.method = 'finite-difference' has none; "

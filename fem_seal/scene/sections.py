@@ -10,6 +10,8 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    PlainSerializer,
+    PlainValidator,
     Strict,
     ValidationInfo,
     field_validator,
@@ -17,7 +19,7 @@ from pydantic import (
 )
 
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.units import to_si
+from fem_seal.units import RateUnit, to_si
 
 
 def _plain_number(value: object) -> object:
@@ -38,6 +40,7 @@ def _readable(value: object, info: ValidationInfo) -> Path:
 
 
 Length = Annotated[float, BeforeValidator(partial(to_si, unit="m")), Field(gt=0)]
+Coordinate = Annotated[float, BeforeValidator(partial(to_si, unit="m")), Field(ge=0)]
 Pressure = Annotated[float, BeforeValidator(partial(to_si, unit="Pa")), Field(gt=0)]
 Load = Annotated[float, BeforeValidator(partial(to_si, unit="Pa")), Field(ge=0)]
 Viscosity = Annotated[float, BeforeValidator(partial(to_si, unit="Pa s")), Field(gt=0)]
@@ -115,13 +118,6 @@ class SelfAffineSurface(Section):
         return self
 
 
-class FileSurface(Section):
-    """Heights from a file."""
-
-    kind: Literal["file"] = Field(description='"self-affine" or "file"')
-    path: InputFile = Field(description="npz with heights (nx, ny) [m] and spacing (dx, dy) [m]")
-
-
 class Solid(Section):
     """Elasticity of the two solids, mapped to one contact modulus."""
 
@@ -173,22 +169,12 @@ class Contact(Section):
         return self
 
 
-class Gap(Section):
-    """A gap from a file, in place of surface, solid and contact."""
-
-    path: InputFile = Field(description="npz with gap (nx, ny) [m] and spacing (dx, dy) [m]")
-
-
-class Fluid(Section):
-    """The liquid that leaks."""
-
-    viscosity: Viscosity = Field(description="dynamic viscosity η")
-
-
 class Flow(Section):
     """What drives the flow, and how its leak rate is computed."""
 
-    pressure_drop: Pressure | None = Field(None, description="inlet minus outlet pressure")
+    pressure_drop: Pressure | None = Field(None, description="inlet minus outlet; of a liquid")
+    inlet_pressure: Pressure | None = Field(None, description="absolute; with outlet_pressure")
+    outlet_pressure: Load | None = Field(None, description="absolute, 0 is vacuum")
     sides: Literal["wall", "periodic"] = Field("wall", description="at y = 0 and y = Ly")
     rtol: Number = Field(0.05, gt=0, description="(upper - lower) / sqrt(lower upper) wanted")
     representation: Literal["linear", "constant"] = Field(
@@ -205,7 +191,13 @@ class Flow(Section):
     max_memory: Bytes | None = Field(None, description="stop with the best bounds so far")
 
 
-Product = Literal["contact", "leak_rate", "pictures", "mesh"]
+Product = Literal[
+    *("contact", "leak_rate", "pictures", "mesh"),
+    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume"),
+]
+LeakRateUnit = Annotated[
+    RateUnit, PlainValidator(RateUnit.parse), PlainSerializer(lambda unit: unit.name)
+]
 
 
 class Output(Section):
@@ -214,6 +206,7 @@ class Output(Section):
     products: tuple[Product, ...] = Field(
         ("contact", "leak_rate", "pictures"), min_length=1, description="what is computed"
     )
+    leak_rate_unit: LeakRateUnit | None = Field(None, description="beside SI, such as ml/h")
 
     @field_validator("products")
     @classmethod

@@ -1,0 +1,104 @@
+"""The section of the fluid: a liquid, or an isothermal ideal gas."""
+
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from fem_seal.fluid import Drive, GasDrive, LiquidDrive
+from fem_seal.scene.messages import ContradictionError
+from fem_seal.scene.sections import Pressure, Section, Viscosity
+from fem_seal.units import to_si
+
+if TYPE_CHECKING:
+    from fem_seal.scene.sections import Flow
+
+Temperature = Annotated[float, BeforeValidator(partial(to_si, unit="K")), Field(gt=0)]
+MolarMass = Annotated[float, BeforeValidator(partial(to_si, unit="kg/mol")), Field(gt=0)]
+
+# Normal conditions of DIN 1343.
+NORMAL_TEMPERATURE, NORMAL_PRESSURE = 273.15, 101325.0
+_NEEDED_BY_GAS = ("molar_mass", "temperature")
+_OF_GAS = (*_NEEDED_BY_GAS, "reference_temperature", "reference_pressure")
+
+
+class Fluid(Section):
+    """What leaks. A gas is ideal and isothermal, its viscosity independent of the pressure."""
+
+    kind: Literal["liquid", "gas"] = Field("liquid", description='"liquid" or "gas"')
+    viscosity: Viscosity = Field(description="dynamic viscosity η")
+    molar_mass: MolarMass | None = Field(None, description="of a gas")
+    temperature: Temperature | None = Field(None, description="of a gas, everywhere the same")
+    reference_temperature: Temperature | None = Field(
+        None, description="at which the volume of a gas is counted; 0 degC if left out"
+    )
+    reference_pressure: Pressure | None = Field(
+        None, description="at which the volume of a gas is counted; 1 atm if left out"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> "Fluid":
+        given = [name for name in _OF_GAS if getattr(self, name) is not None]
+        if self.kind == "liquid" and given:
+            raise ContradictionError(f"{given[0]} is for kind = 'gas' only; this is a liquid")
+        missing = [name for name in _NEEDED_BY_GAS if getattr(self, name) is None]
+        if self.kind == "gas" and missing:
+            raise ContradictionError(f"{missing[0]} is missing: kind = 'gas' needs it")
+        return self
+
+
+def drive(fluid: Fluid, flow: "Flow") -> Drive:
+    """What pushes a fluid through, from its section and that of the flow.
+
+    Raises
+    ------
+    ContradictionError
+        If the pressures given are too few, too many or of the wrong kind for the fluid.
+    """
+    return _DRIVES[fluid.kind](fluid, flow)
+
+
+def _liquid(fluid: Fluid, flow: "Flow") -> LiquidDrive:
+    inlet, outlet = flow.inlet_pressure, flow.outlet_pressure
+    if flow.pressure_drop is not None:
+        if inlet is not None or outlet is not None:
+            raise ContradictionError(
+                "give flow.pressure_drop, or flow.inlet_pressure and flow.outlet_pressure, not both"
+            )
+        return LiquidDrive(flow.pressure_drop)
+    if inlet is None and outlet is None:
+        raise ContradictionError("flow.pressure_drop is missing: a leak rate needs it")
+    _require_both(flow, "without flow.pressure_drop a leak rate")
+    return LiquidDrive(inlet - outlet, outlet)
+
+
+def _gas(fluid: Fluid, flow: "Flow") -> GasDrive:
+    if flow.pressure_drop is not None:
+        raise ContradictionError(
+            "flow.pressure_drop does not fix the flow of a gas, which goes as p_in² - p_out²; give "
+            "the absolute flow.inlet_pressure and flow.outlet_pressure instead"
+        )
+    _require_both(flow, "fluid.kind = 'gas'")
+    return GasDrive(
+        inlet_pressure=flow.inlet_pressure,
+        outlet_pressure=flow.outlet_pressure,
+        temperature=fluid.temperature,
+        molar_mass=fluid.molar_mass,
+        reference_temperature=fluid.reference_temperature or NORMAL_TEMPERATURE,
+        reference_pressure=fluid.reference_pressure or NORMAL_PRESSURE,
+    )
+
+
+_DRIVES = {"liquid": _liquid, "gas": _gas}
+
+
+def _require_both(flow: "Flow", who: str) -> None:
+    """Both absolute pressures, the higher one at the inlet."""
+    for name in ("inlet_pressure", "outlet_pressure"):
+        if getattr(flow, name) is None:
+            raise ContradictionError(f"flow.{name} is missing: {who} needs both absolute pressures")
+    if flow.inlet_pressure <= flow.outlet_pressure:
+        raise ContradictionError(
+            f"flow.inlet_pressure = {flow.inlet_pressure:g} Pa must be above flow.outlet_pressure "
+            f"= {flow.outlet_pressure:g} Pa; swap the gap's ends if it leaks the other way"
+        )

@@ -1,0 +1,170 @@
+"""Liquids and gases: what drives them, what is counted, and what makes no sense of each."""
+
+import numpy as np
+import pytest
+from project import write_toml
+
+from fem_seal.errors import InvalidInput
+from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+
+VISCOSITY, TEMPERATURE, MOLAR_MASS = 1.8e-5, 293.15, 0.029
+P_IN, P_OUT = 2.5e5, 1e5
+GAS = {
+    "kind": "gas",
+    "viscosity": VISCOSITY,
+    "temperature": TEMPERATURE,
+    "molar_mass": MOLAR_MASS,
+}
+
+
+@pytest.fixture
+def gap_scene(tmp_path):
+    """A scene of a gap from an array, with a gas and without contact."""
+
+    def scene(gap, fluid=GAS, flow=None, spacing=(1e-6, 2e-6), **output):
+        np.savez(tmp_path / "gap.npz", gap=gap, spacing=spacing)
+        return {
+            "gap": {"path": str(tmp_path / "gap.npz")},
+            "fluid": dict(fluid),
+            "flow": {"inlet_pressure": P_IN, "outlet_pressure": P_OUT} if flow is None else flow,
+            "output": {"products": ["leak_rate", "mesh"], **output},
+        }
+
+    return scene
+
+
+def air(p_in=P_IN, p_out=P_OUT):
+    return GasDrive(p_in, p_out, TEMPERATURE, MOLAR_MASS, 273.15, 101325.0)
+
+
+def channel_mass_rate(height, width, length):
+    """Isothermal ideal gas between parallel plates: W h³ M (p_in² - p_out²) / (24 η R T L)."""
+    per_pressure = MOLAR_MASS / (GAS_CONSTANT * TEMPERATURE)
+    return width * height**3 / (24 * VISCOSITY * length) * per_pressure * (P_IN**2 - P_OUT**2)
+
+
+@pytest.mark.parametrize("method", ["adaptive", "uniform", "finite-difference"])
+def test_gas_in_a_uniform_channel(gap_scene, method):
+    """p² is linear there, which every method holds exactly: only rounding is left."""
+    scene = gap_scene(np.full((9, 5), 1e-6), products=["leak_rate"])
+    scene["flow"]["method"] = method
+    scene = Scene.from_mapping(scene)
+    leak = Seal(scene).leak_rate
+    exact = channel_mass_rate(1e-6, 8e-6, 8e-6)
+    assert leak.value * scene.drive.rates["mass"] == pytest.approx(exact, rel=1e-7, abs=0)
+    if method != "finite-difference":
+        assert leak.lower * scene.drive.rates["mass"] <= exact * (1 + 1e-12)
+        assert leak.upper * scene.drive.rates["mass"] >= exact * (1 - 1e-12)
+
+
+def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
+    """What is written and drawn is p and not p²: √(p_in² + (p_out² - p_in²) x/L)."""
+    field = Seal(Scene.from_mapping(gap_scene(np.full((9, 5), 1e-6)))).leak_rate.field
+    x = field.points[:, 0] / 8e-6
+    exact = np.sqrt(P_IN**2 + (P_OUT**2 - P_IN**2) * x)
+    # CG stops at a relative energy error of 1e-8; the linear solution is in the space.
+    np.testing.assert_allclose(field.pressure, exact, rtol=1e-6)
+
+
+def test_bounds_of_a_gas_are_those_of_the_liquid(gap_scene):
+    """The same gap, solved once as a gas and once as a liquid, differs by one known factor."""
+    gap = 1e-6 * (1 + 0.9 * np.random.default_rng(3).random((17, 17)))
+    gas = Seal(Scene.from_mapping(gap_scene(gap))).leak_rate
+    flow = {"pressure_drop": 1.0}
+    liquid = Seal(Scene.from_mapping(gap_scene(gap, {"viscosity": VISCOSITY}, flow))).leak_rate
+    mean_squares = (P_IN**2 - P_OUT**2) / 2
+    for bound in ("lower", "upper", "value"):
+        throughput = getattr(gas, bound) * air().rates["throughput"]
+        assert throughput == pytest.approx(mean_squares * getattr(liquid, bound), rel=1e-12, abs=0)
+
+
+def test_gas_of_a_small_pressure_drop_flows_like_a_liquid():
+    """To first order in Δp/p the volume at the mean pressure is that of a liquid."""
+    for drop in (1e3, 1e2):
+        gas = air(1e5 + drop, 1e5)
+        # Volume at p_out and T per volume at reference conditions.
+        at_outlet = gas.rates["throughput"] / 1e5
+        assert gas.pressure_drop * at_outlet == pytest.approx(drop * (1 + drop / 2e5), rel=1e-12)
+
+
+def test_rates_of_a_gas_agree():
+    """One kilomole at 0 degC and 1 atm fills 22.414 m³ (CODATA molar volume) and weighs M."""
+    rates = air().rates
+    assert 1 / rates["amount"] == pytest.approx(22.41396954e-3, rel=1e-9)
+    assert rates["mass"] == rates["amount"] * MOLAR_MASS
+    assert rates["throughput"] == pytest.approx(101325 * TEMPERATURE / 273.15, rel=1e-14)
+
+
+@pytest.mark.parametrize("reference", [(273.15, 101325.0), (293.15, 1e5)])
+def test_mass_does_not_depend_on_the_reference(reference):
+    gas = GasDrive(P_IN, P_OUT, TEMPERATURE, MOLAR_MASS, *reference)
+    mass = gas.pressure_drop * gas.rates["mass"]
+    assert mass == pytest.approx(air().pressure_drop * air().rates["mass"], rel=1e-13, abs=0)
+
+
+def test_vacuum_at_the_outlet():
+    gas = air(1e5, 0.0)
+    half = gas.pressure(np.array([-1e-9, 0.5, 1.0]) * gas.pressure_drop)
+    np.testing.assert_allclose(half, [0.0, 1e5 / np.sqrt(2), 1e5], rtol=1e-14)
+
+
+def test_mean_free_path_of_air():
+    """Jennings, J. Aerosol Sci. 19, 159 (1988): 65.4 nm at 20 degC and 1 atm; M, η rounded here."""
+    assert air(101325, 101325).mean_free_path(1.82e-5) == pytest.approx(65.4e-9, rel=0.01)
+
+
+def test_absolute_pressures_of_a_liquid(gap_scene):
+    """Same leak rate as their difference; pressures are absolute then."""
+    gap, water = np.full((5, 5), 1e-6), {"viscosity": 1e-3}
+    absolute = {"inlet_pressure": "3 bar", "outlet_pressure": "1 bar"}
+    by_drop = Seal(Scene.from_mapping(gap_scene(gap, water, {"pressure_drop": "2 bar"}))).leak_rate
+    both = Seal(Scene.from_mapping(gap_scene(gap, water, absolute))).leak_rate
+    assert both.value == by_drop.value
+    np.testing.assert_array_equal(both.field.pressure, by_drop.field.pressure + 1e5)
+    assert LiquidDrive(2e5).pressure(np.array([0.0])) == 0
+
+
+BAD = {
+    "flow.pressure_drop=1 bar": "does not fix the flow of a gas, which goes as p_in² - p_out²",
+    "flow.inlet_pressure=": "flow.inlet_pressure is missing: fluid.kind = 'gas' needs both",
+    "flow.outlet_pressure=": "flow.outlet_pressure is missing",
+    "flow.outlet_pressure=3 bar": "must be above flow.outlet_pressure",
+    "flow.outlet_pressure=-1 bar": "flow.outlet_pressure = '-1 bar' should be greater",
+    "fluid.molar_mass=": "fluid: molar_mass is missing: kind = 'gas' needs it",
+    "fluid.temperature=": "fluid: temperature is missing",
+    "fluid.temperature=-300 degC": "fluid.temperature = '-300 degC' should be greater than 0",
+    "fluid.temperature=20 K m": "is not in a unit of K",
+    "fluid.molar_mass=29 g": "is not in a unit of kg/mol",
+    "fluid.kind=steam": "fluid.kind = 'steam' is not allowed; choose from 'liquid' or 'gas'",
+    "fluid.kind=liquid": "fluid: molar_mass is for kind = 'gas' only; this is a liquid",
+}
+
+
+@pytest.mark.parametrize("assignment", BAD)
+def test_bad_gas(assignment, gap_scene, tmp_path):
+    path = write_toml(tmp_path / "scene.toml", gap_scene(np.ones((3, 3))))
+    with pytest.raises(InvalidInput, match=BAD[assignment]) as caught:
+        Scene.from_file(path, [assignment])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("flow", "words"),
+    [
+        ({"pressure_drop": 1, "inlet_pressure": 2}, "not both"),
+        ({"inlet_pressure": 2}, "flow.outlet_pressure is missing"),
+        ({"outlet_pressure": 2}, "flow.inlet_pressure is missing"),
+        ({}, "flow.pressure_drop is missing"),
+        ({"inlet_pressure": 2, "outlet_pressure": 2}, "must be above"),
+    ],
+)
+def test_bad_pressures_of_a_liquid(flow, words, gap_scene):
+    with pytest.raises(InvalidInput, match=words):
+        Scene.from_mapping(gap_scene(np.ones((3, 3)), {"viscosity": 1e-3}, flow))
+
+
+def test_gas_scene_survives_its_mapping(gap_scene):
+    scene = Scene.from_mapping(gap_scene(np.ones((3, 3)), leak_rate_unit="mbar l/s"))
+    assert Scene.from_mapping(scene.to_mapping()) == scene
