@@ -79,7 +79,12 @@ def draw(folder: str | Path, report: Report = silent) -> tuple[str, ...]:
     result = Result.from_folder(folder)
     scene = result.scene()
     has_contact = (folder / CONTACT_FILE).is_file()
-    gap = read_contact(folder)[0] if has_contact else load_gap(scene.gap.path)
+    given = scene.gap
+    gap = (
+        read_contact(folder)[0]
+        if has_contact
+        else load_gap(given.path, given.stated, given.contact_below)
+    )
     leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
     report("pictures", "")
     with ResultFolder(folder, result.provenance) as aside:

@@ -23,6 +23,7 @@ ORDER = [
         "progress",
         "units",
         "fluid",
+        "field_file",
         "gap_file",
         "scene",
     ),

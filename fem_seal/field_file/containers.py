@@ -1,0 +1,117 @@
+"""Opening npz, npy, NetCDF and HDF5 files."""
+
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+from zipfile import BadZipFile
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.field_file.named_arrays import NamedArrays, Variable
+
+if TYPE_CHECKING:
+    import h5py
+
+HDF5 = b"\x89HDF"
+NETCDF3 = b"CDF"
+
+
+@contextmanager
+def whole(path: Path, what: str) -> Iterator[None]:
+    """Say in one sentence that a file is not there, or is no whole file of its format."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise InvalidInput(f"{path} does not exist") from None
+    # What the libraries raise at the end of a truncated file, or at bytes that are no numbers.
+    except (OSError, ValueError, EOFError, KeyError, TypeError, BadZipFile, zlib.error) as error:
+        reason = getattr(error, "strerror", None) or f"it is not a whole {what} file"
+        raise InvalidInput(f"{path} cannot be read: {reason}") from None
+
+
+def read_npz(path: Path, wanted: Iterable[str]) -> NamedArrays:
+    """Read the arrays of an npz that are wanted; their lengths are metres unless it says more."""
+    with whole(path, "npz"), path.open("rb") as file:
+        loaded = np.load(file, allow_pickle=False)
+        if not isinstance(loaded, np.lib.npyio.NpzFile):
+            raise InvalidInput(f"{path} holds one array without lengths; rename it to .npy")
+        found = {name: Variable(loaded[name]) for name in wanted if name in loaded.files}
+        # Tamaas has no units, whereas our own files are in metres.
+        return NamedArrays(path, found, tuple(loaded.files), {}, si="attrs" not in found)
+
+
+def read_npy(path: Path) -> np.ndarray:
+    """Read the one array of an npy."""
+    with whole(path, "npy"), path.open("rb") as file:
+        loaded = np.load(file, allow_pickle=False)
+        if not isinstance(loaded, np.ndarray):
+            raise InvalidInput(f"{path} holds many arrays; rename it to .npz")
+        return loaded
+
+
+def read_netcdf(path: Path, wanted: Iterable[str]) -> NamedArrays:
+    """Read NetCDF 3 with SciPy, and NetCDF 4, which is HDF5, with h5py."""
+    if _magic(path).startswith(HDF5):
+        return read_hdf5(path, wanted)
+    from scipy.io import netcdf_file
+
+    with whole(path, "NetCDF"), netcdf_file(path, mmap=False, maskandscale=True) as file:
+        found = {
+            name: Variable(
+                np.ma.filled(file.variables[name][...].astype(_real(file.variables[name])), np.nan),
+                _plain(file.variables[name]._attributes),
+                file.variables[name].dimensions,
+            )
+            for name in wanted
+            if name in file.variables
+        }
+        return NamedArrays(path, found, tuple(file.variables), _plain(file._attributes))
+
+
+def read_hdf5(path: Path, wanted: Iterable[str]) -> NamedArrays:
+    """Read the data sets at the top of an HDF5 file that are wanted."""
+    try:
+        import h5py
+    except ImportError:
+        raise MissingPackage(
+            f"{path} is an HDF5 file, which needs h5py: pip install 'fem_seal[measured]'"
+        ) from None
+
+    with whole(path, "HDF5"), h5py.File(path, "r") as file:
+        held = tuple(name for name in file if isinstance(file[name], h5py.Dataset))
+        found = {name: _data_set(file[name]) for name in wanted if name in held}
+        return NamedArrays(path, found, held, dict(file.attrs))
+
+
+def _data_set(dataset: "h5py.Dataset") -> Variable:
+    values = dataset[()]
+    attributes = dict(dataset.attrs)
+    if "_FillValue" in attributes:
+        values = np.where(values == np.ravel(attributes["_FillValue"])[0], np.nan, values)
+    names = tuple(_scale_name(dimension) for dimension in dataset.dims)
+    return Variable(values, attributes, names)
+
+
+def _scale_name(dimension: "h5py.h5ds.DimensionProxy") -> str:
+    """Name of a dimension, which NetCDF 4 attaches as a scale."""
+    return dimension[0].name.rsplit("/", 1)[-1] if len(dimension) else dimension.label
+
+
+def _magic(path: Path) -> bytes:
+    with whole(path, "NetCDF"), path.open("rb") as file:
+        return file.read(4)
+
+
+def _real(variable: object) -> type:
+    return float if np.dtype(variable.data.dtype).kind in "iuf" else variable.data.dtype
+
+
+def _plain(attributes: Mapping[str, object]) -> dict[str, object]:
+    return {name: _decoded(value) for name, value in attributes.items()}
+
+
+def _decoded(value: object) -> object:
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value

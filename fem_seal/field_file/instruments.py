@@ -1,0 +1,105 @@
+"""Maps written by instruments, through SurfaceTopography, which knows over thirty formats."""
+
+import struct
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import ParseError
+from zipfile import BadZipFile
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.field_file.recorded import Recorded
+
+if TYPE_CHECKING:
+    from SurfaceTopography.IO.Reader import ChannelInfo, ReaderBase
+
+# What parsers of binary formats raise where a file ends early or holds nonsense.
+_BROKEN = (
+    *(OSError, EOFError, ValueError, TypeError, LookupError, AttributeError, AssertionError),
+    *(ArithmeticError, NotImplementedError, struct.error, BadZipFile, ParseError),
+)
+
+
+def read_instrument(path: Path, channel: str | None = None) -> Recorded:
+    """Read one channel of an instrument's file.
+
+    Parameters
+    ----------
+    path : of the file
+    channel : its name; the file's default channel if left out
+
+    Raises
+    ------
+    MissingPackage
+        If SurfaceTopography is not installed.
+    InvalidInput
+        If it does not know the file, or the channel is not there or no map on an even grid.
+    """
+    if not path.is_file():
+        raise InvalidInput(f"{path} does not exist")
+    with _readable(path):
+        reader = _open(path)
+        info = _channel(reader, channel, path)
+        # A missing size must be given to the reader, or it refuses; what we give is not used.
+        given = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
+        topography = reader.topography(channel_index=info.index, **given)
+        values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
+        spacing = None if given else tuple(float(d) for d in topography.pixel_size)
+        unit = topography.unit
+        return Recorded(values, unit, spacing, unit, bool(topography.is_periodic) or None)
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    from_package = _exceptions(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # deprecations inside the readers concern their authors
+            yield
+    except (*_BROKEN, *from_package) as error:
+        reason = str(error).strip().split("\n")[0] or type(error).__name__
+        raise InvalidInput(f"{path} cannot be read by SurfaceTopography: {reason}") from None
+
+
+def _exceptions(path: Path) -> tuple[type[Exception], ...]:
+    try:
+        from SurfaceTopography.Exceptions import ReadFileError, UnknownFileFormat
+    except ImportError:
+        raise MissingPackage(
+            f"{path} is none of .npz, .npy, .nc, .h5 or .txt; other formats need "
+            "SurfaceTopography: pip install 'fem_seal[measured]'"
+        ) from None
+    return ReadFileError, UnknownFileFormat
+
+
+def _open(path: Path) -> "ReaderBase":
+    from SurfaceTopography import open_topography
+    from SurfaceTopography.Exceptions import CannotDetectFileFormat
+
+    try:
+        return open_topography(str(path))
+    except CannotDetectFileFormat:
+        raise InvalidInput(
+            f"{path} is in no format that SurfaceTopography knows, or is cut off"
+        ) from None
+
+
+def _channel(reader: "ReaderBase", name: str | None, path: Path) -> "ChannelInfo":
+    if name is None:
+        info = reader.default_channel
+    else:
+        named = [info for info in reader.channels if info.name == name]
+        if not named:
+            held = ", ".join(repr(info.name) for info in reader.channels)
+            raise InvalidInput(f"{path} has no channel {name!r}; it holds {held}")
+        info = named[0]
+    if info.dim != 2 or not info.is_uniform:
+        raise InvalidInput(
+            f"channel {info.name!r} of {path} is no map on an even grid but "
+            f"{'a line scan' if info.dim == 1 else 'unevenly sampled'}"
+        )
+    return info

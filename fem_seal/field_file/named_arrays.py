@@ -1,0 +1,231 @@
+"""Arrays with names and attributes, as npz, NetCDF and HDF5 hold them, read as a map of samples.
+
+Layouts that are understood beside our own (`gap` or `heights`, `spacing`, `periodic`, `unit`):
+
+* SurfaceTopography 1.18, which ContactMechanics uses: `heights` (x, y), coordinates `x` and `y`
+  with the attributes `length`, `unit` and `periodic`, and a `mask` of undefined points.
+* Tamaas 2.9 (tamaas/dumpers): the fields of a model, its `system_size` as an attribute, and in
+  npz all attributes as JSON in an array `attrs`. A model repeats and has no units. Where the
+  `traction` is positive there is contact, though the gap is a rounding above 0.
+* ContactMechanics 1.8 (IO/NetCDF.py): frames of fields on `nx` by `ny` points, no lengths.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file.recorded import Pair, Recorded
+
+# Read beside the samples themselves, where a file has them.
+ABOUT = ("spacing", "periodic", "unit", "x", "y", "mask", "attrs")
+# Fields that are positive exactly where the solids touch, by the names other codes give them.
+CONTACT_PRESSURES = ("traction", "forces")
+
+FRAMES = "frame"
+
+
+@dataclass(frozen=True, eq=False)
+class Variable:
+    """One array of a file with its attributes and the names of its dimensions."""
+
+    values: np.ndarray
+    attributes: Mapping[str, object] = field(default_factory=dict)
+    dimensions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class NamedArrays:
+    """What was read of a file.
+
+    variables : those of `wanted_names` that are there
+    held : names of all arrays of the file
+    attributes : of the file
+    si : whether lengths without a unit are metres, as in our own npz
+    """
+
+    path: Path
+    variables: Mapping[str, Variable]
+    held: tuple[str, ...]
+    attributes: Mapping[str, object]
+    si: bool = False
+
+
+def wanted_names(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of the arrays worth reading, for samples under one of `names`."""
+    return (*names, *ABOUT, *CONTACT_PRESSURES)
+
+
+def interpret(arrays: NamedArrays, names: tuple[str, ...]) -> Recorded:
+    """Find the samples and what is said of them.
+
+    Parameters
+    ----------
+    arrays : of a file
+    names : under which the samples may stand; the first that is there is taken
+
+    Raises
+    ------
+    InvalidInput
+        If there are no such samples, or what is said of them makes no sense.
+    """
+    name = next((name for name in names if name in arrays.variables), None)
+    if name is None:
+        wanted = " or ".join(map(repr, names))
+        held = ", ".join(sorted(arrays.held)) or "nothing"
+        raise InvalidInput(f"{arrays.path} has no array {wanted}; it holds {held}")
+    samples = arrays.variables[name]
+    attributes = dict(arrays.attributes) | _tamaas_attributes(arrays)
+    tamaas = "system_size" in attributes
+    values = _map_of(samples, name, arrays.path, normal=tamaas)
+    values = _without_masked(values, arrays)
+    if name in ("gap", "gaps"):
+        values = _zero_in_contact(values, arrays)
+    unit = _unit(arrays, samples)
+    spacing, length_unit = _spacing(arrays, values.shape, attributes)
+    if arrays.si:
+        unit, length_unit = unit or "m", length_unit or unit or "m"
+    periodic = _periodic(arrays)
+    return Recorded(values, unit, spacing, length_unit, True if tamaas else periodic)
+
+
+def _map_of(samples: Variable, name: str, path: Path, normal: bool = False) -> np.ndarray:
+    """Real numbers (nx, ny): the last frame, and of a vector its normal, last component."""
+    values = np.asarray(samples.values)
+    if values.dtype.kind not in "biuf":
+        raise InvalidInput(f"{name} in {path} must hold real numbers, not {values.dtype}")
+    if values.dtype.kind == "b":
+        raise InvalidInput(f"{name} in {path} holds true and false; lengths are wanted")
+    if samples.dimensions[:1] == (FRAMES,):
+        if len(values) == 0:
+            raise InvalidInput(f"{name} in {path} has no frame")
+        values = values[-1]
+    if normal and values.ndim == 3:
+        values = values[..., -1]
+    if values.ndim != 2 or 0 in values.shape:
+        raise InvalidInput(
+            f"{name} in {path} must be two-dimensional, (nx, ny), but has shape {values.shape}"
+        )
+    return values.astype(float)
+
+
+def _without_masked(values: np.ndarray, arrays: NamedArrays) -> np.ndarray:
+    mask = arrays.variables.get("mask")
+    if mask is None:
+        return values
+    if mask.values.shape != values.shape:
+        raise InvalidInput(
+            f"mask in {arrays.path} has shape {mask.values.shape}, its samples {values.shape}"
+        )
+    return np.where(mask.values.astype(bool), np.nan, values)
+
+
+def _zero_in_contact(values: np.ndarray, arrays: NamedArrays) -> np.ndarray:
+    """Set the gap to 0 where the file says that there is contact."""
+    for name in CONTACT_PRESSURES:
+        if name in arrays.variables:
+            pressure = _map_of(arrays.variables[name], name, arrays.path, normal=True)
+            if pressure.shape != values.shape:
+                raise InvalidInput(
+                    f"{name} in {arrays.path} has shape {pressure.shape}, the gap {values.shape}"
+                )
+            return np.where(pressure > 0, 0.0, values)
+    return values
+
+
+def _tamaas_attributes(arrays: NamedArrays) -> dict[str, object]:
+    """Attributes that Tamaas writes as JSON into its npz."""
+    if "attrs" not in arrays.variables:
+        return {}
+    try:
+        found = json.loads(str(arrays.variables["attrs"].values))
+    except ValueError:
+        found = None
+    if not isinstance(found, dict):
+        raise InvalidInput(f"attrs in {arrays.path} is not the JSON that Tamaas writes")
+    return found
+
+
+def _spacing(
+    arrays: NamedArrays, shape: tuple[int, ...], attributes: Mapping[str, object]
+) -> tuple[Pair | None, str | None]:
+    """(dx, dy) and its unit, from whatever says it."""
+    if "spacing" in arrays.variables:
+        given = arrays.variables["spacing"]
+        return _pair(given.values, f"spacing in {arrays.path}"), _unit(arrays, given)
+    if {"x", "y"} <= set(arrays.variables):
+        x, y = arrays.variables["x"], arrays.variables["y"]
+        units = _unit(arrays, x), _unit(arrays, y)
+        if units[0] != units[1]:
+            raise InvalidInput(f"x and y in {arrays.path} differ in unit: {units[0]}, {units[1]}")
+        steps = _step(x, shape[0], "x", arrays.path), _step(y, shape[1], "y", arrays.path)
+        return steps, units[0]
+    if "spacing" in attributes:
+        return _pair(attributes["spacing"], f"spacing in {arrays.path}"), None
+    if "system_size" in attributes:
+        # Tamaas puts the depth of a volume before the two lengths of its face.
+        size = np.ravel(attributes["system_size"])[-2:]
+        size = _pair(size, f"system_size in {arrays.path}")
+        return (size[0] / shape[0], size[1] / shape[1]), None
+    return None, None
+
+
+def _pair(values: object, what: str) -> Pair:
+    numbers = np.ravel(np.asarray(values))
+    if numbers.dtype.kind not in "iuf" or len(numbers) != 2:
+        raise InvalidInput(f"{what} must be two positive lengths, got {values}")
+    return float(numbers[0]), float(numbers[1])
+
+
+def _step(axis: Variable, n: int, name: str, path: Path) -> float:
+    """Distance of neighbouring coordinates, which must be the same everywhere."""
+    x = np.asarray(axis.values)
+    if x.dtype.kind not in "iuf" or x.shape != (n,):
+        raise InvalidInput(f"{name} in {path} must be {n} coordinates, one for each sample")
+    if "length" in axis.attributes:
+        return float(np.ravel(axis.attributes["length"])[0]) / n
+    if n < 2:
+        raise InvalidInput(f"{name} in {path} is a single coordinate and gives no spacing")
+    steps = np.diff(x.astype(float))
+    mean = (float(x[-1]) - float(x[0])) / (n - 1)
+    precision = np.finfo(x.dtype if x.dtype.kind == "f" else float).eps
+    # Coordinates are rounded to their precision, and computed in a few operations.
+    if not np.abs(steps - mean).max() <= 8 * precision * np.abs(x).max() or mean <= 0:
+        raise InvalidInput(
+            f"{name} in {path} is not evenly spaced and increasing: steps from {steps.min():g} "
+            f"to {steps.max():g}; resample it onto an even grid"
+        )
+    return mean
+
+
+def _unit(arrays: NamedArrays, variable: Variable) -> str | None:
+    """Unit of one variable, or of the whole file."""
+    for name in ("unit", "units"):
+        if name in variable.attributes:
+            return _text(variable.attributes[name])
+    return _text(arrays.variables["unit"].values) if "unit" in arrays.variables else None
+
+
+def _text(value: object) -> str:
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.item()
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _periodic(arrays: NamedArrays) -> bool | None:
+    if "periodic" in arrays.variables:
+        given = np.asarray(arrays.variables["periodic"].values)
+        if given.size != 1 or given.dtype.kind not in "biuf":
+            raise InvalidInput(f"periodic in {arrays.path} must be one true or false")
+        return bool(given.item())
+    said = {
+        bool(np.ravel(arrays.variables[name].attributes["periodic"])[0])
+        for name in ("x", "y")
+        if name in arrays.variables and "periodic" in arrays.variables[name].attributes
+    }
+    if len(said) > 1:
+        raise InvalidInput(f"{arrays.path} repeats along one axis only, which is not supported")
+    return said.pop() if said else None

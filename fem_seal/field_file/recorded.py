@@ -1,0 +1,133 @@
+"""What a file says of its samples, what the scene says of the file, and both together in SI."""
+
+from dataclasses import dataclass
+from math import isclose
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file.length_units import length_in_metres
+
+Pair = tuple[float, float]
+
+# Files in single precision round lengths to 6e-8; a contradiction is larger.
+SAME_LENGTH = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class FieldMap:
+    """Samples [m] on a uniform grid, of which some may be missing; `GridField` is one without.
+
+    values : (nx, ny) float64 [m], NaN where a point is missing
+    spacing : (dx, dy) [m]
+    periodic : whether sample 0 stands again at nx dx and ny dy; None if nobody has said
+    """
+
+    values: np.ndarray
+    spacing: Pair
+    periodic: bool | None
+
+    @property
+    def missing(self) -> int:
+        """Number of missing points."""
+        return int(np.count_nonzero(np.isnan(self.values)))
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """Samples and all that a file says of them; None where it says nothing.
+
+    values : (nx, ny) float, NaN where a point is missing
+    unit : of the values
+    spacing : (dx, dy) in `length_unit`
+    periodic : whether the map repeats
+    """
+
+    values: np.ndarray
+    unit: str | None = None
+    spacing: Pair | None = None
+    length_unit: str | None = None
+    periodic: bool | None = None
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What the scene says of a file; None leaves it to the file.
+
+    array : name of the array, or of the channel of an instrument's file
+    unit : of the values, and of the lengths where the file has lengths without a unit
+    size : (nx dx, ny dy) [m], one pixel a sample, as instruments count
+    periodic : whether the map repeats
+    """
+
+    array: str | None = None
+    unit: str | None = None
+    size: Pair | None = None
+    periodic: bool | None = None
+
+
+def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
+    """Put together what the file and the scene say.
+
+    Raises
+    ------
+    InvalidInput
+        If neither says a unit or a size, or both do and contradict each other.
+    """
+    scale = _scale(recorded.unit, stated.unit, f"the values of {path}")
+    # One multiplication: the same heights in nm and in m differ by rounding alone.
+    return FieldMap(
+        recorded.values * scale if scale != 1 else recorded.values,
+        _spacing(recorded, stated, path),
+        _periodic(recorded, stated, path),
+    )
+
+
+def _scale(said: str | None, stated: str | None, what: str) -> float:
+    """Metres in the unit of a file or, if it has none, of the scene."""
+    if said is None and stated is None:
+        raise InvalidInput(f'{what} have no unit; say it in the scene, such as unit = "um"')
+    if said is None:
+        return length_in_metres(stated, what)
+    scale = length_in_metres(said, what)
+    if stated is not None and not isclose(length_in_metres(stated, what), scale, rel_tol=1e-12):
+        raise InvalidInput(
+            f"{what} are in {said}, but unit = {stated!r} was given; leave out what is wrong"
+        )
+    return scale
+
+
+def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
+    stated_spacing = stated.size and tuple(
+        length / n for length, n in zip(stated.size, recorded.values.shape, strict=True)
+    )
+    if recorded.spacing is None:
+        if stated_spacing is None:
+            raise InvalidInput(
+                f'{path} does not say its lengths; give its size, such as size = ["1 mm", "1 mm"]'
+            )
+        return stated_spacing
+    unit = stated.unit if recorded.length_unit is None else None
+    scale = _scale(recorded.length_unit, unit, f"the lengths of {path}")
+    spacing = tuple(float(d) * scale for d in recorded.spacing)
+    if not all(np.isfinite(d) and d > 0 for d in spacing):
+        raise InvalidInput(f"spacing in {path} must be two positive lengths, got {spacing} m")
+    if stated_spacing is not None and not all(
+        isclose(a, b, rel_tol=SAME_LENGTH) for a, b in zip(spacing, stated_spacing, strict=True)
+    ):
+        size = [f"{n * d:g} m" for n, d in zip(recorded.values.shape, spacing, strict=True)]
+        raise InvalidInput(
+            f"{path} says size = {size[0]} by {size[1]}, but size = {stated.size[0]:g} m by "
+            f"{stated.size[1]:g} m was given; leave out what is wrong"
+        )
+    return spacing
+
+
+def _periodic(recorded: Recorded, stated: Stated, path: Path) -> bool | None:
+    if recorded.periodic is None or stated.periodic in (None, recorded.periodic):
+        return stated.periodic if recorded.periodic is None else recorded.periodic
+    raise InvalidInput(
+        f"{path} says periodic = {recorded.periodic}, but {stated.periodic} was given; to press a "
+        "map that does not repeat, make it periodic (make_periodic)"
+    )

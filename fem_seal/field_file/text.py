@@ -1,0 +1,37 @@
+"""Matrices of numbers as text, one line a row (first axis), comments behind #."""
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.field_file.containers import whole
+from fem_seal.field_file.recorded import Recorded
+
+# ContactMechanics 1.8 (CommandLineInterface/HardWall.py) ends the head of a gap like this; the
+# surfaces of Tamaas 2.9 (`tamaas surface`) have a head of parameters without any unit.
+_UNIT = re.compile(r"reported in units of (\S+?)\.?$", re.MULTILINE)
+_HEAD_BYTES = 10_000
+
+
+def read_text(path: Path) -> Recorded:
+    """Read a matrix, and the unit where the head names one.
+
+    Raises
+    ------
+    InvalidInput
+        If the file is missing or its lines are not numbers, or not equally many.
+    """
+    with whole(path, "text"):
+        with path.open(encoding="utf-8") as file:
+            head = "".join(line for line in file.readlines(_HEAD_BYTES) if line.startswith("#"))
+        with warnings.catch_warnings():
+            # An empty file is an error here, not a warning.
+            warnings.simplefilter("error", UserWarning)
+            try:
+                values = np.loadtxt(path, ndmin=2)
+            except UserWarning:
+                raise ValueError("no numbers") from None
+    unit = _UNIT.search(head)
+    return Recorded(values, unit.group(1) if unit else None)

@@ -1,0 +1,80 @@
+"""The sections that name a file of heights or of a gap."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, Strict, model_validator
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file.length_units import length_in_metres
+from fem_seal.field_file.recorded import Stated
+from fem_seal.scene.messages import ContradictionError
+from fem_seal.scene.sections import Coordinate, InputFile, Length, Number, Section
+
+
+def _length_unit(unit: str) -> str:
+    try:
+        length_in_metres(unit, "lengths")
+    except InvalidInput:
+        raise ValueError("is no unit of length such as 'nm', 'um' or 'mm'") from None
+    return unit
+
+
+LengthUnit = Annotated[str, AfterValidator(_length_unit)]
+Truth = Annotated[bool, Strict()]
+Seed = Annotated[int, Strict(), Field(ge=0)]
+
+
+class FieldFile(Section):
+    """A file of samples, and what the file itself does not say."""
+
+    path: InputFile = Field(description="npz, npy, nc, h5, txt or an instrument's file")
+    array: str | None = Field(None, description="name of the array or channel")
+    unit: LengthUnit | None = Field(None, description="of the values, if the file has none")
+    size: tuple[Length, Length] | None = Field(
+        None, description="lengths [nx dx, ny dy], if the file has none"
+    )
+    periodic: Truth | None = Field(None, description="whether the map repeats, if unsaid")
+
+    @property
+    def stated(self) -> Stated:
+        """What the scene says of the file."""
+        return Stated(self.array, self.unit, self.size, self.periodic)
+
+
+class FileSurface(FieldFile):
+    """Heights from a file, and the steps that prepare them; each is off unless it is named."""
+
+    kind: Literal["file"] = Field(description='"self-affine" or "file"')
+    crop: tuple[tuple[Coordinate, Coordinate], tuple[Coordinate, Coordinate]] | None = Field(
+        None, description="kept rectangle [[x0, x1], [y0, y1]] from the first sample"
+    )
+    fill: Literal["harmonic", "linear"] | None = Field(
+        None, description="how missing points are filled"
+    )
+    max_missing: Number = Field(0.1, ge=0, lt=1, description="fraction of points to fill at most")
+    detrend: Literal["mean", "plane", "quadratic"] | None = Field(
+        None, description="least-squares trend that is taken away"
+    )
+    make_periodic: Literal["cut", "mirror", "hann", "tukey"] | None = Field(
+        None, description="how a map that does not repeat becomes a cell that does"
+    )
+    twin_seed: Seed | None = Field(
+        None, description="press a random surface with the same spectrum instead"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> "FileSurface":
+        for name, (start, end) in zip("xy", self.crop or (), strict=False):
+            if not start < end:
+                raise ContradictionError(f"crop in {name} must end after {start:g} m, not {end:g}")
+        if self.make_periodic and self.periodic:
+            raise ContradictionError("periodic = true needs no make_periodic; leave one out")
+        return self
+
+
+class Gap(FieldFile):
+    """A gap from a file, in place of surface, solid and contact."""
+
+    contact_below: Length | None = Field(
+        None, description="gaps below this are contact, for codes that leave roundings there"
+    )
