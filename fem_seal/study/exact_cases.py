@@ -29,6 +29,8 @@ class ExactCase:
     exact : leak rate at Δp = 1, η = 1/12
     order : expected order of convergence of each bound in the spacing; None if not known
     source : of the exact value, and why this order
+    quadratic_order : of quadratic elements where it is another one; a gap that is only sampled, or
+        a corner, leaves them the order of linear ones
     """
 
     gaps: Callable[[int], tuple[GridField, ...]]
@@ -37,6 +39,7 @@ class ExactCase:
     exact: float
     order: float | None
     source: str
+    quadratic_order: float | None = None
 
 
 def at_vertices(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.0)) -> GridField:
@@ -132,7 +135,8 @@ CASES: dict[str, ExactCase] = {
         *(_channel, "linear", "wall"),
         0.25 * closed_forms.piecewise_linear_channel(CHANNEL),
         2.0,
-        "∫ dx/g³ of the linear gap; its kinks lie on the grid: second order",
+        "∫ dx/g³ of the linear gap; its kinks lie on the grid: second order, quadratic 4th",
+        quadratic_order=4.0,
     ),
     "checkerboard": ExactCase(
         *(_checkerboard, "constant", "wall"),

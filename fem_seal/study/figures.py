@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 DPI = 150
 INSIDE = "0.88"
-COLOURS = {"FD": "tab10", "FE": "#b2452b", "adaptive": "#2654a4"}
+COLOURS = {"FE": "#b2452b", "P2": "#6b8e23", "adaptive": "#2654a4"}
 MARKERS = {"finite-difference": "s", "uniform": "^", "adaptive": "o"}
 
 

@@ -1,4 +1,4 @@
-"""What is held side by side: finite differences by link rule, uniform and adaptive elements."""
+"""Held side by side: finite differences by link rule, linear, quadratic and adaptive elements."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -9,6 +9,7 @@ from fem_seal.finite_difference.links import LINKS
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 
+QUADRATIC = "P2 upper"
 CASCADE_UNKNOWNS = 20_000  # the letter's relaxation needs minutes beyond
 
 
@@ -59,6 +60,20 @@ def _uniform(gap: GridField, setting: Setting) -> Iterator[Answer]:
     yield Answer("FE √(lo·hi)", leak.value, "", *shared)
 
 
+def _quadratic(gap: GridField, setting: Setting) -> Iterator[Answer]:
+    from fem_seal.flow.quadratic import quadratic_upper
+
+    start = process_time()
+    leak = quadratic_upper(
+        gap,
+        viscosity=setting.viscosity,
+        pressure_drop=setting.pressure_drop,
+        sides=setting.sides,
+        representation=setting.representation,
+    )
+    yield Answer(QUADRATIC, leak.upper, "above", leak.unknowns, process_time() - start)
+
+
 def _adaptive(gap: GridField, setting: Setting) -> Iterator[Answer]:
     start = process_time()
     leak = _bounds(gap, setting, "adaptive")
@@ -94,5 +109,6 @@ METHODS: dict[str, Method] = {
     **{links: _finite_differences(links, False) for links in LINKS},
     "cascade": _finite_differences("linear-gap", True),
     "uniform": _uniform,
+    "quadratic": _quadratic,
     "adaptive": _adaptive,
 }

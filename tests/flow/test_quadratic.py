@@ -1,0 +1,83 @@
+"""Quadratic elements: exact where they must be, an upper bound always, below the linear one."""
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import NotConverged
+from fem_seal.flow import Limits, leak_rate, quadratic
+from fem_seal.flow.quadratic import quadratic_upper
+from fem_seal.grid import GridField
+
+
+def unit(gap, spacing=(1.0, 1.0), periodic=False, **choices):
+    """Leak rate with K = g³."""
+    return quadratic_upper(
+        GridField(gap, spacing, periodic), viscosity=1 / 12, pressure_drop=1.0, **choices
+    )
+
+
+def rough(n, contact, seed=3):
+    noise = np.random.default_rng(seed).normal(size=(n, n))
+    smooth = sum(np.roll(noise, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1))
+    return np.maximum(0.0, smooth - np.quantile(smooth, contact))
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_a_uniform_gap_is_exact(sides):
+    """Linear pressure: Q = g³ Ly/Lx; CG to 1e-8 of the energy."""
+    leak = unit(np.full((7, 5), 2.0), (0.5, 1.0), True, sides=sides)
+    assert leak.value == pytest.approx(8 * 5.0 / 3.5, rel=2e-8)
+    assert leak.lower == 0
+
+
+def test_constant_gap_in_series_and_side_by_side():
+    """Ly / ∫dx/K across layers, ∫K dy / Lx along them."""
+    layers = np.repeat([[1.0], [2.0], [0.5]], 4, axis=1)
+    options = {"representation": "constant"}
+    assert unit(layers, **options).value == pytest.approx(4 / (1 + 1 / 8 + 8), rel=2e-8)
+    assert unit(layers.T, **options).value == pytest.approx((1 + 8 + 0.125) / 4, rel=2e-8)
+
+
+def test_quadrature_is_exact():
+    """A gap g = y along the flow: p is linear, so that Q = ∫g³ dy / Lx = 1/4 needs g³ exactly."""
+    gap = np.tile(np.linspace(0, 1, 5), (5, 1))
+    assert unit(gap, (0.25, 0.25)).value == pytest.approx(0.25, rel=2e-8)
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize(("contact", "representation"), [(0.2, "linear"), (0.2, "constant")])
+def test_between_the_truth_and_linear_elements(sides, contact, representation):
+    """Quadratic functions contain the linear ones, and all are admissible (Dirichlet)."""
+    gap = rough(16, contact)
+    choices = {"sides": sides, "representation": representation}
+    quadratic = unit(gap, periodic=True, **choices).value
+    setting = {"viscosity": 1 / 12, "pressure_drop": 1.0, **choices}
+    field = GridField(gap, (1.0, 1.0), True)
+    linear = leak_rate(field, method="uniform", rtol=1e-6, limits=Limits(unknowns=1), **setting)
+    truth = leak_rate(field, rtol=0.02, **setting)
+    assert truth.lower < quadratic < linear.upper
+    assert quadratic < 0.97 * linear.upper
+
+
+def test_scales_and_mirrors():
+    """Q ~ g³ Δp/η; the mirror across the flow changes nothing but the diagonals' order."""
+    gap = rough(9, 0.2)
+    leak = unit(gap)
+    scaled = quadratic_upper(GridField(3e-6 * gap, (1e-6, 1e-6)), viscosity=1e-3, pressure_drop=1e5)
+    assert scaled.value == pytest.approx(leak.value * 2.7e-17 * 1e5 / 12e-3, rel=1e-7, abs=0)
+    # 8 squares: the alternating diagonals of the mirrored grid are those of the grid mirrored.
+    assert unit(gap[::-1]).value == pytest.approx(leak.value, rel=1e-7)
+    assert unit(gap[:, ::-1]).value == pytest.approx(leak.value, rel=1e-7)
+
+
+def test_sealed_needs_no_solve():
+    gap = np.ones((5, 5))
+    gap[2] = 0
+    leak = unit(gap)
+    assert (leak.state, leak.value, leak.unknowns) == ("sealed", 0.0, 0)
+
+
+def test_what_does_not_converge_says_so(monkeypatch):
+    monkeypatch.setattr(quadratic, "MAX_ITERATIONS", 1)
+    with pytest.raises(NotConverged, match="after 1 iterations"):
+        unit(rough(16, 0.2))
