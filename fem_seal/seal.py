@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -20,6 +19,7 @@ from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
 if TYPE_CHECKING:
     from fem_seal.accuracy import Choice
     from fem_seal.contact.state import GapState
+    from fem_seal.surface import PreparedSurface
 
 
 class Seal:
@@ -60,6 +60,15 @@ class Seal:
         return self._given_surface()
 
     @cached_property
+    def prepared(self) -> "PreparedSurface | None":
+        """Heights of a file and the steps that prepared them; None for any other surface."""
+        surface = self.scene.surface
+        if not isinstance(surface, FileSurface):
+            return None
+        with self.timed("surface"):
+            return parallel.on_root(lambda: _measured(surface))
+
+    @cached_property
     def choice(self) -> "Choice | None":
         """Contact grid and flow tolerance that keep accuracy.total; None if the scene has none."""
         wanted = self.scene.accuracy
@@ -77,11 +86,13 @@ class Seal:
             )
 
     def _given_surface(self) -> GridField | None:
+        if self.prepared is not None:
+            return self.prepared.field
         surface = self.scene.surface
         if surface is None:
             return None
         with self.timed("surface"):
-            return parallel.on_root(lambda: SURFACES[type(surface)](surface))
+            return parallel.on_root(lambda: _self_affine(surface))
 
     def _on_grid(
         self, surface: GridField, rtol: float, contact: "GapState | None" = None
@@ -110,9 +121,7 @@ class Seal:
             return self.contact.gap
         given = self.scene.gap
         with self.timed("gap"):
-            return parallel.on_root(
-                lambda: load_gap(given.path, given.stated, given.contact_below)
-            )
+            return parallel.on_root(lambda: load_gap(given.path, given.stated, given.contact_below))
 
     @property
     def contact_area_fraction(self) -> float:
@@ -167,16 +176,18 @@ def _self_affine(surface: SelfAffineSurface) -> GridField:
     )
 
 
-def _height_file(surface: FileSurface) -> GridField:
-    from fem_seal.surface import load_heights
+def _measured(surface: FileSurface) -> "PreparedSurface":
+    from fem_seal.surface import Preparation, measured_surface
 
-    return load_heights(Path(surface.path))
-
-
-SURFACES: dict[type, Callable[..., GridField]] = {
-    SelfAffineSurface: _self_affine,
-    FileSurface: _height_file,
-}
+    steps = Preparation(
+        crop=surface.crop,
+        fill=surface.fill,
+        max_missing=surface.max_missing,
+        detrend=surface.detrend,
+        make_periodic=surface.make_periodic,
+        twin_seed=surface.twin_seed,
+    )
+    return measured_surface(surface.path, surface.stated, steps)
 
 
 def _elastic(seal: Seal) -> "GapState":

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from fem_seal.contact import METHODS
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.links import LINKS
-from fem_seal.scene import Contact, FileSurface, Flow, Scene, SelfAffineSurface, Solid
+from fem_seal.scene import Contact, Flow, Scene, SelfAffineSurface, Solid
 from fem_seal.seal import CONTACTS, FLOWS
 from fem_seal.units import to_si
 
@@ -260,7 +260,7 @@ def test_reference_scene_names_every_field():
     models = {name: field.annotation for name, field in Scene.model_fields.items()}
     for name in ("gap", "accuracy", "limit"):
         del models[name]  # have listings of their own, since not every scene has them
-    assert named.pop("surface") == {*SelfAffineSurface.model_fields, *FileSurface.model_fields}
+    assert named.pop("surface") == set(SelfAffineSurface.model_fields)
     del models["surface"]
     for name, annotation in models.items():
         [model] = [part for part in (annotation, *get_args(annotation)) if hasattr(part, "schema")]
@@ -275,8 +275,6 @@ AS_GAS = [
 # What must go, or come, for an alternative of the reference scene.
 INSTEAD = {
     "rms_height": ["surface.rms_slope="],
-    "path": ["surface.kind=file"]
-    + [f"surface.{name}=" for name in SelfAffineSurface.model_fields if name != "kind"],
     "youngs_modulus": ["solid.contact_modulus=", "solid.poisson_ratio=[0.5, 0.3]"],
     "poisson_ratio": ["solid.contact_modulus=", "solid.youngs_modulus=[1e7, 1e11]"],
     "area_fraction": ["contact.pressure="],
@@ -295,5 +293,4 @@ def test_alternatives_of_the_reference_scene(line, tmp_path):
     """Each commented line can be switched on where what it stands in place of is taken away."""
     path = tmp_path / "reference.toml"
     path.write_text(REFERENCE.replace(f"# {line}", line))
-    (tmp_path / "surface.npz").touch()
     Scene.from_file(path, INSTEAD.get(line.split()[0], []))

@@ -50,7 +50,7 @@ class Interface:
         if not height.periodic:
             raise InvalidInput(
                 "elastic contact needs a periodic surface (the FFT repeats it); mark it periodic, "
-                "after fitting its borders together if they differ"
+                "or make it so (make_periodic = 'mirror', 'tukey', 'hann' or 'cut' in a scene)"
             )
         if not (np.isfinite(contact_modulus) and contact_modulus > 0):
             raise InvalidInput(

@@ -1,11 +1,16 @@
-"""Rough surfaces: spectra, random surfaces, statistics, resampling and height files.
+"""Rough surfaces: spectra, random surfaces, statistics, resampling, measured maps.
 
 Heights are those of the rigid counter-face: its highest points touch first.
 """
 
-from fem_seal.surface.measured import load_heights
+from fem_seal.surface.cell import MapStatistics, cropped, periodic_cell
+from fem_seal.surface.detrending import detrended
+from fem_seal.surface.measured import load_heights, measured_surface
+from fem_seal.surface.missing import fill
+from fem_seal.surface.preparation import Preparation, PreparedSurface, Step, prepare
 from fem_seal.surface.resampling import resample
 from fem_seal.surface.spectrum import Spectrum
+from fem_seal.surface.spectrum_fit import SpectrumFit, fit_spectrum
 from fem_seal.surface.statistics import (
     RadialSpectrum,
     fitted_hurst,
@@ -14,15 +19,29 @@ from fem_seal.surface.statistics import (
     rms_slope,
 )
 from fem_seal.surface.synthesis import self_affine
+from fem_seal.surface.twin import twin
 
 __all__ = [
+    "MapStatistics",
+    "Preparation",
+    "PreparedSurface",
     "RadialSpectrum",
     "Spectrum",
+    "SpectrumFit",
+    "Step",
+    "cropped",
+    "detrended",
+    "fill",
+    "fit_spectrum",
     "fitted_hurst",
     "load_heights",
+    "measured_surface",
+    "periodic_cell",
+    "prepare",
     "radial_spectrum",
     "resample",
     "rms_height",
     "rms_slope",
     "self_affine",
+    "twin",
 ]

@@ -1,49 +1,41 @@
-"""Heights from a file."""
+"""Heights from a file, as they are or prepared."""
 
 from pathlib import Path
 
-import numpy as np
-
 from fem_seal.errors import InvalidInput
+from fem_seal.field_file import HEIGHT_NAMES, Stated, read_map
 from fem_seal.grid import GridField
+from fem_seal.surface.preparation import Preparation, PreparedSurface, prepare
 
 
 def load_heights(
-    path: str | Path, *, spacing: tuple[float, float] | None = None, periodic: bool = True
+    path: str | Path, stated: Stated | None = None, preparation: Preparation | None = None
 ) -> GridField:
-    """Read heights [m] from .npz (``heights``, ``spacing``, optional ``periodic``) or .npy.
+    """Read heights [m]; see `measured_surface`."""
+    return measured_surface(path, stated, preparation).field
+
+
+def measured_surface(
+    path: str | Path, stated: Stated | None = None, preparation: Preparation | None = None
+) -> PreparedSurface:
+    """Read heights [m] and prepare them.
 
     Parameters
     ----------
-    path : str or Path
-        The file.
-    spacing : (dx, dy) [m], optional
-        For .npy, which cannot hold it; in place of the file's own for .npz.
-    periodic : bool
-        Used where the file does not say. Default True, because the elastic contact repeats the
-        surface anyway; say False to have it refused there.
+    path : of a file with `heights` (nx, ny); npz is in metres and has `spacing` (dx, dy) [m] and
+        optionally `periodic`; docs/surfaces.md names the other formats
+    stated : unit, size and whatever else the file does not say. Where nobody says whether the
+        map repeats, it is taken to: the elastic contact repeats it anyway
+    preparation : steps; none if left out
 
     Raises
     ------
     InvalidInput
-        If the file is missing, is not such a file, or its contents are not finite heights.
+        If the file is missing or cannot be read, the unit or size is nowhere said or contradicts
+        the file, or a step cannot be taken.
     """
-    path = Path(path)
+    found = read_map(path, HEIGHT_NAMES, stated)
     try:
-        with path.open("rb") as file:
-            loaded = np.load(file, allow_pickle=False)
-            arrays = dict(loaded) if isinstance(loaded, np.lib.npyio.NpzFile) else None
-    except FileNotFoundError as error:
-        raise InvalidInput(f"surface file {path} does not exist") from error
-    except (OSError, ValueError, EOFError) as error:
-        raise InvalidInput(f"surface file {path} cannot be read: {error}") from error
-    if arrays is None:
-        arrays = {"heights": loaded}
-    if "heights" not in arrays:
-        raise InvalidInput(f"{path} has no array 'heights'; it holds {', '.join(arrays) or 'none'}")
-    if not np.issubdtype(arrays["heights"].dtype, np.number) or np.iscomplexobj(arrays["heights"]):
-        raise InvalidInput(f"heights in {path} must be real numbers in metres")
-    spacing = arrays.get("spacing") if spacing is None else spacing
-    if spacing is None:
-        raise InvalidInput(f"{path} does not say its spacing; add an array 'spacing' (dx, dy) in m")
-    return GridField(arrays["heights"], spacing, bool(arrays.get("periodic", periodic)))
+        return prepare(found, preparation or Preparation())
+    except InvalidInput as error:
+        raise InvalidInput(f"heights in {path}: {error}") from None

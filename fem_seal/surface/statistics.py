@@ -40,10 +40,17 @@ def rms_slope(field: GridField) -> float:
     return float(np.sum(q**2 * mode_powers(field)) ** 0.5)
 
 
-def radial_spectrum(field: GridField) -> RadialSpectrum:
+def radial_spectrum(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
     """C(q) averaged over rings as wide as the grid's largest step of wavenumber.
 
     Normalised as <h^2> = ∫ C d^2q, that is C = |h̃|^2 Lx Ly / (2π)^2.
+
+    Parameters
+    ----------
+    field : periodic heights
+    exponent : the mean of C (q / q_ring)^exponent is taken: with that of a power law
+        C ~ q^-exponent, the mean over a ring is C at its wavenumber, whereas the plain mean of a
+        steep one lies above
 
     Raises
     ------
@@ -60,7 +67,12 @@ def radial_spectrum(field: GridField) -> RadialSpectrum:
     modes = np.bincount(ring, counts.ravel())
     filled = (modes > 0) & (np.arange(len(modes)) > 0)
     wavenumber = np.bincount(ring, (q * counts).ravel())[filled] / modes[filled]
-    density = np.bincount(ring, powers.ravel())[filled] / modes[filled]
+    powers = powers.ravel()
+    if exponent:
+        mean = np.ones(len(modes))
+        mean[filled] = wavenumber
+        powers = powers * (q.ravel() / mean[ring]) ** exponent
+    density = np.bincount(ring, powers)[filled] / modes[filled]
     return RadialSpectrum(wavenumber, density, modes[filled])
 
 

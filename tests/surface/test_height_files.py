@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fem_seal.errors import InvalidInput
+from fem_seal.field_file import Stated
 from fem_seal.surface import load_heights
 
 HEIGHTS = np.arange(12.0).reshape(3, 4) * 1e-7
@@ -21,18 +22,24 @@ def test_npz(tmp_path):
 
 def test_npy(tmp_path):
     np.save(tmp_path / "a.npy", HEIGHTS.astype(np.float32))
-    assert load_heights(tmp_path / "a.npy", spacing=(1, 1)).shape == (3, 4)
-    with pytest.raises(InvalidInput, match="spacing"):
-        load_heights(tmp_path / "a.npy")
+    field = load_heights(tmp_path / "a.npy", Stated(unit="nm", size=(3e-6, 8e-6)))
+    assert field.spacing == (1e-6, 2e-6)
+    # Heights in single precision.
+    assert field.values == pytest.approx(HEIGHTS * 1e-9, rel=1e-7, abs=0)
+    with pytest.raises(InvalidInput, match=r'unit; say it .* unit = "um"'):
+        load_heights(tmp_path / "a.npy", Stated(size=(3e-6, 8e-6)))
+    with pytest.raises(InvalidInput, match=r'give its size, such as size = \["1 mm", "1 mm"\]'):
+        load_heights(tmp_path / "a.npy", Stated(unit="nm"))
 
 
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
         ({"gap": HEIGHTS}, "no array 'heights'"),
-        ({"heights": HEIGHTS}, "spacing"),
+        ({"heights": HEIGHTS}, "give its size"),
         ({"heights": HEIGHTS, "spacing": [1, 0]}, "spacing"),
-        ({"heights": HEIGHTS * np.nan, "spacing": [1, 1]}, "not finite"),
+        ({"heights": HEIGHTS * np.nan, "spacing": [1, 1]}, "12 of 12 points are missing"),
+        ({"heights": HEIGHTS + np.inf, "spacing": [1, 1]}, "infinite"),
         ({"heights": HEIGHTS[0], "spacing": [1, 1]}, "two-dimensional"),
         ({"heights": HEIGHTS * 1j, "spacing": [1, 1]}, "real numbers"),
         ({"heights": np.array(["a"]), "spacing": [1, 1]}, "real numbers"),
@@ -47,11 +54,12 @@ def test_bad_contents(tmp_path, arrays, message):
 def test_bad_files(tmp_path):
     with pytest.raises(InvalidInput, match="does not exist"):
         load_heights(tmp_path / "none.npz")
-    with pytest.raises(InvalidInput, match="cannot be read"):
-        load_heights(tmp_path)
+    (tmp_path / "folder.npz").mkdir()
+    with pytest.raises(InvalidInput, match="cannot be read: Is a directory"):
+        load_heights(tmp_path / "folder.npz")
     (tmp_path / "text.npz").write_text("heights")
     with pytest.raises(InvalidInput, match="cannot be read"):
         load_heights(tmp_path / "text.npz")
     np.save(tmp_path / "object.npy", np.array([{}]), allow_pickle=True)
     with pytest.raises(InvalidInput, match="cannot be read"):
-        load_heights(tmp_path / "object.npy", spacing=(1, 1))
+        load_heights(tmp_path / "object.npy")

@@ -1,0 +1,150 @@
+"""A map that does not repeat, made a cell that does; and what its seam looks like."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file.recorded import FieldMap
+from fem_seal.grid import GridField
+
+# Fraction of each side over which the Tukey window rises and falls again, together.
+TUKEY_TAPER = 0.25
+
+
+def cropped(found: FieldMap, crop: tuple[tuple[float, float], tuple[float, float]]) -> FieldMap:
+    """Keep the samples inside a rectangle; what is left does not repeat any more.
+
+    Parameters
+    ----------
+    found : heights
+    crop : ((x0, x1), (y0, y1)) [m] from the first sample, ends included
+
+    Raises
+    ------
+    InvalidInput
+        If the rectangle leaves the map, or fewer than two samples a side lie inside.
+    """
+    slices = []
+    for name, (start, end), d, n in zip("xy", crop, found.spacing, found.values.shape, strict=True):
+        # A sample on the edge to rounding is inside.
+        first, last = int(np.ceil(start / d - 1e-6)), int(np.floor(end / d + 1e-6))
+        if start < 0 or last > n:
+            raise InvalidInput(
+                f"crop in {name} from {start:g} m to {end:g} m leaves the map, which is "
+                f"{n * d:g} m long"
+            )
+        if min(last, n - 1) - first < 1:
+            raise InvalidInput(
+                f"crop in {name} from {start:g} m to {end:g} m holds fewer than two of the "
+                f"samples, which are {d:g} m apart"
+            )
+        slices.append(slice(first, last + 1))
+    whole = all(
+        s.start == 0 and s.stop >= n for s, n in zip(slices, found.values.shape, strict=True)
+    )
+    return FieldMap(found.values[tuple(slices)], found.spacing, found.periodic if whole else False)
+
+
+def periodic_cell(field: GridField, how: str) -> GridField:
+    """Make a periodic cell of a map.
+
+    Parameters
+    ----------
+    field : heights; missing points filled
+    how : "cut": as it is, with a jump across the seam; "mirror": the map and its mirror images,
+        twice as long and wide, with a kink at the seam; "hann", "tukey": the deviation from the
+        mean is weighted by this window, which is 0 at the border (the Tukey window is 1 but on
+        an eighth of the length at each end)
+
+    Returns
+    -------
+    GridField, periodic.
+
+    Raises
+    ------
+    InvalidInput
+        If `how` is unknown.
+    """
+    if how not in CELLS:
+        raise InvalidInput(f"unknown make_periodic {how!r}; choose from {', '.join(CELLS)}")
+    return GridField(CELLS[how](field.values), field.spacing, periodic=True)
+
+
+def window(name: str, shape: tuple[int, int]) -> np.ndarray:
+    """Weights (nx, ny) of a window that repeats: 0 on the first line of samples along each side."""
+    from scipy.signal.windows import hann, tukey
+
+    windows = {
+        "hann": lambda n: hann(n, sym=False),
+        "tukey": lambda n: tukey(n, TUKEY_TAPER, sym=False),
+    }
+    return np.multiply.outer(*(windows[name](n) for n in shape))
+
+
+def _cut(values: np.ndarray) -> np.ndarray:
+    return values
+
+
+def _mirror(values: np.ndarray) -> np.ndarray:
+    # The first and last lines are mirror lines and stand once, so the period is 2 (n - 1) samples.
+    return np.pad(values, [(0, max(n - 2, 0)) for n in values.shape], mode="reflect")
+
+
+def _windowed(name: str) -> Callable[[np.ndarray], np.ndarray]:
+    def weigh(values: np.ndarray) -> np.ndarray:
+        mean = values.mean()
+        return mean + (values - mean) * window(name, values.shape)
+
+    return weigh
+
+
+CELLS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "cut": _cut,
+    "mirror": _mirror,
+    "hann": _windowed("hann"),
+    "tukey": _windowed("tukey"),
+}
+
+
+@dataclass(frozen=True)
+class MapStatistics:
+    """Numbers that show what a step did to a map; missing points do not count.
+
+    shape : samples
+    missing : number of missing points
+    rms_height : [m]
+    rms_slope : root mean square of the differences of neighbours over their distance, without the
+        seam, so that it means the same before and after a map is made periodic
+    seam : the root mean square jump from the last line of samples to the first, over that of
+        neighbours inside: about 1 where the map repeats smoothly
+    """
+
+    shape: tuple[int, int]
+    missing: int
+    rms_height: float
+    rms_slope: float
+    seam: float
+
+    @classmethod
+    def of(cls, found: FieldMap | GridField) -> "MapStatistics":
+        """Measure a map."""
+        values = found.values
+        known = values[~np.isnan(values)]
+        inside = [_mean_square(np.diff(values, axis=axis)) for axis in (0, 1)]
+        across = [_mean_square(values[0] - values[-1]), _mean_square(values[:, 0] - values[:, -1])]
+        slope = sum(square / d**2 for square, d in zip(inside, found.spacing, strict=True))
+        seam = max((a / i) ** 0.5 if i > 0 else 0.0 for a, i in zip(across, inside, strict=True))
+        return cls(
+            values.shape,
+            values.size - known.size,
+            float(known.std()) if known.size else 0.0,
+            float(slope**0.5),
+            float(seam),
+        )
+
+
+def _mean_square(differences: np.ndarray) -> float:
+    known = differences[~np.isnan(differences)]
+    return float(np.mean(known**2)) if known.size else 0.0

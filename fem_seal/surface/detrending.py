@@ -1,0 +1,49 @@
+"""Taking a polynomial trend out of a measured map: its height, its tilt, its curvature."""
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file.recorded import FieldMap
+
+# Degree of the polynomial in x and y together.
+DEGREES = {"mean": 0, "plane": 1, "quadratic": 2}
+
+
+def detrended(found: FieldMap, trend: str) -> FieldMap:
+    """Subtract the polynomial that fits the known points best, in the least squares.
+
+    Parameters
+    ----------
+    found : heights; missing points stay missing and do not count
+    trend : "mean", "plane" or "quadratic" (all terms up to x², xy and y²)
+
+    Raises
+    ------
+    InvalidInput
+        If the trend is unknown or no point is.
+    """
+    if trend not in DEGREES:
+        raise InvalidInput(f"unknown detrend {trend!r}; choose from {', '.join(DEGREES)}")
+    known = ~np.isnan(found.values)
+    if not known.any():
+        raise InvalidInput(f"all {known.size} points are missing")
+    values = found.values - _polynomial(found.values, known, DEGREES[trend])
+    return FieldMap(values, found.spacing, found.periodic)
+
+
+def _polynomial(values: np.ndarray, known: np.ndarray, degree: int) -> np.ndarray:
+    """Fit Σ c_ab P_a(x) P_b(y), a + b <= degree, with Legendre polynomials on [-1, 1]²."""
+    # The basis is a product, so that the normal equations need no array beyond the map's own.
+    X, Y = (legvander(np.linspace(-1, 1, n), degree) for n in values.shape)
+    terms = [(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)]
+    heights = np.where(known, values, 0.0)
+    weight = known.astype(float)
+    normal = np.array(
+        [[(X[:, a] * X[:, c]) @ weight @ (Y[:, b] * Y[:, d]) for c, d in terms] for a, b in terms]
+    )
+    right = np.array([X[:, a] @ heights @ Y[:, b] for a, b in terms])
+    coefficients = np.linalg.lstsq(normal, right, rcond=None)[0]
+    return sum(
+        c * np.outer(X[:, a], Y[:, b]) for c, (a, b) in zip(coefficients, terms, strict=True)
+    )

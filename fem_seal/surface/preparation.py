@@ -1,0 +1,105 @@
+"""From a map as it was measured to heights that can be pressed: each step off unless named."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file.recorded import FieldMap
+from fem_seal.grid import GridField
+from fem_seal.surface.cell import MapStatistics, cropped, periodic_cell
+from fem_seal.surface.detrending import detrended
+from fem_seal.surface.missing import fill
+from fem_seal.surface.twin import twin
+
+Rectangle = tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """The steps, in the order in which they are taken.
+
+    crop : ((x0, x1), (y0, y1)) [m] that is kept
+    fill : "harmonic" or "linear"; up to max_missing of the points
+    detrend : "mean", "plane" or "quadratic"
+    make_periodic : "cut", "mirror", "hann" or "tukey"
+    twin_seed : of random phases with the spectrum of what the other steps have left
+    """
+
+    crop: Rectangle | None = None
+    fill: str | None = None
+    max_missing: float = 0.1
+    detrend: str | None = None
+    make_periodic: str | None = None
+    twin_seed: int | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """What was done, and the map after it."""
+
+    name: str
+    statistics: MapStatistics
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedSurface:
+    """Heights to be pressed, and how they came about.
+
+    field : heights [m] after all steps
+    measured : heights [m] before the map was made periodic or given random phases: what its
+        spectrum is taken from
+    steps : the map as it was read, and after each step
+    """
+
+    field: GridField
+    measured: GridField
+    steps: tuple[Step, ...]
+
+
+def prepare(found: FieldMap, preparation: Preparation) -> PreparedSurface:
+    """Take the steps that are named.
+
+    Parameters
+    ----------
+    found : heights as read, NaN where missing; a map of which nobody has said so is taken to
+        repeat, and its seam is in the statistics
+    preparation : the steps
+
+    Raises
+    ------
+    InvalidInput
+        If a step cannot be taken, or points are missing at the end.
+    """
+    steps = [Step("read", MapStatistics.of(found))]
+    for name, step in _on_maps(preparation):
+        found = step(found)
+        steps.append(Step(name, MapStatistics.of(found)))
+    if found.missing:
+        raise InvalidInput(
+            f"{found.missing} of {found.values.size} points are missing; say how to fill them "
+            "(fill = 'harmonic' or 'linear'), or crop to where there are none"
+        )
+    if found.periodic and preparation.make_periodic is not None:
+        raise InvalidInput("the map repeats already; leave make_periodic out")
+    repeats = found.periodic is not False and preparation.make_periodic is None
+    field = measured = GridField(found.values, found.spacing, repeats)
+    for name, step in _on_fields(preparation):
+        field = step(field)
+        steps.append(Step(name, MapStatistics.of(field)))
+    return PreparedSurface(field, measured, tuple(steps))
+
+
+def _on_maps(plan: Preparation) -> Iterator[tuple[str, Callable[[FieldMap], FieldMap]]]:
+    if plan.crop is not None:
+        yield "crop", lambda found: cropped(found, plan.crop)
+    if plan.fill is not None:
+        yield f"fill {plan.fill}", lambda found: fill(found, plan.fill, plan.max_missing)
+    if plan.detrend is not None:
+        yield f"detrend {plan.detrend}", lambda found: detrended(found, plan.detrend)
+
+
+def _on_fields(plan: Preparation) -> Iterator[tuple[str, Callable[[GridField], GridField]]]:
+    if plan.make_periodic is not None:
+        yield plan.make_periodic, lambda field: periodic_cell(field, plan.make_periodic)
+    if plan.twin_seed is not None:
+        yield "twin", lambda field: twin(field, plan.twin_seed)
