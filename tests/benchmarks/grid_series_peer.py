@@ -1,0 +1,183 @@
+"""Errors and orders over a series of grids: reynoldsflow, our finite differences and elements.
+
+    python -m venv --system-site-packages PEER && PEER/bin/pip install reynoldsflow tamaas
+    python tests/benchmarks/grid_series_peer.py --peer PEER/bin/python [--tamaas TM/bin/python]
+
+The same gaps for all: three whose leak rate is known exactly, and one elastic contact, linear
+between its samples, whose truth is a bracket ±0.5 % wide. reynoldsflow takes the gap at the centres
+of n × n squares, ours at their corners; sides are periodic. Errors in per cent, in brackets the
+order from the grid before. With --tamaas the elastic contacts themselves are solved by Tamaas too,
+on three grids, and the leak rates of both gaps are compared.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from flow_peer import PEER, linear_samples, run
+from rough_gaps import Case
+
+from fem_seal.contact import solve
+from fem_seal.finite_difference import solve as finite_differences
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow.quadratic import quadratic_upper
+from fem_seal.grid import GridField
+from fem_seal.surface import Spectrum, self_affine
+from fem_seal.surface.resampling import resample
+from fem_seal.theory import closed_forms
+
+SETTING = {"viscosity": 1 / 12, "pressure_drop": 1.0, "sides": "periodic"}
+SMOOTH = 0.5 * np.log(1e4)
+WAVE = 0.6
+# Gap over the unit square, and its leak rate.
+EXACT: dict[str, tuple[Callable, float]] = {
+    "wave across the flow": (
+        lambda x, y: 1 + WAVE * np.cos(2 * np.pi * x) + 0 * y,
+        closed_forms.cosine_channel(WAVE, across=True),
+    ),
+    "wave along the flow": (
+        lambda x, y: 1 + WAVE * np.cos(2 * np.pi * y) + 0 * x,
+        closed_forms.cosine_channel(WAVE, across=False),
+    ),
+    "smooth checkerboard, contrast 1e4": (
+        lambda x, y: np.cbrt(closed_forms.smooth_checkerboard(x, y, SMOOTH)),
+        1.0,
+    ),
+}
+TAMAAS = """
+import sys
+import numpy as np
+import tamaas as tm
+tm.set_log_level(tm.LogLevel.error)
+file = np.load(sys.argv[1])
+heights = file["heights"]
+model = tm.Model(tm.model_type.basic_2d, list(file["size"]), list(heights.shape))
+model.E, model.nu = float(file["modulus"]), 0.0
+solver = tm.PolonskyKeerRey(model, np.array(heights), 1e-8)
+solver.max_iter = 20000
+solver.solve(float(file["pressure"]))
+gap = np.array(model.displacement) - heights
+np.save(sys.argv[2], np.where(np.array(model.traction) > 0, 0, gap - gap.min()))
+"""
+
+
+def at_corners(gap: Callable, n: int) -> GridField:
+    """Samples at the corners of n × n squares of the unit square."""
+    x = np.linspace(0, 1, n + 1)
+    return GridField(gap(x[:, None], x[None, :]), (1 / n, 1 / n))
+
+
+def at_centres(gap: Callable, n: int) -> np.ndarray:
+    """Samples at their centres."""
+    x = (np.arange(n) + 0.5) / n
+    return gap(x[:, None], x[None, :])
+
+
+def ours(gap: GridField) -> dict[str, float]:
+    """Leak rates of one grid."""
+    bounds = leak_rate(gap, method="uniform", rtol=1e-9, limits=Limits(unknowns=1), **SETTING)
+    return {
+        "FD harmonic": finite_differences(gap, links="harmonic", **SETTING).value,
+        "FD linear-gap": finite_differences(gap, **SETTING).value,
+        "P1 upper": bounds.upper,
+        "P1 lower": bounds.lower,
+        "√(lo·hi)": bounds.value,
+        "P2 upper": quadratic_upper(gap, **SETTING).value,
+    }
+
+
+def peer(python: str, gap: np.ndarray, folder: Path) -> float:
+    """Leak rate of reynoldsflow, on a square of unit side."""
+    np.save(folder / "gap.npy", gap)
+    return run(python, PEER, folder / "gap.npy")["value"]
+
+
+def series(name: str, rows: dict[int, dict[str, float]], truth: float, known: float) -> None:
+    """Print errors in per cent with orders, a line a method; the truth is `known` to that part."""
+    sizes = list(rows)
+    print(f"\n| {name} | " + " | ".join(f"{n}²" for n in sizes) + " |")
+    print("| --- |" + " --- |" * len(sizes))
+    for method in rows[sizes[0]]:
+        errors = [rows[n][method] / truth - 1 for n in sizes]
+        cells = [f"{100 * errors[0]:+.3g} %"]
+        for coarse, fine in pairwise(errors):
+            order = (
+                ""
+                if min(abs(coarse), abs(fine)) < known
+                else f" ({np.log2(abs(coarse / fine)):.1f})"
+            )
+            cells.append(f"{100 * fine:+.2g} %{order}")
+        print(f"| {method} | " + " | ".join(cells) + " |", flush=True)
+
+
+def exact_cases(python: str, folder: Path, sizes: list[int]) -> None:
+    """Gaps whose leak rate is known."""
+    for name, (gap, exact) in EXACT.items():
+        rows = {
+            n: {"reynoldsflow": peer(python, at_centres(gap, n), folder)} | ours(at_corners(gap, n))
+            for n in sizes
+        }
+        series(name, rows, exact, 1e-7)
+
+
+def rough_case(python: str, folder: Path, n: int, area: float, finest: int) -> None:
+    """One elastic contact; finer grids are finer samples of the same linear gap."""
+    from fem_seal.study.refined import refined
+
+    gap = Case(n, 0.8, 4, area, 3).gap()
+    unit = GridField(gap.values / gap.values.max(), (1 / n, 1 / n), True)
+    bracket = leak_rate(unit, rtol=0.01, **SETTING)
+    rows = {
+        n * 2**k: {"reynoldsflow": peer(python, linear_samples(unit.values, 2**k), folder)}
+        | ours(refined(unit, "linear", k))
+        for k in range(finest)
+    }
+    series(f"elastic contact, A/A0 = {area:g}", rows, bracket.value, 0.005)
+    loose = leak_rate(unit, rtol=0.1, **SETTING)
+    off = 100 * (loose.value / bracket.value - 1)
+    print(f"adaptive, rtol 0.1: {off:+.2g} % with {loose.unknowns} unknowns, certified ±5 %")
+
+
+def contacts(python: str, folder: Path, n: int, load: float) -> None:
+    """Contact of the same surface on n, 2n and 4n points by Tamaas and by us, and their leaks."""
+    heights = self_affine(Spectrum(0.8, n / 8, 4), (n, n), (n, n), rms_slope=0.1, seed=3)
+    print("\n| contact grid | A/A0 ours | A/A0 Tamaas | Q Tamaas / Q ours - 1 | Q / Q on 4n |")
+    print("| --- | --- | --- | --- | --- |")
+    rows = []
+    for m in (n, 2 * n, 4 * n):
+        here = resample(heights, (m, m))
+        values = {"heights": here.values, "size": here.size, "modulus": 1.0, "pressure": load}
+        np.savez(folder / "surface.npz", **values)
+        command = [python, "-c", TAMAAS, folder / "surface.npz", folder / "gap.npy"]
+        subprocess.run(list(map(str, command)), check=True)
+        own = solve(here, 1.0, pressure=load, tolerance=1e-8).gap
+        theirs = GridField(np.load(folder / "gap.npy"), here.spacing, True)
+        leaks = [leak_rate(gap, rtol=0.02, **SETTING).value for gap in (own, theirs)]
+        rows.append((m, *(float(np.mean(g.values == 0)) for g in (own, theirs)), *leaks))
+    for m, a, b, q, r in rows:
+        print(f"| {m}² | {a:.4f} | {b:.4f} | {100 * (r / q - 1):+.2g} % | {q / rows[-1][3]:.3f} |")
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--peer", required=True, help="python of an environment with reynoldsflow")
+    parser.add_argument("--tamaas", help="python of an environment with tamaas")
+    parser.add_argument("--sizes", type=int, nargs="+", default=[16, 32, 64, 128])
+    parser.add_argument("--n", type=int, default=128, help="samples of the elastic contact")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        exact_cases(options.peer, Path(folder), options.sizes)
+        for area in (0.2, 0.38):
+            rough_case(options.peer, Path(folder), options.n, area, 3)
+        if options.tamaas:
+            contacts(options.tamaas, Path(folder), options.n // 2, 0.02)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
