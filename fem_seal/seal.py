@@ -57,7 +57,7 @@ class Seal:
         """Heights [m] of the rough face; None if the scene gives a gap instead."""
         if self.choice is not None:
             return self.choice.surface
-        return self._given_surface()
+        return self.given_surface()
 
     @cached_property
     def prepared(self) -> "PreparedSurface | None":
@@ -79,13 +79,14 @@ class Seal:
         with self.timed("accuracy"):
             return choose(
                 wanted.total,
-                self._given_surface(),
+                self.given_surface(),
                 self._on_grid,
                 max_refinement=wanted.max_refinement,
                 report=self.report,
             )
 
-    def _given_surface(self) -> GridField | None:
+    def given_surface(self) -> GridField | None:
+        """Heights [m] as the scene gives them, before a contact grid is chosen for a total error."""
         if self.prepared is not None:
             return self.prepared.field
         surface = self.scene.surface

@@ -1,0 +1,94 @@
+"""fem-seal surface: a surface before it is pressed."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fem_seal.cli.common import add_scene, say
+from fem_seal.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from fem_seal.surface import MapStatistics, PreparedSurface, SpectrumFit
+
+
+def add(subparsers: argparse._SubParsersAction) -> None:
+    """Add the command."""
+    command = subparsers.add_parser("surface", help="show a scene's surface before it is pressed")
+    add_scene(command)
+    command.add_argument(
+        "--out", type=Path, metavar="FILE.png", help="picture of heights and spectrum (none)"
+    )
+    command.set_defaults(command=_surface)
+
+
+def _surface(options: argparse.Namespace) -> int:
+    from fem_seal.scene import Scene
+    from fem_seal.surface import fit_spectrum
+
+    scene = Scene.from_file(options.scene, options.overrides)
+    prepared = _prepared(scene)
+    try:
+        fit, why = fit_spectrum(prepared.measured), ""
+    except InvalidInput as error:
+        # A ground groove has no power law, and is a surface all the same.
+        fit, why = None, str(error)
+    if options.out is not None:
+        from fem_seal.render.surface import surface_figure
+
+        surface_figure(prepared.field, fit, options.out)
+    say("\n".join([*steps_table(prepared), "", *_spectrum_lines(fit, why)]))
+    return 0
+
+
+def _prepared(scene) -> "PreparedSurface":
+    from fem_seal.seal import Seal
+    from fem_seal.surface import MapStatistics, PreparedSurface, Step
+
+    seal = Seal(scene)
+    if seal.prepared is not None:
+        return seal.prepared
+    field = seal.given_surface()
+    if field is None:
+        raise InvalidInput("the scene has a gap in place of a surface; there is nothing to press")
+    return PreparedSurface(field, field, (Step("made", MapStatistics.of(field)),))
+
+
+def steps_table(prepared: "PreparedSurface") -> list[str]:
+    """One line a step: what is left of the map after it."""
+    head = ("step", "samples", "missing", "rms height", "rms slope", "seam")
+    rows = [head, *((step.name, *_cells(step.statistics)) for step in prepared.steps)]
+    widths = [max(len(row[k]) for row in rows) for k in range(len(head))]
+    return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) for row in rows]
+
+
+def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
+    return (
+        f"{statistics.shape[0]} x {statistics.shape[1]}",
+        str(statistics.missing),
+        _length(statistics.rms_height),
+        f"{statistics.rms_slope:.4g}",
+        f"{statistics.seam:.3g}",
+    )
+
+
+def _spectrum_lines(fit: "SpectrumFit | None", why: str) -> list[str]:
+    if fit is None:
+        return [f"spectrum       {why}"]
+    rolloff = "none seen"
+    if fit.rolloff_wavelength is not None:
+        rolloff = f"{_length(fit.rolloff_wavelength)} ± {_length(fit.rolloff_error)}"
+    return [
+        f"hurst          {fit.hurst:.3f} ± {fit.hurst_error:.3f} (misfit {fit.misfit:.2g})",
+        f"long cut-off   {_length(fit.long_wavelength)}",
+        f"roll-off       {rolloff}",
+        f"short cut-off  {_length(fit.short_wavelength)}",
+    ]
+
+
+def _length(metres: float | None) -> str:
+    from fem_seal.render.units import readable
+
+    if metres is None:
+        return "none seen"
+    scale, unit = readable(metres, "m")
+    return f"{metres * scale:.4g} {unit}"

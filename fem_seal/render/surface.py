@@ -1,0 +1,87 @@
+"""A surface before it is pressed: its heights, and its spectrum with what was fitted to it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal.grid import GridField
+from fem_seal.render.aside import written_aside
+from fem_seal.render.page import DPI, FONT_POINTS
+from fem_seal.render.units import readable
+from fem_seal.surface import SpectrumFit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+RINGS, FITTED, CUT_OFF = "0.55", "#b2452b", "#1f4e9e"
+
+
+def surface_figure(field: GridField, fit: SpectrumFit | None, path: str | Path) -> None:
+    """Draw heights and spectrum side by side.
+
+    Parameters
+    ----------
+    field : heights [m] as they are pressed
+    fit : of its spectrum; None leaves that panel out
+    path : of the picture; the ending chooses the format
+    """
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context({"font.size": FONT_POINTS, "pdf.fonttype": 42}):
+        panels = 1 if fit is None else 2
+        size = (5.0 * panels, 3.9)
+        figure = Figure(figsize=size, dpi=DPI, facecolor="white", layout="constrained")
+        all_axes = np.ravel(figure.subplots(1, panels))
+        draw_heights(figure, all_axes[0], field)
+        if fit is not None:
+            draw_spectrum(all_axes[1], fit)
+        with written_aside(path) as aside:
+            figure.savefig(aside, dpi=DPI)
+
+
+def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:
+    """Heights about their mean as colours; the flow runs to the right."""
+    heights = field.values - field.values.mean()
+    scale, unit = readable(float(np.abs(heights).max()), "m")
+    length_scale, length_unit = readable(max(n * d for n, d in _sides(field)), "m")
+    extent = [0.0, 0.0, 0.0, 0.0]
+    for k, (n, d) in enumerate(_sides(field)):
+        extent[2 * k + 1] = n * d * length_scale
+    image = axes.imshow(
+        heights.T * scale, origin="lower", extent=extent, cmap="viridis", interpolation="nearest"
+    )
+    axes.set(xlabel=f"x [{length_unit}]", ylabel=f"y [{length_unit}]")
+    figure.colorbar(image, ax=axes, label=f"height [{unit}]", shrink=0.85)
+
+
+def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
+    """Rings of the spectrum, the fitted power law and the cut-offs that are seen."""
+    rings = fit.spectrum
+    # Roundings far below the power law would only squeeze it.
+    shown = rings.density > 1e-4 * fit.density.min()
+    axes.loglog(rings.wavenumber[shown], rings.density[shown], ".", color=RINGS, label="rings")
+    name = f"H = {fit.hurst:.3f} ± {fit.hurst_error:.3f}"
+    axes.loglog(fit.wavenumber, fit.density, color=FITTED, label=name)
+    for what, wavelength in (
+        ("long cut-off", fit.long_wavelength),
+        ("roll-off", fit.rolloff_wavelength),
+        ("short cut-off", fit.short_wavelength),
+    ):
+        if wavelength is not None:
+            scale, unit = readable(wavelength, "m")
+            axes.axvline(
+                2 * np.pi / wavelength,
+                color=CUT_OFF,
+                linestyle={"long cut-off": "--", "roll-off": ":", "short cut-off": "-."}[what],
+                linewidth=1,
+                label=f"{what} {wavelength * scale:.3g} {unit}",
+            )
+    axes.set(xlabel="wavenumber q [1/m]", ylabel="C(q) [m⁴]")
+    axes.legend(fontsize=8, loc="lower left", frameon=False)
+
+
+def _sides(field: GridField) -> zip:
+    return zip(field.shape, field.spacing, strict=True)
