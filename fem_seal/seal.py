@@ -86,7 +86,7 @@ class Seal:
             )
 
     def given_surface(self) -> GridField | None:
-        """Heights [m] as the scene gives them, before a contact grid is chosen for a total error."""
+        """Heights [m] as the scene gives them, whatever contact grid is chosen."""
         if self.prepared is not None:
             return self.prepared.field
         surface = self.scene.surface

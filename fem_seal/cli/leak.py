@@ -5,6 +5,20 @@ from pathlib import Path
 
 from fem_seal.cli.common import add_output, print_result, run_and_print
 
+
+def pair(text: str) -> list[object]:
+    """Two lengths with a comma between."""
+    return [_number_or_text(part.strip()) for part in text.split(",")]
+
+
+def truth(text: str) -> bool:
+    """yes or no."""
+    answers = {"yes": True, "true": True, "no": False, "false": False}
+    if text.lower() not in answers:
+        raise argparse.ArgumentTypeError(f"{text!r} is neither yes nor no")
+    return answers[text.lower()]
+
+
 # Options that stand for one field of the scene each; the scene checks their values.
 FIELDS = {
     "rtol": ("flow", "rtol", float, "(upper - lower) / sqrt(lower upper) wanted (0.05)"),
@@ -18,6 +32,14 @@ FIELDS = {
     "max-seconds": ("flow", "max_seconds", float, "stop with the best bounds so far"),
     "max-memory": ("flow", "max_memory", str, 'such as "2 GB"; stop with the best bounds so far'),
 }
+# What the file of the gap does not say itself.
+FIELDS |= {
+    "array": ("gap", "array", str, "name of the array, where the file has many"),
+    "length-unit": ("gap", "unit", str, "of the gap, such as um, where the file has none"),
+    "size": ("gap", "size", pair, "nx dx,ny dy, such as '1 mm,1 mm', where the file has none"),
+    "periodic": ("gap", "periodic", truth, "yes or no, where the file does not say (no)"),
+    "contact-below": ("gap", "contact_below", str, "gaps below this length are contact"),
+}
 DEFAULTS = {"viscosity": 1e-3, "pressure_drop": 1e5}
 
 
@@ -25,7 +47,10 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
     command = subparsers.add_parser("leak", help="compute the leak rate of a gap")
     command.add_argument(
-        "gap", type=Path, metavar="GAP.npz", help="gap (nx, ny) [m], spacing [m], periodic"
+        "gap",
+        type=Path,
+        metavar="GAP.npz",
+        help="gap (nx, ny) [m], spacing [m], periodic; or nc, h5, npy, txt",
     )
     for name, (_, _, kind, text) in FIELDS.items():
         command.add_argument(f"--{name}", type=kind, metavar="VALUE", help=text)
