@@ -34,6 +34,10 @@ class LiquidDrive:
         """Pressure [Pa] where the linear problem has `solved`, `pressure_drop` at the inlet."""
         return self.outlet_pressure + solved
 
+    def potential(self, pressure: np.ndarray) -> np.ndarray:
+        """What the flux is linear in, of pressures [Pa]: themselves."""
+        return pressure
+
 
 @dataclass(frozen=True)
 class GasDrive:
@@ -75,6 +79,10 @@ class GasDrive:
         risen = 2 * self._mean_pressure * self._difference * (solved / self.pressure_drop)
         # Rounding of the solver may go below the outlet, which may be a vacuum.
         return np.sqrt(np.maximum(p_out**2 + risen, 0.0))
+
+    def potential(self, pressure: np.ndarray) -> np.ndarray:
+        """What the flux is linear in, of pressures [Pa]: their squares [Pa²]."""
+        return pressure**2
 
     def mean_free_path(self, viscosity: float) -> float:
         """Mean free path [m] at the mean of the two pressures, η/p √(π R T/(2 M)).

@@ -61,10 +61,13 @@ def say(text: str) -> None:
 
 def summary(result: "Result", out: Path | None) -> list[str]:
     """Lines for people; result.json has all digits."""
+    from fem_seal.results.words import lines_of
+
     lines = [f"state      {result.state}"]
     if result.leak_rate:
         lines.append(f"leak rate  {_leak_rate(result)}")
         lines.append(f"flow       {result.method}, {result.unknowns} unknowns")
+    lines.extend(f"{label:10} {text}" for label, text in lines_of(result))
     if result.accuracy:
         lines.append(f"accuracy   {_chosen(result.accuracy)}")
     contact = f"area fraction {result.contact_area_fraction:.4f}, mean gap {result.mean_gap:.3e} m"

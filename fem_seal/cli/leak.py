@@ -28,6 +28,8 @@ FIELDS = {
     "links": ("flow", "links", str, "of finite-difference: arithmetic, harmonic, …"),
     "viscosity": ("fluid", "viscosity", str, "in Pa s or with a unit (1e-3)"),
     "pressure-drop": ("flow", "pressure_drop", str, "in Pa or with a unit (1e5)"),
+    "limit": ("limit", "leak_rate", str, "such as '1 ml/h': do the bounds keep it?"),
+    "unit": ("output", "leak_rate_unit", str, "of the leak rate beside SI, such as ml/h"),
     "max-unknowns": ("flow", "max_unknowns", int, "stop with the best bounds so far"),
     "max-seconds": ("flow", "max_seconds", float, "stop with the best bounds so far"),
     "max-memory": ("flow", "max_memory", str, 'such as "2 GB"; stop with the best bounds so far'),
@@ -58,7 +60,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "--products",
         default="leak_rate",
         metavar="LIST",
-        help="of leak_rate, mesh and pictures, with commas between (leak_rate)",
+        help="of leak_rate, mesh, pictures, constriction, …, with commas between (leak_rate)",
     )
     add_output(command, "none: the result is printed only")
     command.set_defaults(command=_leak)
@@ -75,7 +77,7 @@ def scene_of(options: argparse.Namespace) -> dict[str, dict[str, object]]:
     for name, (section, field, _, _) in FIELDS.items():
         value = getattr(options, name.replace("-", "_"))
         if value is not None:
-            sections[section][field] = _number_or_text(value)
+            sections.setdefault(section, {})[field] = _number_or_text(value)
     return sections
 
 

@@ -7,8 +7,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
+from fem_seal.quantities.constriction import Constriction
 from fem_seal.render.aside import written_aside
 from fem_seal.render.report_page import PAGE
+from fem_seal.results.words import constriction_words
 
 CAPTIONS = {
     "contact": "Contact and open domains; the largest connected one of each is coloured.",
@@ -75,6 +77,12 @@ def verdict(result: Mapping) -> str:
         sentences.append(
             f"Leaking: the leak rate is {leak['value']:.4g} {leak['unit']}, no bounds."
         )
+    decided = result.get("verdict") or {}
+    if decided.get("limit"):
+        sentences.append(f"Verdict: {decided['sentence']}.")
+    tightest = (result.get("quantities") or {}).get("constriction")
+    if tightest:
+        sentences.append(f"Tightest place: {constriction_words(Constriction(**tightest))}.")
     if result.get("contact_area_fraction") is not None:
         share = 100 * result["contact_area_fraction"]
         sentences.append(f"{share:.3g} % of the nominal area is in contact.")

@@ -9,13 +9,17 @@ from pathlib import Path
 from platform import python_version
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import LeakRate
 from fem_seal.memory import peak_memory
+from fem_seal.quantities.of_seal import Quantities, quantities, verdict_of
+from fem_seal.quantities.verdict import Verdict
+from fem_seal.results.rates import GasRecord, RateRecord
+from fem_seal.results.record import Record
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
 
@@ -23,11 +27,7 @@ RESULT_FILE = "result.json"
 _PACKAGES = ("fem_seal", "fenics-dolfinx", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista")
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
-
-
-class Bounds(_Record):
+class Bounds(Record):
     """Leak rate with guaranteed bounds, which finite differences do not have."""
 
     value: float
@@ -36,7 +36,7 @@ class Bounds(_Record):
     unit: Literal["m^3/s"] = "m^3/s"
 
 
-class LevelRecord(_Record):
+class LevelRecord(Record):
     """One mesh of the refinement."""
 
     unknowns: int
@@ -47,7 +47,7 @@ class LevelRecord(_Record):
     seconds: dict[str, float]
 
 
-class TrialRecord(_Record):
+class TrialRecord(Record):
     """One contact grid that was tried for the total error."""
 
     samples: tuple[int, int]
@@ -56,7 +56,7 @@ class TrialRecord(_Record):
     upper: float
 
 
-class AccuracyRecord(_Record):
+class AccuracyRecord(Record):
     """What was chosen to keep accuracy.total; an error is null where nothing can be said."""
 
     total: float
@@ -80,7 +80,7 @@ class AccuracyRecord(_Record):
         )
 
 
-class Provenance(_Record):
+class Provenance(Record):
     """Where a result comes from: the same scene with the same inputs gives it again."""
 
     scene: dict[str, Any]
@@ -109,13 +109,17 @@ class Provenance(_Record):
         return mine == others and self.inputs == other.inputs
 
 
-class Result(_Record):
+class Result(Record):
     """The numbers of one run; docs/results.md explains each."""
 
     schema_version: Literal[1] = Field(1, alias="schema")
     state: Literal["leaking", "sealed"]
     percolates: bool
     leak_rate: Bounds | None
+    leak_rate_shown: RateRecord | None = None
+    gas: GasRecord | None = None
+    verdict: Verdict | None = None
+    quantities: Quantities | None = None
     converged: bool
     reason: str
     method: str | None
@@ -169,6 +173,7 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), seconds: float | None = N
     """
     leak = seal.leak_rate if seal.scene.needs_flow else None
     sealed = seal.sealed
+    named = quantities(seal)
     stages = dict(seal.seconds)
     return Result(
         state="sealed" if sealed else "leaking",
@@ -176,6 +181,10 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), seconds: float | None = N
         contact_area_fraction=seal.contact_area_fraction,
         mean_gap=float(seal.gap.values.mean()),
         accuracy=AccuracyRecord.of(seal),
+        gas=GasRecord.of(seal),
+        leak_rate_shown=RateRecord.shown(seal),
+        verdict=verdict_of(seal),
+        quantities=named,
         files=files,
         seconds=stages | {"total": sum(stages.values()) if seconds is None else seconds},
         peak_memory_bytes=parallel.total(peak_memory()),

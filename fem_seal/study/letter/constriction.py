@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import FlowField
+from fem_seal.quantities.constriction import share_within
 from fem_seal.study.letter.surfaces import PRESSURE_DROP, VISCOSITY
 from fem_seal.topology.constriction import critical_constriction
 
@@ -52,9 +52,6 @@ def constriction_share(gap: GridField, radius: float) -> ConstrictionShare:
     leak = leak_rate(
         gap, viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, sides="wall", rtol=RTOL, field=True
     )
-    centres = leak.field.points[leak.field.cells].mean(axis=1)
-    near = np.hypot(*(centres - tightest.position).T) <= radius
-    dissipation = cell_dissipation(leak.field)
     (x, y), (Lx, Ly) = tightest.position, gap.size
     return ConstrictionShare(
         area=float(np.mean(gap.values == 0)),
@@ -62,19 +59,5 @@ def constriction_share(gap: GridField, radius: float) -> ConstrictionShare:
         x=x / Lx,
         y=y / Ly,
         radius=radius,
-        share=float(dissipation[near].sum() / dissipation.sum()),
+        share=share_within(leak.field, leak.field.pressure, tightest.position, radius),
     )
-
-
-def cell_dissipation(field: FlowField) -> np.ndarray:
-    """-j·∇p integrated over each triangle [W], (C,)."""
-    corners = field.points[field.cells]
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    pressure = field.pressure[field.cells]
-    along_a, along_b = pressure[:, 1] - pressure[:, 0], pressure[:, 2] - pressure[:, 0]
-    # j·∇p × area: both edges give a component of the gradient in the dual basis.
-    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    gradient_x = (along_a * b[:, 1] - along_b * a[:, 1]) / twice
-    gradient_y = (along_b * a[:, 0] - along_a * b[:, 0]) / twice
-    power = field.flux[:, 0] * gradient_x + field.flux[:, 1] * gradient_y
-    return -power * 0.5 * np.abs(twice)

@@ -1,0 +1,166 @@
+"""The critical constriction: where it is, how high and wide, and how much of the pressure it takes.
+
+Near percolation this one place governs the leak rate (W. B. Dapp, M. H. Müser, Sci. Rep. 6, 19513
+(2016)).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import FlowField
+from fem_seal.topology.constriction import critical_constriction
+from fem_seal.topology.lattice import Lattice, lattice
+
+REACH = 32  # sites around the constriction that are looked at first
+OPPOSITE = -0.5  # cosine: the other side of a channel lies within 60 degrees of straight across
+
+
+@dataclass(frozen=True)
+class Constriction:
+    """The tightest place on the widest path from inlet to outlet.
+
+    x, y : place [m]
+    gap : height there [m]: lowered uniformly by so much, the gap is sealed
+    width : across the channel, from contact to contact or wall [m]; None without contact
+    pressure_share : part of the dissipation in the disc of radius `width` around the place; with
+        one channel, the part of the pressure drop that is lost there. None without width or flow.
+    """
+
+    x: float
+    y: float
+    gap: float
+    width: float | None
+    pressure_share: float | None
+
+
+def constriction(
+    gap: GridField,
+    sides: str,
+    representation: str,
+    field: FlowField | None = None,
+    potential: np.ndarray | None = None,
+) -> Constriction | None:
+    """Find the critical constriction of a gap and what it takes of the pressure.
+
+    Parameters
+    ----------
+    gap : gap [m]
+    sides, representation : of the flow
+    field : the flow, for the share of the pressure
+    potential : at the points of `field`, what the flux is linear in: p of a liquid, p² of a gas
+
+    Returns
+    -------
+    Constriction, or None if the gap is sealed.
+    """
+    tightest = critical_constriction(gap, sides, representation)
+    if tightest is None:
+        return None
+    sites = lattice(gap, sides, representation)
+    width = channel_width(sites, tightest.position)
+    share = None
+    if width is not None and field is not None:
+        period = sites.spacing[1] * sites.gap.shape[1] if sites.periodic[1] else np.inf
+        share = share_within(field, potential, tightest.position, width, period)
+    return Constriction(*tightest.position, tightest.gap, width, share)
+
+
+def channel_width(sites: Lattice, position: tuple[float, float]) -> float | None:
+    """Distance between the solid on both sides of an open site.
+
+    From the nearest contact, or side wall, to the nearest one on the other side; only open sites
+    lie between for a convex gap between two contact patches.
+
+    Parameters
+    ----------
+    sites : of the gap
+    position : of an open site [m]
+
+    Returns
+    -------
+    float [m], or None if there is no solid on both sides.
+    """
+    reach = REACH
+    while True:
+        offsets = _solid_around(sites, position, reach)
+        ends = _both_sides(offsets)
+        seen = reach * min(sites.spacing)
+        whole = reach >= max(sites.gap.shape)
+        if ends is not None and (max(ends) <= seen or whole):
+            # A pixel in contact ends half a pixel before its centre.
+            centres = min(sites.spacing) if sites.connectivity == "4" else 0.0
+            return sum(ends) - centres
+        if whole:
+            return None
+        reach *= 2
+
+
+def _solid_around(sites: Lattice, position: tuple[float, float], reach: int) -> np.ndarray:
+    """Offsets (n, 2) [m] of contact sites within `reach` sites, and of side walls."""
+    (nx, ny), spacing = sites.gap.shape, np.array(sites.spacing)
+    i, j = np.rint((np.array(position) - sites.origin) / spacing).astype(int)
+    rows = np.arange(max(i - reach, 0), min(i + reach + 1, nx))
+    if sites.periodic[1]:
+        columns = np.arange(-min(reach, ny // 2), min(reach, ny // 2) + 1) + j
+    else:
+        columns = np.arange(max(j - reach, 0), min(j + reach + 1, ny))
+    contact = sites.gap[np.ix_(rows, columns % ny)] == 0
+    a, b = np.nonzero(contact)
+    offsets = np.stack([rows[a] - i, columns[b] - j], axis=1) * spacing
+    if sites.periodic[1]:
+        return offsets
+    # Pixels end half a pixel beyond their centres, so that the half taken off them is added here.
+    beyond = 1.0 if sites.connectivity == "4" else 0.0
+    # A site on the wall itself has the wall just beside it.
+    below, above = (max(n + beyond, 1e-9) * spacing[1] for n in (j, ny - 1 - j))
+    return np.concatenate([offsets, [[0.0, -below], [0.0, above]]])
+
+
+def _both_sides(offsets: np.ndarray) -> tuple[float, float] | None:
+    """Distance to the nearest solid and to the nearest on the other side of the channel."""
+    if not len(offsets):
+        return None
+    distance = np.hypot(*offsets.T)
+    nearest = distance.argmin()
+    cosine = offsets @ offsets[nearest] / (distance * distance[nearest])
+    other = distance[cosine <= OPPOSITE]
+    return (float(distance[nearest]), float(other.min())) if other.size else None
+
+
+def share_within(
+    field: FlowField,
+    potential: np.ndarray,
+    centre: tuple[float, float],
+    radius: float,
+    period: float = np.inf,
+) -> float:
+    """Part of the dissipation in the triangles whose centres lie in a disc.
+
+    Parameters
+    ----------
+    field : the flow
+    potential : (N,) at its points
+    centre, radius : of the disc [m]
+    period : of the domain along y [m], inf between walls
+    """
+    away = field.points[field.cells].mean(axis=1) - centre
+    if np.isfinite(period):
+        away[:, 1] -= period * np.rint(away[:, 1] / period)
+    power = cell_dissipation(field, potential)
+    return float(power[np.hypot(*away.T) <= radius].sum() / power.sum())
+
+
+def cell_dissipation(field: FlowField, potential: np.ndarray) -> np.ndarray:
+    """-j·∇φ integrated over each triangle, (C,); [W] if the potential φ is the pressure."""
+    corners = field.points[field.cells]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    phi = potential[field.cells]
+    along_a, along_b = phi[:, 1] - phi[:, 0], phi[:, 2] - phi[:, 0]
+    # j·∇φ × area: both edges give a component of the gradient in the dual basis.
+    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    gradient_x = (along_a * b[:, 1] - along_b * a[:, 1]) / twice
+    gradient_y = (along_b * a[:, 0] - along_a * b[:, 0]) / twice
+    power = field.flux[:, 0] * gradient_x + field.flux[:, 1] * gradient_y
+    return -power * 0.5 * np.abs(twice)

@@ -1,0 +1,147 @@
+"""The quantities and the verdict of a scene, from the steps of its Seal."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fem_seal import parallel
+from fem_seal.contact.state import ContactState
+from fem_seal.grid import GridField
+from fem_seal.quantities.aperture import HydraulicAperture, hydraulic_aperture
+from fem_seal.quantities.constriction import Constriction, constriction
+from fem_seal.quantities.threshold import Threshold, threshold_of_cut, threshold_of_pressure
+from fem_seal.quantities.verdict import Shown, Verdict, verdict
+from fem_seal.seal import Seal
+from fem_seal.topology.percolation import is_sealed
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """What a scene's products name, in SI units; None for what they do not, or does not exist."""
+
+    constriction: Constriction | None = None
+    threshold: Threshold | None = None
+    hydraulic_aperture: HydraulicAperture | None = None
+    trapped_volume: float | None = None
+
+
+def quantities(seal: Seal) -> Quantities | None:
+    """Compute the quantities that the scene names; None if it names none.
+
+    A limit asks for the constriction as well: it says how near to sealed the seal is.
+    """
+    scene = seal.scene
+    named = set(scene.output.products) | ({"constriction"} if scene.limit else set())
+    wanted = [name for name in QUANTITIES if name in named]
+    if not wanted:
+        return None
+    with seal.timed("quantities"):
+        return Quantities(**{name: QUANTITIES[name](seal) for name in wanted})
+
+
+def verdict_of(seal: Seal) -> Verdict | None:
+    """Hold the leak rate against the scene's limit; None if the scene needs no flow."""
+    scene = seal.scene
+    if not scene.needs_flow:
+        return None
+    limit = scene.limit
+    shown = shown_in(seal)
+    if limit is None:
+        return verdict(seal.leak_rate, shown, None, None)
+    return verdict(seal.leak_rate, shown, limit.leak_rate, limit.volume_rate(scene.drive))
+
+
+def shown_in(seal: Seal) -> Shown:
+    """Unit that people read: of the output, else of the limit, else m³/s."""
+    scene = seal.scene
+    unit = scene.output.leak_rate_unit or (scene.limit and scene.limit.leak_rate.unit)
+    if not unit:
+        return Shown("m^3/s", 1.0)
+    return Shown(unit.name, scene.drive.rates[unit.kind] / unit.size)
+
+
+def _constriction(seal: Seal) -> Constriction | None:
+    flow, field = seal.scene.flow, seal.leak_rate.field
+    potential = None if field is None else seal.scene.drive.potential(field.pressure)
+    return parallel.on_root(
+        lambda: constriction(seal.gap, flow.sides, flow.representation, field, potential)
+    )
+
+
+def _threshold(seal: Seal) -> Threshold | None:
+    return parallel.on_root(lambda: _THRESHOLDS[_model(seal)](seal))
+
+
+def _model(seal: Seal) -> str:
+    return "gap" if seal.scene.contact is None else seal.scene.contact.model
+
+
+def _of_gap(seal: Seal) -> Threshold | None:
+    flow = seal.scene.flow
+    return threshold_of_cut(seal.gap, flow.sides, flow.representation, "gap")
+
+
+def _of_bearing(seal: Seal) -> Threshold | None:
+    flow, surface = seal.scene.flow, seal.surface
+    untouched = GridField(
+        surface.values.max() - surface.values, surface.spacing, periodic=surface.periodic
+    )
+    return threshold_of_cut(untouched, flow.sides, flow.representation, "bearing")
+
+
+def _of_elastic(seal: Seal) -> Threshold | None:
+    from fem_seal.contact import solve
+
+    flow, contact = seal.scene.flow, seal.scene.contact
+    if seal.contact.mean_pressure == 0:
+        return None
+
+    def press(pressure: float, start: ContactState) -> ContactState:
+        seal.report("threshold", f"contact at {pressure:.3e} Pa")
+        return solve(
+            seal.surface,
+            seal.scene.solid.E_star,
+            pressure=pressure,
+            tolerance=contact.tolerance,
+            solver=contact.solver,
+            start=start,
+            max_iterations=contact.max_iterations,
+            threads=contact.threads,
+        )
+
+    def sealed(gap: GridField) -> bool:
+        return is_sealed(gap, flow.sides, flow.representation)
+
+    return threshold_of_pressure(seal.contact, press, sealed)
+
+
+_THRESHOLDS: dict[str, Callable[[Seal], Threshold | None]] = {
+    "gap": _of_gap,
+    "bearing": _of_bearing,
+    "gfmd": _of_elastic,
+}
+
+
+def _hydraulic_aperture(seal: Seal) -> HydraulicAperture:
+    scene = seal.scene
+    return hydraulic_aperture(
+        seal.leak_rate,
+        seal.gap,
+        scene.flow.representation,
+        scene.fluid.viscosity,
+        scene.drive.pressure_drop,
+    )
+
+
+def _trapped_volume(seal: Seal) -> float:
+    from fem_seal.topology.pockets import trapped_volume
+
+    flow = seal.scene.flow
+    return parallel.on_root(lambda: trapped_volume(seal.gap, flow.sides, flow.representation))
+
+
+QUANTITIES: dict[str, Callable[[Seal], object]] = {
+    "constriction": _constriction,
+    "threshold": _threshold,
+    "hydraulic_aperture": _hydraulic_aperture,
+    "trapped_volume": _trapped_volume,
+}

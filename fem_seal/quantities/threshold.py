@@ -1,0 +1,105 @@
+"""How far a seal is from the percolation threshold, at which it begins or ceases to leak."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.contact.state import ContactState
+from fem_seal.grid import GridField
+from fem_seal.topology.constriction import critical_constriction
+
+PRECISION = 1.01  # ratio of the two pressures between which an elastic contact seals
+STEP = 1.5  # ratio of pressures on the way to them
+LEAST = 1e-6  # part of the first pressure below which nothing is tried
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """The last leaking and the first sealed state on the way of more and more contact.
+
+    model : what grows: "gfmd" (elastic, by pressure), "bearing" or "gap" (lowered uniformly)
+    area_leaking, area_sealed : contact area fractions
+    pressure_leaking, pressure_sealed : mean pressures [Pa], elastic only; they differ by 1 %
+    contacts : elastic contacts solved for it
+    """
+
+    model: str
+    area_leaking: float
+    area_sealed: float
+    pressure_leaking: float | None = None
+    pressure_sealed: float | None = None
+    contacts: int = 0
+
+
+def threshold_of_cut(
+    gap: GridField, sides: str, representation: str, model: str
+) -> Threshold | None:
+    """Lower a gap uniformly until it seals; exact, by counting samples.
+
+    Parameters
+    ----------
+    gap : gap [m], or that of the untouched surfaces
+    sides, representation : of the flow
+    model : "gap" or "bearing", whose contact is just this cut
+
+    Returns
+    -------
+    Threshold, or None if the gap is sealed already.
+    """
+    tightest = critical_constriction(gap, sides, representation)
+    if tightest is None:
+        return None
+    return Threshold(
+        model,
+        area_leaking=float(np.mean(gap.values < tightest.gap)),
+        area_sealed=float(np.mean(gap.values <= tightest.gap)),
+    )
+
+
+def threshold_of_pressure(
+    start: ContactState,
+    press: Callable[[float, ContactState], ContactState],
+    is_sealed: Callable[[GridField], bool],
+) -> Threshold:
+    """Bisect the pressure between a leaking and a sealed elastic contact.
+
+    Contact only grows with the pressure (J. R. Barber, Q. J. Mech. Appl. Math. 27, 1 (1974)), so
+    that there is one threshold. About ten contacts, each begun from the last leaking one.
+
+    Parameters
+    ----------
+    start : a contact under any pressure > 0
+    press : solves the contact under a pressure [Pa], from the contact given
+    is_sealed : of a gap
+
+    Raises
+    ------
+    NotConverged
+        If a contact does not converge.
+    """
+    first, contacts = start.mean_pressure, 0
+    leaking, sealed = (None, start) if is_sealed(start.gap) else (start, None)
+    while leaking is None or sealed is None or _ratio(leaking, sealed) > PRECISION:
+        if sealed is None:
+            pressure = leaking.mean_pressure * STEP
+        elif leaking is None:
+            pressure = sealed.mean_pressure / STEP
+            if pressure < LEAST * first:
+                break  # sealed by the first touch, as by a ring
+        else:
+            pressure = np.sqrt(leaking.mean_pressure * sealed.mean_pressure)
+        state, contacts = press(float(pressure), leaking or sealed), contacts + 1
+        leaking, sealed = (leaking, state) if is_sealed(state.gap) else (state, sealed)
+    return Threshold(
+        "gfmd",
+        area_leaking=leaking.contact_area_fraction if leaking else 0.0,
+        area_sealed=sealed.contact_area_fraction,
+        pressure_leaking=leaking.mean_pressure if leaking else 0.0,
+        pressure_sealed=sealed.mean_pressure,
+        contacts=contacts,
+    )
+
+
+def _ratio(leaking: ContactState, sealed: ContactState) -> float:
+    return sealed.mean_pressure / leaking.mean_pressure

@@ -1,0 +1,59 @@
+"""The leak rate in other units than m³/s, as result.json has it."""
+
+from fem_seal.fluid import GasDrive
+from fem_seal.leak_rate import LeakRate
+from fem_seal.quantities.of_seal import shown_in
+from fem_seal.results.record import Record
+from fem_seal.seal import Seal
+from fem_seal.units import RATES
+
+
+class RateRecord(Record):
+    """Leak rate with its bounds in another unit."""
+
+    value: float
+    lower: float | None
+    upper: float | None
+    unit: str
+
+    @classmethod
+    def of(cls, leak: LeakRate, unit: str, per_solved: float) -> "RateRecord":
+        """Multiply a leak rate by what 1 m^3/s of it is in `unit`."""
+        bounds = (leak.value, leak.lower, leak.upper)
+        value, lower, upper = (b if b is None else b * per_solved for b in bounds)
+        return cls(value=value, lower=lower, upper=upper, unit=unit)
+
+    @classmethod
+    def shown(cls, seal: Seal) -> "RateRecord | None":
+        """The leak rate in output.leak_rate_unit, if the scene names one."""
+        if not seal.scene.needs_flow or seal.scene.output.leak_rate_unit is None:
+            return None
+        unit = shown_in(seal)
+        return cls.of(seal.leak_rate, unit.name, unit.per_solved)
+
+
+class GasRecord(Record):
+    """The leak rate of a gas in what does not depend on reference conditions."""
+
+    mass_rate: RateRecord
+    amount_rate: RateRecord
+    throughput: RateRecord
+    reference_temperature: float
+    reference_pressure: float
+    mean_free_path: float
+
+    @classmethod
+    def of(cls, seal: Seal) -> "GasRecord | None":
+        """None for a liquid, or without a flow."""
+        if not seal.scene.needs_flow or not isinstance(seal.scene.drive, GasDrive):
+            return None
+        gas, leak = seal.scene.drive, seal.leak_rate
+        rates = {kind: RateRecord.of(leak, RATES[kind], size) for kind, size in gas.rates.items()}
+        return cls(
+            mass_rate=rates["mass"],
+            amount_rate=rates["amount"],
+            throughput=rates["throughput"],
+            reference_temperature=gas.reference_temperature,
+            reference_pressure=gas.reference_pressure,
+            mean_free_path=gas.mean_free_path(seal.scene.fluid.viscosity),
+        )

@@ -1,0 +1,94 @@
+"""Verdict, units and quantities of a result in words, for the terminal and for the report."""
+
+from fem_seal.quantities.aperture import HydraulicAperture
+from fem_seal.quantities.constriction import Constriction
+from fem_seal.quantities.threshold import Threshold
+from fem_seal.results.rates import GasRecord, RateRecord
+from fem_seal.results.result import Result
+
+# Knudsen number from which slip at the walls adds more than half the flow without it.
+SLIP = 0.1
+SLIPS = "the gas slips at the walls, which is not modelled, and more of it leaks"
+
+
+def lines_of(result: Result) -> list[tuple[str, str]]:
+    """Label and text of each thing the scene asked for beside the leak rate in SI.
+
+    Parameters
+    ----------
+    result : of a run
+    """
+    lines: list[tuple[str, str]] = []
+    if result.leak_rate_shown:
+        lines.append(("in units", rate_words(result.leak_rate_shown)))
+    if result.gas:
+        lines.append(("gas", gas_words(result.gas)))
+    if result.provenance.scene.get("limit"):
+        lines.append(("verdict", result.verdict.sentence))
+    found = result.quantities
+    if found is None:
+        return lines
+    if found.constriction and result.gas:
+        knudsen = result.gas.mean_free_path / found.constriction.gap
+        if knudsen > SLIP:
+            lines.append(
+                ("caution", f"mean free path {knudsen:.2g} times the tightest gap: {SLIPS}")
+            )
+    if found.constriction:
+        lines.append(("tightest", constriction_words(found.constriction)))
+    if found.threshold:
+        lines.append(("threshold", threshold_words(found.threshold)))
+    if found.hydraulic_aperture:
+        lines.append(("aperture", aperture_words(found.hydraulic_aperture)))
+    if found.trapped_volume is not None:
+        lines.append(("trapped", f"{found.trapped_volume:.4g} m^3 in closed pockets"))
+    return lines
+
+
+def rate_words(rate: RateRecord) -> str:
+    """Leak rate and bounds in the unit of a record."""
+    if rate.lower is None:
+        return f"{rate.value:.4g} {rate.unit}"
+    return f"{rate.value:.4g} {rate.unit}, within [{rate.lower:.4g}, {rate.upper:.4g}]"
+
+
+def gas_words(gas: GasRecord) -> str:
+    """What the volume is counted at, mass, and how far the gas is from a continuum."""
+    return (
+        f"volume at {gas.reference_temperature:g} K and {gas.reference_pressure:g} Pa; "
+        f"{gas.mass_rate.value:.4g} kg/s, {gas.throughput.value:.4g} Pa m^3/s, "
+        f"{gas.amount_rate.value:.4g} mol/s; mean free path {_um(gas.mean_free_path)}"
+    )
+
+
+def constriction_words(tightest: Constriction) -> str:
+    """Place, height, width and share of the pressure drop."""
+    text = f"{_um(tightest.gap)} high"
+    if tightest.width is not None:
+        text += f", {_um(tightest.width)} wide"
+    text += f", at x = {_um(tightest.x)}, y = {_um(tightest.y)}"
+    if tightest.pressure_share is not None:
+        text += f"; takes {100 * tightest.pressure_share:.2g} % of the pressure drop"
+    return f"{text}; sealed if the gap were lowered by {_um(tightest.gap)}"
+
+
+def threshold_words(threshold: Threshold) -> str:
+    """Where the contact seals, and of what."""
+    areas = f"A/A0 = {threshold.area_leaking:.4g} and {threshold.area_sealed:.4g}"
+    if threshold.pressure_sealed is None:
+        how = {"gap": "lowered uniformly, ", "bearing": ""}[threshold.model]
+        return f"{how}seals between {areas}"
+    low, high = threshold.pressure_leaking, threshold.pressure_sealed
+    return f"seals between {low:.4g} and {high:.4g} Pa, {areas}"
+
+
+def aperture_words(aperture: HydraulicAperture) -> str:
+    """Hydraulic aperture with its bounds."""
+    text = _um(aperture.value)
+    if aperture.lower is None:
+        return text
+    return f"{text}, within [{1e6 * aperture.lower:.4g}, {1e6 * aperture.upper:.4g}] um"
+
+
+def _um(length: float) -> str:
+    return f"{1e6 * length:.4g} um"

@@ -1,0 +1,117 @@
+"""The critical constriction: its width across, and its share of the pressure drop."""
+
+import numpy as np
+import pytest
+
+from fem_seal.flow import leak_rate
+from fem_seal.grid import GridField
+from fem_seal.quantities.constriction import REACH, channel_width, constriction
+from fem_seal.topology.lattice import lattice
+
+SPACING = (1e-6, 2e-6)
+
+
+def slot(first, last, shape=(17, 33), periodic=False):
+    """Contact but for columns first..last, tightest in the middle of the length."""
+    gap = np.zeros(shape)
+    gap[:, first : last + 1] = 1e-6
+    gap[shape[0] // 2, first : last + 1] = 0.5e-6
+    return GridField(gap, SPACING, periodic)
+
+
+def test_width_of_a_slot():
+    """From contact to contact: a P1 gap is open up to the contact sample itself."""
+    found = constriction(slot(10, 19), "wall", "linear")
+    assert found.gap == 0.5e-6
+    assert found.x == 8e-6
+    assert found.width == pytest.approx(11 * 2e-6, rel=1e-12)
+    assert found.pressure_share is None
+
+
+def test_width_of_a_slot_of_pixels():
+    """Pixels end half-way to the next centre: ten pixels are ten pixels wide."""
+    spacing = (2e-6, 2e-6)
+    gap = GridField(slot(10, 19).values, spacing)
+    assert constriction(gap, "wall", "constant").width == pytest.approx(10 * 2e-6, rel=1e-12)
+
+
+def test_walls_are_solid():
+    linear = constriction(slot(0, 9), "wall", "linear")
+    assert linear.width == pytest.approx(10 * 2e-6, rel=1e-6)
+    pixels = constriction(GridField(slot(0, 9).values, (2e-6, 2e-6)), "wall", "constant")
+    assert pixels.width == pytest.approx(10 * 2e-6, rel=1e-6)
+
+
+def test_width_across_the_seam():
+    """Rolling a periodic gap around moves the place and nothing else."""
+    gap = slot(10, 19, periodic=True)
+    rolled = GridField(np.roll(gap.values, 16, axis=1), SPACING, periodic=True)
+    straight, seam = (constriction(g, "periodic", "linear") for g in (gap, rolled))
+    assert seam.width == pytest.approx(straight.width, rel=1e-12)
+    assert seam.gap == straight.gap
+
+
+def test_width_beyond_the_first_look():
+    """Contact further away than what is looked at first is found."""
+    width = 5 * REACH
+    gap = slot(2, 1 + width, shape=(9, width + 4))
+    assert constriction(gap, "wall", "linear").width == pytest.approx((width + 1) * 2e-6)
+
+
+def test_width_of_an_oblique_channel():
+    """At 45 degrees the way across is √2 shorter than along y; off by less than a sample."""
+    n, half = 65, 12
+    i, j = np.indices((n, n))
+    gap = np.where(np.abs(i - j) < half, 1.0 + 0.01 * np.abs(i - n // 2), 0.0)
+    sites = lattice(GridField(gap, (1.0, 1.0)), "wall", "linear")
+    assert channel_width(sites, (n // 2, n // 2)) == pytest.approx(
+        np.sqrt(2) * half, abs=np.sqrt(2)
+    )
+
+
+def test_no_contact_no_width():
+    gap = GridField(np.full((9, 9), 1e-6), SPACING, periodic=True)
+    found = constriction(gap, "periodic", "linear")
+    assert (found.gap, found.width, found.pressure_share) == (1e-6, None, None)
+
+
+def test_sealed_gap_has_none():
+    assert constriction(GridField(np.zeros((5, 5)), SPACING), "wall", "linear") is None
+
+
+def neck(height):
+    """A wall across the flow with one hole of so much height, five samples wide."""
+    gap = np.full((65, 65), 1e-6)
+    gap[30:35] = 0.0
+    gap[30:35, 28:37] = height
+    return GridField(gap, (1e-6, 1e-6))
+
+
+def test_share_of_a_low_hole():
+    """The hole takes (1e-6/height)³ times the pressure of the same squares outside."""
+    shares = []
+    for height in (0.05e-6, 0.8e-6):
+        gap = neck(height)
+        field = leak_rate(gap, viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True).field
+        found = constriction(gap, "wall", "linear", field, field.pressure)
+        assert found.gap == height
+        shares.append(found.pressure_share)
+    # A hole 20 times lower has 8000 times the resistance of a square; all else is a few squares.
+    assert 0.99 < shares[0] <= 1
+    assert shares[1] < 0.9
+
+
+def test_share_is_seen_through_the_seam():
+    """The disc around a hole at the edge of a periodic cell continues on the other side."""
+    gap = np.full((64, 64), 1e-6)
+    gap[30:35] = 0.0
+    gap[30:35, 28:37] = 0.05e-6
+    shares = []
+    for roll in (0, 32):
+        rolled = GridField(np.roll(gap, roll, axis=1), (1e-6, 1e-6), periodic=True)
+        options = {"sides": "periodic", "rtol": 0.1, "field": True}
+        field = leak_rate(rolled, viscosity=1e-3, pressure_drop=1e5, **options).field
+        found = constriction(rolled, "periodic", "linear", field, field.pressure)
+        shares.append(found.pressure_share)
+    assert shares[1] == pytest.approx(shares[0], abs=0.01)
+    assert shares[0] > 0.99

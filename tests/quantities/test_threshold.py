@@ -1,0 +1,90 @@
+"""The threshold: one side of it leaks and the other does not."""
+
+import numpy as np
+import pytest
+
+from fem_seal.contact import bearing, solve
+from fem_seal.grid import GridField
+from fem_seal.quantities.constriction import constriction
+from fem_seal.quantities.of_seal import quantities
+from fem_seal.quantities.threshold import PRECISION, threshold_of_cut, threshold_of_pressure
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+from fem_seal.topology.percolation import is_sealed
+
+
+@pytest.fixture
+def scene(small_scene):
+    """A contact and its threshold, nothing else."""
+
+    def changed(**contact):
+        small_scene["contact"] = contact
+        small_scene["output"] = {"products": ["threshold"]}
+        return Scene.from_mapping(small_scene)
+
+    return changed
+
+
+def sealed(gap):
+    return is_sealed(gap, "periodic", "linear")
+
+
+def test_lowering_by_the_constriction_just_seals():
+    values = np.random.default_rng(1).random((40, 40))
+    gap = GridField(values, (1.0, 1.0), periodic=True)
+    tightest = constriction(gap, "periodic", "linear")
+    found = threshold_of_cut(gap, "periodic", "linear", "gap")
+    for part, state, area in ((0.999999, False, found.area_leaking), (1, True, found.area_sealed)):
+        lowered = np.maximum(values - part * tightest.gap, 0)
+        assert sealed(GridField(lowered, (1.0, 1.0), periodic=True)) is state
+        assert np.mean(lowered == 0) == area
+    # One site of random heights decides.
+    assert found.area_sealed - found.area_leaking == pytest.approx(1 / 1600)
+
+
+def test_gap_that_is_sealed_has_no_threshold_of_its_own():
+    assert threshold_of_cut(GridField(np.zeros((4, 4)), (1, 1)), "wall", "linear", "gap") is None
+
+
+@pytest.mark.parametrize("area", [0.1, 0.8])
+def test_bearing_threshold_is_that_of_its_cuts(scene, area):
+    """The same from a leaking and from a sealed contact, and the bearing model agrees."""
+    seal = Seal(scene(model="bearing", area_fraction=area))
+    found = quantities(seal).threshold
+    for fraction, state in ((found.area_leaking, False), (found.area_sealed, True)):
+        assert sealed(bearing(seal.surface, area_fraction=fraction).gap) is state
+    assert found.pressure_sealed is None
+
+
+def test_elastic_threshold_lies_between_contacts_that_leak_and_seal(scene):
+    seal = Seal(scene(pressure="0.1 MPa"))
+    found = quantities(seal).threshold
+    assert found.pressure_sealed / found.pressure_leaking <= PRECISION * (1 + 1e-9)
+    assert found.area_leaking <= found.area_sealed
+    for pressure, state in ((found.pressure_leaking, False), (found.pressure_sealed, True)):
+        contact = solve(seal.surface, 1e7, pressure=pressure, tolerance=1e-6)
+        assert sealed(contact.gap) is state
+    assert 0 < found.contacts < 25
+
+
+def test_elastic_threshold_does_not_depend_on_where_it_is_sought_from(scene):
+    """Two brackets of 1 % around one threshold overlap."""
+    light, heavy = (
+        quantities(Seal(scene(pressure=pressure))).threshold for pressure in ("0.1 MPa", "1 MPa")
+    )
+    assert light.pressure_leaking <= heavy.pressure_sealed
+    assert heavy.pressure_leaking <= light.pressure_sealed
+
+
+def test_a_ring_seals_at_first_touch():
+    """A ridge around the cell across the flow seals under every pressure: the search gives up."""
+    x = np.arange(16) / 16
+    height = GridField(np.tile(np.cos(2 * np.pi * x)[:, None], (1, 16)), (1, 1), periodic=True)
+    start = solve(height, 1.0, pressure=0.1)
+
+    def press(pressure, near):
+        return solve(height, 1.0, pressure=pressure, start=near)
+
+    found = threshold_of_pressure(start, press, sealed)
+    assert (found.area_leaking, found.pressure_leaking) == (0.0, 0.0)
+    assert found.area_sealed > 0

@@ -1,0 +1,147 @@
+"""The verdict: four decisions, what would change an open one, and refinement that stops with it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_seal.leak_rate import LeakRate
+from fem_seal.quantities.verdict import Shown, verdict, what_would_decide
+from fem_seal.results import summarise
+from fem_seal.results.words import lines_of
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+from fem_seal.units import Rate
+
+ML_PER_HOUR = 1e-6 / 3600
+SHOWN = Shown("ml/h", 1 / ML_PER_HOUR)
+LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)
+
+
+def judged(leak, limit):
+    """Verdict against a limit in m³/s."""
+    return verdict(leak, SHOWN, Rate.parse(limit), limit)
+
+
+@pytest.mark.parametrize(
+    ("limit", "decision"),
+    [
+        (4e-10, "within limit"),
+        (3.999e-10, "undecided"),
+        (1.001e-10, "undecided"),
+        (1e-10, "undecided"),
+        (0.999e-10, "above limit"),
+    ],
+)
+def test_decisions_at_the_bounds(limit, decision):
+    """The limit itself is allowed: an upper bound may reach it, a lower one has to pass it."""
+    found = judged(LEAK, limit)
+    assert found.decision == decision
+    assert found.sentence.startswith(decision)
+    assert (found.needed_rtol is None) == (decision != "undecided")
+
+
+def test_sealed_and_without_limit():
+    assert judged(LeakRate.sealed("adaptive"), 1e-10).decision == "sealed"
+    found = verdict(LEAK, SHOWN, None, None)
+    assert (found.decision, found.limit) == ("leaking", None)
+    assert "0.36 and 1.44 ml/h" in found.sentence
+    estimate = replace(LEAK, lower=None, upper=None)
+    assert "without bounds" in verdict(estimate, SHOWN, None, None).sentence
+
+
+def test_what_would_decide():
+    """A bracket around √(lower upper) = 2 that ends at the limit 3: (3 - 4/3)/2 wide."""
+    rtol, unknowns = what_would_decide(LEAK, 3e-10)
+    assert rtol == pytest.approx((3 - 4 / 3) / 2, rel=1e-12)
+    # Twice the unknowns, half the bracket: now it is (4 - 1)/2 wide.
+    assert unknowns == round(1000 * 1.5 / rtol)
+    # As far below as above.
+    assert what_would_decide(LEAK, 4 / 3 * 1e-10)[0] == pytest.approx(rtol, rel=1e-12)
+
+
+def test_nothing_to_advise():
+    assert what_would_decide(LEAK, 2e-10) == (None, None)
+    assert "the limit itself" in judged(LEAK, 2e-10).sentence
+    unbounded = replace(LEAK, lower=0.0)
+    assert what_would_decide(unbounded, 3e-10) == (None, None)
+    assert "no lower bound yet" in judged(unbounded, 3e-10).sentence
+
+
+@pytest.fixture
+def rough(tmp_path):
+    """A scene of a rough gap with a limit."""
+    values = np.random.default_rng(2).random((17, 17)) - 0.1
+    np.savez(tmp_path / "gap.npz", gap=np.maximum(values, 0) * 1e-6, spacing=(1e-6, 1e-6))
+
+    def scene(leak_rate, decide=False, **flow):
+        return Scene.from_mapping(
+            {
+                "gap": {"path": str(tmp_path / "gap.npz")},
+                "fluid": {"viscosity": 1e-3},
+                "flow": {"pressure_drop": 1e5, **flow},
+                "limit": {"leak_rate": leak_rate, "decide": decide},
+                "output": {"products": ["leak_rate"]},
+            }
+        )
+
+    return scene
+
+
+@pytest.fixture
+def truth(rough):
+    """Bounds of ±2 %."""
+    return Seal(rough(1.0, rtol=0.04)).leak_rate
+
+
+@pytest.mark.parametrize(("part", "decision"), [(1.1, "within limit"), (0.9, "above limit")])
+def test_refinement_stops_when_the_bounds_decide(rough, truth, part, decision):
+    """Far earlier than for the truth, with bounds that hold it and exclude the limit."""
+    seal = Seal(rough(part * truth.value, decide=True, max_unknowns=20_000))
+    leak, result = seal.leak_rate, summarise(seal)
+    assert result.verdict.decision == decision
+    assert leak.converged
+    assert leak.lower <= truth.upper
+    assert leak.upper >= truth.lower
+    assert leak.unknowns < truth.unknowns
+    # One level less and it would have been open.
+    before = leak.levels[-2]
+    assert before.lower <= part * truth.value < before.upper
+
+
+def test_undecided_at_the_limit_of_unknowns(rough, truth):
+    seal = Seal(rough(truth.value, decide=True, max_unknowns=1000))
+    result = summarise(seal)
+    assert result.verdict.decision == "undecided"
+    assert not result.converged
+    assert "of the limit, undecided" in result.reason
+    assert result.unknowns <= 1000
+
+
+def test_advice_decides(rough, truth):
+    """A limit inside a wide bracket; the tolerance advised is within half of one that decides."""
+    limit = 1.15 * truth.value
+    first = summarise(Seal(rough(limit, rtol=0.6))).verdict
+    assert first.decision == "undecided"
+    # √(lower upper) of a wide bracket is off by some per cent, and so is the advice.
+    second = summarise(Seal(rough(limit, rtol=first.needed_rtol / 2)))
+    assert second.verdict.decision == "within limit"
+
+
+@pytest.mark.parametrize("written", ["{} m^3/s", "{} ml/h", "{} l/min", "{} mm^3/day"])
+def test_verdict_does_not_depend_on_the_unit(rough, written):
+    """Unit neutrality: one limit, many spellings, one decision; the sentence shows the unit."""
+    size = {"m^3/s": 1, "ml/h": 1e-6 / 3600, "l/min": 1e-3 / 60, "mm^3/day": 1e-9 / 86400}
+    unit = written.removeprefix("{} ")
+    for factor, decision in ((1e-14, "above limit"), (1e-9, "within limit")):
+        result = summarise(Seal(rough(written.format(factor / size[unit]), rtol=0.5)))
+        assert result.verdict.decision == decision
+        assert f"{unit} allowed" in result.verdict.sentence
+
+
+def test_words_of_a_scene_with_a_limit(rough, truth):
+    result = summarise(Seal(rough(f"{truth.value} m^3/s", rtol=0.3)))
+    labels = dict(lines_of(result))
+    assert labels["verdict"].startswith("undecided")
+    assert "sealed if the gap were lowered" in labels["tightest"]
+    assert result.quantities.constriction.pressure_share > 0

@@ -1,0 +1,141 @@
+"""Leak rates in the units people use: exact factors, one physics, clear refusals."""
+
+import numpy as np
+import pytest
+from project import write_toml
+
+from fem_seal.errors import InvalidInput
+from fem_seal.results import summarise
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+from fem_seal.units import Rate, RateUnit
+
+GAS = {"kind": "gas", "viscosity": 1.8e-5, "temperature": 293.15, "molar_mass": 0.029}
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind", "size"),
+    [
+        ("ml/h", "volume", 1e-6 / 3600),
+        ("l/min", "volume", 1e-3 / 60),
+        ("cm^3/min", "volume", 1e-6 / 60),
+        ("mbar l/s", "throughput", 0.1),
+        ("Pa m^3/s", "throughput", 1.0),
+        ("W", "throughput", 1.0),
+        ("mol/s", "amount", 1.0),
+        ("umol/h", "amount", 1e-6 / 3600),
+        ("g/year", "mass", 1e-3 / (365.25 * 86400)),
+    ],
+)
+def test_units_of_leak_rates(unit, kind, size):
+    """Two roundings: pint's decimal quotient and ours."""
+    found = RateUnit.parse(unit)
+    assert (found.name, found.kind) == (unit, kind)
+    assert found.size == pytest.approx(size, rel=4e-16, abs=0)
+
+
+@pytest.mark.parametrize("unit", ["m/s", "degC", "", "litres", "1 ml/h", "2", 5, None])
+def test_what_is_no_unit_of_a_leak_rate(unit):
+    with pytest.raises(ValueError, match="volume"):
+        RateUnit.parse(unit)
+
+
+@pytest.mark.parametrize(
+    "rate", ["1", "ml/h", "0 ml/h", "-1 ml/h", "1 m", "1e999 ml/h", True, None]
+)
+def test_what_is_no_leak_rate(rate):
+    with pytest.raises(ValueError, match=r"leak rate|greater than 0"):
+        Rate.parse(rate)
+
+
+def test_a_leak_rate_is_written_as_it_was_read():
+    rate = Rate.parse("0.25 ml/h")
+    assert Rate.parse(str(rate)) == rate
+    assert Rate.parse(3e-10) == Rate.parse("3e-10 m^3/s")
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """A gap that is open everywhere, with what is given in place of the defaults."""
+    values = 1e-6 * (1 + np.random.default_rng(4).random((9, 9)))
+    np.savez(tmp_path / "gap.npz", gap=values, spacing=(1e-6, 1e-6))
+
+    def given(fluid=GAS, **flow):
+        return {
+            "gap": {"path": str(tmp_path / "gap.npz")},
+            "fluid": dict(fluid),
+            "flow": flow or {"inlet_pressure": 2e5, "outlet_pressure": 1e5},
+            "output": {"products": ["leak_rate"]},
+        }
+
+    return given
+
+
+def test_one_gas_in_every_unit(scene):
+    """All shown rates are the same gas: they agree through R T, M and the reference."""
+    shown = {}
+    for unit in ("l/min", "mbar l/s", "mol/s", "kg/s"):
+        data = scene()
+        data["output"]["leak_rate_unit"] = unit
+        result = summarise(Seal(Scene.from_mapping(data)))
+        shown[unit] = result.leak_rate_shown
+        assert shown[unit].unit == unit
+        assert shown[unit].lower <= shown[unit].value <= shown[unit].upper
+    R, amount = 8.31446261815324, shown["mol/s"].value
+    assert shown["mbar l/s"].value == pytest.approx(10 * amount * R * 293.15, rel=1e-12, abs=0)
+    assert shown["kg/s"].value == pytest.approx(amount * 0.029, rel=1e-12, abs=0)
+    normal_litres = 60e3 * amount * R * 273.15 / 101325
+    assert shown["l/min"].value == pytest.approx(normal_litres, rel=1e-12, abs=0)
+    assert result.gas.mass_rate.value == shown["kg/s"].value
+    assert result.leak_rate.value == pytest.approx(shown["l/min"].value / 60e3, rel=1e-12, abs=0)
+
+
+def test_units_of_the_scene_do_not_matter(scene):
+    """SI numbers, or customary units: one scene, one leak rate to the last digit."""
+    plain = scene()
+    customary = scene(
+        {
+            "kind": "gas",
+            "viscosity": "18 uPa s",
+            "temperature": "20 degC",
+            "molar_mass": "29 g/mol",
+        },
+        inlet_pressure="2 bar",
+        outlet_pressure="1000 hPa",
+    )
+    first, second = (Seal(Scene.from_mapping(data)).leak_rate for data in (plain, customary))
+    assert (first.value, first.lower, first.upper) == (second.value, second.lower, second.upper)
+
+
+BAD = {
+    "output.leak_rate_unit=m/s": "output.leak_rate_unit = 'm/s' does not measure a leak rate",
+    "output.leak_rate_unit=litre": "output.leak_rate_unit = 'litre' does not measure a leak rate",
+    "output.leak_rate_unit=mol/s": "output.leak_rate_unit in 'mol/s' is an amount per time, but a",
+    "output.leak_rate_unit=mbar l/s": "'mbar l/s' is a pressure times a volume per time, but a liq",
+    "limit.leak_rate=1 g/h": "limit.leak_rate in 'g/h' is a mass per time, but a liquid leaks",
+    "limit.leak_rate=1 m": "limit.leak_rate = '1 m' does not measure a leak rate",
+    "limit.leak_rate=0": "limit.leak_rate = 0 should be greater than 0",
+    "limit.leak_rate=": "limit.leak_rate is missing",
+    "limit.decide=true": "limit.decide needs flow.max_unknowns",
+    "flow.method=finite-difference": r"\[limit\] is decided by bounds",
+    "output.products=['contact']": r"\[limit\] is about the leak rate",
+}
+
+
+@pytest.mark.parametrize("assignment", BAD)
+def test_bad_unit_or_limit(assignment, scene, tmp_path):
+    data = scene({"viscosity": 1e-3}, pressure_drop=1e5)
+    data["limit"] = {"leak_rate": "1 ml/h", "decide": False}
+    path = write_toml(tmp_path / "scene.toml", data)
+    with pytest.raises(InvalidInput, match=BAD[assignment]) as caught:
+        Scene.from_file(path, [assignment])
+    assert "\n" not in str(caught.value)
+
+
+def test_a_decision_and_a_total_error_exclude_each_other(small_scene):
+    del small_scene["flow"]["method"]
+    small_scene["flow"]["max_unknowns"] = 1000
+    small_scene["accuracy"] = {"total": 0.1}
+    small_scene["limit"] = {"leak_rate": "1 ml/h", "decide": True}
+    with pytest.raises(InvalidInput, match="both say when to stop"):
+        Scene.from_mapping(small_scene)

@@ -1,0 +1,39 @@
+"""Every scene of demos/scenes runs, keeps its bounds and is read back from its folder."""
+
+import pytest
+from project import ROOT
+
+from fem_seal import job
+from fem_seal.results import Result
+from fem_seal.results.words import lines_of
+from fem_seal.scene import Scene
+
+SCENES = sorted((ROOT / "demos" / "scenes").glob("*.toml"))
+
+# Fields that make a scene small enough for a test; the others are small by themselves.
+SMALL = {
+    "first": ["surface.shape=[64, 64]", "surface.short_wavelength=6.4 um", "flow.rtol=0.2"],
+    "gas": ["surface.shape=[64, 64]", "surface.short_wavelength=128 um"],
+    "verdict": ["surface.shape=[64, 64]", "surface.short_wavelength=128 um"],
+}
+
+
+def test_small_fields_are_of_scenes_that_exist():
+    assert set(SMALL) <= {path.stem for path in SCENES}
+
+
+@pytest.mark.render
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_scene_runs(path, tmp_path):
+    scene = Scene.from_file(path, SMALL.get(path.stem, []))
+    result = job.run(scene, tmp_path / "out")
+    assert Result.from_folder(tmp_path / "out") == result
+    assert result.converged, result.reason
+    for name in result.files:
+        assert (tmp_path / "out" / name).stat().st_size > 0
+    leak = result.leak_rate
+    if leak is not None and leak.lower is not None:
+        assert leak.lower <= leak.value <= leak.upper
+    decisions = {"sealed", "leaking"} if scene.limit is None else {"within limit", "above limit"}
+    assert result.verdict is None or result.verdict.decision in decisions
+    assert all(text for _, text in lines_of(result))
