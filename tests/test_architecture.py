@@ -28,7 +28,8 @@ ORDER = [
         "scene",
     ),
     *("surface", "contact", "topology", "theory", "finite_difference", "fenicsx", "mesh", "flow"),
-    *("accuracy", "seal", "quantities", "results", "sweep", "study", "render", "job", "doctor", "cli"),
+    *("accuracy", "seal", "quantities", "results", "sweep", "study", "render"),
+    *("job", "doctor", "cli"),
 ]
 
 FINITE_ELEMENTS = {"fenicsx", "mesh", "flow"}
