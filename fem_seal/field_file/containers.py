@@ -81,9 +81,15 @@ def read_hdf5(path: Path, wanted: Iterable[str]) -> NamedArrays:
         ) from None
 
     with whole(path, "HDF5"), h5py.File(path, "r") as file:
-        held = tuple(name for name in file if isinstance(file[name], h5py.Dataset))
+        held = tuple(name for name in file if _holds_data(file[name]))
         found = {name: _data_set(file[name]) for name in wanted if name in held}
         return NamedArrays(path, found, held, dict(file.attrs))
+
+
+def _holds_data(item: "h5py.Dataset | h5py.Group") -> bool:
+    """Whether it is neither a folder nor a mere dimension of NetCDF 4."""
+    name = item.attrs.get("NAME", b"")
+    return hasattr(item, "shape") and not name.startswith(b"This is a netCDF dimension but not")
 
 
 def _data_set(dataset: "h5py.Dataset") -> Variable:

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.recorded import Pair, Recorded
+from fem_seal.field_file.recorded import SAME_LENGTH, Pair, Recorded
 
 # Read beside the samples themselves, where a file has them.
 ABOUT = ("spacing", "periodic", "unit", "x", "y", "mask", "attrs")
@@ -185,8 +185,6 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
     x = np.asarray(axis.values)
     if x.dtype.kind not in "iuf" or x.shape != (n,):
         raise InvalidInput(f"{name} in {path} must be {n} coordinates, one for each sample")
-    if "length" in axis.attributes:
-        return float(np.ravel(axis.attributes["length"])[0]) / n
     if n < 2:
         raise InvalidInput(f"{name} in {path} is a single coordinate and gives no spacing")
     steps = np.diff(x.astype(float))
@@ -197,6 +195,12 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
         raise InvalidInput(
             f"{name} in {path} is not evenly spaced and increasing: steps from {steps.min():g} "
             f"to {steps.max():g}; resample it onto an even grid"
+        )
+    length = float(np.ravel(axis.attributes.get("length", n * mean))[0])
+    # SurfaceTopography writes the length, n steps, in single precision.
+    if not np.isclose(length, n * mean, rtol=SAME_LENGTH, atol=0):
+        raise InvalidInput(
+            f"{name} in {path} has length {length:g}, but {n} steps of {mean:g}; which is right?"
         )
     return mean
 

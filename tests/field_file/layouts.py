@@ -1,0 +1,115 @@
+"""Writing one map as other codes write theirs, which need not be installed for it.
+
+The layouts were compared with files written by Tamaas 2.9.0 (NumpyDumper, H5Dumper, NetCDFDumper),
+SurfaceTopography 1.27.1 (to_netcdf) and ContactMechanics 1.8.3 (ce_hard_wall --gap-fn).
+"""
+
+import json
+
+import h5py
+import numpy as np
+from scipy.io import netcdf_file
+
+NAMELESS = "This is a netCDF dimension but not a netCDF variable.{:10d}"
+
+
+def tamaas_attributes(shape, size):
+    return {
+        "model_type": "model_type.basic_2d",
+        "system_size": list(size),
+        "discretization": list(shape),
+        "boundary_fields": ["gap", "displacement", "traction"],
+        "program": "Tamaas 2.9.0, DOI:10.21105/joss.02121",
+    }
+
+
+def tamaas_npz(path, size, **fields):
+    shape = next(iter(fields.values())).shape[:2]
+    np.savez_compressed(path, attrs=json.dumps(tamaas_attributes(shape, size)), **fields)
+    return path
+
+
+def tamaas_h5(path, size, **fields):
+    with h5py.File(path, "w") as file:
+        for name, values in fields.items():
+            file.create_dataset(name, data=values, compression="gzip", compression_opts=7)
+        shape = next(iter(fields.values())).shape[:2]
+        for name, value in tamaas_attributes(shape, size).items():
+            file.attrs[name] = value
+    return path
+
+
+def tamaas_nc(path, size, **frames):
+    """Each field (frames, nx, ny), in a NetCDF 4 file as the C library lays it out in HDF5."""
+    _, nx, ny = next(iter(frames.values())).shape
+    with h5py.File(path, "w") as file:
+        scales = [_dimension(file, "frame", 0)]
+        for name, n, length in (("x", nx, size[0]), ("y", ny, size[1])):
+            scales.append(file.create_dataset(name, data=np.linspace(0, length, n, False)))
+            scales[-1].make_scale(name)
+        for name, values in frames.items():
+            data = file.create_dataset(name, data=values, compression="gzip")
+            for axis, scale in enumerate(scales):
+                data.dims[axis].attach_scale(scale)
+        for name, value in tamaas_attributes((nx, ny), size).items():
+            file.attrs[name] = value
+    return path
+
+
+def contact_mechanics_nc(path, **frames):
+    """Frames of fields on dimensions nx and ny; no lengths."""
+    _, nx, ny = next(iter(frames.values())).shape
+    with h5py.File(path, "w") as file:
+        scales = [_dimension(file, *d) for d in (("frame", 0), ("nx", nx), ("ny", ny))]
+        for name, values in frames.items():
+            data = file.create_dataset(name, data=values)
+            for axis, scale in enumerate(scales):
+                data.dims[axis].attach_scale(scale)
+    return path
+
+
+def _dimension(file, name, n):
+    scale = file.create_dataset(name, shape=(n,), dtype=">f4")
+    scale.make_scale(NAMELESS.format(n))
+    return scale
+
+
+def topography_nc(path, heights, size, unit=None, periodic=True, mask=None):
+    """NetCDF 3 with coordinates, as SurfaceTopography and ContactMechanics exchange maps."""
+    with netcdf_file(path, "w", version=2, maskandscale=True) as file:
+        data = {"heights": heights} | ({} if mask is None else {"mask": mask})
+        for name, n in zip("xy", heights.shape, strict=True):
+            file.createDimension(name, n)
+        for name, values in data.items():
+            variable = file.createVariable(name, "b" if name == "mask" else "f8", ("x", "y"))
+            variable.maskandscale = name != "mask"
+            variable[...] = values
+        if unit is not None:
+            file.variables["heights"].unit = unit
+        for name, n, length in zip("xy", heights.shape, size, strict=True):
+            axis = file.createVariable(name, "f8", (name,))
+            axis.length = length
+            axis.periodic = int(periodic)
+            if unit is not None:
+                axis.unit = unit
+            axis[...] = np.arange(n) / n * length
+    return path
+
+
+def hard_wall_text(path, gap, unit):
+    """A gap of ce_hard_wall: comments, of which the last line ends with the unit."""
+    head = "ContactMechanics version: 1.8.3\nfractional area = 0.04"
+    np.savetxt(path, gap, header=f"{head}Gap values follow, they are reported in units of {unit}.")
+    return path
+
+
+def plain_h5(path, name, values, spacing=None, unit=None, spacing_unit=None):
+    with h5py.File(path, "w") as file:
+        file[name] = values
+        if unit is not None:
+            file[name].attrs["unit"] = unit
+        if spacing is not None:
+            file["spacing"] = spacing
+            if spacing_unit is not None:
+                file["spacing"].attrs["unit"] = spacing_unit
+    return path

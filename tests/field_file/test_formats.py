@@ -1,0 +1,181 @@
+"""One map through every format, in the layouts of the codes that write them."""
+
+import sys
+
+import layouts
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.field_file import GAP_NAMES, HEIGHT_NAMES, Stated, read_map
+from fem_seal.gap_file import load_gap
+
+NX, NY = 6, 4
+SIZE = (3e-6, 1e-6)
+SPACING = (0.5e-6, 0.25e-6)
+UM = (3.0, 1.0)  # the same in µm
+GAP = np.random.default_rng(1).random((NX, NY)) * 1e-6
+GAP[2:4, 1] = 0
+
+# Lengths that went through a unit and back: two roundings of 2^-53 each.
+ROUNDED = {"rtol": 5e-16, "atol": 0}
+SAID = Stated(unit="um", size=SIZE)
+
+
+def in_um(path):
+    """Gap in µm, by whatever layout the name of the file stands for."""
+    gap, um = GAP * 1e6, Stated(unit="um")
+    match path.name:
+        case "ours.npz":
+            np.savez(path, gap=GAP, spacing=SPACING)
+            return Stated()
+        case "unit.npz":
+            np.savez(path, gap=gap, spacing=np.array(SPACING) * 1e6, unit="um")
+            return Stated()
+        case "plain.npy":
+            np.save(path, gap)
+            return SAID
+        case "tamaas.npz":
+            layouts.tamaas_npz(path, UM, gap=gap, traction=(GAP == 0) * 1.0)
+            return um
+        case "vector.npz":
+            gap3 = np.stack([gap * 0, gap * 0, gap], axis=-1)
+            layouts.tamaas_npz(path, UM, gap=gap3)
+            return um
+        case "tamaas.h5":
+            layouts.tamaas_h5(path, UM, gap=gap)
+            return um
+        case "tamaas.nc":
+            layouts.tamaas_nc(path, UM, gap=np.stack([gap + 7, gap]))
+            return um
+        case "hard_wall.txt":
+            layouts.hard_wall_text(path, gap, "µm")
+            return Stated(size=SIZE)
+        case "container.nc":
+            layouts.contact_mechanics_nc(path, gap=np.stack([gap + 7, gap]))
+            return SAID
+        case "units.h5":
+            layouts.plain_h5(path, "gap", gap, np.array(SPACING) * 1e9, "um", "nm")
+            return Stated()
+        case "reynoldsflow.npz":
+            np.savez(path, gaps=GAP, spacing=SPACING)
+            return Stated()
+    raise AssertionError(path)
+
+
+LAYOUTS = [
+    *("ours.npz", "unit.npz", "plain.npy", "tamaas.npz", "vector.npz", "tamaas.h5", "tamaas.nc"),
+    *("hard_wall.txt", "container.nc", "units.h5", "reynoldsflow.npz"),
+]
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_same_gap_from_every_layout(name, tmp_path):
+    stated = in_um(tmp_path / name)
+    gap = load_gap(tmp_path / name, stated)
+    np.testing.assert_allclose(gap.values, GAP, **ROUNDED)
+    np.testing.assert_allclose(gap.spacing, SPACING, rtol=1e-15)
+    # Models of Tamaas repeat; of the others nobody has said so.
+    assert gap.periodic == ("tamaas" in name or "vector" in name)
+
+
+def test_contact_of_tamaas_is_where_it_has_traction(tmp_path):
+    """Its gap in contact is a rounding: 31 of 32 points at 64 x 64, up to 1e-13 of the height."""
+    left = np.where(GAP == 0, 3e-20, GAP)
+    layouts.tamaas_npz(tmp_path / "a.npz", SIZE, gap=left, traction=(GAP == 0) * 2.0)
+    assert np.array_equal(load_gap(tmp_path / "a.npz", Stated(unit="m")).values, GAP)
+    layouts.tamaas_npz(tmp_path / "b.npz", SIZE, gap=left)
+    assert np.array_equal(load_gap(tmp_path / "b.npz", Stated(unit="m")).values, left)
+
+
+def test_contact_below(tmp_path):
+    """Roundings of either sign become contact; a gap that is really negative stays an error."""
+    layouts.hard_wall_text(tmp_path / "gap.txt", np.where(GAP == 0, -3e-13, GAP), "m")
+    said = Stated(size=SIZE)
+    with pytest.raises(InvalidInput, match="negative at 2 of 24"):
+        load_gap(tmp_path / "gap.txt", said)
+    assert np.array_equal(load_gap(tmp_path / "gap.txt", said, contact_below=1e-12).values, GAP)
+    with pytest.raises(InvalidInput, match="negative at 2 of 24"):
+        load_gap(tmp_path / "gap.txt", said, contact_below=1e-13)
+
+
+@pytest.mark.parametrize("unit", ["um", "nm", "A", "m"])
+def test_heights_of_surface_topography(unit, tmp_path):
+    """Units as its ASCII spells them: A is the ångström."""
+    metres = {"um": 1e-6, "nm": 1e-9, "A": 1e-10, "m": 1.0}[unit]
+    mask = np.isclose(GAP, GAP.max(), rtol=0, atol=0)
+    path = layouts.topography_nc(
+        tmp_path / "a.nc", GAP / metres, np.array(SIZE) / metres, unit, False, mask
+    )
+    found = read_map(path, HEIGHT_NAMES)
+    np.testing.assert_allclose(found.values, np.where(mask, np.nan, GAP), **ROUNDED)
+    np.testing.assert_allclose(found.spacing, SPACING, rtol=1e-14)
+    assert (found.periodic, found.missing) == (False, 1)
+
+
+def test_real_files_of_surface_topography(tmp_path):
+    """Its own NetCDF, and an instrument's format that only it can read, agree with ours."""
+    from SurfaceTopography import Topography
+    from SurfaceTopography.IO.NC import write_nc_uniform
+
+    size = (3.0, 1.0)
+    topography = Topography(GAP * 1e6, size, periodic=True, unit="µm")
+    write_nc_uniform(topography, str(tmp_path / "real.nc"))
+    layouts.topography_nc(tmp_path / "ours.nc", GAP * 1e6, size, "um")
+    real, ours = (read_map(tmp_path / name, HEIGHT_NAMES) for name in ("real.nc", "ours.nc"))
+    assert np.array_equal(real.values, ours.values)
+    assert (real.spacing, real.periodic) == (ours.spacing, True)
+    # The same bytes under an ending that is not ours go through SurfaceTopography.
+    (tmp_path / "real.dat").write_bytes((tmp_path / "real.nc").read_bytes())
+    through = read_map(tmp_path / "real.dat", HEIGHT_NAMES)
+    np.testing.assert_allclose(through.values, real.values, **ROUNDED)
+    # It writes lengths in single precision.
+    np.testing.assert_allclose(through.spacing, real.spacing, rtol=2**-24)
+    assert through.periodic
+
+
+def test_instrument_text_with_unit_and_size(tmp_path):
+    """Gwyddion's text export, read by SurfaceTopography: rows are y there, x here."""
+    head = "# Channel: Topo\n# Width: 3 um\n# Height: 1 um\n# Value units: m\n"
+    rows = "\n".join(" ".join(map(repr, row)) for row in GAP.T.tolist())
+    (tmp_path / "map.asc").write_text(head + rows + "\n")
+    found = read_map(tmp_path / "map.asc", HEIGHT_NAMES)
+    assert found.values.shape == GAP.shape
+    np.testing.assert_allclose(found.spacing, SPACING, rtol=1e-12)
+    np.testing.assert_allclose(np.sort(found.values, None), np.sort(GAP, None), rtol=1e-12)
+
+
+def test_named_array(tmp_path):
+    np.savez(tmp_path / "a.npz", gap=GAP, filtered=2 * GAP, spacing=SPACING)
+    assert np.array_equal(load_gap(tmp_path / "a.npz", Stated(array="filtered")).values, 2 * GAP)
+
+
+def test_file_and_scene_may_say_the_same(tmp_path):
+    in_um(tmp_path / "unit.npz")
+    said = Stated(unit="µm", size=SIZE)
+    assert load_gap(tmp_path / "unit.npz", said).spacing == pytest.approx(SPACING, rel=1e-15)
+
+
+def test_single_precision_coordinates_are_even(tmp_path):
+    """0.1 has no end in binary: steps of float32 coordinates differ by their rounding."""
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["gap"] = GAP
+        file["gap"].attrs["units"] = "m"
+        for name, n in zip("xy", GAP.shape, strict=True):
+            file[name] = (1e3 + 0.1 * np.arange(n)).astype(np.float32)
+            file[name].attrs["units"] = "m"
+    # Ends of the axis are rounded to 2^-24 of 1000.
+    assert load_gap(tmp_path / "a.h5").spacing == pytest.approx((0.1, 0.1), abs=1e3 * 2**-23)
+
+
+@pytest.mark.parametrize(
+    ("package", "name"), [("h5py", "tamaas.h5"), ("SurfaceTopography", "map.x3p")]
+)
+def test_missing_package(package, name, tmp_path, monkeypatch):
+    layouts.tamaas_h5(tmp_path / name, UM, gap=GAP)
+    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.setitem(sys.modules, f"{package}.Exceptions", None)
+    with pytest.raises(MissingPackage, match=rf"needs? {package}: pip install 'fem_seal\[measured"):
+        read_map(tmp_path / name, GAP_NAMES, SAID)
