@@ -146,7 +146,6 @@ def brackets(
     while True:
         problem = LevelProblem(gap, start.mesh, start.values, comm, strategy.tuning.tolerance)
         if upper < np.inf and problem.unknowns > (strategy.max_unknowns or np.inf):
-            problem.close()
             return
         clock.lap("mesh")
         found = _solve(problem, start, strategy, clock)
@@ -171,7 +170,6 @@ def brackets(
             reached = relative_gap(lower, upper) if found.stream else found.expected
             start = start.refined(gap, _mark(problem, found, reached, strategy))
         # Two meshes need not be in memory at once.
-        problem.close()
         del problem, found
         clock.lap("refine")
 

@@ -120,7 +120,6 @@ def leak_rate(
             if field:
                 flow = _field(bracket, gap, viscosity, pressure_drop)
             if reached or reason:
-                bracket.problem.close()
                 break
             # Two meshes need not be in memory at once.
             del bracket

@@ -179,7 +179,3 @@ class LevelProblem:
             for side in (inlet, outlet)
         )
         return float(into), float(-out)
-
-    def close(self) -> None:
-        """Free the matrix; nothing more can be solved."""
-        self.space.close()

@@ -1,10 +1,11 @@
 """The one place that knows PETSc: energies of functions linear on each cell, and their minima.
 
 A problem is an energy E(v) = ∫ ∇v·T·∇v with a constant tensor T on each cell, over functions
-v = lift + P x: P is the 0/1 matrix of the numbering (`unknowns.py`). With A the block-diagonal
-matrix of E on the discontinuous space, the unknowns solve P'AP x = -P'A lift. CG with BoomerAMG
-does it in three to six iterations from the coarser solution at any size, as long as the matrix is
-not scaled by its diagonal: that would spoil the constant as near-null vector.
+v = lift + P x: P is the 0/1 matrix of the numbering (`unknowns.py`), never formed. DOLFINx
+assembles on the discontinuous space, whose dofs are the corners, and PETSc's map from local to
+global rows is the numbering: corners of one unknown add up in its row, prescribed ones are
+dropped. CG with BoomerAMG needs a handful of iterations from the coarser solution at any size, as
+long as the matrix is not scaled by its diagonal: that would spoil the constant as near-null vector.
 """
 
 from dataclasses import dataclass
@@ -26,10 +27,10 @@ from fem_seal.flow.unknowns import Unknowns
 
 MAX_ITERATIONS = 100
 
-# The defaults take as long and up to an iteration more (docs/adaptivity.md).
+# What each is worth: docs/adaptivity.md.
 _BOOMERAMG = {
     "pc_hypre_type": "boomeramg",
-    "pc_hypre_boomeramg_coarsen_type": "HMIS",
+    "pc_hypre_boomeramg_coarsen_type": "PMIS",
     "pc_hypre_boomeramg_interp_type": "ext+i",
     "pc_hypre_boomeramg_P_max": 4,
     "pc_hypre_boomeramg_strong_threshold": 0.25,
@@ -73,18 +74,13 @@ class CellSpace:
         xx, xy, yy = self._tensor
         T = ufl.as_tensor([[xx, xy], [xy, yy]])
         u, v, self._v = ufl.TrialFunction(self.V), ufl.TestFunction(self.V), fem.Function(self.V)
-        self._a = fem.form(ufl.inner(ufl.dot(T, ufl.grad(u)), ufl.grad(v)) * ufl.dx)
-        one = ufl.TestFunction(self.W)
-        grad = ufl.grad(self._v)
-        self._cell_energy = fem.form(ufl.inner(ufl.dot(T, grad), grad) * one * ufl.dx)
-        self._A = fem.petsc.create_matrix(self._a)
-        self._owners = self._owner_of_cells(len(cells))
-
-    def _owner_of_cells(self, count: int) -> np.ndarray:
-        owner = np.empty(count, dtype=np.int32)
-        for rank, cells in enumerate(self.comm.allgather(self.own)):
-            owner[cells] = rank
-        return owner
+        flux = ufl.dot(T, ufl.grad(self._v))
+        self._matrix = fem.form(ufl.inner(ufl.dot(T, ufl.grad(u)), ufl.grad(v)) * ufl.dx)
+        self._residual = fem.form(ufl.inner(flux, ufl.grad(v)) * ufl.dx)
+        each_cell = ufl.TestFunction(self.W)
+        self._energy = fem.form(ufl.inner(flux, ufl.grad(self._v)) * each_cell * ufl.dx)
+        # The cells of every rank, one rank after the other.
+        self._of_ranks = comm.allgather(self.own)
 
     def function(self, corner_values: np.ndarray) -> fem.Function:
         """The function with given corner values (C, 3)."""
@@ -101,15 +97,12 @@ class CellSpace:
     def integrals(self, integrand: ufl.core.expr.Expr) -> np.ndarray:
         """Integral (C,) of an expression over each cell, on every rank."""
         form = fem.form(integrand * ufl.TestFunction(self.W) * ufl.dx)
-        vector = fem.petsc.assemble_vector(form)
-        values = self._everywhere(vector.array_r[self._cell_dofs])
-        vector.destroy()
-        return values
+        return self._everywhere(_assembled(form)[self._cell_dofs])
 
     def _everywhere(self, values: np.ndarray) -> np.ndarray:
-        """Gather values of own cells (c, ...) into (C, ...) on every rank."""
-        whole = np.empty((len(self._owners), *values.shape[1:]))
-        for cells, part in self.comm.allgather((self.own, values)):
+        """Gather values (c,) of own cells into (C,) on every rank."""
+        whole = np.empty(sum(len(cells) for cells in self._of_ranks))
+        for cells, part in zip(self._of_ranks, self.comm.allgather(values), strict=True):
             whole[cells] = part
         return whole
 
@@ -133,66 +126,98 @@ class CellSpace:
         """
         for component, values in zip(self._tensor, tensor.T, strict=True):
             component.x.array[self._cell_dofs] = values[self.own]
-        self._A.zeroEntries()
-        fem.petsc.assemble_matrix(self._A, self._a)
-        self._A.assemble()
-        P, place = self._numbering(unknowns)
-        lift = self._corner_vector(unknowns.lift)
-        x, residual = P.createVecRight(), P.createVecRight()
-        x.array = guess[place]
-        y, r = lift.duplicate(), lift.duplicate()
-        P.multAdd(x, lift, y)
-        start = self._energy(y)
-        self._A.mult(y, r)
-        P.multTranspose(r, residual)
-        residual.scale(-1)
-        matrix = self._A.PtAP(P)
+        rows = _Rows.of(unknowns, self._of_ranks)
+        start, residual = self._energy_and_residual(unknowns.corners(guess), unknowns, rows)
+        matrix = self._assembled(unknowns, rows)
+        x, right_side = matrix.createVecs()
+        right_side.array = -residual
         try:
-            iterations = _solve(matrix, residual, x, start, tolerance)
-            P.multAdd(x, y, r)
-            energy = self._energy(r)
-            values = self._everywhere(r.array_r[self._corner_dofs])
+            iterations = _solve(matrix, right_side, x, start, tolerance)
+            correction = np.concatenate(self.comm.allgather(x.array_r))
         finally:
             # petsc4py puts off freeing what is only dropped, and the meshes come and go.
-            for thing in (P, matrix, lift, x, y, r, residual):
+            for thing in (matrix, x, right_side):
                 thing.destroy()
-        return Minimum(values, energy, iterations)
+        found = unknowns.corners(guess + correction[rows.of_unknown])
+        return Minimum(found, self._energy_of(found), iterations)
 
-    def close(self) -> None:
-        """Free the matrix; nothing more can be minimised."""
-        self._A.destroy()
+    def _energy_of(self, corner_values: np.ndarray) -> float:
+        self._v.x.array[self._corner_dofs] = corner_values[self.own]
+        return float(self.comm.allreduce(_assembled(self._energy).sum()))
 
-    def _energy(self, values: PETSc.Vec) -> float:
-        self._v.x.array[:] = values.array_r
-        cells = fem.petsc.assemble_vector(self._cell_energy)
-        own = cells.array.sum()
-        cells.destroy()
-        return float(self.comm.allreduce(own))
+    def _energy_and_residual(
+        self, corner_values: np.ndarray, unknowns: Unknowns, rows: "_Rows"
+    ) -> tuple[float, np.ndarray]:
+        """Energy, and its half derivative by the unknowns in the rows of this rank."""
+        energy = self._energy_of(corner_values)
+        of_corner = _assembled(self._residual)[self._corner_dofs]
+        number = unknowns.of_corner[self.own]
+        used = number >= 0
+        of_unknown = np.bincount(number[used], of_corner[used], unknowns.count)
+        by_row = np.empty_like(of_unknown)
+        by_row[rows.of_unknown] = self.comm.allreduce(of_unknown)
+        return energy, by_row[rows.first[self.comm.rank] : rows.first[self.comm.rank + 1]]
 
-    def _corner_vector(self, corner_values: np.ndarray) -> PETSc.Vec:
-        vector = self._A.createVecRight()
-        vector.array[self._corner_dofs] = corner_values[self.own]
-        return vector
+    def _assembled(self, unknowns: Unknowns, rows: "_Rows") -> PETSc.Mat:
+        """The matrix of the unknowns."""
+        rank, count = self.comm.rank, unknowns.count
+        begin, end = rows.first[rank], rows.first[rank + 1]
+        # Each corner of an unknown brings two neighbours at most.
+        most = np.empty(count, dtype=PETSc.IntType)
+        corners = np.bincount((unknowns.of_corner + 1).ravel(), minlength=count + 1)[1:]
+        most[rows.of_unknown] = 2 * corners + 1
+        most, own = most[begin:end], end - begin
+        matrix = PETSc.Mat().createAIJ(
+            ((own, count), (own, count)),
+            nnz=(np.minimum(most, own), np.minimum(most, count - own)),
+            comm=self.comm,
+        )
+        # A rank without rows would else take another path through the assembly, and all would wait.
+        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, True)
+        row_of_corner = np.append(rows.of_unknown, -1)[unknowns.of_corner[self.own]]
+        of_dof = np.empty(3 * len(self.own), dtype=PETSc.IntType)
+        of_dof[self._corner_dofs] = row_of_corner
+        numbering = PETSc.LGMap().create(of_dof, comm=self.comm)
+        matrix.setLGMap(numbering, numbering)
+        fem.petsc.assemble_matrix(matrix, self._matrix)
+        matrix.assemble()
+        numbering.destroy()
+        return matrix
 
-    def _numbering(self, unknowns: Unknowns) -> tuple[PETSc.Mat, np.ndarray]:
-        """The matrix P, and which unknowns this rank owns in which order."""
-        # An unknown belongs to the lowest rank that has a cell of it.
-        owner = np.full(unknowns.count, self.comm.size, dtype=np.int32)
-        used = unknowns.of_corner >= 0
-        owner_of_corner = np.repeat(self._owners[:, None], 3, axis=1)[used]
-        np.minimum.at(owner, unknowns.of_corner[used], owner_of_corner)
-        order = np.argsort(owner, kind="stable")
-        position = np.empty_like(order)
-        position[order] = np.arange(unknowns.count)
-        place = order[owner[order] == self.comm.rank]
-        columns = np.empty(3 * len(self.own), dtype=np.int64)
-        columns[self._corner_dofs] = unknowns.of_corner[self.own]
-        filled = columns >= 0
-        rows = np.concatenate([[0], np.cumsum(filled)]).astype(PETSc.IntType)
-        entries = position[columns[filled]].astype(PETSc.IntType)
-        sizes = [[len(columns), None], [len(place), unknowns.count]]
-        P = PETSc.Mat().createAIJ(sizes, csr=(rows, entries, np.ones(len(entries))), comm=self.comm)
-        return P, place
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Rows of the matrix, numbered as the cells of the ranks come to meet the unknowns.
+
+    DOLFINx sorts the cells so that neighbours are close in memory, and so will be the unknowns.
+
+    of_unknown : (count,) int, row of each unknown
+    first : (ranks + 1,) int, first row of each rank: an unknown belongs to the first rank with a
+        cell of it
+    """
+
+    of_unknown: np.ndarray
+    first: np.ndarray
+
+    @classmethod
+    def of(cls, unknowns: Unknowns, of_ranks: list[np.ndarray]) -> "_Rows":
+        corners = unknowns.of_corner[np.concatenate(of_ranks)].ravel()
+        met_at = np.empty(unknowns.count + 1, dtype=np.int64)
+        # Written backwards, what stays is the first place; prescribed corners (-1) share the last.
+        met_at[corners[::-1]] = np.arange(len(corners) - 1, -1, -1)
+        new = np.zeros(len(corners), dtype=bool)
+        new[met_at[:-1]] = True
+        met_before = np.append(0, np.cumsum(new))
+        ends = 3 * np.cumsum([0, *(len(cells) for cells in of_ranks)])
+        return cls(met_before[met_at[:-1]], met_before[ends])
+
+
+def _assembled(form) -> np.ndarray:
+    """Vector of a linear form on a discontinuous space: no dof is shared."""
+    vector = fem.petsc.assemble_vector(form)
+    values = vector.array.copy()
+    vector.destroy()
+    return values
 
 
 def _dofs(space, per_cell: int) -> np.ndarray:

@@ -13,6 +13,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from fem_seal.flow.gap_on_mesh import CellData
+from fem_seal.mesh.grouping import consecutive, stable_order
 from fem_seal.mesh.nested import NestedMesh
 
 
@@ -20,10 +21,10 @@ from fem_seal.mesh.nested import NestedMesh
 class Unknowns:
     """A numbering of the corners of C cells.
 
-    of_corner : (C, 3) int64, unknown of each corner or -1 where the value is prescribed
-    lift : (C, 3), the function of jumps and prescribed values; unknowns add to it
+    of_corner : (C, 3) int32, unknown of each corner or -1 where the value is prescribed
+    lift : (C, 3) float32, whole numbers: jumps and prescribed values; unknowns add to them
     count : number of unknowns
-    label : (C, 3) int64, equal for corners at which the function is continuous
+    label : (C, 3) int32, equal for corners at which the function is continuous
     """
 
     of_corner: np.ndarray
@@ -31,12 +32,17 @@ class Unknowns:
     count: int
     label: np.ndarray
 
+    def corners(self, values: np.ndarray) -> np.ndarray:
+        """Corner values (C, 3) of the function with given values (count,) of the unknowns."""
+        # The -1 of prescribed corners picks the zero at the end.
+        return np.append(values, 0.0)[self.of_corner] + self.lift
+
     def from_corners(self, corner_values: np.ndarray) -> np.ndarray:
         """Values of the unknowns (count,) nearest to given corner values (C, 3)."""
-        used = self.of_corner >= 0
-        number = self.of_corner[used]
-        total = np.bincount(number, (corner_values - self.lift)[used], self.count)
-        return total / np.maximum(np.bincount(number, minlength=self.count), 1)
+        # Corners without an unknown are counted into a place of their own, and left out.
+        number = (self.of_corner + 1).ravel()
+        total = np.bincount(number, (corner_values - self.lift).ravel(), self.count + 1)
+        return total[1:] / np.bincount(number, minlength=self.count + 1)[1:]
 
 
 def _components(pairs: np.ndarray, count: int) -> np.ndarray:
@@ -45,12 +51,11 @@ def _components(pairs: np.ndarray, count: int) -> np.ndarray:
     return connected_components(graph, directed=False)[1]
 
 
-def _numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
-    """Consecutive numbers for the labels of free corners, -1 for the others."""
-    numbers = np.full(label.shape, -1, dtype=np.int64)
-    values, inverse = np.unique(label[free], return_inverse=True)
-    numbers[free] = inverse
-    return numbers, len(values)
+def _numbered(label: np.ndarray, free: np.ndarray, count: int) -> tuple[np.ndarray, int]:
+    """Consecutive numbers for the labels (< count) of free corners, -1 for the others."""
+    numbers = np.full(label.shape, -1, dtype=np.int32)
+    numbers[free], used = consecutive(label[free], count)
+    return numbers, used
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +63,8 @@ class OpenCells:
     """Cells joined to inlet and outlet, and the sides through which they are joined.
 
     kept : (C,) bool
-    pairs : (n, 2) int64, the two (cell, side) slots, as 3 cell + side, of each passable edge
-    inlet, outlet : (m,) int64, slots of passable edges on the inlet and the outlet
+    pairs : (n, 2) int32, the two (cell, side) slots, as 3 cell + side, of each passable edge
+    inlet, outlet : (m,) int32, slots of passable edges on the inlet and the outlet
     """
 
     kept: np.ndarray
@@ -73,11 +78,14 @@ def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:
     _, of_cell = mesh.edges
     passable = ((data.K > 0)[:, None] & ~data.shut).ravel()
     edge = of_cell.ravel()
-    order = np.argsort(edge, kind="stable")
+    order = stable_order(edge, int(edge.max()) + 1)
     shared = edge[order[1:]] == edge[order[:-1]]
-    pairs = np.stack([order[:-1][shared], order[1:][shared]], axis=1)
-    pairs = pairs[passable[pairs].all(axis=1)]
-    alone = np.flatnonzero(passable & (np.bincount(edge)[edge] == 1))
+    first, second = order[:-1][shared], order[1:][shared]
+    both = passable[first] & passable[second]
+    pairs = np.stack([first[both], second[both]], axis=1)
+    paired = np.append(shared, False) | np.append(False, shared)
+    alone = order[~paired]
+    alone = alone[passable[alone]]
     ends = mesh.cells.ravel()[_side_ends(alone)]
     inlet = alone[mesh.inlet[ends].all(axis=1)]
     outlet = alone[mesh.outlet[ends].all(axis=1)]
@@ -106,22 +114,28 @@ def primal_unknowns(mesh: NestedMesh, data: CellData, cells: OpenCells) -> Unkno
     special = np.zeros(len(mesh.xy), dtype=bool)
     special[vertex[~cells.kept]] = True
     special[vertex.ravel()[_side_ends(np.flatnonzero(data.shut))]] = True
-    first, second = _side_ends(cells.pairs[:, 0]), _side_ends(cells.pairs[:, 1])
     flat = vertex.ravel()
+    # A pair of sides without a special vertex ties nothing that is not one unknown anyway.
+    near = special[vertex].any(axis=1)
+    pairs = cells.pairs[near[cells.pairs[:, 0] // 3]]
+    first, second = _side_ends(pairs[:, 0]), _side_ends(pairs[:, 1])
     swap = flat[first[:, 0]] != flat[second[:, 0]]
     second[swap] = second[swap][:, ::-1]
     links = np.stack([first.ravel(), second.ravel()], axis=1)
     links = links[special[flat[links[:, 0]]]]
     corners = np.flatnonzero(special[flat])
-    place = np.zeros(len(flat), dtype=np.int64)
+    place = np.zeros(len(flat), dtype=np.int32)
     place[corners] = np.arange(len(corners))
     label = flat.copy()
     label[corners] = len(mesh.xy) + _components(place[links], len(corners))
-    at_inlet, at_outlet = (np.unique(label[_side_ends(s)]) for s in (cells.inlet, cells.outlet))
+    count = len(mesh.xy) + len(corners)
+    at_inlet, at_outlet = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    at_inlet[label[_side_ends(cells.inlet)]] = True
+    at_outlet[label[_side_ends(cells.outlet)]] = True
     label = label.reshape(-1, 3)[cells.kept]
-    inlet = np.isin(label, at_inlet)
-    of_corner, count = _numbered(label, ~(inlet | np.isin(label, at_outlet)))
-    return Unknowns(of_corner, inlet.astype(float), count, label)
+    inlet = at_inlet[label]
+    of_corner, used = _numbered(label, ~(inlet | at_outlet[label]), count)
+    return Unknowns(of_corner, inlet.astype(np.float32), used, label)
 
 
 def dual_unknowns(
@@ -156,16 +170,20 @@ def dual_unknowns(
             return None
         root, offset = found
     else:
-        root, offset = np.arange(patch.max() + 1), np.zeros(patch.max() + 1)
+        count = int(patch.max()) + 1
+        root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.float32)
         if patch[mesh.bottom][0] == patch[mesh.top][0]:
             return None
         offset[patch[mesh.top][0]] = 1
-    label = root[patch[mesh.cells[kept]]]
-    live = np.unique(label[~data.closed[kept]] if merge_closed else label)
+    of_cell = patch[mesh.cells[kept]]
+    label = root[of_cell]
+    live = np.zeros(len(root), dtype=bool)
+    live[label[~data.closed[kept]] if merge_closed else label] = True
     # Some value must be given: on walls the problem says which, else any one patch is pinned.
-    given = live[:1] if mesh.periodic else patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
-    of_corner, count = _numbered(label, np.isin(label, np.setdiff1d(live, given)))
-    return Unknowns(of_corner, offset[patch[mesh.cells[kept]]], count, label)
+    given = live.argmax() if mesh.periodic else patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
+    live[given] = False
+    of_corner, count = _numbered(label, live[label], len(root))
+    return Unknowns(of_corner, offset[of_cell], count, label)
 
 
 def _winding(low: np.ndarray, high: np.ndarray, count: int):
@@ -200,7 +218,7 @@ def _winding(low: np.ndarray, high: np.ndarray, count: int):
                 return None
         else:
             parent[rv], above[rv] = ru, ou + 1 - ov
-    root, offset = np.arange(count), np.zeros(count)
+    root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.float32)
     for i in np.unique(np.concatenate([low, high])).tolist():
         root[i], offset[i] = find(i)
     return root, offset

@@ -12,8 +12,6 @@ import numpy as np
 from fem_seal.errors import FemSealError
 from fem_seal.mesh.nested import DEPTH, NestedMesh
 
-_WHOLE, _FIRST, _SECOND = 0, 1, 2  # a cell kept whole, its child (middle, a, b), (middle, c, a)
-
 
 class TooFine(FemSealError):
     """A triangle would become narrower than the integer coordinates can hold."""
@@ -24,10 +22,10 @@ class Refinement:
     """A refined mesh and where it came from.
 
     mesh : the finer NestedMesh; its first vertices are those of the coarser one
-    parent : (C',) int64, the coarse cell each fine cell lies in
-    halvings : two steps, each with the cell every cell of the next mesh comes from, and which
-        part of it that is
-    edge_ends : (V' - V, 2) int64: the coarse vertices each new vertex lies midway between
+    parent : (C',) int32, the coarse cell each fine cell lies in
+    halvings : two steps, each with the cell every cell of the next mesh comes from, and the
+        places of the first halves (middle, a, b); the other half (middle, c, a) follows next
+    edge_ends : (V' - V, 2) int32: the coarse vertices each new vertex lies midway between
     """
 
     mesh: NestedMesh
@@ -37,13 +35,12 @@ class Refinement:
 
     def prolong(self, corner_values: np.ndarray) -> np.ndarray:
         """Carry corner values (C, 3) of a function linear on each coarse cell to (C', 3)."""
-        for source, kind in self.halvings:
-            values = corner_values[source]
-            a, b, c = values.T.copy()
-            first, second = kind == _FIRST, kind == _SECOND
-            values[first] = np.stack([(b + c) / 2, a, b], axis=1)[first]
-            values[second] = np.stack([(b + c) / 2, c, a], axis=1)[second]
-            corner_values = values
+        for source, first in self.halvings:
+            a, b, c = corner_values[source[first]].T
+            middle = (b + c) / 2
+            corner_values = corner_values[source]
+            corner_values[first] = np.stack([middle, a, b], axis=1)
+            corner_values[first + 1] = np.stack([middle, c, a], axis=1)
         return corner_values
 
 
@@ -67,24 +64,26 @@ def bisect(mesh: NestedMesh, marked: np.ndarray) -> Refinement:
     ends, of_cell = mesh.edges
     cut = _closure(of_cell, marked, len(ends))
     middle, xy, twin, edge_ends = _new_vertices(mesh, ends, of_cell, cut)
-    cells, parent, kind = _halve(mesh.cells, middle[:, 0])
+    cells, parent, first = _halve(mesh.cells, middle[:, 0])
     # A leg of the parent is the hypotenuse of a child, and may be cut as well.
-    leg = np.choose(kind, [np.full(len(kind), -1), middle[parent, 2], middle[parent, 1]])
-    cells, child, kind_of_half = _halve(cells, leg)
+    leg = np.full(len(cells), -1, dtype=np.int32)
+    leg[first], leg[first + 1] = middle[parent[first], 2], middle[parent[first], 1]
+    cells, child, first_of_half = _halve(cells, leg)
     fine = NestedMesh(xy, cells, mesh.squares, twin)
-    halvings = ((parent, kind), (child, kind_of_half))
+    halvings = ((parent, first), (child, first_of_half))
     return Refinement(fine, parent[child], halvings, edge_ends)
 
 
 def _closure(of_cell: np.ndarray, marked: np.ndarray, edge_count: int) -> np.ndarray:
     """Edges (E,) bool to cut so that no triangle is cut on a leg but not on its hypotenuse."""
     cut = np.zeros(edge_count, dtype=bool)
-    cut[of_cell[marked, 0]] = True
+    hypotenuse, leg, other_leg = of_cell.T
+    cut[hypotenuse[marked]] = True
     while True:
-        follow = cut[of_cell[:, 1:]].any(axis=1) & ~cut[of_cell[:, 0]]
+        follow = (cut[leg] | cut[other_leg]) & ~cut[hypotenuse]
         if not follow.any():
             return cut
-        cut[of_cell[follow, 0]] = True
+        cut[hypotenuse[follow]] = True
 
 
 def _new_vertices(mesh: NestedMesh, ends: np.ndarray, of_cell: np.ndarray, cut: np.ndarray):
@@ -92,11 +91,11 @@ def _new_vertices(mesh: NestedMesh, ends: np.ndarray, of_cell: np.ndarray, cut: 
 
     Returns
     -------
-    middle : (C, 3) int64, new vertex on the edge opposite each corner, -1 where it is not cut
+    middle : (C, 3) int32, new vertex on the edge opposite each corner, -1 where it is not cut
     xy : (V', 2), twin : (V',), of all vertices
     edge_ends : (V' - V, 2)
     """
-    number = np.full(len(ends), -1, dtype=np.int64)
+    number = np.full(len(ends), -1, dtype=np.int32)
     number[cut] = len(mesh.xy) + np.arange(np.count_nonzero(cut))
     middle = number[of_cell]
     new_ends = ends[cut]
@@ -120,14 +119,14 @@ def _halve(cells: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
     Returns
     -------
-    cells : (C', 3), source : (C',) the cell each comes from, kind : (C',) which part of it
+    cells : (C', 3), source : (C',) the cell each comes from, first : places of the first halves
     """
     is_cut = middle >= 0
-    source = np.repeat(np.arange(len(cells)), np.where(is_cut, 2, 1))
-    kind = np.where(is_cut, _FIRST, _WHOLE)[source]
-    kind[1:][source[1:] == source[:-1]] = _SECOND
-    first, second = kind == _FIRST, kind == _SECOND
-    new = cells[source]
-    new[first] = np.stack([middle[source[first]], new[first, 0], new[first, 1]], axis=1)
-    new[second] = np.stack([middle[source[second]], new[second, 2], new[second, 0]], axis=1)
-    return new, source, kind
+    cut = np.flatnonzero(is_cut)
+    source = np.repeat(np.arange(len(cells), dtype=np.int32), is_cut + 1)
+    first = cut + np.arange(len(cut))
+    (a, b, c), m = cells[cut].T, middle[cut]
+    halves = cells[source]
+    halves[first] = np.stack([m, a, b], axis=1)
+    halves[first + 1] = np.stack([m, c, a], axis=1)
+    return halves, source, first

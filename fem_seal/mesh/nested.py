@@ -16,6 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
+from fem_seal.mesh.grouping import stable_order
+
 DEPTH = 24  # bisection can go on to 2^-24 pixels
 PIXEL = 1 << DEPTH
 
@@ -25,9 +27,9 @@ class NestedMesh:
     """A mesh of the nested family over a rectangle of (mx, my) pixel squares.
 
     xy : (V, 2) int64, vertex coordinates in units of 2^-DEPTH pixels
-    cells : (C, 3) int64, the vertex with the right angle first, then the ends of the hypotenuse
+    cells : (C, 3) int32, the vertex with the right angle first, then the ends of the hypotenuse
     squares : (mx, my), number of pixel squares along each axis
-    twin : (V,) int64; with periodic sides the vertex at y = 0 that is the same point as a vertex
+    twin : (V,) int32; with periodic sides the vertex at y = 0 that is the same point as a vertex
         at y = my, else each vertex itself
     """
 
@@ -67,15 +69,22 @@ class NestedMesh:
 
         Returns
         -------
-        ends : (E, 2) int64, vertices of each edge (those at y = 0 for one on the periodic side)
-        of_cell : (C, 3) int64, the edges opposite to corner 0 (the hypotenuse), 1 and 2
+        ends : (E, 2) int32, vertices of each edge (those at y = 0 for one on the periodic side)
+        of_cell : (C, 3) int32, the edges opposite to corner 0 (the hypotenuse), 1 and 2
         """
         ends = np.stack([self.cells[:, [1, 2]], self.cells[:, [2, 0]], self.cells[:, [0, 1]]], 1)
-        on_side = self.top[ends].all(axis=2, keepdims=True)
-        ends = np.sort(np.where(on_side, self.twin[ends], ends), axis=2).reshape(-1, 2)
-        count = len(self.xy)
-        keys, of_cell = np.unique(ends[:, 0] * count + ends[:, 1], return_inverse=True)
-        return np.stack([keys // count, keys % count], axis=1), of_cell.reshape(-1, 3)
+        on_side = self.top[ends].all(axis=2)
+        ends[on_side] = self.twin[ends[on_side]]
+        ends = ends.reshape(-1, 2)
+        low, high = ends.min(axis=1), ends.max(axis=1)
+        order = stable_order(high, len(self.xy))
+        order = order[stable_order(low[order], len(self.xy))]
+        low, high = low[order], high[order]
+        first = np.ones(len(order), dtype=bool)
+        first[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
+        of_cell = np.empty(len(order), dtype=np.int32)
+        of_cell[order] = np.cumsum(first, dtype=np.int32) - 1
+        return np.stack([low[first], high[first]], axis=1), of_cell.reshape(-1, 3)
 
     def points(self, spacing: tuple[float, float]) -> np.ndarray:
         """Vertex coordinates (V, 2) [m] for the given pixel size [m]."""
@@ -114,7 +123,7 @@ def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> 
     nx, ny = squares[0] // width, squares[1] // width
     i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
     xy = np.stack([i, j], axis=-1).reshape(-1, 2).astype(np.int64) * (width * PIXEL)
-    vertex = np.arange((nx + 1) * (ny + 1), dtype=np.int64).reshape(nx + 1, ny + 1)
+    vertex = np.arange((nx + 1) * (ny + 1), dtype=np.int32).reshape(nx + 1, ny + 1)
     sw, se, nw, ne = vertex[:-1, :-1], vertex[1:, :-1], vertex[:-1, 1:], vertex[1:, 1:]
     even = ((i + j) % 2 == 0)[:-1, :-1]
     low = np.where(even[..., None], np.stack([se, sw, ne], -1), np.stack([sw, se, nw], -1))

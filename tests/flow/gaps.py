@@ -69,5 +69,4 @@ def plain_bounds(problem: LevelProblem) -> np.ndarray:
     start = np.zeros((problem.kept.sum(), 3))
     lower = problem.stream(start).conductance
     found = np.array([lower, problem.pressure(start).energy])
-    problem.close()
     return found

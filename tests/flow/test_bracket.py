@@ -88,7 +88,6 @@ def test_shares_are_positive_and_sum_to_the_difference(
     problem = level_problem(gap, 2, periodic, tolerance, markings)
     pressure, stream = problem.pressure(start(problem)), problem.stream(start(problem))
     shares = problem.shares(pressure, stream)
-    problem.close()
     assert shares.min() > -1e-12 * pressure.energy
     difference = pressure.energy - stream.conductance
     assert shares.sum() == pytest.approx(difference, abs=1e-12 * pressure.energy)
@@ -113,7 +112,6 @@ def test_sharpened_bounds(representation, periodic, contact):
     problem = level_problem(gap, 1, periodic, 1e-8, markings)
     pressure, stream = problem.pressure(start(problem)), problem.stream(start(problem))
     lower, upper = problem.sharpened_lower(stream), problem.sharpened_upper(pressure)
-    problem.close()
     halves = plain_bounds(level_problem(gap, 1, periodic, 1e-8, [*markings, everything]))
     assert halves[1] * (1 - 4e-8) <= upper < pressure.energy
     assert stream.conductance < lower
@@ -175,7 +173,6 @@ def test_nested_meshes_have_nested_bounds(representation, contact):
         pressure = problem.pressure(start(problem))
         stream = problem.stream(start(problem))
         bounds.append([stream.conductance if stream else 0.0, pressure.energy])
-        problem.close()
     lower, upper = np.transpose(bounds)
     assert (upper[1:] <= upper[:-1] * (1 + 4e-8)).all()
     assert upper[-1] < upper[0]
@@ -237,7 +234,6 @@ def test_inflow_is_outflow(tolerance, representation, periodic):
     area = problem.mesh.relative_areas()[problem.kept]
     size_of_w = np.sqrt((problem.data.K * area * (slope**2).sum(axis=1)).sum())
     error = np.sqrt(2 * tolerance * pressure.energy)
-    problem.close()
     assert abs(into - out) <= error * size_of_w
     # Each of them is the leak rate of the discrete problem, by the same argument.
     assert abs(into - pressure.energy) <= error * size_of_w + 2 * tolerance * pressure.energy

@@ -106,7 +106,6 @@ def test_bubbles_on_both_sides_of_a_contact_line():
         gap = represented(GridField(samples, (1.0, 1.0)))
         problem = level_problem(gap, tolerance=1e-12, markings=[lambda mesh: mesh.cells[:, 0] >= 0])
         pressure = problem.pressure(np.zeros((problem.kept.sum(), 3)))
-        problem.close()
         return problem.sharpened_upper(pressure)
 
     values = 0.5 + np.random.default_rng(1).random((9, 13))
@@ -306,7 +305,6 @@ def test_minima_are_admissible(periodic):
     assert np.ptp(psi[patch | other]) < 1e-12
     for v in np.unique(vertex):
         assert np.ptp(psi[vertex == v]) < 1e-12
-    problem.close()
     if periodic:
         top, low = np.flatnonzero(mesh.top), mesh.twin[mesh.top]
         jump = [psi[vertex == t][0] - psi[vertex == b][0] for t, b in zip(top, low, strict=True)]
