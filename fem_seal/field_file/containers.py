@@ -4,6 +4,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from tokenize import TokenError
 from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 
@@ -14,6 +15,13 @@ from fem_seal.field_file.named_arrays import NamedArrays, Variable
 
 if TYPE_CHECKING:
     import h5py
+
+# What the libraries raise at the end of a truncated file, or at bytes that make no sense; found by
+# cutting files off at every length and by flipping bytes.
+BROKEN = (
+    *(OSError, ValueError, EOFError, LookupError, TypeError, RuntimeError),
+    *(BadZipFile, zlib.error, TokenError),
+)
 
 HDF5 = b"\x89HDF"
 NETCDF3 = b"CDF"
@@ -26,8 +34,7 @@ def whole(path: Path, what: str) -> Iterator[None]:
         yield
     except FileNotFoundError:
         raise InvalidInput(f"{path} does not exist") from None
-    # What the libraries raise at the end of a truncated file, or at bytes that are no numbers.
-    except (OSError, ValueError, EOFError, KeyError, TypeError, BadZipFile, zlib.error) as error:
+    except BROKEN as error:
         reason = getattr(error, "strerror", None) or f"it is not a whole {what} file"
         raise InvalidInput(f"{path} cannot be read: {reason}") from None
 

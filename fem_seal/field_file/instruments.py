@@ -81,11 +81,13 @@ def _open(path: Path) -> "ReaderBase":
     from SurfaceTopography.Exceptions import CannotDetectFileFormat
 
     try:
-        return open_topography(str(path))
+        reader = open_topography(str(path))
     except CannotDetectFileFormat:
-        raise InvalidInput(
-            f"{path} is in no format that SurfaceTopography knows, or is cut off"
-        ) from None
+        reader = None
+    # Terrain of space shuttles has no signature: any square number of bytes would pass for it.
+    if reader is None or (reader.format() == "hgt" and path.suffix.lower() != ".hgt"):
+        raise InvalidInput(f"{path} is in no format that SurfaceTopography knows, or is cut off")
+    return reader
 
 
 def _channel(reader: "ReaderBase", name: str | None, path: Path) -> "ChannelInfo":

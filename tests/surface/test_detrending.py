@@ -1,0 +1,62 @@
+"""A trend is taken away exactly, whatever is missing, and nothing else is."""
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file import FieldMap
+from fem_seal.surface import detrended
+
+NX, NY = 20, 31
+X, Y = np.meshgrid(np.linspace(0, 3, NX), np.linspace(-1, 5, NY), indexing="ij")
+TRENDS = {
+    "mean": 4 + 0 * X,
+    "plane": 4 - 2 * X + 0.5 * Y,
+    "quadratic": 4 - 2 * X + 0.5 * Y + X**2 - 3 * X * Y + 0.2 * Y**2,
+}
+TERMS = {
+    "mean": [1 + 0 * X],
+    "plane": [1 + 0 * X, X, Y],
+    "quadratic": [1 + 0 * X, X, Y, X**2, X * Y, Y**2],
+}
+
+
+def holed(values):
+    values = values.copy()
+    values[2:9, 5:20] = np.nan
+    values[-1, -1] = np.nan
+    return values
+
+
+@pytest.mark.parametrize("trend", TRENDS)
+@pytest.mark.parametrize("missing", [False, True])
+def test_polynomial_vanishes(trend, missing):
+    """To rounding: normal equations of Legendre polynomials have a condition of order 10."""
+    values = holed(TRENDS[trend]) if missing else TRENDS[trend]
+    left = detrended(FieldMap(values, (1, 1), None), trend).values
+    assert np.array_equal(np.isnan(left), np.isnan(values))
+    assert np.nanmax(np.abs(left)) < 1e-13 * np.nanmax(np.abs(values))
+
+
+@pytest.mark.parametrize("trend", TRENDS)
+def test_rest_is_orthogonal_to_the_trend(trend):
+    """What is left has no component along any term (the condition of least squares)."""
+    noise = holed(np.random.default_rng(3).normal(size=X.shape))
+    left = detrended(FieldMap(noise + TRENDS[trend], (1, 1), None), trend).values
+    for term in TERMS[trend]:
+        assert abs(np.nansum(left * term)) < 1e-12 * np.nansum(np.abs(left * term))
+    # The trend itself changes nothing: both leave the same.
+    alone = detrended(FieldMap(noise, (1, 1), None), trend).values
+    np.testing.assert_allclose(left, alone, rtol=0, atol=1e-13 * np.abs(TRENDS[trend]).max())
+
+
+def test_higher_orders_stay():
+    left = detrended(FieldMap(X**3, (1, 1), None), "quadratic").values
+    assert left.std() > 0.1
+
+
+def test_bad_arguments():
+    with pytest.raises(InvalidInput, match="unknown detrend 'cubic'; choose from mean, plane"):
+        detrended(FieldMap(X, (1, 1), None), "cubic")
+    with pytest.raises(InvalidInput, match="all 620 points are missing"):
+        detrended(FieldMap(X * np.nan, (1, 1), None), "mean")
