@@ -13,7 +13,7 @@ _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s
 
 # What a message shows as an example of each SI unit.
 _EXAMPLES = {"m": "5 um", "Pa": "2 MPa", "Pa s": "1 mPa s", "s": "10 min", "byte": "2 GB"}
-_EXAMPLES |= {"K": "20 degC", "kg/mol": "29 g/mol"}
+_EXAMPLES |= {"K": "20 degC", "kg/mol": "29 g/mol", "rad": "90 deg"}
 
 # What counts a leak rate, and its SI unit.
 RATES = {"volume": "m^3/s", "throughput": "Pa m^3/s", "amount": "mol/s", "mass": "kg/s"}

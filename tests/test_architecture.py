@@ -22,6 +22,7 @@ ORDER = [
         "parallel",
         "progress",
         "units",
+        "expression",
         "fluid",
         "field_file",
         "gap_file",

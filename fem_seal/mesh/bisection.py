@@ -9,26 +9,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.errors import FemSealError
-from fem_seal.mesh.nested import DEPTH, NestedMesh
+from fem_seal.mesh.nested import NestedMesh, TooFine
+from fem_seal.mesh.triangles import TriangleMesh
 
-
-class TooFine(FemSealError):
-    """A triangle would become narrower than the integer coordinates can hold."""
+__all__ = ["Refinement", "TooFine", "bisect"]
 
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
     """A refined mesh and where it came from.
 
-    mesh : the finer NestedMesh; its first vertices are those of the coarser one
+    mesh : the finer mesh; its first vertices are those of the coarser one
     parent : (C',) int32, the coarse cell each fine cell lies in
     halvings : two steps, each with the cell every cell of the next mesh comes from, and the
         places of the first halves (middle, a, b); the other half (middle, c, a) follows next
     edge_ends : (V' - V, 2) int32: the coarse vertices each new vertex lies midway between
     """
 
-    mesh: NestedMesh
+    mesh: NestedMesh | TriangleMesh
     parent: np.ndarray
     halvings: tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
     edge_ends: np.ndarray
@@ -44,12 +42,12 @@ class Refinement:
         return corner_values
 
 
-def bisect(mesh: NestedMesh, marked: np.ndarray) -> Refinement:
+def bisect(mesh: NestedMesh | TriangleMesh, marked: np.ndarray) -> Refinement:
     """Halve the marked triangles, and those that must follow for the mesh to stay conforming.
 
     Parameters
     ----------
-    mesh : NestedMesh
+    mesh : of the nested family, or of any triangles
     marked : (C,) bool
 
     Returns
@@ -69,8 +67,8 @@ def bisect(mesh: NestedMesh, marked: np.ndarray) -> Refinement:
     leg = np.full(len(cells), -1, dtype=np.int32)
     leg[first], leg[first + 1] = middle[parent[first], 2], middle[parent[first], 1]
     cells, child, first_of_half = _halve(cells, leg)
-    fine = NestedMesh(xy, cells, mesh.squares, twin)
     halvings = ((parent, first), (child, first_of_half))
+    fine = mesh.halved(xy, cells, twin, halvings)
     return Refinement(fine, parent[child], halvings, edge_ends)
 
 
@@ -86,7 +84,9 @@ def _closure(of_cell: np.ndarray, marked: np.ndarray, edge_count: int) -> np.nda
         cut[hypotenuse[follow]] = True
 
 
-def _new_vertices(mesh: NestedMesh, ends: np.ndarray, of_cell: np.ndarray, cut: np.ndarray):
+def _new_vertices(
+    mesh: NestedMesh | TriangleMesh, ends: np.ndarray, of_cell: np.ndarray, cut: np.ndarray
+):
     """Middles of the cut edges, twice where the edge lies on a periodic side.
 
     Returns
@@ -104,14 +104,12 @@ def _new_vertices(mesh: NestedMesh, ends: np.ndarray, of_cell: np.ndarray, cut: 
         corner_ends = np.stack(
             [mesh.cells[:, [1, 2]], mesh.cells[:, [2, 0]], mesh.cells[:, [0, 1]]], axis=1
         )
-        at_top = mesh.top[corner_ends].all(axis=2) & (middle >= 0)
+        at_top = mesh.sides_on_top() & (middle >= 0)
         twin = np.concatenate([twin, middle[at_top]])
         middle[at_top] = len(mesh.xy) + len(new_ends) + np.arange(np.count_nonzero(at_top))
         new_ends = np.concatenate([new_ends, corner_ends[at_top]])
-    doubled = mesh.xy[new_ends].sum(axis=1)
-    if (doubled % 2).any():
-        raise TooFine(f"triangles below 2^-{DEPTH} pixels would be needed")
-    return middle, np.concatenate([mesh.xy, doubled // 2]), twin, new_ends
+    xy = np.concatenate([mesh.xy, mesh.midpoints(new_ends)])
+    return middle, xy, twin, new_ends
 
 
 def _halve(cells: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

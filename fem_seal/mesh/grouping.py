@@ -31,3 +31,27 @@ def consecutive(labels: np.ndarray, count: int) -> tuple[np.ndarray, int]:
     used[labels] = True
     number = np.cumsum(used, dtype=np.int32) - np.int32(1)
     return number[labels], int(np.count_nonzero(used))
+
+
+def unique_edges(ends: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Number the edges of triangles.
+
+    Parameters
+    ----------
+    ends : (C, 3, 2) int, the two vertices of each side of each cell
+    count : number of vertices
+
+    Returns
+    -------
+    (E, 2) int32, the vertices of each edge, the lower one first; (C, 3) int32, edge of each side
+    """
+    ends = ends.reshape(-1, 2)
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    order = stable_order(high, count)
+    order = order[stable_order(low[order], count)]
+    low, high = low[order], high[order]
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
+    of_cell = np.empty(len(order), dtype=np.int32)
+    of_cell[order] = np.cumsum(first, dtype=np.int32) - 1
+    return np.stack([low[first], high[first]], axis=1), of_cell.reshape(-1, 3)

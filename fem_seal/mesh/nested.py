@@ -16,10 +16,15 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.mesh.grouping import stable_order
+from fem_seal.errors import FemSealError
+from fem_seal.mesh.grouping import unique_edges
 
 DEPTH = 24  # bisection can go on to 2^-24 pixels
 PIXEL = 1 << DEPTH
+
+
+class TooFine(FemSealError):
+    """A triangle would become narrower than the coordinates can hold."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,20 +80,59 @@ class NestedMesh:
         ends = np.stack([self.cells[:, [1, 2]], self.cells[:, [2, 0]], self.cells[:, [0, 1]]], 1)
         on_side = self.top[ends].all(axis=2)
         ends[on_side] = self.twin[ends[on_side]]
-        ends = ends.reshape(-1, 2)
-        low, high = ends.min(axis=1), ends.max(axis=1)
-        order = stable_order(high, len(self.xy))
-        order = order[stable_order(low[order], len(self.xy))]
-        low, high = low[order], high[order]
-        first = np.ones(len(order), dtype=bool)
-        first[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
-        of_cell = np.empty(len(order), dtype=np.int32)
-        of_cell[order] = np.cumsum(first, dtype=np.int32) - 1
-        return np.stack([low[first], high[first]], axis=1), of_cell.reshape(-1, 3)
+        return unique_edges(ends, len(self.xy))
 
     def points(self, spacing: tuple[float, float]) -> np.ndarray:
         """Vertex coordinates (V, 2) [m] for the given pixel size [m]."""
         return self.xy / PIXEL * np.asarray(spacing)
+
+    def midpoints(self, ends: np.ndarray) -> np.ndarray:
+        """Middles (n, 2) of the edges between `ends` (n, 2).
+
+        Raises
+        ------
+        TooFine
+            If one lies between the integer coordinates.
+        """
+        doubled = self.xy[ends].sum(axis=1)
+        if (doubled % 2).any():
+            raise TooFine(f"triangles below 2^-{DEPTH} pixels would be needed")
+        return doubled // 2
+
+    def can_halve(self) -> np.ndarray:
+        """(C,) bool: the hypotenuse has a middle in integer coordinates."""
+        return (self.xy[self.cells[:, 1:]].sum(axis=1) % 2 == 0).all(axis=1)
+
+    def halved(
+        self,
+        xy: np.ndarray,
+        cells: np.ndarray,
+        twin: np.ndarray,
+        halvings: tuple[tuple[np.ndarray, np.ndarray], ...],
+    ) -> "NestedMesh":
+        """The mesh that bisection has made of this one; `halvings` do not matter here."""
+        return NestedMesh(xy, cells, self.squares, twin)
+
+    def sides_on_top(self) -> np.ndarray:
+        """(C, 3) bool: sides at y = my, if that is the same line as y = 0."""
+        ends = np.stack([self.cells[:, [1, 2]], self.cells[:, [2, 0]], self.cells[:, [0, 1]]], 1)
+        return self.top[ends].all(axis=2) & self.periodic
+
+    def wall_ties(self) -> list[np.ndarray]:
+        """Pairs (n, 2) of vertices on one wall, where the stream function has one value."""
+        walls = [] if self.periodic else [np.flatnonzero(self.bottom), np.flatnonzero(self.top)]
+        return [np.stack([wall[:-1], wall[1:]], 1) for wall in walls]
+
+    def hypotenuse_on_wall(self) -> np.ndarray:
+        """(C,) bool: cells whose hypotenuse lies on a side wall."""
+        ends = self.cells[:, 1:]
+        wall = self.bottom[ends].all(axis=1) | self.top[ends].all(axis=1)
+        return wall & (not self.periodic)
+
+    def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corner values (C, 3) of pressure and stream function of a uniform gap."""
+        x, y = np.moveaxis(self.xy[self.cells] / self.xy.max(axis=0), -1, 0)
+        return 1 - x, y
 
     def hypotenuse(self) -> np.ndarray:
         """(C, 2) int64: extent of each hypotenuse along x and y, in units of 2^-DEPTH pixels."""

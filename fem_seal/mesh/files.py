@@ -1,0 +1,199 @@
+"""Reading a user's mesh: .msh of gmsh, .vtu and .xdmf, with groups inlet, outlet and wall.
+
+A group is a set of boundary edges ("line" cells). In .msh it is a physical curve, found by its
+name. The other formats have no names for groups: there it is either a cell array of its own name,
+not zero on its edges, or a number in the one integer cell array of the file. Either can be given
+for any file.
+"""
+
+import binascii
+import contextlib
+import io
+import struct
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import ParseError
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput, MissingPackage
+
+if TYPE_CHECKING:
+    import meshio
+
+TAGS = "gmsh:physical"
+FLAT = 1e-9  # of the extent: how far points may lie from a plane of constant z
+_PLANE_CELLS = {"triangle", "line", "vertex"}
+# What meshio and the libraries below it raise on files that are cut off or are something else.
+_UNREADABLE = (
+    *(ValueError, IndexError, KeyError, TypeError, AttributeError, AssertionError, EOFError),
+    *(OverflowError, struct.error, zlib.error, binascii.Error, ParseError),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """A mesh as a file has it, nothing checked but what the format says.
+
+    xy : (V, 2) float [m]; cells : (C, 3) int
+    inlet, outlet, wall : (n, 2) int, edges of each group
+    """
+
+    xy: np.ndarray
+    cells: np.ndarray
+    inlet: np.ndarray
+    outlet: np.ndarray
+    wall: np.ndarray
+
+
+@dataclass(frozen=True)
+class GroupNames:
+    """What the groups are called in a file: a name, or the number of a tag."""
+
+    inlet: str | int = "inlet"
+    outlet: str | int = "outlet"
+    wall: str | int = "wall"
+
+
+def read_triangles(path: Path, unit: float, names: GroupNames) -> Triangles:
+    """Read a mesh.
+
+    Parameters
+    ----------
+    path : .msh, .vtu or .xdmf
+    unit : length of the file's unit [m]; none of the formats has one
+    names : of the groups
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read, is not a plane mesh of straight triangles, or has no inlet or
+        outlet.
+    MissingPackage
+        If .xdmf is read without h5py.
+    """
+    mesh = _read(path)
+    types = {block.type for block in mesh.cells if len(block.data)}
+    if types & {"triangle6", "line3", "triangle7", "triangle10", "line4"}:
+        raise InvalidInput(
+            f"{path} has curved triangles ({', '.join(sorted(types))}); the bounds need straight "
+            "ones: mesh again with order 1 (in gmsh, Mesh.ElementOrder = 1)"
+        )
+    if types - _PLANE_CELLS:
+        strange = ", ".join(sorted(types - _PLANE_CELLS))
+        raise InvalidInput(f"{path} has cells of type {strange}; only plane triangles can be used")
+    if "triangle" not in types:
+        raise InvalidInput(
+            f"{path} has no triangles; in gmsh, generate the 2D mesh, and give the surface a "
+            "physical group as well if its curves have some"
+        )
+    points, cells = mesh.points, mesh.get_cells_type("triangle").astype(np.int64)
+    _check_indices(path, len(points), [block.data for block in mesh.cells])
+    xy = _plane(path, points, cells) * unit
+    edges = {group: _edges(path, mesh, getattr(names, group)) for group in _GROUPS}
+    for group in ("inlet", "outlet"):
+        if len(edges[group]) == 0:
+            raise InvalidInput(
+                f"{path} has no boundary edges in a group {getattr(names, group)!r}; "
+                f"{_known_groups(mesh)}: name the group or give its number as shape.{group}"
+            )
+    return Triangles(xy, cells, edges["inlet"], edges["outlet"], edges["wall"])
+
+
+_GROUPS = ("inlet", "outlet", "wall")
+
+
+def _read(path: Path) -> "meshio.Mesh":
+    import meshio
+
+    readers: dict[str, Callable[[str], meshio.Mesh]] = {
+        ".msh": meshio.gmsh.read,
+        ".vtu": meshio.vtu.read,
+        ".xdmf": meshio.xdmf.read,
+    }
+    if path.suffix not in readers:
+        raise InvalidInput(
+            f"{path} is not a mesh file that can be read; choose from {', '.join(readers)} or .geo"
+        )
+    try:
+        # meshio prints its doubts; ours are said in one sentence below.
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            return readers[path.suffix](str(path))
+    except ModuleNotFoundError as error:
+        raise MissingPackage(
+            f"{path} needs the package {error.name} (pip install {error.name}); "
+            "a .msh or .vtu file does not"
+        ) from None
+    except OSError as error:
+        raise InvalidInput(f"cannot read the mesh {path}: {error.strerror or error}") from None
+    except (meshio.ReadError, *_UNREADABLE) as error:
+        reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+        raise InvalidInput(
+            f"{path} is not a whole {path.suffix} mesh ({reason}); write it again"
+        ) from None
+
+
+def _check_indices(path: Path, count: int, blocks: list[np.ndarray]) -> None:
+    for data in blocks:
+        if len(data) and not 0 <= data.min() <= data.max() < count:
+            raise InvalidInput(
+                f"{path} names point {data.max()} but holds only {count} points; "
+                "it is not whole: write it again"
+            )
+
+
+def _plane(path: Path, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Coordinates (V, 2) of points in a plane z = const."""
+    used = points[np.unique(cells)]
+    if not np.isfinite(used).all():
+        raise InvalidInput(f"{path} has points that are not finite")
+    if used.shape[1] > 2:
+        height, extent = np.ptp(used[:, 2]), np.ptp(used[:, :2], axis=0).max()
+        if height > FLAT * extent:
+            raise InvalidInput(
+                f"the mesh {path} is not plane: z varies by {height:.3g} over an extent of "
+                f"{extent:.3g}; give the mesh of the film in the plane z = 0"
+            )
+    return np.ascontiguousarray(points[:, :2], dtype=float)
+
+
+def _edges(path: Path, mesh: "meshio.Mesh", name: str | int) -> np.ndarray:
+    """Edges (n, 2) of a group, none if it does not exist."""
+    found = [np.empty((0, 2), dtype=np.int64)]
+    array, tag = _array_and_tag(path, mesh, name)
+    if array is not None:
+        for block, values in zip(mesh.cells, mesh.cell_data[array], strict=True):
+            if block.type == "line":
+                here = values != 0 if tag is None else values == tag
+                found.append(block.data[here].astype(np.int64))
+    return np.concatenate(found)
+
+
+def _array_and_tag(
+    path: Path, mesh: "meshio.Mesh", name: str | int
+) -> tuple[str | None, int | None]:
+    """Cell array of a group, and its number in it; no number: the array is not zero there."""
+    if isinstance(name, str):
+        tag, dimension = mesh.field_data.get(name, (None, None))
+        if dimension == 1 and TAGS in mesh.cell_data:
+            return TAGS, int(tag)
+        return (name, None) if name in mesh.cell_data else (None, None)
+    whole = sorted(
+        key for key, parts in mesh.cell_data.items() if all(p.dtype.kind in "iu" for p in parts)
+    )
+    arrays = [TAGS] if TAGS in whole else whole
+    if len(arrays) > 1:
+        raise InvalidInput(
+            f"{path} has several integer cell arrays ({', '.join(arrays)}); group {name} could be "
+            "in any of them: keep the one with the boundary tags"
+        )
+    return (arrays[0], name) if arrays else (None, None)
+
+
+def _known_groups(mesh: "meshio.Mesh") -> str:
+    named = [name for name, (_, dimension) in mesh.field_data.items() if dimension == 1]
+    known = sorted({*named, *(key for key in mesh.cell_data if not key.startswith("gmsh:"))})
+    return f"it has {', '.join(known)}" if known else "it has none"

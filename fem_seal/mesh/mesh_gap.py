@@ -1,0 +1,81 @@
+"""MeshGap: a gap given at the vertices of a shape, the counterpart of a GridField."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.mesh.triangles import TriangleMesh
+from fem_seal.topology.constriction import Constriction
+from fem_seal.topology.triangulation import mesh_constriction
+
+
+@dataclass(frozen=True, eq=False)
+class MeshGap:
+    """A gap that is linear on the triangles of a mesh.
+
+    Parameters
+    ----------
+    mesh : of the shape
+    values : (V,) [m], >= 0 and 0 in contact, equal at twins
+
+    Raises
+    ------
+    InvalidInput
+        If a value is negative or not finite.
+    """
+
+    mesh: TriangleMesh
+    values: np.ndarray
+
+    def __post_init__(self):
+        bad = ~np.isfinite(self.values)
+        word = "not finite"
+        if not bad.any():
+            bad, word = self.values < 0, "negative; contact is a gap of exactly 0"
+        if bad.any():
+            x, y = self.mesh.xy[np.argmax(bad)]
+            raise InvalidInput(
+                f"the gap at {np.count_nonzero(bad)} of {bad.size} vertices of the mesh, the first "
+                f"of them x = {x:.6g} m, y = {y:.6g} m, is {word}"
+            )
+
+    @cached_property
+    def constriction(self) -> Constriction | None:
+        """The critical constriction, None if no open path joins inlet and outlet."""
+        mesh = self.mesh
+        edges = mesh.twin[mesh.edges[0]]
+        # A cut that starts where inlet and wall meet leaves only one of the twins on the inlet.
+        inlet, outlet = (np.isin(mesh.twin, mesh.twin[end]) for end in (mesh.inlet, mesh.outlet))
+        return mesh_constriction(self.values, mesh.xy, edges, inlet, outlet)
+
+    @property
+    def contact_area_fraction(self) -> float:
+        """Area of the triangles with a gap of 0 over the area of the shape."""
+        shut = (self.values[self.mesh.cells] == 0).all(axis=1)
+        areas = self.mesh.doubled_areas()
+        return float(areas[shut].sum() / areas.sum())
+
+    @property
+    def mean(self) -> float:
+        """Mean gap [m] over the area of the shape."""
+        areas = self.mesh.doubled_areas()
+        return float((areas * self.values[self.mesh.cells].mean(axis=1)).sum() / areas.sum())
+
+    def summary(self) -> tuple[str, ...]:
+        """Lines for people: what the mesh and the gap on it are."""
+        mesh, areas = self.mesh, self.mesh.doubled_areas()
+        (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)
+        edges = ", ".join(f"{len(ends)} {name}" for name, ends in mesh.groups())
+        low, high = self.values.min(), self.values.max()
+        path = "sealed: no open path joins inlet and outlet"
+        if self.constriction is not None:
+            x, y = self.constriction.position
+            path = f"critical constriction {self.constriction.gap:.3e} m at ({x:.4g}, {y:.4g}) m"
+        return (
+            f"mesh       {len(mesh.cells)} triangles, {areas.sum() / 2:.6g} m^2, edges: {edges}",
+            f"extent     {x0:.4g} to {x1:.4g} m by {y0:.4g} to {y1:.4g} m",
+            f"gap        {low:.3e} to {high:.3e} m, mean {self.mean:.3e} m",
+            f"way        {path}",
+        )

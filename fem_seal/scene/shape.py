@@ -1,0 +1,262 @@
+"""The shape of a seal that is not the rectangle of its gap: its sizes, its mesh, its gap."""
+
+from collections.abc import Mapping
+from functools import partial
+from math import pi
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+from pydantic import BeforeValidator, Field, Strict, field_validator, model_validator
+
+from fem_seal.errors import InvalidInput
+from fem_seal.scene.measured import LengthUnit, Truth
+from fem_seal.scene.messages import ContradictionError
+from fem_seal.scene.sections import Count, InputFile, Length, Section
+from fem_seal.units import to_si
+
+if TYPE_CHECKING:
+    from fem_seal.scene.scene import Scene
+
+Angle = Annotated[float, BeforeValidator(partial(to_si, unit="rad")), Field(gt=0, lt=2 * pi)]
+Position = Annotated[float, BeforeValidator(partial(to_si, unit="m"))]
+Group = Annotated[str, Strict()] | Annotated[int, Strict()]
+
+
+class Shape(Section):
+    """What all shapes share.
+
+    The gap is `gap` or `gap_expression`, or else the grid of [gap], or of [surface] and [contact].
+    """
+
+    gap: Length | None = Field(None, description="the same gap everywhere")
+    gap_expression: str | None = Field(
+        None, description="gap [m] in x, y, r [m] and theta, such as '5e-6 + 1e-6*cos(3*theta)'"
+    )
+    grid: Literal["cartesian", "polar"] = Field(
+        "cartesian", description="what the two axes of a gap on a grid are"
+    )
+    grid_origin: tuple[Position, Position] = Field(
+        (0.0, 0.0), description="[x, y] or [radius, 0] of the first sample"
+    )
+    smallest_size: Length | None = Field(
+        None, description="edge length in narrow channels; mesh_size in the open"
+    )
+
+    @field_validator("gap_expression")
+    @classmethod
+    def _is_formula(cls, text: str | None) -> str | None:
+        from fem_seal.expression import check
+
+        if text is not None:
+            try:
+                check(text)
+            except InvalidInput as error:
+                raise ContradictionError(str(error)) from None
+        return text
+
+    # Geometry source in meshes/; None: the scene names a file.
+    source: ClassVar[str | None] = None
+
+    @property
+    def own_gap(self) -> bool:
+        """Whether the section itself says what the gap is."""
+        return self.gap is not None or self.gap_expression is not None
+
+    @property
+    def needs_gmsh(self) -> bool:
+        """Whether there is no mesh yet."""
+        return True
+
+    def numbers(self) -> Mapping[str, float]:
+        """Values of the geometry's constants [m]."""
+        return {}
+
+    @model_validator(mode="after")
+    def _check_gap(self) -> "Shape":
+        if self.gap is not None and self.gap_expression is not None:
+            raise ContradictionError("gap and gap_expression are both given; give one")
+        if self.own_gap and (self.grid, self.grid_origin) != ("cartesian", (0.0, 0.0)):
+            raise ContradictionError(
+                "grid and grid_origin belong to a gap on a grid, but the gap is given by "
+                f"{'gap' if self.gap is not None else 'gap_expression'}"
+            )
+        size = getattr(self, "mesh_size", None)
+        if self.smallest_size is not None and size is not None and self.smallest_size > size:
+            raise ContradictionError(
+                f"smallest_size = {self.smallest_size:g} m must not exceed mesh_size = {size:g} m"
+            )
+        return self
+
+
+class _Strip(Shape):
+    length: Length = Field(description="from inlet to outlet")
+    width: Length = Field(description="between the side walls")
+    mesh_size: Length = Field(description="longest edge of the first mesh")
+
+    def numbers(self) -> Mapping[str, float]:
+        return {"length": self.length, "width": self.width, "mesh_size": self.mesh_size}
+
+
+class Rectangle(_Strip):
+    """Squares with alternating diagonals, as on a grid."""
+
+    kind: Literal["rectangle"] = Field(description="name of the shape")
+    source: ClassVar[str] = "rectangle.geo"
+
+    @model_validator(mode="after")
+    def _check_sizes(self) -> "Rectangle":
+        if self.smallest_size is not None:
+            raise ContradictionError(
+                "smallest_size has no meaning for kind = 'rectangle', whose squares are equal; "
+                "choose kind = 'strip'"
+            )
+        return self
+
+
+class Strip(_Strip):
+    """Strip between two side walls."""
+
+    kind: Literal["strip"] = Field(description="name of the shape")
+    source: ClassVar[str] = "strip.geo"
+
+
+class PlateWithHoles(_Strip):
+    """Strip with an array of impermeable round pillars."""
+
+    kind: Literal["plate-with-holes"] = Field(description="name of the shape")
+    holes: tuple[Count, Count] = Field(description="number along and across the flow")
+    radius: Length = Field(description="of the holes")
+    source: ClassVar[str] = "plate-with-holes.geo"
+
+    def numbers(self) -> Mapping[str, float]:
+        """Values of the geometry's constants [m]."""
+        holes_x, holes_y = self.holes
+        more = {"holes_x": holes_x, "holes_y": holes_y, "radius": self.radius}
+        return {**super().numbers(), **more}
+
+    @model_validator(mode="after")
+    def _check_radius(self) -> "PlateWithHoles":
+        room = min(self.length / self.holes[0], self.width / self.holes[1])
+        if 2 * self.radius >= room:
+            raise ContradictionError(
+                f"radius = {self.radius:g} m does not fit: the holes stand {room:g} m apart"
+            )
+        return self
+
+
+class _Ring(Shape):
+    inner_radius: Length = Field(description="inlet")
+    outer_radius: Length = Field(description="outlet")
+    mesh_size: Length = Field(description="longest edge of the first mesh")
+
+    def numbers(self) -> Mapping[str, float]:
+        return {
+            "inner": self.inner_radius,
+            "outer": self.outer_radius,
+            "mesh_size": self.mesh_size,
+        }
+
+    @model_validator(mode="after")
+    def _check_radii(self) -> "_Ring":
+        if not self.inner_radius < self.outer_radius:
+            raise ContradictionError(
+                f"inner_radius = {self.inner_radius:g} m must be below outer_radius = "
+                f"{self.outer_radius:g} m"
+            )
+        return self
+
+
+class FaceSeal(_Ring):
+    """Ring around the origin, leaking outwards."""
+
+    kind: Literal["face-seal"] = Field(description="name of the shape")
+    source: ClassVar[str] = "face-seal.geo"
+
+
+class Sector(_Ring):
+    """Part of a ring, from theta = 0 to `angle`, with walls along both radii."""
+
+    kind: Literal["sector"] = Field(description="name of the shape")
+    angle: Angle = Field(description="opening, below a full turn")
+    source: ClassVar[str] = "sector.geo"
+
+    def numbers(self) -> Mapping[str, float]:
+        """Values of the geometry's constants [m]; the angle in radians."""
+        return {**super().numbers(), "angle": self.angle}
+
+
+class MeshFile(Shape):
+    """A user's own geometry or mesh."""
+
+    kind: Literal["file"] = Field(description="name of the shape")
+    path: InputFile = Field(description=".geo, .msh, .vtu or .xdmf")
+    unit: LengthUnit = Field(description="of its lengths; the file itself has none")
+    inlet: Group = Field("inlet", description="name or number of the group")
+    outlet: Group = Field("outlet", description="name or number of the group")
+    wall: Group = Field("wall", description="name or number of the group")
+    reorient: Truth = Field(False, description="turn clockwise triangles instead of refusing them")
+    mesh_size: Length | None = Field(None, description="longest edge; .geo only")
+
+    @property
+    def needs_gmsh(self) -> bool:
+        """Whether there is no mesh yet."""
+        return self.path.suffix == ".geo"
+
+    @model_validator(mode="after")
+    def _check_sizes(self) -> "MeshFile":
+        if not self.needs_gmsh and (self.mesh_size or self.smallest_size):
+            raise ContradictionError(
+                "mesh_size and smallest_size are for a .geo file; "
+                f"{self.path.name} is meshed already"
+            )
+        if self.smallest_size and not self.mesh_size:
+            raise ContradictionError("smallest_size needs mesh_size, the size in the open")
+        return self
+
+
+AnyShape = Annotated[
+    Rectangle | Strip | FaceSeal | Sector | PlateWithHoles | MeshFile, Field(discriminator="kind")
+]
+
+
+def check_shape(scene: "Scene") -> bool:
+    """Whether the gap comes from other sections than [shape].
+
+    Raises
+    ------
+    ContradictionError
+        If other sections ask for what a shape cannot give, or say the gap a second time.
+    """
+    shape, flow = scene.shape, scene.flow
+    if shape is None:
+        return True
+    for field, only in (("sides", "wall"), ("representation", "linear")):
+        if getattr(flow, field) != only:
+            raise ContradictionError(
+                f"flow.{field} = {getattr(flow, field)!r} is for a gap on a grid; leave it out "
+                f"with [shape], whose mesh {_SAYS[field]}"
+            )
+    if flow.method == "finite-difference":
+        raise ContradictionError(
+            "flow.method = 'finite-difference' needs a grid; [shape] takes adaptive or uniform"
+        )
+    if scene.accuracy is not None:
+        raise ContradictionError(
+            "[accuracy] is for a contact on a grid; set flow.rtol and the size of the mesh"
+        )
+    unavailable = set(scene.output.products) - PRODUCTS
+    if unavailable:
+        raise ContradictionError(
+            f"output.products names {sorted(unavailable)[0]!r}, which is computed on a grid only; "
+            f"with [shape] choose from {', '.join(sorted(PRODUCTS))}"
+        )
+    if shape.own_gap:
+        for name in ("gap", "surface", "solid", "contact"):
+            if getattr(scene, name) is not None:
+                raise ContradictionError(
+                    f"[shape] gives the gap and so does [{name}]; give one of the two"
+                )
+    return not shape.own_gap
+
+
+PRODUCTS = {"contact", "leak_rate", "pictures", "mesh"}
+_SAYS = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}

@@ -1,0 +1,217 @@
+"""Meshes of any shape: bisection keeps the function, the polygon and the labels of its rim."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from triangulations import (
+    grid_mesh,
+    labelled,
+    random_gap,
+    ring,
+    ring_parts,
+    scattered_square,
+    square_with_hole,
+)
+
+from fem_seal.errors import InvalidInput
+from fem_seal.flow.averages import mean_cube, mean_inverse_cube
+from fem_seal.mesh.bisection import TooFine, bisect
+from fem_seal.mesh.shape import shape_mesh
+from fem_seal.mesh.triangles import BOTTOM, INLET, INSIDE, ISLAND, OUTLET, TOP
+
+MESHES = {
+    "ring": lambda: ring(3, 11),
+    "square": lambda: scattered_square(30, 1),
+    "square with a hole": lambda: square_with_hole(7, 2),
+}
+
+
+def refined(mesh, seed, steps=4, part=0.3):
+    """Refinements of random markings."""
+    rng = np.random.default_rng(seed)
+    for _ in range(steps):
+        step = bisect(mesh, rng.random(len(mesh.cells)) < part)
+        yield step
+        mesh = step.mesh
+
+
+def lengths(mesh) -> dict[int, float]:
+    """Total length of the sides of each label but INSIDE."""
+    ends = {label: mesh.side_ends(mesh.sides == label) for label in range(INLET, ISLAND + 1)}
+    return {
+        k: np.linalg.norm(mesh.xy[e[:, 0]] - mesh.xy[e[:, 1]], axis=1).sum()
+        for k, e in ends.items()
+    }
+
+
+@pytest.mark.parametrize("name", MESHES)
+@pytest.mark.parametrize("seed", range(3))
+def test_bisection_keeps_shape_labels_and_gap(name, seed):
+    """Areas, lengths of every label, Σ|T|K and Σ|T|/K: sums of the same terms up to rounding."""
+    mesh = MESHES[name]()
+    values = random_gap(mesh, seed, contact=0.0).values
+    area, rim = mesh.doubled_areas().sum(), lengths(mesh)
+    K, R = (
+        (mesh.doubled_areas() * m(values[mesh.cells])).sum() for m in (mean_cube, mean_inverse_cube)
+    )
+    for step in refined(mesh, seed):
+        fine = step.mesh
+        values = np.concatenate([values, values[step.edge_ends].mean(axis=1)])
+        areas = fine.doubled_areas()
+        assert areas.min() > 0
+        assert areas.sum() == pytest.approx(area, rel=1e-13, abs=0)
+        assert lengths(fine) == pytest.approx(rim, rel=1e-13, abs=0)
+        assert (areas * mean_cube(values[fine.cells])).sum() == pytest.approx(K, rel=1e-13, abs=0)
+        R_fine = (areas * mean_inverse_cube(values[fine.cells])).sum()
+        assert R_fine == pytest.approx(R, rel=1e-13, abs=0)
+        assert_conforming(fine)
+
+
+def assert_conforming(mesh) -> None:
+    """Sides inside and on a cut have two cells; those on the rim one, and a label."""
+    _, of_cell = mesh.edges
+    count = np.bincount(of_cell.ravel())[of_cell]
+    banks = (BOTTOM, TOP) if mesh.periodic else ()
+    two = (mesh.sides == INSIDE) | np.isin(mesh.sides, banks)
+    assert (count[two] == 2).all()
+    assert (count[~two] == 1).all()
+    np.testing.assert_array_equal(mesh.xy[mesh.twin], mesh.xy)
+    assert len(np.unique(mesh.xy[mesh.twin == np.arange(len(mesh.xy))], axis=0)) == (
+        np.count_nonzero(mesh.twin == np.arange(len(mesh.xy)))
+    )
+
+
+def test_longest_edges_are_halved_first():
+    """And the smallest angle of their descendants stays above half of the first one (Rosenberg
+    and Stenger, Math. Comp. 29, 390 (1975))."""
+
+    def smallest_angle(mesh):
+        corner = mesh.xy[mesh.cells]
+        u, v = np.roll(corner, -1, 1) - corner, np.roll(corner, 1, 1) - corner
+        cos = (u * v).sum(2) / np.sqrt((u**2).sum(2) * (v**2).sum(2))
+        return np.arccos(cos.max())
+
+    mesh = scattered_square(30, 4)
+    corner = mesh.xy[mesh.cells]
+    opposite = ((corner[:, [2, 0, 1]] - corner[:, [1, 2, 0]]) ** 2).sum(axis=2)
+    assert (opposite[:, 0] >= opposite.max(axis=1) * (1 - 1e-8)).all()
+    first = smallest_angle(mesh)
+    for step in refined(mesh, 3, steps=3, part=1.0):
+        mesh = step.mesh
+        assert smallest_angle(mesh) > first / 4  # newest vertices: four classes of shapes
+
+
+def test_corner_values_are_prolonged_as_linear_functions():
+    mesh = ring(2, 9)
+    for step in refined(mesh, 5):
+        values = mesh.xy @ (2.0, -3.0)
+        fine = step.prolong(values[mesh.cells])
+        expected = (step.mesh.xy @ (2.0, -3.0))[step.mesh.cells]
+        np.testing.assert_allclose(fine, expected, atol=1e-14)
+        mesh = step.mesh
+
+
+def test_too_fine_is_said():
+    mesh = scattered_square(4, 0)
+    tiny = replace(mesh, xy=mesh.xy * 2.0**-45 + 1)
+    with pytest.raises(TooFine, match=r"2\^-40"):
+        bisect(tiny, np.ones(len(mesh.cells), dtype=bool))
+
+
+def test_a_ring_is_cut_along_one_path():
+    """The banks run from inlet to outlet; cells to the left of the way keep its vertices."""
+    mesh = ring(4, 13)
+    assert mesh.periodic
+    low = mesh.side_ends(mesh.sides == BOTTOM)
+    high = mesh.side_ends(mesh.sides == TOP)
+    assert len(low) == len(high) == 4  # the fewest edges that join the circles
+    assert sorted(map(sorted, mesh.twin[high].tolist())) == sorted(map(sorted, low.tolist()))
+    assert (mesh.inlet & mesh.top).sum() == 1
+    assert (mesh.outlet & mesh.top).sum() == 1
+    # A BOTTOM side runs, with its cell on the left, from the inlet outwards.
+    assert (np.hypot(*mesh.xy[low[:, 1]].T) > np.hypot(*mesh.xy[low[:, 0]].T)).all()
+    assert (np.hypot(*mesh.xy[high[:, 1]].T) < np.hypot(*mesh.xy[high[:, 0]].T)).all()
+
+
+def test_side_walls_of_a_strip_are_told_apart():
+    mesh = grid_mesh((4, 3), (2.0, 1.0))
+    assert not mesh.periodic
+    assert (mesh.xy[mesh.bottom, 1] == 0).all()
+    assert mesh.bottom.sum() == 5
+    assert (mesh.xy[mesh.top, 1] == 1).all()
+    assert mesh.top.sum() == 5
+
+
+def test_a_ring_of_one_layer_can_be_cut():
+    """All its vertices lie on the rim."""
+    mesh = ring(1, 6)
+    assert mesh.periodic
+    assert_conforming(mesh)
+
+
+def test_a_cut_that_finds_no_way_makes_room():
+    """A ring of islands with no vertex between them: all ways inside pass vertices of walls."""
+    xy, cells, _ = ring_parts(3, 8, 1.0, 4.0)
+    radius, angle = np.hypot(*xy[cells].mean(axis=1).T), np.arctan2(*xy[cells].mean(axis=1).T)
+    sector = np.floor(angle / (np.pi / 4)).astype(int)
+    holes = (radius > 2) & (radius < 3) & (sector % 2 == 0)
+
+    def label(p):
+        r = np.hypot(*p.T)
+        return np.select([r < 1.05, r > 3.5], [INLET, OUTLET], ISLAND)
+
+    mesh = shape_mesh(*labelled(xy, cells[~holes], label))
+    assert mesh.periodic
+    assert len(mesh.cells) > 2 * np.count_nonzero(~holes)
+    assert_conforming(mesh)
+
+
+@pytest.mark.parametrize("wall", range(5))
+def test_a_wall_between_two_ends_of_the_inlet_cannot_pass_for_inlet(wall):
+    """Flow takes a rim side with both ends on the inlet for inlet."""
+    xy, cells, sides = ring_parts(2, 5, 1.0, 2.0)
+    sides[tuple(np.argwhere(sides == INLET)[wall])] = ISLAND
+    mesh = shape_mesh(xy, cells, sides)
+    walls = mesh.side_ends(mesh.sides == ISLAND)
+    assert not mesh.inlet[walls].all(axis=1).any()
+    assert_conforming(mesh)
+
+
+def relabelled(label):
+    mesh = grid_mesh((4, 4), (1.0, 1.0))
+    cells = mesh.cells
+    return labelled(mesh.xy, cells, label)
+
+
+def two_inlets(p):
+    return np.select([np.abs(p[:, 0] - 0.5) > 0.4999, p[:, 1] < 1e-9], [INLET, OUTLET], ISLAND)
+
+
+def corner_touches(p):
+    return np.select([p[:, 0] < 1e-9, p[:, 1] < 1e-9], [INLET, OUTLET], ISLAND)
+
+
+@pytest.mark.parametrize(
+    ("label", "words"),
+    [
+        (two_inlets, "inlet of the mesh is in 2 pieces"),
+        (corner_touches, "inlet and outlet of the mesh touch at x = 0 m, y = 0 m"),
+        (lambda p: np.where(p[:, 0] < 1e-9, INLET, ISLAND), "no outlet"),
+        (lambda p: np.where(p[:, 0] < 1e-9, OUTLET, ISLAND), "no inlet"),
+    ],
+)
+def test_arrangements_without_one_inlet_and_one_outlet(label, words):
+    with pytest.raises(InvalidInput, match=words):
+        shape_mesh(*relabelled(label))
+
+
+def test_pieces_and_single_points_of_touch():
+    xy, cells, sides = relabelled(lambda p: np.where(p[:, 0] < 1e-9, INLET, OUTLET))
+    apart = (np.concatenate([xy, xy + 5]), np.concatenate([cells, cells + len(xy)]))
+    with pytest.raises(InvalidInput, match="2 pieces that share no vertex"):
+        shape_mesh(*apart, np.concatenate([sides, sides]))
+    square = np.array([[0, 0], [1, 0], [1, 1], [2, 1], [2, 2.0]])
+    bow = np.array([[0, 1, 2], [2, 3, 4]])
+    with pytest.raises(InvalidInput, match=r"touches itself in the single point x = 1 m, y = 1 m"):
+        shape_mesh(*labelled(square, bow, lambda p: np.full(len(p), ISLAND)))
