@@ -45,13 +45,13 @@ class Unknowns:
         return total[1:] / np.bincount(number, minlength=self.count + 1)[1:]
 
 
-def _components(pairs: np.ndarray, count: int) -> np.ndarray:
+def components(pairs: np.ndarray, count: int) -> np.ndarray:
     """Component number (count,) of each node of the graph with edges `pairs` (n, 2)."""
     graph = coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
     return connected_components(graph, directed=False)[1]
 
 
-def _numbered(label: np.ndarray, free: np.ndarray, count: int) -> tuple[np.ndarray, int]:
+def numbered(label: np.ndarray, free: np.ndarray, count: int) -> tuple[np.ndarray, int]:
     """Consecutive numbers for the labels (< count) of free corners, -1 for the others."""
     numbers = np.full(label.shape, -1, dtype=np.int32)
     numbers[free], used = consecutive(label[free], count)
@@ -73,8 +73,14 @@ class OpenCells:
     outlet: np.ndarray
 
 
-def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:
-    """Find the cells that can carry flow: K > 0, joined to both ends through sides not shut."""
+def passable_sides(mesh: NestedMesh, data: CellData) -> tuple[np.ndarray, np.ndarray]:
+    """Sides of cells with K > 0 that are not shut, as slots 3 cell + side.
+
+    Returns
+    -------
+    pairs : (n, 2) int32, the two sides of an edge between two cells
+    alone : (m,) int32, sides on the boundary
+    """
     _, of_cell = mesh.edges
     passable = ((data.K > 0)[:, None] & ~data.shut).ravel()
     edge = of_cell.ravel()
@@ -85,40 +91,71 @@ def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:
     pairs = np.stack([first[both], second[both]], axis=1)
     paired = np.append(shared, False) | np.append(False, shared)
     alone = order[~paired]
-    alone = alone[passable[alone]]
-    ends = mesh.cells.ravel()[_side_ends(alone)]
+    return pairs, alone[passable[alone]]
+
+
+def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:
+    """Find the cells that can carry flow: K > 0, joined to both ends through sides not shut."""
+    pairs, alone = passable_sides(mesh, data)
+    ends = mesh.cells.ravel()[side_ends(alone)]
     inlet = alone[mesh.inlet[ends].all(axis=1)]
     outlet = alone[mesh.outlet[ends].all(axis=1)]
-    component = _components(pairs // 3, len(mesh.cells))
+    component = components(pairs // 3, len(mesh.cells))
     through = np.intersect1d(component[inlet // 3], component[outlet // 3])
     kept = np.isin(component, through) & (data.K > 0)
     keep = [slots[kept[slots // 3]] for slots in (inlet, outlet)]
     return OpenCells(kept, pairs[kept[pairs[:, 0] // 3]], *keep)
 
 
-def _side_ends(slots: np.ndarray) -> np.ndarray:
+def side_ends(slots: np.ndarray) -> np.ndarray:
     """(n, 2) corner slots at the two ends of each side slot."""
     cell, side = slots // 3, slots % 3
     return np.stack([3 * cell + (side + 1) % 3, 3 * cell + (side + 2) % 3], axis=1)
 
 
 def primal_unknowns(mesh: NestedMesh, data: CellData, cells: OpenCells) -> Unknowns:
-    """Pressure unknowns: corners at one point are one unknown unless contact parts them.
+    """Pressure unknowns: prescribed are p = 1 on passable inlet sides and p = 0 on the outlet.
 
-    The pressure may jump across a contact line, where nothing flows: corners are joined only
-    through sides that are not shut, so that P1 cells do not leak across the line. Prescribed are
-    p = 1 on passable inlet sides and p = 0 on the outlet. Numbers refer to the kept cells.
+    Numbers refer to the kept cells.
     """
     vertex = mesh.twin[mesh.cells]
+    label, count = continuous_labels(vertex, len(mesh.xy), data.shut, cells.kept, cells.pairs)
+    at_inlet, at_outlet = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    at_inlet[label[side_ends(cells.inlet)]] = True
+    at_outlet[label[side_ends(cells.outlet)]] = True
+    label = label.reshape(-1, 3)[cells.kept]
+    inlet = at_inlet[label]
+    of_corner, used = numbered(label, ~(inlet | at_outlet[label]), count)
+    return Unknowns(of_corner, inlet.astype(np.float32), used, label)
+
+
+def continuous_labels(
+    vertex: np.ndarray, vertices: int, shut: np.ndarray, kept: np.ndarray, pairs: np.ndarray
+) -> tuple[np.ndarray, int]:
+    """Label of each corner: corners at one point share theirs unless contact parts them.
+
+    The pressure may jump across a contact line, where nothing flows: corners are joined only
+    through sides that are not shut, so that P1 cells do not leak across the line.
+
+    Parameters
+    ----------
+    vertex : (C, 3), below `vertices`, equal for corners at one point
+    shut : (C, 3) bool, sides along which the gap is zero; kept : (C,) bool
+    pairs : (n, 2), slots of the sides through which kept cells are joined
+
+    Returns
+    -------
+    label : (3 C,), and a number above all labels
+    """
     # Splitting can only happen at vertices of shut sides or next to cells that are left out.
-    special = np.zeros(len(mesh.xy), dtype=bool)
-    special[vertex[~cells.kept]] = True
-    special[vertex.ravel()[_side_ends(np.flatnonzero(data.shut))]] = True
+    special = np.zeros(vertices, dtype=bool)
+    special[vertex[~kept]] = True
+    special[vertex.ravel()[side_ends(np.flatnonzero(shut))]] = True
     flat = vertex.ravel()
     # A pair of sides without a special vertex ties nothing that is not one unknown anyway.
     near = special[vertex].any(axis=1)
-    pairs = cells.pairs[near[cells.pairs[:, 0] // 3]]
-    first, second = _side_ends(pairs[:, 0]), _side_ends(pairs[:, 1])
+    pairs = pairs[near[pairs[:, 0] // 3]]
+    first, second = side_ends(pairs[:, 0]), side_ends(pairs[:, 1])
     swap = flat[first[:, 0]] != flat[second[:, 0]]
     second[swap] = second[swap][:, ::-1]
     links = np.stack([first.ravel(), second.ravel()], axis=1)
@@ -127,15 +164,8 @@ def primal_unknowns(mesh: NestedMesh, data: CellData, cells: OpenCells) -> Unkno
     place = np.zeros(len(flat), dtype=np.int32)
     place[corners] = np.arange(len(corners))
     label = flat.copy()
-    label[corners] = len(mesh.xy) + _components(place[links], len(corners))
-    count = len(mesh.xy) + len(corners)
-    at_inlet, at_outlet = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    at_inlet[label[_side_ends(cells.inlet)]] = True
-    at_outlet[label[_side_ends(cells.outlet)]] = True
-    label = label.reshape(-1, 3)[cells.kept]
-    inlet = at_inlet[label]
-    of_corner, used = _numbered(label, ~(inlet | at_outlet[label]), count)
-    return Unknowns(of_corner, inlet.astype(np.float32), used, label)
+    label[corners] = vertices + components(place[links], len(corners))
+    return label, vertices + len(corners)
 
 
 def dual_unknowns(
@@ -154,15 +184,11 @@ def dual_unknowns(
     -------
     Unknowns of the kept cells, or None if the patches bar every channel.
     """
-    tie = ~kept | data.closed if merge_closed else ~kept
-    a, b, c = mesh.cells[tie].T
-    pairs = [np.stack([a, b], 1), np.stack([b, c], 1)]
-    both = data.contact & data.contact[:, [1, 2, 0]]  # contact edges from corner k to k + 1
-    pairs += [mesh.cells[both[:, k]][:, [k, (k + 1) % 3]] for k in range(3)]
+    pairs = patch_ties(mesh, data, kept, merge_closed)
     if not mesh.periodic:
         for wall in (np.flatnonzero(mesh.bottom), np.flatnonzero(mesh.top)):
             pairs.append(np.stack([wall[:-1], wall[1:]], 1))
-    patch = _components(np.concatenate(pairs), len(mesh.xy))
+    patch = components(np.concatenate(pairs), len(mesh.xy))
     if mesh.periodic:
         top = np.flatnonzero(mesh.top)
         found = _winding(patch[mesh.twin[top]], patch[top], int(patch.max()) + 1)
@@ -182,8 +208,19 @@ def dual_unknowns(
     # Some value must be given: on walls the problem says which, else any one patch is pinned.
     given = live.argmax() if mesh.periodic else patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
     live[given] = False
-    of_corner, count = _numbered(label, live[label], len(root))
+    of_corner, count = numbered(label, live[label], len(root))
     return Unknowns(of_corner, offset[of_cell], count, label)
+
+
+def patch_ties(
+    mesh: NestedMesh, data: CellData, kept: np.ndarray, merge_closed: bool
+) -> list[np.ndarray]:
+    """Pairs (n, 2) of vertices at which the stream function is the same; see `dual_unknowns`."""
+    tie = ~kept | data.closed if merge_closed else ~kept
+    a, b, c = mesh.cells[tie].T
+    pairs = [np.stack([a, b], 1), np.stack([b, c], 1)]
+    both = data.contact & data.contact[:, [1, 2, 0]]  # contact edges from corner k to k + 1
+    return pairs + [mesh.cells[both[:, k]][:, [k, (k + 1) % 3]] for k in range(3)]
 
 
 def _winding(low: np.ndarray, high: np.ndarray, count: int):
