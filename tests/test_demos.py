@@ -13,6 +13,7 @@ DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
 # Arguments of main that make a demo small; the others are small by themselves.
 SMALL = {
     "certified_leak": {"n": 128, "rtol": 0.1},
+    "closing_saddle": {"n": 128},
     "how_contact_is_solved": {"n": 64},
     "letter": {"n": 64, "seeds": 3, "areas": (0.2,)},
     "price_of_accuracy": {"n": 32},

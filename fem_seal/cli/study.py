@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Iterable
+from itertools import pairwise
 from pathlib import Path
 
 from fem_seal.cli.common import add_scene, say
@@ -25,6 +26,16 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     trade = _study(studies, "trade", "error against time: contact grids, methods, tolerances")
     add_scene(trade)
     trade.set_defaults(command=_trade)
+    saddle = _study(studies, "saddle", "how the leak rate of one closing saddle vanishes")
+    saddle.add_argument(
+        "--samples",
+        type=int,
+        nargs="+",
+        default=[64, 128, 256],
+        metavar="N",
+        help="of one period; at least two grids, each twice as fine (64 128 256)",
+    )
+    saddle.set_defaults(command=_saddle)
     extremes = _study(studies, "extremes", "what is right, refused or limited at the extremes")
     extremes.set_defaults(command=_extremes)
 
@@ -134,6 +145,37 @@ def _trade(options: argparse.Namespace) -> int:
     say(as_text(result.points))
     say(f"extrapolated: {result.reference:.4e} m^3/s ± {100 * result.uncertainty:.2g} %")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
+    return 0
+
+
+def _saddle(options: argparse.Namespace) -> int:
+    from fem_seal.study.figures import saddle_figure
+    from fem_seal.study.saddle import (
+        EXPONENT,
+        close_saddle,
+        closing_pressure,
+        limiting_exponent,
+        local_exponents,
+    )
+    from fem_seal.study.tables import as_csv, as_text
+
+    samples = sorted(options.samples)
+    if len(samples) < 2 or any(2 * n != m for n, m in pairwise(samples)):
+        raise InvalidInput(
+            f"--samples must be two grids or more, each twice as fine, got {samples}"
+        )
+    _make(options.out)
+    series = []
+    for n in samples:
+        closing = closing_pressure(n)
+        say(f"{n} samples a period: closes at {closing.pressure:.6f} E* H/λ")
+        series.append(_watched(lambda report, at=closing: close_saddle(at, report=report)))
+    _write(options.out, [("saddle.csv", as_csv([point for points in series for point in points]))])
+    saddle_figure(series, options.out / "saddle.png")
+    exponents = [local_exponents(points) for points in series]
+    say(as_text(exponents[-1]))
+    limit = limiting_exponent(*exponents[-2:])
+    say(f"at closing: {limit.value:.3f} ± {limit.error:.3f}; published {EXPONENT}")
     return 0
 
 

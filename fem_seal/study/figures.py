@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal.study.cross_validation import EXACT, Reference, Row
+from fem_seal.study.saddle import EXPONENT, SaddlePoint, local_exponents
 from fem_seal.study.trade import Point, Trade
 
 if TYPE_CHECKING:
@@ -126,3 +127,37 @@ def _keys(axes: "Axes", grids: list[tuple[int, int]], points: Sequence[Point]) -
             Line2D([], [], color="0.3", marker=MARKERS[method], ls="", label=f"flow {method}")
         )
     axes.figure.legend(handles=entries, loc="outside right center", frameon=False, fontsize=8)
+
+
+def saddle_figure(series: Sequence[Sequence[SaddlePoint]], path: Path) -> Path:
+    """Draw leak rates of a closing saddle over the distance, and their local exponents.
+
+    Parameters
+    ----------
+    series : points of each grid
+    path : of the picture
+
+    Returns
+    -------
+    path
+    """
+    figure = _figure(10, 4.4)
+    rates, slopes = figure.subplots(1, 2)
+    for points in series:
+        label = f"{points[0].samples} samples a period"
+        distance = [point.distance for point in points]
+        rates.plot(distance, [point.leak_rate for point in points], "o-", ms=4, lw=1, label=label)
+        local = local_exponents(points)
+        at, value = [e.distance for e in local], [e.value for e in local]
+        slopes.errorbar(at, value, [e.error for e in local], fmt="o-", ms=4, lw=1, capsize=2)
+    near = series[-1][-1]
+    law = [near.leak_rate * (x / near.distance) ** EXPONENT for x in distance]
+    rates.plot(distance, law, "k--", lw=1, label="(p_c - p)^(69/20)")
+    slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
+    rates.set(xscale="log", yscale="log", ylabel="leak rate [H³ Δp/(12 η)]")
+    slopes.set(xscale="log", ylabel="d ln Q / d ln(p_c - p)", title="dashed: 69/20")
+    for axes in (rates, slopes):
+        axes.set_xlabel("(p_c - p) / p_c")
+    rates.legend(frameon=False, fontsize=8)
+    figure.savefig(path)
+    return path
