@@ -221,8 +221,8 @@ class _Start:
 
 def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tuple[float, float]:
     """Lower and upper bound of one mesh, after the bubbles and with room for rounding."""
-    lower = problem.sharpened_lower(stream) * (1 - ROUNDING)
-    return lower, problem.sharpened_upper(pressure) * (1 + ROUNDING)
+    lower, upper = problem.sharpened(pressure, stream)
+    return lower * (1 - ROUNDING), upper * (1 + ROUNDING)
 
 
 def _solve(problem: LevelProblem, start: _Start, strategy: Strategy, clock: _Clock) -> _Solved:

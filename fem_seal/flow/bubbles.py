@@ -6,10 +6,15 @@ added to a given function v, is explicit: each bubble φ lowers it by a(v, φ)²
 is an admissible function on the mesh of halves, hence a bound, and no larger system was solved.
 """
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
-from fem_seal.flow.gap_on_mesh import CellData, ConstantGap, LinearGap
+from fem_seal.flow.gap_on_mesh import CellContact, CellData, ConstantGap, LinearGap
 from fem_seal.mesh.nested import PIXEL, NestedMesh
+
+_AT_ONCE = 1 << 16  # cells
 
 
 def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -29,7 +34,7 @@ def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return turned / twice[:, None, None], np.abs(twice) / 2
 
 
-def pressure_bubbles(mesh: NestedMesh, data: CellData, kept: np.ndarray) -> np.ndarray:
+def pressure_bubbles(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
     """Bubble of each cell (C,) of the mesh, -1 for none: the pressure is given on inlet and outlet.
 
     A shut hypotenuse parts its cells, and each has a bubble of its own.
@@ -39,7 +44,7 @@ def pressure_bubbles(mesh: NestedMesh, data: CellData, kept: np.ndarray) -> np.n
     return _pair_up(mesh, kept & ~given, free=data.shut[:, 0])
 
 
-def stream_bubbles(mesh: NestedMesh, data: CellData, kept: np.ndarray) -> np.ndarray:
+def stream_bubbles(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
     """The same for ψ: given on side walls, constant in closed cells, no hat on power traces."""
     ends = mesh.cells[:, 1:]
     wall = (mesh.bottom[ends].all(axis=1) | mesh.top[ends].all(axis=1)) & (not mesh.periodic)
@@ -64,39 +69,67 @@ def _pair_up(mesh: NestedMesh, usable: np.ndarray, free: np.ndarray) -> np.ndarr
     return bubble
 
 
-def energy_drop(
+@dataclass(frozen=True, eq=False)
+class Sharpening:
+    """One energy ∫ c |∇v|² that bubbles shall lower.
+
+    bubble : (C,), from `pressure_bubbles` or `stream_bubbles`
+    gradient : (C, 2), of v on each cell
+    coefficient : c of the cells
+    """
+
+    bubble: np.ndarray
+    gradient: np.ndarray
+    coefficient: Callable[[CellData], np.ndarray]
+
+
+def energy_drops(
     gap: LinearGap | ConstantGap,
     mesh: NestedMesh,
     values: np.ndarray,
-    bubble: np.ndarray,
-    gradient: np.ndarray,
-    coefficient: str,
-) -> float:
-    """How much the best bubbles lower ∫ c |∇v|².
+    energies: Sequence[Sharpening],
+) -> list[float]:
+    """How much the best bubbles lower each of some energies on one mesh.
 
     Parameters
     ----------
     gap, mesh, values : the gap, the mesh and the gap at its vertices
-    bubble : (C,), from `pressure_bubbles` or `stream_bubbles`
-    gradient : (C, 2), of v on each cell
-    coefficient : "K" or "resistivity"
+    energies : what is to be lowered; all share the averages on the halves
     """
-    cells = np.flatnonzero(bubble >= 0)
-    a, b, c = mesh.cells[cells].T
-    middle = len(mesh.xy) + np.arange(len(cells))
+    wanted = np.flatnonzero(np.any([e.bubble >= 0 for e in energies], axis=0))
+    coupling, stiffness = np.zeros((2, len(energies), len(mesh.cells)))
+    # A part at a time: the halves of all cells at once would be the most memory of all.
+    for cells in np.split(wanted, range(_AT_ONCE, len(wanted), _AT_ONCE)):
+        data, hat, area = _halves(gap, mesh, values, cells)
+        for k, energy in enumerate(energies):
+            weight = area * energy.coefficient(data)
+            v = np.tile(energy.gradient[cells], (2, 1))
+            coupling[k, cells] = (weight * (v * hat).sum(axis=1)).reshape(2, -1).sum(axis=0)
+            stiffness[k, cells] = (weight * (hat * hat).sum(axis=1)).reshape(2, -1).sum(axis=0)
+    return [_drop(e.bubble, a, b) for e, a, b in zip(energies, coupling, stiffness, strict=True)]
+
+
+def _drop(bubble: np.ndarray, coupling: np.ndarray, stiffness: np.ndarray) -> float:
+    """Σ a(v, φ)² / a(φ, φ) from what each cell (C,) adds to its bubble."""
+    has_one = bubble >= 0
+    a, b = (np.bincount(bubble[has_one], of_cell[has_one]) for of_cell in (coupling, stiffness))
+    return float((a[b > 0] ** 2 / b[b > 0]).sum())
+
+
+def _halves(
+    gap: LinearGap | ConstantGap, mesh: NestedMesh, values: np.ndarray, cells: np.ndarray
+) -> tuple[CellData, np.ndarray, np.ndarray]:
+    """Both halves of each cell, one after the other: data, gradient of the hat, area."""
+    corners = mesh.cells[cells].T
+    a, b, c, middle = np.arange(4 * len(cells), dtype=np.int32).reshape(4, -1)
+    xy = mesh.xy[corners.ravel()]
     halves = NestedMesh(
-        np.concatenate([mesh.xy, (mesh.xy[b] + mesh.xy[c]) // 2]),
+        np.concatenate([xy, (xy[b] + xy[c]) // 2]),
         np.concatenate([np.stack([middle, a, b], 1), np.stack([middle, c, a], 1)]),
         mesh.squares,
-        np.concatenate([mesh.twin, middle]),
+        np.arange(4 * len(cells), dtype=np.int32),
     )
-    ends = np.stack([b, c], axis=1)
-    data = gap.cell_data(halves, gap.refined_values(values, halves, ends))
-    c = data.K if coefficient == "K" else data.resistivity[:, 0]
+    at_corners = values[corners.ravel()]
+    data = gap.cell_data(halves, gap.refined_values(at_corners, halves, np.stack([b, c], 1)))
     hat, area = shape_gradients(halves.xy[halves.cells] / PIXEL * gap.aspect)
-    hat, v = hat[:, 0], np.tile(gradient[cells], (2, 1))
-    number = np.tile(bubble[cells], 2)
-    coupling = np.bincount(number, area * c * (v * hat).sum(axis=1))
-    stiffness = np.bincount(number, area * c * (hat * hat).sum(axis=1))
-    used = stiffness > 0
-    return float((coupling[used] ** 2 / stiffness[used]).sum())
+    return data, hat[:, 0], area

@@ -13,21 +13,37 @@ from fem_seal.mesh.nested import PIXEL, NestedMesh
 
 
 @dataclass(frozen=True, eq=False)
-class CellData:
-    """What the primal and the dual problem need of each cell (C cells).
+class CellContact:
+    """Where the contact is, seen from each cell (C cells).
 
-    K : (C,), mean of g³; zero where the cell is all contact
     shut : (C, 3) bool, sides (opposite each corner) along which the gap is zero
-    resistivity : (C, 3), tensor xx, xy, yy of the dual, zero where `closed`
     closed : (C,) bool, cells in which the stream function must be constant
     contact : (C, 3) bool, corners from which the stream function rises as a power
     """
 
-    K: np.ndarray
     shut: np.ndarray
-    resistivity: np.ndarray
     closed: np.ndarray
     contact: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class CellData(CellContact):
+    """What the primal and the dual problem need of each cell (C cells).
+
+    K : (C,), mean of g³; zero where the cell is all contact
+    resistivity : (C, 3), tensor xx, xy, yy of the dual, zero where `closed`
+    """
+
+    K: np.ndarray
+    resistivity: np.ndarray
+
+    def part(self, cells: np.ndarray) -> "CellData":
+        """The data of some cells, (C,) bool or indices."""
+        return CellData(*(getattr(self, name)[cells] for name in self.__dataclass_fields__))
+
+    def without_values(self) -> CellContact:
+        """What is left when the averages are no longer needed."""
+        return CellContact(self.shut, self.closed, self.contact)
 
 
 class LinearGap:
@@ -87,7 +103,7 @@ class LinearGap:
         K = averages.mean_cube(raised)
         K[coarse] = self._cube.lookup(mesh, coarse)
         zero = (raised == 0) & fine[:, None]
-        shut = np.stack([zero[:, [1, 2]].all(1), zero[:, [2, 0]].all(1), zero[:, [0, 1]].all(1)], 1)
+        shut = zero[:, [1, 2, 0]] & zero[:, [2, 0, 1]]
         contact = (lowered == 0) & fine[:, None]
         inverse = averages.mean_inverse_cube(lowered)
         inverse[coarse] = self._inverse_cube.lookup(mesh, coarse)
@@ -103,7 +119,7 @@ class LinearGap:
         corners = mesh.xy[mesh.cells[one[:, None], turned]] / PIXEL * self.aspect
         b, c = lowered[one, turned[:, 1]], lowered[one, turned[:, 2]]
         tensor[one] = traces.one_contact_tensor(corners, b, c)
-        return CellData(K, shut, tensor, closed, contact)
+        return CellData(shut, closed, contact, K, tensor)
 
 
 class ConstantGap:
@@ -149,7 +165,7 @@ class ConstantGap:
         closed = np.isinf(inverse)
         isotropic = np.where(closed, 0.0, inverse)
         none = np.zeros((len(K), 3), dtype=bool)
-        return CellData(K, none, isotropic[:, None] * np.array([1.0, 0.0, 1.0]), closed, none)
+        return CellData(none, closed, none, K, isotropic[:, None] * np.array([1.0, 0.0, 1.0]))
 
 
 REPRESENTATIONS = {"linear": LinearGap, "constant": ConstantGap}

@@ -15,6 +15,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.memory import peak_memory
 from fem_seal.mesh.bisection import TooFine
+from fem_seal.mesh.grouping import consecutive
 from fem_seal.mesh.nested import coarsest_width
 from fem_seal.topology.constriction import critical_constriction
 from fem_seal.topology.percolation import is_sealed
@@ -215,10 +216,11 @@ def _field(bracket: Bracket, gap: GridField, viscosity: float, pressure_drop: fl
     """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
     problem, highest = bracket.problem, float(gap.values.max())
     cells = problem.mesh.cells[problem.kept]
-    label = problem.primal_numbering.label
-    _, first, number = np.unique(
-        (label * len(problem.mesh.xy) + cells).ravel(), return_index=True, return_inverse=True
-    )
+    # A point and its twin on the other periodic side have one label, and one of them is at the top.
+    label = 2 * problem.primal_numbering.label + problem.mesh.top[cells]
+    number, count = consecutive(label.ravel(), int(label.max()) + 1)
+    first = np.empty(count, dtype=np.int64)
+    first[number] = np.arange(len(number))
     vertex = cells.ravel()[first]
     pressure = bracket.pressure.corner_values * pressure_drop
     # The normalised problem measures lengths in units of the longer pixel side.

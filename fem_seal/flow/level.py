@@ -7,12 +7,13 @@ import numpy as np
 
 from fem_seal.fenicsx import MPI, ufl
 from fem_seal.flow.bubbles import (
-    energy_drop,
+    Sharpening,
+    energy_drops,
     pressure_bubbles,
     shape_gradients,
     stream_bubbles,
 )
-from fem_seal.flow.gap_on_mesh import CellData, ConstantGap, LinearGap
+from fem_seal.flow.gap_on_mesh import CellContact, ConstantGap, LinearGap
 from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.flow.unknowns import Unknowns, dual_unknowns, open_cells, primal_unknowns
@@ -63,13 +64,14 @@ class LevelProblem:
         self.mesh, self.tolerance = mesh, tolerance
         self._gap, self._values = gap, values
         data = gap.cell_data(mesh, values)
-        self._all_cells = data
         cells = open_cells(mesh, data)
         self.kept = cells.kept
-        self.data = CellData(*(getattr(data, f)[cells.kept] for f in CellData.__annotations__))
+        self.data = data.part(cells.kept)
+        self._contact: CellContact = data.without_values()
         self.primal_numbering: Unknowns = primal_unknowns(mesh, data, cells)
+        del data, cells
         self._points = mesh.xy / PIXEL * gap.aspect
-        self.space = CellSpace(self._points, mesh.cells[cells.kept], comm)
+        self.space = CellSpace(self._points, mesh.cells[self.kept], comm)
 
     @property
     def unknowns(self) -> int:
@@ -94,7 +96,7 @@ class LevelProblem:
 
     def stream(self, guess: np.ndarray) -> Stream | None:
         """Minimise ∫|∇ψ|²/K (Thomson's principle); None where closed cells bar every channel."""
-        numbering = dual_unknowns(self.mesh, self._all_cells, self.kept, merge_closed=True)
+        numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=True)
         return numbering and self._minimal_stream(self.data.resistivity, numbering, guess)
 
     def regularised_stream(self, guess: np.ndarray, leak: float) -> Stream | None:
@@ -102,7 +104,7 @@ class LevelProblem:
 
         No bound, but it knows where flow would pass if the closed cells were resolved.
         """
-        numbering = dual_unknowns(self.mesh, self._all_cells, self.kept, merge_closed=False)
+        numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=False)
         if numbering is None:
             return None
         # Without a smallest conductivity the contrast makes deep solves collapse.
@@ -153,20 +155,27 @@ class LevelProblem:
         """Gradient (C, 2) of the function with given corner values (C, 3)."""
         return np.einsum("cid,ci->cd", self._shapes[0], corner_values)
 
-    def sharpened_upper(self, pressure: Minimum) -> float:
-        """The upper bound lowered by the best hypotenuse bubbles (see `bubbles`)."""
-        bubble = pressure_bubbles(self.mesh, self._all_cells, self.kept)
-        return pressure.energy - self._drop(bubble, pressure.corner_values, "K")
+    def sharpened(self, pressure: Minimum, stream: Stream) -> tuple[float, float]:
+        """Lower and upper bound, from a true dual, after the best hypotenuse bubbles."""
+        where = self.mesh, self._contact, self.kept
+        dual = Sharpening(
+            stream_bubbles(*where),
+            self._everywhere(self.gradients(stream.psi)),
+            lambda data: data.resistivity[:, 0],
+        )
+        primal = Sharpening(
+            pressure_bubbles(*where),
+            self._everywhere(self.gradients(pressure.corner_values)),
+            lambda data: data.K,
+        )
+        raised, lowered = energy_drops(self._gap, self.mesh, self._values, (dual, primal))
+        return 1 / (1 / stream.conductance - raised), pressure.energy - lowered
 
-    def sharpened_lower(self, stream: Stream) -> float:
-        """The lower bound of a true dual raised by the best hypotenuse bubbles."""
-        bubble = stream_bubbles(self.mesh, self._all_cells, self.kept)
-        return 1 / (1 / stream.conductance - self._drop(bubble, stream.psi, "resistivity"))
-
-    def _drop(self, bubble: np.ndarray, corner_values: np.ndarray, coefficient: str) -> float:
-        gradient = np.zeros((len(self.kept), 2))
-        gradient[self.kept] = self.gradients(corner_values)
-        return energy_drop(self._gap, self.mesh, self._values, bubble, gradient, coefficient)
+    def _everywhere(self, of_kept: np.ndarray) -> np.ndarray:
+        """Vectors of the kept cells as (C, 2) of the whole mesh, zero where nothing flows."""
+        whole = np.zeros((len(self.kept), 2))
+        whole[self.kept] = of_kept
+        return whole
 
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:
         """Flow in through the inlet and out through the outlet, from the discrete equations."""

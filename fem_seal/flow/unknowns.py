@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from fem_seal.flow.gap_on_mesh import CellData
+from fem_seal.flow.gap_on_mesh import CellContact, CellData
 from fem_seal.mesh.grouping import consecutive, stable_order
 from fem_seal.mesh.nested import NestedMesh
 
@@ -113,7 +113,7 @@ def side_ends(slots: np.ndarray) -> np.ndarray:
     return np.stack([3 * cell + (side + 1) % 3, 3 * cell + (side + 2) % 3], axis=1)
 
 
-def primal_unknowns(mesh: NestedMesh, data: CellData, cells: OpenCells) -> Unknowns:
+def primal_unknowns(mesh: NestedMesh, data: CellContact, cells: OpenCells) -> Unknowns:
     """Pressure unknowns: prescribed are p = 1 on passable inlet sides and p = 0 on the outlet.
 
     Numbers refer to the kept cells.
@@ -169,7 +169,7 @@ def continuous_labels(
 
 
 def dual_unknowns(
-    mesh: NestedMesh, data: CellData, kept: np.ndarray, merge_closed: bool
+    mesh: NestedMesh, data: CellContact, kept: np.ndarray, merge_closed: bool
 ) -> Unknowns | None:
     """Stream function unknowns: one for each contact patch, given on the side walls.
 

@@ -111,7 +111,7 @@ def test_sharpened_bounds(representation, periodic, contact):
     markings = [Random(2)] * 3
     problem = level_problem(gap, 1, periodic, 1e-8, markings)
     pressure, stream = problem.pressure(start(problem)), problem.stream(start(problem))
-    lower, upper = problem.sharpened_lower(stream), problem.sharpened_upper(pressure)
+    lower, upper = problem.sharpened(pressure, stream)
     halves = plain_bounds(level_problem(gap, 1, periodic, 1e-8, [*markings, everything]))
     assert halves[1] * (1 - 4e-8) <= upper < pressure.energy
     assert stream.conductance < lower
