@@ -53,7 +53,7 @@ def best_segments(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> Segment
 
     Returns
     -------
-    Segments, or None if none falls like a power law.
+    Segments, or None if a level spectrum does as well.
     """
     m = len(x)
     weight = 1 / (variance + WIGGLE**2)
@@ -69,7 +69,8 @@ def best_segments(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> Segment
         for j in range(m)
     ]
     below[0], beyond = 0.0, [*beyond, 0.0]
-    best, found = np.inf, None
+    # What must be beaten: a level spectrum, such as that of white noise.
+    best, found = sums.constant(0, m) + price, None
     for start in range(m):
         if 0 < start < 1 + FEWEST_BEYOND:
             continue

@@ -1,0 +1,113 @@
+"""Cropping and making cells: what is kept is untouched, what repeats does, and it is told."""
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file import FieldMap
+from fem_seal.grid import GridField
+from fem_seal.surface import MapStatistics, Spectrum, cropped, periodic_cell, self_affine
+from fem_seal.surface.cell import TUKEY_TAPER, window
+
+ROUGH = self_affine(Spectrum(0.8, 32, 4), (64, 48), (64, 48), rms_height=1.0, seed=4)
+# A piece of it has a border that does not fit together.
+PIECE = GridField(ROUGH.values[:40, :30], (1.0, 1.0))
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 0.1])
+def test_crop_keeps_the_samples_inside(unit):
+    """Edges on samples count as inside in any unit: 3 × 0.1 is not 0.3 in binary."""
+    found = FieldMap(PIECE.values, (unit, 2 * unit), True)
+    left = cropped(found, ((3 * unit, 12 * unit), (4 * unit, 9 * unit)))
+    assert np.array_equal(left.values, PIECE.values[3:13, 2:5])
+    assert (left.spacing, left.periodic) == (found.spacing, False)
+
+
+def test_whole_map_still_repeats():
+    found = FieldMap(ROUGH.values, (1.0, 1.0), True)
+    same = cropped(found, ((0, 64), (0, 48)))
+    assert np.array_equal(same.values, found.values)
+    assert same.periodic
+
+
+@pytest.mark.parametrize(
+    ("crop", "words"),
+    [
+        (((0, 50), (0, 10)), "crop in x from 0 m to 50 m leaves the map, which is 40 m long"),
+        (((0, 10), (9.5, 10.5)), "crop in y .* fewer than two of the samples, which are 1 m"),
+    ],
+)
+def test_bad_crop(crop, words):
+    with pytest.raises(InvalidInput, match=words):
+        cropped(FieldMap(PIECE.values, PIECE.spacing, None), crop)
+
+
+def test_mirror_is_even_about_its_lines():
+    """h(-x) = h(x) about the first and the last line, so that no flow would cross them."""
+    cell = periodic_cell(PIECE, "mirror")
+    assert cell.shape == (78, 58)
+    assert cell.periodic
+    # Twice the rectangle of the samples.
+    assert cell.size == tuple(2 * length for length in PIECE.size)
+    assert np.array_equal(cell.values[:40, :30], PIECE.values)
+    for axis in (0, 1):
+        mirrored = np.roll(np.flip(cell.values, axis), 1, axis)
+        assert np.array_equal(mirrored, cell.values)
+
+
+def test_cut_changes_nothing_but_says_that_it_repeats():
+    cell = periodic_cell(PIECE, "cut")
+    assert np.array_equal(cell.values, PIECE.values)
+    assert cell.periodic
+
+
+@pytest.mark.parametrize("name", ["hann", "tukey"])
+def test_windows_fade_to_the_mean(name):
+    cell = periodic_cell(PIECE, name)
+    mean = PIECE.values.mean()
+    np.testing.assert_allclose(cell.values[0], mean, rtol=1e-14)
+    np.testing.assert_allclose(cell.values[:, 0], mean, rtol=1e-14)
+    assert np.abs(cell.values - mean).max() <= np.abs(PIECE.values - mean).max()
+
+
+def test_hann_window_keeps_three_eighths_of_the_power():
+    """Mean of sin⁴ is 3/8 along each axis, exactly on an even grid of more than four samples."""
+    assert np.mean(window("hann", (12, 10)) ** 2) == pytest.approx((3 / 8) ** 2, rel=1e-14)
+
+
+def test_tukey_window_is_one_inside():
+    n = 80
+    inside = window("tukey", (n, n))[n // 2]
+    ends = TUKEY_TAPER * n / 2
+    assert np.array_equal(inside == 1, np.abs(np.arange(n) - n / 2) <= n / 2 - ends)
+
+
+def test_statistics_tell_the_seam():
+    """A cut piece jumps by the difference of far points, its mirror by none, a cell as inside."""
+    assert MapStatistics.of(ROUGH).seam == pytest.approx(1, abs=0.3)  # spread of 48 differences
+    assert MapStatistics.of(periodic_cell(PIECE, "cut")).seam > 3
+    # A mirror line stands once: across the seam is the first difference inside.
+    assert MapStatistics.of(periodic_cell(PIECE, "mirror")).seam < 1.5
+    tilted = np.add.outer(np.arange(9.0), np.zeros(5))
+    assert MapStatistics.of(GridField(tilted, (1, 1))).seam == 8
+
+
+def test_statistics_of_a_wave():
+    """rms height A/√2; differences of sin by d have the rms of its slope times sinc(q d / 2)."""
+    n, periods, amplitude = 64, 4, 3.0
+    q = 2 * np.pi * periods / n
+    wave = amplitude * np.sin(q * np.arange(n) / 0.5 * 0.5)
+    field = GridField(np.repeat(wave[:, None], 5, axis=1), (0.5, 1.0), periodic=True)
+    found = MapStatistics.of(field)
+    assert found.rms_height == pytest.approx(amplitude / 2**0.5, rel=1e-14)
+    # All n differences of the closed wave; the n - 1 inside lack one of them.
+    every = np.diff(wave, append=wave[0]) ** 2
+    slope = ((every.sum() - every[-1]) / (n - 1)) ** 0.5 / 0.5
+    assert found.rms_slope == pytest.approx(slope, rel=1e-13)
+    assert every.mean() == pytest.approx((2 * np.sin(q / 2) * amplitude) ** 2 / 2, rel=1e-13)
+    assert (found.shape, found.missing) == ((64, 5), 0)
+
+
+def test_unknown_choice():
+    with pytest.raises(InvalidInput, match="unknown make_periodic 'wrap'; choose from cut, mirror"):
+        periodic_cell(PIECE, "wrap")

@@ -1,0 +1,123 @@
+"""Hurst exponent and cut-offs of surfaces that were made with known ones.
+
+The fit says its own standard deviation, derived from counting waves; over seeds the deviation in
+units of it must have a mean near 0 and a spread near 1.
+"""
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.surface import Spectrum, fit_spectrum, self_affine
+from fem_seal.surface.spectrum_fit import BIN_RATIO, _repeating
+
+SEEDS = range(12)
+# Means of 12 standard normal numbers stay below 4 / √12, their root mean squares below 1.9
+# (χ² of 12 below 43: one in 30 000); the lower end catches errors that are claimed too large.
+MEAN, SPREAD = 4 / len(SEEDS) ** 0.5, (0.35, 1.9)
+
+
+def made(n, seed, hurst, rolloff=None):
+    spectrum = Spectrum(hurst, n / 4, 4.0, rolloff)
+    return self_affine(spectrum, (n, n), (n, n), rms_slope=0.1, seed=seed)
+
+
+def deviations(fits, hurst):
+    return np.array([(fit.hurst - hurst) / fit.hurst_error for fit in fits])
+
+
+def assert_standard_normal(z):
+    assert abs(z.mean()) < MEAN
+    assert SPREAD[0] < np.sqrt(np.mean(z**2)) < SPREAD[1]
+
+
+@pytest.mark.parametrize("hurst", [0.3, 0.8])
+def test_hurst_and_cut_offs(hurst):
+    n = 128
+    fits = [fit_spectrum(made(n, seed, hurst)) for seed in SEEDS]
+    assert_standard_normal(deviations(fits, hurst))
+    for fit in fits:
+        assert fit.rolloff_wavelength is None
+        # The bin that holds the cut-off: 6 % of wavelength, at long waves one ring of the grid.
+        assert abs(np.log(fit.short_wavelength / 4.0)) < np.log(BIN_RATIO)
+        assert abs(n / fit.long_wavelength - 4) <= 1
+
+
+def test_rolloff():
+    n, rolloff = 256, 16.0
+    fits = [fit_spectrum(made(n, seed, 0.8, rolloff)) for seed in SEEDS]
+    assert_standard_normal(deviations(fits, 0.8))
+    z = [(fit.rolloff_wavelength - rolloff) / fit.rolloff_error for fit in fits]
+    assert_standard_normal(np.array(z))
+
+
+def test_piece_of_a_larger_surface():
+    """Windowed, with dependent waves; its long cut-off lies beyond the piece and is not seen."""
+    fits = []
+    for seed in SEEDS:
+        large = self_affine(
+            Spectrum(0.8, 512, 4.0), (512, 512), (512, 512), rms_slope=0.1, seed=seed
+        )
+        fits.append(fit_spectrum(GridField(large.values[:128, :128], (1.0, 1.0))))
+    assert_standard_normal(deviations(fits, 0.8))
+    for fit in fits:
+        assert fit.long_wavelength is None
+        # The window smears the cut-off over two wave numbers, here as wide as a bin.
+        assert abs(np.log(fit.short_wavelength / 4.0)) < 2 * np.log(BIN_RATIO)
+
+
+def test_density_is_that_of_the_ensemble():
+    """The fitted C(q) itself, within four standard deviations of its level at each end."""
+    spectrum = Spectrum(0.8, 64, 4.0).scaled(rms_slope=0.1)
+    fit = fit_spectrum(
+        self_affine(spectrum, (256, 256), (256, 256), rms_slope=0.1, scaling="ensemble", seed=2)
+    )
+    inside = (fit.wavenumber > 2 * np.pi / 60) & (fit.wavenumber < 2 * np.pi / 4.2)
+    ratio = np.log(fit.density[inside] / spectrum.density(fit.wavenumber[inside]))
+    octaves = np.log(fit.wavenumber[inside][-1] / fit.wavenumber[inside][0])
+    assert np.abs(ratio).max() < 4 * 2 * fit.hurst_error * octaves
+
+
+def test_no_cut_off_is_invented():
+    """A power law over all rings: neither end of it is a cut-off."""
+    spectrum = Spectrum(0.7, 128, 1.0)
+    fit = fit_spectrum(self_affine(spectrum, (128, 128), (128, 128), rms_slope=0.1, seed=3))
+    assert (fit.long_wavelength, fit.short_wavelength) == (None, None)
+    assert abs(fit.hurst - 0.7) < 4 * fit.hurst_error
+
+
+def test_noise_floor_is_a_cut_off():
+    """White noise of an instrument ends the power law where it is as strong."""
+    clean = self_affine(Spectrum(0.8, 64, 2.0), (256, 256), (256, 256), rms_height=1.0, seed=5)
+    noise = np.random.default_rng(5).normal(scale=0.2, size=clean.shape)
+    fit = fit_spectrum(GridField(clean.values + noise, clean.spacing, periodic=True))
+    # C_noise = σ² dx² / (2π)²; the power law meets it here.
+    floor = 0.2**2 / (2 * np.pi) ** 2
+    scaled = Spectrum(0.8, 64, 2.0).scaled(rms_height=1.0)
+    q = np.geomspace(0.1, np.pi, 1000)
+    meeting = 2 * np.pi / q[np.argmin(np.abs(np.log(scaled.density(q) / floor)))]
+    assert 0.7 * meeting < fit.short_wavelength < 2 * meeting
+    # Where they meet their powers add up, which flattens the fall a little.
+    assert 0.65 < fit.hurst < 0.8
+
+
+def test_window_keeps_the_power_of_white_noise():
+    """So that densities of a piece and of a cell agree; within 4 standard errors of a variance."""
+    values = np.random.default_rng(1).normal(size=(200, 200))
+    windowed, dependence = _repeating(GridField(values, (1, 1)))
+    error = (2 * dependence / values.size) ** 0.5
+    assert windowed.values.std() ** 2 == pytest.approx(values.std() ** 2, rel=4 * error)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (np.zeros((32, 32)), "a flat surface has no spectrum"),
+        (np.random.default_rng(0).normal(size=(64, 64)), "shows no power law"),
+        (np.random.default_rng(0).normal(size=(6, 6)), "6 x 6 samples shows no power law"),
+    ],
+)
+def test_what_has_no_power_law(values, words):
+    with pytest.raises(InvalidInput, match=words):
+        fit_spectrum(GridField(values, (1, 1), periodic=True))
