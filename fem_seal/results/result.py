@@ -18,6 +18,7 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.memory import peak_memory
 from fem_seal.quantities.of_seal import Quantities, quantities, verdict_of
 from fem_seal.quantities.verdict import Verdict
+from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.record import Record
 from fem_seal.scene import Scene
@@ -133,6 +134,7 @@ class Result(Record):
     contact_iterations: int | None
     levels: tuple[LevelRecord, ...]
     accuracy: AccuracyRecord | None = None
+    preparation: tuple[StepRecord, ...] | None = None
     files: tuple[str, ...]
     seconds: dict[str, float]
     peak_memory_bytes: int
@@ -181,6 +183,7 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), seconds: float | None = N
         contact_area_fraction=seal.contact_area_fraction,
         mean_gap=float(seal.gap.values.mean()),
         accuracy=AccuracyRecord.of(seal),
+        preparation=StepRecord.all_of(seal),
         gas=GasRecord.of(seal),
         leak_rate_shown=RateRecord.shown(seal),
         verdict=verdict_of(seal),

@@ -3,6 +3,7 @@
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
 from fem_seal.quantities.threshold import Threshold
+from fem_seal.results.preparation import preparation_words
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.result import Result
 
@@ -19,6 +20,8 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
     result : of a run
     """
     lines: list[tuple[str, str]] = []
+    if result.preparation:
+        lines.append(("surface", preparation_words(result.preparation)))
     if result.leak_rate_shown:
         lines.append(("in units", rate_words(result.leak_rate_shown)))
     if result.gas:

@@ -1,0 +1,39 @@
+"""What result.json says of the steps that prepared a measured surface."""
+
+from dataclasses import asdict
+
+from fem_seal.results.record import Record
+from fem_seal.seal import Seal
+
+
+class StepRecord(Record):
+    """A step and the map after it."""
+
+    name: str
+    samples: tuple[int, int]
+    missing: int
+    rms_height: float
+    rms_slope: float
+    seam: float
+
+    @classmethod
+    def all_of(cls, seal: Seal) -> "tuple[StepRecord, ...] | None":
+        """None if the surface is from no file."""
+        if seal.prepared is None:
+            return None
+        records = []
+        for step in seal.prepared.steps:
+            numbers = asdict(step.statistics)
+            records.append(cls(name=step.name, samples=numbers.pop("shape"), **numbers))
+        return tuple(records)
+
+
+def preparation_words(steps: tuple[StepRecord, ...]) -> str:
+    """Rms height, rms slope and seam after each step; how many points were filled."""
+    words = []
+    for before, step in zip((None, *steps), steps, strict=False):
+        filled = before.missing - step.missing if before and step.name.startswith("fill") else 0
+        name = f"{step.name} ({filled} points)" if filled else step.name
+        height = f"{1e6 * step.rms_height:.4g} um"
+        words.append(f"{name}: {height}, {step.rms_slope:.3g}, {step.seam:.3g}")
+    return "; ".join(words) + " (rms height, rms slope, seam)"
