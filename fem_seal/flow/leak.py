@@ -37,6 +37,16 @@ class Limits:
     seconds: float | None = None
     memory_bytes: int | None = None
 
+    def exceeded(self, started: float) -> str:
+        """Which limit the next level would pass, "" if none."""
+        spent = time.perf_counter() - started
+        if self.seconds is not None and spent >= self.seconds:
+            return f"the limit of {self.seconds:g} s is used up"
+        # A mesh grows by half from level to level, and so does the memory at its peak.
+        if self.memory_bytes is not None and 1.5 * peak_memory() >= self.memory_bytes:
+            return f"the next mesh would need more than {self.memory_bytes / 1e9:.2g} GB"
+        return ""
+
 
 def leak_rate(
     gap: GridField,
@@ -110,7 +120,7 @@ def leak_rate(
     try:
         for bracket in _brackets(gap, sides, representation, strategy, comm):
             reached = goal.reached(bracket.level.lower * scale, bracket.level.upper * scale)
-            reason = "" if reached else comm.bcast(_exceeded(limits, started))
+            reason = "" if reached else comm.bcast(limits.exceeded(started))
             if reason:
                 bracket = bracket.certified()
             level = bracket.level
@@ -182,17 +192,6 @@ def _brackets(
         scaled, tuning.cut * narrowest, tuning.floor * narrowest, width
     )
     return brackets(represented, width, sides == "periodic", strategy, comm)
-
-
-def _exceeded(limits: Limits, started: float) -> str:
-    """Which limit the next level would pass, "" if none."""
-    spent = time.perf_counter() - started
-    if limits.seconds is not None and spent >= limits.seconds:
-        return f"the limit of {limits.seconds:g} s is used up"
-    # A mesh grows by half from level to level, and so does the memory at its peak.
-    if limits.memory_bytes is not None and 1.5 * peak_memory() >= limits.memory_bytes:
-        return f"the next mesh would need more than {limits.memory_bytes / 1e9:.2g} GB"
-    return ""
 
 
 def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) -> LeakRate:
