@@ -3,19 +3,24 @@
 from contextlib import nullcontext
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import rmtree
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 from fem_seal import parallel
 from fem_seal.errors import MissingPackage
-from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
-from fem_seal.results.arrays import CONTACT_FILE, FLOW_FILE, write_contact, write_flow
+from fem_seal.results.arrays import CONTACT_FILE, FLOW_FILE, write_contact, write_flow, write_mesh
+from fem_seal.results.folder import make_aside, writing
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Flow, Scene
 from fem_seal.seal import Seal
+
+if TYPE_CHECKING:
+    from fem_seal.mesh.mesh_gap import MeshGap
 
 
 def run(
@@ -78,30 +83,63 @@ def draw(folder: str | Path, report: Report = silent) -> tuple[str, ...]:
     folder = Path(folder)
     result = Result.from_folder(folder)
     scene = result.scene()
-    has_contact = (folder / CONTACT_FILE).is_file()
-    given = scene.gap
-    gap = (
-        read_contact(folder)[0]
-        if has_contact
-        else load_gap(given.path, given.stated, given.contact_below)
-    )
+    seal = Seal(scene)
+    if (folder / CONTACT_FILE).is_file():
+        seal.grid_gap = read_contact(folder)[0]
     leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
     report("pictures", "")
     with ResultFolder(folder, result.provenance) as aside:
-        names = draw_pictures(gap, leak, scene.flow, aside.aside)
+        names = draw_pictures(seal.gap, leak, scene.flow, aside.aside)
         files = tuple(sorted({*result.files, *names}))
         aside.add(names, result.model_copy(update={"files": files}))
     return names
 
 
+def mesh(
+    scene: Scene, out: str | Path, report: Report = silent
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Write and draw the mesh of a scene's shape.
+
+    Parameters
+    ----------
+    scene : with a shape
+    out : folder of mesh.vtu, shape.png and gap.png
+    report : called with the stage and its latest news
+
+    Returns
+    -------
+    Lines for people, and the names of the files.
+
+    Raises
+    ------
+    InvalidInput
+        If the mesh cannot be made or the folder not written; nothing is written then.
+    """
+    require_packages(scene)
+    gap = Seal(scene, report).gap
+    out = Path(out).absolute()
+    with writing(out):
+        aside = make_aside(out)
+        try:
+            names = tuple(
+                sorted((write_mesh(aside, gap), *draw_pictures(gap, None, scene.flow, aside)))
+            )
+            out.mkdir(parents=True, exist_ok=True)
+            for name in names:
+                (aside / name).replace(out / name)
+        finally:
+            rmtree(aside, ignore_errors=True)
+    return gap.summary(), names
+
+
 def draw_pictures(
-    gap: GridField, leak: LeakRate | None, flow: Flow, folder: Path
+    gap: "GridField | MeshGap", leak: LeakRate | None, flow: Flow, folder: Path
 ) -> tuple[str, ...]:
     """Draw contact, gap and, where there is a field of it, flow.
 
     Parameters
     ----------
-    gap : gap [m]
+    gap : gap [m]; on the mesh of a shape, the mesh is drawn in place of the contact
     leak : with its field, or None
     flow : says what sides and representation the gap has
     folder : where the PNG go
@@ -110,6 +148,10 @@ def draw_pictures(
     -------
     Names of the files.
     """
+    if not isinstance(gap, GridField):
+        from fem_seal.render.shape import draw_shape
+
+        return draw_shape(gap, leak, folder)
     from fem_seal.render.contact import contact_picture
     from fem_seal.render.flow import flow_picture
     from fem_seal.render.gap import gap_picture
@@ -136,6 +178,11 @@ def require_packages(scene: Scene) -> None:
         from fem_seal.render.offscreen import require_gl
 
         require_gl()
+    if scene.shape is not None and scene.shape.needs_gmsh and not find_spec("gmsh"):
+        raise MissingPackage(
+            "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: pip "
+            "install gmsh"
+        )
     if scene.needs_flow and scene.flow.method != "finite-difference" and not find_spec("dolfinx"):
         raise MissingPackage(
             f"flow.method = {scene.flow.method!r} needs FEniCSx (on Debian: apt-get install "
@@ -148,6 +195,8 @@ def _write_products(seal: Seal, folder: Path) -> tuple[str, ...]:
     leak = seal.leak_rate if seal.scene.needs_flow else None
     if seal.contact is not None:
         names.append(write_contact(folder, seal.contact))
+    if seal.scene.shape is not None:
+        names.append(write_mesh(folder, seal.gap))
     if "mesh" in seal.scene.output.products and leak.field is not None:
         names.append(write_flow(folder, leak.field))
     if "pictures" in seal.scene.output.products:

@@ -19,6 +19,7 @@ from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
 if TYPE_CHECKING:
     from fem_seal.accuracy import Choice
     from fem_seal.contact.state import GapState
+    from fem_seal.mesh.mesh_gap import MeshGap
     from fem_seal.surface import PreparedSurface
 
 
@@ -116,8 +117,20 @@ class Seal:
             return parallel.on_root(lambda: CONTACTS[self.scene.contact.model](self))
 
     @cached_property
-    def gap(self) -> GridField:
-        """Gap [m], exactly 0 in contact."""
+    def gap(self) -> "GridField | MeshGap":
+        """Gap [m], exactly 0 in contact; on the mesh of its shape if the scene has one."""
+        shape = self.scene.shape
+        if shape is None:
+            return self.grid_gap
+        from fem_seal.mesh.build import shaped_gap
+
+        grid = None if shape.own_gap else self.grid_gap
+        with self.timed("shape"):
+            return parallel.on_root(lambda: shaped_gap(shape, grid))
+
+    @cached_property
+    def grid_gap(self) -> GridField:
+        """Gap [m] on its grid; not for scenes whose shape gives the gap itself."""
         if self.contact is not None:
             return self.contact.gap
         given = self.scene.gap
@@ -127,11 +140,21 @@ class Seal:
     @property
     def contact_area_fraction(self) -> float:
         """Contact area over nominal area, by counting samples with a gap of 0."""
+        if self.scene.shape is not None:
+            return self.gap.contact_area_fraction
         return float(np.count_nonzero(self.gap.values == 0) / self.gap.values.size)
+
+    @property
+    def mean_gap(self) -> float:
+        """Mean gap [m] over the nominal area."""
+        return self.gap.mean if self.scene.shape is not None else float(self.gap.values.mean())
 
     @cached_property
     def sealed(self) -> bool:
         """Whether no open path joins inlet and outlet."""
+        if self.scene.shape is not None:
+            with self.timed("topology"):
+                return self.gap.constriction is None
         from fem_seal.topology.percolation import is_sealed
 
         flow, gap = self.scene.flow, self.gap

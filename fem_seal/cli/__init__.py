@@ -11,10 +11,10 @@ from contextlib import contextmanager
 from typing import NoReturn
 
 from fem_seal import parallel
-from fem_seal.cli import doctor, leak, letter, percolation, render, run, study, surface, sweep
+from fem_seal.cli import doctor, leak, letter, mesh, percolation, render, run, study, surface, sweep
 from fem_seal.errors import FemSealError, InvalidInput
 
-COMMANDS = (run, leak, sweep, percolation, letter, study, surface, render, doctor)
+COMMANDS = (run, leak, sweep, percolation, letter, study, surface, mesh, render, doctor)
 INTERRUPTED = 130
 
 

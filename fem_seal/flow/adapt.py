@@ -15,13 +15,14 @@ import numpy as np
 
 from fem_seal.errors import FemSealError
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap
+from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.marking import doerfler, halvings
 from fem_seal.leak_rate import Level
 from fem_seal.mesh.bisection import Refinement, bisect
-from fem_seal.mesh.nested import NestedMesh, uniform_mesh
+from fem_seal.mesh.nested import NestedMesh
+from fem_seal.mesh.triangles import TriangleMesh
 
 GAIN_OF_BUBBLES = 0.73  # typical ratio of the half-widths after and before sharpening
 GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cells doubles them
@@ -89,7 +90,7 @@ class Bracket:
         """The same with the true dual, for a caller who has to stop before it was solved."""
         if self.stream is not None:
             return self
-        _, guess = _unobstructed(self.problem.mesh)
+        _, guess = self.problem.mesh.first_guess()
         stream = self.problem.stream(guess[self.problem.kept])
         if stream is None:
             return self
@@ -118,9 +119,8 @@ def relative_gap(lower: float, upper: float) -> float:
 
 
 def brackets(
-    gap: LinearGap | ConstantGap,
-    width: int,
-    periodic_sides: bool,
+    gap: LinearGap | ConstantGap | VertexGap,
+    mesh: NestedMesh | TriangleMesh,
     strategy: Strategy,
     comm: MPI.Comm,
 ) -> Iterator[Bracket]:
@@ -129,8 +129,7 @@ def brackets(
     Parameters
     ----------
     gap : the gap as represented; it must leave a path from inlet to outlet
-    width : pixels, squares of the first mesh
-    periodic_sides : y = 0 and y = Ly are one line
+    mesh : the first mesh
     strategy : how the mesh grows
     comm : MPI communicator; all ranks must take the same steps
 
@@ -139,8 +138,7 @@ def brackets(
     TooFine
         If the next mesh would need triangles that the coordinates cannot hold.
     """
-    mesh = uniform_mesh(gap.squares, width, periodic_sides)
-    start = _Start(mesh, gap.vertex_values(mesh), *_unobstructed(mesh))
+    start = _Start(mesh, gap.vertex_values(mesh), *mesh.first_guess())
     lower, upper = 0.0, np.inf
     clock = _Clock()
     while True:
@@ -191,7 +189,7 @@ class _Solved:
 class _Start:
     """A mesh, the gap at its vertices, and pressure and stream function (C, 3) to start from."""
 
-    mesh: NestedMesh
+    mesh: NestedMesh | TriangleMesh
     values: np.ndarray
     pressure: np.ndarray
     stream: np.ndarray
@@ -205,11 +203,11 @@ class _Start:
             stream[kept] = best.psi
         return _Start(self.mesh, self.values, pressure, stream)
 
-    def _on(self, gap: LinearGap | ConstantGap, step: Refinement) -> "_Start":
+    def _on(self, gap: LinearGap | ConstantGap | VertexGap, step: Refinement) -> "_Start":
         values = gap.refined_values(self.values, step.mesh, step.edge_ends)
         return _Start(step.mesh, values, step.prolong(self.pressure), step.prolong(self.stream))
 
-    def refined(self, gap: LinearGap | ConstantGap, times: np.ndarray) -> "_Start":
+    def refined(self, gap: LinearGap | ConstantGap | VertexGap, times: np.ndarray) -> "_Start":
         """Carry all to the mesh in which each cell is bisected so many times at least."""
         start = self
         while times.any():
@@ -267,9 +265,3 @@ def _part_of_a_step(expected: float, strategy: Strategy) -> float:
     """
     needed = 1.5 * (1 - 0.99 * strategy.rtol / expected) / strategy.tuning.theta
     return float(np.clip(needed, 0.06, 1.0))
-
-
-def _unobstructed(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Corner values (C, 3) of pressure and stream function of a uniform gap: the first guess."""
-    x, y = np.moveaxis(mesh.xy[mesh.cells] / mesh.xy.max(axis=0), -1, 0)
-    return 1 - x, y

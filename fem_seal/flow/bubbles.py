@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.flow.gap_on_mesh import CellContact, CellData, ConstantGap, LinearGap
-from fem_seal.mesh.nested import PIXEL, NestedMesh
+from fem_seal.flow.gap_on_mesh import CellContact, CellData, ConstantGap, LinearGap, VertexGap
+from fem_seal.mesh.nested import NestedMesh
+from fem_seal.mesh.triangles import TriangleMesh
 
 _AT_ONCE = 1 << 16  # cells
 
@@ -46,9 +47,7 @@ def pressure_bubbles(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> n
 
 def stream_bubbles(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
     """The same for ψ: given on side walls, constant in closed cells, no hat on power traces."""
-    ends = mesh.cells[:, 1:]
-    wall = (mesh.bottom[ends].all(axis=1) | mesh.top[ends].all(axis=1)) & (not mesh.periodic)
-    usable = kept & ~data.closed & ~data.contact.any(axis=1) & ~wall
+    usable = kept & ~data.closed & ~data.contact.any(axis=1) & ~mesh.hypotenuse_on_wall()
     return _pair_up(mesh, usable, free=np.zeros(len(kept), dtype=bool))
 
 
@@ -60,7 +59,7 @@ def _pair_up(mesh: NestedMesh, usable: np.ndarray, free: np.ndarray) -> np.ndarr
     _, of_cell = mesh.edges
     hypotenuse, count = of_cell[:, 0], int(of_cell.max()) + 1
     # At the depth of the integer coordinates there is no middle to stand on.
-    usable = usable & (mesh.xy[mesh.cells[:, 1:]].sum(axis=1) % 2 == 0).all(axis=1)
+    usable = usable & mesh.can_halve()
     needed = np.bincount(of_cell.ravel(), minlength=count)
     able = np.bincount(hypotenuse, usable, minlength=count)
     bubble = np.where(usable & (able == needed)[hypotenuse], hypotenuse, -1)
@@ -84,8 +83,8 @@ class Sharpening:
 
 
 def energy_drops(
-    gap: LinearGap | ConstantGap,
-    mesh: NestedMesh,
+    gap: LinearGap | ConstantGap | VertexGap,
+    mesh: NestedMesh | TriangleMesh,
     values: np.ndarray,
     energies: Sequence[Sharpening],
 ) -> list[float]:
@@ -117,19 +116,14 @@ def _drop(bubble: np.ndarray, coupling: np.ndarray, stiffness: np.ndarray) -> fl
 
 
 def _halves(
-    gap: LinearGap | ConstantGap, mesh: NestedMesh, values: np.ndarray, cells: np.ndarray
+    gap: LinearGap | ConstantGap | VertexGap,
+    mesh: NestedMesh | TriangleMesh,
+    values: np.ndarray,
+    cells: np.ndarray,
 ) -> tuple[CellData, np.ndarray, np.ndarray]:
     """Both halves of each cell, one after the other: data, gradient of the hat, area."""
-    corners = mesh.cells[cells].T
-    a, b, c, middle = np.arange(4 * len(cells), dtype=np.int32).reshape(4, -1)
-    xy = mesh.xy[corners.ravel()]
-    halves = NestedMesh(
-        np.concatenate([xy, (xy[b] + xy[c]) // 2]),
-        np.concatenate([np.stack([middle, a, b], 1), np.stack([middle, c, a], 1)]),
-        mesh.squares,
-        np.arange(4 * len(cells), dtype=np.int32),
-    )
-    at_corners = values[corners.ravel()]
-    data = gap.cell_data(halves, gap.refined_values(at_corners, halves, np.stack([b, c], 1)))
-    hat, area = shape_gradients(halves.xy[halves.cells] / PIXEL * gap.aspect)
+    halves, ends = mesh.halves(cells)
+    at_corners = values[mesh.cells[cells].T.ravel()]
+    data = gap.cell_data(halves, gap.refined_values(at_corners, halves, ends))
+    hat, area = shape_gradients(halves.points(gap.aspect)[halves.cells])
     return data, hat[:, 0], area

@@ -10,6 +10,7 @@ import numpy as np
 from fem_seal.flow import averages, traces
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL, NestedMesh
+from fem_seal.mesh.triangles import TriangleMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,24 +103,86 @@ class LinearGap:
         raised, lowered = np.moveaxis(values[mesh.cells], -1, 0)
         K = averages.mean_cube(raised)
         K[coarse] = self._cube.lookup(mesh, coarse)
-        zero = (raised == 0) & fine[:, None]
-        shut = zero[:, [1, 2, 0]] & zero[:, [2, 0, 1]]
-        contact = (lowered == 0) & fine[:, None]
         inverse = averages.mean_inverse_cube(lowered)
         inverse[coarse] = self._inverse_cube.lookup(mesh, coarse)
-        count = contact.sum(axis=1)
-        closed = (count == 3) | (~fine & np.isinf(inverse))
-        isotropic = np.where(np.isinf(inverse), 0.0, inverse)
-        two = np.flatnonzero(count == 2)
-        isotropic[two] = traces.contact_edge_resistivity(lowered[two].max(axis=1))
-        tensor = isotropic[:, None] * np.array([1.0, 0.0, 1.0])
-        one = np.flatnonzero(count == 1)
-        k = contact[one].argmax(axis=1)
-        turned = (k[:, None] + np.arange(3)) % 3
-        corners = mesh.xy[mesh.cells[one[:, None], turned]] / PIXEL * self.aspect
-        b, c = lowered[one, turned[:, 1]], lowered[one, turned[:, 2]]
-        tensor[one] = traces.one_contact_tensor(corners, b, c)
+        shut, contact = _contact_of(raised, lowered, fine[:, None])
+        closed = contact.all(axis=1) | (~fine & np.isinf(inverse))
+        tensor = _resistivity(mesh, self.aspect, lowered, contact, inverse)
         return CellData(shut, closed, contact, K, tensor)
+
+
+class VertexGap:
+    """The gap is given at the vertices of any triangles and linear on them and on their parts.
+
+    Parameters
+    ----------
+    values : (V,), gap at the vertices of the first mesh, in units of its maximum
+    unit : lengths of the mesh are measured in it [m]
+    cut, floor : as for LinearGap
+    """
+
+    def __init__(self, values: np.ndarray, unit: float, cut: float, floor: float):
+        self.aspect = 1 / unit
+        self.cut = cut
+        raised = np.where(values > 0, np.maximum(values, floor), 0.0)
+        lowered = np.where(values < cut, 0.0, values)
+        self._values = np.stack([raised, lowered], axis=-1)
+
+    def vertex_values(self, mesh: TriangleMesh) -> np.ndarray:
+        """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
+        return self._values
+
+    def refined_values(
+        self, values: np.ndarray, fine: TriangleMesh, edge_ends: np.ndarray
+    ) -> np.ndarray:
+        """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
+
+        The middle of an edge has the mean of its ends: the gap stays the same function.
+        """
+        return np.concatenate([values, values[edge_ends].mean(axis=1)])
+
+    def plotted_values(self, mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:
+        """Gap (V,) at the vertices, for pictures."""
+        return values[:, 0]
+
+    def cell_data(self, mesh: TriangleMesh, values: np.ndarray) -> CellData:
+        """Averages, shut sides and resistivity tensors, in closed form on every cell."""
+        raised, lowered = np.moveaxis(values[mesh.cells], -1, 0)
+        shut, contact = _contact_of(raised, lowered, True)
+        inverse = averages.mean_inverse_cube(lowered)
+        tensor = _resistivity(mesh, self.aspect, lowered, contact, inverse)
+        K = averages.mean_cube(raised)
+        return CellData(shut, contact.all(axis=1), contact, K, tensor)
+
+
+def _contact_of(
+    raised: np.ndarray, lowered: np.ndarray, linear: np.ndarray | bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shut sides and contact corners (C, 3) bool of the cells on which the gap is linear."""
+    zero = (raised == 0) & linear
+    return zero[:, [1, 2, 0]] & zero[:, [2, 0, 1]], (lowered == 0) & linear
+
+
+def _resistivity(
+    mesh: NestedMesh | TriangleMesh,
+    aspect: np.ndarray | float,
+    lowered: np.ndarray,
+    contact: np.ndarray,
+    inverse: np.ndarray,
+) -> np.ndarray:
+    """Tensor (C, 3) of the dual: the mean of 1/g³, or that of the power trace at contact."""
+    count = contact.sum(axis=1)
+    isotropic = np.where(np.isinf(inverse), 0.0, inverse)
+    two = np.flatnonzero(count == 2)
+    isotropic[two] = traces.contact_edge_resistivity(lowered[two].max(axis=1))
+    tensor = isotropic[:, None] * np.array([1.0, 0.0, 1.0])
+    one = np.flatnonzero(count == 1)
+    k = contact[one].argmax(axis=1)
+    turned = (k[:, None] + np.arange(3)) % 3
+    corners = mesh.points(aspect, mesh.cells[one[:, None], turned])
+    b, c = lowered[one, turned[:, 1]], lowered[one, turned[:, 2]]
+    tensor[one] = traces.one_contact_tensor(corners, b, c)
+    return tensor
 
 
 class ConstantGap:

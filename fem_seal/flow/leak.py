@@ -9,16 +9,14 @@ import numpy as np
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
-from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.flow.goal import Decision, Tolerance
+from fem_seal.flow.posed import GridFlow, MeshFlow, posed
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.memory import peak_memory
 from fem_seal.mesh.bisection import TooFine
 from fem_seal.mesh.grouping import consecutive
-from fem_seal.mesh.nested import coarsest_width
-from fem_seal.topology.constriction import critical_constriction
-from fem_seal.topology.percolation import is_sealed
+from fem_seal.mesh.mesh_gap import MeshGap
 
 METHODS = ("adaptive", "uniform")
 NARROWEST = 1e-60  # of the largest gap
@@ -49,7 +47,7 @@ class Limits:
 
 
 def leak_rate(
-    gap: GridField,
+    gap: GridField | MeshGap,
     *,
     viscosity: float,
     pressure_drop: float,
@@ -73,12 +71,14 @@ def leak_rate(
 
     Parameters
     ----------
-    gap : gap in metres, zero in contact; flow along the first axis
+    gap : gap in metres, zero in contact, on a grid (flow along the first axis) or on the mesh of
+        a shape, which is refined as it is
     viscosity : η [Pa s]
     pressure_drop : p_in - p_out [Pa]
     sides : "wall" (no flow through y = 0, Ly) or "periodic"
-    representation : "linear" (samples are vertices, linear between) or "constant" (square pixels)
-    method : "adaptive" or "uniform" (the pixel mesh and its uniform refinements)
+    representation : "linear" (samples are vertices, linear between) or "constant" (square pixels);
+        like `sides`, of a grid only
+    method : "adaptive" or "uniform" (the pixel or given mesh and its uniform refinements)
     rtol : stop when upper - lower ≤ rtol √(lower upper)
     decide : in place of rtol, a leak rate [m³/s]: stop when it does not lie between the bounds
     limits : where to stop before that; the result then has `converged` False and says why
@@ -100,12 +100,14 @@ def leak_rate(
         If the linear solver fails on the first mesh; later, the bounds so far are returned with
         `converged` False.
     """
-    _check(gap, viscosity, pressure_drop, rtol, method, representation)
-    if is_sealed(gap, sides, representation):
+    _check(viscosity, pressure_drop, rtol, method)
+    flow = posed(gap, sides, representation)
+    flow.check()
+    if flow.sealed:
         return LeakRate.sealed(method)
     limits = limits or Limits()
     goal = Tolerance(rtol) if decide is None else Decision(decide)
-    scale = _unit_of_leak_rate(gap, viscosity, pressure_drop)
+    scale = _unit_of_leak_rate(flow.highest, viscosity, pressure_drop)
     started = time.perf_counter()
     levels: list[Level] = []
     reason = ""
@@ -116,9 +118,9 @@ def leak_rate(
         max_unknowns=limits.unknowns,
         tuning=tuning or Tuning(),
     )
-    flow = None
+    last = None
     try:
-        for bracket in _brackets(gap, sides, representation, strategy, comm):
+        for bracket in _brackets(flow, strategy, comm):
             reached = goal.reached(bracket.level.lower * scale, bracket.level.upper * scale)
             reason = "" if reached else comm.bcast(limits.exceeded(started))
             if reason:
@@ -129,7 +131,7 @@ def leak_rate(
                 progress(levels[-1])
             result = _result(bracket, levels, method, scale)
             if field:
-                flow = _field(bracket, gap, viscosity, pressure_drop)
+                last = _field(bracket, flow, viscosity, pressure_drop)
             if reached or reason:
                 break
             # Two meshes need not be in memory at once.
@@ -142,26 +144,20 @@ def leak_rate(
         reason = str(limit)
     if reason:
         reason = f"{reason}; {goal.missed(result.lower, result.upper)}"
-    return replace(result, converged=not reason, reason=reason, field=flow)
+    return replace(result, converged=not reason, reason=reason, field=last)
 
 
-def _check(gap, viscosity, pressure_drop, rtol, method, representation) -> None:
+def _check(viscosity, pressure_drop, rtol, method) -> None:
     positive = {"viscosity": viscosity, "pressure_drop": pressure_drop, "rtol": rtol}
     for name, value in positive.items():
         if not (np.isfinite(value) and value > 0):
             raise InvalidInput(f"{name} = {value} must be a positive number")
     if method not in METHODS:
         raise InvalidInput(f"method = {method!r} is unknown; choose from {', '.join(METHODS)}")
-    if representation == "linear" and min(gap.vertices().shape) < 2:
-        raise InvalidInput(
-            f"a linear gap needs two samples along each axis, got shape {gap.shape}; "
-            "use representation = 'constant' for a single row"
-        )
 
 
-def _unit_of_leak_rate(gap: GridField, viscosity: float, pressure_drop: float) -> float:
+def _unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) -> float:
     """Leak rate of a square as high as the gap's maximum; what is solved is relative to it."""
-    highest = gap.values.max()
     with np.errstate(over="ignore", under="ignore"):
         unit = highest**3 / (12 * viscosity) * pressure_drop
     if not LEAST_UNIT < unit < 1 / LEAST_UNIT:
@@ -172,26 +168,18 @@ def _unit_of_leak_rate(gap: GridField, viscosity: float, pressure_drop: float) -
     return float(unit)
 
 
-def _brackets(
-    gap: GridField, sides: str, representation: str, strategy: Strategy, comm: MPI.Comm
-) -> Iterator[Bracket]:
+def _brackets(flow: GridFlow | MeshFlow, strategy: Strategy, comm: MPI.Comm) -> Iterator[Bracket]:
     """Set the normalised problem up, gap in units of its maximum, and refine it."""
-    scaled = GridField(gap.values / gap.values.max(), gap.spacing, gap.periodic)
-    narrowest = critical_constriction(scaled, sides, representation).gap
+    narrowest = flow.narrowest
     if narrowest < NARROWEST:
         raise InvalidInput(
             f"the critical constriction is {narrowest:.0e} of the largest gap; its cube is beyond "
             f"double precision below {NARROWEST:.0e}: set such gaps to 0 if they are contact"
         )
-    squares = gap.shape
-    if representation == "linear":
-        squares = tuple(n - 1 for n in gap.vertices().shape)
     tuning = strategy.tuning
-    width = 1 if strategy.uniform else coarsest_width(squares, tuning.coarsest)
-    represented = REPRESENTATIONS[representation](
-        scaled, tuning.cut * narrowest, tuning.floor * narrowest, width
-    )
-    return brackets(represented, width, sides == "periodic", strategy, comm)
+    coarsest = None if strategy.uniform else tuning.coarsest
+    gap, mesh = flow.start(tuning.cut * narrowest, tuning.floor * narrowest, coarsest)
+    return brackets(gap, mesh, strategy, comm)
 
 
 def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) -> LeakRate:
@@ -211,9 +199,11 @@ def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) ->
     )
 
 
-def _field(bracket: Bracket, gap: GridField, viscosity: float, pressure_drop: float) -> FlowField:
+def _field(
+    bracket: Bracket, flow: GridFlow | MeshFlow, viscosity: float, pressure_drop: float
+) -> FlowField:
     """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
-    problem, highest = bracket.problem, float(gap.values.max())
+    problem, highest = bracket.problem, flow.highest
     cells = problem.mesh.cells[problem.kept]
     # A point and its twin on the other periodic side have one label, and one of them is at the top.
     label = 2 * problem.primal_numbering.label + problem.mesh.top[cells]
@@ -222,11 +212,10 @@ def _field(bracket: Bracket, gap: GridField, viscosity: float, pressure_drop: fl
     first[number] = np.arange(len(number))
     vertex = cells.ravel()[first]
     pressure = bracket.pressure.corner_values * pressure_drop
-    # The normalised problem measures lengths in units of the longer pixel side.
-    gradient = problem.gradients(pressure) / max(gap.spacing)
+    gradient = problem.gradients(pressure) / flow.unit
     K = problem.data.K * highest**3 / (12 * viscosity)
     return FlowField(
-        points=problem.mesh.points(gap.spacing)[vertex],
+        points=flow.points(problem.mesh)[vertex],
         cells=number.reshape(-1, 3),
         gap=highest * problem.vertex_gap[vertex],
         pressure=pressure.ravel()[first],

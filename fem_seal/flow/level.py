@@ -17,7 +17,7 @@ from fem_seal.flow.gap_on_mesh import CellContact, ConstantGap, LinearGap
 from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.flow.unknowns import Unknowns, dual_unknowns, open_cells, primal_unknowns
-from fem_seal.mesh.nested import PIXEL, NestedMesh
+from fem_seal.mesh.nested import NestedMesh
 
 _ISOTROPIC = np.array([1.0, 0.0, 1.0])
 
@@ -70,7 +70,7 @@ class LevelProblem:
         self._contact: CellContact = data.without_values()
         self.primal_numbering: Unknowns = primal_unknowns(mesh, data, cells)
         del data, cells
-        self._points = mesh.xy / PIXEL * gap.aspect
+        self._points = mesh.points(gap.aspect)
         self.space = CellSpace(self._points, mesh.cells[self.kept], comm)
 
     @property

@@ -184,10 +184,7 @@ def dual_unknowns(
     -------
     Unknowns of the kept cells, or None if the patches bar every channel.
     """
-    pairs = patch_ties(mesh, data, kept, merge_closed)
-    if not mesh.periodic:
-        for wall in (np.flatnonzero(mesh.bottom), np.flatnonzero(mesh.top)):
-            pairs.append(np.stack([wall[:-1], wall[1:]], 1))
+    pairs = patch_ties(mesh, data, kept, merge_closed) + mesh.wall_ties()
     patch = components(np.concatenate(pairs), len(mesh.xy))
     if mesh.periodic:
         top = np.flatnonzero(mesh.top)

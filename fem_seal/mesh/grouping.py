@@ -55,3 +55,18 @@ def unique_edges(ends: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     of_cell = np.empty(len(order), dtype=np.int32)
     of_cell[order] = np.cumsum(first, dtype=np.int32) - 1
     return np.stack([low[first], high[first]], axis=1), of_cell.reshape(-1, 3)
+
+
+def halves_of(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Halves of triangles that share nothing.
+
+    Their vertices are all first corners, all second, all third, and the middles of the first sides.
+
+    Returns
+    -------
+    (2 count, 3) int32, all halves (middle, a, b) and then all (middle, c, a)
+    (count, 2) int32, the corners each middle lies between
+    """
+    a, b, c, middle = np.arange(4 * count, dtype=np.int32).reshape(4, -1)
+    first, second = np.stack([middle, a, b], axis=1), np.stack([middle, c, a], axis=1)
+    return np.concatenate([first, second]), np.stack([b, c], axis=1)

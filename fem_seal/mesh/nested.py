@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from fem_seal.errors import FemSealError
-from fem_seal.mesh.grouping import unique_edges
+from fem_seal.mesh.grouping import halves_of, unique_edges
 
 DEPTH = 24  # bisection can go on to 2^-24 pixels
 PIXEL = 1 << DEPTH
@@ -82,9 +82,11 @@ class NestedMesh:
         ends[on_side] = self.twin[ends[on_side]]
         return unique_edges(ends, len(self.xy))
 
-    def points(self, spacing: tuple[float, float]) -> np.ndarray:
-        """Vertex coordinates (V, 2) [m] for the given pixel size [m]."""
-        return self.xy / PIXEL * np.asarray(spacing)
+    def points(
+        self, spacing: tuple[float, float], vertices: np.ndarray | slice = slice(None)
+    ) -> np.ndarray:
+        """Coordinates (V, 2) or (..., 2) [m] of all or some vertices, for the pixel size [m]."""
+        return self.xy[vertices] / PIXEL * np.asarray(spacing)
 
     def midpoints(self, ends: np.ndarray) -> np.ndarray:
         """Middles (n, 2) of the edges between `ends` (n, 2).
@@ -112,6 +114,21 @@ class NestedMesh:
     ) -> "NestedMesh":
         """The mesh that bisection has made of this one; `halvings` do not matter here."""
         return NestedMesh(xy, cells, self.squares, twin)
+
+    def halves(self, cells: np.ndarray) -> tuple["NestedMesh", np.ndarray]:
+        """Both halves of each of some cells (n,), joined to nothing else.
+
+        Returns
+        -------
+        Mesh of 2n cells, all first halves (middle, a, b) and then all second ones; its vertices
+        are the first corners of the cells, the second, the third, and the middles.
+        ends : (n, 2) the vertices each middle lies between
+        """
+        xy = self.xy[self.cells[cells].T.ravel()]
+        halves, ends = halves_of(len(cells))
+        middles = (xy[ends[:, 0]] + xy[ends[:, 1]]) // 2
+        twin = np.arange(4 * len(cells), dtype=np.int32)
+        return NestedMesh(np.concatenate([xy, middles]), halves, self.squares, twin), ends
 
     def sides_on_top(self) -> np.ndarray:
         """(C, 3) bool: sides at y = my, if that is the same line as y = 0."""

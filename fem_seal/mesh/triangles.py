@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.mesh.grouping import unique_edges
+from fem_seal.mesh.grouping import halves_of, unique_edges
 from fem_seal.mesh.nested import TooFine
 
 # Labels of sides. BOTTOM and TOP: the two side walls (ψ = 0 and ψ = 1) of a shape whose inlet and
@@ -107,9 +107,11 @@ class TriangleMesh:
         ends = np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
         return unique_edges(ends, len(self.xy))
 
-    def points(self, scale: float | np.ndarray) -> np.ndarray:
-        """Vertex coordinates (V, 2) times `scale`."""
-        return self.xy * scale
+    def points(
+        self, scale: float | np.ndarray, vertices: np.ndarray | slice = slice(None)
+    ) -> np.ndarray:
+        """Coordinates (V, 2) or (..., 2) of all or some vertices, times `scale`."""
+        return self.xy[vertices] * scale
 
     def doubled_areas(self) -> np.ndarray:
         """(C,) float [m^2], twice the area of each triangle, > 0."""
@@ -164,6 +166,22 @@ class TriangleMesh:
             sides[first] = np.stack([c, a, inside], axis=1)
             sides[first + 1] = np.stack([b, inside, a], axis=1)
         return TriangleMesh(xy, cells, sides, twin)
+
+    def halves(self, cells: np.ndarray) -> tuple["TriangleMesh", np.ndarray]:
+        """Both halves of each of some cells (n,), joined to nothing else, without labels.
+
+        Returns
+        -------
+        Mesh of 2n cells, all first halves (middle, a, b) and then all second ones; its vertices
+        are the first corners of the cells, the second, the third, and the middles.
+        ends : (n, 2) the vertices each middle lies between
+        """
+        xy = self.xy[self.cells[cells].T.ravel()]
+        halves, ends = halves_of(len(cells))
+        middles = (xy[ends[:, 0]] + xy[ends[:, 1]]) / 2
+        twin = np.arange(4 * len(cells), dtype=np.int32)
+        sides = np.zeros(halves.shape, dtype=np.int8)
+        return TriangleMesh(np.concatenate([xy, middles]), halves, sides, twin), ends
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
         """Corner values (C, 3) of pressure and stream function to start the first solve from."""

@@ -112,10 +112,10 @@ class Triangles:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """The edges of triangles.
+    """Triangles in one colour, their edges or all of them.
 
     points : (N, 2) [m]; cells : (C, 3) int
-    colour : of the edges, 0..255; line : their width [pixel]
+    colour : 0..255; line : width of the edges [pixel], 0 fills the triangles
     """
 
     points: np.ndarray
@@ -264,9 +264,9 @@ def _draw_mesh(vista: ModuleType, plotter: "pyvista.Plotter", mesh: Mesh, to_pix
     surface = vista.PolyData.from_regular_faces(to_pixels(mesh.points), np.asarray(mesh.cells))
     plotter.add_mesh(
         surface,
-        style="wireframe",
+        style="wireframe" if mesh.line else "surface",
         color=mesh.colour,
-        line_width=SUPERSAMPLING * mesh.line,
+        line_width=SUPERSAMPLING * mesh.line or None,
         lighting=False,
     )
 

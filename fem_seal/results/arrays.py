@@ -1,6 +1,7 @@
 """The arrays of a result folder: contact.npz and flow.vtu."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,8 +11,12 @@ from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 
+if TYPE_CHECKING:
+    from fem_seal.mesh.mesh_gap import MeshGap
+
 CONTACT_FILE = "contact.npz"
 FLOW_FILE = "flow.vtu"
+MESH_FILE = "mesh.vtu"
 
 
 def write_contact(folder: Path, contact: GapState) -> str:
@@ -66,6 +71,38 @@ def write_flow(folder: Path, field: FlowField) -> str:
     )
     meshio.write(folder / FLOW_FILE, mesh)
     return FLOW_FILE
+
+
+def write_mesh(folder: Path, gap: "MeshGap") -> str:
+    """Write the mesh of a shape with its gap; a scene can name the file as its own mesh.
+
+    Parameters
+    ----------
+    folder : where mesh.vtu goes
+    gap : on its mesh
+
+    Returns
+    -------
+    Name of the file.
+    """
+    import meshio
+
+    mesh = gap.mesh
+    # Vertices that a cut has doubled are one point again.
+    used, cells = np.unique(mesh.twin[mesh.cells], return_inverse=True)
+    groups = mesh.groups()
+    edges = np.concatenate([ends for _, ends in groups])
+    numbers = np.repeat(np.arange(1, len(groups) + 1), [len(ends) for _, ends in groups])
+    data = {
+        name: [np.zeros(len(mesh.cells), dtype=int), (numbers == k + 1).astype(int)]
+        for k, (name, _) in enumerate(groups)
+    }
+    points = _in_space(mesh.xy[used])
+    lines = np.searchsorted(used, mesh.twin[edges])
+    blocks = [("triangle", cells.reshape(-1, 3)), ("line", lines)]
+    written = meshio.Mesh(points, blocks, point_data={"gap": gap.values[used]}, cell_data=data)
+    meshio.write(folder / MESH_FILE, written)
+    return MESH_FILE
 
 
 def read_flow(folder: str | Path) -> FlowField:

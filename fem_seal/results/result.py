@@ -181,7 +181,7 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), seconds: float | None = N
         state="sealed" if sealed else "leaking",
         percolates=not sealed,
         contact_area_fraction=seal.contact_area_fraction,
-        mean_gap=float(seal.gap.values.mean()),
+        mean_gap=seal.mean_gap,
         accuracy=AccuracyRecord.of(seal),
         preparation=StepRecord.all_of(seal),
         gas=GasRecord.of(seal),
@@ -243,7 +243,7 @@ def _versions():
 
 
 def _input_files(scene: Scene) -> list[Path]:
-    sections = (scene.surface, scene.gap)
+    sections = (scene.surface, scene.gap, scene.shape)
     return [section.path for section in sections if hasattr(section, "path")]
 
 

@@ -13,6 +13,7 @@ class ContradictionError(ValueError):
 
 # Where the kinds of a section branch, pydantic puts the kind into the path of the error.
 _KINDS = {"self-affine", "file"}
+_KINDS |= {"rectangle", "strip", "face-seal", "sector", "plate-with-holes"}
 
 
 def explain(error: ValidationError, root: type[BaseModel]) -> str:
@@ -33,7 +34,8 @@ def _sentence(error: dict[str, Any], root: type[BaseModel]) -> str:
         case "missing":
             return f"{where} is missing ({_description(location, root)})"
         case "union_tag_not_found":
-            return f"{where}.kind is missing; choose from 'self-affine' or 'file'"
+            kinds = " or ".join(map(repr, _kinds(location, root)))
+            return f"{where}.kind is missing; choose from {kinds}"
         case "union_tag_invalid":
             allowed = error["ctx"]["expected_tags"]
             return f"{where}.kind = {error['ctx']['tag']!r} is not allowed; choose from {allowed}"
@@ -82,6 +84,12 @@ def _section(location: tuple[int | str, ...], root: type[BaseModel]) -> type[Bas
 
 def _kind(model: type[BaseModel]) -> object:
     return model.model_fields["kind"].annotation
+
+
+def _kinds(location: tuple[int | str, ...], root: type[BaseModel]) -> list[str]:
+    """Kinds of the section at `location`."""
+    field = _section(location, root).model_fields[str(location[-1])]
+    return [kind for model in _models(field.annotation) for kind in get_args(_kind(model))]
 
 
 def _nearest(location: tuple[int | str, ...], root: type[BaseModel]) -> str:

@@ -12,8 +12,8 @@ from fem_seal.scene.accuracy import Accuracy, check_accuracy
 from fem_seal.scene.files import override, read_toml
 from fem_seal.scene.fluid import Fluid, drive
 from fem_seal.scene.limit import Limit, check_rates
-from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.measured import FileSurface, Gap
+from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.sections import (
     Contact,
     Flow,
@@ -22,6 +22,7 @@ from fem_seal.scene.sections import (
     SelfAffineSurface,
     Solid,
 )
+from fem_seal.scene.shape import AnyShape, check_shape
 
 Surface = Annotated[SelfAffineSurface | FileSurface, Field(discriminator="kind")]
 
@@ -36,6 +37,7 @@ class Scene(Section):
     solid: Solid | None = Field(None, description="elasticity of the two solids")
     contact: Contact | None = Field(None, description="contact model and load")
     gap: Gap | None = Field(None, description="in place of surface, solid and contact")
+    shape: AnyShape | None = Field(None, description="of the seal, if it is not the gap's grid")
     fluid: Fluid | None = Field(None, description="the liquid or gas that leaks")
     flow: Flow = Field(Flow(), description="pressure drop, sides and method")
     accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
@@ -117,7 +119,8 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _check(self) -> "Scene":
-        self._check_gap()
+        if check_shape(self):
+            self._check_gap()
         check_accuracy(self)
         if self.needs_flow:
             if self.fluid is None:

@@ -1,0 +1,36 @@
+"""fem-seal mesh: the mesh of a scene's shape, without solving anything."""
+
+import argparse
+from pathlib import Path
+
+from fem_seal.cli.common import add_scene, say
+from fem_seal.errors import InvalidInput
+
+
+def add(subparsers: argparse._SubParsersAction) -> None:
+    """Add the command."""
+    command = subparsers.add_parser("mesh", help="write and draw the mesh of a scene's [shape]")
+    add_scene(command)
+    command.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder of the files (results/NAME for NAME.toml)"
+    )
+    command.set_defaults(command=_mesh)
+
+
+def _mesh(options: argparse.Namespace) -> int:
+    from fem_seal import parallel
+    from fem_seal.job import mesh
+    from fem_seal.progress import Display
+    from fem_seal.scene import Scene
+
+    scene = Scene.from_file(options.scene, options.overrides)
+    if scene.shape is None:
+        raise InvalidInput(
+            f"{options.scene} has no [shape]; the mesh of a gap on a grid is made while it is "
+            "solved: name 'mesh' in output.products of fem-seal run"
+        )
+    out = options.out or Path("results") / options.scene.stem
+    with Display(parallel.is_root()) as report:
+        lines, names = mesh(scene, out, report)
+    say("\n".join([*lines, f"result     {', '.join(names)} in {out}"]))
+    return 0

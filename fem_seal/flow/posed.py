@@ -1,0 +1,118 @@
+"""What the flow solver needs to know of a gap, be it on a grid or on a mesh of any shape."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap, VertexGap
+from fem_seal.grid import GridField
+from fem_seal.mesh.mesh_gap import MeshGap
+from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
+from fem_seal.mesh.triangles import TriangleMesh
+from fem_seal.topology.constriction import critical_constriction
+from fem_seal.topology.percolation import is_sealed
+
+
+@dataclass(frozen=True, eq=False)
+class GridFlow:
+    """Flow along the first axis of a grid.
+
+    gap : [m]; sides : "wall" or "periodic"; representation : "linear" or "constant"
+    """
+
+    gap: GridField
+    sides: str
+    representation: str
+
+    def check(self) -> None:
+        """InvalidInput if the gap has no area as represented."""
+        if self.representation == "linear" and min(self.gap.vertices().shape) < 2:
+            raise InvalidInput(
+                f"a linear gap needs two samples along each axis, got shape {self.gap.shape}; "
+                "use representation = 'constant' for a single row"
+            )
+
+    @property
+    def sealed(self) -> bool:
+        """Whether no open path joins inlet and outlet."""
+        return is_sealed(self.gap, self.sides, self.representation)
+
+    @property
+    def highest(self) -> float:
+        """Largest gap [m]."""
+        return float(self.gap.values.max())
+
+    @property
+    def unit(self) -> float:
+        """Length [m] in which the normalised problem is written."""
+        return max(self.gap.spacing)
+
+    @property
+    def _scaled(self) -> GridField:
+        return GridField(self.gap.values / self.highest, self.gap.spacing, self.gap.periodic)
+
+    @property
+    def narrowest(self) -> float:
+        """Gap of the critical constriction over the largest one."""
+        return critical_constriction(self._scaled, self.sides, self.representation).gap
+
+    def start(
+        self, cut: float, floor: float, coarsest: int | None
+    ) -> tuple[LinearGap | ConstantGap, NestedMesh]:
+        """Gap in units of its maximum and the first mesh: the pixels if `coarsest` is None."""
+        squares = self.gap.shape
+        if self.representation == "linear":
+            squares = tuple(n - 1 for n in self.gap.vertices().shape)
+        width = 1 if coarsest is None else coarsest_width(squares, coarsest)
+        gap = REPRESENTATIONS[self.representation](self._scaled, cut, floor, width)
+        return gap, uniform_mesh(gap.squares, width, self.sides == "periodic")
+
+    def points(self, mesh: NestedMesh) -> np.ndarray:
+        """Vertex coordinates (V, 2) [m]."""
+        return mesh.points(self.gap.spacing)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFlow:
+    """Flow from the inlet to the outlet of a shape; its mesh says what its sides are."""
+
+    gap: MeshGap
+
+    def check(self) -> None:
+        """Nothing: a MeshGap has been checked when it was made."""
+
+    @property
+    def sealed(self) -> bool:
+        """Whether no open path joins inlet and outlet."""
+        return self.gap.constriction is None
+
+    @property
+    def highest(self) -> float:
+        """Largest gap [m]."""
+        return float(self.gap.values.max())
+
+    @property
+    def unit(self) -> float:
+        """Length [m] in which the normalised problem is written."""
+        return float(np.ptp(self.gap.mesh.xy, axis=0).max())
+
+    @property
+    def narrowest(self) -> float:
+        """Gap of the critical constriction over the largest one."""
+        return self.gap.constriction.gap / self.highest
+
+    def start(
+        self, cut: float, floor: float, coarsest: int | None
+    ) -> tuple[VertexGap, TriangleMesh]:
+        """Gap in units of its maximum and the given mesh, which is the coarsest there is."""
+        return VertexGap(self.gap.values / self.highest, self.unit, cut, floor), self.gap.mesh
+
+    def points(self, mesh: TriangleMesh) -> np.ndarray:
+        """Vertex coordinates (V, 2) [m]."""
+        return mesh.xy
+
+
+def posed(gap: GridField | MeshGap, sides: str, representation: str) -> GridFlow | MeshFlow:
+    """Pose the flow through a gap; a mesh has its own sides and is linear on its cells."""
+    return MeshFlow(gap) if isinstance(gap, MeshGap) else GridFlow(gap, sides, representation)

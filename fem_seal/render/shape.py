@@ -1,0 +1,115 @@
+"""Pictures of seals of any shape: mesh, gap, and flow on the triangles they were computed on."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal.leak_rate import FlowField, LeakRate
+from fem_seal.render.flow import (
+    CONTACT,
+    EDGES,
+    NO_FLOW,
+    flow_density,
+    flow_of,
+    flow_scale,
+)
+from fem_seal.render.offscreen import LONG_SIDE, Mesh, Scale, Triangles, Window, draw
+from fem_seal.render.page import Panel, Swatch, write_page
+from fem_seal.render.units import readable
+
+if TYPE_CHECKING:
+    from fem_seal.mesh.mesh_gap import MeshGap
+    from fem_seal.mesh.triangles import TriangleMesh
+
+MARGIN = 0.02  # of the longer side, around the shape
+GAP_COLOURS = "viridis"
+INLET, OUTLET = Swatch("inlet", (200, 30, 30)), Swatch("outlet", (30, 80, 200))
+WALL = Swatch("wall", (0, 0, 0))
+RIMS = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
+
+
+def mesh_picture(gap: "MeshGap", path: str | Path) -> Path:
+    """Picture of a mesh with its inlet, outlet and walls.
+
+    Parameters
+    ----------
+    gap : on its mesh
+    path : .png, .pdf or .svg
+
+    Returns
+    -------
+    path
+
+    Raises
+    ------
+    InvalidInput
+        If the path cannot be written.
+    MissingPackage
+        If no OpenGL library is installed.
+    """
+    mesh = gap.mesh
+    layers = [*_contact_of(gap), Mesh(mesh.xy, mesh.cells, EDGES, 0.5), *_rims(mesh)]
+    return write_page([[_panel(layers, mesh)]], path, key=_key(gap))
+
+
+def gap_picture(gap: "MeshGap", path: str | Path) -> Path:
+    """Picture of the gap, linear on each triangle; contact is grey. See `mesh_picture`."""
+    mesh, highest = gap.mesh, float(gap.values.max())
+    factor, unit = readable(highest, "m")
+    scale = Scale(f"gap [{unit}]", 0.0, (highest or 1.0) * factor, False, GAP_COLOURS)
+    values = Triangles(mesh.xy, mesh.cells, gap.values * factor, scale)
+    layers = [values, *_contact_of(gap), *_rims(mesh)]
+    return write_page([[_panel(layers, mesh)]], path, scale=scale, key=_key(gap))
+
+
+def flow_picture(leak: LeakRate, gap: "MeshGap", path: str | Path) -> Path:
+    """Picture of the flow density on a logarithmic scale. See `mesh_picture`."""
+    field: FlowField = flow_of(leak)
+    scale = flow_scale(field)
+    density = np.maximum(flow_density(field), scale.low)
+    layers = [
+        *_contact_of(gap),
+        Triangles(field.points, field.cells, density, scale),
+        *_rims(gap.mesh),
+    ]
+    panel = _panel(layers, gap.mesh)
+    return write_page([[panel]], path, scale=scale, key=(*_key(gap), NO_FLOW))
+
+
+def draw_shape(gap: "MeshGap", leak: LeakRate | None, folder: Path) -> tuple[str, ...]:
+    """Draw mesh, gap and, where there is a field of it, flow; gives the names of the PNG."""
+    mesh_picture(gap, folder / "shape.png")
+    gap_picture(gap, folder / "gap.png")
+    if leak is None or leak.field is None:
+        return "gap.png", "shape.png"
+    flow_picture(leak, gap, folder / "flow.png")
+    return "flow.png", "gap.png", "shape.png"
+
+
+def _panel(layers: list[Triangles | Mesh], mesh: "TriangleMesh") -> Panel:
+    (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)
+    margin = MARGIN * max(x1 - x0, y1 - y0)
+    window = Window(*(float(v) for v in (x0 - margin, x1 + margin, y0 - margin, y1 + margin)))
+    return Panel(draw(layers, window, LONG_SIDE), window)
+
+
+def _contact_of(gap: "MeshGap") -> list[Mesh]:
+    """Triangles without a gap; no layer if there are none."""
+    shut = (gap.values[gap.mesh.cells] == 0).all(axis=1)
+    return [Mesh(gap.mesh.xy, gap.mesh.cells[shut], CONTACT.colour, 0)] if shut.any() else []
+
+
+def _rims(mesh: "TriangleMesh") -> list[Mesh]:
+    """Inlet, outlet and walls as thick lines: triangles squeezed into their edge."""
+    return [
+        Mesh(mesh.xy, ends[:, [0, 1, 1]], RIMS[name].colour, 2.0)
+        for name, ends in mesh.groups()
+        if len(ends)
+    ]
+
+
+def _key(gap: "MeshGap") -> tuple[Swatch, ...]:
+    """Entries for what there is."""
+    rims = [RIMS[name] for name, ends in gap.mesh.groups() if len(ends)]
+    return (*rims, CONTACT) if _contact_of(gap) else tuple(rims)

@@ -1,0 +1,209 @@
+"""Seals of any shape: the same bounds, held against what is known exactly.
+
+A polygon with corners on a circle is smaller than the disc, one with sides that touch it larger;
+the leak rate of a ring grows with its hole and falls with its rim, and pillars lower it. That
+turns bounds for polygons into bounds for circles, and exact answers must lie between them.
+"""
+
+import numpy as np
+import pytest
+from gaps import FLUID, rough_gap
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from triangulations import grid_mesh, random_gap, ring, scattered_square, square_with_hole
+
+from fem_seal.fenicsx import MPI
+from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow.gap_on_mesh import VertexGap
+from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.unknowns import dual_unknowns, open_cells
+from fem_seal.grid import GridField
+from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.mesh_gap import MeshGap
+from fem_seal.mesh.triangles import ISLAND
+from fem_seal.theory.closed_forms import annulus
+from fem_seal.topology.constriction import critical_constriction
+
+ENERGY = 1e-8  # relative energy error at which CG stops
+
+
+def uniform(mesh, gap=1.0) -> MeshGap:
+    return MeshGap(mesh, np.full(len(mesh.xy), gap))
+
+
+def bounds_on(gap: MeshGap, unknowns: int = 1, energy: float = ENERGY) -> np.ndarray:
+    """Lower and upper bound on the given mesh, or on its last uniform refinement."""
+    limits = Limits(unknowns=unknowns)
+    options = {"method": "uniform", "rtol": 1e-9, "every_dual": True} | FLUID
+    flow = leak_rate(gap, limits=limits, tuning=Tuning(tolerance=energy), **options)
+    return np.array([flow.lower, flow.upper])
+
+
+def observed_orders(errors) -> np.ndarray:
+    """Between meshes, each twice as fine as the one before."""
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
+def test_face_seal_is_enclosed_and_both_bounds_close_at_second_order():
+    """Q = 2πK Δp/ln(r_out/r_in). Linear elements: energy error h²; polygons: area error h²."""
+    exact = annulus(1.0, 1.0, 2.0)
+    errors = []
+    for n in (1, 2, 4):
+        nr, nt = 4 * n, 36 * n
+        wider = 1 / np.cos(np.pi / nt)  # sides touch the circle instead of corners
+        lower, _ = bounds_on(uniform(ring(nr, nt, 1.0, 2.0 * wider)))
+        _, upper = bounds_on(uniform(ring(nr, nt, 1.0 * wider, 2.0)))
+        assert lower < exact < upper
+        errors.append([exact - lower, upper - exact])
+    assert (observed_orders(errors) > 1.9).all(), errors
+    assert np.array(errors)[-1].max() < 2e-3 * exact
+
+
+@pytest.mark.parametrize("method", ["uniform", "adaptive"])
+def test_refining_closes_the_bracket_of_one_polygon(method):
+    """All brackets enclose the same number. Corners of the hole cost a little of the order:
+    the energy error falls like N^-(π/ω), ω = π + 2π/12 the angle inside the film."""
+    gap = uniform(ring(3, 12))
+    limits = Limits(unknowns=4000)
+    flow = leak_rate(gap, method=method, rtol=5e-4, every_dual=True, limits=limits, **FLUID)
+    lower = [level.lower for level in flow.levels]
+    upper = [level.upper for level in flow.levels]
+    assert max(lower) <= min(upper)
+    widths = (np.array(upper) - lower)[[0, -1]]
+    unknowns = np.array([level.unknowns for level in flow.levels])[[0, -1]]
+    rate = np.log(widths[0] / widths[1]) / np.log(unknowns[1] / unknowns[0])
+    assert rate > 1 / (1 + 2 / 12) - 0.1
+
+
+@pytest.mark.parametrize(
+    ("gap", "exact"),
+    [
+        # p depends on r alone: Q = Δp ∫g³dθ / ln(r_out/r_in); mean of (1 + a cos)³ = 1 + 3a²/2.
+        (lambda r, t: 1 + 0.4 * np.cos(3 * t), 2 * np.pi / np.log(2) * (1 + 1.5 * 0.4**2)),
+        # Q = 2πΔp / ∫dr/(r g³), g = r: the integral is (1 - 1/8)/3.
+        (lambda r, t: r, 2 * np.pi / ((1 - 1 / 8) / 3)),
+    ],
+    ids=["waves around", "cone"],
+)
+def test_face_seal_with_a_gap_that_varies(gap, exact):
+    """Estimate of polygons whose circles lie halfway: errors of gap, shape and flow are all h²."""
+    errors = []
+    for n in (1, 2, 4):
+        mesh = ring(4 * n, 36 * n)
+        x, y = mesh.xy.T
+        lower, upper = bounds_on(MeshGap(mesh, gap(np.hypot(x, y), np.arctan2(y, x))))
+        errors.append([abs(lower - exact), abs(upper - exact)])
+    assert (observed_orders(errors)[-1] > 1.8).all(), errors
+    assert np.array(errors)[-1].max() < 1e-2 * exact
+
+
+def test_the_cut_may_lie_anywhere():
+    """Vertices numbered from another angle put the cut elsewhere; the function stays the same."""
+    found = []
+    for start in (0, 5):
+        mesh = ring(3, 15, turn=2 * np.pi * start / 15)
+        angle = np.arctan2(*mesh.xy.T[::-1])
+        gap = MeshGap(mesh, 1 + 0.8 * np.cos(angle) * np.hypot(*mesh.xy.T) / 2)
+        cut = mesh.xy[mesh.top & mesh.inlet]
+        found.append((cut, bounds_on(gap, energy=1e-13)))
+    assert np.linalg.norm(found[0][0] - found[1][0]) > 0.5
+    assert found[0][1] == pytest.approx(found[1][1], rel=1e-9, abs=0)
+
+
+def test_units_and_directions_do_not_matter():
+    """In millimetres, turned, mirrored (with the triangles' order) and from the other end."""
+    mesh = scattered_square(40, 7)
+    gap = random_gap(mesh, 7, 0.2)
+    reference = bounds_on(gap)
+    moved = mesh.xy @ np.array([[0.6, 0.8], [-0.8, 0.6]]) * 1e-3 + (5, -7)
+    for changed in (type(mesh)(moved, mesh.cells, mesh.sides, mesh.twin),):
+        assert bounds_on(MeshGap(changed, gap.values)) == pytest.approx(
+            reference, rel=1e-6, abs=0
+        )  # shifted by 5000 lengths: nine of sixteen digits are left of the differences
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from(["ring", "square", "hole"]), st.floats(0, 0.5))
+def test_random_gaps_with_contact_are_enclosed(seed, shape, contact):
+    """Brackets on all meshes hold one number; sealed means so for triangles and for paths."""
+    mesh = {
+        "ring": lambda: ring(3, 10),
+        "square": lambda: scattered_square(30, seed),
+        "hole": lambda: square_with_hole(7, seed),
+    }[shape]()
+    gap = random_gap(mesh, seed, contact)
+    problem = VertexGap(gap.values, 1.0, 0.0, 0.0)
+    data = problem.cell_data(mesh, problem.vertex_values(mesh))
+    kept = open_cells(mesh, data).kept
+    assert kept.any() == (gap.constriction is not None)
+    if gap.constriction is None:
+        assert leak_rate(gap, **FLUID).state == "sealed"
+        return
+    flow = leak_rate(
+        gap, method="adaptive", rtol=0.05, every_dual=True, limits=Limits(unknowns=1500), **FLUID
+    )
+    assert max(level.lower for level in flow.levels) <= min(level.upper for level in flow.levels)
+    assert flow.lower > 0
+    # Power traces let every open path through at once: no patch bars the way.
+    assert dual_unknowns(mesh, data, kept, merge_closed=True) is not None
+
+
+@pytest.mark.parametrize("shape", ["ring", "square", "hole"])
+@pytest.mark.parametrize("contact", [0.0, 0.3])
+def test_shares_of_the_cells_sum_to_the_difference_of_the_bounds(shape, contact):
+    """Σ e_T = upper - lower, to what CG leaves of the energies (Prager and Synge)."""
+    mesh = {
+        "ring": lambda: ring(4, 16),
+        "square": lambda: scattered_square(80, 3),
+        "hole": lambda: square_with_hole(9, 5),
+    }[shape]()
+    gap = random_gap(mesh, 11, contact)
+    represented = VertexGap(gap.values, 1.0, 0.0, 0.0)
+    values = represented.vertex_values(mesh)
+    for _ in range(2):
+        problem = LevelProblem(represented, mesh, values, MPI.COMM_SELF, 1e-12)
+        start = np.zeros((problem.kept.sum(), 3))
+        pressure, stream = problem.pressure(start), problem.stream(start)
+        shares = problem.shares(pressure, stream)
+        difference = pressure.energy - stream.conductance
+        assert shares.sum() == pytest.approx(difference, abs=1e-9 * pressure.energy)
+        assert shares.min() > -1e-12 * pressure.energy
+        step = bisect(mesh, np.ones(len(mesh.cells), dtype=bool))
+        values = represented.refined_values(values, step.mesh, step.edge_ends)
+        mesh = step.mesh
+
+
+@pytest.mark.parametrize("contact", [0.0, 0.25])
+def test_the_pixel_mesh_as_a_mesh_of_any_shape(contact):
+    """The same function on the same triangles: constriction equal, brackets overlap, and before
+    any refinement both have the same energies up to the solver."""
+    gap = rough_gap((16, 12), contact, seed=3)
+    grid = GridField(gap.vertices(), (0.5, 0.25))
+    mesh = grid_mesh((16, 12), (8.0, 3.0))
+    i, j = np.rint(mesh.xy / (0.5, 0.25)).astype(int).T
+    shape = MeshGap(mesh, grid.values[i, j])
+    assert shape.constriction.gap == critical_constriction(grid, "wall", "linear").gap
+    options = FLUID | {"method": "uniform", "rtol": 1e-9, "every_dual": True}
+    on_grid = leak_rate(grid, limits=Limits(unknowns=1), **options)
+    on_mesh = leak_rate(shape, limits=Limits(unknowns=1), **options)
+    # Bubbles stand on hypotenuses and longest edges, here not the same: the plain energies are.
+    assert on_mesh.inflow == pytest.approx(on_grid.inflow, rel=1e-3, abs=0)
+    for a in (on_grid, on_mesh):
+        for b in (on_grid, on_mesh):
+            assert a.lower <= b.upper
+
+
+def test_an_island_has_one_value_of_the_stream_function():
+    """As much flow passes below a hole in the middle as above it, but for the shaken vertices."""
+    mesh = square_with_hole(9, 4)
+    represented = VertexGap(np.ones(len(mesh.xy)), 1.0, 0.0, 0.0)
+    values = represented.vertex_values(mesh)
+    problem = LevelProblem(represented, mesh, values, MPI.COMM_SELF, ENERGY)
+    psi = problem.stream(np.zeros((len(mesh.cells), 3))).psi
+    on_island = np.isin(mesh.cells, mesh.side_ends(mesh.sides == ISLAND))
+    assert np.count_nonzero(on_island)
+    assert np.ptp(psi[on_island]) < 1e-14
+    assert psi[on_island].mean() == pytest.approx(0.5, abs=0.1)
+    lower, upper = bounds_on(uniform(mesh), 20000)
+    assert upper / lower - 1 < 0.02
+    assert upper < 0.95  # a square without a hole leaks 1

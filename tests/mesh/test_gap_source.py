@@ -1,0 +1,143 @@
+"""The gap of a shape: formulas that only compute, grids that are found where they should be."""
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.expression import FUNCTIONS, evaluate
+from fem_seal.grid import GridField
+from fem_seal.mesh.channel_sizes import channel_sizes
+from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, Uniform
+from fem_seal.mesh.geometry import Rectangle
+
+POINTS = np.random.default_rng(1).uniform(-1, 1, (50, 2))
+X, Y = POINTS.T
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("2", np.full(50, 2.0)),
+        ("-x + 2 * y / 4 - 1e-3", -X + Y / 2 - 1e-3),
+        ("x**2 + y**2 - r**2", X**2 + Y**2 - np.hypot(X, Y) ** 2),
+        ("cos(theta) * r - x", np.zeros(50)),
+        ("max(0, min(x, 0.5))", np.clip(X, 0, 0.5)),
+        ("arctan2(y, x) - theta", np.zeros(50)),
+        ("exp(log(abs(x))) * tanh(sqrt(y*y)) + sin(pi * x) / tan(1)", None),
+    ],
+)
+def test_formulas(text, expected):
+    if expected is None:
+        expected = np.abs(X) * np.tanh(np.abs(Y)) + np.sin(np.pi * X) / np.tan(1)
+    np.testing.assert_allclose(evaluate(text, POINTS), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("__import__('os').system('true')", "x.__class__", "x[0]", "[1, 2]", "lambda: 1"),
+        *("open('a')", "z", "x if y else 1", "x < y", "'a'", "True", "f'{x}'", "x := 1", ""),
+        *("x +", "exp()", "max(1)", "max(x, y, r)", "exp(x=1)", "exp(*[1])", "1j", "x @ y"),
+        *("x // 2", "x % 2", "None", "import os", "(x for x in y)", "x and y", "not x"),
+        *("1" * 1001, "(" * 500 + "x" + ")" * 500),
+    ],
+)
+def test_what_is_no_formula(text):
+    """One sentence for anything but arithmetic; nothing of it is run."""
+    with pytest.raises(InvalidInput) as error:
+        evaluate(text, POINTS)
+    assert "\n" not in str(error.value)
+
+
+def test_large_powers_end_at_infinity():
+    """Integers of Python would grow until the memory is full."""
+    assert np.isinf(evaluate("9**9**9**9", POINTS)).all()
+
+
+def test_every_function_is_named_by_its_numpy_self():
+    for name, (function, count) in FUNCTIONS.items():
+        arguments = [np.array([0.3]), np.array([0.2])][:count]
+        numpy_name = {"max": "maximum", "min": "minimum"}.get(name, name)
+        assert function(*arguments) == getattr(np, numpy_name)(*arguments)
+
+
+def test_a_cartesian_grid_is_linear_on_its_pixel_triangles():
+    """Against the same function sampled more finely, which `GridField.refined` makes exactly."""
+    rng = np.random.default_rng(2)
+    gap = GridField(rng.uniform(0, 1, (5, 4)), (0.5, 0.25))
+    fine = gap.refined().refined()
+    i, j = np.indices(fine.shape)
+    steps = np.stack([i.ravel(), j.ravel()], axis=1)
+    places = steps * fine.spacing + np.array([3.0, -1.0])
+    found = CartesianGrid.of(gap, (3.0, -1.0))(places)
+    np.testing.assert_allclose(found, fine.values.ravel(), atol=1e-15)
+
+
+def test_a_periodic_grid_repeats_its_first_samples():
+    gap = GridField(np.arange(6.0).reshape(2, 3), (1.0, 1.0), periodic=True)
+    corner = np.array([[2.0, 3.0], [2.0, 0.0], [0.0, 3.0]])
+    np.testing.assert_array_equal(CartesianGrid.of(gap)(corner), [0.0, 0.0, 0.0])
+
+
+def test_contact_stays_exactly_zero():
+    values = np.ones((4, 4))
+    values[1:3, 1:3] = 0.0
+    inside = np.random.default_rng(3).uniform(1, 2, (100, 2))
+    assert (CartesianGrid.of(GridField(values, (1.0, 1.0)))(inside) == 0).all()
+
+
+@pytest.mark.parametrize("start", [0.0, 0.7, -1.0])
+def test_a_polar_grid_closes_after_a_full_turn(start):
+    """A function linear in radius and in cos(angle) sampled 720 times: the error is the chord's,
+    r (dtheta)²/8, and there is no seam anywhere."""
+    n = 720
+    r = 1 + np.arange(4) * 0.5
+    theta = start + 2 * np.pi * np.arange(n) / n
+    gap = GridField(r[:, None] * (2 + np.cos(theta)), (0.5, 2 * np.pi / n))
+    radius, angle = np.random.default_rng(4).uniform((1, -7), (2.5, 7), (500, 2)).T
+    points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    found = PolarGrid.of(gap, (1.0, start))(points)
+    bound = 2.5 * (2 * np.pi / n) ** 2 / 8 + 0.5 * 2 * np.pi / n / 4  # and the cross term's
+    assert np.abs(found - radius * (2 + np.cos(angle))).max() < bound
+
+
+def test_a_polar_sector_ends():
+    gap = GridField(np.ones((3, 5)), (0.5, 0.1))
+    grid = PolarGrid.of(gap, (1.0, 0.0))
+    assert grid(np.array([[1.0, 0.0], [np.cos(0.4), np.sin(0.4)]])) == pytest.approx([1, 1])
+    with pytest.raises(InvalidInput, match="1 of 2 vertices of the mesh lie beyond the grid"):
+        grid(np.array([[1.0, 0.0], [np.cos(0.5), np.sin(0.5)]]))
+    with pytest.raises(InvalidInput, match=r"covers 1.273 turns"):
+        PolarGrid.of(GridField(np.ones((3, 80)), (0.5, 0.1)), (1.0, 0.0))
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3])
+def test_a_mesh_in_other_units_than_its_grid(factor):
+    """Millimetres taken for metres, and the reverse."""
+    grid = CartesianGrid.of(GridField(np.ones((5, 5)), (0.01, 0.01)))
+    mesh = np.array([[0, 0], [0.04, 0], [0, 0.04]])
+    assert (grid(mesh) == 1).all()
+    with pytest.raises(InvalidInput, match=r"a ratio of .*: one of them is in another unit"):
+        grid(mesh * factor)
+
+
+def test_a_grid_that_does_not_cover_the_mesh():
+    grid = CartesianGrid.of(GridField(np.ones((5, 5)), (1.0, 1.0)))
+    with pytest.raises(InvalidInput, match=r"1 of 3 vertices .* x = 5 m, y = 0 m"):
+        grid(np.array([[0, 0], [5, 0], [0, 4]]))
+
+
+def test_sizes_follow_the_channels():
+    """In a channel of width w the edges are at most smallest + w/4; in the open they are largest;
+    without a bank nothing is refined."""
+    values = np.ones((81, 81))
+    values[:, :30] = 0.0
+    values[:, 40:50] = 0.0
+    source = CartesianGrid.of(GridField(values, (0.1, 0.1)))
+    field = channel_sizes(source, Rectangle(0, 8, 0, 8), smallest=0.05, largest=1.0)
+    assert field(4.0, 3.45) <= 0.05 + 1.1 / 4
+    assert field(4.0, 3.0) < 0.15
+    assert field(4.0, 7.9) == 1.0
+    assert field(4.0, 1.0) > 0.8  # inside contact as in the open
+    open_field = channel_sizes(Uniform(1e-6), Rectangle(0, 8, 0, 8), smallest=0.05, largest=1.0)
+    assert (open_field.sizes == 1.0).all()

@@ -1,0 +1,234 @@
+"""Mesh files: what is whole is read in every format, what is not is said in one sentence."""
+
+import meshio
+import numpy as np
+import pytest
+from mesh_files import CELLS, CORNERS, EDGES, scene_of, write_msh
+from project import write_toml
+
+from fem_seal.cli import main
+from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.mesh.build import shaped_gap
+from fem_seal.scene import Scene
+
+
+def gap_of(path, **fields):
+    return shaped_gap(Scene.from_mapping(scene_of(path, **fields)).shape, None)
+
+
+def side_lengths(gap) -> dict[str, float]:
+    xy = gap.mesh.xy
+    return {
+        name: np.linalg.norm(xy[e[:, 0]] - xy[e[:, 1]], axis=1).sum()
+        for name, e in gap.mesh.groups()
+    }
+
+
+WHOLE = {"inlet": 1.0, "outlet": 1.0, "wall": 2.0}
+
+
+def test_msh_with_named_groups(tmp_path):
+    gap = gap_of(write_msh(tmp_path / "a.msh"))
+    assert side_lengths(gap) == WHOLE
+    assert gap.mesh.doubled_areas().sum() == 2.0
+
+
+def test_unit_of_the_file(tmp_path):
+    """Formats of meshes have no unit: the scene must say it."""
+    path = write_msh(tmp_path / "a.msh", points=1000 * CORNERS)
+    assert side_lengths(gap_of(path, unit="mm")) == pytest.approx(WHOLE, rel=1e-15, abs=0)
+    scene = scene_of(path)
+    del scene["shape"]["unit"]
+    with pytest.raises(InvalidInput, match=r"shape.unit is missing .of its lengths"):
+        Scene.from_mapping(scene)
+
+
+def vtu(path, arrays):
+    lines = np.concatenate([EDGES[name] for name in EDGES])
+    blocks = [("triangle", np.array(CELLS)), ("line", lines)]
+    points = np.column_stack([CORNERS, np.zeros(len(CORNERS))])
+    meshio.write(path, meshio.Mesh(points, blocks, cell_data=arrays))
+    return path
+
+
+NUMBERS = np.array([1, 2, 3, 3])
+
+
+def test_vtu_with_an_array_for_each_group(tmp_path):
+    arrays = {
+        name: [np.zeros(4, dtype=int), (k + 1 == NUMBERS).astype(int)]
+        for k, name in enumerate(EDGES)
+    }
+    assert side_lengths(gap_of(vtu(tmp_path / "a.vtu", arrays))) == WHOLE
+
+
+def test_vtu_with_numbers(tmp_path):
+    path = vtu(tmp_path / "a.vtu", {"boundary": [np.zeros(4, dtype=int), NUMBERS]})
+    assert side_lengths(gap_of(path, inlet=1, outlet=2, wall=3)) == WHOLE
+    with pytest.raises(
+        InvalidInput, match=r"no boundary edges in a group 'inlet'; it has boundary"
+    ):
+        gap_of(path)
+    two = {name: [np.zeros(4, dtype=int), NUMBERS] for name in ("boundary", "part")}
+    with pytest.raises(InvalidInput, match=r"several integer cell arrays \(boundary, part\)"):
+        gap_of(vtu(tmp_path / "b.vtu", two), inlet=1, outlet=2, wall=3)
+
+
+XDMF = """<?xml version="1.0"?><Xdmf Version="3.0"><Domain><Grid Name="Grid">
+<Geometry GeometryType="XY"><DataItem DataType="Float" Dimensions="5 2" Format="XML" Precision="8">
+0 0 1 0 1 1 0 1 0.5 0.5</DataItem></Geometry>
+<Topology TopologyType="Mixed" NumberOfElements="8"><DataItem DataType="Int" Dimensions="32"
+Format="XML" Precision="8">2 2 3 0 2 2 1 2 2 2 0 1 2 2 2 3 4 0 1 4 4 1 2 4 4 2 3 4 4 3 0 4
+</DataItem></Topology>
+<Attribute Name="boundary" AttributeType="Scalar" Center="Cell"><DataItem DataType="Int"
+Dimensions="8" Format="XML" Precision="4">1 2 3 3 0 0 0 0</DataItem></Attribute>
+</Grid></Domain></Xdmf>"""
+
+
+def test_xdmf(tmp_path, monkeypatch):
+    path = tmp_path / "a.xdmf"
+    path.write_text(XDMF)
+    assert side_lengths(gap_of(path, inlet=1, outlet=2, wall=3)) == WHOLE
+    monkeypatch.setitem(__import__("sys").modules, "h5py", None)
+    with pytest.raises(MissingPackage, match=r"needs the package h5py \(pip install h5py\)"):
+        gap_of(path, inlet=1, outlet=2, wall=3)
+
+
+def test_clockwise_triangles_are_refused_or_turned(tmp_path):
+    """A mesh may be right and only its points in another order; but it may be folded, too."""
+    path = write_msh(tmp_path / "a.msh", cells=[c[::-1] for c in CELLS])
+    with pytest.raises(
+        InvalidInput, match=r"a.msh: 4 of 4 triangles are clockwise, .*; set shape.reorient = true"
+    ):
+        gap_of(path)
+    assert side_lengths(gap_of(path, reorient=True)) == WHOLE
+
+
+def halved(point):
+    """The square with an extra point and the last cell cut in two."""
+    points = np.vstack([CORNERS, point])
+    return {"points": points, "cells": [*CELLS[:3], [3, 5, 4], [5, 0, 4]]}
+
+
+HANGING = {
+    "points": np.vstack([CORNERS, [0.75, 0.75]]),
+    "cells": [CELLS[0], CELLS[1], [2, 3, 5], [5, 3, 4], CELLS[3]],
+}
+DOUBLED = {
+    "points": np.vstack([CORNERS, CORNERS[4]]),
+    "cells": [CELLS[0], CELLS[1], [2, 3, 5], [3, 0, 5]],
+}
+MIDDLES = np.array([[0.5, 0], [0.75, 0.25], [0.25, 0.25]])
+CURVED = {"points": np.vstack([CORNERS, MIDDLES]), "cells": [[0, 1, 4, 5, 6, 7]]}
+BROKEN = {
+    "no inlet": ({"edges": {"outlet": [[1, 2]], "wall": [[0, 1], [2, 3], [3, 0]]}}, "'inlet'"),
+    "no wall": (
+        {"edges": {"inlet": [[3, 0]], "outlet": [[1, 2]]}},
+        "2 boundary edges are in none of the groups inlet, outlet and wall",
+    ),
+    "edge in two groups": (
+        {"edges": EDGES | {"wall": [[0, 1], [2, 3], [3, 0]]}},
+        "1 boundary edges of the group wall are in another group too",
+    ),
+    "group inside": (
+        {"edges": EDGES | {"wall": [[0, 1], [2, 3], [0, 4]]}},
+        "1 edges of the group wall are not on the boundary",
+    ),
+    "second order": (CURVED | {"kind": "triangle6"}, r"curved triangles \(line, triangle6\)"),
+    "quadrilaterals": ({"cells": [[0, 1, 2, 3]], "kind": "quad"}, "cells of type quad"),
+    "no triangles": ({"cells": []}, "no triangles"),
+    "three sheets": (
+        {"points": np.vstack([CORNERS, [2, 0.5]]), "cells": [*CELLS, [0, 5, 4]]},
+        "1 edges belong to more than two triangles",
+    ),
+    "hanging node": (HANGING, "a node hangs in the middle of an edge at x = 0.75 m, y = 0.75 m"),
+    "points twice": (DOUBLED, "1 points stand twice, the first at x = 0.5 m, y = 0.5 m"),
+    "no area": (halved([0.0, 1.0]), "1 of 5 triangles have no area"),
+    "not plane": ({"heights": [0, 0, 0, 0, 0.1]}, "is not plane: z varies by 0.1"),
+    "folded": (
+        {"points": np.vstack([CORNERS, [0.6, 0.5]]), "cells": [*CELLS[:3], [3, 0, 4], [1, 5, 4]]},
+        "1 edges belong to more than two triangles",
+    ),
+    "point missing": ({"cells": [*CELLS, [0, 1, 11]]}, "is not a whole .msh mesh"),
+    "not finite": ({"points": np.where(CORNERS == 0.5, np.nan, CORNERS)}, "not finite"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_meshes(name, tmp_path):
+    fields, words = BROKEN[name]
+    path = write_msh(tmp_path / "bad.msh", **fields)
+    with pytest.raises(InvalidInput, match=words) as error:
+        gap_of(path)
+    assert "bad.msh" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_fold_of_two_neighbours(tmp_path):
+    """Both counterclockwise, and on the same side of their common edge."""
+    points = np.array([[0, 0], [1, 0], [0, 1], [0.2, 0.9]])
+    path = write_msh(tmp_path / "bad.msh", points=points, cells=[[0, 1, 2], [0, 1, 3]])
+    with pytest.raises(
+        InvalidInput, match="the mesh is folded: two triangles lie on the same side"
+    ):
+        gap_of(path)
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".vtu", ".xdmf"])
+def test_files_cut_off_anywhere(suffix, tmp_path):
+    """Any prefix of a file either is refused in one sentence, or still holds the whole mesh."""
+    whole = tmp_path / f"whole{suffix}"
+    if suffix == ".msh":
+        write_msh(whole)
+    elif suffix == ".vtu":
+        vtu(whole, {"boundary": [np.zeros(4, dtype=int), NUMBERS]})
+    else:
+        whole.write_text(XDMF)
+    numbers = {} if suffix == ".msh" else {"inlet": 1, "outlet": 2, "wall": 3}
+    data = whole.read_bytes()
+    ends = range(0, len(data), max(1, len(data) // 60))
+    refused = 0
+    for end in ends:
+        path = tmp_path / f"cut{suffix}"
+        path.write_bytes(data[:end])
+        said = refusal(path, numbers)
+        assert "\n" not in said
+        refused += bool(said)
+    assert refused >= len(ends) - 3  # only the end mark of a section may be missing
+
+
+def refusal(path, numbers) -> str:
+    """What is said of a file, nothing if it is whole."""
+    try:
+        assert side_lengths(gap_of(path, **numbers)) == WHOLE
+    except InvalidInput as error:
+        return str(error)
+    return ""
+
+
+def test_bad_file_on_the_command_line(tmp_path, capsys):
+    """One line on standard error, status 2, nothing written."""
+    path = write_msh(tmp_path / "bad.msh", **BROKEN["hanging node"][0])
+    scene = write_toml(tmp_path / "scene.toml", scene_of(path))
+    for command in ("run", "mesh"):
+        assert main([command, str(scene), "--out", str(tmp_path / "out")]) == 2
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert said.err.count("\n") == 1
+        assert "a node hangs" in said.err
+        assert not (tmp_path / "out").exists()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["bad.msh", "scene.toml"]
+
+
+def test_written_mesh_is_read_back(tmp_path):
+    """mesh.vtu of one shape is the file of another, also where a cut has doubled vertices."""
+    from fem_seal.results.arrays import write_mesh
+
+    ring = {"kind": "face-seal", "inner_radius": 1, "outer_radius": 2, "mesh_size": 0.5}
+    scene = scene_of(tmp_path) | {"shape": ring | {"gap": 1e-6}}
+    gap = shaped_gap(Scene.from_mapping(scene).shape, None)
+    write_mesh(tmp_path, gap)
+    again = gap_of(tmp_path / "mesh.vtu")
+    assert again.mesh.periodic
+    assert len(again.mesh.xy) == len(gap.mesh.xy)
+    assert side_lengths(again) == pytest.approx(side_lengths(gap), rel=1e-15, abs=0)
