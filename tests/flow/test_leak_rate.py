@@ -67,7 +67,7 @@ def test_tolerance_is_met_and_no_level_before_met_it(rtol, method):
     assert flow.reason == ""
     assert widths[-1] <= rtol
     assert all(width > rtol for width in widths[:-1])
-    assert flow.value == pytest.approx(np.sqrt(flow.lower * flow.upper), rel=1e-12)
+    assert flow.value == pytest.approx(np.sqrt(flow.lower * flow.upper), rel=1e-12, abs=0)
 
 
 # --- refusals ----------------------------------------------------------------------------------
@@ -191,14 +191,14 @@ def test_flow_field_carries_the_leak_rate(method, sides, representation):
     field = flow.field
     area, slope = areas_and_slopes(field)
     through = (area * field.flux[:, 0]).sum() / gap.size[0]
-    assert through == pytest.approx(flow.inflow, rel=100 * np.sqrt(2e-8))
-    assert flow.inflow == pytest.approx(flow.outflow, rel=100 * np.sqrt(2e-8))
+    assert through == pytest.approx(flow.inflow, rel=100 * np.sqrt(2e-8), abs=0)
+    assert flow.inflow == pytest.approx(flow.outflow, rel=100 * np.sqrt(2e-8), abs=0)
     # An upper bound before sharpening, which halves the distance at best: within the bracket
     # and as much again.
     assert flow.lower <= through <= flow.upper + (flow.upper - flow.lower)
     # j = -K ∇p: along the pressure drop, and dissipating Q Δp in all.
     assert -(area * (field.flux * slope).sum(axis=1)).sum() == pytest.approx(
-        flow.inflow * WATER["pressure_drop"], rel=100 * np.sqrt(2e-8)
+        flow.inflow * WATER["pressure_drop"], rel=100 * np.sqrt(2e-8), abs=0
     )
     assert ((field.flux * slope).sum(axis=1) <= 0).all()
     assert field.pressure.min() == 0
@@ -221,8 +221,8 @@ def test_gap_of_the_field():
     gap = vertex_gap(lambda x, y: 1e-6 * (1 + x + 2 * y), (8, 8), (1e-5, 1e-5))
     field = field_of(gap, method="uniform").field
     x, y = field.points.T
-    assert field.gap == pytest.approx(1e-6 * (1 + x + 2 * y), rel=1e-12)
-    assert field.points.max(axis=0) == pytest.approx((1e-5, 1e-5), rel=1e-12)
+    assert field.gap == pytest.approx(1e-6 * (1 + x + 2 * y), rel=1e-12, abs=0)
+    assert field.points.max(axis=0) == pytest.approx((1e-5, 1e-5), rel=1e-12, abs=0)
     assert len(np.unique(field.points.round(12), axis=0)) == len(field.points)
 
 

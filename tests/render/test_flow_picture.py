@@ -43,14 +43,14 @@ def test_scale_ends_above_the_peak_and_spans_its_decades(peak, high):
     field = structured_flow(4, 4, SIZE, lambda x: np.where(x > 0.8, peak, peak / 3))
     scale = flow.flow_scale(field, decades=3)
     assert scale.logarithmic
-    assert scale.high == pytest.approx(high)
+    assert scale.high == pytest.approx(high, rel=1e-9, abs=0)
     assert scale.high / scale.low == pytest.approx(1e3)
     assert scale.label.endswith("[m²/s]")
 
 
 def test_one_scale_serves_several_fields():
     weak, strong = (structured_flow(4, 4, SIZE, lambda x, q=q: q + 0 * x) for q in (1e-12, 1e-9))
-    assert flow.flow_scale(weak, strong).high == pytest.approx(1e-9)
+    assert flow.flow_scale(weak, strong).high == pytest.approx(1e-9, rel=1e-9, abs=0)
 
 
 def test_contact_hides_the_cells_that_reach_over_it_and_pockets_stay_white():
@@ -104,7 +104,7 @@ def test_mesh_picture_looks_where_the_flow_is_strongest():
     whole = Window(0, SIZE[0], 0, SIZE[1])
     window = flow.peak_window(field, whole)
     assert window.x0 < 15.5e-6 < window.x1
-    assert window.x1 - window.x0 == pytest.approx(SIZE[0] / 8)
+    assert window.x1 - window.x0 == pytest.approx(SIZE[0] / 8, rel=1e-9, abs=0)
     assert window.y0 >= 0  # the strongest cell lies on the rim: the window is moved inside
 
 

@@ -84,7 +84,7 @@ def test_limits_of_the_bar_are_those_of_the_scale(log, low, high):
     figure = Figure()
     page._add_bar(figure, Scale("s", low, high, log), page._Box(0, 0, 10, 100))
     (bar,) = figure.axes
-    assert bar.get_ylim() == pytest.approx((low, high))
+    assert bar.get_ylim() == pytest.approx((low, high), rel=1e-9, abs=0)
     assert bar.get_yscale() == ("log" if log else "linear")
 
 

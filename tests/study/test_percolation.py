@@ -174,7 +174,7 @@ def neck(n=33, width=4e-8):
 def test_the_hole_in_a_wall_takes_the_pressure_drop():
     """Resistances per square go with the cube: (1/0.04)³ here; all else is a few squares."""
     found = constriction_share(neck(), radius=3e-6)
-    assert found.gap == pytest.approx(4e-8)
+    assert found.gap == pytest.approx(4e-8, rel=1e-9, abs=0)
     assert (found.x, found.y) == pytest.approx((0.5, 0.5))
     assert 0.99 < found.share <= 1
 
