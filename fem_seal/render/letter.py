@@ -195,17 +195,16 @@ def error_figure(errors: Sequence[ErrorRow], folder: Path) -> list[Path]:
         area = [row.area for row in errors]
         finest = errors[0].finest_factor
         axes.semilogy(area, [row.flow for row in errors], "o-", color=ELASTIC, mfc="white")
+        names = ["flow: half-width of the bracket", f"contact grid: |ln Q({finest}n)/Q(n)|"]
         refined = [row for row in errors if row.contact_grid]
-        axes.semilogy(
-            [row.area for row in refined],
-            [row.contact_grid for row in refined],
-            "s--",
-            color=BEARING,
-        )
-        axes.legend(
-            ["flow: half-width of the bracket", f"contact grid: |ln Q({finest}n)/Q(n)|"],
-            frameon=False,
-        )
+        changes = [row.contact_grid for row in refined]
+        axes.semilogy([row.area for row in refined], changes, "s--", color=BEARING)
+        if finest > 2:
+            names.append(f"contact grid: |ln Q({finest}n)/Q({finest // 2}n)|")
+            refined = [row for row in errors if row.last_change]
+            changes = [row.last_change for row in refined]
+            axes.semilogy([row.area for row in refined], changes, "^:", color=BEARING)
+        axes.legend(names, frameon=False)
         axes.set(xlabel="relative contact area A/A0", ylabel="relative error of the leak rate")
 
     return _plots(folder, "errors", (5.2, 3.8), draw)

@@ -201,8 +201,16 @@ class GridPoint:
     @property
     def contact_grid_error(self) -> float:
         """|ln| of the leak rate's change from the case's grid to the finest, inf if one seals."""
-        first, last = self.values[0], self.values[-1]
-        return abs(float(np.log(last / first))) if first > 0 and last > 0 else float("inf")
+        return _change(self.values[0], self.values[-1])
+
+    @property
+    def last_change(self) -> float:
+        """The same from the finest grid but one: what may still be missing."""
+        return _change(*self.values[-2:])
+
+
+def _change(before: float, after: float) -> float:
+    return abs(float(np.log(after / before))) if before > 0 and after > 0 else float("inf")
 
 
 def grid_point(

@@ -50,14 +50,16 @@ class ErrorRow:
     """Errors of one elastic contact's leak rate.
 
     area : A/A0; flow : half-width of the bracket; contact_grid : |ln| of the change from the
-    contact grid to the finest one, None if one of them is sealed; areas and leak rates (over that
-    at first contact) on the coarsest and the finest grid
+    contact grid to the finest one, None if one of them is sealed; last_change : the same from the
+    finest grid but one; areas and leak rates (over that at first contact) on the coarsest and the
+    finest grid
     """
 
     seed: int
     area: float
     flow: float
     contact_grid: float | None
+    last_change: float | None
     finest_factor: int
     area_finest: float
     corrected: float
@@ -126,12 +128,12 @@ def error_rows(points: Sequence[GridPoint], first: dict[int, float]) -> list[Err
 
 
 def _error_row(point: GridPoint, first: float) -> ErrorRow:
-    change = point.contact_grid_error
     return ErrorRow(
         seed=point.seed,
         area=point.areas[0],
         flow=point.flow_error,
-        contact_grid=change if np.isfinite(change) else None,
+        contact_grid=_finite(point.contact_grid_error),
+        last_change=_finite(point.last_change),
         finest_factor=point.factors[-1],
         area_finest=point.areas[-1],
         corrected=point.corrected[0],
@@ -139,6 +141,10 @@ def _error_row(point: GridPoint, first: float) -> ErrorRow:
         current=point.values[0] / first,
         current_finest=point.values[-1] / first,
     )
+
+
+def _finite(change: float) -> float | None:
+    return change if np.isfinite(change) else None
 
 
 @dataclass(frozen=True)
