@@ -9,7 +9,7 @@ gap.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import log2, prod
+from math import isfinite, isnan, log2, nan, prod
 
 from fem_seal.grid import GridField
 from fem_seal.progress import Report, silent
@@ -175,8 +175,8 @@ def _rows(
         seen = [(n, a) for n, group in series.items() for a in group if a.method == name]
         errors = [answer.value / reference.value - 1 for _, answer in seen]
         for k, (n, answer) in enumerate(seen):
-            change = abs(answer.value - seen[k - 1][1].value) / answer.value if k else None
-            band = _half_width(answer, series[n]) or change
+            change = abs(answer.value - seen[k - 1][1].value) / answer.value if k else nan
+            band = _half_width(answer, series[n]) or (change if isfinite(change) else None)
             yield Row(
                 method=name,
                 squares=n,
@@ -203,7 +203,7 @@ def _half_width(answer: Answer, group: Sequence[Answer]) -> float | None:
 def _observed(coarse: float, fine: float, reference: Reference) -> float | None:
     """Order of convergence between two grids, the finer of half the spacing."""
     half_width = (reference.upper - reference.lower) / (reference.upper + reference.lower)
-    if min(abs(coarse), abs(fine)) <= max(EXACT, half_width):
+    if not isfinite(coarse * fine) or min(abs(coarse), abs(fine)) <= max(EXACT, half_width):
         return None
     return log2(abs(coarse / fine))
 
@@ -215,8 +215,10 @@ def judge(answer: Answer, band: float | None, reference: Reference) -> str:
     -------
     "bound" for bounds; "inside" the bracket; "agrees" if the two bands meet; "disagrees" if they
     do not, so that one of the two is wrong about its error; "outside" if the number claims
-    nothing about its error, as the first of a series.
+    nothing about its error, as the first of a series; "not converged" if it has no number.
     """
+    if isnan(answer.value):
+        return "not converged"
     if answer.certified:
         return "bound"
     room = EXACT * reference.value
@@ -230,6 +232,8 @@ def judge(answer: Answer, band: float | None, reference: Reference) -> str:
 
 
 def _side(error: float) -> str:
+    if isnan(error):
+        return "not converged"
     if abs(error) <= EXACT:
         return "exact"
     return "high" if error > 0 else "low"

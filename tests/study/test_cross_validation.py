@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
+from fem_seal.study import methods
 from fem_seal.study.cross_validation import Reference, judge, on_exact_case, on_gap
 from fem_seal.study.exact_cases import CASES, corner_order
 from fem_seal.study.methods import METHODS, Answer, Setting
@@ -159,6 +160,24 @@ def test_the_judge():
     assert judge(answer, 0.3, reference) == "agrees"
     assert judge(replace(answer, value=1.0), 0.3, reference) == "inside"
     assert judge(replace(answer, certified="below"), None, reference) == "bound"
+    assert judge(replace(answer, value=np.nan), None, reference) == "not converged"
+
+
+def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch):
+    """The cascade is stopped after too few steps on the second grid of two."""
+    real = methods.solve
+
+    def failing(gap, *, cascade, **options):
+        if cascade and gap.shape[0] > 16:
+            raise NotConverged("too few steps")
+        return real(gap, cascade=cascade, **options)
+
+    monkeypatch.setattr(methods, "solve", failing)
+    rows, _ = on_gap(rough(), SETTING, grids=2, methods=("cascade", "linear-gap", "adaptive"))
+    first, second = series(rows, "FD linear-gap, cascade")
+    # Where it converges it is the number of the elimination, to its tolerance of 1e-8.
+    assert first.value == pytest.approx(series(rows, "FD linear-gap")[0].value, rel=1e-7)
+    assert (second.verdict, second.band, second.order) == ("not converged", None, None)
 
 
 def test_an_unknown_method_lists_those_there_are():
