@@ -10,4 +10,4 @@ def row_blocks(shape: tuple[int, int]) -> Iterator[slice]:
     """Slices of whole rows, of about 32768 samples each."""
     rows = max(1, SAMPLES // shape[1])
     for first in range(0, shape[0], rows):
-        yield slice(first, first + rows)
+        yield slice(first, min(first + rows, shape[0]))

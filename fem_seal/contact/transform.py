@@ -34,25 +34,27 @@ class RealTransform:
     def __init__(self, shape: tuple[int, int], precision: str, threads: int):
         import pyfftw
 
-        _load_wisdom()
-        known = pyfftw.export_wisdom()
         nx, ny = shape
         self.modes = pyfftw.empty_aligned((nx, ny // 2 + 1), MODES_OF[precision])
         self.values = self.modes.view(precision)[:, :ny]
-        effort = "FFTW_MEASURE" if nx * ny >= MEASURED_FROM else "FFTW_ESTIMATE"
-        plans = {
-            direction: pyfftw.FFTW(
-                *arrays, (0, 1), direction, flags=(effort, "FFTW_DESTROY_INPUT"), threads=threads
-            )
-            for direction, arrays in (
-                ("FFTW_FORWARD", (self.values, self.modes)),
-                ("FFTW_BACKWARD", (self.modes, self.values)),
-            )
-        }
-        self.forward = plans["FFTW_FORWARD"].execute
-        self.backward = plans["FFTW_BACKWARD"].execute
-        if effort == "FFTW_MEASURE" and pyfftw.export_wisdom() != known:
+        if nx * ny < MEASURED_FROM:
+            self._plan("FFTW_ESTIMATE", threads=threads)
+            return
+        _load_wisdom()
+        try:
+            self._plan("FFTW_MEASURE", "FFTW_WISDOM_ONLY", threads=threads)
+        except RuntimeError:  # pyfftw's word for "not planned yet"
+            self._plan("FFTW_MEASURE", threads=threads)
             _save_wisdom()
+
+    def _plan(self, *effort: str, threads: int) -> None:
+        import pyfftw
+
+        flags = (*effort, "FFTW_DESTROY_INPUT")
+        there, back = (self.values, self.modes), (self.modes, self.values)
+        forward = pyfftw.FFTW(*there, (0, 1), "FFTW_FORWARD", flags, threads)
+        backward = pyfftw.FFTW(*back, (0, 1), "FFTW_BACKWARD", flags, threads)
+        self.forward, self.backward = forward.execute, backward.execute
 
 
 def wisdom_path() -> Path:
