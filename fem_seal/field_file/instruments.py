@@ -41,8 +41,7 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
     """
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist")
-    with _readable(path):
-        reader = _open(path)
+    with _readable(path), _open(path) as reader:
         info = _channel(reader, channel, path)
         # A missing size must be given to the reader, or it refuses; what we give is not used.
         given = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
@@ -84,8 +83,10 @@ def _open(path: Path) -> "ReaderBase":
         reader = open_topography(str(path))
     except CannotDetectFileFormat:
         reader = None
-    # Terrain of space shuttles has no signature: any square number of bytes would pass for it.
-    if reader is None or (reader.format() == "hgt" and path.suffix.lower() != ".hgt"):
+    # Some readers take any bytes: that of MATLAB then finds no channel, and terrain (hgt) has no
+    # signature at all.
+    terrain = reader is not None and reader.format() == "hgt" and path.suffix.lower() != ".hgt"
+    if reader is None or terrain or not reader.channels:
         raise InvalidInput(f"{path} is in no format that SurfaceTopography knows, or is cut off")
     return reader
 

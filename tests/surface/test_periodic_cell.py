@@ -111,3 +111,19 @@ def test_statistics_of_a_wave():
 def test_unknown_choice():
     with pytest.raises(InvalidInput, match="unknown make_periodic 'wrap'; choose from cut, mirror"):
         periodic_cell(PIECE, "wrap")
+
+
+def test_mirrored_gap_leaks_like_the_piece_between_walls():
+    """No flow crosses a mirror line, and two in series beside two in parallel are one.
+
+    The mirror of the piecewise linear gap is piecewise linear on the same triangles, so that both
+    brackets hold one number.
+    """
+    from fem_seal.flow import leak_rate
+
+    piece = GridField(np.maximum(PIECE.values[:17, :13] + 0.8, 0.02) * 1e-6, (1e-6, 1e-6))
+    load = {"viscosity": 1e-3, "pressure_drop": 1e5, "rtol": 0.01}
+    walls = leak_rate(piece, sides="wall", **load)
+    cell = leak_rate(periodic_cell(piece, "mirror"), sides="periodic", **load)
+    assert max(walls.lower, cell.lower) <= min(walls.upper, cell.upper) * (1 + 1e-9)
+    assert cell.value == pytest.approx(walls.value, rel=0.01, abs=0)

@@ -1,0 +1,94 @@
+"""fem-seal surface: the table, the picture, and what has neither power law nor surface."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+from project import ROOT, write_toml
+
+from fem_seal import cli
+from fem_seal.grid import GridField
+from fem_seal.render.surface import draw_heights, draw_spectrum
+from fem_seal.surface import Spectrum, fit_spectrum, self_affine
+
+BLASTED = ROOT / "demos" / "scenes" / "blasted.toml"
+ROUGH = self_affine(Spectrum(0.8, 64e-6, 4e-6), (128, 96), (128e-6, 96e-6), rms_slope=0.1, seed=1)
+
+
+def test_heights_are_where_they_are():
+    """First axis to the right, about the mean, in readable units."""
+    figure = Figure()
+    axes = figure.subplots()
+    draw_heights(figure, axes, ROUGH)
+    (image,) = axes.images
+    shown = np.asarray(image.get_array())
+    heights = ROUGH.values - ROUGH.values.mean()
+    np.testing.assert_allclose(shown, heights.T * 1e6, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(image.get_extent(), [0, 128, 0, 96], rtol=1e-14)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [µm]", "y [µm]")
+
+
+def test_spectrum_shows_rings_fit_and_cut_offs():
+    fit = fit_spectrum(ROUGH)
+    axes = Figure().subplots()
+    draw_spectrum(axes, fit)
+    rings, line, long, short = axes.lines
+    q, density = rings.get_data()
+    assert set(q) <= set(fit.spectrum.wavenumber)
+    assert density.min() > 1e-4 * fit.density.min()
+    assert np.array_equal(line.get_data(), [fit.wavenumber, fit.density])
+    assert long.get_xdata()[0] == pytest.approx(2 * np.pi / fit.long_wavelength)
+    assert short.get_xdata()[0] == pytest.approx(2 * np.pi / fit.short_wavelength)
+    assert line.get_label() == f"H = {fit.hurst:.3f} ± {fit.hurst_error:.3f}"
+
+
+@pytest.mark.render
+def test_command_prints_and_draws(tmp_path, capsys):
+    assert cli.main(["surface", str(BLASTED), "--out", str(tmp_path / "a.png")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    steps = [line.split("  ")[0] for line in lines[1:5]]
+    assert steps == ["read", "fill harmonic", "detrend quadratic", "mirror"]
+    assert [line.split()[0] for line in lines[6:]] == ["hurst", "long", "roll-off", "short"]
+    pixels = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_command_writes_nothing_unless_asked(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["surface", str(BLASTED)]) == 0
+    assert not list(tmp_path.iterdir())
+
+
+def test_made_surface(capsys):
+    assert cli.main(["surface", str(ROOT / "demos" / "scenes" / "first.toml")]) == 0
+    assert capsys.readouterr().out.splitlines()[1].split()[0] == "made"
+
+
+@pytest.mark.render
+def test_surface_without_a_power_law(tmp_path, capsys):
+    """Grooves of one wave: statistics and heights are shown all the same."""
+    groove = np.sin(2 * np.pi * np.arange(8) / 8)
+    np.savez(tmp_path / "a.npz", heights=np.outer(groove, np.ones(8)), spacing=[1, 1])
+    scene = {
+        "surface": {"kind": "file", "path": "a.npz"},
+        "contact": {"model": "bearing", "mean_gap": 1.0},
+        "output": {"products": ["contact"]},
+    }
+    path = write_toml(tmp_path / "scene.toml", scene)
+    assert cli.main(["surface", str(path), "--out", str(tmp_path / "a.png")]) == 0
+    assert "shows no power law" in capsys.readouterr().out
+    assert (tmp_path / "a.png").is_file()
+
+
+def test_gap_has_no_surface(tmp_path, capsys):
+    np.savez(tmp_path / "gap.npz", gap=np.ones((4, 4)), spacing=[1, 1])
+    scene = {"gap": {"path": "gap.npz"}, "output": {"products": ["contact"]}}
+    assert cli.main(["surface", str(write_toml(tmp_path / "scene.toml", scene))]) == 2
+    assert "a gap in place of a surface" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shape", [(4, 3), (3, 40)])
+def test_flat_heights_can_be_drawn(shape):
+    figure = Figure()
+    draw_heights(figure, figure.subplots(), GridField(np.ones(shape), (1e-6, 1e-6)))
