@@ -80,7 +80,7 @@ def test_same_gap_from_every_layout(name, tmp_path):
 
 
 def test_contact_of_tamaas_is_where_it_has_traction(tmp_path):
-    """Its gap in contact is a rounding: at 31 of 32 points of a 64 x 64 model, up to 6e-14 of it."""
+    """Its gap in contact is a rounding: 31 of 32 points of a 64 x 64 model, up to 6e-14 of it."""
     left = np.where(GAP == 0, 3e-20, GAP)
     layouts.tamaas_npz(tmp_path / "a.npz", SIZE, gap=left, traction=(GAP == 0) * 2.0)
     assert np.array_equal(load_gap(tmp_path / "a.npz", Stated(unit="m")).values, GAP)
