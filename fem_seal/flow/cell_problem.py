@@ -1,0 +1,195 @@
+"""Both problems on one mesh of a cell that is periodic in both directions, as 2 × 2 matrices.
+
+A* takes the jumps of the pressure across the two seams to the fluxes through them. With p_J the
+minimiser for the jumps J, J·A·J = ∫ K|∇p_J|² ≥ J·A*·J for all J at once, p_J being linear in J. The
+same for stream functions of jumps G, G·B·G = ∫|∇ψ_G|²/K: by Thomson's principle (in Legendre's
+form) J·A*·J ≥ max_G 2 J×G - G·B·G =: J·C·J, J×G = J_x G_y - J_y G_x. Hence C ≤ A* ≤ A as
+quadratic forms, exactly, from two solves each.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fem_seal.fenicsx import MPI
+from fem_seal.flow.bubbles import shape_gradients
+from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap
+from fem_seal.flow.linear import CellSpace
+from fem_seal.flow.torus import (
+    jumps_along,
+    open_torus,
+    pressure_unknowns,
+    stream_unknowns,
+)
+from fem_seal.flow.traces import mean_gradient_values
+from fem_seal.flow.unknowns import Unknowns
+from fem_seal.mesh.nested import PIXEL, NestedMesh
+from fem_seal.mesh.seams import seams
+
+_ISOTROPIC = np.array([1.0, 0.0, 1.0])
+_CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])  # J×G = J·_CROSS·G
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Minimisers for a basis of jumps.
+
+    jumps : (k, 2); corner_values : (k, C, 3); energies : (k, k), ∫ ∇v_a·T·∇v_b
+    iterations : of CG, of all of them
+    """
+
+    jumps: np.ndarray
+    corner_values: np.ndarray
+    energies: np.ndarray
+    iterations: int
+
+    def combined(self, weights: np.ndarray) -> np.ndarray:
+        """Corner values (C, 3) of a combination with weights (k,)."""
+        return np.tensordot(weights, self.corner_values, axes=1)
+
+
+def upper_matrix(pressures: Family) -> np.ndarray:
+    """A (2, 2): energies of pressures with jumps in the span of the family's dual basis."""
+    # Along one winding w a jump J does what (J·w) times the basis does, and w = J/|J|².
+    basis = np.linalg.pinv(pressures.jumps)
+    return basis @ pressures.energies @ basis.T
+
+
+def best_flux(streams: Family) -> np.ndarray:
+    """(k, 2): weights of the family of the flux that bounds best, as a linear function of J."""
+    crossing = streams.jumps @ _CROSS.T  # (k, 2): J×G_a = crossing[a]·J
+    return np.linalg.solve(streams.energies, crossing) if len(streams.jumps) else crossing
+
+
+def lower_matrix(streams: Family) -> np.ndarray:
+    """C (2, 2), zero along jumps that no stream function of the family drives."""
+    return (streams.jumps @ _CROSS.T).T @ best_flux(streams)
+
+
+class CellProblem:
+    """The periodic cell on one mesh, K = g³ (gap in units of its maximum).
+
+    Parameters
+    ----------
+    gap : the gap as represented
+    mesh : with matching seams
+    values : gap at its vertices
+    comm : MPI communicator
+    tolerance : relative energy error at which CG stops
+    """
+
+    def __init__(
+        self,
+        gap: LinearGap | ConstantGap,
+        mesh: NestedMesh,
+        values: np.ndarray,
+        comm: MPI.Comm,
+        tolerance: float,
+    ):
+        self.mesh, self.tolerance, self._gap = mesh, tolerance, gap
+        self._whole = gap.cell_data(mesh, values)
+        self._seams = seams(mesh)
+        cells = open_torus(mesh, self._whole)
+        self.kept = cells.kept
+        self.data = self._whole.part(cells.kept)
+        self._numbering = pressure_unknowns(mesh, self._seams, self._whole, cells)
+        self._driving = jumps_along(cells.windings)
+        points = mesh.xy / PIXEL * gap.aspect
+        self._space = CellSpace(points, mesh.cells[cells.kept], comm)
+        self._slopes, self._areas = shape_gradients(points[mesh.cells[cells.kept]])
+
+    @property
+    def unknowns(self) -> int:
+        """Number of pressure unknowns for one direction."""
+        return self._numbering.count
+
+    def pressures(self, guess: np.ndarray) -> Family:
+        """Minimise ∫K|∇p|² for each jump that can drive a flow.
+
+        Parameters
+        ----------
+        guess : (2, C, 3) corner values for unit jumps across x and across y
+        """
+        crossed = self._seams.copy[self.mesh.cells[self.kept]]
+        tensor = self.data.K[:, None] * _ISOTROPIC
+        return self._family(self._numbering, crossed, self._driving, tensor, guess)
+
+    def streams(self, guess: np.ndarray) -> Family:
+        """Minimise ∫|∇ψ|²/K for each jump that contact and closed cells allow."""
+        found = stream_unknowns(self.mesh, self._seams, self._whole, self.kept, merge_closed=True)
+        return self._family(
+            found.unknowns, found.seams_crossed, found.jumps, self.data.resistivity, guess
+        )
+
+    def regularised_streams(self, guess: np.ndarray, leak: float) -> Family:
+        """The same with closed cells conducting `leak` times what they do in the primal."""
+        found = stream_unknowns(self.mesh, self._seams, self._whole, self.kept, merge_closed=False)
+        return self._family(
+            found.unknowns, found.seams_crossed, found.jumps, self._regularised(leak), guess
+        )
+
+    def _regularised(self, leak: float) -> np.ndarray:
+        conducted = leak * np.maximum(self.data.K, self._gap.cut**3)
+        return self.data.resistivity + (self.data.closed / conducted)[:, None] * _ISOTROPIC
+
+    def _family(
+        self,
+        periodic: Unknowns,
+        crossed: np.ndarray,
+        jumps: np.ndarray,
+        tensor: np.ndarray,
+        guess: np.ndarray,
+    ) -> Family:
+        values, iterations = np.empty((len(jumps), *periodic.of_corner.shape)), 0
+        for k, jump in enumerate(jumps):
+            lift = crossed @ jump
+            numbering = Unknowns(periodic.of_corner, lift, periodic.count, periodic.label)
+            start = numbering.from_corners(np.tensordot(jump, guess, axes=1))
+            found = self._space.minimise(tensor, numbering, start, self.tolerance)
+            values[k], iterations = found.corner_values, iterations + found.iterations
+        slopes = [self.gradients(v) for v in values]
+        fluxes = [_applied(tensor, slope) for slope in slopes]
+        energies = [[(self._areas * (a * b).sum(axis=1)).sum() for b in fluxes] for a in slopes]
+        return Family(jumps, values, np.array(energies).reshape(2 * (len(jumps),)), iterations)
+
+    def gradients(self, corner_values: np.ndarray) -> np.ndarray:
+        """Gradient (C, 2) of the function with given corner values (C, 3)."""
+        return np.einsum("cid,ci->cd", self._slopes, corner_values)
+
+    def shares(self, pressures: Family, streams: Family, leak: float) -> np.ndarray:
+        """What each cell (C,) adds to the difference of the two matrices, summed over jumps.
+
+        e_T = ∫ K|∇p|² + j·R·j - 2 ∇p·j with the best flux j for the jump of p, over the energy of
+        p: sums to Σ J·(A - C)·J / J·A·J over the basis.
+        """
+        tensor, total = self._regularised(leak), np.zeros(len(self._areas))
+        for a, jump in enumerate(pressures.jumps):
+            psi = streams.combined(best_flux(streams) @ jump)
+            p, s = self.gradients(pressures.corner_values[a]), self.gradients(psi)
+            mean = self.gradients(mean_gradient_values(psi, self.data.contact))
+            cell = self.data.K * (p * p).sum(axis=1) + (s * _applied(tensor, s)).sum(axis=1)
+            cell -= 2 * (p[:, 0] * mean[:, 1] - p[:, 1] * mean[:, 0])
+            total += self._areas * cell / pressures.energies[a, a]
+        return total
+
+    def throughflow(self, pressures: Family, streams: Family) -> np.ndarray:
+        """Flow through each closed cell (C,), |j| times its width, in parts of the whole."""
+        width, total = np.sqrt(2 * self._areas), np.zeros(len(self._areas))
+        for a, jump in enumerate(pressures.jumps):
+            slope = self.gradients(streams.combined(best_flux(streams) @ jump))
+            total += np.linalg.norm(slope, axis=1) * width / pressures.energies[a, a]
+        return np.where(self.data.closed, total, 0.0)
+
+    @cached_property
+    def coordinates(self) -> np.ndarray:
+        """(2, C, 3), x/Lx and y/Ly of the corners of all cells: unit jumps of a uniform gap."""
+        scaled = self.mesh.xy / self.mesh.xy.max(axis=0)
+        return np.moveaxis(scaled[self.mesh.cells], -1, 0)
+
+
+def _applied(tensor: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """T·v of symmetric tensors (C, 3) as xx, xy, yy and vectors (C, 2)."""
+    xx, xy, yy = tensor.T
+    x, y = vectors.T
+    return np.stack([xx * x + xy * y, xy * x + yy * y], axis=1)

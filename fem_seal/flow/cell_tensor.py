@@ -1,0 +1,263 @@
+"""The effective conductivity tensor of a periodic cell, refined until its bounds agree."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from fem_seal.errors import NotConverged
+from fem_seal.fenicsx import MPI
+from fem_seal.flow.adapt import GROWTH, ROUNDING, Tuning
+from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
+from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
+from fem_seal.flow.leak import Limits
+from fem_seal.flow.marking import doerfler, halvings
+from fem_seal.grid import GridField
+from fem_seal.mesh.bisection import Refinement, TooFine, bisect
+from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
+from fem_seal.mesh.seams import squares_across, unmatched
+from fem_seal.topology.winding import periodic_sites, widest_winding
+
+LEAST_SQUARES = 4  # across the cell: fewer cannot tell a side from its copy
+
+
+@dataclass(frozen=True, eq=False)
+class TensorBounds:
+    """Two matrices between which the tensor lies as a quadratic form.
+
+    lower, upper : (2, 2), e·lower·e <= e·K*·e <= e·upper·e for every direction e
+    unknowns : of the last mesh, for one direction; levels : (unknowns, relative gap) of each mesh
+    converged : the tolerance was reached; reason : one sentence if not, else ""
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    unknowns: int = 0
+    converged: bool = True
+    reason: str = ""
+    levels: tuple[tuple[int, float], ...] = ()
+
+    @property
+    def value(self) -> np.ndarray:
+        """Matrix geometric mean of both bounds, the upper one where there is no lower one."""
+        return geometric_mean(self.lower, self.upper)
+
+    def interval(self, i: int, j: int) -> tuple[float, float]:
+        """Bounds of one component, diagonal or not.
+
+        For 0 <= D <= W as quadratic forms |D_ij - W_ij/2| <= √(W_ii W_jj)/2, by Cauchy and
+        Schwarz for D - W/2, which lies between -W/2 and W/2.
+        """
+        W = self.upper - self.lower
+        middle = (self.lower + W / 2)[i, j]
+        half = np.sqrt(max(W[i, i], 0.0) * max(W[j, j], 0.0)) / 2
+        return float(middle - half), float(middle + half)
+
+
+def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Geometric mean A # B of two positive definite 2 × 2 matrices; B if A is singular.
+
+    √(ab)/√det(A/a + B/b) (A/a + B/b) with a = √det A, b = √det B (R. Bhatia, Positive Definite
+    Matrices, 2007, prop. 4.1.12). For a single channel both matrices are multiples of one.
+    """
+    a, b = (np.sqrt(max(np.linalg.det(M), 0.0)) for M in (A, B))
+    if a > 0 and b > 0:
+        total = A / a + B / b
+        return np.sqrt(a * b / np.linalg.det(total)) * total
+    traces = np.trace(A), np.trace(B)
+    if min(traces) > 0 and np.linalg.matrix_rank(B, tol=1e-9 * traces[1]) == 1:
+        return B * np.sqrt(traces[0] / traces[1])
+    return B
+
+
+def relative_gap(lower: np.ndarray, upper: np.ndarray) -> float:
+    """Largest (u - l)/√(l u) of u = e·upper·e and l = e·lower·e over directions e that flow."""
+    values, vectors = np.linalg.eigh(upper)
+    flowing = vectors[:, values > 1e-9 * values.max()] / np.sqrt(
+        values[values > 1e-9 * values.max()]
+    )
+    ratio = np.linalg.eigvalsh(flowing.T @ lower @ flowing).min()
+    return float((1 - ratio) / np.sqrt(ratio)) if ratio > 0 else np.inf
+
+
+def conductivity_tensor(
+    gap: GridField,
+    *,
+    viscosity: float,
+    representation: str = "linear",
+    rtol: float = 0.05,
+    limits: Limits | None = None,
+    progress: Callable[[int, float], None] | None = None,
+    tuning: Tuning | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> TensorBounds:
+    """Effective conductivity tensor K* of a gap that is periodic in both directions.
+
+    The mean flux under a mean pressure gradient is -K*·gradient, K* in m³/(Pa s); a smooth channel
+    of height h has h³/(12 η). Bounds as in `cell_problem`, for the gap as represented.
+
+    Parameters
+    ----------
+    gap : gap in metres, zero in contact, periodic
+    viscosity : η [Pa s]
+    representation : "linear" or "constant"
+    rtol : stop when upper - lower <= rtol √(lower upper) in every direction
+    limits : where to stop before that
+    progress : called with unknowns and relative gap of each mesh
+    tuning : cost of the bounds, never their truth
+    comm : all its ranks must call this together, with the same gap
+
+    Returns
+    -------
+    TensorBounds [m³/(Pa s)]; zero matrices if nothing winds around the cell.
+
+    Raises
+    ------
+    InvalidInput
+        If the gap is not periodic, or a choice is unknown.
+    NotConverged
+        If the linear solver fails on the first mesh.
+    """
+    sites = periodic_sites(gap, representation)
+    limits, tuning = limits or Limits(), tuning or Tuning()
+    widest = [widest_winding(gap, representation, axis) for axis in (0, 1)]
+    if not any(widest):
+        return TensorBounds(np.zeros((2, 2)), np.zeros((2, 2)))
+    highest = float(sites.max())
+    scaled = GridField(sites / highest, gap.spacing, periodic=True)
+    narrowest = min(h for h in widest if h > 0) / highest
+    width = coarsest_width(sites.shape, tuning.coarsest)
+    represented = REPRESENTATIONS[representation](
+        scaled, tuning.cut * narrowest, tuning.floor * narrowest, width
+    )
+    Lx, Ly = scaled.size
+    # From fluxes per jump to mean flux per gradient: D A* D/(Lx Ly), D = diag(Lx, Ly).
+    lengths = np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])
+    found = _refined(represented, width, rtol, limits, tuning, comm, progress)
+    scale = highest**3 / (12 * viscosity) * lengths
+    return replace(found, lower=found.lower * scale, upper=found.upper * scale)
+
+
+def _refined(
+    gap: LinearGap | ConstantGap,
+    width: int,
+    rtol: float,
+    limits: Limits,
+    tuning: Tuning,
+    comm: MPI.Comm,
+    progress: Callable[[int, float], None] | None,
+) -> TensorBounds:
+    """Solve on ever finer meshes until the bounds agree or a limit is met."""
+    started, levels, best, reason = time.perf_counter(), [], None, ""
+    try:
+        for found in _levels(gap, width, rtol, limits, tuning, comm):
+            best = found if best is None or found.gap <= best.gap else best
+            levels.append((found.unknowns, found.gap))
+            if progress is not None:
+                progress(*levels[-1])
+            reason = "" if best.gap <= rtol else comm.bcast(limits.exceeded(started))
+            if best.gap <= rtol or reason:
+                break
+        else:
+            reason = f"the next mesh would have more than {limits.unknowns} unknowns"
+    except (TooFine, NotConverged) as limit:
+        if best is None:
+            raise
+        reason = str(limit)
+    if reason:
+        reason = f"{reason}; the tensor is known to {best.gap:.2g}, {rtol:.2g} was asked for"
+    lower, upper = best.lower * (1 - ROUNDING), best.upper * (1 + ROUNDING)
+    return TensorBounds(lower, upper, levels[-1][0], not reason, reason, tuple(levels))
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Bounds of one mesh."""
+
+    lower: np.ndarray
+    upper: np.ndarray
+    unknowns: int
+    gap: float = field(default=np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """A mesh with matching seams, the gap on it, and functions (4, C, 3) to start from.
+
+    The first two are pressures for unit jumps across x and y, the others stream functions.
+    """
+
+    mesh: NestedMesh
+    values: np.ndarray
+    functions: np.ndarray
+
+    def after(self, gap: LinearGap | ConstantGap, step: Refinement) -> "_Start":
+        values = gap.refined_values(self.values, step.mesh, step.edge_ends)
+        return _Start(step.mesh, values, np.array([step.prolong(f) for f in self.functions]))
+
+    def refined(self, gap: LinearGap | ConstantGap, times: np.ndarray) -> "_Start":
+        """Bisect each cell so many times at least, and what the seams demand."""
+        start = self
+        while times.any():
+            step = bisect(start.mesh, times > 0)
+            start, times = start.after(gap, step), np.maximum(times[step.parent] - 1, 0)
+            while (missing := unmatched(start.mesh)).any():
+                step = bisect(start.mesh, missing)
+                start, times = start.after(gap, step), times[step.parent]
+        return start
+
+
+def _first(gap: LinearGap | ConstantGap, width: int) -> _Start:
+    mesh = uniform_mesh(gap.squares, width, periodic_sides=False)
+    unit = np.moveaxis((mesh.xy / mesh.xy.max(axis=0))[mesh.cells], -1, 0)
+    start = _Start(mesh, gap.vertex_values(mesh), np.concatenate([unit, unit]))
+    while squares_across(start.mesh) < LEAST_SQUARES:
+        start = start.refined(gap, np.full(len(start.mesh.cells), 2))
+    return start
+
+
+def _levels(
+    gap: LinearGap | ConstantGap,
+    width: int,
+    rtol: float,
+    limits: Limits,
+    tuning: Tuning,
+    comm: MPI.Comm,
+) -> Iterator[_Found]:
+    start, most = _first(gap, width), limits.unknowns or np.inf
+    solved = False
+    while True:
+        problem = CellProblem(gap, start.mesh, start.values, comm, tuning.tolerance)
+        if solved and problem.unknowns > most:
+            return
+        guess = start.functions[:, problem.kept]
+        pressures = problem.pressures(guess[:2])
+        guide = problem.regularised_streams(guess[2:], tuning.epsilon)
+        upper = upper_matrix(pressures)
+        expected = relative_gap(lower_matrix(guide), upper)
+        found = _Found(np.zeros((2, 2)), upper, problem.unknowns)
+        if expected < 2 * rtol or GROWTH * problem.unknowns > most or not solved:
+            lower = lower_matrix(problem.streams(_by_jumps(guide, guess[2:])))
+            found = replace(found, lower=lower, gap=relative_gap(lower, upper))
+        yield found
+        solved = True
+        shares = problem.shares(pressures, guide, tuning.epsilon)
+        times = np.zeros(len(problem.kept), dtype=int)
+        times[problem.kept] = np.maximum(
+            halvings(shares, doerfler(shares, tuning.theta)),
+            doerfler(problem.throughflow(pressures, guide), tuning.theta_throughflow),
+        )
+        functions = start.functions.copy()
+        functions[:2, problem.kept] = _by_jumps(pressures, guess[:2])
+        functions[2:, problem.kept] = _by_jumps(guide, guess[2:])
+        start = replace(start, functions=functions).refined(gap, times)
+        del problem, pressures, guide
+
+
+def _by_jumps(family: Family, otherwise: np.ndarray) -> np.ndarray:
+    """Functions (2, C, 3) for unit jumps out of a family that may have fewer."""
+    if len(family.jumps) < 2:
+        # Along the one direction of the family; the rest is never used.
+        return np.array([family.combined(row) for row in np.linalg.pinv(family.jumps)])
+    return family.corner_values if len(otherwise) else otherwise

@@ -1,0 +1,63 @@
+"""The effective conductivity tensor of the periodic cell, as numbers for a result."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from fem_seal.flow.cell_tensor import TensorBounds
+
+
+@dataclass(frozen=True)
+class Component:
+    """One component with guaranteed bounds [m³/(Pa s)]."""
+
+    value: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class ConductivityTensor:
+    """Symmetric K* with mean flux = -K*·(mean pressure gradient); h³/(12 η) for a smooth channel.
+
+    xx, xy, yy : components [m³/(Pa s)], x along the flow of the scene
+    easiest, hardest : principal values of the estimate [m³/(Pa s)]
+    angle : of the easiest direction to x, in degrees, above -90 and at most 90
+    unknowns : of the last mesh, for one direction
+    converged : flow.rtol was reached in every direction; reason : which limit ended it, else ""
+    """
+
+    xx: Component
+    xy: Component
+    yy: Component
+    easiest: float
+    hardest: float
+    angle: float
+    unknowns: int
+    converged: bool
+    reason: str
+
+    @classmethod
+    def of(cls, bounds: "TensorBounds") -> "ConductivityTensor":
+        """Take the components out of the two bounding matrices."""
+        value = bounds.value
+
+        def component(i: int, j: int) -> Component:
+            return Component(float(value[i, j]), *bounds.interval(i, j))
+
+        (hardest, easiest), directions = np.linalg.eigh(value)
+        x, y = directions[:, 1]
+        angle = float(np.degrees(np.arctan2(y, x)))
+        return cls(
+            xx=component(0, 0),
+            xy=component(0, 1),
+            yy=component(1, 1),
+            easiest=float(easiest),
+            hardest=float(hardest),
+            angle=angle - 180 if angle > 90 else angle + 180 if angle <= -90 else angle,
+            unknowns=bounds.unknowns,
+            converged=bounds.converged,
+            reason=bounds.reason,
+        )

@@ -1,0 +1,330 @@
+"""The effective conductivity tensor of periodic cells: exact answers, symmetries, duality.
+
+With η = 1/12 the film conductivity is gap³.
+"""
+
+import numpy as np
+import pytest
+from gaps import rough_gap
+
+from fem_seal.errors import InvalidInput
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow.cell_tensor import (
+    TensorBounds,
+    conductivity_tensor,
+    geometric_mean,
+    relative_gap,
+)
+from fem_seal.grid import GridField
+
+# CG stops at a relative energy error of 1e-8.
+SOLVER = 1e-7
+
+
+def tensor(gap, **options):
+    return conductivity_tensor(gap, viscosity=1 / 12, **options)
+
+
+def cell(values, spacing=(1.0, 1.0)):
+    return GridField(values, spacing, periodic=True)
+
+
+def on_first_mesh(gap, representation="linear"):
+    """Bounds of the first mesh: discrete identities hold there to the solver's tolerance."""
+    return tensor(gap, representation=representation, rtol=1e6)
+
+
+def holds(found, exact, slack=SOLVER):
+    """Whether lower <= exact <= upper as quadratic forms, up to rounding."""
+    size = slack * np.trace(exact)
+    below = np.linalg.eigvalsh(exact - found.lower).min() >= -size
+    return below and np.linalg.eigvalsh(found.upper - exact).min() >= -size
+
+
+def rough(seed, contact=0.0, shape=(32, 32), spacing=(1.0, 1.0)):
+    values = rough_gap(shape, contact, seed, 2).values
+    return cell(values, spacing)
+
+
+# --- exact answers -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_smooth_channel(representation):
+    found = tensor(cell(np.full((6, 9), 2.0), (1.0, 3.0)), representation=representation)
+    np.testing.assert_allclose(found.value, 8 * np.eye(2), atol=8 * SOLVER)
+    assert holds(found, 8 * np.eye(2))
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 0.4)])
+def test_layers(axis, spacing):
+    """Harmonic mean across, arithmetic mean along; exact on pixels, whatever their shape."""
+    heights = np.repeat([1.0, 2.0, 1.5, 0.5], 4)
+    values = np.broadcast_to(np.expand_dims(heights, 1 - axis), (16, 16))
+    found = tensor(cell(values, spacing), representation="constant", rtol=0.01)
+    across, along = 1 / np.mean(heights**-3), np.mean(heights**3)
+    exact = np.diag([across, along] if axis == 0 else [along, across])
+    np.testing.assert_allclose(found.value, exact, atol=along * SOLVER)
+    assert holds(found, exact)
+
+
+def test_checkerboard():
+    """√(k1 k2) in every direction (Keller 1964, Dykhne 1970); contrast 64."""
+    found = tensor(cell([[1.0, 4.0], [4.0, 1.0]]), representation="constant", rtol=0.05)
+    assert holds(found, 8 * np.eye(2))
+    assert relative_gap(found.lower, found.upper) <= 0.05
+    # Both bounds err by as much: the geometric mean is far better than either.
+    np.testing.assert_allclose(found.value, 8 * np.eye(2), atol=8 * 0.002)
+
+
+def test_four_phases():
+    """Mortola and Steffé's formula, proved by Milton, J. Math. Phys. 42, 4873 (2001)."""
+    k1, k2, k3, k4 = 1.0, 1.5, 2.0, 1.2  # around the corner
+    singles = k1 + k2 + k3 + k4
+    triples = k1 * k2 * k3 + k2 * k3 * k4 + k3 * k4 * k1 + k4 * k1 * k2
+    ratio = (k1 + k4) * (k2 + k3) / ((k1 + k2) * (k3 + k4))
+    exact = np.diag(np.sqrt(triples / singles * np.array([ratio, 1 / ratio])))
+    gap = cell(np.cbrt([[k1, k4], [k2, k3]]))
+    found = tensor(gap, representation="constant", rtol=0.004)
+    assert holds(found, exact)
+    np.testing.assert_allclose(found.value, exact, atol=2e-4)
+
+
+def test_smooth_checkerboard():
+    """k = exp(A sin 2πx sin 2πy) has K* = 1 by shift, duality and mirror; the P1 gap, O(h²)."""
+    errors = []
+    for n in (16, 32, 64):
+        wave = np.sin(2 * np.pi * np.arange(n) / n)
+        found = tensor(cell(np.exp(2 * np.outer(wave, wave) / 3)), rtol=0.002)
+        errors.append(np.abs(found.value - np.eye(2)).max())
+    # The brackets are 0.1 % wide and their means ten times better, which blurs the last ratio.
+    assert errors[0] / errors[1] > 3
+    assert errors[1] / errors[2] > 2.5
+    assert errors[2] < 1e-3
+
+
+def test_oblique_layers():
+    """k(x + y): harmonic mean along the normal, arithmetic across it, so K_xy = (K_n - K_t)/2."""
+    errors = []
+    for n in (16, 32):
+        i, j = np.indices((n, n))
+        heights = 1 + 0.5 * np.cos(2 * np.pi * (i + j) / n)
+        line = 1 + 0.5 * np.cos(2 * np.pi * np.arange(4096) / 4096)
+        normal, parallel = 1 / np.mean(line**-3), np.mean(line**3)
+        half_sum, half_difference = (normal + parallel) / 2, (normal - parallel) / 2
+        exact = np.array([[half_sum, half_difference], [half_difference, half_sum]])
+        found = tensor(cell(heights), rtol=0.005)
+        errors.append(np.abs(found.value - exact).max() / parallel)
+    assert errors[0] / errors[1] > 3
+    assert errors[1] < 0.01
+
+
+# --- symmetries, on one mesh and therefore to the solver's tolerance -----------------------------
+
+
+@pytest.mark.parametrize("contact", [0.0, 0.3])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_transposed_and_mirrored(contact, representation):
+    gap = rough(1, contact, spacing=(1.0, 1.5))
+    found = on_first_mesh(gap, representation)
+    flip, mirror = np.array([[0.0, 1.0], [1.0, 0.0]]), np.diag([-1.0, 1.0])
+    transposed = on_first_mesh(GridField(gap.values.T, (1.5, 1.0), True), representation)
+    # Sample 0 stays in place on a linear gap; pixels swap ends.
+    reverse = np.roll(gap.values[::-1], 1 if representation == "linear" else 0, axis=0)
+    mirrored = on_first_mesh(cell(reverse, gap.spacing), representation)
+    for bound in ("lower", "upper"):
+        matrix = getattr(found, bound)
+        size = np.abs(matrix).max() + 1e-300
+        assert abs(matrix[0, 1] - matrix[1, 0]) <= 1e-12 * size
+        np.testing.assert_allclose(
+            getattr(transposed, bound), flip @ matrix @ flip, atol=size * SOLVER
+        )
+        np.testing.assert_allclose(
+            getattr(mirrored, bound), mirror @ matrix @ mirror, atol=size * SOLVER
+        )
+    assert abs(found.upper[0, 1]) > 1e-3 * found.upper[0, 0]
+
+
+def test_shifted():
+    """A cell has no beginning: rolled by whole squares of the first mesh nothing changes."""
+    gap = rough(2, 0.2)
+    found = on_first_mesh(gap)
+    rolled = on_first_mesh(cell(np.roll(gap.values, (6, 14), axis=(0, 1))))
+    for bound in ("lower", "upper"):
+        matrix = getattr(found, bound)
+        size = np.abs(found.upper).max()
+        np.testing.assert_allclose(getattr(rolled, bound), matrix, atol=size * SOLVER)
+
+
+def test_two_cells_are_as_good_as_one():
+    gap = rough(3, 0.2, shape=(32, 32))
+    one, two = tensor(gap, rtol=0.1), tensor(cell(np.tile(gap.values, (1, 2))), rtol=0.1)
+    for i, j in ((0, 0), (0, 1), (1, 1)):
+        (low, high), (other_low, other_high) = one.interval(i, j), two.interval(i, j)
+        assert low <= other_high
+        assert other_low <= high
+
+
+def test_units():
+    """K* goes as gap³/η, whatever the size of the cell."""
+    gap = rough(4)
+    small = GridField(1e-6 * gap.values, (1e-7, 1e-7), True)
+    found = conductivity_tensor(small, viscosity=1e-3, rtol=1e6)
+    expected = on_first_mesh(gap).upper * 1e-18 / 12e-3
+    np.testing.assert_allclose(found.upper, expected, rtol=1e-12)
+
+
+# --- duality -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_duality(seed):
+    """K*(1/k) = K*(k)/det K*(k) (Keller 1964, Mendelson 1975), and so do the bounds, crossed.
+
+    The primal problem of 1/k is the dual one of k turned by 90 degrees: upper(1/k) is
+    lower(k)/det lower(k) on one mesh, up to the solver.
+    """
+    values = np.exp(np.random.default_rng(seed).normal(size=(16, 16)))
+    k, inverse = (on_first_mesh(cell(v), "constant") for v in (values, 1 / values))
+    for mine, other in (("upper", "lower"), ("lower", "upper"), ("value", "value")):
+        partner = getattr(k, other)
+        expected = partner / np.linalg.det(partner)
+        np.testing.assert_allclose(
+            getattr(inverse, mine), expected, atol=np.abs(expected).max() * 10 * SOLVER
+        )
+
+
+def test_a_random_checkerboard_of_one_cell():
+    """Duality pins det K* for a pattern that its exchange of phases maps to itself: √(k1 k2)²."""
+    pattern = np.random.default_rng(5).random((4, 8)) < 0.5
+    values = np.where(np.concatenate([pattern, ~pattern]), 1.0, 2.0)
+    found = tensor(cell(values), representation="constant", rtol=0.05)
+    # The exchange is a shift by half the cell: K*(k1 k2/k) = K*(k), so det K* = k1 k2 = 8.
+    assert np.linalg.det(found.lower) <= 8 <= np.linalg.det(found.upper)
+    assert np.linalg.det(found.value) == pytest.approx(8, rel=0.01)
+
+
+# --- contact -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_nothing_winds(representation):
+    values = np.ones((16, 16))
+    values[3] = 0
+    values[:, 5] = 0
+    found = tensor(cell(values), representation=representation)
+    assert not found.lower.any()
+    assert not found.upper.any()
+    assert found.converged
+
+
+def test_one_channel_along_x():
+    """A slot of constant height: K_xx = h³ w/Ly between vertices less 2 samples, else nothing."""
+    values = np.zeros((16, 16))
+    values[:, 4:8] = 2.0
+    found = tensor(cell(values), representation="constant", rtol=0.01)
+    exact = np.diag([8 * 4 / 16, 0.0])
+    np.testing.assert_allclose(found.value, exact, atol=SOLVER)
+    assert holds(found, exact)
+    # The seam between the samples 15 and 0 of a channel that lies on it is no wall.
+    seam = tensor(cell(np.roll(values, 10, axis=1)), representation="constant", rtol=0.01)
+    np.testing.assert_allclose(seam.value, exact, atol=SOLVER)
+
+
+def test_a_staircase_channel():
+    """A channel that winds once along x while it winds twice along y flows along (1, 2) only."""
+    n = 16
+    values = np.zeros((n, 2 * n))
+    i, j = np.indices(values.shape)
+    values[((2 * i - j) % (2 * n)) < 8] = 1.0  # j = 2 i: once around each, as Ly = 2 Lx
+    found = tensor(cell(values), representation="constant", rtol=0.1)
+    direction = np.array([1.0, 2.0]) / np.sqrt(5)
+    across = np.array([-2.0, 1.0]) / np.sqrt(5)
+    strength = direction @ found.value @ direction
+    assert strength > 0
+    for matrix in (found.lower, found.upper):
+        np.testing.assert_allclose(matrix @ across, 0, atol=1e-9 * strength)
+    assert found.converged
+
+
+@pytest.mark.parametrize("contact", [0.2, 0.4])
+def test_dirichlet_ends_leak_more(contact):
+    """Pressure given along the ends is an admissible periodic one: Q >= K*_xx Δp Ly/Lx."""
+    gap = rough(6, contact)
+    found = tensor(gap, rtol=0.1)
+    ends = leak_rate(gap, viscosity=1 / 12, pressure_drop=1.0, sides="periodic", rtol=0.1)
+    assert found.lower[0, 0] <= ends.upper
+    assert found.lower[0, 0] > 0
+
+
+def test_bounds_close_and_stay_bounds():
+    """Bounds of a tight tolerance lie within those of a wide one."""
+    gap = rough(7, 0.3)
+    wide, tight = tensor(gap, rtol=0.5), tensor(gap, rtol=0.05)
+    assert relative_gap(tight.lower, tight.upper) <= 0.05
+    for i, j in ((0, 0), (0, 1), (1, 1)):
+        (low, high), (inner_low, inner_high) = wide.interval(i, j), tight.interval(i, j)
+        assert low <= inner_high
+        assert inner_low <= high
+        assert inner_high - inner_low < high - low
+    assert wide.unknowns < tight.unknowns
+
+
+# --- ends and errors -----------------------------------------------------------------------------
+
+
+def test_limit_of_unknowns():
+    found = tensor(rough(8, 0.4), rtol=0.01, limits=Limits(unknowns=3000))
+    assert not found.converged
+    assert "more than 3000 unknowns" in found.reason
+    assert found.unknowns <= 3000
+    assert np.trace(found.lower) > 0
+
+
+def test_gap_that_is_not_periodic():
+    with pytest.raises(InvalidInput, match="periodic in both directions"):
+        tensor(GridField(np.random.default_rng(0).random((8, 8)), (1.0, 1.0)))
+    with pytest.raises(InvalidInput, match="periodic in both directions"):
+        tensor(GridField(np.ones((8, 8)), (1.0, 1.0)), representation="constant")
+    with pytest.raises(InvalidInput, match="choose from linear, constant"):
+        tensor(cell(np.ones((8, 8))), representation="cubic")
+
+
+def test_repeated_row_and_column_are_periodic():
+    gap = rough(9)
+    repeated = GridField(gap.vertices(), gap.spacing)
+    np.testing.assert_array_equal(on_first_mesh(repeated).upper, on_first_mesh(gap).upper)
+
+
+# --- small mathematics ---------------------------------------------------------------------------
+
+
+def test_geometric_mean_of_matrices():
+    """A # B solves X A⁻¹ X = B."""
+    rng = np.random.default_rng(0)
+    A, B = (m @ m.T for m in rng.normal(size=(2, 2, 2)))
+    X = geometric_mean(A, B)
+    np.testing.assert_allclose(X @ np.linalg.solve(A, X), B, rtol=1e-12)
+    np.testing.assert_allclose(
+        geometric_mean(np.diag([1.0, 4.0]), np.diag([9.0, 1.0])), np.diag([3, 2])
+    )
+    channel = np.array([[1.0, 2.0], [2.0, 4.0]])
+    np.testing.assert_allclose(geometric_mean(channel, 4 * channel), 2 * channel)
+
+
+def test_interval_of_an_off_diagonal_component():
+    """All K between the bounds: extreme ones reach the interval's ends."""
+    rng = np.random.default_rng(1)
+    L = np.array([[2.0, 0.3], [0.3, 1.0]])
+    factor = rng.normal(size=(2, 2)) / 3
+    W = factor @ factor.T
+    low, high = TensorBounds(L, L + W).interval(0, 1)
+    angles = np.linspace(0, np.pi, 1000)
+    # D = F u uᵀ Fᵀ with unit u are the extreme points of 0 <= D <= W of rank one.
+    found = [
+        L[0, 1] + (factor @ u)[0] * (factor @ u)[1]
+        for u in np.stack([np.cos(angles), np.sin(angles)], 1)
+    ]
+    assert min(found) == pytest.approx(low, abs=1e-5)
+    assert max(found) == pytest.approx(high, abs=1e-5)
