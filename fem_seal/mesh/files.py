@@ -58,7 +58,9 @@ class GroupNames:
     wall: str | int = "wall"
 
 
-def read_triangles(path: Path, unit: float, names: GroupNames) -> Triangles:
+def read_triangles(
+    path: Path, unit: float, names: GroupNames, source: Path | None = None
+) -> Triangles:
     """Read a mesh.
 
     Parameters
@@ -66,6 +68,7 @@ def read_triangles(path: Path, unit: float, names: GroupNames) -> Triangles:
     path : .msh, .vtu or .xdmf
     unit : length of the file's unit [m]; none of the formats has one
     names : of the groups
+    source : file that the mesh was made from, named in messages in its place
 
     Raises
     ------
@@ -75,29 +78,32 @@ def read_triangles(path: Path, unit: float, names: GroupNames) -> Triangles:
     MissingPackage
         If .xdmf is read without h5py.
     """
-    mesh = _read(path)
+    source = source or path
+    mesh = _read(path, source)
     types = {block.type for block in mesh.cells if len(block.data)}
     if types & {"triangle6", "line3", "triangle7", "triangle10", "line4"}:
         raise InvalidInput(
-            f"{path} has curved triangles ({', '.join(sorted(types))}); the bounds need straight "
+            f"{source} has curved triangles ({', '.join(sorted(types))}); the bounds need straight "
             "ones: mesh again with order 1 (in gmsh, Mesh.ElementOrder = 1)"
         )
     if types - _PLANE_CELLS:
         strange = ", ".join(sorted(types - _PLANE_CELLS))
-        raise InvalidInput(f"{path} has cells of type {strange}; only plane triangles can be used")
+        raise InvalidInput(
+            f"{source} has cells of type {strange}; only plane triangles can be used"
+        )
     if "triangle" not in types:
         raise InvalidInput(
-            f"{path} has no triangles; in gmsh, generate the 2D mesh, and give the surface a "
+            f"{source} has no triangles; in gmsh, generate the 2D mesh, and give the surface a "
             "physical group as well if its curves have some"
         )
     points, cells = mesh.points, mesh.get_cells_type("triangle").astype(np.int64)
-    _check_indices(path, len(points), [block.data for block in mesh.cells])
-    xy = _plane(path, points, cells) * unit
-    edges = {group: _edges(path, mesh, getattr(names, group)) for group in _GROUPS}
+    _check_indices(source, len(points), [block.data for block in mesh.cells])
+    xy = _plane(source, points, cells) * unit
+    edges = {group: _edges(source, mesh, getattr(names, group)) for group in _GROUPS}
     for group in ("inlet", "outlet"):
         if len(edges[group]) == 0:
             raise InvalidInput(
-                f"{path} has no boundary edges in a group {getattr(names, group)!r}; "
+                f"{source} has no boundary edges in a group {getattr(names, group)!r}; "
                 f"{_known_groups(mesh)}: name the group or give its number as shape.{group}"
             )
     return Triangles(xy, cells, edges["inlet"], edges["outlet"], edges["wall"])
@@ -106,7 +112,7 @@ def read_triangles(path: Path, unit: float, names: GroupNames) -> Triangles:
 _GROUPS = ("inlet", "outlet", "wall")
 
 
-def _read(path: Path) -> "meshio.Mesh":
+def _read(path: Path, source: Path) -> "meshio.Mesh":
     import meshio
 
     readers: dict[str, Callable[[str], meshio.Mesh]] = {
@@ -116,7 +122,7 @@ def _read(path: Path) -> "meshio.Mesh":
     }
     if path.suffix not in readers:
         raise InvalidInput(
-            f"{path} is not a mesh file that can be read; choose from {', '.join(readers)} or .geo"
+            f"{source} is no mesh file that can be read; choose from {', '.join(readers)} or .geo"
         )
     try:
         # meshio prints its doubts; ours are said in one sentence below.
@@ -124,46 +130,46 @@ def _read(path: Path) -> "meshio.Mesh":
             return readers[path.suffix](str(path))
     except ModuleNotFoundError as error:
         raise MissingPackage(
-            f"{path} needs the package {error.name} (pip install {error.name}); "
+            f"{source} needs the package {error.name} (pip install {error.name}); "
             "a .msh or .vtu file does not"
         ) from None
     except OSError as error:
-        raise InvalidInput(f"cannot read the mesh {path}: {error.strerror or error}") from None
+        raise InvalidInput(f"cannot read the mesh {source}: {error.strerror or error}") from None
     except (meshio.ReadError, *_UNREADABLE) as error:
         reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise InvalidInput(
-            f"{path} is not a whole {path.suffix} mesh ({reason}); write it again"
+            f"{source} is not a whole {path.suffix} mesh ({reason}); write it again"
         ) from None
 
 
-def _check_indices(path: Path, count: int, blocks: list[np.ndarray]) -> None:
+def _check_indices(source: Path, count: int, blocks: list[np.ndarray]) -> None:
     for data in blocks:
         if len(data) and not 0 <= data.min() <= data.max() < count:
             raise InvalidInput(
-                f"{path} names point {data.max()} but holds only {count} points; "
+                f"{source} names point {data.max()} but holds only {count} points; "
                 "it is not whole: write it again"
             )
 
 
-def _plane(path: Path, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+def _plane(source: Path, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Coordinates (V, 2) of points in a plane z = const."""
     used = points[np.unique(cells)]
     if not np.isfinite(used).all():
-        raise InvalidInput(f"{path} has points that are not finite")
+        raise InvalidInput(f"{source} has points that are not finite")
     if used.shape[1] > 2:
         height, extent = np.ptp(used[:, 2]), np.ptp(used[:, :2], axis=0).max()
         if height > FLAT * extent:
             raise InvalidInput(
-                f"the mesh {path} is not plane: z varies by {height:.3g} over an extent of "
+                f"the mesh {source} is not plane: z varies by {height:.3g} over an extent of "
                 f"{extent:.3g}; give the mesh of the film in the plane z = 0"
             )
     return np.ascontiguousarray(points[:, :2], dtype=float)
 
 
-def _edges(path: Path, mesh: "meshio.Mesh", name: str | int) -> np.ndarray:
+def _edges(source: Path, mesh: "meshio.Mesh", name: str | int) -> np.ndarray:
     """Edges (n, 2) of a group, none if it does not exist."""
     found = [np.empty((0, 2), dtype=np.int64)]
-    array, tag = _array_and_tag(path, mesh, name)
+    array, tag = _array_and_tag(source, mesh, name)
     if array is not None:
         for block, values in zip(mesh.cells, mesh.cell_data[array], strict=True):
             if block.type == "line":
@@ -173,7 +179,7 @@ def _edges(path: Path, mesh: "meshio.Mesh", name: str | int) -> np.ndarray:
 
 
 def _array_and_tag(
-    path: Path, mesh: "meshio.Mesh", name: str | int
+    source: Path, mesh: "meshio.Mesh", name: str | int
 ) -> tuple[str | None, int | None]:
     """Cell array of a group, and its number in it; no number: the array is not zero there."""
     if isinstance(name, str):
@@ -187,8 +193,8 @@ def _array_and_tag(
     arrays = [TAGS] if TAGS in whole else whole
     if len(arrays) > 1:
         raise InvalidInput(
-            f"{path} has several integer cell arrays ({', '.join(arrays)}); group {name} could be "
-            "in any of them: keep the one with the boundary tags"
+            f"{source} has several integer cell arrays ({', '.join(arrays)}); group {name} could "
+            "be in any of them: keep the one with the boundary tags"
         )
     return (arrays[0], name) if arrays else (None, None)
 

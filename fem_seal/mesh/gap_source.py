@@ -13,6 +13,7 @@ from fem_seal.expression import evaluate
 from fem_seal.grid import GridField
 
 OUTSIDE = 1e-6  # of a sample: rounding by which a vertex may miss the grid
+ROUNDING = 1e-6  # of a pixel: meshes of gmsh are no more exact than 1e-9
 UNIT_SUSPECTED = 50  # mesh and grid whose extents differ by more are not of one unit
 
 
@@ -165,18 +166,16 @@ def _clipped(steps: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 def _linear(samples: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Linear interpolation on the pixel triangles whose diagonals alternate."""
-    last = np.array(samples.shape) - 2
-    i, j = np.minimum(steps.astype(int), last).T
+    i, j = np.minimum(steps.astype(int), np.array(samples.shape) - 2).T
     s, t = steps[:, 0] - i, steps[:, 1] - j
-    sw, se = samples[i, j], samples[i + 1, j]
-    nw, ne = samples[i, j + 1], samples[i + 1, j + 1]
-    # From sw to ne where i + j is even: the weights of the three corners around the point.
-    rising = np.where(
-        s >= t, (1 - s) * sw + (s - t) * se + t * ne, (1 - t) * sw + (t - s) * nw + s * ne
-    )
-    falling = np.where(
-        s + t <= 1,
-        (1 - s - t) * sw + s * se + t * nw,
-        (s + t - 1) * ne + (1 - s) * nw + (1 - t) * se,
-    )
-    return np.where((i + j) % 2 == 0, rising, falling)
+    even = (i + j) % 2 == 0
+    # From sw to ne where i + j is even: the weights of sw, se, nw and ne around the point.
+    rising = [1 - np.maximum(s, t), np.maximum(s - t, 0), np.maximum(t - s, 0), np.minimum(s, t)]
+    far = np.maximum(s + t - 1, 0)
+    falling = [np.maximum(1 - s - t, 0), s - far, t - far, far]
+    weights = np.where(even, rising, falling)
+    # A vertex that lies on a sample or a side but for rounding must not see past it: a gap of
+    # 0 there would open a path as narrow as the rounding.
+    weights[weights < ROUNDING] = 0
+    corners = [samples[i, j], samples[i + 1, j], samples[i, j + 1], samples[i + 1, j + 1]]
+    return (weights * corners).sum(axis=0) / weights.sum(axis=0)

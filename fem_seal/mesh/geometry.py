@@ -75,18 +75,19 @@ def mesh_geometry(
         If gmsh is not installed.
     """
     gmsh = _gmsh()
-    set_numbers = [
-        word for name, value in numbers.items() for word in ("-setnumber", name, repr(float(value)))
-    ]
     with TemporaryDirectory(prefix="fem-seal-") as folder:
         mesh = Path(folder) / f"{geo.stem}.msh"
-        gmsh.initialize(["gmsh", *set_numbers], readConfigFiles=False)
+        # gmsh keeps the constants of one file for the next of the same process.
+        lines = ["Delete Variables;", *(f"{name} = {value!r};" for name, value in numbers.items())]
+        start = Path(folder) / "start.geo"
+        start.write_text("\n".join([*lines, f'Include "{geo.absolute()}";\n']), encoding="utf-8")
+        gmsh.initialize(["gmsh"], readConfigFiles=False)
         try:
             gmsh.option.setNumber("General.Terminal", 0)
             # Errors are read from the log: gmsh would raise them as bare exceptions.
             gmsh.option.setNumber("General.AbortOnError", 0)
             gmsh.logger.start()
-            gmsh.open(str(geo))
+            gmsh.open(str(start))
             _refuse_errors(gmsh, geo)
             if largest is not None:
                 gmsh.option.setNumber("Mesh.MeshSizeMax", largest / unit)
@@ -100,7 +101,7 @@ def mesh_geometry(
             gmsh.finalize()
         if not mesh.exists():
             raise InvalidInput(f"gmsh has made no mesh of {geo}: does it have a surface?")
-        return read_triangles(mesh, unit, names)
+        return read_triangles(mesh, unit, names, source=geo)
 
 
 def _gmsh() -> ModuleType:

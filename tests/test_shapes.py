@@ -1,0 +1,304 @@
+"""Scenes with a [shape], from the file to the leak rate, against exact answers."""
+
+import re
+import tomllib
+from typing import get_args
+
+import numpy as np
+import pytest
+from mesh_files import scene_of, write_msh
+from project import ROOT, write_toml
+
+from fem_seal import job
+from fem_seal.cli import main
+from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.grid import GridField
+from fem_seal.mesh.build import shaped_gap
+from fem_seal.results import Result, read_flow
+from fem_seal.scene import Scene
+from fem_seal.scene.scene import Scene as SceneModel
+from fem_seal.seal import Seal
+from fem_seal.theory.closed_forms import annulus, dilute_discs, disc_array
+
+UNIT = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³, Δp = 1
+RING = {"kind": "face-seal", "inner_radius": 1, "outer_radius": 2, "mesh_size": 0.25}
+STRIP = {"kind": "strip", "length": 2, "width": 1, "mesh_size": 0.2}
+PLATE = {"kind": "plate-with-holes", "length": 2, "width": 1, "holes": [2, 1], "radius": 0.3}
+
+
+def scene(shape: dict, products=("leak_rate",), **flow: object) -> dict:
+    """Scene in which K = g³ and Δp = 1."""
+    return {
+        "shape": shape,
+        "fluid": {"viscosity": 1 / 12},
+        "flow": {"pressure_drop": 1} | flow,
+        "output": {"products": list(products)},
+    }
+
+
+def solved(shape: dict, **flow: object):
+    return Seal(Scene.from_mapping(scene(shape, **flow))).leak_rate
+
+
+def fewest_sides(gap) -> float:
+    """Sides of a circle of radius 1 whose longest edge is that of the mesh's rim."""
+    edges = np.concatenate([ends for _, ends in gap.mesh.groups()])
+    ends = gap.mesh.xy[edges]
+    on_circle = np.abs(np.hypot(*ends.mean(axis=1).T) - 1) < 0.05
+    longest = np.linalg.norm(ends[on_circle, 0] - ends[on_circle, 1], axis=1).max()
+    return np.pi / np.arcsin(longest / 2)
+
+
+def test_face_seal():
+    """Edges are chords: each polygon lies between its circle and the one that touches its sides,
+    and the leak rate grows with the hole and falls with the rim. The bounds close at order 2,
+    and so do the polygons."""
+    exact, widths, errors = annulus(1.0, 1.0, 2.0), [], []
+    for size in (0.25, 0.125, 0.0625):
+        shape = Scene.from_mapping(scene(RING | {"mesh_size": size, "gap": 1})).shape
+        gap = shaped_gap(shape, None)
+        flow = leak_rate(gap, method="uniform", limits=Limits(unknowns=1), rtol=1e-9, **UNIT)
+        inside = np.cos(np.pi / fewest_sides(gap))
+        assert flow.lower <= annulus(1.0, 1.0, 2.0 * inside)
+        assert flow.upper >= annulus(1.0, 1.0 * inside, 2.0)
+        widths.append(flow.upper - flow.lower)
+        errors.append(abs(flow.lower - exact))
+    # Meshes of gmsh are not halves of each other: the mean over two steps.
+    orders = np.log2([widths[0] / widths[2], errors[0] / errors[2]]) / 2
+    assert (orders > 1.8).all(), (widths, errors)
+
+
+@pytest.mark.parametrize("angle", ["60 deg", 2.5, "340 deg"])
+def test_sector(angle):
+    """Q = angle · K Δp / ln(r_out/r_in), to the height of the arcs above their chords."""
+    flow = solved({**RING, "kind": "sector", "angle": angle, "mesh_size": 0.1, "gap": 1}, rtol=0.01)
+    radians = Scene.from_mapping(
+        scene({**RING, "kind": "sector", "angle": angle, "gap": 1})
+    ).shape.angle
+    exact = radians / np.log(2)
+    # An edge of length h lies up to h²/8r inside its arc; δQ/Q = (δr/r)/ln 2 on either circle.
+    slack = (0.1**2 / 8) * (1 + 1 / 4) / np.log(2)
+    assert flow.lower * (1 - slack) <= exact <= flow.upper * (1 + slack)
+
+
+@pytest.mark.parametrize("holes", [[2, 1], [1, 2]])
+def test_plate_with_holes_is_the_array_of_discs(holes):
+    """Perrins, McKenzie and McPhedran (1979); polygons with n corners on a circle lie between it
+    and the one of radius r cos(π/n). Holes beside each other have walls of their own."""
+    length, width = map(float, holes)
+    size = 0.06
+    plate = PLATE | {"length": length, "width": width, "holes": holes, "mesh_size": size, "gap": 1}
+    flow = solved(plate, rtol=0.01)
+    inside = np.sqrt(1 - (size / 2 / 0.3) ** 2)
+    full, less = (disc_array(np.pi * r**2) * width / length for r in (0.3, 0.3 * inside))
+    assert flow.lower <= less
+    assert flow.upper >= full
+    assert flow.upper / flow.lower < 1.011
+    assert less / full < 1.01
+
+
+def test_square_plate_of_holes_leaks_as_one_cell():
+    """Two by two cells in a square are one cell, whose mirror images they are."""
+    one = solved(PLATE | {"length": 1, "holes": [1, 1], "mesh_size": 0.06, "gap": 1}, rtol=0.01)
+    four = solved(
+        PLATE | {"length": 2, "width": 2, "holes": [2, 2], "mesh_size": 0.06, "gap": 1}, rtol=0.01
+    )
+    # gmsh does not mesh all cells alike: polygons of other corners, see above.
+    assert four.lower <= one.upper * 1.005
+    assert one.lower <= four.upper * 1.005
+
+
+WEDGE = GridField(np.add.outer(1 + np.arange(9) / 4, np.arange(5) / 8), (0.25, 0.25))
+ROUGH = GridField(np.maximum(0, np.random.default_rng(8).normal(0.7, 0.5, (17, 9))), (0.125, 0.125))
+
+
+@pytest.mark.parametrize(
+    ("kind", "grid"), [("strip", WEDGE), ("rectangle", WEDGE), ("rectangle", ROUGH)]
+)
+def test_gmsh_mesh_and_pixel_mesh_of_one_gap(kind, grid, tmp_path):
+    """A plane gap is the same function on any triangles, a rough one on those of the pixels, which
+    `rectangle` makes: both brackets hold one number."""
+    np.savez(tmp_path / "gap.npz", gap=grid.values, spacing=grid.spacing)
+    shape = STRIP | {"kind": kind, "mesh_size": grid.spacing[0]}
+    data = scene(shape, rtol=0.02) | {"gap": {"path": str(tmp_path / "gap.npz")}}
+    seal = Seal(Scene.from_mapping(data))
+    if kind == "rectangle":
+        steps = np.rint(seal.gap.mesh.xy / grid.spacing).astype(int)
+        # gmsh places its vertices to 1e-11 of the strip; contact must be exactly 0 all the same.
+        found, expected = seal.gap.values, grid.values[tuple(steps.T)]
+        np.testing.assert_allclose(found, expected, atol=1e-9)
+        np.testing.assert_array_equal(found == 0, expected == 0)
+    on_mesh = seal.leak_rate
+    on_grid = leak_rate(grid, rtol=0.02, **UNIT)
+    assert on_mesh.lower <= on_grid.upper
+    assert on_grid.lower <= on_mesh.upper
+    assert on_mesh.converged
+
+
+def test_grid_gap_in_polar_coordinates(tmp_path):
+    """g = r on a face seal: Q = 2πΔp / ∫dr/(r g³) = 6π/(1 - 1/8); the mesh's error is h²."""
+    n = 90
+    gap = np.repeat((1 + np.arange(11) * 0.1)[:, None], n, axis=1)
+    np.savez(tmp_path / "gap.npz", gap=gap, spacing=(0.1, 2 * np.pi / n))
+    shape = RING | {"mesh_size": 0.08, "grid": "polar", "grid_origin": [1, 0]}
+    data = scene(shape, rtol=0.01) | {"gap": {"path": str(tmp_path / "gap.npz")}}
+    seal = Seal(Scene.from_mapping(data))
+    np.testing.assert_allclose(seal.gap.values, np.hypot(*seal.gap.mesh.xy.T), rtol=1e-3)
+    assert seal.leak_rate.value == pytest.approx(6 * np.pi / (1 - 1 / 8), rel=0.01, abs=0)
+
+
+def test_contact_of_a_scene_in_another_shape(small_scene):
+    """A contact solved on its square, of which the strip is a part."""
+    strip = {"kind": "strip", "length": "31 um", "width": "15 um", "mesh_size": "1 um"}
+    data = small_scene | {"shape": strip | {"smallest_size": "0.5 um"}}
+    data["flow"] = {"pressure_drop": "1 bar", "rtol": 0.2}
+    data["output"] = {"products": ["contact", "leak_rate"]}
+    seal = Seal(Scene.from_mapping(data))
+    assert seal.leak_rate.lower <= seal.leak_rate.upper
+    assert 0 < seal.contact_area_fraction < 0.5
+    assert seal.mean_gap == pytest.approx(seal.grid_gap.values.mean(), rel=0.3)
+
+
+def test_sealed_shape_is_not_solved():
+    closed = RING | {"gap_expression": "max(0, abs(r - 1.5) - 0.3)"}
+    flow = solved(closed)
+    assert (flow.state, flow.value) == ("sealed", 0.0)
+
+
+def test_bolts_of_the_flange_lower_its_leak_rate():
+    """Six islands in a ring that is cut open: less than without bolts, and about what few discs
+    of the same area do to a plane (Maxwell), for they are far from one another and the rims."""
+    shape = {"kind": "file", "path": str(ROOT / "meshes" / "flange.geo"), "unit": "mm", "gap": 1}
+    flow = solved(shape, rtol=0.02)
+    ring = annulus(1.0, 20.0, 40.0)
+    share = 6 * 3.5**2 / (40**2 - 20**2)
+    assert flow.upper < ring
+    assert flow.value == pytest.approx(dilute_discs(share) * ring, rel=0.03, abs=0)
+
+
+GEO = """
+Point(1) = {0, 0, 0, 300}; Point(2) = {2000, 0, 0, 300};
+Point(3) = {2000, 1000, 0, 300}; Point(4) = {0, 1000, 0, 300};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {3, 4}; Line(4) = {4, 1};
+Curve Loop(1) = {-4, -3, -2, -1}; Plane Surface(1) = {1};
+Physical Curve("left") = {4}; Physical Curve("right") = {2}; Physical Curve("rest") = {1, 3};
+Physical Surface("film") = {1};
+"""
+
+
+def test_own_geometry(tmp_path):
+    """Other names of groups, millimetres, a curve loop that runs clockwise; Q = K Δp W/L."""
+    (tmp_path / "own.geo").write_text(GEO)
+    shape = {"kind": "file", "path": str(tmp_path / "own.geo"), "unit": "mm", "gap": 1}
+    names = {"inlet": "left", "outlet": "right", "wall": "rest"}
+    flow = solved(shape | names, rtol=1e-6)
+    assert flow.value == pytest.approx(0.5, rel=1e-7, abs=0)
+    finer = Scene.from_mapping(scene(shape | names | {"mesh_size": "100 mm"})).shape
+    assert len(shaped_gap(finer, None).mesh.cells) > 300
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("Point(1) = {0, 0, 0; ", "gmsh cannot mesh .*own.geo: .*syntax error"),
+        (
+            GEO.replace('"left"', '"lefty"'),
+            "own.geo has no boundary edges in a group 'left'; it has lefty",
+        ),
+        ("Point(1) = {0, 0, 0};", "own.geo(: does it have a surface| has no triangles)"),
+    ],
+)
+def test_bad_geometry(text, words, tmp_path):
+    (tmp_path / "own.geo").write_text(text)
+    names = {"inlet": "left", "outlet": "right", "wall": "rest"}
+    data = scene_of(tmp_path / "own.geo", **names)
+    with pytest.raises(InvalidInput, match=words) as error:
+        shaped_gap(Scene.from_mapping(data).shape, None)
+    assert "\n" not in str(error.value)
+
+
+def test_gmsh_is_missed_before_the_work(monkeypatch, tmp_path):
+    monkeypatch.setattr("fem_seal.job.find_spec", lambda name: None if name == "gmsh" else name)
+    with pytest.raises(MissingPackage, match=r"meshing a \[shape\] needs gmsh"):
+        job.run(Scene.from_mapping(scene(RING | {"gap": 1})), tmp_path / "out")
+
+
+CONTRADICTIONS = [
+    ({"gap": 1, "gap_expression": "x"}, {}, "gap and gap_expression are both given"),
+    ({"gap": 1, "grid": "polar"}, {}, "grid and grid_origin belong to a gap on a grid"),
+    ({"gap_expression": "x +"}, {}, "is not an expression"),
+    ({"gap_expression": "open(x)"}, {}, r"'open\(x\)' in .* is not allowed"),
+    ({"gap": 1, "outer_radius": 0.5}, {}, "inner_radius = 1 m must be below outer_radius = 0.5 m"),
+    ({"gap": 1, "smallest_size": 3}, {}, "smallest_size = 3 m must not exceed mesh_size = 0.25 m"),
+    ({"gap": 1}, {"sides": "periodic"}, "flow.sides = 'periodic' is for a gap on a grid"),
+    ({"gap": 1}, {"representation": "constant"}, "flow.representation = 'constant' is for a gap"),
+    ({"gap": 1}, {"method": "finite-difference"}, "'finite-difference' needs a grid"),
+    ({}, {}, r"\[surface\] is missing; give \[surface\] and \[contact\], or \[gap\]"),
+]
+
+
+@pytest.mark.parametrize(("fields", "flow", "words"), CONTRADICTIONS)
+def test_contradictions(fields, flow, words):
+    with pytest.raises(InvalidInput, match=words):
+        Scene.from_mapping(scene(RING | fields, **flow))
+
+
+def test_more_contradictions(tmp_path):
+    for data, words in (
+        (scene(RING | {"gap": 1}, products=("threshold",)), "'threshold', which is computed on a"),
+        (scene(PLATE | {"gap": 1, "mesh_size": 0.1, "radius": 0.6}), "radius = 0.6 m does not fit"),
+        (scene(STRIP | {"gap": 1, "kind": "rectangle", "smallest_size": 0.1}), "squares are equal"),
+        (scene_of(write_msh(tmp_path / "a.msh"), mesh_size=1), "a.msh is meshed already"),
+        (scene({"kind": "ring", "gap": 1}), "shape.kind = 'ring' is not allowed; choose from 're"),
+        (scene({"gap": 1}), "shape.kind is missing; choose from 'rectangle' or 'strip' or"),
+        (scene(RING | {"gap": 1}) | {"gap": {"path": __file__}}, r"gap and so does \[gap\]"),
+    ):
+        with pytest.raises(InvalidInput, match=words):
+            Scene.from_mapping(data)
+
+
+@pytest.mark.render
+def test_run_mesh_and_render(tmp_path, capsys):
+    """run writes what its result says; mesh writes its part of it alone; render draws again."""
+    path = write_toml(
+        tmp_path / "ring.toml", scene(RING | {"gap": 1}, ("leak_rate", "mesh", "pictures"))
+    )
+    assert main(["run", str(path), "--out", str(tmp_path / "a")]) == 0
+    result = Result.from_folder(tmp_path / "a")
+    drawn = {"flow.png", "gap.png", "shape.png"}
+    assert set(result.files) == drawn | {"flow.vtu", "mesh.vtu"}
+    field = read_flow(tmp_path / "a")
+    outwards = (field.flux * field.points[field.cells].mean(axis=1)).sum(axis=1)
+    assert (outwards > 0).all()
+    assert main(["mesh", str(path), "--out", str(tmp_path / "b")]) == 0
+    assert {p.name for p in (tmp_path / "b").iterdir()} == {"gap.png", "mesh.vtu", "shape.png"}
+    assert "triangles" in capsys.readouterr().out
+    before = (tmp_path / "a" / "shape.png").read_bytes()
+    for name in drawn:
+        (tmp_path / "a" / name).unlink()
+    assert main(["render", str(tmp_path / "a")]) == 0
+    assert drawn <= {p.name for p in (tmp_path / "a").iterdir()}
+    assert (tmp_path / "a" / "shape.png").read_bytes() == before
+
+
+def test_mesh_of_a_scene_without_shape(tmp_path, small_scene, capsys):
+    path = write_toml(tmp_path / "scene.toml", small_scene)
+    assert main(["mesh", str(path)]) == 2
+    assert "has no [shape]" in capsys.readouterr().err
+
+
+def test_every_field_has_a_line_in_the_document():
+    """docs/shapes.md shows each kind once with all its fields, optional ones commented out."""
+    text = (ROOT / "docs" / "shapes.md").read_text()
+    shown = {}
+    for block in re.findall(r"```toml\n(\[shape\].*?)```", text, re.DOTALL):
+        fields = tomllib.loads(re.sub(r"^# (?=\w+ = )", "", block, flags=re.MULTILINE))["shape"]
+        shown[fields["kind"]] = set(fields)
+    union = get_args(get_args(SceneModel.model_fields["shape"].annotation)[0])[0]
+    models = {get_args(m.model_fields["kind"].annotation)[0]: m for m in get_args(union)}
+    assert set(shown) == set(models)
+    shared = {"gap", "gap_expression", "grid", "grid_origin", "smallest_size"}
+    for kind, model in models.items():
+        assert shown[kind] | shared == set(model.model_fields) | shared, kind
+    assert shared <= shown["face-seal"]
