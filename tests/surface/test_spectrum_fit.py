@@ -10,7 +10,7 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, fit_spectrum, self_affine
-from fem_seal.surface.spectrum_fit import BIN_RATIO, _repeating
+from fem_seal.surface.spectrum_fit import BIN_RATIO, _bins, _repeating, _rings
 
 SEEDS = range(12)
 # Means of 12 standard normal numbers stay below 4 / √12, their root mean squares below 1.9
@@ -42,6 +42,32 @@ def test_hurst_and_cut_offs(hurst):
         # The bin that holds the cut-off: 6 % of wavelength, at long waves one ring of the grid.
         assert abs(np.log(fit.short_wavelength / 4.0)) < np.log(BIN_RATIO)
         assert abs(n / fit.long_wavelength - 4) <= 1
+
+
+def test_claimed_error_is_the_spread():
+    """Over 64 seeds: the root mean square of so many normal numbers has a spread of 1 / √128."""
+    n, hurst = 64, 0.8
+    fits = [fit_spectrum(made(n, 100 + seed, hurst)) for seed in range(64)]
+    z = deviations(fits, hurst)
+    assert np.sqrt(np.mean(z**2)) == pytest.approx(1, abs=4 / 128**0.5)
+
+
+def test_bins_have_no_bias_and_the_variance_they_claim():
+    """ln C of white noise, where every wave has σ² dx² / (2π)²; four waves in the first ring.
+
+    Over N seeds means lie within 4 standard errors and variances within 5 · √(2/N), wider than
+    normal because logarithms of few exponential numbers have heavier tails.
+    """
+    seeds = 1600
+    values = []
+    for seed in range(seeds):
+        noise = np.random.default_rng(seed).normal(size=(16, 16))
+        spectrum = _rings(GridField(noise, (1.0, 1.0), periodic=True))
+        _, y, variance = _bins(spectrum, spectrum.modes / 2)
+        values.append(y - np.log(1 / (2 * np.pi) ** 2))
+    values = np.array(values)
+    assert np.all(np.abs(values.mean(axis=0)) < 4 * np.sqrt(variance / seeds))
+    np.testing.assert_allclose(values.var(axis=0), variance, rtol=5 * (2 / seeds) ** 0.5)
 
 
 def test_rolloff():

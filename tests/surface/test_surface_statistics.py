@@ -6,7 +6,7 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.surface import fitted_hurst, radial_spectrum, rms_height, rms_slope
-from fem_seal.surface.waves import mode_powers
+from fem_seal.surface.waves import mode_powers, wavenumbers
 
 
 def noise(shape):
@@ -28,6 +28,26 @@ def test_radial_spectrum_integrates_to_the_variance(shape):
     cell = (2 * np.pi) ** 2 / (field.size[0] * field.size[1])
     assert np.sum(rings.density * rings.modes) * cell == pytest.approx(rms_height(field) ** 2)
     assert rings.modes.sum() == field.values.size - 1
+
+
+def test_rings_of_a_steep_power_law():
+    """Waves of exactly C = q^-p: with the exponent p each ring has C of its wavenumber.
+
+    The plain mean of a ring lies above, by p (p + 1) / 2 times the variance of q over q²: several
+    per cent for the first rings, which are one step of wavenumber wide.
+    """
+    n, p = 32, 3.6
+    white = np.fft.rfft2(np.random.default_rng(1).normal(size=(n, n)))
+    q = wavenumbers((n, n), (1.0, 1.0))
+    q[0, 0] = np.inf
+    modes = white / np.abs(white) * q ** (-p / 2) * n**2
+    field = GridField(np.fft.irfft2(modes), (1.0, 1.0), periodic=True)
+    # |h̃|² = q^-p times the area of the cell over (2π)².
+    level = n**2 / (2 * np.pi) ** 2
+    sloped, plain = radial_spectrum(field, p), radial_spectrum(field)
+    exact = level * sloped.wavenumber**-p
+    np.testing.assert_allclose(sloped.density, exact, rtol=1e-10)
+    assert plain.density[1] > 1.02 * exact[1]
 
 
 def test_slope_of_a_wave():
