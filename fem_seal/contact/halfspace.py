@@ -132,6 +132,11 @@ class HalfSpace:
         )
 
     @cached_property
+    def point_stiffness(self) -> float:
+        """Pressure on one sample over the displacement it causes there."""
+        return 1 / float(self._energy_weights.sum(dtype=float))
+
+    @cached_property
     def _stiffness(self) -> np.ndarray:
         """Inverse of the compliance, in double; only methods that move the surface need it."""
         waves = self._compliance > 0

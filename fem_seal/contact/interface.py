@@ -66,6 +66,24 @@ class Interface:
         unit_pressure = contact_modulus * unit_height / (2 * length)
         return cls(height, contact_modulus, half_space, unit_height, unit_pressure, heights)
 
+    @property
+    def point_stiffness(self) -> float:
+        """Pressure on one sample that displaces this sample by 1 m, against the mean [Pa/m]."""
+        return self.half_space.point_stiffness * self.unit_pressure / self.unit_height
+
+    def complementary(self, start: np.ndarray) -> np.ndarray:
+        """Pressure [Pa] without that on samples which the gap it causes says are open.
+
+        The mean of two states has a certificate near zero and yet presses on every sample that
+        touches in one of them: its contact is where p > k g, with k the stiffness of one sample.
+        """
+        if not start.any():
+            return start
+        pressure = start / self.unit_pressure
+        gap = self.half_space.displacement(pressure) - self.heights
+        gap -= np.vdot(pressure, gap) / pressure.sum()
+        return np.where(pressure > self.half_space.point_stiffness * gap, start, 0.0)
+
     def on(self, height: GridField) -> "Interface":
         """Return the same solid under another surface or grid."""
         half_space = self.half_space

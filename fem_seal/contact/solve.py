@@ -92,7 +92,7 @@ def solve(
     solver : str
         "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics.
     start : pressure to start from [Pa]
-        Array, field or the state of another load.
+        Array, field or the state of another load; what it presses on open samples is left out.
     layer : Layer
         A solid of finite thickness in place of the half-space.
     threads : int
@@ -117,8 +117,12 @@ def solve(
     """
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
     stopping = Stopping(solver, tolerance, max_iterations, progress)
+    first = start_pressure(start, height.shape)
     interface = Interface.prepared(height, contact_modulus, layer, threads, precision)
-    return load_to(interface, load, stopping, start_pressure(start, height.shape))
+    if first is not None:
+        first = interface.complementary(first)
+    state = load_to(interface, load, stopping, first)
+    return replace(state, fft_pairs=interface.half_space.pairs)
 
 
 def load_to(

@@ -75,3 +75,37 @@ def test_failure_is_raised(rough):
     path = load_path(rough, E_STAR, pressures=PRESSURES, max_iterations=1)
     with pytest.raises(NotConverged):
         next(path)
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("solver", ["free-set-cg", "polonsky-keer"])
+def test_mean_of_two_states_is_no_contact(rough, tolerance, solver):
+    """It presses wherever one of them touches, with a certificate that may pass at once.
+
+    The contact found has to be as right as that from a cold start, give or take one sample.
+    """
+    pressure = 0.2 * E_STAR * SLOPE
+    below, above = (solve(rough, E_STAR, pressure=share * pressure) for share in (0.98, 1.02))
+    between = (below.pressure.values + above.pressure.values) / 2
+    exact = solve(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
+    assert np.count_nonzero(between) > 1.01 * np.count_nonzero(exact)
+    given = {"pressure": pressure, "tolerance": tolerance, "solver": solver}
+    wrong = [
+        np.count_nonzero(solve(rough, E_STAR, **given, start=start).contact != exact)
+        for start in (None, between)
+    ]
+    assert wrong[1] <= wrong[0] + 1, wrong
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_tiny_steps_at_a_loose_tolerance(rough, tolerance):
+    """Loads that turn back and forth by 1e-4 keep the contact of a cold start's quality."""
+    steps = 1 + 1e-4 * np.array([-500, 0, 1, 0, -1, 0, 1, 2, 1])
+    pressures = 0.2 * E_STAR * SLOPE * steps
+    path = load_path(rough, E_STAR, pressures=pressures, tolerance=tolerance)
+    for pressure, state in zip(pressures, path, strict=True):
+        exact = solve(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
+        cold = solve(rough, E_STAR, pressure=pressure, tolerance=tolerance).contact
+        wrong = [np.count_nonzero(contact != exact) for contact in (cold, state.contact)]
+        # A thousandth of the samples: four of 4096.
+        assert wrong[1] <= wrong[0] + 4, wrong
