@@ -73,6 +73,8 @@ def _style(name: str, number: int) -> dict[str, object]:
     colour = f"C{number}" if family == "FD" else COLOURS[family]
     side = next((s for s in ("upper", "lower") if s in name), "")
     marker = {"upper": "v", "lower": "^", "": "s" if family == "FD" else "o"}[side]
+    if "cascade" in name:
+        marker = "x"  # lies on the elimination with the same links
     dash = "--" if side else "-"
     return {"color": colour, "marker": marker, "ls": dash, "ms": 4, "lw": 1.2, "label": name}
 
