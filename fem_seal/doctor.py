@@ -86,7 +86,7 @@ def examine() -> Iterator[Finding]:
 OPTIONAL = {
     "meshio": "the mesh product (flow.vtu)",
     "matplotlib": "plots",
-    "h5py": "surfaces in HDF5",
+    "h5py": "surfaces and gaps in HDF5 and NetCDF 4",
     "SurfaceTopography": "measured surfaces",
     "gmsh": "seals that are not rectangles",
 }
@@ -179,8 +179,13 @@ def _compiler_mend() -> str:
     return "apt-get install gcc python3-dev" if which("gcc") is None else "see the lines above"
 
 
+def _pip(name: str) -> str:
+    # A newer numpy, which some of these ask for, would break petsc4py.
+    return f".venv/bin/pip install -c .venv/debian.txt {name}"
+
+
 def _optional(name: str, needed_for: str) -> Finding:
     works = find_spec(name) is not None
-    source = "apt-get install python3-gmsh" if name == "gmsh" else f"pip install {name}"
+    source = "apt-get install python3-gmsh" if name == "gmsh" else _pip(name)
     found = "installed" if works else "not installed"
     return Finding(name, needed_for, works, found, source, required=False)

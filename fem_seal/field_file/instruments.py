@@ -70,7 +70,7 @@ def _exceptions(path: Path) -> tuple[type[Exception], ...]:
     except ImportError:
         raise MissingPackage(
             f"{path} is none of .npz, .npy, .nc, .h5 or .txt; other formats need "
-            "SurfaceTopography: pip install 'fem_seal[measured]'"
+            "SurfaceTopography: .venv/bin/pip install -c .venv/debian.txt SurfaceTopography"
         ) from None
     return ReadFileError, UnknownFileFormat
 

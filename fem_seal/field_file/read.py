@@ -1,6 +1,7 @@
 """One file to one map in metres; the ending of its name says the format."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,11 +39,16 @@ def read_map(path: str | Path, names: Names, stated: Stated | None = None) -> Fi
     """
     path, stated = Path(path), stated or Stated()
     names = (stated.array,) if stated.array is not None else names
-    recorded = READERS.get(path.suffix.lower(), _instrument)(path, names)
+    reader = READERS.get(path.suffix.lower(), _instrument)
+    recorded = reader(path, names)
     infinite = np.count_nonzero(np.isinf(recorded.values))
     if infinite:
         raise InvalidInput(f"{infinite} of {recorded.values.size} values of {path} are infinite")
-    return in_metres(recorded, stated, path)
+    found = in_metres(recorded, stated, path)
+    if found.periodic is None and reader is _instrument:
+        # Of what was measured nobody needs to say that it does not repeat.
+        return replace(found, periodic=False)
+    return found
 
 
 def _named(

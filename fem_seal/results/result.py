@@ -26,6 +26,7 @@ from fem_seal.seal import Seal
 
 RESULT_FILE = "result.json"
 _PACKAGES = ("fem_seal", "fenics-dolfinx", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista")
+_PACKAGES += ("h5py", "SurfaceTopography")
 
 
 class Bounds(Record):

@@ -143,6 +143,25 @@ def test_instrument_text_with_unit_and_size(tmp_path):
     assert found.values.shape == GAP.shape
     np.testing.assert_allclose(found.spacing, SPACING, rtol=1e-12)
     np.testing.assert_allclose(np.sort(found.values, None), np.sort(GAP, None), rtol=1e-12)
+    # What an instrument has measured does not repeat, unless the scene knows better.
+    assert found.periodic is False
+    assert read_map(tmp_path / "map.asc", HEIGHT_NAMES, Stated(periodic=True)).periodic
+
+
+def test_fill_values_are_missing_points(tmp_path):
+    """As NetCDF marks them, in versions 3 and 4."""
+    import h5py
+    from scipy.io import netcdf_file
+
+    layouts.topography_nc(tmp_path / "a.nc", GAP, SIZE, "m")
+    with netcdf_file(tmp_path / "a.nc", "a") as file:
+        file.variables["heights"]._FillValue = GAP[1, 2]
+    layouts.plain_h5(tmp_path / "a.h5", "heights", GAP, SPACING, "m", "m")
+    with h5py.File(tmp_path / "a.h5", "a") as file:
+        file["heights"].attrs["_FillValue"] = GAP[1, 2]
+    for name in ("a.nc", "a.h5"):
+        found = read_map(tmp_path / name, HEIGHT_NAMES)
+        assert np.argwhere(np.isnan(found.values)).tolist() == [[1, 2]], name
 
 
 def test_named_array(tmp_path):
@@ -177,5 +196,8 @@ def test_missing_package(package, name, tmp_path, monkeypatch):
     layouts.tamaas_h5(tmp_path / name, UM, gap=GAP)
     monkeypatch.setitem(sys.modules, package, None)
     monkeypatch.setitem(sys.modules, f"{package}.Exceptions", None)
-    with pytest.raises(MissingPackage, match=rf"needs? {package}: pip install 'fem_seal\[measured"):
+    with pytest.raises(
+        MissingPackage,
+        match=f"needs? {package}: .venv/bin/pip install -c .venv/debian.txt {package}",
+    ):
         read_map(tmp_path / name, GAP_NAMES, SAID)
