@@ -55,7 +55,7 @@ def run(
         if scene.needs_flow:
             seal.leak_rate  # noqa: B018 (all processes solve before the first one writes)
         files = parallel.on_root(lambda: _write_products(seal, folder.aside))
-        result = summarise(seal, files, perf_counter() - start)
+        result = summarise(seal, files, start)
         parallel.on_root(lambda: folder.commit(result))
     return result
 
@@ -183,7 +183,9 @@ def require_packages(scene: Scene) -> None:
             "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: pip "
             "install gmsh"
         )
-    if scene.needs_flow and scene.flow.method != "finite-difference" and not find_spec("dolfinx"):
+    by_elements = scene.needs_flow and scene.flow.method != "finite-difference"
+    tensor = "conductivity_tensor" in scene.output.products
+    if (by_elements or tensor) and not find_spec("dolfinx"):
         raise MissingPackage(
             f"flow.method = {scene.flow.method!r} needs FEniCSx (on Debian: apt-get install "
             "python3-dolfinx); flow.method = 'finite-difference' works without"

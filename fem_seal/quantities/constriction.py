@@ -5,6 +5,7 @@ Near percolation this one place governs the leak rate (W. B. Dapp, M. H. Müser,
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.topology.constriction import critical_constriction
 from fem_seal.topology.lattice import Lattice, lattice
+
+if TYPE_CHECKING:
+    from fem_seal.mesh.mesh_gap import MeshGap
 
 REACH = 32  # sites around the constriction that are looked at first
 OPPOSITE = -0.5  # cosine: the other side of a channel lies within 60 degrees of straight across
@@ -64,6 +68,34 @@ def constriction(
     if width is not None and field is not None:
         period = sites.spacing[1] * sites.gap.shape[1] if sites.periodic[1] else np.inf
         share = share_within(field, potential, tightest.position, width, period)
+    return Constriction(*tightest.position, tightest.gap, width, share)
+
+
+def constriction_on_mesh(
+    gap: "MeshGap", field: FlowField | None = None, potential: np.ndarray | None = None
+) -> Constriction | None:
+    """The same for a gap on the mesh of a shape; arguments as in `constriction`."""
+    tightest = gap.constriction
+    if tightest is None:
+        return None
+    mesh = gap.mesh
+    solid = gap.values == 0
+    for name, ends in mesh.groups():
+        if name == "wall":
+            solid[np.unique(ends)] = True
+    offsets = mesh.xy[solid] - tightest.position
+    away = offsets[offsets.any(axis=1)]
+    if len(away) < len(offsets):
+        # On a wall: the other end of the channel lies ahead of it.
+        here = (mesh.xy == tightest.position).all(axis=1)
+        corners = mesh.xy[mesh.cells[here[mesh.cells].any(axis=1)]]
+        ahead = corners.mean(axis=(0, 1)) - tightest.position
+        away = np.concatenate([away, -1e-9 * ahead[None]])
+    ends = _both_sides(away)
+    width = None if ends is None else float(sum(ends))
+    share = None
+    if width is not None and field is not None:
+        share = share_within(field, potential, tightest.position, width)
     return Constriction(*tightest.position, tightest.gap, width, share)
 
 

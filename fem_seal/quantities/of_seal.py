@@ -7,7 +7,8 @@ from fem_seal import parallel
 from fem_seal.contact.state import ContactState
 from fem_seal.grid import GridField
 from fem_seal.quantities.aperture import HydraulicAperture, hydraulic_aperture
-from fem_seal.quantities.constriction import Constriction, constriction
+from fem_seal.quantities.constriction import Constriction, constriction, constriction_on_mesh
+from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold, threshold_of_cut, threshold_of_pressure
 from fem_seal.quantities.verdict import Shown, Verdict, verdict
 from fem_seal.seal import Seal
@@ -22,6 +23,7 @@ class Quantities:
     threshold: Threshold | None = None
     hydraulic_aperture: HydraulicAperture | None = None
     trapped_volume: float | None = None
+    conductivity_tensor: ConductivityTensor | None = None
 
 
 def quantities(seal: Seal) -> Quantities | None:
@@ -62,6 +64,8 @@ def shown_in(seal: Seal) -> Shown:
 def _constriction(seal: Seal) -> Constriction | None:
     flow, field = seal.scene.flow, seal.leak_rate.field
     potential = None if field is None else seal.scene.drive.potential(field.pressure)
+    if seal.scene.shape is not None:
+        return parallel.on_root(lambda: constriction_on_mesh(seal.gap, field, potential))
     return parallel.on_root(
         lambda: constriction(seal.gap, flow.sides, flow.representation, field, potential)
     )
@@ -139,9 +143,32 @@ def _trapped_volume(seal: Seal) -> float:
     return parallel.on_root(lambda: trapped_volume(seal.gap, flow.sides, flow.representation))
 
 
+def _conductivity_tensor(seal: Seal) -> ConductivityTensor:
+    from fem_seal.flow import Limits
+    from fem_seal.flow.cell_tensor import conductivity_tensor
+
+    flow = seal.scene.flow
+
+    def progress(unknowns: int, gap: float) -> None:
+        seal.report("tensor", f"{unknowns} unknowns, known to {gap:.2g}")
+
+    found = conductivity_tensor(
+        seal.gap,
+        viscosity=seal.scene.fluid.viscosity,
+        representation=flow.representation,
+        rtol=flow.rtol,
+        limits=Limits(
+            unknowns=flow.max_unknowns, seconds=flow.max_seconds, memory_bytes=flow.max_memory
+        ),
+        progress=progress,
+    )
+    return ConductivityTensor.of(found)
+
+
 QUANTITIES: dict[str, Callable[[Seal], object]] = {
     "constriction": _constriction,
     "threshold": _threshold,
     "hydraulic_aperture": _hydraulic_aperture,
     "trapped_volume": _trapped_volume,
+    "conductivity_tensor": _conductivity_tensor,
 }

@@ -7,6 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
 from pathlib import Path
 from platform import python_version
+from time import perf_counter
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError
@@ -17,6 +18,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import LeakRate
 from fem_seal.memory import peak_memory
 from fem_seal.quantities.of_seal import Quantities, quantities, verdict_of
+from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, RateRecord
@@ -165,19 +167,21 @@ class Result(Record):
         return Scene.from_mapping(self.provenance.scene, source="scene of the result")
 
 
-def summarise(seal: Seal, files: tuple[str, ...] = (), seconds: float | None = None) -> Result:
+def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = None) -> Result:
     """Collect what the products of the scene have given.
 
     Parameters
     ----------
     seal : whose steps are read; nothing beyond the products is computed
     files : names of the files beside result.json
-    seconds : of the whole run; the sum of the stages if left out
+    started : perf_counter() at the start of the run, whose time is the total; the sum of the
+        stages if left out
     """
     leak = seal.leak_rate if seal.scene.needs_flow else None
     sealed = seal.sealed
     named = quantities(seal)
     stages = dict(seal.seconds)
+    total = sum(stages.values()) if started is None else perf_counter() - started
     return Result(
         state="sealed" if sealed else "leaking",
         percolates=not sealed,
@@ -190,11 +194,11 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), seconds: float | None = N
         verdict=verdict_of(seal),
         quantities=named,
         files=files,
-        seconds=stages | {"total": sum(stages.values()) if seconds is None else seconds},
+        seconds=stages | {"total": total},
         peak_memory_bytes=parallel.total(peak_memory()),
         provenance=Provenance.of(seal.scene),
         **_contact_numbers(seal.contact),
-        **_flow_numbers(leak),
+        **_flow_numbers(leak, named and named.conductivity_tensor),
     )
 
 
@@ -208,16 +212,16 @@ def _contact_numbers(contact: GapState | None) -> dict[str, Any]:
     }
 
 
-def _flow_numbers(leak: LeakRate | None) -> dict[str, Any]:
-    """Give the fields of Result that the flow decides."""
+def _flow_numbers(leak: LeakRate | None, tensor: ConductivityTensor | None) -> dict[str, Any]:
+    """Give the fields of Result that the flow, or the tensor, decides."""
+    reasons = "; ".join(found.reason for found in (leak, tensor) if found and found.reason)
+    reached = {"converged": not reasons, "reason": reasons}
     if leak is None:
         nothing = dict.fromkeys(("leak_rate", "method", "inflow", "outflow"))
-        return nothing | {"converged": True, "reason": "", "unknowns": 0, "levels": ()}
-    return {
+        return nothing | reached | {"unknowns": 0, "levels": ()}
+    return reached | {
         "leak_rate": Bounds(value=leak.value, lower=leak.lower, upper=leak.upper),
         "method": leak.method,
-        "converged": leak.converged,
-        "reason": leak.reason,
         "unknowns": leak.unknowns,
         "inflow": leak.inflow,
         "outflow": leak.outflow,

@@ -2,6 +2,7 @@
 
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
+from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold
 from fem_seal.results.preparation import preparation_words
 from fem_seal.results.rates import GasRecord, RateRecord
@@ -45,7 +46,19 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
         lines.append(("aperture", aperture_words(found.hydraulic_aperture)))
     if found.trapped_volume is not None:
         lines.append(("trapped", f"{found.trapped_volume:.4g} m^3 in closed pockets"))
+    if found.conductivity_tensor:
+        lines.append(("tensor", tensor_words(found.conductivity_tensor)))
     return lines
+
+
+def tensor_words(tensor: ConductivityTensor) -> str:
+    """Components with their bounds, and how the easiest direction lies."""
+    parts = (("xx", tensor.xx), ("xy", tensor.xy), ("yy", tensor.yy))
+    words = (f"{n} = {c.value:.4g} [{c.lower:.4g}, {c.upper:.4g}]" for n, c in parts)
+    ease = f"easiest at {tensor.angle:.3g} degrees"
+    if tensor.hardest > 0:
+        ease += f", {tensor.easiest / tensor.hardest:.3g} times the hardest"
+    return f"{', '.join(words)} m^3/(Pa s); {ease}"
 
 
 def rate_words(rate: RateRecord) -> str:

@@ -130,12 +130,25 @@ class Scene(Section):
             raise ContradictionError(
                 "[limit] is about the leak rate, which output.products does not name"
             )
+        if "conductivity_tensor" in self.output.products:
+            self._check_tensor()
         if "mesh" in self.output.products and self.flow.method == "finite-difference":
             raise ContradictionError(
                 "output.products names 'mesh', but flow.method = 'finite-difference' has none; "
                 "choose adaptive or uniform"
             )
         return self
+
+    def _check_tensor(self) -> None:
+        if self.fluid is None:
+            raise ContradictionError(
+                "[fluid] is missing: a conductivity tensor needs fluid.viscosity"
+            )
+        if self.flow.method != "adaptive":
+            raise ContradictionError(
+                f"output.products names 'conductivity_tensor', which flow.method = "
+                f"{self.flow.method!r} does not compute; choose adaptive"
+            )
 
     def _check_gap(self) -> None:
         if self.gap is not None:

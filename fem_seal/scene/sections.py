@@ -193,7 +193,7 @@ class Flow(Section):
 
 Product = Literal[
     *("contact", "leak_rate", "pictures", "mesh"),
-    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume"),
+    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume", "conductivity_tensor"),
 ]
 LeakRateUnit = Annotated[
     RateUnit, PlainValidator(RateUnit.parse), PlainSerializer(lambda unit: unit.name)

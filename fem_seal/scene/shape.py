@@ -258,5 +258,5 @@ def check_shape(scene: "Scene") -> bool:
     return not shape.own_gap
 
 
-PRODUCTS = {"contact", "leak_rate", "pictures", "mesh"}
+PRODUCTS = {"contact", "leak_rate", "pictures", "mesh", "constriction"}
 _SAYS = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}

@@ -1,0 +1,80 @@
+"""The conductivity tensor from a scene to its result: what it needs, what it says."""
+
+import numpy as np
+import pytest
+
+from fem_seal import job
+from fem_seal.errors import InvalidInput
+from fem_seal.flow.cell_tensor import TensorBounds
+from fem_seal.quantities.tensor import ConductivityTensor
+from fem_seal.results import Result
+from fem_seal.results.words import lines_of
+from fem_seal.scene import Scene
+
+
+@pytest.fixture
+def scene(small_scene):
+    """A bearing contact and the tensor of its gap."""
+    small_scene["contact"] = {"model": "bearing", "area_fraction": 0.1}
+    small_scene["flow"] = {"rtol": 0.2}
+    small_scene["output"] = {"products": ["conductivity_tensor"]}
+    return small_scene
+
+
+def test_tensor_of_a_scene(scene, tmp_path):
+    """No pressures are needed, no leak rate is computed; all numbers survive the file."""
+    result = job.run(Scene.from_mapping(scene), tmp_path / "out")
+    assert Result.from_folder(tmp_path / "out") == result
+    assert result.leak_rate is None
+    found = result.quantities.conductivity_tensor
+    for component in (found.xx, found.xy, found.yy):
+        assert component.lower <= component.value <= component.upper
+    assert found.hardest > 0
+    assert found.hardest <= min(found.xx.value, found.yy.value)
+    assert found.easiest >= max(found.xx.value, found.yy.value)
+    assert result.converged
+    assert "easiest at" in dict(lines_of(result))["tensor"]
+
+
+def test_tensor_that_does_not_converge_ends_the_run_with_its_bounds(scene, tmp_path):
+    scene["flow"] = {"rtol": 0.001, "max_unknowns": 100}
+    result = job.run(Scene.from_mapping(scene), tmp_path / "out")
+    assert not result.converged
+    assert "0.001 was asked for" in result.reason
+    found = result.quantities.conductivity_tensor
+    assert not found.converged
+    assert found.xx.upper > found.xx.lower
+
+
+@pytest.mark.parametrize("method", ["finite-difference", "uniform"])
+def test_methods_that_do_not_compute_it(scene, method):
+    scene["flow"]["method"] = method
+    with pytest.raises(InvalidInput, match="does not compute; choose adaptive"):
+        Scene.from_mapping(scene)
+
+
+def test_viscosity_is_needed(scene):
+    del scene["fluid"]
+    with pytest.raises(InvalidInput, match=r"tensor needs fluid\.viscosity"):
+        Scene.from_mapping(scene)
+
+
+def test_gap_that_is_not_periodic(scene, tmp_path):
+    np.savez(tmp_path / "gap.npz", gap=np.random.default_rng(0).random((8, 8)), spacing=[1, 1])
+    for section in ("surface", "solid", "contact"):
+        del scene[section]
+    scene["gap"] = {"path": str(tmp_path / "gap.npz")}
+    with pytest.raises(InvalidInput, match="periodic in both directions"):
+        job.run(Scene.from_mapping(scene), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("angle", [-60.0, 0.0, 30.0, 90.0])
+def test_angle_of_the_easiest_direction(angle):
+    """A tensor made of principal values 4 and 1, turned."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    turn = np.array([[c, -s], [s, c]])
+    matrix = turn @ np.diag([4.0, 1.0]) @ turn.T
+    found = ConductivityTensor.of(TensorBounds(matrix, matrix))
+    assert found.angle == pytest.approx(angle, abs=1e-9)
+    assert (found.easiest, found.hardest) == pytest.approx((4, 1))
