@@ -160,15 +160,16 @@ def brackets(
         level = Level(problem.unknowns, cells, lower, upper, iterations, clock.seconds)
         yield Bracket(level, problem, found.pressure, found.stream)
         clock = _Clock()
-        start = start.replaced(problem.kept, found)
         if strategy.uniform:
             # Halving all cells twice makes the uniform mesh with squares half as wide.
-            start = start.refined(gap, np.full(len(start.mesh.cells), 2))
+            times = np.full(len(problem.kept), 2, dtype=np.int8)
         else:
             reached = relative_gap(lower, upper) if found.stream else found.expected
-            start = start.refined(gap, _mark(problem, found, reached, strategy))
+            times = _mark(problem, found, reached, strategy)
+        start = start.replaced(problem.kept, found)
         # Two meshes need not be in memory at once.
         del problem, found
+        start = start.refined(gap, times)
         clock.lap("refine")
 
 
@@ -195,8 +196,11 @@ class _Start:
     stream: np.ndarray
 
     def replaced(self, kept: np.ndarray, found: _Solved) -> "_Start":
-        """Put the solutions on the kept cells in place of the guesses."""
-        pressure, stream = np.zeros_like(self.pressure), self.stream.copy()
+        """Put the solutions on the kept cells in place of the guesses.
+
+        What carries no flow now never will: those cells need no guess.
+        """
+        pressure, stream = np.zeros((2, *self.mesh.cells.shape))
         pressure[kept] = found.pressure.corner_values
         best = found.guide or found.stream
         if best is not None:
@@ -250,7 +254,7 @@ def _mark(problem: LevelProblem, found: _Solved, reached: float, strategy: Strat
     tuning = strategy.tuning
     shares = problem.shares(found.pressure, found.guide)
     throughflow = problem.throughflow(found.guide)
-    times = np.zeros(len(problem.kept), dtype=int)
+    times = np.zeros(len(problem.kept), dtype=np.int8)
     times[problem.kept] = np.maximum(
         halvings(shares, doerfler(shares, part * tuning.theta)),
         doerfler(throughflow, part * tuning.theta_throughflow),

@@ -26,15 +26,16 @@ _ISOTROPIC = np.array([1.0, 0.0, 1.0])
 class Stream:
     """A stream function of unit flux, from the true or from the regularised dual.
 
-    psi : (C, 3) corner values; resistivity : (C, 3), the tensor it was minimised under
+    psi : (C, 3) corner values
     conductance : 1 / ∫∇ψ·R·∇ψ; a lower bound of the leak rate if the dual was the true one
     iterations : of CG
+    leak : what closed cells conduct, relative to the primal; zero in the true dual
     """
 
     psi: np.ndarray
-    resistivity: np.ndarray
     conductance: float
     iterations: int
+    leak: float
 
 
 class LevelProblem:
@@ -97,7 +98,7 @@ class LevelProblem:
     def stream(self, guess: np.ndarray) -> Stream | None:
         """Minimise ∫|∇ψ|²/K (Thomson's principle); None where closed cells bar every channel."""
         numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=True)
-        return numbering and self._minimal_stream(self.data.resistivity, numbering, guess)
+        return numbering and self._minimal_stream(0.0, numbering, guess)
 
     def regularised_stream(self, guess: np.ndarray, leak: float) -> Stream | None:
         """The same with closed cells conducting `leak` times what they do in the primal.
@@ -105,21 +106,20 @@ class LevelProblem:
         No bound, but it knows where flow would pass if the closed cells were resolved.
         """
         numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=False)
-        if numbering is None:
-            return None
+        return numbering and self._minimal_stream(leak, numbering, guess)
+
+    def _minimal_stream(self, leak: float, numbering: Unknowns, guess: np.ndarray) -> Stream:
+        start = numbering.from_corners(guess)
+        found = self.space.minimise(self._resistivity(leak), numbering, start, self.tolerance)
+        return Stream(found.corner_values, 1 / found.energy, found.iterations, leak)
+
+    def _resistivity(self, leak: float) -> np.ndarray:
+        """Tensor (C, 3) of the true dual, or of the regularised one if leak > 0."""
+        if leak == 0:
+            return self.data.resistivity
         # Without a smallest conductivity the contrast makes deep solves collapse.
         conducted = leak * np.maximum(self.data.K, self._gap.cut**3)
-        isotropic = self.data.closed / conducted
-        return self._minimal_stream(
-            self.data.resistivity + isotropic[:, None] * _ISOTROPIC, numbering, guess
-        )
-
-    def _minimal_stream(
-        self, resistivity: np.ndarray, numbering: Unknowns, guess: np.ndarray
-    ) -> Stream:
-        start = numbering.from_corners(guess)
-        found = self.space.minimise(resistivity, numbering, start, self.tolerance)
-        return Stream(found.corner_values, resistivity, 1 / found.energy, found.iterations)
+        return self.data.resistivity + (self.data.closed / conducted)[:, None] * _ISOTROPIC
 
     def shares(self, pressure: Minimum, stream: Stream) -> np.ndarray:
         """What each cell (C,) adds to the difference of the bounds (Prager and Synge).
@@ -133,7 +133,7 @@ class LevelProblem:
         psi = space.function(Q * stream.psi)
         mean = space.function(Q * mean_gradient_values(stream.psi, self.data.contact))
         K = space.coefficient(self.data.K)
-        xx, xy, yy = (space.coefficient(r) for r in stream.resistivity.T)
+        xx, xy, yy = (space.coefficient(r) for r in self._resistivity(stream.leak).T)
         R = ufl.as_tensor([[xx, xy], [xy, yy]])
         grad_p, grad_psi = ufl.grad(p), ufl.grad(psi)
         mean_flux = ufl.as_vector((mean.dx(1), -mean.dx(0)))

@@ -182,7 +182,10 @@ class CellSpace:
         fem.petsc.assemble_matrix(matrix, self._matrix)
         matrix.assemble()
         numbering.destroy()
-        return matrix
+        # The copy has room for what is in it and no more.
+        compact = matrix.duplicate(copy=True)
+        matrix.destroy()
+        return compact
 
 
 @dataclass(frozen=True, eq=False)
