@@ -29,11 +29,9 @@ def load_gap(
         type, the unit or size is nowhere said, or the gap is negative or not finite.
     """
     found = read_map(path, GAP_NAMES, stated)
-    if contact_below is not None:
-        within = np.abs(found.values) < contact_below
-        found = FieldMap(np.where(within, 0.0, found.values), found.spacing, found.periodic)
+    values = np.where(_touching(found, contact_below, Path(path)), 0.0, found.values)
     try:
-        gap = GridField(found.values, found.spacing, bool(found.periodic))
+        gap = GridField(values, found.spacing, bool(found.periodic))
     except InvalidInput as error:
         raise InvalidInput(f"gap in {path}: {error}") from None
     lowest = gap.values.min()
@@ -44,3 +42,16 @@ def load_gap(
             f"{lowest:.3e} m); contact is a gap of exactly 0 (or set contact_below)"
         )
     return gap
+
+
+def _touching(found: FieldMap, contact_below: float | None, path: Path) -> np.ndarray | bool:
+    """Samples in contact, by what the file says of it and by a length that counts as none."""
+    touching = False if contact_below is None else np.abs(found.values) < contact_below
+    if found.contact is None:
+        return touching
+    if found.contact.shape != found.values.shape:
+        raise InvalidInput(
+            f"gap in {path} has shape {found.values.shape}, but its contact pressure "
+            f"{found.contact.shape}"
+        )
+    return touching | found.contact

@@ -84,7 +84,8 @@ def read_hdf5(path: Path, wanted: Iterable[str]) -> NamedArrays:
         import h5py
     except ImportError:
         raise MissingPackage(
-            f"{path} is an HDF5 file, which needs h5py: .venv/bin/pip install -c .venv/debian.txt h5py"
+            f"{path} is an HDF5 file, which needs h5py: "
+            ".venv/bin/pip install -c .venv/debian.txt h5py"
         ) from None
 
     with whole(path, "HDF5"), h5py.File(path, "r") as file:

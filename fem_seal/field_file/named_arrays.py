@@ -82,14 +82,12 @@ def interpret(arrays: NamedArrays, names: tuple[str, ...]) -> Recorded:
     tamaas = "system_size" in attributes
     values = _map_of(samples, name, arrays.path, normal=tamaas)
     values = _without_masked(values, arrays)
-    if name in ("gap", "gaps"):
-        values = _zero_in_contact(values, arrays)
     unit = _unit(arrays, samples)
     spacing, length_unit = _spacing(arrays, values.shape, attributes)
     if arrays.si:
         unit, length_unit = unit or "m", length_unit or unit or "m"
-    periodic = _periodic(arrays)
-    return Recorded(values, unit, spacing, length_unit, True if tamaas else periodic)
+    periodic = True if tamaas else _periodic(arrays)
+    return Recorded(values, unit, spacing, length_unit, periodic, _contact(arrays))
 
 
 def _map_of(samples: Variable, name: str, path: Path, normal: bool = False) -> np.ndarray:
@@ -123,17 +121,12 @@ def _without_masked(values: np.ndarray, arrays: NamedArrays) -> np.ndarray:
     return np.where(mask.values.astype(bool), np.nan, values)
 
 
-def _zero_in_contact(values: np.ndarray, arrays: NamedArrays) -> np.ndarray:
-    """Set the gap to 0 where the file says that there is contact."""
+def _contact(arrays: NamedArrays) -> np.ndarray | None:
+    """Where another code says that the solids touch."""
     for name in CONTACT_PRESSURES:
         if name in arrays.variables:
-            pressure = _map_of(arrays.variables[name], name, arrays.path, normal=True)
-            if pressure.shape != values.shape:
-                raise InvalidInput(
-                    f"{name} in {arrays.path} has shape {pressure.shape}, the gap {values.shape}"
-                )
-            return np.where(pressure > 0, 0.0, values)
-    return values
+            return _map_of(arrays.variables[name], name, arrays.path, normal=True) > 0
+    return None
 
 
 def _tamaas_attributes(arrays: NamedArrays) -> dict[str, object]:

@@ -22,11 +22,13 @@ class FieldMap:
     values : (nx, ny) float64 [m], NaN where a point is missing
     spacing : (dx, dy) [m]
     periodic : whether sample 0 stands again at nx dx and ny dy; None if nobody has said
+    contact : (nx, ny) bool, where the file says that the solids touch; None if it does not say
     """
 
     values: np.ndarray
     spacing: Pair
     periodic: bool | None
+    contact: np.ndarray | None = None
 
     @property
     def missing(self) -> int:
@@ -42,6 +44,7 @@ class Recorded:
     unit : of the values
     spacing : (dx, dy) in `length_unit`
     periodic : whether the map repeats
+    contact : (nx, ny) bool, where the solids touch
     """
 
     values: np.ndarray
@@ -49,6 +52,7 @@ class Recorded:
     spacing: Pair | None = None
     length_unit: str | None = None
     periodic: bool | None = None
+    contact: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,7 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
         recorded.values * scale if scale != 1 else recorded.values,
         _spacing(recorded, stated, path),
         _periodic(recorded, stated, path),
+        recorded.contact,
     )
 
 

@@ -87,6 +87,12 @@ CASES = {
         "gap in .* has no frame",
     ),
     "no such array": ("a.h5", h5, Stated(array="height"), "no array 'height'; it holds gap, x, y"),
+    "traction of another shape": (
+        "a.npz",
+        lambda p: layouts.tamaas_npz(p, (3.0, 1.0), gap=GAP, traction=GAP[1:]),
+        Stated(unit="um"),
+        r"shape \(6, 4\), but its contact pressure \(5, 4\)",
+    ),
     "attributes of Tamaas": (
         "a.npz",
         lambda p: np.savez(p, gap=GAP, attrs="{"),
