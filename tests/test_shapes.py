@@ -15,6 +15,7 @@ from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.mesh.build import shaped_gap
+from fem_seal.quantities.of_seal import quantities, verdict_of
 from fem_seal.results import Result, read_flow
 from fem_seal.scene import Scene
 from fem_seal.scene.scene import Scene as SceneModel
@@ -158,6 +159,23 @@ def test_contact_of_a_scene_in_another_shape(small_scene):
     assert seal.leak_rate.lower <= seal.leak_rate.upper
     assert 0 < seal.contact_area_fraction < 0.5
     assert seal.mean_gap == pytest.approx(seal.grid_gap.values.mean(), rel=0.3)
+
+
+def test_constriction_and_verdict_of_a_shape():
+    """A ring with contact all around but for a gate at theta = 0, half as high at r = 1.5, between
+    banks at y = -0.2 and 0.2; most of the pressure is lost within its width."""
+    gate = "max(0, 1 - (y / 0.2)**2) * (0.5 + 2 * (r - 1.5)**2) * max(0, tanh(1e9 * x))"
+    data = scene(RING | {"mesh_size": 0.05, "gap_expression": gate}, products=("constriction",))
+    found = quantities(Seal(Scene.from_mapping(data))).constriction
+    # Vertices lie up to half an edge off the middle of the gate, or beyond its banks.
+    assert found.gap == pytest.approx(0.5, rel=0.05)
+    assert (found.x, found.y) == pytest.approx((1.5, 0.0), abs=0.05)
+    assert found.width == pytest.approx(0.4, abs=0.1)
+    assert 0.5 < found.pressure_share < 1
+    limited = scene(RING | {"gap": 1}) | {"limit": {"leak_rate": "100 m^3/s"}}
+    seal = Seal(Scene.from_mapping(limited))
+    assert verdict_of(seal).decision == "within limit"
+    assert quantities(seal).constriction.width is None  # no bank anywhere
 
 
 def test_sealed_shape_is_not_solved():

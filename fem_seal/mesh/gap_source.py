@@ -14,7 +14,7 @@ from fem_seal.grid import GridField
 
 OUTSIDE = 1e-6  # of a sample: rounding by which a vertex may miss the grid
 ROUNDING = 1e-6  # of a pixel: meshes of gmsh are no more exact than 1e-9
-UNIT_SUSPECTED = 50  # mesh and grid whose extents differ by more are not of one unit
+UNIT_SUSPECTED = 200  # mesh and grid whose extents differ by more are not of one unit
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,8 @@ class CartesianGrid:
         InvalidInput
             If a point lies beyond the samples.
         """
-        _same_extent(points, self)
+        covered = max((n - 1) * d for n, d in zip(self.samples.shape, self.spacing, strict=True))
+        _same_extent(np.ptp(points, axis=0).max(), covered)
         return _linear(self.samples, _within(points, self._steps(points), self.samples.shape))
 
     def anywhere(self, points: np.ndarray) -> np.ndarray:
@@ -113,7 +114,9 @@ class PolarGrid:
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Gap (n,) [m] at points (n, 2) [m]; InvalidInput if one lies beyond the samples."""
-        _same_extent(points, self)
+        # A sector may be small against its radius, but not beside it.
+        outer = self.origin[0] + (self.samples.shape[0] - 1) * self.spacing[0]
+        _same_extent(np.hypot(*points.T).max(), outer)
         return _linear(self.samples, _within(points, self._steps(points), self.samples.shape))
 
     def anywhere(self, points: np.ndarray) -> np.ndarray:
@@ -131,13 +134,8 @@ class PolarGrid:
 GapSource = Uniform | Formula | CartesianGrid | PolarGrid
 
 
-def _same_extent(points: np.ndarray, grid: CartesianGrid | PolarGrid) -> None:
+def _same_extent(mesh: float, covered: float) -> None:
     """Refuse a mesh in other units than the grid."""
-    mesh = np.ptp(points, axis=0).max()
-    if isinstance(grid, PolarGrid):
-        covered = 2 * (grid.origin[0] + (grid.samples.shape[0] - 1) * grid.spacing[0])
-    else:
-        covered = max((n - 1) * d for n, d in zip(grid.samples.shape, grid.spacing, strict=True))
     ratio = mesh / covered
     if not 1 / UNIT_SUSPECTED < ratio < UNIT_SUSPECTED:
         raise InvalidInput(

@@ -10,7 +10,15 @@ import pytest
 from gaps import FLUID, rough_gap
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from triangulations import grid_mesh, random_gap, ring, scattered_square, square_with_hole
+from triangulations import (
+    ends_of_square,
+    grid_mesh,
+    labelled,
+    random_gap,
+    ring,
+    scattered_square,
+    square_with_hole,
+)
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow import Limits, Tuning, leak_rate
@@ -20,6 +28,7 @@ from fem_seal.flow.unknowns import dual_unknowns, open_cells
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.mesh_gap import MeshGap
+from fem_seal.mesh.shape import shape_mesh
 from fem_seal.mesh.triangles import ISLAND
 from fem_seal.theory.closed_forms import annulus
 from fem_seal.topology.constriction import critical_constriction
@@ -191,6 +200,33 @@ def test_the_pixel_mesh_as_a_mesh_of_any_shape(contact):
     for a in (on_grid, on_mesh):
         for b in (on_grid, on_mesh):
             assert a.lower <= b.upper
+
+
+def test_a_channel_once_around_the_ring_meets_the_cut():
+    """A spiral of open vertices takes in every angle, so that it crosses the cut wherever that is:
+    for the path, for the pressure and for the stream function. One vertex less and it is sealed."""
+    nr, nt = 6, 12
+    mesh = ring(nr, nt)
+    i = np.rint((np.hypot(*mesh.xy.T) - 1) * nr).astype(int)
+    j = np.rint(np.arctan2(mesh.xy[:, 1], mesh.xy[:, 0]) / (2 * np.pi / nt)).astype(int) % nt
+    along = (j - 3 * i) % nt
+    spiral = along <= 3
+    gap = MeshGap(mesh, spiral.astype(float))
+    assert gap.constriction.gap == 1.0
+    lower, upper = bounds_on(gap, 5000)
+    assert 0 < lower < upper < 1.2 * lower
+    cut_through = spiral & ~((i == 3) & (along == 1))
+    assert MeshGap(mesh, cut_through.astype(float)).constriction is None
+
+
+def test_no_bubble_stands_on_a_wall():
+    """Four triangles around the middle of a square have their longest edges on its sides. A uniform
+    gap is solved exactly; ψ is given on the walls, and a hat there would pass the true value."""
+    xy = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]])
+    cells = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    mesh = shape_mesh(*labelled(xy, cells, ends_of_square))
+    assert mesh.hypotenuse_on_wall().sum() == 2
+    assert bounds_on(uniform(mesh)) == pytest.approx([1, 1], rel=1e-11, abs=0)
 
 
 def test_an_island_has_one_value_of_the_stream_function():

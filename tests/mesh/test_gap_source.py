@@ -101,6 +101,13 @@ def test_a_polar_grid_closes_after_a_full_turn(start):
     assert np.abs(found - radius * (2 + np.cos(angle))).max() < bound
 
 
+def test_between_the_last_and_the_first_angle():
+    gap = GridField(np.tile(np.arange(8.0), (2, 1)), (1.0, np.pi / 4))
+    between = -np.pi / 8  # halfway from the eighth sample, 7, to the first, 0
+    point = 1.5 * np.array([[np.cos(between), np.sin(between)]])
+    assert PolarGrid.of(gap, (1.0, 0.0))(point) == pytest.approx([3.5])
+
+
 def test_a_polar_sector_ends():
     gap = GridField(np.ones((3, 5)), (0.5, 0.1))
     grid = PolarGrid.of(gap, (1.0, 0.0))
@@ -112,10 +119,11 @@ def test_a_polar_sector_ends():
 
 
 @pytest.mark.parametrize("factor", [1e3, 1e-3])
-def test_a_mesh_in_other_units_than_its_grid(factor):
+@pytest.mark.parametrize("kind", [CartesianGrid, PolarGrid])
+def test_a_mesh_in_other_units_than_its_grid(factor, kind):
     """Millimetres taken for metres, and the reverse."""
-    grid = CartesianGrid.of(GridField(np.ones((5, 5)), (0.01, 0.01)))
-    mesh = np.array([[0, 0], [0.04, 0], [0, 0.04]])
+    grid = kind.of(GridField(np.ones((5, 5)), (0.01, 0.01)), (0.0, 0.0))
+    mesh = np.array([[0, 0], [0.04, 0], [0.03, 0.001]])
     assert (grid(mesh) == 1).all()
     with pytest.raises(InvalidInput, match=r"a ratio of .*: one of them is in another unit"):
         grid(mesh * factor)
