@@ -5,10 +5,12 @@ With η = 1/12 the film conductivity is gap³.
 
 import numpy as np
 import pytest
-from gaps import rough_gap
+from gaps import represented, rough_gap
 
 from fem_seal.errors import InvalidInput
+from fem_seal.fenicsx import MPI
 from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
 from fem_seal.flow.cell_tensor import (
     TensorBounds,
     conductivity_tensor,
@@ -16,6 +18,7 @@ from fem_seal.flow.cell_tensor import (
     relative_gap,
 )
 from fem_seal.grid import GridField
+from fem_seal.mesh.nested import uniform_mesh
 
 # CG stops at a relative energy error of 1e-8.
 SOLVER = 1e-7
@@ -269,6 +272,23 @@ def test_bounds_close_and_stay_bounds():
         assert inner_low <= high
         assert inner_high - inner_low < high - low
     assert wide.unknowns < tight.unknowns
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_shares_of_the_cells_add_up_to_the_difference(representation):
+    """Prager and Synge on the torus: each share is >= 0, and all are Σ J·(A - C)·J / J·A·J."""
+    gap = represented(cell(rough(10).values + 0.05), representation)
+    mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
+    problem = CellProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-12)
+    pressures = problem.pressures(problem.coordinates)
+    streams = problem.streams(problem.coordinates)
+    shares = problem.shares(pressures, streams, 0.1)
+    A, C = upper_matrix(pressures), lower_matrix(streams)
+    expected = sum((A - C)[i, i] / A[i, i] for i in (0, 1))
+    # The cells of this gap are open, so that the regularised dual is the true one.
+    assert not problem.data.closed.any()
+    assert shares.min() >= -1e-9 * expected
+    assert shares.sum() == pytest.approx(expected, rel=1e-6)
 
 
 # --- ends and errors -----------------------------------------------------------------------------
