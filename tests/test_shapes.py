@@ -1,5 +1,6 @@
 """Scenes with a [shape], from the file to the leak rate, against exact answers."""
 
+import csv
 import re
 import tomllib
 from typing import get_args
@@ -298,6 +299,24 @@ def test_run_mesh_and_render(tmp_path, capsys):
     assert main(["render", str(tmp_path / "a")]) == 0
     assert drawn <= {p.name for p in (tmp_path / "a").iterdir()}
     assert (tmp_path / "a" / "shape.png").read_bytes() == before
+
+
+def test_studies_are_made_on_grids(tmp_path, capsys):
+    path = write_toml(tmp_path / "ring.toml", scene(RING | {"gap": 1}))
+    for study in ("trade", "cross-validation"):
+        assert main(["study", study, str(path), "--out", str(tmp_path / "out")]) == 2
+        assert "take [shape] out of the scene" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_sweep_over_a_shape(tmp_path):
+    """The leak rate goes with the cube of a uniform gap: the same mesh, the same bounds."""
+    path = write_toml(tmp_path / "ring.toml", scene(RING | {"gap": 1}))
+    out = tmp_path / "out"
+    assert main(["sweep", str(path), "--vary", "shape.gap=1,2", "--out", str(out)]) == 0
+    table = (out / "sweep.csv").read_text().splitlines()
+    values = [float(row["leak_rate"]) for row in csv.DictReader(table)]
+    assert values[1] == pytest.approx(8 * values[0], rel=1e-6, abs=0)
 
 
 def test_mesh_of_a_scene_without_shape(tmp_path, small_scene, capsys):

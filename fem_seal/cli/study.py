@@ -4,9 +4,13 @@ import argparse
 from collections.abc import Callable, Iterable
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fem_seal.cli.common import add_scene, say
 from fem_seal.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from fem_seal.scene import Scene
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -67,6 +71,15 @@ def _grids(options: argparse.Namespace) -> int:
     return options.grids
 
 
+def _scene(options: argparse.Namespace) -> "Scene":
+    from fem_seal.scene import Scene
+
+    scene = Scene.from_file(options.scene, options.overrides)
+    if scene.shape is not None:
+        raise InvalidInput("a study compares methods on grids; take [shape] out of the scene")
+    return scene
+
+
 def _watched(work: Callable) -> object:
     from fem_seal.progress import Display
 
@@ -79,7 +92,6 @@ COLUMNS += ("verdict", "seconds")
 
 
 def _cross_validation(options: argparse.Namespace) -> int:
-    from fem_seal.scene import Scene
     from fem_seal.seal import Seal
     from fem_seal.study.cross_validation import on_gap
     from fem_seal.study.figures import cross_validation_figure
@@ -87,7 +99,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
     from fem_seal.study.tables import as_csv, as_text
 
     grids = _grids(options)
-    scene = Scene.from_file(options.scene, options.overrides)
+    scene = _scene(options)
     if not scene.needs_flow:
         raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")
     seal, flow = Seal(scene), scene.flow
@@ -130,13 +142,12 @@ def _exact(options: argparse.Namespace) -> int:
 def _trade(options: argparse.Namespace) -> int:
     from platform import machine, processor
 
-    from fem_seal.scene import Scene
     from fem_seal.study.advice import recommend
     from fem_seal.study.figures import trade_figure
     from fem_seal.study.tables import as_csv, as_text
     from fem_seal.study.trade import trade
 
-    scene = Scene.from_file(options.scene, options.overrides)
+    scene = _scene(options)
     _make(options.out)
     result = _watched(lambda report: trade(scene, report=report))
     advice = "\n".join(recommend(result))

@@ -15,6 +15,7 @@ from fem_seal.results.words import constriction_words
 CAPTIONS = {
     "contact": "Contact and open domains; the largest connected one of each is coloured.",
     "gap": "Gap; contact is grey.",
+    "shape": "Mesh of the film before refinement, with its inlet, outlet and walls.",
     "flow": "Flow density on a logarithmic scale; weaker flow takes the colour of the lower end.",
     "pressure": "Pressure in the part of the gap that carries flow.",
     "mesh": "Mesh of the last solve, and its surroundings of strongest flow.",
