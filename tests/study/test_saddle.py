@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from fem_seal import cli
 from fem_seal.contact import solve
 from fem_seal.errors import InvalidInput
 from fem_seal.study.saddle import (
@@ -107,3 +108,18 @@ def test_limit_of_known_corrections():
     assert found.error == pytest.approx(0.004, rel=1e-3)
     with pytest.raises(InvalidInput, match="take more samples"):
         limiting_exponent(coarse[-5:], fine[-5:], trusted=1e-3)
+
+
+def test_command_writes_what_it_says(tmp_path, capsys):
+    """Exponents of the finer grid, and their limit beside the published one."""
+    out = tmp_path / "saddle"
+    assert cli.main(["study", "saddle", "--samples", "64", "96", "--out", str(out)]) == 2
+    assert "each twice as fine" in capsys.readouterr().err
+    assert not out.exists()
+    assert cli.main(["study", "saddle", "--samples", "64", "128", "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert "128 samples a period: closes at 1.4365" in said
+    assert f"published {EXPONENT}" in said
+    assert sorted(path.name for path in out.iterdir()) == ["saddle.csv", "saddle.png"]
+    rows = (out / "saddle.csv").read_text().splitlines()
+    assert len(rows) == 1 + 2 * len(DISTANCES)
