@@ -108,6 +108,19 @@ def test_links_reach_the_solver(wedge, tmp_path):
     assert values[0] < wedge_leak_rate() < values[1]
 
 
+def test_limit_and_unit_of_leak(wedge, capsys):
+    """Two per cent above and below the exact leak rate, which bounds of 1 % tell apart."""
+    rate = wedge_leak_rate() * 3.6e9
+    for limit, words in ((1.02 * rate, "within limit"), (0.98 * rate, "above limit")):
+        options = ("--unit", "ml/h", "--limit", f"{limit} ml/h", "--rtol", "0.01")
+        assert run("leak", wedge, *options) == 0
+        lines = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+        assert lines["verdict"].startswith(words)
+        assert lines["tightest"].startswith("1 um high")
+    assert run("leak", wedge, "--unit", "mol/s") == 2
+    assert "a liquid leaks a volume" in capsys.readouterr().err
+
+
 def test_sealed_gap(tmp_path, capsys):
     gap = np.ones((9, 9)) * 1e-6
     gap[4] = 0
