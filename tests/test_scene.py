@@ -10,10 +10,11 @@ from project import ROOT, write_toml
 from pydantic import ValidationError
 
 from fem_seal.contact import METHODS
+from fem_seal.contact.halfspace import BASES, PRECISIONS
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.scene import Contact, Flow, Scene, SelfAffineSurface, Solid
-from fem_seal.seal import CONTACTS, FLOWS
+from fem_seal.seal import CONTACTS, FLOWS, Seal
 from fem_seal.units import to_si
 
 DOCUMENT = (ROOT / "docs" / "scene.md").read_text()
@@ -89,6 +90,29 @@ def test_contact_modulus_of_two_solids():
     assert equal.E_star == pytest.approx(2.0, rel=1e-15)
     stiff = Solid(youngs_modulus=(3.0, 3e20), poisson_ratio=(0.5, 0.3))
     assert stiff.E_star == pytest.approx(4.0, rel=1e-15)
+
+
+def test_layer_needs_its_own_modulus(small_scene):
+    """E* of a layer is the layer's; that of two solids is not."""
+    solid = {"youngs_modulus": [1e7, 2e11], "poisson_ratio": [0.5, 0.3], "layer_thickness": 1e-3}
+    with pytest.raises(InvalidInput, match="layer_thickness needs contact_modulus"):
+        Scene.from_mapping(small_scene | {"solid": solid})
+
+
+def test_layer_reaches_the_contact(small_scene):
+    """A layer much thicker than the waves are long is the half-space, a thin one is stiffer."""
+    size = small_scene["surface"]["size"][0]
+    size = to_si(size, "m")
+    areas = {}
+    for thickness in (None, 100 * size, 0.01 * size):
+        solid = {"contact_modulus": 1e7, "layer_base": "sliding"}
+        if thickness:
+            solid["layer_thickness"] = thickness
+        contact = {"pressure": 2e5, "precision": "double"}
+        scene = Scene.from_mapping(small_scene | {"solid": solid, "contact": contact})
+        areas[thickness] = Seal(scene).contact.contact_area_fraction
+    assert areas[100 * size] == areas[None]
+    assert areas[0.01 * size] < 0.8 * areas[None]
 
 
 def test_override(small_scene, tmp_path):
@@ -244,6 +268,8 @@ def test_choices_are_those_that_exist():
 
     assert choices(Contact, "solver") == set(METHODS)
     assert choices(Contact, "model") == set(CONTACTS)
+    assert choices(Contact, "precision") == set(PRECISIONS)
+    assert choices(Solid, "layer_base") == set(BASES)
     assert choices(Flow, "links") == set(LINKS)
     assert choices(Flow, "method") == set(FLOWS)
 

@@ -2,6 +2,7 @@
 
 import csv
 
+import numpy as np
 import pytest
 from project import write_toml
 
@@ -10,6 +11,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.scene import Scene
 from fem_seal.seal import FLOWS, Seal
 from fem_seal.sweep import Axis
+from fem_seal.sweep.contact_path import ContactPath
 
 
 @pytest.fixture(autouse=True)
@@ -65,6 +67,51 @@ def test_rows_are_those_of_single_runs(scene_file, tmp_path):
     leak = {pair: float(row["leak_rate"]) for pair, row in zip(pairs, table, strict=True)}
     assert all(leak["0.15", link] < leak["0.05", link] for link in links)
     assert all(leak[load, "harmonic"] < leak[load, "arithmetic"] for load in loads)
+
+
+def test_contacts_are_handed_on(scene_file, tmp_path, monkeypatch):
+    """One surface for all points, one contact for two links, fewer FFTs for the next pressure."""
+    seals = []
+    monkeypatch.setattr(ContactPath, "follow", recording(ContactPath.follow, seals))
+    loads = ["0.1 MPa", "0.11 MPa", "0.12 MPa"]
+    vary = ("--vary", f"contact.pressure={','.join(loads)}", "--set", "contact.area_fraction=")
+    assert run(*vary, "--vary", "flow.links=arithmetic,harmonic", "--out", "out") == 0
+    assert all(seal.surface is seals[0].surface for seal in seals)
+    assert all(
+        one.contact is other.contact for one, other in zip(seals[::2], seals[1::2], strict=True)
+    )
+    for pressure, seal, row in zip(loads, seals[1::2], rows(tmp_path / "out")[1::2], strict=True):
+        keys = [f"contact.pressure={pressure}", "contact.area_fraction=", "flow.links=harmonic"]
+        alone = Seal(Scene.from_file(scene_file, keys))
+        assert np.array_equal(seal.contact.contact, alone.contact.contact)
+        # Both states are within 1e-6, their certificate, of the exact one.
+        assert float(row["leak_rate"]) == pytest.approx(alone.leak_rate.value, rel=1e-4, abs=0)
+    assert seals[-1].contact.fft_pairs < 0.8 * alone.contact.fft_pairs
+
+
+def recording(method, calls):
+    """Wrap a method of one argument so that its arguments are kept."""
+
+    def wrapped(self, argument):
+        calls.append(argument)
+        return method(self, argument)
+
+    return wrapped
+
+
+def test_contacts_of_a_prescribed_area_start_as_single_runs_do(scene_file, tmp_path):
+    assert run("--vary", "contact.area_fraction=0.1,0.11", "--out", "out") == 0
+    alone = Seal(Scene.from_file(scene_file, ["contact.area_fraction=0.11"]))
+    assert float(rows(tmp_path / "out")[-1]["mean_gap"]) == pytest.approx(
+        alone.contact.mean_gap, rel=1e-13, abs=0
+    )
+
+
+def test_another_surface_is_not_handed_on(tmp_path):
+    vary = ("--vary", "surface.seed=1,2", "--vary", "contact.area_fraction=0.1,0.2")
+    assert run(*vary, "--out", "out") == 0
+    gaps = [row["mean_gap"] for row in rows(tmp_path / "out")]
+    assert len(set(gaps)) == 4
 
 
 def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):

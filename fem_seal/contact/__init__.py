@@ -5,6 +5,7 @@ from fem_seal.contact.grid_error import Extrapolation, extrapolate, on_finer_gri
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.load_path import load_path
 from fem_seal.contact.methods import METHODS
+from fem_seal.contact.of_scene import layer_of
 from fem_seal.contact.solve import solve
 from fem_seal.contact.state import BearingState, ContactState, GapState
 
@@ -17,6 +18,7 @@ __all__ = [
     "Layer",
     "bearing",
     "extrapolate",
+    "layer_of",
     "load_path",
     "on_finer_grids",
     "solve",

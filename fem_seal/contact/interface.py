@@ -66,11 +66,6 @@ class Interface:
         unit_pressure = contact_modulus * unit_height / (2 * length)
         return cls(height, contact_modulus, half_space, unit_height, unit_pressure, heights)
 
-    @property
-    def point_stiffness(self) -> float:
-        """Pressure on one sample that displaces this sample by 1 m, against the mean [Pa/m]."""
-        return self.half_space.point_stiffness * self.unit_pressure / self.unit_height
-
     def complementary(self, start: np.ndarray) -> np.ndarray:
         """Pressure [Pa] without that on samples which the gap it causes says are open.
 

@@ -93,7 +93,7 @@ def _of_bearing(seal: Seal) -> Threshold | None:
 
 
 def _of_elastic(seal: Seal) -> Threshold | None:
-    from fem_seal.contact import solve
+    from fem_seal.contact import layer_of, solve
 
     flow, contact = seal.scene.flow, seal.scene.contact
     if seal.contact.mean_pressure == 0:
@@ -108,7 +108,9 @@ def _of_elastic(seal: Seal) -> Threshold | None:
             tolerance=contact.tolerance,
             solver=contact.solver,
             start=start,
+            layer=layer_of(seal.scene.solid),
             max_iterations=contact.max_iterations,
+            precision=contact.precision,
             threads=contact.threads,
         )
 

@@ -124,6 +124,9 @@ class Solid(Section):
     contact_modulus: Pressure | None = Field(None, description="E*, or both lists below")
     youngs_modulus: tuple[Pressure, Pressure] | None = Field(None, description="E of both solids")
     poisson_ratio: tuple[Number, Number] | None = Field(None, description="ν of both solids")
+    layer_thickness: Length | None = Field(None, description="of a layer on a rigid base")
+    layer_base: Literal["fixed", "sliding"] = Field("fixed", description="bonded, or frictionless")
+    layer_poisson_ratio: Number = Field(0.5, gt=-1, le=0.5, description="ν of the layer")
 
     @model_validator(mode="after")
     def _check(self) -> "Solid":
@@ -133,6 +136,11 @@ class Solid(Section):
         for nu in self.poisson_ratio or ():
             if not -1 < nu <= 0.5:
                 raise ContradictionError(f"poisson_ratio = {nu:g} must be above -1 and at most 0.5")
+        if self.layer_thickness is not None and self.contact_modulus is None:
+            raise ContradictionError(
+                "layer_thickness needs contact_modulus, the layer's E/(1 - ν²), since what a layer "
+                "touches is taken for rigid; give it in place of youngs_modulus and poisson_ratio"
+            )
         return self
 
     @property
@@ -156,6 +164,9 @@ class Contact(Section):
         "free-set-cg", description="gfmd only; damped is the letter's own relaxation"
     )
     max_iterations: Count | None = Field(None, description="gfmd only; then it has failed")
+    precision: Literal["mixed", "double"] = Field(
+        "mixed", description="of search directions; all else is double"
+    )
     threads: Count = Field(1, description="of the FFT")
 
     @model_validator(mode="after")

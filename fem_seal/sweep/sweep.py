@@ -12,6 +12,7 @@ from fem_seal.results.result import Provenance, summarise
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
 from fem_seal.sweep.axis import Axis
+from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.sweep.table import COLUMNS, Row, Table
 
 
@@ -63,10 +64,11 @@ def sweep(
     }
     origin = _origin(next(iter(points.values())), keys)
     table = parallel.on_root(lambda: Table.opened(out, keys, origin, overwrite))
+    path_of_contacts = ContactPath()
     missing = [values for values in points if values not in table.rows]
     for number, values in enumerate(missing, start=1):
         name = f"{number}/{len(missing)} {', '.join(map('{}={}'.format, keys, values))}"
-        table.rows[values] = _compute(points[values], name, report).cells()
+        table.rows[values] = _compute(points[values], name, report, path_of_contacts).cells()
         parallel.on_root(table.write)
     converged = COLUMNS.index("converged")
     failed = sum(table.rows[values][converged] != "True" for values in points)
@@ -83,7 +85,7 @@ def _origin(scene: Scene, keys: tuple[str, ...]) -> Provenance:
     return origin.model_copy(update={"scene": shared, "seed": None})
 
 
-def _compute(scene: Scene, name: str, report: Report) -> Row:
+def _compute(scene: Scene, name: str, report: Report, contacts: ContactPath) -> Row:
     """Numbers of one point; pictures and meshes are for single runs."""
 
     def news(stage: str, detail: str) -> None:
@@ -91,8 +93,11 @@ def _compute(scene: Scene, name: str, report: Report) -> Row:
 
     numbers = scene.output.model_copy(update={"products": _numbers(scene)})
     seal = Seal(scene.model_copy(update={"output": numbers}), news)
+    contacts.lead(seal)
     try:
-        return Row.of(summarise(seal))
+        row = Row.of(summarise(seal))
+        contacts.follow(seal)
+        return row
     except NotConverged as error:
         return Row(converged=False, reason=str(error))
 
