@@ -7,7 +7,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from mesh_files import scene_of, write_msh
+from mesh_files import CORNERS, scene_of, write_msh
 from project import ROOT, write_toml
 
 from fem_seal import job
@@ -215,6 +215,35 @@ def test_own_geometry(tmp_path):
     assert flow.value == pytest.approx(0.5, rel=1e-7, abs=0)
     finer = Scene.from_mapping(scene(shape | names | {"mesh_size": "100 mm"})).shape
     assert len(shaped_gap(finer, None).mesh.cells) > 300
+
+
+def test_own_geometry_with_sizes_that_follow_its_channels(tmp_path):
+    """Fine beside the contact at y < 200 mm, coarse in the open."""
+    (tmp_path / "own.geo").write_text(GEO)
+    names = {"inlet": "left", "outlet": "right", "wall": "rest", "unit": "mm"}
+    sizes = {"mesh_size": "300 mm", "smallest_size": "20 mm"}
+    shape = {"kind": "file", "path": str(tmp_path / "own.geo")} | names | sizes
+    section = Scene.from_mapping(scene(shape | {"gap_expression": "max(0, y - 0.2)"})).shape
+    mesh = shaped_gap(section, None).mesh
+    middle, length = mesh.xy[mesh.cells].mean(axis=1), np.sqrt(mesh.doubled_areas())
+    beside = np.abs(middle[:, 1] - 0.27) < 0.1  # a tenth of the mean gap lies at y = 0.23
+    assert np.median(length[beside]) < 0.08
+    assert np.median(length[middle[:, 1] > 0.8]) > 0.15
+
+
+def test_a_mesh_in_millimetres_with_its_gap_in_metres(tmp_path, capsys):
+    """One line, status 2, nothing written; with its unit it runs."""
+    mesh = write_msh(tmp_path / "plate.msh", points=20 * CORNERS)
+    np.savez(tmp_path / "gap.npz", gap=np.full((5, 5), 1e-6), spacing=(5e-3, 5e-3))
+    data = scene_of(mesh) | {"gap": {"path": str(tmp_path / "gap.npz")}}
+    del data["shape"]["gap"]
+    path = write_toml(tmp_path / "scene.toml", data)
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "the mesh is 20 m large and the grid of its gap 0.02 m, a ratio of 1e+03" in said
+    assert not (tmp_path / "out").exists()
+    assert main(["run", str(path), "--out", str(tmp_path / "out"), "--set", "shape.unit=mm"]) == 0
 
 
 @pytest.mark.parametrize(

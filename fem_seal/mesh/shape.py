@@ -6,12 +6,16 @@ both on one boundary, where the two stretches of wall between them are the side 
 one to the other, across which ψ jumps by 1. All other walls are islands with an unknown ψ.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import connected_components
 
 from fem_seal.errors import InvalidInput
 from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.checks import place
+from fem_seal.mesh.cut import cut_open, shortest_path
 from fem_seal.mesh.triangles import (
     BOTTOM,
     INLET,
@@ -53,7 +57,7 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
     touching = np.intersect1d(inlet.vertices, outlet.vertices)
     if touching.size:
         raise InvalidInput(
-            f"inlet and outlet of the mesh touch at {_place(xy[touching[0]])}, where the flow "
+            f"inlet and outlet of the mesh touch at {place(xy[touching[0]])}, where the flow "
             "would be infinite; put a stretch of wall between them"
         )
     sides, twin = sides.copy(), np.arange(len(xy))
@@ -62,15 +66,11 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
             cell, side = loops.wall_after(first)
             sides[cell, side] = label
     else:
-        xy, cells, sides, twin = _cut_open(xy, cells, sides, loops, inlet, outlet)
+        xy, cells, sides, twin = _cut(xy, cells, sides, loops, inlet, outlet)
     first = longest_edge_first(xy, cells)
     cells = turned(cells, first).astype(np.int32)
     mesh = TriangleMesh(xy, cells, turned(sides, first), twin.astype(np.int32))
     return _ends_apart(mesh)
-
-
-def _place(point: np.ndarray) -> str:
-    return f"x = {point[0]:.6g} m, y = {point[1]:.6g} m"
 
 
 def _require_one_piece(count: int, cells: np.ndarray) -> None:
@@ -84,6 +84,7 @@ def _require_one_piece(count: int, cells: np.ndarray) -> None:
         )
 
 
+@dataclass(frozen=True, eq=False)
 class _Piece:
     """An uninterrupted stretch of one label on one loop.
 
@@ -91,8 +92,10 @@ class _Piece:
     vertices : all its vertices
     """
 
-    def __init__(self, loop: int, start: int, length: int, vertices: np.ndarray):
-        self.loop, self.start, self.length, self.vertices = loop, start, length, vertices
+    loop: int
+    start: int
+    length: int
+    vertices: np.ndarray
 
 
 class _Loops:
@@ -105,7 +108,7 @@ class _Loops:
         twice = np.flatnonzero(np.diff(tail[order]) == 0)
         if twice.size:
             raise InvalidInput(
-                f"the mesh touches itself in the single point {_place(xy[tail[order[twice[0]]]])}; "
+                f"the mesh touches itself in the single point {place(xy[tail[order[twice[0]]]])}; "
                 "join the two sides by an edge, or part them"
             )
         following = order[np.searchsorted(tail[order], head)]
@@ -154,102 +157,30 @@ class _Loops:
         return self._cell[wall], self._side[wall]
 
 
-def _cut_open(
+def _cut(
     xy: np.ndarray,
     cells: np.ndarray,
     sides: np.ndarray,
     loops: _Loops,
     inlet: _Piece,
     outlet: _Piece,
-):
-    """Part the cells along a path from the loop of the inlet to that of the outlet.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Cut from the loop of the inlet to that of the outlet; gives xy, cells, sides and twin.
 
-    Seen from the inlet the cells on the left keep the vertices of the path (BOTTOM), those on the
-    right get copies (TOP), so that ψ grows to the left of the flow as it does in a strip.
-
-    Returns
-    -------
-    xy, cells, sides, twin : of the mesh with the copies
+    Where every way runs through vertices of other walls all cells are halved first, which puts
+    vertices inside all of them in the end.
     """
-    path = _path(xy, cells, sides, loops.vertices(inlet.loop), loops.vertices(outlet.loop))
-    if path is None:
-        # Every way between the two ends runs through vertices of other walls: make room.
-        return _cut_open_refined(xy, cells, sides)
-    place = np.full(len(xy), -1)
-    place[path] = np.arange(len(path))
-    near = np.flatnonzero((place[cells] >= 0).any(axis=1))
-    of = cells[near]
-    slot = np.arange(3 * len(near)).reshape(-1, 3)
-    ends = of[:, [[1, 2], [2, 0], [0, 1]]]
-    along = place[ends[:, :, 1]] - place[ends[:, :, 0]]
-    on_path = (place[ends] >= 0).all(axis=2) & (np.abs(along) == 1)
-    left, right = on_path & (along == 1), on_path & (along == -1)
-    sides = sides.copy()
-    for which, label in ((left, BOTTOM), (right, TOP)):
-        cell, side = np.nonzero(which)
-        sides[near[cell], side] = label
-    bank = _joined_corners(of, slot, ends, on_path)
-    corners = slot[np.arange(len(near))[:, None, None], [[1, 2], [2, 0], [0, 1]]]
-    to_right = np.isin(bank, bank[corners[right].ravel()]).reshape(-1, 3) & (place[of] >= 0)
-    cells = cells.copy()
-    cells[near] = np.where(to_right, len(xy) + place[of], of)
-    twin = np.concatenate([np.arange(len(xy)), path])
-    return np.concatenate([xy, xy[path]]), cells, sides, twin
-
-
-def _joined_corners(of: np.ndarray, slot: np.ndarray, ends: np.ndarray, on_path: np.ndarray):
-    """Component of each corner slot: corners at one vertex, joined through sides off the path."""
-    cell, side = np.nonzero(~on_path)
-    edge = ends[cell, side]
-    pair = np.stack([slot[cell, (side + 1) % 3], slot[cell, (side + 2) % 3]], axis=1)
-    swap = edge[:, 0] > edge[:, 1]
-    edge[swap], pair[swap] = edge[swap][:, ::-1], pair[swap][:, ::-1]
-    order = np.lexsort(edge.T)
-    same = (edge[order[1:]] == edge[order[:-1]]).all(axis=1)
-    links = np.concatenate(
-        [np.stack([pair[order[:-1]][same, k], pair[order[1:]][same, k]], 1) for k in (0, 1)]
-    )
-    count = slot.size
-    graph = coo_array((np.ones(len(links), dtype=np.int8), tuple(links.T)), shape=(count, count))
-    return connected_components(graph, directed=False)[1]
-
-
-def _path(
-    xy: np.ndarray, cells: np.ndarray, sides: np.ndarray, start: np.ndarray, end: np.ndarray
-) -> np.ndarray | None:
-    """Fewest edges inside the mesh from one loop to another, avoiding all other boundaries."""
-    cell, side = np.nonzero(sides == INSIDE)
-    edges = np.stack([cells[cell, (side + 1) % 3], cells[cell, (side + 2) % 3]], axis=1)
-    on_rim = np.zeros(len(xy), dtype=bool)
-    rim_cell, rim_side = np.nonzero(sides != INSIDE)
-    on_rim[cells[rim_cell, (rim_side + 1) % 3]] = True
-    allowed = ~on_rim
-    allowed[start], allowed[end] = True, True
-    edges = edges[allowed[edges].all(axis=1)]
-    # The path leaves from anywhere on the first loop: an extra node stands before all of it.
-    source = np.stack([np.full(len(start), len(xy)), start], axis=1)
-    links = np.concatenate([edges, source])
-    shape = (len(xy) + 1,) * 2
-    graph = coo_array((np.ones(len(links), dtype=np.int8), tuple(links.T)), shape=shape).tocsr()
-    order, before = breadth_first_order(graph, len(xy), directed=False)
-    reached = order[np.isin(order, end)]
-    if reached.size == 0:
-        return None
-    path = [reached[0]]
-    while before[path[-1]] != len(xy):
-        path.append(before[path[-1]])
-    return np.array(path[::-1])
-
-
-def _cut_open_refined(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray):
-    """Halve all cells and cut then; halving puts vertices inside every cell in the end."""
-    first = longest_edge_first(xy, cells)
-    twin = np.arange(len(xy), dtype=np.int32)
-    whole = TriangleMesh(xy, turned(cells, first).astype(np.int32), turned(sides, first), twin)
-    mesh = bisect(whole, np.ones(len(cells), dtype=bool)).mesh
-    loops = _Loops(mesh.xy, mesh.cells, mesh.sides)
-    inlet, outlet = loops.only_piece(INLET), loops.only_piece(OUTLET)
-    return _cut_open(mesh.xy, mesh.cells, mesh.sides, loops, inlet, outlet)
+    while True:
+        path = shortest_path(cells, sides, loops.vertices(inlet.loop), loops.vertices(outlet.loop))
+        if path is not None:
+            return cut_open(xy, cells, sides, path)
+        first = longest_edge_first(xy, cells)
+        twin = np.arange(len(xy), dtype=np.int32)
+        whole = TriangleMesh(xy, turned(cells, first).astype(np.int32), turned(sides, first), twin)
+        mesh = bisect(whole, np.ones(len(cells), dtype=bool)).mesh
+        xy, cells, sides = mesh.xy, mesh.cells, mesh.sides
+        loops = _Loops(xy, cells, sides)
+        inlet, outlet = loops.only_piece(INLET), loops.only_piece(OUTLET)
 
 
 def _ends_apart(mesh: TriangleMesh) -> TriangleMesh:

@@ -1,0 +1,75 @@
+"""Critical constriction on any triangles, against the grid's own answer and plain enumeration."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fem_seal.grid import GridField
+from fem_seal.topology.constriction import critical_constriction
+from fem_seal.topology.triangulation import mesh_constriction
+
+
+def pixel_edges(nx: int, ny: int) -> np.ndarray:
+    """Sides of the pixels and their alternating diagonals."""
+    v = np.arange(nx * ny).reshape(nx, ny)
+    i, j = np.indices((nx - 1, ny - 1))
+    even = ((i + j) % 2 == 0)[..., None]
+    rising, falling = np.stack([v[:-1, :-1], v[1:, 1:]], -1), np.stack([v[1:, :-1], v[:-1, 1:]], -1)
+    along = [np.stack([v[:-1], v[1:]], -1), np.stack([v[:, :-1], v[:, 1:]], -1)]
+    return np.concatenate([e.reshape(-1, 2) for e in (*along, np.where(even, rising, falling))])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(2, 8), st.integers(2, 8), st.floats(0, 0.7), st.integers(0, 10**6))
+def test_pixel_triangulation_has_the_constriction_of_its_grid(nx, ny, contact, seed):
+    rng = np.random.default_rng(seed)
+    gap = rng.uniform(0.1, 1, (nx, ny)) * (rng.random((nx, ny)) >= contact)
+    i, j = np.indices((nx, ny))
+    points = np.stack([i.ravel(), j.ravel()], axis=1).astype(float)
+    inlet, outlet = points[:, 0] == 0, points[:, 0] == nx - 1
+    found = mesh_constriction(gap.ravel(), points, pixel_edges(nx, ny), inlet, outlet)
+    expected = critical_constriction(GridField(gap, (1.0, 1.0)), "wall", "linear")
+    assert (found is None) == (expected is None)
+    if found is not None:
+        assert found.gap == expected.gap
+        x, y = (int(c) for c in found.position)
+        assert gap[x, y] == found.gap
+
+
+def test_every_path_of_a_small_graph():
+    """All simple paths of the complete graph of six vertices with some edges taken away."""
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        gap = rng.permutation(6) / 5.0  # one contact
+        edges = np.array([(a, b) for a in range(6) for b in range(a) if rng.random() < 0.5])
+        ends = np.arange(6)
+        best = widest_path(gap, edges, 0, 5)
+        found = mesh_constriction(gap, np.zeros((6, 2)), edges, ends == 0, ends == 5)
+        assert (found.gap if found else 0.0) == best
+
+
+def widest_path(gap, edges, start, end) -> float:
+    """Largest bottleneck over all simple paths, 0 if there is none that is open."""
+    linked = {(int(a), int(b)) for a, b in edges} | {(int(b), int(a)) for a, b in edges}
+    paths, best = [(start,)], 0.0
+    while paths:
+        path = paths.pop()
+        assert all(step in linked for step in pairwise(path))
+        if path[-1] == end:
+            best = max(best, min(gap[list(path)]))
+            continue
+        paths += [(*path, v) for v in range(6) if v not in path and (path[-1], v) in linked]
+    return best
+
+
+@pytest.mark.parametrize("open_end", [0, 2])
+def test_a_path_has_to_leave_and_to_arrive(open_end):
+    """Contact all over one end seals, whatever lies between."""
+    gap = np.ones(3)
+    gap[2 - open_end] = 0.0
+    ends = np.arange(3)
+    edges = np.array([[0, 1], [1, 2]])
+    assert mesh_constriction(gap, np.zeros((3, 2)), edges, ends == 0, ends == 2) is None
