@@ -12,7 +12,7 @@ def pair(text: str) -> list[object]:
 
 
 def truth(text: str) -> bool:
-    """yes or no."""
+    """Read yes or no."""
     answers = {"yes": True, "true": True, "no": False, "false": False}
     if text.lower() not in answers:
         raise argparse.ArgumentTypeError(f"{text!r} is neither yes nor no")

@@ -100,9 +100,6 @@ def _channel(reader: "ReaderBase", name: str | None, path: Path) -> "ChannelInfo
             held = ", ".join(repr(info.name) for info in reader.channels)
             raise InvalidInput(f"{path} has no channel {name!r}; it holds {held}")
         info = named[0]
-    if info.dim != 2 or not info.is_uniform:
-        raise InvalidInput(
-            f"channel {info.name!r} of {path} is no map on an even grid but "
-            f"{'a line scan' if info.dim == 1 else 'unevenly sampled'}"
-        )
+    if info.dim != 2:
+        raise InvalidInput(f"channel {info.name!r} of {path} is a line scan; a map is wanted")
     return info

@@ -48,8 +48,8 @@ def fill(found: FieldMap, method: str, max_missing: float) -> FieldMap:
 def _harmonic(values: np.ndarray, missing: np.ndarray, spacing: tuple[float, float]) -> np.ndarray:
     """Solve Σ (h_q - h_p) / d_pq² = 0 over the neighbours q of each missing point p.
 
-    Differences of second order: exact for harmonic polynomials up to the third degree on square
-    pixels, and for x² dx-independent ones such as x² - y² and xy on any.
+    Second differences are exact for cubes, so harmonic polynomials up to the third degree are
+    filled exactly. A neighbour beyond the border of the map does not count.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import spsolve

@@ -201,3 +201,19 @@ def test_missing_package(package, name, tmp_path, monkeypatch):
         match=f"needs? {package}: .venv/bin/pip install -c .venv/debian.txt {package}",
     ):
         read_map(tmp_path / name, GAP_NAMES, SAID)
+
+
+def test_line_scan_of_an_instrument(tmp_path):
+    """Two columns, x and height, are what SurfaceTopography calls a line scan."""
+    (tmp_path / "scan.xyz").write_text("0 1\n1 2\n2 1.5\n3 1\n")
+    with pytest.raises(InvalidInput, match=r"is a line scan; a map is wanted"):
+        read_map(tmp_path / "scan.xyz", HEIGHT_NAMES, SAID)
+
+
+def test_channel_of_an_instrument(tmp_path):
+    """By its name; others are listed."""
+    layouts.topography_nc(tmp_path / "a.dat", GAP, SIZE, "m")
+    found = read_map(tmp_path / "a.dat", HEIGHT_NAMES, Stated(array="Default"))
+    assert np.array_equal(found.values, GAP)
+    with pytest.raises(InvalidInput, match="has no channel 'Phase'; it holds 'Default'"):
+        read_map(tmp_path / "a.dat", HEIGHT_NAMES, Stated(array="Phase"))
