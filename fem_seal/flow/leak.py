@@ -159,7 +159,7 @@ def _check(viscosity, pressure_drop, rtol, method) -> None:
 def _unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) -> float:
     """Leak rate of a square as high as the gap's maximum; what is solved is relative to it."""
     with np.errstate(over="ignore", under="ignore"):
-        unit = highest**3 / (12 * viscosity) * pressure_drop
+        unit = np.float64(highest) ** 3 / (12 * viscosity) * pressure_drop
     if not LEAST_UNIT < unit < 1 / LEAST_UNIT:
         raise InvalidInput(
             f"a gap of {highest:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has a "
