@@ -199,6 +199,7 @@ def test_a_given_gap_has_no_contact_grid(accurate_scene, tmp_path):
     np.savez(tmp_path / "gap.npz", gap=np.ones((9, 9)), spacing=(1.0, 1.0))
     for name in ("surface", "solid", "contact"):
         del accurate_scene[name]
-    scene = accurate_scene | {"gap": {"path": str(tmp_path / "gap.npz")}}
-    with pytest.raises(InvalidInput, match="cannot be solved on another grid"):
-        Scene.from_mapping(scene)
+    strip = {"kind": "strip", "length": 1.0, "width": 1.0, "mesh_size": 0.1, "gap": 1e-6}
+    for given in ({"gap": {"path": str(tmp_path / "gap.npz")}}, {"shape": strip}):
+        with pytest.raises(InvalidInput, match="cannot be solved on another grid"):
+            Scene.from_mapping(accurate_scene | given)

@@ -24,7 +24,7 @@ def check_accuracy(scene: "Scene") -> None:
     """Hold [accuracy] against the rest of a scene; ContradictionError where they do not agree."""
     if scene.accuracy is None:
         return
-    if scene.gap is not None:
+    if scene.surface is None:
         raise ContradictionError(
             "[accuracy] needs [surface] and [contact]: the contact of a given gap cannot be solved "
             "on another grid; set flow.rtol"
