@@ -16,6 +16,7 @@ from triangulations import (
     labelled,
     random_gap,
     ring,
+    ring_parts,
     scattered_square,
     square_with_hole,
 )
@@ -29,7 +30,7 @@ from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.mesh_gap import MeshGap
 from fem_seal.mesh.shape import shape_mesh
-from fem_seal.mesh.triangles import ISLAND
+from fem_seal.mesh.triangles import INLET, ISLAND, OUTLET
 from fem_seal.theory.closed_forms import annulus
 from fem_seal.topology.constriction import critical_constriction
 
@@ -155,6 +156,44 @@ def test_random_gaps_with_contact_are_enclosed(seed, shape, contact):
     assert flow.lower > 0
     # Power traces let every open path through at once: no patch bars the way.
     assert dual_unknowns(mesh, data, kept, merge_closed=True) is not None
+
+
+def on_arcs(n: int, inlet: tuple[float, float], outlet: tuple[float, float], inner: bool):
+    """Ring of n corners; inlet and outlet are stretches of angle, on one circle or on both."""
+
+    def label(p):
+        turns = np.mod(np.arctan2(p[:, 1], p[:, 0]) / (2 * np.pi), 1)
+        outside = np.hypot(*p.T) > 1.5
+        into = (turns >= inlet[0]) & (turns < inlet[1]) & outside
+        out = (turns >= outlet[0]) & (turns < outlet[1]) & (outside != inner)
+        return np.select([into, out], [INLET, OUTLET], ISLAND)
+
+    xy, cells, _ = ring_parts(3, n, 1.0, 2.0)
+    return shape_mesh(*labelled(xy, cells, label))
+
+
+@pytest.mark.parametrize("contact", [0.0, 0.2])
+@pytest.mark.parametrize(
+    ("outlet", "inner"),
+    [((0.5, 0.8), False), ((0.5, 0.8), True), ((0.0, 1.0), True)],
+    ids=["one circle", "arcs on two circles", "arc and circle"],
+)
+def test_inlet_and_outlet_on_any_stretch(outlet, inner, contact):
+    """What is left of a circle is a side wall, or an island; Σ e_T = upper - lower needs both."""
+    mesh = on_arcs(20, (0.1, 0.3), outlet, inner)
+    assert mesh.periodic == inner
+    gap = random_gap(mesh, 5, contact)
+    represented = VertexGap(gap.values, 1.0, 0.0, 0.0)
+    values = represented.vertex_values(mesh)
+    problem = LevelProblem(represented, mesh, values, MPI.COMM_SELF, 1e-12)
+    start = np.zeros((problem.kept.sum(), 3))
+    pressure, stream = problem.pressure(start), problem.stream(start)
+    difference = pressure.energy - stream.conductance
+    shares = problem.shares(pressure, stream)
+    assert shares.sum() == pytest.approx(difference, abs=1e-9 * pressure.energy)
+    lower, upper = bounds_on(gap, 6000)
+    assert stream.conductance < lower < upper < pressure.energy
+    assert upper < 1.4 * lower
 
 
 @pytest.mark.parametrize("shape", ["ring", "square", "hole"])
