@@ -250,7 +250,7 @@ def _solve(problem: LevelProblem, start: _Start, strategy: Strategy, clock: _Clo
 
 def _mark(problem: LevelProblem, found: _Solved, reached: float, strategy: Strategy) -> np.ndarray:
     """How often to halve each cell (C,) of the whole mesh."""
-    part = _part_of_a_step(reached, strategy)
+    part = part_of_a_step(reached, strategy)
     tuning = strategy.tuning
     shares = problem.shares(found.pressure, found.guide)
     throughflow = problem.throughflow(found.guide)
@@ -262,7 +262,7 @@ def _mark(problem: LevelProblem, found: _Solved, reached: float, strategy: Strat
     return times
 
 
-def _part_of_a_step(expected: float, strategy: Strategy) -> float:
+def part_of_a_step(expected: float, strategy: Strategy) -> float:
     """How much of a full step is left to do: the last one should not overshoot the tolerance.
 
     Halving the cells that hold a part θ of the difference lowers it by about θ/2.

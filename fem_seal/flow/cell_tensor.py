@@ -8,7 +8,7 @@ import numpy as np
 
 from fem_seal.errors import NotConverged
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.adapt import GROWTH, ROUNDING, Tuning
+from fem_seal.flow.adapt import GROWTH, ROUNDING, Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.leak import Limits
@@ -226,6 +226,7 @@ def _levels(
     comm: MPI.Comm,
 ) -> Iterator[_Found]:
     start, most = _first(gap, width), limits.unknowns or np.inf
+    strategy = Strategy(rtol=rtol, tuning=tuning)
     solved = False
     while True:
         problem = CellProblem(gap, start.mesh, start.values, comm, tuning.tolerance)
@@ -242,11 +243,13 @@ def _levels(
             found = replace(found, lower=lower, gap=relative_gap(lower, upper))
         yield found
         solved = True
+        reached = found.gap if np.isfinite(found.gap) else expected
+        part = part_of_a_step(reached, strategy) if np.isfinite(reached) else 1.0
         shares = problem.shares(pressures, guide, tuning.epsilon)
         times = np.zeros(len(problem.kept), dtype=int)
         times[problem.kept] = np.maximum(
-            halvings(shares, doerfler(shares, tuning.theta)),
-            doerfler(problem.throughflow(pressures, guide), tuning.theta_throughflow),
+            halvings(shares, doerfler(shares, part * tuning.theta)),
+            doerfler(problem.throughflow(pressures, guide), part * tuning.theta_throughflow),
         )
         functions = start.functions.copy()
         functions[:2, problem.kept] = _by_jumps(pressures, guess[:2])
