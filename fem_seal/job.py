@@ -115,21 +115,24 @@ def mesh(
     InvalidInput
         If the mesh cannot be made or the folder not written; nothing is written then.
     """
-    require_packages(scene)
+    pictures = scene.output.model_copy(update={"products": ("pictures",)})
+    require_packages(scene.model_copy(update={"output": pictures}))
     gap = Seal(scene, report).gap
-    out = Path(out).absolute()
+    return gap.summary(), parallel.on_root(lambda: _write_mesh(gap, scene, Path(out).absolute()))
+
+
+def _write_mesh(gap: "MeshGap", scene: Scene, out: Path) -> tuple[str, ...]:
     with writing(out):
         aside = make_aside(out)
         try:
-            names = tuple(
-                sorted((write_mesh(aside, gap), *draw_pictures(gap, None, scene.flow, aside)))
-            )
+            pictures = draw_pictures(gap, None, scene.flow, aside)
+            names = tuple(sorted((write_mesh(aside, gap), *pictures)))
             out.mkdir(parents=True, exist_ok=True)
             for name in names:
                 (aside / name).replace(out / name)
         finally:
             rmtree(aside, ignore_errors=True)
-    return gap.summary(), names
+    return names
 
 
 def draw_pictures(

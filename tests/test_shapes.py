@@ -1,7 +1,10 @@
 """Scenes with a [shape], from the file to the leak rate, against exact answers."""
 
 import csv
+import os
 import re
+import subprocess
+import sys
 import tomllib
 from typing import get_args
 
@@ -328,6 +331,25 @@ def test_run_mesh_and_render(tmp_path, capsys):
     assert main(["render", str(tmp_path / "a")]) == 0
     assert drawn <= {p.name for p in (tmp_path / "a").iterdir()}
     assert (tmp_path / "a" / "shape.png").read_bytes() == before
+
+
+@pytest.mark.render
+def test_meshing_needs_no_finite_elements(tmp_path):
+    """A mesh is made and drawn where FEniCSx is not installed."""
+    path = write_toml(tmp_path / "ring.toml", scene(RING | {"gap": 1}))
+    code = """
+import sys
+for name in ("dolfinx", "ufl", "petsc4py"):
+    sys.modules[name] = None
+from fem_seal.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+    command = [sys.executable, "-c", code, "mesh", str(path), "--out", str(tmp_path / "out")]
+    # A process that has started MPI would make the new one believe it is a child of mpirun.
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+    done = subprocess.run(command, capture_output=True, text=True, env=clean)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out" / "mesh.vtu").is_file()
 
 
 def test_studies_are_made_on_grids(tmp_path, capsys):
