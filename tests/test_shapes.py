@@ -352,6 +352,28 @@ sys.exit(main(sys.argv[1:]))
     assert (tmp_path / "out" / "mesh.vtu").is_file()
 
 
+def test_nothing_of_it_is_imported_unless_a_scene_names_it():
+    """A leak rate on a grid loads neither gmsh nor the modules that read, check and cut meshes."""
+    code = """
+import sys
+import numpy as np
+from fem_seal.flow import leak_rate
+from fem_seal.grid import GridField
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+leak_rate(GridField(np.ones((3, 3)), (1.0, 1.0)), viscosity=1.0, pressure_drop=1.0)
+print(*sys.modules)
+"""
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=clean, check=True
+    )
+    loaded = set(done.stdout.split())
+    parts = ("build", "channel_sizes", "checks", "cut", "files", "gap_source", "geometry", "shape")
+    assert not loaded & {"gmsh", "meshio", "fem_seal.expression", "fem_seal.render.shape"}
+    assert not loaded & {f"fem_seal.mesh.{part}" for part in parts}
+
+
 def test_studies_are_made_on_grids(tmp_path, capsys):
     path = write_toml(tmp_path / "ring.toml", scene(RING | {"gap": 1}))
     for study in ("trade", "cross-validation"):
