@@ -185,3 +185,12 @@ def test_bad_sweep_computes_nothing(arguments, tmp_path, capsys, monkeypatch):
     assert run(*arguments) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_decisions_of_a_sweep(tmp_path):
+    """Which limits the seal keeps can be read off the table; without one it just leaks."""
+    options = ("--set", "flow.method=adaptive", "--set", "flow.rtol=1")
+    assert run(*options, "--vary", "limit.leak_rate=1e-20 ml/h,1 l/min", "--out", "out") == 0
+    assert [row["decision"] for row in rows(tmp_path / "out")] == ["above limit", "within limit"]
+    assert run("--vary", "flow.links=arithmetic", "--out", "plain") == 0
+    assert [row["decision"] for row in rows(tmp_path / "plain")] == ["leaking"]

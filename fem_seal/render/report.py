@@ -78,6 +78,12 @@ def verdict(result: Mapping) -> str:
         sentences.append(
             f"Leaking: the leak rate is {leak['value']:.4g} {leak['unit']}, no bounds."
         )
+    shown = result.get("leak_rate_shown")
+    if shown and shown.get("lower") is not None:
+        sentences.append(
+            f"In {shown['unit']}: {shown['value']:.4g}, between {shown['lower']:.4g} and "
+            f"{shown['upper']:.4g}."
+        )
     decided = result.get("verdict") or {}
     if decided.get("limit"):
         sentences.append(f"Verdict: {decided['sentence']}.")

@@ -20,6 +20,7 @@ class Row:
     """The numbers of one point, in SI units; None where they do not exist."""
 
     state: str | None = None
+    decision: str | None = None
     leak_rate: float | None = None
     lower: float | None = None
     upper: float | None = None
@@ -39,6 +40,7 @@ class Row:
         leak = result.leak_rate
         return cls(
             state=result.state,
+            decision=result.verdict.decision if result.verdict else None,
             leak_rate=leak.value if leak else None,
             lower=leak.lower if leak else None,
             upper=leak.upper if leak else None,

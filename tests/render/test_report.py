@@ -101,6 +101,24 @@ def test_verdict_of_other_results():
     assert verdict({"contact_area_fraction": 0.1}) == "10 % of the nominal area is in contact."
 
 
+def test_verdict_against_a_limit_in_the_unit_of_the_scene():
+    tightest = {"x": 1e-6, "y": 2e-6, "gap": 3e-7, "width": 4e-6, "pressure_share": 0.25}
+    more = {
+        "leak_rate_shown": {"value": 2.0, "lower": 1.9, "upper": 2.1, "unit": "nl/h"},
+        "verdict": {"decision": "within limit", "sentence": "within limit: at most", "limit": "3"},
+        "quantities": {"constriction": tightest},
+    }
+    text = verdict(RESULT | more)
+    for words in (
+        "In nl/h: 2, between 1.9 and 2.1.",
+        "Verdict: within limit: at most.",
+        "0.3 um high, 4 um wide, at x = 1 um, y = 2 um; takes 25 % of the pressure drop",
+    ):
+        assert words in text
+    # Without a limit there is nothing to decide.
+    assert "Verdict" not in verdict(RESULT | {"verdict": {"decision": "leaking", "limit": None}})
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
