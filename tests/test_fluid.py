@@ -6,6 +6,8 @@ from project import write_toml
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive
+from fem_seal.results import summarise
+from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
 
@@ -124,6 +126,30 @@ def test_absolute_pressures_of_a_liquid(gap_scene):
     assert both.value == by_drop.value
     np.testing.assert_array_equal(both.field.pressure, by_drop.field.pressure + 1e5)
     assert LiquidDrive(2e5).pressure(np.array([0.0])) == 0
+
+
+def test_constriction_takes_of_a_gas_what_it_takes_of_a_liquid(gap_scene):
+    """Its share of the drop of what is linear: p, or p². By rounding, the same flow."""
+    gap = np.full((17, 17), 1e-6)
+    gap[7:10] = 0.0
+    gap[7:10, 6:11] = 0.5e-6
+    shares = []
+    for fluid, flow in ((GAS, None), ({"viscosity": 1e-3}, {"pressure_drop": 1e5})):
+        scene = gap_scene(gap, fluid, flow, products=["constriction"])
+        found = summarise(Seal(Scene.from_mapping(scene))).quantities.constriction
+        shares.append(found.pressure_share)
+    assert shares[0] == pytest.approx(shares[1], rel=1e-9)
+    assert 0.3 < shares[0] < 1
+
+
+@pytest.mark.parametrize(("height", "slips"), [(1e-6, False), (1e-7, True)])
+def test_caution_where_the_gas_slips(gap_scene, height, slips):
+    """Mean free path at 1.75 bar: 38 nm, a tenth of 0.38 um."""
+    gap = np.full((5, 5), height)
+    scene = Scene.from_mapping(gap_scene(gap, products=["constriction"]))
+    words = dict(lines_of(summarise(Seal(scene))))
+    assert ("caution" in words) is slips
+    assert "mean free path 0.03" in words["gas"]
 
 
 BAD = {
