@@ -73,19 +73,19 @@ def gas_words(gas: GasRecord) -> str:
     return (
         f"volume at {gas.reference_temperature:g} K and {gas.reference_pressure:g} Pa; "
         f"{gas.mass_rate.value:.4g} kg/s, {gas.throughput.value:.4g} Pa m^3/s, "
-        f"{gas.amount_rate.value:.4g} mol/s; mean free path {_um(gas.mean_free_path)}"
+        f"{gas.amount_rate.value:.4g} mol/s; mean free path {_length(gas.mean_free_path)}"
     )
 
 
 def constriction_words(tightest: Constriction) -> str:
     """Place, height, width and share of the pressure drop."""
-    text = f"{_um(tightest.gap)} high"
+    text = f"{_length(tightest.gap)} high"
     if tightest.width is not None:
-        text += f", {_um(tightest.width)} wide"
-    text += f", at x = {_um(tightest.x)}, y = {_um(tightest.y)}"
+        text += f", {_length(tightest.width)} wide"
+    text += f", at x = {_length(tightest.x)}, y = {_length(tightest.y)}"
     if tightest.pressure_share is not None:
         text += f"; takes {100 * tightest.pressure_share:.2g} % of the pressure drop"
-    return f"{text}; sealed if the gap were lowered by {_um(tightest.gap)}"
+    return f"{text}; sealed if the gap were lowered by {_length(tightest.gap)}"
 
 
 def threshold_words(threshold: Threshold) -> str:
@@ -100,11 +100,12 @@ def threshold_words(threshold: Threshold) -> str:
 
 def aperture_words(aperture: HydraulicAperture) -> str:
     """Hydraulic aperture with its bounds."""
-    text = _um(aperture.value)
+    text = _length(aperture.value)
     if aperture.lower is None:
         return text
     return f"{text}, within [{1e6 * aperture.lower:.4g}, {1e6 * aperture.upper:.4g}] um"
 
 
-def _um(length: float) -> str:
-    return f"{1e6 * length:.4g} um"
+def _length(length: float) -> str:
+    """Lengths of gaps in um, those of whole seals in mm."""
+    return f"{1e6 * length:.4g} um" if length < 1e-3 else f"{1e3 * length:.4g} mm"
