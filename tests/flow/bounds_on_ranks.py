@@ -8,6 +8,7 @@ from gaps import FLUID
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.grid import GridField
 
 CASES = [
@@ -39,6 +40,16 @@ def solve(gaps: dict[str, np.ndarray]) -> dict[str, dict]:
                 "unknowns": [level.unknowns for level in flow.levels],
                 "field": [len(flow.field.points), len(flow.field.cells)],
             }
+        tensor = conductivity_tensor(
+            GridField(samples, (1.0, 1.0), periodic=True),
+            viscosity=FLUID["viscosity"],
+            rtol=0.2,
+            limits=Limits(unknowns=1500),
+        )
+        found[f"{name} tensor"] = {
+            "lower": tensor.lower.tolist(),
+            "upper": tensor.upper.tolist(),
+        }
     return found
 
 

@@ -66,3 +66,14 @@ def test_two_ranks_give_the_bounds_of_one(results, name, case):
         assert two["field"] == one["field"]
         # Flows err as the square root of the energy, times the ratio of norms of test_leak_rate.
         assert two["flows"] == pytest.approx(one["flows"], rel=100 * np.sqrt(4e-8))
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("name", ["rough", *SMALL])
+def test_two_ranks_give_the_tensor_of_one(results, name):
+    """Marking may differ by a cell, but both pairs of forms enclose one tensor."""
+    one, two = (found[f"{name} tensor"] for found in results)
+    for below, above in ((one, two), (two, one)):
+        difference = np.array(above["upper"]) - np.array(below["lower"])
+        # Minima of both ranks agree to the solver's tolerance only.
+        assert np.linalg.eigvalsh(difference).min() >= -1e-7 * np.trace(above["upper"])
