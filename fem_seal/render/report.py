@@ -8,9 +8,10 @@ from pathlib import Path
 
 from fem_seal.errors import InvalidInput
 from fem_seal.quantities.constriction import Constriction
+from fem_seal.quantities.threshold import Threshold
 from fem_seal.render.aside import written_aside
 from fem_seal.render.report_page import PAGE
-from fem_seal.results.words import constriction_words
+from fem_seal.results.words import constriction_words, threshold_words
 
 CAPTIONS = {
     "contact": "Contact and open domains; the largest connected one of each is coloured.",
@@ -87,9 +88,12 @@ def verdict(result: Mapping) -> str:
     decided = result.get("verdict") or {}
     if decided.get("limit"):
         sentences.append(f"Verdict: {decided['sentence']}.")
-    tightest = (result.get("quantities") or {}).get("constriction")
-    if tightest:
-        sentences.append(f"Tightest place: {constriction_words(Constriction(**tightest))}.")
+    found = result.get("quantities") or {}
+    if found.get("constriction"):
+        words = constriction_words(Constriction(**found["constriction"]))
+        sentences.append(f"Tightest place: {words}.")
+    if found.get("threshold"):
+        sentences.append(f"Threshold: {threshold_words(Threshold(**found['threshold']))}.")
     if result.get("contact_area_fraction") is not None:
         share = 100 * result["contact_area_fraction"]
         sentences.append(f"{share:.3g} % of the nominal area is in contact.")

@@ -106,13 +106,17 @@ def test_verdict_against_a_limit_in_the_unit_of_the_scene():
     more = {
         "leak_rate_shown": {"value": 2.0, "lower": 1.9, "upper": 2.1, "unit": "nl/h"},
         "verdict": {"decision": "within limit", "sentence": "within limit: at most", "limit": "3"},
-        "quantities": {"constriction": tightest},
+        "quantities": {
+            "constriction": tightest,
+            "threshold": {"model": "bearing", "area_leaking": 0.49, "area_sealed": 0.5},
+        },
     }
     text = verdict(RESULT | more)
     for words in (
         "In nl/h: 2, between 1.9 and 2.1.",
         "Verdict: within limit: at most.",
         "0.3 um high, 4 um wide, at x = 1 um, y = 2 um; takes 25 % of the pressure drop",
+        "Threshold: seals between A/A0 = 0.49 and 0.5.",
     ):
         assert words in text
     # Without a limit there is nothing to decide.
