@@ -1,12 +1,12 @@
 """Elastic contact beside its peers: CPU seconds and FFT pairs to one certificate, interleaved.
 
-    python tests/benchmarks/contact_peers.py [--sizes 512 1024] [--seeds 1 2 3] [--peers]
+    python tests/benchmarks/contact_peers.py [--sizes 512 1024] [--seeds 1 2 3] [--peers tamaas]
 
 All solvers get the same surface and load and one thread; each result's certificate is recomputed
-here from the pressure it returned. With --peers two more run: the Tamaas wheel (L. Frérot et al.,
-J. Open Source Softw. 5, 2121 (2020); `pip install tamaas`), which is serial, with FFTW built
-without SIMD, so that our own Polonsky-Keer is the fairer measure of the algorithm; and the
-constrained conjugate gradients of ContactMechanics (`pip install ContactMechanics`).
+here from the pressure it returned. Peers, if wanted: the Tamaas wheel (L. Frérot et al., J. Open
+Source Softw. 5, 2121 (2020); `pip install tamaas`), which is serial, with FFTW built without
+SIMD, so that our own Polonsky-Keer is the fairer measure of the algorithm; and the constrained
+conjugate gradients of ContactMechanics (`pip install ContactMechanics`).
 """
 
 import argparse
@@ -81,14 +81,16 @@ def ours(solver: str, precision: str) -> Callable[[GridField, float], tuple[Pres
     return run
 
 
-def main(sizes: list[int], peers: bool, seeds: list[int]) -> None:
+PEERS = {"tamaas": tamaas, "contact-mechanics": contact_mechanics}
+
+
+def main(sizes: list[int], loads: list[float], peers: list[str], seeds: list[int]) -> None:
     """Print one line a case, and the medians over surfaces and seeds."""
     codes = {
         "free-set-cg": ours("free-set-cg", "mixed"),
         "polonsky-keer": ours("polonsky-keer", "double"),
     }
-    if peers:
-        codes |= {"tamaas": tamaas, "contact-mechanics": contact_mechanics}
+    codes |= {name: PEERS[name] for name in peers}
     print(f"{'n':>5} {'H':>4} {'λs':>3} {'A/A0':>6}", *(f"{name:>26}" for name in codes))
     print(" " * 21, *(f"{'CPU s   pairs  cert':>26}" for _ in codes), "  CPU ratios to the first")
     bumps = self_affine(Spectrum(0.8, 8, 2), (32, 32), (32, 32), rms_slope=1, seed=0)
@@ -101,7 +103,7 @@ def main(sizes: list[int], peers: bool, seeds: list[int]) -> None:
                 spectrum = Spectrum(hurst, n / 8, short)
                 heights = self_affine(spectrum, (n, n), (n, n), rms_slope=1, seed=seed)
                 solve(heights, 1.0, pressure=0.5)  # plans the transforms: FFTW's wisdom is kept
-                for load in LOADS:
+                for load in loads:
                     name = f"{n:5d} {hurst:4} {short:3}"
                     ratios[n, load].append(one_case(name, heights, load, codes))
     print("medians, and least and largest")
@@ -135,7 +137,8 @@ def one_case(name: str, heights: GridField, load: float, codes: dict[str, Callab
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", type=int, nargs="+", default=[512])
-    parser.add_argument("--peers", action="store_true")
+    parser.add_argument("--loads", type=float, nargs="+", default=LOADS)
+    parser.add_argument("--peers", nargs="+", choices=PEERS, default=[])
     parser.add_argument("--seeds", type=int, nargs="+", default=[1])
     arguments = parser.parse_args()
-    main(arguments.sizes, arguments.peers, arguments.seeds)
+    main(arguments.sizes, arguments.loads, arguments.peers, arguments.seeds)

@@ -1,0 +1,66 @@
+"""Random scenes by the default method, with and without the extension of its preconditioner.
+
+python tests/benchmarks/contact_random.py [--scenes 500] [--sizes 24 160]
+"""
+
+import argparse
+
+import numpy as np
+
+from fem_seal.contact import free_set_cg, solve
+from fem_seal.errors import NotConverged
+from fem_seal.grid import GridField
+from fem_seal.surface import Spectrum, self_affine
+
+
+def scene(seed: int, sizes: tuple[int, int]) -> tuple[GridField, dict[str, float]]:
+    """Surface and load, E* = 1: a pressure in three of four scenes, else a mean gap."""
+    draw = np.random.default_rng(seed)
+    nx, ny = (int(n) for n in draw.integers(*sizes, 2))
+    if draw.random() < 0.4:
+        ny = nx
+    hurst = draw.uniform(0.05, 1)
+    long = max(draw.uniform(0.05, 1) * max(nx, ny), 8)
+    short = max(draw.uniform(1, long / 3), 1.001) if draw.random() < 0.6 else 1.0
+    spectrum = Spectrum(hurst, long, short)
+    heights = self_affine(
+        spectrum, (nx, ny), (nx, ny), rms_slope=1, seed=int(draw.integers(1_000_000))
+    )
+    if draw.random() < 0.75:
+        return heights, {"pressure": 10 ** draw.uniform(-4, 0.3)}
+    return heights, {"mean_gap": heights.values.std() * 10 ** draw.uniform(-1.5, 0.3)}
+
+
+def iterations(heights: GridField, load: dict[str, float], settled: float) -> float:
+    """Iterations from a uniform start; nan if they fail."""
+    free_set_cg.SETTLED = settled
+    start = np.ones(heights.shape) if "pressure" in load else None
+    try:
+        return solve(heights, 1.0, **load, start=start).iterations
+    except NotConverged as error:
+        print(error)
+        return np.nan
+
+
+def main(scenes: int, sizes: tuple[int, int], first_seed: int) -> None:
+    """Print failures, means, and the worst."""
+    settled = free_set_cg.SETTLED
+    rows = []
+    for seed in range(first_seed, first_seed + scenes):
+        heights, load = scene(seed, sizes)
+        rows.append([iterations(heights, load, below) for below in (settled, 0.0)])
+    extended, cut_off = np.transpose(rows)
+    print(f"{scenes} scenes; with, without the extension")
+    print("failed:", np.isnan(extended).sum(), np.isnan(cut_off).sum())
+    print("iterations, mean:", np.nanmean(extended), np.nanmean(cut_off))
+    print("iterations, most:", np.nanmax(extended), np.nanmax(cut_off))
+    print("more than one iteration slower:", np.sum(extended > cut_off + 1))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenes", type=int, default=500)
+    parser.add_argument("--sizes", type=int, nargs=2, default=(24, 160))
+    parser.add_argument("--first-seed", type=int, default=1000)
+    arguments = parser.parse_args()
+    main(arguments.scenes, tuple(arguments.sizes), arguments.first_seed)
