@@ -15,9 +15,10 @@ def page(record: Letter) -> str:
     record : of `campaign.letter`
     """
     case, plan = record.plan.case, record.plan
+    seeds = "1 seed" if plan.seeds == 1 else f"{plan.seeds} seeds"
     head = (
         f"n = {case.n}, H = {case.hurst:g}, λ_s = {case.short:g} and λ_l = "
-        f"{case.long * case.n:g} samples, {plan.seeds} seeds, rtol = {plan.rtol:g}; finished "
+        f"{case.long * case.n:g} samples, {seeds}, rtol = {plan.rtol:g}; finished "
         f"{record.finished:%Y-%m-%d %H:%M} UTC, {record.seconds_in_points / 60:.0f} min in the "
         f"points of thresholds and currents, {record.peak_memory_bytes / 1e9:.2g} GB at most.\n"
     )
