@@ -36,6 +36,8 @@ _BINARY = {
     ast.Pow: operator.pow,
 }
 _UNARY = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+# A float64 divides by 0 and overflows without an exception, unlike Python's own numbers.
+PI = np.float64(np.pi)
 LONGEST = 1000  # characters: enough for any gap, too few to exhaust the parser
 
 
@@ -58,9 +60,12 @@ def evaluate(text: str, points: np.ndarray) -> np.ndarray:
     """
     tree = _parsed(text)
     x, y = points.T
-    names = dict(zip(VARIABLES, (x, y, np.hypot(x, y), np.arctan2(y, x), np.pi), strict=True))
-    with np.errstate(all="ignore"):
-        value = _value(tree, names, text)
+    names = dict(zip(VARIABLES, (x, y, np.hypot(x, y), np.arctan2(y, x), PI), strict=True))
+    try:
+        with np.errstate(all="ignore"):
+            value = _value(tree, names, text)
+    except RecursionError:
+        raise InvalidInput(f"the expression {text[:20]!r}... is nested too deeply") from None
     return np.broadcast_to(np.asarray(value, dtype=float), (len(points),)).copy()
 
 
@@ -80,9 +85,9 @@ def _parsed(text: str) -> ast.expr:
 
 def _value(node: ast.expr, names: dict[str, np.ndarray], text: str) -> np.ndarray:
     match node:
-        # A float64 overflows to infinity; Python's integers would grow without end.
         case ast.Constant(value=int() | float()) if not isinstance(node.value, bool):
-            return np.float64(node.value)
+            # By its digits, for integers beyond the largest float64 are infinite too.
+            return np.float64(repr(node.value))
         case ast.Name(id=name) if name in names:
             return names[name]
         case ast.UnaryOp(op=op, operand=operand) if type(op) in _UNARY:

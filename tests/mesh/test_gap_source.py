@@ -39,7 +39,7 @@ def test_formulas(text, expected):
         *("open('a')", "z", "x if y else 1", "x < y", "'a'", "True", "f'{x}'", "x := 1", ""),
         *("x +", "exp()", "max(1)", "max(x, y, r)", "exp(x=1)", "exp(*[1])", "1j", "x @ y"),
         *("x // 2", "x % 2", "None", "import os", "(x for x in y)", "x and y", "not x"),
-        *("1" * 1001, "(" * 500 + "x" + ")" * 500),
+        *("1" * 1001, "(" * 500 + "x" + ")" * 500, "-" * 998 + "x"),
     ],
 )
 def test_what_is_no_formula(text):
@@ -52,6 +52,21 @@ def test_what_is_no_formula(text):
 def test_large_powers_end_at_infinity():
     """Integers of Python would grow until the memory is full."""
     assert np.isinf(evaluate("9**9**9**9", POINTS)).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("1 / (pi - pi)", np.inf),
+        ("pi / (pi - pi)", np.inf),
+        ("pi**pi**pi**pi**pi", np.inf),
+        ("(-pi)**pi", np.nan),
+        ("1" + "0" * 400, np.inf),
+    ],
+)
+def test_constants_are_no_exceptions(text, expected):
+    """Where a formula has no value it gives none, also where no variable is in it."""
+    np.testing.assert_array_equal(evaluate(text, POINTS), expected)
 
 
 def test_every_function_is_named_by_its_numpy_self():
