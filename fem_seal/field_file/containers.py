@@ -96,8 +96,8 @@ def read_hdf5(path: Path, wanted: Iterable[str]) -> NamedArrays:
 
 def _holds_data(item: "h5py.Dataset | h5py.Group") -> bool:
     """Whether it is neither a folder nor a mere dimension of NetCDF 4."""
-    name = item.attrs.get("NAME", b"")
-    return hasattr(item, "shape") and not name.startswith(b"This is a netCDF dimension but not")
+    name = str(_decoded(item.attrs.get("NAME", "")))
+    return hasattr(item, "shape") and not name.startswith("This is a netCDF dimension but not")
 
 
 def _data_set(dataset: "h5py.Dataset") -> Variable:

@@ -118,6 +118,8 @@ def _without_masked(values: np.ndarray, arrays: NamedArrays) -> np.ndarray:
         raise InvalidInput(
             f"mask in {arrays.path} has shape {mask.values.shape}, its samples {values.shape}"
         )
+    if mask.values.dtype.kind not in "biuf":
+        raise InvalidInput(f"mask in {arrays.path} must hold true and false")
     return np.where(mask.values.astype(bool), np.nan, values)
 
 
@@ -189,7 +191,10 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
             f"{name} in {path} is not evenly spaced and increasing: steps from {steps.min():g} "
             f"to {steps.max():g}; resample it onto an even grid"
         )
-    length = float(np.ravel(axis.attributes.get("length", n * mean))[0])
+    length = np.ravel(axis.attributes.get("length", n * mean))
+    if length.dtype.kind not in "iuf" or length.size != 1:
+        raise InvalidInput(f"length of {name} in {path} must be one number, got {length}")
+    length = float(length[0])
     # SurfaceTopography writes the length, n steps, in single precision.
     if not np.isclose(length, n * mean, rtol=SAME_LENGTH, atol=0):
         raise InvalidInput(
@@ -214,15 +219,20 @@ def _text(value: object) -> str:
 
 def _periodic(arrays: NamedArrays) -> bool | None:
     if "periodic" in arrays.variables:
-        given = np.asarray(arrays.variables["periodic"].values)
-        if given.size != 1 or given.dtype.kind not in "biuf":
-            raise InvalidInput(f"periodic in {arrays.path} must be one true or false")
-        return bool(given.item())
+        return _truth(arrays.variables["periodic"].values, arrays.path)
     said = {
-        bool(np.ravel(arrays.variables[name].attributes["periodic"])[0])
+        _truth(arrays.variables[name].attributes["periodic"], arrays.path)
         for name in ("x", "y")
         if name in arrays.variables and "periodic" in arrays.variables[name].attributes
     }
     if len(said) > 1:
         raise InvalidInput(f"{arrays.path} repeats along one axis only, which is not supported")
     return said.pop() if said else None
+
+
+def _truth(value: object, path: Path) -> bool:
+    """True or false as a truth value or as 1 or 0; a text such as "false" would count as true."""
+    given = np.asarray(value)
+    if given.size != 1 or given.dtype.kind not in "biuf" or given.item() not in (0, 1):
+        raise InvalidInput(f"periodic in {path} must be one true or false, got {value!r}")
+    return bool(given.item())

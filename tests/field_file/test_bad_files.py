@@ -31,6 +31,13 @@ def h5(path, gap=GAP, unit="m", x=None, **more):
                 file[name] = value
 
 
+def h5_attribute(path, name, value):
+    """The same with an attribute of x."""
+    h5(path)
+    with h5py.File(path, "a") as file:
+        file["x"].attrs[name] = value
+
+
 def npy(path, values):
     np.save(path, values)
 
@@ -51,6 +58,36 @@ CASES = {
         "does not say its lengths; give its size",
     ),
     "unit of another kind": ("a.h5", lambda p: h5(p, unit="kg"), Stated(), "in 'kg', which is no"),
+    "mask of words": (
+        "a.h5",
+        lambda p: h5(p, mask=np.full(GAP.shape, b"no")),
+        Stated(),
+        "mask in .*a.h5 must hold true and false",
+    ),
+    "length of words": (
+        "a.h5",
+        lambda p: h5_attribute(p, "length", "6 um"),
+        Stated(),
+        r"length of x in .*a.h5 must be one number, got \['6 um'\]",
+    ),
+    "periodic of words": (
+        "a.h5",
+        lambda p: h5_attribute(p, "periodic", "false"),
+        Stated(),
+        "periodic in .*a.h5 must be one true or false, got 'false'",
+    ),
+    "periodic of nothing": (
+        "a.h5",
+        lambda p: h5_attribute(p, "periodic", np.array([], dtype=int)),
+        Stated(),
+        "periodic in .*a.h5 must be one true or false",
+    ),
+    "periodic of another number": (
+        "a.h5",
+        lambda p: h5(p, periodic=2.5),
+        Stated(),
+        "periodic in .*a.h5 must be one true or false",
+    ),
     "ampere": ("a.h5", lambda p: h5(p, unit="mA"), Stated(), "in 'mA', which is no unit of length"),
     "unit against the scene": ("a.h5", h5, SAID, r"are in m, but unit = 'um' was given; leave out"),
     "size against the scene": (
@@ -133,6 +170,12 @@ def test_bad_file(case, tmp_path, monkeypatch, capsys):
     assert "Traceback" not in error
     assert [path.name for path in tmp_path.iterdir()] == [name]
     assert re.search(words, error)
+
+
+def test_any_attribute_called_name_is_allowed(tmp_path):
+    """NetCDF 4 marks mere dimensions by an attribute NAME; others may use it for words."""
+    h5_attribute(tmp_path / "a.h5", "NAME", "along the flow")
+    np.testing.assert_array_equal(read_map(tmp_path / "a.h5", GAP_NAMES).values, GAP)
 
 
 @pytest.mark.parametrize("name", [name for name in LAYOUTS if not name.endswith("txt")])
