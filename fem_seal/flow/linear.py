@@ -195,12 +195,12 @@ class _Rows:
     DOLFINx sorts the cells so that neighbours are close in memory, and so will be the unknowns.
 
     of_unknown : (count,) int, row of each unknown
-    first : (ranks + 1,) int, first row of each rank: an unknown belongs to the first rank with a
+    first : ranks + 1 numbers, first row of each rank: an unknown belongs to the first rank with a
         cell of it
     """
 
     of_unknown: np.ndarray
-    first: np.ndarray
+    first: list[int]
 
     @classmethod
     def of(cls, unknowns: Unknowns, of_ranks: list[np.ndarray]) -> "_Rows":
@@ -212,7 +212,7 @@ class _Rows:
         new[met_at[:-1]] = True
         met_before = np.append(0, np.cumsum(new))
         ends = 3 * np.cumsum([0, *(len(cells) for cells in of_ranks)])
-        return cls(met_before[met_at[:-1]], met_before[ends])
+        return cls(met_before[met_at[:-1]], met_before[ends].tolist())
 
 
 def _assembled(form) -> np.ndarray:
