@@ -21,10 +21,15 @@ def detrended(found: FieldMap, trend: str) -> FieldMap:
     Raises
     ------
     InvalidInput
-        If the trend is unknown or no point is.
+        If the trend is unknown or no point is, or a map that repeats would not do so any more.
     """
     if trend not in DEGREES:
         raise InvalidInput(f"unknown detrend {trend!r}; choose from {', '.join(DEGREES)}")
+    if found.periodic and DEGREES[trend] > 0:
+        raise InvalidInput(
+            f"the map repeats, and would have a jump at its seam without its {trend} trend; set "
+            "detrend = 'mean', or leave it out"
+        )
     known = ~np.isnan(found.values)
     if not known.any():
         raise InvalidInput(f"all {known.size} points are missing")

@@ -5,7 +5,7 @@ import pytest
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import FieldMap
-from fem_seal.surface import detrended
+from fem_seal.surface import MapStatistics, detrended
 
 NX, NY = 20, 31
 X, Y = np.meshgrid(np.linspace(0, 3, NX), np.linspace(-1, 5, NY), indexing="ij")
@@ -60,3 +60,15 @@ def test_bad_arguments():
         detrended(FieldMap(X, (1, 1), None), "cubic")
     with pytest.raises(InvalidInput, match="all 620 points are missing"):
         detrended(FieldMap(X * np.nan, (1, 1), None), "mean")
+
+
+@pytest.mark.parametrize("trend", ["plane", "quadratic"])
+def test_map_that_repeats_keeps_its_seam(trend):
+    """A sine of one period has a plane of least squares, and a jump where that is taken away."""
+    sine = np.sin(2 * np.pi * np.arange(NX) / NX)[:, None] * np.ones((NX, NY))
+    with pytest.raises(InvalidInput, match=f"a jump at its seam without its {trend} trend"):
+        detrended(FieldMap(sine, (1, 1), True), trend)
+    assert MapStatistics.of(detrended(FieldMap(sine, (1, 1), None), "plane")).seam > 5
+    level = detrended(FieldMap(sine + 4, (1, 1), True), "mean")
+    assert level.periodic
+    np.testing.assert_allclose(level.values, sine, rtol=0, atol=1e-14)
