@@ -24,7 +24,6 @@ BROKEN = (
 )
 
 HDF5 = b"\x89HDF"
-NETCDF3 = b"CDF"
 
 
 @contextmanager

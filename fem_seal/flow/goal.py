@@ -39,6 +39,3 @@ class Decision:
         """Say how far bounds [m³/s] are from it."""
         below, above = lower / self.limit, upper / self.limit
         return f"the leak rate is between {below:.4g} and {above:.4g} of the limit, undecided"
-
-
-Goal = Tolerance | Decision

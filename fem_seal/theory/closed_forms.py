@@ -4,10 +4,6 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 
-# Q ~ (p_c - p)^(69/20) at a critical constriction without adhesion: W. B. Dapp and M. H. Müser,
-# EPL 109, 44001 (2015).
-SADDLE_EXPONENT = 69 / 20
-
 
 def parallel_plates(gap: float, length: float, width: float, viscosity: float) -> float:
     """Conductance Q/Δp of a uniform gap, width g³ / (12 η length) (Poiseuille).
