@@ -115,7 +115,7 @@ def main() -> None:
             )
 
         ours = None
-        for rtol in (0.4, 0.3, 0.2, 0.1, 0.05):
+        for rtol in (0.4, 0.28, 0.2, 0.14, 0.1, 0.07, 0.05):
             ours = run(sys.executable, OURS, file, "adaptive", rtol, 4_000_000)
             show(f"adaptive, rtol {rtol}", ours)
             if distance(ours) <= ERROR:
