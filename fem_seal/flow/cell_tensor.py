@@ -11,7 +11,7 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import GROWTH, ROUNDING, Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
-from fem_seal.flow.leak import Limits
+from fem_seal.flow.leak import Limits, require_positive, unit_of_leak_rate
 from fem_seal.flow.marking import doerfler, halvings
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import Refinement, TooFine, bisect
@@ -115,16 +115,18 @@ def conductivity_tensor(
     Raises
     ------
     InvalidInput
-        If the gap is not periodic, or a choice is unknown.
+        If the gap is not periodic, a choice is unknown, or a value is out of range.
     NotConverged
         If the linear solver fails on the first mesh.
     """
+    require_positive({"viscosity": viscosity, "rtol": rtol})
     sites = periodic_sites(gap, representation)
     limits, tuning = limits or Limits(), tuning or Tuning()
     widest = [widest_winding(gap, representation, axis) for axis in (0, 1)]
     if not any(widest):
         return TensorBounds(np.zeros((2, 2)), np.zeros((2, 2)))
     highest = float(sites.max())
+    per_pascal = unit_of_leak_rate(highest, viscosity, pressure_drop=1.0)
     scaled = GridField(sites / highest, gap.spacing, periodic=True)
     narrowest = min(h for h in widest if h > 0) / highest
     width = coarsest_width(sites.shape, tuning.coarsest)
@@ -135,7 +137,7 @@ def conductivity_tensor(
     # From fluxes per jump to mean flux per gradient: D A* D/(Lx Ly), D = diag(Lx, Ly).
     lengths = np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])
     found = _refined(represented, width, rtol, limits, tuning, comm, progress)
-    scale = highest**3 / (12 * viscosity) * lengths
+    scale = per_pascal * lengths
     return replace(found, lower=found.lower * scale, upper=found.upper * scale)
 
 

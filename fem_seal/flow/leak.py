@@ -1,7 +1,7 @@
 """The leak rate of a gap with its bounds, in SI units."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -100,14 +100,16 @@ def leak_rate(
         If the linear solver fails on the first mesh; later, the bounds so far are returned with
         `converged` False.
     """
-    _check(viscosity, pressure_drop, rtol, method)
+    require_positive({"viscosity": viscosity, "pressure_drop": pressure_drop, "rtol": rtol})
+    if method not in METHODS:
+        raise InvalidInput(f"method = {method!r} is unknown; choose from {', '.join(METHODS)}")
     flow = posed(gap, sides, representation)
     flow.check()
     if flow.sealed:
         return LeakRate.sealed(method)
     limits = limits or Limits()
     goal = Tolerance(rtol) if decide is None else Decision(decide)
-    scale = _unit_of_leak_rate(flow.highest, viscosity, pressure_drop)
+    scale = unit_of_leak_rate(flow.highest, viscosity, pressure_drop)
     started = time.perf_counter()
     levels: list[Level] = []
     reason = ""
@@ -147,17 +149,26 @@ def leak_rate(
     return replace(result, converged=not reason, reason=reason, field=last)
 
 
-def _check(viscosity, pressure_drop, rtol, method) -> None:
-    positive = {"viscosity": viscosity, "pressure_drop": pressure_drop, "rtol": rtol}
-    for name, value in positive.items():
+def require_positive(values: Mapping[str, float]) -> None:
+    """InvalidInput if one of the values, by name, is not a positive number."""
+    for name, value in values.items():
         if not (np.isfinite(value) and value > 0):
             raise InvalidInput(f"{name} = {value} must be a positive number")
-    if method not in METHODS:
-        raise InvalidInput(f"method = {method!r} is unknown; choose from {', '.join(METHODS)}")
 
 
-def _unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) -> float:
-    """Leak rate of a square as high as the gap's maximum; what is solved is relative to it."""
+def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) -> float:
+    """Leak rate [m³/s] of a square as high as the largest gap; what is solved is relative to it.
+
+    Parameters
+    ----------
+    highest : largest gap [m]
+    viscosity, pressure_drop : [Pa s], [Pa]
+
+    Raises
+    ------
+    InvalidInput
+        If it is beyond double precision.
+    """
     with np.errstate(over="ignore", under="ignore"):
         unit = np.float64(highest) ** 3 / (12 * viscosity) * pressure_drop
     if not LEAST_UNIT < unit < 1 / LEAST_UNIT:

@@ -311,6 +311,22 @@ def test_gap_that_is_not_periodic():
         tensor(cell(np.ones((8, 8))), representation="cubic")
 
 
+@pytest.mark.parametrize("height", [1e-120, 1e120])
+def test_gap_beyond_double_precision(height):
+    """Its cube is 0 or infinite, and no tensor."""
+    with pytest.raises(InvalidInput, match="beyond double precision; check the units"):
+        tensor(cell(height * np.ones((4, 4))))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("viscosity", -1.0), ("viscosity", np.nan), ("rtol", 0)]
+)
+def test_values_out_of_range(name, value):
+    arguments = {"viscosity": 1.0, name: value}
+    with pytest.raises(InvalidInput, match=f"{name} = .* must be a positive number"):
+        conductivity_tensor(cell(np.ones((4, 4))), **arguments)
+
+
 def test_repeated_row_and_column_are_periodic():
     gap = rough(9)
     repeated = GridField(gap.vertices(), gap.spacing)
