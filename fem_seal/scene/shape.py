@@ -35,7 +35,7 @@ class Shape(Section):
         "cartesian", description="what the two axes of a gap on a grid are"
     )
     grid_origin: tuple[Position, Position] = Field(
-        (0.0, 0.0), description="[x, y] or [radius, 0] of the first sample"
+        (0.0, 0.0), description="[x, y], or [radius, angle in rad], of the first sample"
     )
     smallest_size: Length | None = Field(
         None, description="edge length in narrow channels; mesh_size in the open"
