@@ -38,12 +38,13 @@ class Seal:
     report : called with the stage and its latest news
     """
 
+    # Pressure [Pa] near the contact's, for who knows one: it saves iterations, no more.
+    contact_start: np.ndarray | None = None
+
     def __init__(self, scene: Scene, report: Report = silent):
         self.scene = scene
         self.report = report
         self.seconds: dict[str, float] = {}
-        # Pressure [Pa] near the contact's, for who knows one: it saves iterations, no more.
-        self.contact_start: np.ndarray | None = None
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:

@@ -27,7 +27,8 @@ LEAST_UNIT = 1e-200  # leaves a hundred decades for what a constriction takes aw
 class Limits:
     """Where to stop although the tolerance is not reached.
 
-    unknowns : no larger mesh is solved; seconds : of wall time, checked after each level
+    unknowns : no larger mesh is solved, except the first
+    seconds : of wall time, checked after each level
     memory_bytes : of one process; the next level must be expected to fit
     """
 

@@ -214,8 +214,11 @@ def _contact_numbers(contact: GapState | None) -> dict[str, Any]:
 
 def _flow_numbers(leak: LeakRate | None, tensor: ConductivityTensor | None) -> dict[str, Any]:
     """Give the fields of Result that the flow, or the tensor, decides."""
-    reasons = "; ".join(found.reason for found in (leak, tensor) if found and found.reason)
-    reached = {"converged": not reasons, "reason": reasons}
+    found = [flow for flow in (leak, tensor) if flow is not None]
+    reached = {
+        "converged": all(flow.converged for flow in found),
+        "reason": "; ".join(flow.reason for flow in found if flow.reason),
+    }
     if leak is None:
         nothing = dict.fromkeys(("leak_rate", "method", "inflow", "outflow"))
         return nothing | reached | {"unknowns": 0, "levels": ()}
