@@ -25,5 +25,5 @@ def give_back_freed_memory() -> None:
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:  # not in every C library
-        for option, value in ((_MMAP_MAX, 65536), (_MMAP_THRESHOLD, 1 << 21), (_TRIM, 1 << 26)):
+        for option, value in ((_MMAP_MAX, 65536), (_MMAP_THRESHOLD, 1 << 24), (_TRIM, 1 << 26)):
             mallopt(option, value)
