@@ -145,6 +145,7 @@ def brackets(
         problem = LevelProblem(gap, start.mesh, start.values, comm, strategy.tuning.tolerance)
         if upper < np.inf and problem.unknowns > (strategy.max_unknowns or np.inf):
             return
+        cells = problem.space.count
         clock.lap("mesh")
         found = _solve(problem, start, strategy, clock)
         upper = min(upper, found.pressure.energy * (1 + ROUNDING))
@@ -156,7 +157,6 @@ def brackets(
             sharper = _sharpened(problem, found.pressure, found.stream)
             lower, upper = max(lower, sharper[0]), min(upper, sharper[1])
             clock.lap("bubbles")
-        cells = int(problem.kept.sum())
         level = Level(problem.unknowns, cells, lower, upper, iterations, clock.seconds)
         yield Bracket(level, problem, found.pressure, found.stream)
         clock = _Clock()

@@ -72,7 +72,12 @@ class LevelProblem:
         self.primal_numbering: Unknowns = primal_unknowns(mesh, data, cells)
         del data, cells
         self._points = mesh.points(gap.aspect)
-        self.space = CellSpace(self._points, mesh.cells[self.kept], comm)
+        self._comm = comm
+
+    @cached_property
+    def space(self) -> CellSpace:
+        """Functions on the cells that carry flow; their DOLFINx mesh is made when first needed."""
+        return CellSpace(self._points, self.mesh.cells[self.kept], self._comm)
 
     @property
     def unknowns(self) -> int:

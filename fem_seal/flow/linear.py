@@ -82,6 +82,11 @@ class CellSpace:
         # The cells of every rank, one rank after the other.
         self._of_ranks = comm.allgather(self.own)
 
+    @property
+    def count(self) -> int:
+        """Number of cells, of all ranks."""
+        return sum(len(cells) for cells in self._of_ranks)
+
     def function(self, corner_values: np.ndarray) -> fem.Function:
         """The function with given corner values (C, 3)."""
         v = fem.Function(self.V)
@@ -101,7 +106,7 @@ class CellSpace:
 
     def _everywhere(self, values: np.ndarray) -> np.ndarray:
         """Gather values (c,) of own cells into (C,) on every rank."""
-        whole = np.empty(sum(len(cells) for cells in self._of_ranks))
+        whole = np.empty(self.count)
         for cells, part in zip(self._of_ranks, self.comm.allgather(values), strict=True):
             whole[cells] = part
         return whole
