@@ -38,8 +38,7 @@ class Seal:
     report : called with the stage and its latest news
     """
 
-    # Pressure [Pa] near the contact's, for who knows one: it saves iterations, no more.
-    contact_start: np.ndarray | None = None
+    contact_start: np.ndarray | None = None  # a pressure [Pa] near the contact's saves iterations
 
     def __init__(self, scene: Scene, report: Report = silent):
         self.scene = scene
