@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -360,7 +361,9 @@ def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
     small_scene["surface"].update(shape=[512, 512], short_wavelength="0.5 um")
     small_scene["contact"].update(solver="damped", tolerance=1e-13)
     write_toml(tmp_path / "scene.toml", small_scene)
-    process = command("run", "scene.toml", "--out", "out")
+    # Tests that a shell runs in the background ignore SIGINT, and their children would, too.
+    heard = partial(signal.signal, end, signal.SIG_DFL)
+    process = command("run", "scene.toml", "--out", "out", preexec_fn=heard)
     while not list(tmp_path.glob(".fem-seal-*")) and process.poll() is None:
         time.sleep(0.02)
     time.sleep(0.2)
