@@ -153,6 +153,35 @@ def test_grid_gap_in_polar_coordinates(tmp_path):
     assert seal.leak_rate.value == pytest.approx(6 * np.pi / (1 - 1 / 8), rel=0.01, abs=0)
 
 
+def origin_of(**fields: object) -> tuple[float, float]:
+    shape = Scene.from_mapping(scene(RING | fields) | {"gap": {"path": __file__}}).shape
+    return shape.grid_origin
+
+
+def test_origin_of_a_grid_has_the_units_of_its_axes():
+    """A polar grid begins at a radius and an angle, a plane one at two lengths."""
+    polar = origin_of(grid="polar", grid_origin=["20 mm", "17 deg"])
+    # One rounding of pi, one of the product.
+    assert polar == (0.02, pytest.approx(np.radians(17), rel=1e-15, abs=0))
+    assert origin_of(grid="polar", grid_origin=[0.02, -0.5]) == (0.02, -0.5)
+    assert origin_of(grid_origin=["20 mm", "-3 mm"]) == (0.02, -0.003)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"grid": "polar", "grid_origin": [1, "17 mm"]}, r"\[1\] = '17 mm' is not in a unit of rad"),
+        ({"grid": "polar", "grid_origin": ["1 rad", 0]}, r"\[0\] = '1 rad' is not in a unit of m"),
+        ({"grid_origin": [0, "17 deg"]}, r"\[1\] = '17 deg' is not in a unit of m"),
+        ({"grid": "polar", "grid_origin": [-1, 0]}, "starts at a radius of -1 m, below 0"),
+        ({"grid": "round", "grid_origin": [0, "17 deg"]}, "shape.grid = 'round' is not allowed"),
+    ],
+)
+def test_origin_of_a_grid_in_wrong_units(fields, words):
+    with pytest.raises(InvalidInput, match=words):
+        origin_of(**fields)
+
+
 def test_contact_of_a_scene_in_another_shape(small_scene):
     """A contact solved on its square, of which the strip is a part."""
     strip = {"kind": "strip", "length": "31 um", "width": "15 um", "mesh_size": "1 um"}
@@ -210,9 +239,9 @@ Physical Surface("film") = {1};
 
 
 def test_own_geometry(tmp_path):
-    """Other names of groups, millimetres, a curve loop that runs clockwise; Q = K Δp W/L."""
-    (tmp_path / "own.geo").write_text(GEO)
-    shape = {"kind": "file", "path": str(tmp_path / "own.geo"), "unit": "mm", "gap": 1}
+    """Other names of groups, capitals, millimetres, a clockwise curve loop; Q = K Δp W/L."""
+    (tmp_path / "OWN.GEO").write_text(GEO)
+    shape = {"kind": "file", "path": str(tmp_path / "OWN.GEO"), "unit": "mm", "gap": 1}
     names = {"inlet": "left", "outlet": "right", "wall": "rest"}
     flow = solved(shape | names, rtol=1e-6)
     assert flow.value == pytest.approx(0.5, rel=1e-7, abs=0)

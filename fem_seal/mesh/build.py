@@ -40,9 +40,8 @@ def shaped_gap(shape: Shape, grid: GridField | None) -> MeshGap:
     source = gap_source(shape, grid)
     triangles = _triangles(shape, source)
     # What gmsh has just made is right whichever way its surfaces are turned.
-    given = isinstance(shape, MeshFile) and shape.path.suffix != ".geo"
     name = shape.path.name if isinstance(shape, MeshFile) else shape.kind
-    mesh = shape_mesh(*labelled(triangles, name, reorient=not given or shape.reorient))
+    mesh = shape_mesh(*labelled(triangles, name, reorient=shape.needs_gmsh or shape.reorient))
     return MeshGap(mesh, source(mesh.xy))
 
 
@@ -69,7 +68,7 @@ def _triangles(shape: Shape, source: GapSource) -> Triangles:
         return mesh_geometry(_source(shape.source), shape.numbers(), 1.0, GroupNames(), sizes)
     unit = length_in_metres(shape.unit, "lengths of the mesh")
     names = GroupNames(shape.inlet, shape.outlet, shape.wall)
-    if shape.path.suffix == ".geo":
+    if shape.needs_gmsh:
         return mesh_geometry(shape.path, {}, unit, names, sizes, shape.mesh_size)
     return read_triangles(shape.path, unit, names)
 

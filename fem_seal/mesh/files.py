@@ -120,14 +120,15 @@ def _read(path: Path, source: Path) -> "meshio.Mesh":
         ".vtu": meshio.vtu.read,
         ".xdmf": meshio.xdmf.read,
     }
-    if path.suffix not in readers:
+    ending = path.suffix.lower()
+    if ending not in readers:
         raise InvalidInput(
             f"{source} is no mesh file that can be read; choose from {', '.join(readers)} or .geo"
         )
     try:
         # meshio prints its doubts; ours are said in one sentence below.
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            return readers[path.suffix](str(path))
+            return readers[ending](str(path))
     except ModuleNotFoundError as error:
         raise MissingPackage(
             f"{source} needs the package {error.name} (pip install {error.name}); "
@@ -138,7 +139,7 @@ def _read(path: Path, source: Path) -> "meshio.Mesh":
     except (meshio.ReadError, *_UNREADABLE) as error:
         reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise InvalidInput(
-            f"{source} is not a whole {path.suffix} mesh ({reason}); write it again"
+            f"{source} is not a whole {ending} mesh ({reason}); write it again"
         ) from None
 
 

@@ -5,7 +5,14 @@ from functools import partial
 from math import pi
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, Strict, field_validator, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    Strict,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from fem_seal.errors import InvalidInput
 from fem_seal.scene.measured import LengthUnit, Truth
@@ -18,6 +25,16 @@ if TYPE_CHECKING:
 
 Angle = Annotated[float, BeforeValidator(partial(to_si, unit="rad")), Field(gt=0, lt=2 * pi)]
 Position = Annotated[float, BeforeValidator(partial(to_si, unit="m"))]
+# Units of the two axes of a gap on a grid.
+_AXES = {"cartesian": ("m", "m"), "polar": ("m", "rad")}
+
+
+def _along_second_axis(value: object, info: ValidationInfo) -> float:
+    """Length or angle, as the grid that the section names has it."""
+    return to_si(value, _AXES[info.data.get("grid", "cartesian")][1])
+
+
+SecondPosition = Annotated[float, BeforeValidator(_along_second_axis)]
 Group = Annotated[str, Strict()] | Annotated[int, Strict()]
 
 
@@ -34,8 +51,8 @@ class Shape(Section):
     grid: Literal["cartesian", "polar"] = Field(
         "cartesian", description="what the two axes of a gap on a grid are"
     )
-    grid_origin: tuple[Position, Position] = Field(
-        (0.0, 0.0), description="[x, y], or [radius, angle in rad], of the first sample"
+    grid_origin: tuple[Position, SecondPosition] = Field(
+        (0.0, 0.0), description="[x, y], or [radius, angle], of the first sample"
     )
     smallest_size: Length | None = Field(
         None, description="edge length in narrow channels; mesh_size in the open"
@@ -78,6 +95,11 @@ class Shape(Section):
             raise ContradictionError(
                 "grid and grid_origin belong to a gap on a grid, but the gap is given by "
                 f"{'gap' if self.gap is not None else 'gap_expression'}"
+            )
+        if self.grid == "polar" and self.grid_origin[0] < 0:
+            raise ContradictionError(
+                f"grid_origin of a polar grid starts at a radius of {self.grid_origin[0]:g} m, "
+                "below 0"
             )
         size = getattr(self, "mesh_size", None)
         if self.smallest_size is not None and size is not None and self.smallest_size > size:
@@ -199,7 +221,7 @@ class MeshFile(Shape):
     @property
     def needs_gmsh(self) -> bool:
         """Whether there is no mesh yet."""
-        return self.path.suffix == ".geo"
+        return self.path.suffix.lower() == ".geo"
 
     @model_validator(mode="after")
     def _check_sizes(self) -> "MeshFile":

@@ -27,8 +27,9 @@ def side_lengths(gap) -> dict[str, float]:
 WHOLE = {"inlet": 1.0, "outlet": 1.0, "wall": 2.0}
 
 
-def test_msh_with_named_groups(tmp_path):
-    gap = gap_of(write_msh(tmp_path / "a.msh"))
+@pytest.mark.parametrize("name", ["a.msh", "A.MSH"])
+def test_msh_with_named_groups(name, tmp_path):
+    gap = gap_of(write_msh(tmp_path / name))
     assert side_lengths(gap) == WHOLE
     assert gap.mesh.doubled_areas().sum() == 2.0
 
