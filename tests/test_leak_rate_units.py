@@ -132,6 +132,14 @@ def test_bad_unit_or_limit(assignment, scene, tmp_path):
     assert "\n" not in str(caught.value)
 
 
+def test_a_unit_without_a_leak_rate(scene):
+    """Nothing would be shown in it."""
+    data = scene({"viscosity": 1e-3}, pressure_drop=1e5)
+    data["output"] = {"products": ["contact", "trapped_volume"], "leak_rate_unit": "ml/h"}
+    with pytest.raises(InvalidInput, match="output.leak_rate_unit is about the leak rate, which"):
+        Scene.from_mapping(data)
+
+
 def test_a_decision_and_a_total_error_exclude_each_other(small_scene):
     del small_scene["flow"]["method"]
     small_scene["flow"]["max_unknowns"] = 1000

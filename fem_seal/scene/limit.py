@@ -51,6 +51,18 @@ def check_rates(scene: "Scene", drive: Drive) -> None:
         )
 
 
+def refuse_rates(scene: "Scene") -> None:
+    """ContradictionError where a scene without a leak rate says how to show or judge it."""
+    for what, given in (
+        ("[limit]", scene.limit),
+        ("output.leak_rate_unit", scene.output.leak_rate_unit),
+    ):
+        if given is not None:
+            raise ContradictionError(
+                f"{what} is about the leak rate, which output.products does not name"
+            )
+
+
 def _require_kind(field: str, unit: RateUnit, drive: Drive) -> None:
     if unit.kind in drive.rates:
         return

@@ -11,7 +11,7 @@ from fem_seal.fluid import Drive
 from fem_seal.scene.accuracy import Accuracy, check_accuracy
 from fem_seal.scene.files import override, read_toml
 from fem_seal.scene.fluid import Fluid, drive
-from fem_seal.scene.limit import Limit, check_rates
+from fem_seal.scene.limit import Limit, check_rates, refuse_rates
 from fem_seal.scene.measured import FileSurface, Gap
 from fem_seal.scene.messages import ContradictionError, explain
 from fem_seal.scene.sections import (
@@ -126,10 +126,8 @@ class Scene(Section):
             if self.fluid is None:
                 raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
             check_rates(self, self.drive)
-        elif self.limit is not None:
-            raise ContradictionError(
-                "[limit] is about the leak rate, which output.products does not name"
-            )
+        else:
+            refuse_rates(self)
         if "conductivity_tensor" in self.output.products:
             self._check_tensor()
         if "mesh" in self.output.products and self.flow.method == "finite-difference":
