@@ -15,6 +15,7 @@ from fem_seal.field_file.named_arrays import NamedArrays, Variable
 
 if TYPE_CHECKING:
     import h5py
+    from scipy.io import netcdf_variable
 
 # What the libraries raise at the end of a truncated file, or at bytes that make no sense; found by
 # cutting files off at every length and by flipping bytes.
@@ -24,6 +25,8 @@ BROKEN = (
 )
 
 HDF5 = b"\x89HDF"
+# Attributes that name the number of a missing point; the first that is there counts.
+_MISSING = ("_FillValue", "missing_value")
 
 
 @contextmanager
@@ -65,15 +68,8 @@ def read_netcdf(path: Path, wanted: Iterable[str]) -> NamedArrays:
     from scipy.io import netcdf_file
 
     with whole(path, "NetCDF"), netcdf_file(path, mmap=False, maskandscale=True) as file:
-        found = {
-            name: Variable(
-                np.ma.filled(file.variables[name][...].astype(_real(file.variables[name])), np.nan),
-                _plain(file.variables[name]._attributes),
-                file.variables[name].dimensions,
-            )
-            for name in wanted
-            if name in file.variables
-        }
+        held = {name: file.variables[name] for name in wanted if name in file.variables}
+        found = {name: _netcdf_variable(held[name], f"{name} in {path}") for name in held}
         return NamedArrays(path, found, tuple(file.variables), _plain(file._attributes))
 
 
@@ -89,7 +85,7 @@ def read_hdf5(path: Path, wanted: Iterable[str]) -> NamedArrays:
 
     with whole(path, "HDF5"), h5py.File(path, "r") as file:
         held = tuple(name for name in file if _holds_data(file[name]))
-        found = {name: _data_set(file[name]) for name in wanted if name in held}
+        found = {n: _data_set(file[n], f"{n} in {path}") for n in wanted if n in held}
         return NamedArrays(path, found, held, dict(file.attrs))
 
 
@@ -99,13 +95,41 @@ def _holds_data(item: "h5py.Dataset | h5py.Group") -> bool:
     return hasattr(item, "shape") and not name.startswith("This is a netCDF dimension but not")
 
 
-def _data_set(dataset: "h5py.Dataset") -> Variable:
+def _netcdf_variable(variable: "netcdf_variable", what: str) -> Variable:
+    attributes = _plain(variable._attributes)
+    # SciPy takes these numbers as they are, and compares texts with lengths.
+    _numbers_about(variable.data, attributes, what)
+    values = np.ma.filled(variable[...].astype(_real(variable)), np.nan)
+    return Variable(values, attributes, variable.dimensions)
+
+
+def _data_set(dataset: "h5py.Dataset", what: str) -> Variable:
     values = dataset[()]
     attributes = dict(dataset.attrs)
-    if "_FillValue" in attributes:
-        values = np.where(values == np.ravel(attributes["_FillValue"])[0], np.nan, values)
+    about = _numbers_about(values, attributes, what)
+    if missing := [about[name] for name in _MISSING if name in about]:
+        values = np.where(values == missing[0], np.nan, values)
+    if about.keys() & {"scale_factor", "add_offset"}:
+        values = values * about.get("scale_factor", 1.0) + about.get("add_offset", 0.0)
     names = tuple(_scale_name(dimension) for dimension in dataset.dims)
     return Variable(values, attributes, names)
+
+
+def _numbers_about(
+    values: np.ndarray, attributes: Mapping[str, object], what: str
+) -> dict[str, float]:
+    """Attributes by which NetCDF marks missing points and packs lengths into integers."""
+    if np.asarray(values).dtype.kind not in "iuf":
+        return {}
+    about = {}
+    for name in (*_MISSING, "scale_factor", "add_offset"):
+        if name not in attributes:
+            continue
+        number = np.ravel(attributes[name])
+        if number.size != 1 or number.dtype.kind not in "iuf":
+            raise InvalidInput(f"{name} of {what} must be one number, got {attributes[name]!r}")
+        about[name] = number[0]
+    return about
 
 
 def _scale_name(dimension: "h5py.h5ds.DimensionProxy") -> str:
@@ -118,7 +142,7 @@ def _magic(path: Path) -> bytes:
         return file.read(4)
 
 
-def _real(variable: object) -> type:
+def _real(variable: "netcdf_variable") -> type:
     return float if np.dtype(variable.data.dtype).kind in "iuf" else variable.data.dtype
 
 

@@ -7,6 +7,7 @@ import layouts
 import numpy as np
 import pytest
 from project import write_toml
+from scipy.io import netcdf_file
 from test_formats import GAP, LAYOUTS, SIZE, SPACING, in_um
 
 from fem_seal import cli
@@ -31,11 +32,20 @@ def h5(path, gap=GAP, unit="m", x=None, **more):
                 file[name] = value
 
 
-def h5_attribute(path, name, value):
-    """The same with an attribute of x."""
+def h5_attribute(path, name, value, of="x"):
+    """The same with an attribute of one array."""
     h5(path)
     with h5py.File(path, "a") as file:
-        file["x"].attrs[name] = value
+        file[of].attrs[name] = value
+
+
+def nc_attribute(path, name, value):
+    """NetCDF 3 of a gap with an attribute."""
+    with netcdf_file(path, "w") as file:
+        for axis, n in zip("xy", GAP.shape, strict=True):
+            file.createDimension(axis, n)
+        file.createVariable("gap", "f8", ("x", "y"))[...] = GAP
+        setattr(file.variables["gap"], name, value)
 
 
 def npy(path, values):
@@ -144,6 +154,24 @@ CASES = {
         lambda p: p.write_bytes(b"\x00\x01" * 9),
         SAID,
         "no format that Surface",
+    ),
+    "fill value of words": (
+        "a.h5",
+        lambda p: h5_attribute(p, "_FillValue", "none", of="gap"),
+        Stated(),
+        "_FillValue of gap in .*a.h5 must be one number, got 'none'",
+    ),
+    "missing value of words": (
+        "a.nc",
+        lambda p: nc_attribute(p, "missing_value", "none"),
+        Stated(),
+        "missing_value of gap in .*a.nc must be one number, got 'none'",
+    ),
+    "scale of words": (
+        "a.nc",
+        lambda p: nc_attribute(p, "scale_factor", "um"),
+        Stated(),
+        "scale_factor of gap in .*a.nc must be one number, got 'um'",
     ),
     "NetCDF that is none": ("a.nc", lambda p: p.write_text("CDF"), SAID, "not a whole NetCDF file"),
     "HDF5 that is none": ("a.h5", lambda p: p.write_text("HDF"), SAID, "cannot be read"),

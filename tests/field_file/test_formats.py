@@ -164,6 +164,29 @@ def test_fill_values_are_missing_points(tmp_path):
         assert np.argwhere(np.isnan(found.values)).tolist() == [[1, 2]], name
 
 
+def test_packed_lengths(tmp_path):
+    """Integers, which a factor and an offset bring back; alike in NetCDF 3 and 4."""
+    import h5py
+    from scipy.io import netcdf_file
+
+    packed = np.arange(24, dtype=np.int16).reshape(6, 4)
+    about = {"scale_factor": 0.25, "add_offset": 2.0, "missing_value": np.int16(7)}
+    with netcdf_file(tmp_path / "a.nc", "w") as file:
+        for axis, n in zip("xy", packed.shape, strict=True):
+            file.createDimension(axis, n)
+        variable = file.createVariable("gap", "i2", ("x", "y"))
+        variable[...] = packed
+        for name, value in about.items():
+            setattr(variable, name, value)
+    with h5py.File(tmp_path / "b.nc", "w") as file:
+        file["gap"] = packed
+        file["gap"].attrs.update(about)
+    expected = np.where(packed == 7, np.nan, 2 + packed / 4)
+    for name in ("a.nc", "b.nc"):
+        found = read_map(tmp_path / name, GAP_NAMES, Stated(unit="m", size=(6.0, 4.0)))
+        np.testing.assert_array_equal(found.values, expected)
+
+
 def test_named_array(tmp_path):
     np.savez(tmp_path / "a.npz", gap=GAP, filtered=2 * GAP, spacing=SPACING)
     assert np.array_equal(load_gap(tmp_path / "a.npz", Stated(array="filtered")).values, 2 * GAP)
