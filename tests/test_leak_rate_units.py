@@ -136,7 +136,7 @@ def test_a_unit_without_a_leak_rate(scene):
     """Nothing would be shown in it."""
     data = scene({"viscosity": 1e-3}, pressure_drop=1e5)
     data["output"] = {"products": ["contact", "trapped_volume"], "leak_rate_unit": "ml/h"}
-    with pytest.raises(InvalidInput, match="output.leak_rate_unit is about the leak rate, which"):
+    with pytest.raises(InvalidInput, match=r"output.leak_rate_unit is about the leak rate, which"):
         Scene.from_mapping(data)
 
 

@@ -170,7 +170,10 @@ def test_origin_of_a_grid_has_the_units_of_its_axes():
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"grid": "polar", "grid_origin": [1, "17 mm"]}, r"\[1\] = '17 mm' is not in a unit of rad"),
+        (
+            {"grid": "polar", "grid_origin": [1, "17 mm"]},
+            r"\[1\] = '17 mm' is not in a unit of rad",
+        ),
         ({"grid": "polar", "grid_origin": ["1 rad", 0]}, r"\[0\] = '1 rad' is not in a unit of m"),
         ({"grid_origin": [0, "17 deg"]}, r"\[1\] = '17 deg' is not in a unit of m"),
         ({"grid": "polar", "grid_origin": [-1, 0]}, "starts at a radius of -1 m, below 0"),
