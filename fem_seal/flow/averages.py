@@ -26,9 +26,9 @@ def mean_cube(gaps: np.ndarray) -> np.ndarray:
     """
     a, b, c = np.moveaxis(gaps, -1, 0)
     e1 = a + b + c
-    squares = a * a + b * b + c * c
+    aa, bb, cc = a * a, b * b, c * c
     # h3 = (e1³ + 3 e1 Σa² + 2 Σa³) / 6, all terms positive
-    return (e1**3 + 3 * e1 * squares + 2 * (a**3 + b**3 + c**3)) / 60
+    return (e1 * (e1 * e1 + 3 * (aa + bb + cc)) + 2 * (a * aa + b * bb + c * cc)) / 60
 
 
 def mean_inverse_cube(gaps: np.ndarray) -> np.ndarray:
@@ -38,7 +38,8 @@ def mean_inverse_cube(gaps: np.ndarray) -> np.ndarray:
     ----------
     gaps : (..., 3), vertex values
     """
-    product = np.prod(gaps, axis=-1)
+    a, b, c = np.moveaxis(gaps, -1, 0)
+    product = a * b * c
     return np.divide(1.0, product, out=np.full(product.shape, np.inf), where=product > 0)
 
 
@@ -48,9 +49,11 @@ def linear_pixel_means(gap: np.ndarray, mean) -> np.ndarray:
     i, j = np.indices(sw.shape, sparse=True)
     even = (i + j) % 2 == 0
     # The diagonal joins sw and ne where i + j is even, se and nw elsewhere.
-    low = np.stack([np.where(even, se, sw), np.where(even, sw, se), np.where(even, ne, nw)], -1)
-    high = np.stack([np.where(even, nw, ne), np.where(even, sw, se), np.where(even, ne, nw)], -1)
-    return np.stack([mean(low), mean(high)], axis=-1)
+    first, second = np.where(even, sw, se), np.where(even, ne, nw)
+    rest = np.where(even, se, sw), np.where(even, nw, ne)
+    # One corner after the other in memory: twice as fast as the three of a triangle together.
+    triangles = (np.moveaxis(np.stack([third, first, second]), 0, -1) for third in rest)
+    return np.stack([mean(gaps) for gaps in triangles], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,23 +88,47 @@ class Pyramid:
             diagonal.append(np.stack([low, high], axis=-1) / 2)
         return cls(tuple(diagonal), tuple(axial))
 
-    def lookup(self, mesh: NestedMesh, cells: np.ndarray) -> np.ndarray:
-        """Means on the cells (indices) of a mesh that are pixel triangles or larger."""
-        corner = mesh.xy[mesh.cells[cells]]
-        extent = np.abs(corner[:, 1] - corner[:, 2])
-        is_diagonal = extent.min(axis=1) > 0
-        width = extent.max(axis=1)
-        level = np.round(np.log2(width / PIXEL)).astype(int)
-        # Six times the centroid, to stay in integers; floor gives the square it lies in.
-        square = corner.sum(axis=1) // (3 * width[:, None])
-        right_angle, hypotenuse = corner[:, 0], (corner[:, 1] + corner[:, 2]) // 2
-        step = np.sign(hypotenuse - right_angle)
-        upper = (right_angle[:, 1] > square[:, 1] * width).astype(int)
-        side = np.select([step[:, 1] < 0, step[:, 0] > 0, step[:, 1] > 0], [0, 1, 2], 3)
-        means = np.empty(len(cells))
-        for k in np.unique(level):
-            here = (level == k) & is_diagonal
-            means[here] = self.diagonal[k][square[here, 0], square[here, 1], upper[here]]
-            here = (level == k) & ~is_diagonal
-            means[here] = self.axial[k][square[here, 0], square[here, 1], side[here]]
+    def lookup(self, place: "Place") -> np.ndarray:
+        """Means (n,) on the cells at some places."""
+        means = np.empty(len(place.part))
+        for level in range(len(self.diagonal)):
+            for table, where in zip((self.diagonal, self.axial), place.on(level), strict=True):
+                means[where] = table[level][place.i[where], place.j[where], place.part[where]]
         return means
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where some cells (n,) of a mesh, pixel triangles or larger, stand in a pyramid.
+
+    level : k of the square 2^k pixels wide that holds the cell; i, j : its place among the squares
+    is_diagonal : bool, whether the hypotenuse is a diagonal of that square
+    part : last index of the means, of the diagonal or the axial ones
+    """
+
+    level: np.ndarray
+    i: np.ndarray
+    j: np.ndarray
+    is_diagonal: np.ndarray
+    part: np.ndarray
+
+    @classmethod
+    def of(cls, mesh: NestedMesh, cells: np.ndarray) -> "Place":
+        """Places of the cells (indices) of a mesh."""
+        (x, y), (x1, y1), (x2, y2) = (mesh.xy[corner].T for corner in mesh.cells[cells].T)
+        across, along = np.abs(x1 - x2), np.abs(y1 - y2)
+        width = np.maximum(across, along)
+        is_diagonal = np.minimum(across, along) > 0
+        level = np.frexp(width // PIXEL)[1] - 1
+        # Thrice the centroid, to stay in integers; the quotient is the square it lies in.
+        i, j = (x + x1 + x2) // (3 * width), (y + y1 + y2) // (3 * width)
+        upper = y > j * width
+        # Twice the way from the right angle to the middle of an axial hypotenuse.
+        to_x, to_y = x1 + x2 - 2 * x, y1 + y2 - 2 * y
+        side = np.where(to_y != 0, 1 + np.sign(to_y), 2 - np.sign(to_x))
+        return cls(level, i, j, is_diagonal, np.where(is_diagonal, upper, side))
+
+    def on(self, level: int) -> tuple[np.ndarray, np.ndarray]:
+        """Indices of the diagonal and of the axial cells of one level."""
+        here = self.level == level
+        return np.flatnonzero(here & self.is_diagonal), np.flatnonzero(here & ~self.is_diagonal)

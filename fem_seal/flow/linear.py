@@ -77,8 +77,6 @@ class CellSpace:
         flux = ufl.dot(T, ufl.grad(self._v))
         self._matrix = fem.form(ufl.inner(ufl.dot(T, ufl.grad(u)), ufl.grad(v)) * ufl.dx)
         self._residual = fem.form(ufl.inner(flux, ufl.grad(v)) * ufl.dx)
-        each_cell = ufl.TestFunction(self.W)
-        self._energy = fem.form(ufl.inner(flux, ufl.grad(self._v)) * each_cell * ufl.dx)
         # The cells of every rank, one rank after the other.
         self._of_ranks = comm.allgather(self.own)
 
@@ -86,30 +84,6 @@ class CellSpace:
     def count(self) -> int:
         """Number of cells, of all ranks."""
         return sum(len(cells) for cells in self._of_ranks)
-
-    def function(self, corner_values: np.ndarray) -> fem.Function:
-        """The function with given corner values (C, 3)."""
-        v = fem.Function(self.V)
-        v.x.array[self._corner_dofs] = corner_values[self.own]
-        return v
-
-    def coefficient(self, cell_values: np.ndarray) -> fem.Function:
-        """The cell-wise constant with given values (C,)."""
-        c = fem.Function(self.W)
-        c.x.array[self._cell_dofs] = cell_values[self.own]
-        return c
-
-    def integrals(self, integrand: ufl.core.expr.Expr) -> np.ndarray:
-        """Integral (C,) of an expression over each cell, on every rank."""
-        form = fem.form(integrand * ufl.TestFunction(self.W) * ufl.dx)
-        return self._everywhere(_assembled(form)[self._cell_dofs])
-
-    def _everywhere(self, values: np.ndarray) -> np.ndarray:
-        """Gather values (c,) of own cells into (C,) on every rank."""
-        whole = np.empty(self.count)
-        for cells, part in zip(self._of_ranks, self.comm.allgather(values), strict=True):
-            whole[cells] = part
-        return whole
 
     def minimise(
         self, tensor: np.ndarray, unknowns: Unknowns, guess: np.ndarray, tolerance: float
@@ -144,27 +118,28 @@ class CellSpace:
             for thing in (matrix, x, right_side):
                 thing.destroy()
         found = unknowns.corners(guess + correction[rows.of_unknown])
-        return Minimum(found, self._energy_of(found), iterations)
+        return Minimum(found, self._energy_and_slopes(found)[0], iterations)
 
-    def _energy_of(self, corner_values: np.ndarray) -> float:
-        self._v.x.array[self._corner_dofs] = corner_values[self.own]
-        return float(self.comm.allreduce(_assembled(self._energy).sum()))
+    def _energy_and_slopes(self, corner_values: np.ndarray) -> tuple[float, np.ndarray]:
+        """Energy, and its half derivative (c, 3) by the corner values of the cells of this rank."""
+        v = corner_values[self.own]
+        # Only differences matter on a cell, and without the rest they keep all their digits.
+        v -= v[:, :1].copy()
+        self._v.x.array[self._corner_dofs] = v
+        slopes = _assembled(self._residual)[self._corner_dofs]
+        return float(self.comm.allreduce((v * slopes).sum())), slopes
 
     def _energy_and_residual(
         self, corner_values: np.ndarray, unknowns: Unknowns, rows: "_Rows"
     ) -> tuple[float, np.ndarray]:
         """Energy, and its half derivative by the unknowns in the rows of this rank."""
-        v = corner_values[self.own]
-        self._v.x.array[self._corner_dofs] = v
-        of_corner = _assembled(self._residual)[self._corner_dofs]
-        # On each cell the residual adds up to zero: differences of v keep what v itself would lose.
-        energy = self.comm.allreduce(((v[:, 1:] - v[:, :1]) * of_corner[:, 1:]).sum())
+        energy, of_corner = self._energy_and_slopes(corner_values)
         number = unknowns.of_corner[self.own]
         used = number >= 0
         of_unknown = np.bincount(number[used], of_corner[used], unknowns.count)
         by_row = np.empty_like(of_unknown)
         by_row[rows.of_unknown] = self.comm.allreduce(of_unknown)
-        return float(energy), by_row[rows.first[self.comm.rank] : rows.first[self.comm.rank + 1]]
+        return energy, by_row[rows.first[self.comm.rank] : rows.first[self.comm.rank + 1]]
 
     def _assembled(self, unknowns: Unknowns, rows: "_Rows") -> PETSc.Mat:
         """The matrix of the unknowns."""

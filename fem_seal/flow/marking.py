@@ -15,10 +15,11 @@ def doerfler(shares: np.ndarray, theta: float) -> np.ndarray:
     -------
     (C,) bool
     """
-    order = np.argsort(shares)[::-1]
-    running = np.cumsum(shares[order])
     marked = np.zeros(len(shares), dtype=bool)
-    if len(shares) and running[-1] > 0:
+    some = np.flatnonzero(shares > 0)
+    order = some[np.argsort(shares[some])[::-1]]
+    running = np.cumsum(shares[order])
+    if len(some):
         marked[order[: np.searchsorted(running, theta * running[-1]) + 1]] = True
     return marked
 

@@ -119,11 +119,6 @@ class TriangleMesh:
         (ux, uy), (vx, vy) = (b - a).T, (c - a).T
         return ux * vy - uy * vx
 
-    def relative_areas(self) -> np.ndarray:
-        """(C,) float: area of each triangle in units of the mean area."""
-        doubled = self.doubled_areas()
-        return doubled / doubled.mean()
-
     def midpoints(self, ends: np.ndarray) -> np.ndarray:
         """Middles (n, 2) of the edges between `ends` (n, 2).
 

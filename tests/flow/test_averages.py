@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from fem_seal.flow.averages import (
+    Place,
     Pyramid,
     linear_pixel_means,
     mean_cube,
@@ -125,7 +126,7 @@ def test_pyramid_against_all_pixel_triangles_inside(width, halved, log_contrast)
     if halved:
         mesh = bisect(mesh, np.ones(len(mesh.cells), dtype=bool)).mesh
     cells = np.flatnonzero(~mesh.at_or_below_pixel() | mesh.hypotenuse().all(axis=1))
-    found = pyramid.lookup(mesh, cells)
+    found = pyramid.lookup(Place.of(mesh, cells))
     for cell, mean in zip(cells, found, strict=True):
         own = inside(centroids, 6 * (mesh.xy[mesh.cells[cell]] // PIXEL))
         assert own.sum() == 2 * mesh.relative_areas()[cell]
