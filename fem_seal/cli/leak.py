@@ -2,8 +2,12 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fem_seal.cli.common import add_output, print_result, run_and_print
+
+if TYPE_CHECKING:
+    from fem_seal.scene import Scene
 
 
 def pair(text: str) -> list[object]:
@@ -98,7 +102,7 @@ def _leak(options: argparse.Namespace) -> int:
     return _only_print(scene)
 
 
-def _only_print(scene) -> int:
+def _only_print(scene: "Scene") -> int:
     from fem_seal import parallel
     from fem_seal.job import require_packages
     from fem_seal.progress import Display

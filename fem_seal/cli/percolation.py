@@ -1,10 +1,15 @@
 """fem-seal percolation: where bearing and elastic contacts percolate."""
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fem_seal.cli.common import say
 from fem_seal.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from fem_seal.study.letter.threshold_rows import ThresholdRow
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -50,7 +55,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command.set_defaults(command=_percolation)
 
 
-def _numbers(kind: type):
+def _numbers(kind: type) -> Callable[[str], list]:
     def read(text: str) -> list:
         return [kind(part) for part in text.split(",")]
 
@@ -100,8 +105,8 @@ def _percolation(options: argparse.Namespace) -> int:
     return 0
 
 
-def line(row) -> str:
-    """One threshold for people; a `ThresholdRow`."""
+def line(row: "ThresholdRow") -> str:
+    """One threshold for people."""
     spread = "" if row.spread is None else f" ± {row.spread:.4f}"
     corrected = "" if row.corrected is None else f", perimeter-corrected {row.corrected:.4f}"
     return (

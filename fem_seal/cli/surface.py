@@ -8,6 +8,7 @@ from fem_seal.cli.common import add_scene, say
 from fem_seal.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from fem_seal.scene import Scene
     from fem_seal.surface import MapStatistics, PreparedSurface, SpectrumFit
 
 
@@ -40,7 +41,7 @@ def _surface(options: argparse.Namespace) -> int:
     return 0
 
 
-def _prepared(scene) -> "PreparedSurface":
+def _prepared(scene: "Scene") -> "PreparedSurface":
     from fem_seal.seal import Seal
     from fem_seal.surface import MapStatistics, PreparedSurface, Step
 

@@ -23,7 +23,7 @@ from fem_seal.fenicsx import (
 )
 from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
-from fem_seal.flow.unknowns import open_cells, primal_unknowns
+from fem_seal.flow.unknowns import OpenCells, Unknowns, open_cells, primal_unknowns
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.mesh.nested import PIXEL, uniform_mesh
@@ -100,7 +100,7 @@ def quadratic_upper(
     return LeakRate("leaking", METHOD, upper, 0.0, upper, unknowns=numbering.count)
 
 
-def _numbered(corners, cells) -> _Numbering:
+def _numbered(corners: Unknowns, cells: OpenCells) -> _Numbering:
     """Add an unknown for each side to those of the corners; shut sides are not shared."""
     slots = np.arange(3 * len(cells.kept))
     slots[cells.pairs[:, 1]] = cells.pairs[:, 0]
@@ -152,7 +152,7 @@ def _least_energy(
     return float(fem.assemble_scalar(energy))
 
 
-def _dofs(space, per_cell: int) -> np.ndarray:
+def _dofs(space: fem.FunctionSpace, per_cell: int) -> np.ndarray:
     dofs = space.dofmap.list
     return (dofs if isinstance(dofs, np.ndarray) else dofs.array).reshape(-1, per_cell)
 
@@ -176,7 +176,7 @@ def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float)
     ksp.setNormType(PETSc.KSP.NormType.NATURAL)
     ksp.getPC().setType("hypre")
 
-    def converged(ksp, iteration: int, norm: float) -> int:
+    def converged(ksp: PETSc.KSP, iteration: int, norm: float) -> int:
         left = start - (b.dot(ksp.buildSolution()) if iteration else 0.0)
         if not np.isfinite(norm):
             return PETSc.KSP.ConvergedReason.DIVERGED_NANORINF

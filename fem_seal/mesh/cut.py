@@ -78,7 +78,7 @@ def cut_open(
     for which, label in ((left, BOTTOM), (right, TOP)):
         cell, side = np.nonzero(which)
         sides[near[cell], side] = label
-    bank = _joined_corners(of, slot, ends, on_path)
+    bank = _joined_corners(slot, ends, on_path)
     corners = slot[np.arange(len(near))[:, None, None], [[1, 2], [2, 0], [0, 1]]]
     to_right = np.isin(bank, bank[corners[right].ravel()]).reshape(-1, 3) & (place[of] >= 0)
     cells = cells.copy()
@@ -87,7 +87,7 @@ def cut_open(
     return np.concatenate([xy, xy[path]]), cells, sides, twin
 
 
-def _joined_corners(of: np.ndarray, slot: np.ndarray, ends: np.ndarray, on_path: np.ndarray):
+def _joined_corners(slot: np.ndarray, ends: np.ndarray, on_path: np.ndarray) -> np.ndarray:
     """Component of each corner slot: corners at one vertex, joined through sides off the path."""
     cell, side = np.nonzero(~on_path)
     edge = ends[cell, side]

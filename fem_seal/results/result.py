@@ -1,5 +1,6 @@
 """What result.json says."""
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from datetime import UTC, datetime
 from hashlib import sha256
@@ -242,7 +243,7 @@ def _flow_numbers(leak: LeakRate | None, tensor: ConductivityTensor | None) -> d
     }
 
 
-def _versions():
+def _versions() -> Iterator[tuple[str, str]]:
     for package in _PACKAGES:
         try:
             yield package, version(package)

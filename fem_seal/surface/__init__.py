@@ -3,7 +3,7 @@
 Heights are those of the rigid counter-face: its highest points touch first.
 """
 
-from fem_seal.surface.cell import MapStatistics, cropped, periodic_cell
+from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.measured import load_heights, measured_surface
 from fem_seal.surface.missing import fill
@@ -12,6 +12,7 @@ from fem_seal.surface.resampling import resample
 from fem_seal.surface.spectrum import Spectrum
 from fem_seal.surface.spectrum_fit import SpectrumFit, fit_spectrum
 from fem_seal.surface.statistics import (
+    MapStatistics,
     RadialSpectrum,
     fitted_hurst,
     radial_spectrum,

@@ -1,7 +1,6 @@
-"""A map that does not repeat, made a cell that does; and what its seam looks like."""
+"""A map that does not repeat, cut out and made a cell that does."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -106,45 +105,3 @@ CELLS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "hann": _windowed("hann"),
     "tukey": _windowed("tukey"),
 }
-
-
-@dataclass(frozen=True)
-class MapStatistics:
-    """Numbers that show what a step did to a map; missing points do not count.
-
-    shape : samples
-    missing : number of missing points
-    rms_height : [m]
-    rms_slope : root mean square of the differences of neighbours over their distance, without the
-        seam, so that it means the same before and after a map is made periodic
-    seam : the root mean square jump from the last line of samples to the first, over that of
-        neighbours inside: about 1 where the map repeats smoothly
-    """
-
-    shape: tuple[int, int]
-    missing: int
-    rms_height: float
-    rms_slope: float
-    seam: float
-
-    @classmethod
-    def of(cls, found: FieldMap | GridField) -> "MapStatistics":
-        """Measure a map."""
-        values = found.values
-        known = values[~np.isnan(values)]
-        inside = [_mean_square(np.diff(values, axis=axis)) for axis in (0, 1)]
-        across = [_mean_square(values[0] - values[-1]), _mean_square(values[:, 0] - values[:, -1])]
-        slope = sum(square / d**2 for square, d in zip(inside, found.spacing, strict=True))
-        seam = max((a / i) ** 0.5 if i > 0 else 0.0 for a, i in zip(across, inside, strict=True))
-        return cls(
-            values.shape,
-            values.size - known.size,
-            float(known.std()) if known.size else 0.0,
-            float(slope**0.5),
-            float(seam),
-        )
-
-
-def _mean_square(differences: np.ndarray) -> float:
-    known = differences[~np.isnan(differences)]
-    return float(np.mean(known**2)) if known.size else 0.0

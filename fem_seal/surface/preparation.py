@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
-from fem_seal.surface.cell import MapStatistics, cropped, periodic_cell
+from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.missing import fill
+from fem_seal.surface.statistics import MapStatistics
 from fem_seal.surface.twin import twin
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]

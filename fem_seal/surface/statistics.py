@@ -1,10 +1,11 @@
-"""Statistics of periodic surfaces: rms height and slope, radial power spectrum, Hurst exponent."""
+"""Statistics of any map, and of periodic surfaces: power spectrum and Hurst exponent."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
 from fem_seal.surface.waves import mode_powers, multiplicity, wavenumbers
 
@@ -21,6 +22,48 @@ class RadialSpectrum:
     wavenumber: np.ndarray
     density: np.ndarray
     modes: np.ndarray
+
+
+@dataclass(frozen=True)
+class MapStatistics:
+    """Numbers that show what a step did to a map; missing points do not count.
+
+    shape : samples
+    missing : number of missing points
+    rms_height : [m]
+    rms_slope : root mean square of the differences of neighbours over their distance, without the
+        seam, so that it means the same before and after a map is made periodic
+    seam : the root mean square jump from the last line of samples to the first, over that of
+        neighbours inside: about 1 where the map repeats smoothly
+    """
+
+    shape: tuple[int, int]
+    missing: int
+    rms_height: float
+    rms_slope: float
+    seam: float
+
+    @classmethod
+    def of(cls, found: FieldMap | GridField) -> "MapStatistics":
+        """Measure a map."""
+        values = found.values
+        known = values[~np.isnan(values)]
+        inside = [_mean_square(np.diff(values, axis=axis)) for axis in (0, 1)]
+        across = [_mean_square(values[0] - values[-1]), _mean_square(values[:, 0] - values[:, -1])]
+        slope = sum(square / d**2 for square, d in zip(inside, found.spacing, strict=True))
+        seam = max((a / i) ** 0.5 if i > 0 else 0.0 for a, i in zip(across, inside, strict=True))
+        return cls(
+            values.shape,
+            values.size - known.size,
+            float(known.std()) if known.size else 0.0,
+            float(slope**0.5),
+            float(seam),
+        )
+
+
+def _mean_square(differences: np.ndarray) -> float:
+    known = differences[~np.isnan(differences)]
+    return float(np.mean(known**2)) if known.size else 0.0
 
 
 def rms_height(field: GridField) -> float:

@@ -92,22 +92,6 @@ def test_statistics_tell_the_seam():
     assert MapStatistics.of(GridField(tilted, (1, 1))).seam == 8
 
 
-def test_statistics_of_a_wave():
-    """rms height A/√2; differences of sin by d have the rms of its slope times sinc(q d / 2)."""
-    n, periods, amplitude = 64, 4, 3.0
-    q = 2 * np.pi * periods / n
-    wave = amplitude * np.sin(q * np.arange(n) / 0.5 * 0.5)
-    field = GridField(np.repeat(wave[:, None], 5, axis=1), (0.5, 1.0), periodic=True)
-    found = MapStatistics.of(field)
-    assert found.rms_height == pytest.approx(amplitude / 2**0.5, rel=1e-14)
-    # All n differences of the closed wave; the n - 1 inside lack one of them.
-    every = np.diff(wave, append=wave[0]) ** 2
-    slope = ((every.sum() - every[-1]) / (n - 1)) ** 0.5 / 0.5
-    assert found.rms_slope == pytest.approx(slope, rel=1e-13)
-    assert every.mean() == pytest.approx((2 * np.sin(q / 2) * amplitude) ** 2 / 2, rel=1e-13)
-    assert (found.shape, found.missing) == ((64, 5), 0)
-
-
 def test_unknown_choice():
     with pytest.raises(InvalidInput, match="unknown make_periodic 'wrap'; choose from cut, mirror"):
         periodic_cell(PIECE, "wrap")
