@@ -1,6 +1,6 @@
 """Seal: from a scene to its leak rate, each step computed when it is first asked for."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
@@ -12,9 +12,10 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate, Level
+from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report, silent
-from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
+from fem_seal.scene import FileSurface, Scene
+from fem_seal.steps import CONTACTS, FLOWS, made_surface, prepared_surface
 
 if TYPE_CHECKING:
     from fem_seal.accuracy import Choice
@@ -69,7 +70,7 @@ class Seal:
         if not isinstance(surface, FileSurface):
             return None
         with self.timed("surface"):
-            return parallel.on_root(lambda: _measured(surface))
+            return parallel.on_root(lambda: prepared_surface(surface))
 
     @cached_property
     def choice(self) -> "Choice | None":
@@ -96,7 +97,7 @@ class Seal:
         if surface is None:
             return None
         with self.timed("surface"):
-            return parallel.on_root(lambda: _self_affine(surface))
+            return parallel.on_root(lambda: made_surface(surface))
 
     def _on_grid(
         self, surface: GridField, rtol: float, contact: "GapState | None" = None
@@ -115,8 +116,11 @@ class Seal:
             return self.choice.contact
         if self.surface is None:
             return None
+        press = CONTACTS[self.scene.contact.model]
         with self.timed("contact"):
-            return parallel.on_root(lambda: CONTACTS[self.scene.contact.model](self))
+            return parallel.on_root(
+                lambda: press(self.scene, self.surface, self.contact_start, self.report)
+            )
 
     @cached_property
     def gap(self) -> "GridField | MeshGap":
@@ -175,126 +179,8 @@ class Seal:
         if self.sealed:
             return LeakRate.sealed(method)
         with self.timed("flow"):
-            leak = FLOWS[method](self)
+            leak = FLOWS[method](self.scene, self.gap, self.report)
         if leak.field is None:
             return leak
         pressure = self.scene.drive.pressure(leak.field.pressure)
         return replace(leak, field=replace(leak.field, pressure=pressure))
-
-
-def _self_affine(surface: SelfAffineSurface) -> GridField:
-    from fem_seal.surface import Spectrum, self_affine
-
-    spectrum = Spectrum(
-        surface.hurst,
-        surface.long_wavelength,
-        surface.short_wavelength,
-        surface.rolloff_wavelength,
-    )
-    return self_affine(
-        spectrum,
-        surface.shape,
-        surface.size,
-        rms_height=surface.rms_height,
-        rms_slope=surface.rms_slope,
-        scaling=surface.scaling,
-        seed=surface.seed,
-    )
-
-
-def _measured(surface: FileSurface) -> "PreparedSurface":
-    from fem_seal.surface import Preparation, measured_surface
-
-    steps = Preparation(
-        crop=surface.crop,
-        fill=surface.fill,
-        max_missing=surface.max_missing,
-        detrend=surface.detrend,
-        make_periodic=surface.make_periodic,
-        twin_seed=surface.twin_seed,
-    )
-    return measured_surface(surface.path, surface.stated, steps)
-
-
-def _elastic(seal: Seal) -> "GapState":
-    from fem_seal.contact import layer_of, solve
-
-    contact = seal.scene.contact
-
-    def progress(iteration: int, residual: float) -> None:
-        seal.report("contact", f"iteration {iteration}, residual {residual:.1e}")
-
-    return solve(
-        seal.surface,
-        seal.scene.solid.E_star,
-        pressure=contact.pressure,
-        area_fraction=contact.area_fraction,
-        mean_gap=contact.mean_gap,
-        tolerance=contact.tolerance,
-        solver=contact.solver,
-        start=seal.contact_start,
-        layer=layer_of(seal.scene.solid),
-        max_iterations=contact.max_iterations,
-        precision=contact.precision,
-        threads=contact.threads,
-        progress=progress,
-    )
-
-
-def _bearing(seal: Seal) -> "GapState":
-    from fem_seal.contact import bearing
-
-    contact = seal.scene.contact
-    return bearing(seal.surface, area_fraction=contact.area_fraction, mean_gap=contact.mean_gap)
-
-
-CONTACTS: dict[str, Callable[[Seal], "GapState"]] = {"gfmd": _elastic, "bearing": _bearing}
-
-
-def _finite_elements(seal: Seal) -> LeakRate:
-    from fem_seal.flow import Limits, leak_rate
-
-    flow = seal.scene.flow
-
-    def progress(level: Level) -> None:
-        news = f"{level.unknowns} unknowns, ±{100 * level.half_width:.2g} %"
-        seal.report("flow", news)
-
-    return leak_rate(
-        seal.gap,
-        viscosity=seal.scene.fluid.viscosity,
-        pressure_drop=seal.scene.drive.pressure_drop,
-        sides=flow.sides,
-        representation=flow.representation,
-        method=flow.method,
-        rtol=flow.rtol,
-        decide=seal.scene.deciding_rate,
-        limits=Limits(
-            unknowns=flow.max_unknowns, seconds=flow.max_seconds, memory_bytes=flow.max_memory
-        ),
-        progress=progress,
-        field=seal.scene.needs_field,
-    )
-
-
-def _finite_differences(seal: Seal) -> LeakRate:
-    from fem_seal.finite_difference.solver import solve
-
-    flow = seal.scene.flow
-    return parallel.on_root(
-        lambda: solve(
-            seal.gap,
-            viscosity=seal.scene.fluid.viscosity,
-            pressure_drop=seal.scene.drive.pressure_drop,
-            sides=flow.sides,
-            representation=flow.representation,
-            links=flow.links,
-        )
-    )
-
-
-FLOWS: dict[str, Callable[[Seal], LeakRate]] = {
-    "adaptive": _finite_elements,
-    "uniform": _finite_elements,
-    "finite-difference": _finite_differences,
-}

@@ -29,7 +29,7 @@ ORDER = [
         "scene",
     ),
     *("surface", "contact", "topology", "theory", "finite_difference", "fenicsx", "mesh", "flow"),
-    *("accuracy", "seal", "quantities", "results", "sweep", "study", "render"),
+    *("accuracy", "steps", "seal", "quantities", "results", "sweep", "study", "render"),
     *("job", "doctor", "cli"),
 ]
 

@@ -16,7 +16,7 @@ from test_scene import REFERENCE
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.gap_file import load_gap
-from fem_seal.seal import FLOWS
+from fem_seal.steps import FLOWS
 
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # the defaults of fem-seal leak
 

@@ -13,7 +13,8 @@ from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summ
 from fem_seal.results.arrays import write_flow
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
-from fem_seal.seal import FLOWS, Seal
+from fem_seal.seal import Seal
+from fem_seal.steps import FLOWS
 
 LEVELS = (
     Level(9, 8, 0.0, 3e-13, {"primal": 4}, {"primal": 0.1}),
@@ -28,7 +29,7 @@ class FlowSpy:
     leak: LeakRate
     solves: int = 0
 
-    def __call__(self, seal):
+    def __call__(self, scene, gap, report):
         self.solves += 1
         return self.leak
 

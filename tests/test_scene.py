@@ -14,7 +14,8 @@ from fem_seal.contact.halfspace import BASES, PRECISIONS
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.scene import Contact, Flow, Scene, SelfAffineSurface, Solid
-from fem_seal.seal import CONTACTS, FLOWS, Seal
+from fem_seal.seal import Seal
+from fem_seal.steps import CONTACTS, FLOWS
 from fem_seal.units import to_si
 
 DOCUMENT = (ROOT / "docs" / "scene.md").read_text()

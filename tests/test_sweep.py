@@ -9,7 +9,8 @@ from project import write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.scene import Scene
-from fem_seal.seal import FLOWS, Seal
+from fem_seal.seal import Seal
+from fem_seal.steps import FLOWS
 from fem_seal.sweep import Axis
 from fem_seal.sweep.contact_path import ContactPath
 
@@ -117,11 +118,11 @@ def test_another_surface_is_not_handed_on(tmp_path):
 def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
     solve, solves = FLOWS["finite-difference"], []
 
-    def third_is_interrupted(seal):
-        solves.append(seal.scene.contact.area_fraction)
+    def third_is_interrupted(scene, gap, report):
+        solves.append(scene.contact.area_fraction)
         if len(solves) == 3:
             raise KeyboardInterrupt
-        return solve(seal)
+        return solve(scene, gap, report)
 
     monkeypatch.setitem(FLOWS, "finite-difference", third_is_interrupted)
     vary = ("--vary", "contact.area_fraction=0.05,0.1,0.15,0.2", "--out", "out")

@@ -12,6 +12,7 @@ from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold, threshold_of_cut, threshold_of_pressure
 from fem_seal.quantities.verdict import Shown, Verdict, verdict
 from fem_seal.seal import Seal
+from fem_seal.steps import elastic_contact
 from fem_seal.topology.percolation import is_sealed
 
 
@@ -93,26 +94,13 @@ def _of_bearing(seal: Seal) -> Threshold | None:
 
 
 def _of_elastic(seal: Seal) -> Threshold | None:
-    from fem_seal.contact import layer_of, solve
-
-    flow, contact = seal.scene.flow, seal.scene.contact
+    flow = seal.scene.flow
     if seal.contact.mean_pressure == 0:
         return None
 
     def press(pressure: float, start: ContactState) -> ContactState:
         seal.report("threshold", f"contact at {pressure:.3e} Pa")
-        return solve(
-            seal.surface,
-            seal.scene.solid.E_star,
-            pressure=pressure,
-            tolerance=contact.tolerance,
-            solver=contact.solver,
-            start=start,
-            layer=layer_of(seal.scene.solid),
-            max_iterations=contact.max_iterations,
-            precision=contact.precision,
-            threads=contact.threads,
-        )
+        return elastic_contact(seal.scene, seal.surface, start, pressure=pressure)
 
     def sealed(gap: GridField) -> bool:
         return is_sealed(gap, flow.sides, flow.representation)

@@ -1,0 +1,179 @@
+"""How each step of a scene is computed, from its sections and what the step before has given."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal import parallel
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate, Level
+from fem_seal.progress import Report
+from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
+
+if TYPE_CHECKING:
+    from fem_seal.contact.state import BearingState, ContactState, GapState
+    from fem_seal.mesh.mesh_gap import MeshGap
+    from fem_seal.surface import PreparedSurface
+
+
+def made_surface(surface: SelfAffineSurface) -> GridField:
+    """Random heights [m] of a section."""
+    from fem_seal.surface import Spectrum, self_affine
+
+    spectrum = Spectrum(
+        surface.hurst,
+        surface.long_wavelength,
+        surface.short_wavelength,
+        surface.rolloff_wavelength,
+    )
+    return self_affine(
+        spectrum,
+        surface.shape,
+        surface.size,
+        rms_height=surface.rms_height,
+        rms_slope=surface.rms_slope,
+        scaling=surface.scaling,
+        seed=surface.seed,
+    )
+
+
+def prepared_surface(surface: FileSurface) -> "PreparedSurface":
+    """Heights [m] of a file after the steps that a section names."""
+    from fem_seal.surface import Preparation, measured_surface
+
+    steps = Preparation(
+        crop=surface.crop,
+        fill=surface.fill,
+        max_missing=surface.max_missing,
+        detrend=surface.detrend,
+        make_periodic=surface.make_periodic,
+        twin_seed=surface.twin_seed,
+    )
+    return measured_surface(surface.path, surface.stated, steps)
+
+
+def elastic_contact(
+    scene: Scene,
+    surface: GridField,
+    start: "ContactState | np.ndarray | None",
+    *,
+    pressure: float | None = None,
+    area_fraction: float | None = None,
+    mean_gap: float | None = None,
+    progress: Callable[[int, float], None] | None = None,
+) -> "ContactState":
+    """Contact of a scene's solids under one load, which need not be that of the scene.
+
+    Parameters
+    ----------
+    scene : whose [solid] and [contact] say how it is solved
+    surface : heights [m]
+    start : contact or pressure [Pa] to start from
+    pressure, area_fraction, mean_gap : the load, exactly one of them
+    progress : called with iteration and residual
+
+    Raises
+    ------
+    NotConverged
+        If contact.tolerance is not reached.
+    """
+    from fem_seal.contact import layer_of, solve
+
+    contact = scene.contact
+    return solve(
+        surface,
+        scene.solid.E_star,
+        pressure=pressure,
+        area_fraction=area_fraction,
+        mean_gap=mean_gap,
+        tolerance=contact.tolerance,
+        solver=contact.solver,
+        start=start,
+        layer=layer_of(scene.solid),
+        max_iterations=contact.max_iterations,
+        precision=contact.precision,
+        threads=contact.threads,
+        progress=progress,
+    )
+
+
+def _elastic(
+    scene: Scene, surface: GridField, start: np.ndarray | None, report: Report
+) -> "ContactState":
+    contact = scene.contact
+
+    def progress(iteration: int, residual: float) -> None:
+        report("contact", f"iteration {iteration}, residual {residual:.1e}")
+
+    return elastic_contact(
+        scene,
+        surface,
+        start,
+        pressure=contact.pressure,
+        area_fraction=contact.area_fraction,
+        mean_gap=contact.mean_gap,
+        progress=progress,
+    )
+
+
+def _bearing(
+    scene: Scene, surface: GridField, start: np.ndarray | None, report: Report
+) -> "BearingState":
+    from fem_seal.contact import bearing
+
+    contact = scene.contact
+    return bearing(surface, area_fraction=contact.area_fraction, mean_gap=contact.mean_gap)
+
+
+ContactModel = Callable[[Scene, GridField, np.ndarray | None, Report], "GapState"]
+CONTACTS: dict[str, ContactModel] = {"gfmd": _elastic, "bearing": _bearing}
+
+
+def _finite_elements(scene: Scene, gap: "GridField | MeshGap", report: Report) -> LeakRate:
+    from fem_seal.flow import Limits, leak_rate
+
+    flow = scene.flow
+
+    def progress(level: Level) -> None:
+        report("flow", f"{level.unknowns} unknowns, ±{100 * level.half_width:.2g} %")
+
+    return leak_rate(
+        gap,
+        viscosity=scene.fluid.viscosity,
+        pressure_drop=scene.drive.pressure_drop,
+        sides=flow.sides,
+        representation=flow.representation,
+        method=flow.method,
+        rtol=flow.rtol,
+        decide=scene.deciding_rate,
+        limits=Limits(
+            unknowns=flow.max_unknowns, seconds=flow.max_seconds, memory_bytes=flow.max_memory
+        ),
+        progress=progress,
+        field=scene.needs_field,
+    )
+
+
+def _finite_differences(scene: Scene, gap: GridField, report: Report) -> LeakRate:
+    from fem_seal.finite_difference.solver import solve
+
+    flow = scene.flow
+    return parallel.on_root(
+        lambda: solve(
+            gap,
+            viscosity=scene.fluid.viscosity,
+            pressure_drop=scene.drive.pressure_drop,
+            sides=flow.sides,
+            representation=flow.representation,
+            links=flow.links,
+        )
+    )
+
+
+Method = Callable[[Scene, "GridField | MeshGap", Report], LeakRate]
+FLOWS: dict[str, Method] = {
+    "adaptive": _finite_elements,
+    "uniform": _finite_elements,
+    "finite-difference": _finite_differences,
+}
