@@ -60,12 +60,7 @@ def self_affine(
         raise InvalidInput(f"unknown scaling {scaling!r}; choose from {', '.join(SCALINGS)}")
     spacing = _spacing(spectrum, shape, size)
     q = wavenumbers(shape, spacing)
-    density = _resolved(spectrum.density(q), shape)
-    if not density.any():
-        raise InvalidInput(
-            f"no wave of a {shape[0]} x {shape[1]} grid lies between the cut-offs "
-            f"{spectrum.long_wavelength} and {spectrum.short_wavelength} m; widen them"
-        )
+    density = _resolved(spectrum, q, shape)
     modes = np.sqrt(density) * _gaussian_modes(shape, seed)
     power = density if scaling == "ensemble" else modes.real**2 + modes.imag**2
     moment = np.sum(q ** ORDER_OF_MOMENT[kind] * power * multiplicity(shape[1]))
@@ -97,14 +92,20 @@ def _spacing(
     return spacing
 
 
-def _resolved(density: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Clear the mean and the Nyquist modes, in place."""
+def _resolved(spectrum: Spectrum, q: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Density at the wavenumbers of a grid, without its mean and Nyquist modes."""
     nx, ny = shape
+    density = spectrum.density(q)
     density[0, 0] = 0.0
     if nx % 2 == 0:
         density[nx // 2] = 0.0
     if ny % 2 == 0:
         density[:, ny // 2] = 0.0
+    if not density.any():
+        raise InvalidInput(
+            f"no wave of a {nx} x {ny} grid lies between the cut-offs "
+            f"{spectrum.long_wavelength} and {spectrum.short_wavelength} m; widen them"
+        )
     return density
 
 
