@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fem_seal.digits import bracket_digits
 from fem_seal.errors import FemSealError
 
 
@@ -59,6 +60,8 @@ class LeakRate:
         of the pressure on the last mesh, whose energy the upper bound may improve upon: they can
         lie above it
     levels : the refinement history; field : the flow on the last mesh, if it was asked for
+
+    Its text, str(leak), is for people; its representation leaves levels and field out.
     """
 
     state: str
@@ -71,8 +74,8 @@ class LeakRate:
     reason: str = ""
     inflow: float = 0.0
     outflow: float = 0.0
-    levels: tuple[Level, ...] = ()
-    field: FlowField | None = None
+    levels: tuple[Level, ...] = field(default=(), repr=False)
+    field: FlowField | None = field(default=None, repr=False)
 
     def __post_init__(self):
         if self.lower is not None and not self.lower <= self.upper:
@@ -81,7 +84,27 @@ class LeakRate:
                 "this is a defect of the solver, please report the gap"
             )
 
+    def __str__(self):
+        if self.state == "sealed":
+            return "sealed: 0 m^3/s, no open path joins inlet and outlet"
+        unfinished = "" if self.converged else f"; {self.reason}"
+        return f"leaking: {rate_text(self.value, self.lower, self.upper, 'm^3/s')}{unfinished}"
+
     @classmethod
     def sealed(cls, method: str) -> "LeakRate":
         """No open path joins inlet and outlet: the leak rate is exactly zero, without a solve."""
         return cls(state="sealed", method=method, value=0.0, lower=0.0, upper=0.0)
+
+
+def rate_text(value: float, lower: float | None, upper: float | None, unit: str) -> str:
+    """Write a rate with its bounds, which are rounded outwards, and half their distance.
+
+    Parameters
+    ----------
+    value, lower, upper : in `unit`; no bounds (None) for finite differences
+    """
+    if lower is None or upper is None:
+        return f"{value:.4g} {unit}, without bounds"
+    shown, low, high = bracket_digits(value, lower, upper)
+    half_width = (upper - lower) / (upper + lower) if upper > 0 else 0.0
+    return f"{shown} {unit}, within [{low}, {high}] (±{100 * half_width:.2g} %)"

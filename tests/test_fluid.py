@@ -149,7 +149,7 @@ def test_caution_where_the_gas_slips(gap_scene, height, slips):
     scene = Scene.from_mapping(gap_scene(gap, products=["constriction"]))
     words = dict(lines_of(summarise(Seal(scene))))
     assert ("caution" in words) is slips
-    assert "mean free path 0.03" in words["gas"]
+    assert "mean free path 3" in words["gas"]
 
 
 BAD = {

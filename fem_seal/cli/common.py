@@ -9,7 +9,6 @@ from fem_seal.errors import NotConverged
 
 if TYPE_CHECKING:
     from fem_seal.results import Result
-    from fem_seal.results.result import AccuracyRecord
     from fem_seal.scene import Scene
 
 
@@ -61,46 +60,9 @@ def say(text: str) -> None:
 
 def summary(result: "Result", out: Path | None) -> list[str]:
     """Lines for people; result.json has all digits."""
-    from fem_seal.results.words import lines_of
+    from fem_seal.results.words import summary_of
 
-    lines = [f"state      {result.state}"]
-    if result.leak_rate:
-        lines.append(f"leak rate  {_leak_rate(result)}")
-        lines.append(f"flow       {result.method}, {result.unknowns} unknowns")
-    lines.extend(f"{label:10} {text}" for label, text in lines_of(result))
-    if result.accuracy:
-        lines.append(f"accuracy   {_chosen(result.accuracy)}")
-    contact = f"area fraction {result.contact_area_fraction:.4f}, mean gap {result.mean_gap:.3e} m"
-    if result.mean_pressure is not None:
-        contact += f", mean pressure {result.mean_pressure:.3e} Pa"
-    lines.append(f"contact    {contact}")
-    memory = result.peak_memory_bytes / 1e6
-    lines.append(f"cost       {result.seconds['total']:.1f} s, {memory:.0f} MB")
+    lines = [f"{label:10} {text}" for label, text in summary_of(result)]
     if out is not None:
         lines.append(f"result     {', '.join(('result.json', *result.files))} in {out}")
     return lines
-
-
-def _chosen(accuracy: "AccuracyRecord") -> str:
-    contact, flow = (
-        "unknown" if part is None else f"{100 * part:.2g} %"
-        for part in (accuracy.contact_error, accuracy.flow_error)
-    )
-    nx, ny = accuracy.samples
-    return (
-        f"chosen for {100 * accuracy.total:g} %: contact on {nx} x {ny} (error about {contact}), "
-        f"flow.rtol = {accuracy.rtol:.2g} (at most {flow})"
-    )
-
-
-def _leak_rate(result: "Result") -> str:
-    leak = result.leak_rate
-    if result.state == "sealed":
-        return "0 m^3/s: no open path joins inlet and outlet"
-    if leak.lower is None:
-        return f"{leak.value:.4e} {leak.unit} (finite differences: no bounds)"
-    half = (leak.upper - leak.lower) / (leak.upper + leak.lower)
-    return (
-        f"{leak.value:.4e} {leak.unit}, within [{leak.lower:.4e}, {leak.upper:.4e}] "
-        f"(±{100 * half:.2g} %)"
-    )

@@ -87,7 +87,7 @@ def _spectrum_lines(fit: "SpectrumFit | None", why: str) -> list[str]:
 
 
 def _length(metres: float | None) -> str:
-    from fem_seal.render.units import readable
+    from fem_seal.digits import readable
 
     if metres is None:
         return "none seen"

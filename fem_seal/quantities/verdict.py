@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import log, sinh, sqrt
 
+from fem_seal.digits import bracket_digits, rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate
 from fem_seal.units import Rate
 
@@ -40,11 +41,21 @@ class Shown:
         """A solved leak rate [m³/s] in the unit."""
         return f"{solved * self.per_solved:.4g} {self.name}"
 
+    def at_least(self, solved: float) -> str:
+        """A lower bound in the unit, rounded down."""
+        return f"{rounded_down(solved * self.per_solved)} {self.name}"
+
+    def at_most(self, solved: float) -> str:
+        """An upper bound in the unit, rounded up."""
+        return f"{rounded_up(solved * self.per_solved)} {self.name}"
+
     def between(self, leak: LeakRate) -> str:
         """Text of the bounds, or of the estimate where there are none."""
         if leak.lower is None:
             return f"about {self.text(leak.value)}, without bounds"
-        return f"between {leak.lower * self.per_solved:.4g} and {self.text(leak.upper)}"
+        bracket = (self.per_solved * rate for rate in (leak.value, leak.lower, leak.upper))
+        _, low, high = bracket_digits(*bracket)
+        return f"between {low} and {high} {self.name}"
 
 
 def verdict(
@@ -66,10 +77,10 @@ def verdict(
         return Verdict("leaking", f"leaking {shown.between(leak)}; no limit was given")
     allowed = f"{shown.text(limit_solved)} allowed"
     if leak.upper <= limit_solved:
-        most = f"at most {shown.text(leak.upper)}, {100 * leak.upper / limit_solved:.3g} %"
+        most = f"at most {shown.at_most(leak.upper)}, {100 * leak.upper / limit_solved:.3g} %"
         return Verdict("within limit", f"within limit: {most} of the {allowed}", given)
     if leak.lower > limit_solved:
-        least = f"at least {shown.text(leak.lower)}, {leak.lower / limit_solved:.4g} times"
+        least = f"at least {shown.at_least(leak.lower)}, {leak.lower / limit_solved:.4g} times"
         return Verdict("above limit", f"above limit: {least} the {allowed}", given)
     rtol, unknowns = what_would_decide(leak, limit_solved)
     sentence = f"undecided: {shown.between(leak)}, {allowed}; {_wish(leak, rtol, unknowns)}"

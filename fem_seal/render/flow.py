@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.offscreen import LONG_SIDE, Mesh, Scale, Triangles, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
 from fem_seal.render.tiles import mosaic
-from fem_seal.render.units import readable
 
 FLOW_COLOURS = "magma_r"
 PRESSURE_COLOURS = "viridis"

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.render.offscreen import LONG_SIDE, Scale, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
 from fem_seal.render.tiles import Mosaic, mosaic
-from fem_seal.render.units import readable
 
 GAP_COLOURS = "viridis"
 CONTACT = Swatch("contact (gap = 0)", (150, 156, 163))

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.render.aside import written_aside
 from fem_seal.render.offscreen import Scale, Window
-from fem_seal.render.units import readable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.digits import readable
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.flow import (
     CONTACT,
@@ -16,7 +17,6 @@ from fem_seal.render.flow import (
 )
 from fem_seal.render.offscreen import LONG_SIDE, Mesh, Scale, Triangles, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
-from fem_seal.render.units import readable
 
 if TYPE_CHECKING:
     from fem_seal.mesh.mesh_gap import MeshGap

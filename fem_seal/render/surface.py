@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.digits import readable
 from fem_seal.grid import GridField
 from fem_seal.render.aside import written_aside
 from fem_seal.render.page import DPI, FONT_POINTS
-from fem_seal.render.units import readable
 from fem_seal.surface import SpectrumFit
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 from dataclasses import asdict
 
+from fem_seal.digits import with_prefix
 from fem_seal.results.record import Record
 from fem_seal.seal import Seal
 
@@ -34,6 +35,6 @@ def preparation_words(steps: tuple[StepRecord, ...]) -> str:
     for before, step in zip((None, *steps), steps, strict=False):
         filled = before.missing - step.missing if before and step.name.startswith("fill") else 0
         name = f"{step.name} ({filled} points)" if filled else step.name
-        height = f"{1e6 * step.rms_height:.4g} um"
+        height = with_prefix(step.rms_height, "m")
         words.append(f"{name}: {height}, {step.rms_slope:.3g}, {step.seam:.3g}")
     return "; ".join(words) + " (rms height, rms slope, seam)"

@@ -1,16 +1,72 @@
 """Verdict, units and quantities of a result in words, for the terminal and for the report."""
 
+from fem_seal.digits import bracket_digits, readable, with_prefix
+from fem_seal.leak_rate import rate_text
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold
 from fem_seal.results.preparation import preparation_words
 from fem_seal.results.rates import GasRecord, RateRecord
-from fem_seal.results.result import Result
+from fem_seal.results.result import AccuracyRecord, Result
 
 # Knudsen number from which slip at the walls adds more than half the flow without it.
 SLIP = 0.1
 SLIPS = "the gas slips at the walls, which is not modelled, and more of it leaks"
+
+
+def summary_of(result: Result) -> list[tuple[str, str]]:
+    """Label and text of what a run found, with units; result.json has all digits.
+
+    Parameters
+    ----------
+    result : of a run
+    """
+    lines = [("state", result.state)]
+    if result.leak_rate:
+        leak = result.leak_rate
+        sealed = result.state == "sealed"
+        rate = "0 m^3/s: no open path joins inlet and outlet"
+        if not sealed:
+            rate = rate_text(leak.value, leak.lower, leak.upper, leak.unit)
+        lines.append(("leak rate", rate))
+        lines.append(("flow", flow_words(result)))
+    lines.extend(lines_of(result))
+    if result.accuracy:
+        lines.append(("accuracy", accuracy_words(result.accuracy)))
+    lines.append(("contact", contact_words(result)))
+    memory = result.peak_memory_bytes / 1e6
+    lines.append(("cost", f"{result.seconds['total']:.1f} s, {memory:.0f} MB"))
+    return lines
+
+
+def flow_words(result: Result) -> str:
+    """Method, size and, on a grid, the sides: a leak rate between walls is another one."""
+    text = f"{result.method}, {result.unknowns} unknowns"
+    scene = result.provenance.scene
+    return text if "shape" in scene else f"{text}, {scene['flow']['sides']} sides"
+
+
+def contact_words(result: Result) -> str:
+    """Area, mean gap and mean pressure."""
+    area = 100 * result.contact_area_fraction
+    text = f"{area:.4g} % of the area, mean gap {_length(result.mean_gap)}"
+    if result.mean_pressure is None:
+        return text
+    return f"{text}, mean pressure {with_prefix(result.mean_pressure, 'Pa')}"
+
+
+def accuracy_words(accuracy: AccuracyRecord) -> str:
+    """What was chosen to keep the total error."""
+    contact, flow = (
+        "unknown" if part is None else f"{100 * part:.2g} %"
+        for part in (accuracy.contact_error, accuracy.flow_error)
+    )
+    nx, ny = accuracy.samples
+    return (
+        f"chosen for {100 * accuracy.total:g} %: contact on {nx} x {ny} (error about {contact}), "
+        f"flow.rtol = {accuracy.rtol:.2g} (at most {flow})"
+    )
 
 
 def lines_of(result: Result) -> list[tuple[str, str]]:
@@ -54,7 +110,8 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
 def tensor_words(tensor: ConductivityTensor) -> str:
     """Components with their bounds, and how the easiest direction lies."""
     parts = (("xx", tensor.xx), ("xy", tensor.xy), ("yy", tensor.yy))
-    words = (f"{n} = {c.value:.4g} [{c.lower:.4g}, {c.upper:.4g}]" for n, c in parts)
+    texts = ((name, *bracket_digits(c.value, c.lower, c.upper)) for name, c in parts)
+    words = (f"{name} = {value} [{low}, {high}]" for name, value, low, high in texts)
     ease = f"easiest at {tensor.angle:.3g} degrees"
     if tensor.hardest > 0:
         ease += f", {tensor.easiest / tensor.hardest:.3g} times the hardest"
@@ -63,9 +120,7 @@ def tensor_words(tensor: ConductivityTensor) -> str:
 
 def rate_words(rate: RateRecord) -> str:
     """Leak rate and bounds in the unit of a record."""
-    if rate.lower is None:
-        return f"{rate.value:.4g} {rate.unit}"
-    return f"{rate.value:.4g} {rate.unit}, within [{rate.lower:.4g}, {rate.upper:.4g}]"
+    return rate_text(rate.value, rate.lower, rate.upper, rate.unit)
 
 
 def gas_words(gas: GasRecord) -> str:
@@ -95,17 +150,15 @@ def threshold_words(threshold: Threshold) -> str:
         how = {"gap": "lowered uniformly, ", "bearing": ""}[threshold.model]
         return f"{how}seals between {areas}"
     low, high = threshold.pressure_leaking, threshold.pressure_sealed
-    return f"seals between {low:.4g} and {high:.4g} Pa, {areas}"
+    return f"seals between {with_prefix(low, 'Pa')} and {with_prefix(high, 'Pa')}, {areas}"
 
 
 def aperture_words(aperture: HydraulicAperture) -> str:
     """Hydraulic aperture with its bounds."""
-    text = _length(aperture.value)
-    if aperture.lower is None:
-        return text
-    return f"{text}, within [{1e6 * aperture.lower:.4g}, {1e6 * aperture.upper:.4g}] um"
+    scale, unit = readable(aperture.value, "m")
+    bounds = (b if b is None else b * scale for b in (aperture.lower, aperture.upper))
+    return rate_text(aperture.value * scale, *bounds, unit.replace("µ", "u"))
 
 
 def _length(length: float) -> str:
-    """Lengths of gaps in um, those of whole seals in mm."""
-    return f"{1e6 * length:.4g} um" if length < 1e-3 else f"{1e3 * length:.4g} mm"
+    return with_prefix(length, "m")

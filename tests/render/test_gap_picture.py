@@ -5,11 +5,11 @@ import pytest
 from drawn_fields import positions, smooth_gap
 from PIL import Image
 
+from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.render.gap import CONTACT, gap_panel, gap_picture, gap_scale
 from fem_seal.render.tiles import mosaic
-from fem_seal.render.units import readable
 
 pytestmark = pytest.mark.render
 

@@ -1,0 +1,75 @@
+"""Numbers for people: bounds that still enclose, digits that mean something, fitting prefixes."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fem_seal.digits import bracket_digits, rounded_down, rounded_up, with_prefix
+from fem_seal.leak_rate import LeakRate, rate_text
+
+POSITIVE = st.floats(1e-30, 1e30)
+WIDTHS = st.floats(1e-12, 0.999)
+
+
+@given(middle=POSITIVE, half=WIDTHS, sign=st.sampled_from([1, -1]))
+def test_written_bounds_enclose_and_are_hardly_wider(middle, half, sign):
+    """A unit in the last of d digits is at most 10^(1-d) of the number: a tenth of the half-width.
+
+    1e-9 is for the roundings of this test's own differences.
+    """
+    low, high = sorted((sign * middle * (1 - half), sign * middle * (1 + half)))
+    value, lower, upper = map(float, bracket_digits(sign * middle, low, high))
+    width = 0.5 * (high - low)
+    assert lower <= low <= high <= upper
+    assert max(low - lower, upper - high) <= 0.1 * width * (1 + 1e-9)
+    # One digit less, rounded to nearest: at most half of a tenfold unit away.
+    assert abs(value - sign * middle) <= 0.5 * width * (1 + 1e-9)
+
+
+@given(POSITIVE)
+def test_single_bounds_keep_their_side(number):
+    assert float(rounded_down(number)) <= number <= float(rounded_up(number))
+    assert float(rounded_up(number)) <= number * (1 + 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("bracket", "texts"),
+    [
+        ((6.8667e-17, 6.7041e-17, 7.0334e-17), ("6.87e-17", "6.704e-17", "7.034e-17")),
+        ((2.0, 1.9, 2.1), ("2", "1.9", "2.1")),  # 2.1 is not pushed to 2.2 by its binary digits
+        ((86.328, 85.476, 87.1886), ("86.33", "85.476", "87.189")),
+        ((1e-15, 0.0, 3e-15), ("1e-15", "0", "3e-15")),
+        ((0.0, 0.0, 0.0), ("0", "0", "0")),
+    ],
+)
+def test_digits_follow_the_width(bracket, texts):
+    assert bracket_digits(*bracket) == texts
+
+
+@pytest.mark.parametrize(
+    ("number", "unit", "text"),
+    [
+        (5.3571675e-8, "m", "53.57 nm"),
+        (9.99999e-7, "m", "1 um"),
+        (1.5e5, "Pa", "150 kPa"),
+        (0.0, "m", "0 m"),
+        (2.5e-2, "m", "25 mm"),
+    ],
+)
+def test_prefixes(number, unit, text):
+    assert with_prefix(number, unit) == text
+
+
+def test_text_of_a_leak_rate():
+    leak = LeakRate("leaking", "adaptive", 6.8667e-17, 6.7041e-17, 7.0334e-17)
+    assert str(leak) == "leaking: 6.87e-17 m^3/s, within [6.704e-17, 7.034e-17] (±2.4 %)"
+    assert str(LeakRate.sealed("adaptive")).startswith("sealed: 0 m^3/s")
+    ended = LeakRate("leaking", "uniform", 2.0, 1.0, 4.0, converged=False, reason="max_unknowns")
+    assert str(ended).endswith("; max_unknowns")
+    assert rate_text(np.pi, None, None, "ml/h") == "3.142 ml/h, without bounds"
+
+
+def test_representation_leaves_the_arrays_out():
+    """What a notebook shows of a leak rate is a line, not its meshes."""
+    assert "levels" not in repr(LeakRate("leaking", "adaptive", 1.0))
