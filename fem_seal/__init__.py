@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from fem_seal.scene import Scene
     from fem_seal.seal import Seal
 
+__version__ = "0.1.0"
+
 __all__ = [
     "FemSealError",
     "GridField",
@@ -49,4 +51,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return [*__all__, "__version__"]

@@ -31,7 +31,7 @@ ORDER = [
     ),
     *("surface", "contact", "topology", "theory", "finite_difference", "fenicsx", "mesh", "flow"),
     *("accuracy", "steps", "seal", "quantities", "results", "sweep", "study", "render"),
-    *("job", "doctor", "cli"),
+    *("job", "doctor", "cli", "__main__"),
 ]
 
 FINITE_ELEMENTS = {"fenicsx", "mesh", "flow"}

@@ -2,17 +2,21 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+import tomllib
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
-from project import write_toml
+from project import ROOT, write_toml
 from test_scene import REFERENCE
 
+import fem_seal
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.gap_file import load_gap
@@ -441,3 +445,48 @@ def test_error_of_one_process_ends_both():
     status, _, error = mpirun("-c", code)
     assert status == 1
     assert "one process fails" in error
+
+
+def test_version_is_that_of_the_package(capsys):
+    assert run("--version") == 0
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert capsys.readouterr().out == f"fem-seal {project['version']}\n"
+    assert fem_seal.__version__ == project["version"]
+
+
+def test_package_is_a_command_as_well():
+    """Where the script is not on the path."""
+    done = subprocess.run(
+        [sys.executable, "-m", "fem_seal", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"fem-seal {fem_seal.__version__}\n"
+
+
+def test_every_help_says_what_for_and_how(capsys):
+    for command in cli.COMMANDS:
+        name = command.__name__.rpartition(".")[2]
+        assert run(name, "--help") == 0
+        text = " ".join(capsys.readouterr().out.split())
+        example = re.search(rf"Example: fem-seal {name}( .*)?$", text)
+        assert example, name
+
+
+def test_result_is_printed_where_the_terminal_knows_no_plus_minus(wedge):
+    """With an encoding that lacks ±, the line has another sign and nothing is lost."""
+    done = subprocess.run(
+        [sys.executable, "-m", "fem_seal", "leak", str(wedge)],
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "leak rate" in done.stdout
+
+
+def test_report(wedge, tmp_path, capsys):
+    assert run("leak", wedge, "--out", "out") == 0
+    capsys.readouterr()
+    assert run("report", "out") == 0
+    assert capsys.readouterr().out.split() == [str(Path("out") / "report.html")]
+    assert (tmp_path / "out" / "report.html").is_file()
+    assert run("report", tmp_path / "nothing") == 2

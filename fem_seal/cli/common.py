@@ -12,9 +12,23 @@ if TYPE_CHECKING:
     from fem_seal.scene import Scene
 
 
+def add_command(
+    subparsers: argparse._SubParsersAction, name: str, purpose: str, example: str
+) -> argparse.ArgumentParser:
+    """Add a command whose help says what it is for and how it is typed."""
+    return subparsers.add_parser(
+        name,
+        help=purpose,
+        description=f"{purpose[0].upper()}{purpose[1:]}.",
+        epilog=f"Example: {example}",
+    )
+
+
 def add_scene(command: argparse.ArgumentParser) -> None:
     """Take a scene file and changes to it."""
-    command.add_argument("scene", type=Path, metavar="SCENE.toml", help="the scene file")
+    command.add_argument(
+        "scene", type=Path, metavar="SCENE.toml", help="the scene file (docs/scene.md)"
+    )
     command.add_argument(
         "--set",
         dest="overrides",

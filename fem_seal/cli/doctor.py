@@ -2,13 +2,18 @@
 
 import argparse
 
-from fem_seal.cli.common import say
+from fem_seal.cli.common import add_command, say
 from fem_seal.errors import MissingPackage
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
-    command = subparsers.add_parser("doctor", help="say what works here, and what to install")
+    command = add_command(
+        subparsers,
+        "doctor",
+        "say what works here, and what to install",
+        "fem-seal doctor",
+    )
     command.set_defaults(command=_doctor)
 
 

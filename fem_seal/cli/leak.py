@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import add_output, print_result, run_and_print
+from fem_seal.cli.common import add_command, add_output, print_result, run_and_print
 
 if TYPE_CHECKING:
     from fem_seal.scene import Scene
@@ -51,7 +51,12 @@ DEFAULTS = {"viscosity": 1e-3, "pressure_drop": 1e5}
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
-    command = subparsers.add_parser("leak", help="compute the leak rate of a gap")
+    command = add_command(
+        subparsers,
+        "leak",
+        "compute the leak rate of a gap, without a scene file",
+        "fem-seal leak gap.npz --sides periodic --unit ml/h --limit '1 ml/h'",
+    )
     command.add_argument(
         "gap",
         type=Path,

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import say
+from fem_seal.cli.common import add_command, say
 from fem_seal.cli.percolation import require_one_process
 
 if TYPE_CHECKING:
@@ -13,8 +13,11 @@ if TYPE_CHECKING:
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
-    command = subparsers.add_parser(
-        "letter", help="reproduce the 2012 letter on percolation and leakage of rough contacts"
+    command = add_command(
+        subparsers,
+        "letter",
+        "reproduce the 2012 letter on percolation and leakage of rough contacts",
+        "fem-seal letter --size 128 --seeds 1",
     )
     command.add_argument(
         "--size", type=int, default=256, metavar="N", help="samples along a side (256)"

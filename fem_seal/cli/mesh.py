@@ -3,13 +3,18 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.common import add_scene, say
+from fem_seal.cli.common import add_command, add_scene, say
 from fem_seal.errors import InvalidInput
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
-    command = subparsers.add_parser("mesh", help="write and draw the mesh of a scene's [shape]")
+    command = add_command(
+        subparsers,
+        "mesh",
+        "write and draw the mesh of a scene's [shape]",
+        "fem-seal mesh demos/scenes/flange.toml",
+    )
     add_scene(command)
     command.add_argument(
         "--out", type=Path, metavar="DIR", help="folder of the files (results/NAME for NAME.toml)"

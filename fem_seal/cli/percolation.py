@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import say
+from fem_seal.cli.common import add_command, say
 from fem_seal.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -14,8 +14,11 @@ if TYPE_CHECKING:
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
-    command = subparsers.add_parser(
-        "percolation", help="find the percolation thresholds of rough contacts"
+    command = add_command(
+        subparsers,
+        "percolation",
+        "find the percolation thresholds of rough contacts",
+        "fem-seal percolation --n 64,128 --seeds 4",
     )
     lists = (
         ("n", _numbers(int), "256", "samples along a side"),

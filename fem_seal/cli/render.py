@@ -3,12 +3,17 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.common import say
+from fem_seal.cli.common import add_command, say
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
-    command = subparsers.add_parser("render", help="draw the pictures of a result folder")
+    command = add_command(
+        subparsers,
+        "render",
+        "draw the pictures of a result folder again",
+        "fem-seal render results/first",
+    )
     command.add_argument("folder", type=Path, metavar="DIR", help="of fem-seal run or leak --out")
     command.set_defaults(command=_render)
 

@@ -3,12 +3,17 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.common import add_output, add_scene, run_and_print
+from fem_seal.cli.common import add_command, add_output, add_scene, run_and_print
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
-    command = subparsers.add_parser("run", help="compute the products of a scene")
+    command = add_command(
+        subparsers,
+        "run",
+        "compute the products of a scene",
+        "fem-seal run demos/scenes/first.toml --set flow.rtol=0.02",
+    )
     add_scene(command)
     add_output(command, "results/NAME for NAME.toml")
     command.set_defaults(command=_run)

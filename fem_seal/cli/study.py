@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import add_scene, say
+from fem_seal.cli.common import add_command, add_scene, say
 from fem_seal.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -15,7 +15,12 @@ if TYPE_CHECKING:
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command and its studies."""
-    command = subparsers.add_parser("study", help="methods side by side, price of accuracy, limits")
+    command = add_command(
+        subparsers,
+        "study",
+        "methods side by side, price of accuracy, limits",
+        "fem-seal study trade demos/scenes/first.toml (fem-seal study trade --help says more)",
+    )
     studies = command.add_subparsers(
         metavar="STUDY", required=True, parser_class=type(command), dest="study"
     )
@@ -47,7 +52,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
     study = studies.add_parser(name, help=purpose, description=purpose)
     default = "docs/limits.md" if name == "extremes" else f"results/{name}"
-    study.add_argument("--out", type=Path, default=Path(default), help=default)
+    study.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        default=Path(default),
+        help=f"where the results go ({default})",
+    )
     return study
 
 

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import add_scene, say
+from fem_seal.cli.common import add_command, add_scene, say
 from fem_seal.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -14,7 +14,12 @@ if TYPE_CHECKING:
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
-    command = subparsers.add_parser("surface", help="show a scene's surface before it is pressed")
+    command = add_command(
+        subparsers,
+        "surface",
+        "show a scene's surface before it is pressed",
+        "fem-seal surface demos/scenes/blasted.toml --out surface.png",
+    )
     add_scene(command)
     command.add_argument(
         "--out", type=Path, metavar="FILE.png", help="picture of heights and spectrum (none)"

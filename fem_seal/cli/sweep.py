@@ -4,13 +4,18 @@ import argparse
 from pathlib import Path
 
 from fem_seal import parallel
-from fem_seal.cli.common import add_output, add_scene, say
+from fem_seal.cli.common import add_command, add_output, add_scene, say
 from fem_seal.errors import NotConverged
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
-    command = subparsers.add_parser("sweep", help="compute a scene over the values of some fields")
+    command = add_command(
+        subparsers,
+        "sweep",
+        "compute a scene over the values of some fields",
+        "fem-seal sweep demos/scenes/first.toml --vary contact.pressure=0.1MPa,0.2MPa",
+    )
     add_scene(command)
     command.add_argument(
         "--vary",

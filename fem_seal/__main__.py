@@ -1,0 +1,7 @@
+"""python -m fem_seal: the command line where the script is not on the path."""
+
+import sys
+
+from fem_seal.cli import main
+
+sys.exit(main())
