@@ -14,7 +14,8 @@ class Level:
 
     unknowns : primal unknowns; cells : open triangles of the mesh
     lower, upper : bounds of the leak rate [m^3/s]
-    iterations, seconds : by stage ("primal", "dual", "mesh", ...)
+    iterations, seconds : by stage ("primal", "dual", "mesh", ...); choosing the cells to refine
+        counts to the level that comes of it
     """
 
     unknowns: int

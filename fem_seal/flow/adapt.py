@@ -100,17 +100,20 @@ class Bracket:
         return Bracket(level, self.problem, self.pressure, stream)
 
 
-class _Clock:
-    """Seconds between laps, by name."""
+class _Log:
+    """What a level costs: seconds between laps, by name, and iterations of the solves."""
 
     def __init__(self):
         self.seconds: dict[str, float] = {}
+        self.iterations: dict[str, int] = {}
         self._last = time.perf_counter()
 
-    def lap(self, name: str) -> None:
+    def lap(self, name: str, solved: Minimum | Stream | None = None) -> None:
         now = time.perf_counter()
         self.seconds[name] = now - self._last
         self._last = now
+        if solved is not None:
+            self.iterations[name] = solved.iterations
 
 
 def relative_gap(lower: float, upper: float) -> float:
@@ -139,51 +142,52 @@ def brackets(
         If the next mesh would need triangles that the coordinates cannot hold.
     """
     start = _Start(mesh, gap.vertex_values(mesh), *mesh.first_guess())
-    lower, upper = 0.0, np.inf
-    clock = _Clock()
+    lower, upper, near = 0.0, np.inf, strategy.uniform or strategy.every_dual
+    log = _Log()
     while True:
         problem = LevelProblem(gap, start.mesh, start.values, comm, strategy.tuning.tolerance)
         if upper < np.inf and problem.unknowns > (strategy.max_unknowns or np.inf):
             return
         cells = problem.space.count
-        clock.lap("mesh")
-        found = _solve(problem, start, strategy, clock)
+        log.lap("mesh")
+        found = _solve(problem, start, strategy, near, log)
         upper = min(upper, found.pressure.energy * (1 + ROUNDING))
-        iterations = {"primal": found.pressure.iterations}
-        if found.guide is not None:
-            iterations["regularised dual"] = found.guide.iterations
         if found.stream is not None:
-            iterations["dual"] = found.stream.iterations
             sharper = _sharpened(problem, found.pressure, found.stream)
             lower, upper = max(lower, sharper[0]), min(upper, sharper[1])
-            clock.lap("bubbles")
-        level = Level(problem.unknowns, cells, lower, upper, iterations, clock.seconds)
+            near = True
+            log.lap("bubbles")
+        level = Level(problem.unknowns, cells, lower, upper, log.iterations, log.seconds)
         yield Bracket(level, problem, found.pressure, found.stream)
-        clock = _Clock()
+        log = _Log()
         if strategy.uniform:
             # Halving all cells twice makes the uniform mesh with squares half as wide.
             times = np.full(len(problem.kept), 2, dtype=np.int8)
         else:
+            found = _guided(problem, start, found, strategy, log)
             reached = relative_gap(lower, upper) if found.stream else found.expected
             times = _mark(problem, found, reached, strategy)
         start = start.replaced(problem.kept, found)
         # Two meshes need not be in memory at once.
         del problem, found
         start = start.refined(gap, times)
-        clock.lap("refine")
+        log.lap("refine")
 
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
     """Solutions on one mesh: pressure, guiding (regularised) and true stream function.
 
-    expected : relative width of the bracket if the closed cells were resolved
+    expected : by the guide, relative width of the bracket if the closed cells were resolved
     """
 
     pressure: Minimum
     guide: Stream | None
     stream: Stream | None
-    expected: float
+
+    @property
+    def expected(self) -> float:
+        return GAIN_OF_BUBBLES * (self.pressure.energy / self.guide.conductance - 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,25 +231,40 @@ def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tupl
     return lower * (1 - ROUNDING), upper * (1 + ROUNDING)
 
 
-def _solve(problem: LevelProblem, start: _Start, strategy: Strategy, clock: _Clock) -> _Solved:
-    """Solve primal, regularised dual, and the true dual where it may decide."""
-    kept = problem.kept
-    pressure = problem.pressure(start.pressure[kept])
-    clock.lap("primal")
-    guide, guess, expected = None, start.stream[kept], 0.0
-    if not strategy.uniform:
-        guide = problem.regularised_stream(guess, strategy.tuning.epsilon)
-        if guide is None:
-            raise FemSealError("contact bars an open gap; please report the gap as a defect")
-        guess = guide.psi
-        expected = GAIN_OF_BUBBLES * (pressure.energy / guide.conductance - 1)
-        clock.lap("regularised dual")
-    stream = None
-    last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
-    if strategy.every_dual or last or expected < 2 * strategy.rtol:
-        stream = problem.stream(guess)
-        clock.lap("dual")
-    return _Solved(pressure, guide, stream, expected)
+def _solve(
+    problem: LevelProblem, start: _Start, strategy: Strategy, near: bool, log: _Log
+) -> _Solved:
+    """Solve the primal, and the true dual where it may decide: if it is near, or by the guide."""
+    pressure = problem.pressure(start.pressure[problem.kept])
+    log.lap("primal", pressure)
+    found = _Solved(pressure, None, None)
+    guess = start.stream[problem.kept]
+    if not near:
+        found = _guided(problem, start, found, strategy, log)
+        guess = found.guide.psi
+        last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
+        if not last and found.expected >= 2 * strategy.rtol:
+            return found
+    stream = problem.stream(guess)
+    log.lap("dual", stream)
+    return replace(found, stream=stream)
+
+
+def _guided(
+    problem: LevelProblem, start: _Start, found: _Solved, strategy: Strategy, log: _Log
+) -> _Solved:
+    """Solve the regularised dual, unless that was done.
+
+    After the true dual it is solved only if the mesh is refined: its time is the next level's.
+    """
+    if found.guide is not None:
+        return found
+    guess = start.stream[problem.kept] if found.stream is None else found.stream.psi
+    guide = problem.regularised_stream(guess, strategy.tuning.epsilon)
+    if guide is None:
+        raise FemSealError("contact bars an open gap; please report the gap as a defect")
+    log.lap("regularised dual", guide)
+    return replace(found, guide=guide)
 
 
 def _mark(problem: LevelProblem, found: _Solved, reached: float, strategy: Strategy) -> np.ndarray:

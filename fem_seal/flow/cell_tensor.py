@@ -1,17 +1,17 @@
 """The effective conductivity tensor of a periodic cell, refined until its bounds agree."""
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.errors import NotConverged
+from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import GROWTH, ROUNDING, Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
-from fem_seal.flow.leak import Limits, require_positive, unit_of_leak_rate
+from fem_seal.flow.leak import NARROWEST, Limits, require_positive, unit_of_leak_rate
 from fem_seal.flow.marking import doerfler, halvings
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import Refinement, TooFine, bisect
@@ -20,6 +20,8 @@ from fem_seal.mesh.seams import squares_across, unmatched
 from fem_seal.topology.winding import periodic_sites, widest_winding
 
 LEAST_SQUARES = 4  # across the cell: fewer cannot tell a side from its copy
+LONG_COURSE = 16  # growth of the unknowns after which their course can be judged
+MOST_UNKNOWNS = 2**31 - 1  # that the indices of PETSc can number
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +131,12 @@ def conductivity_tensor(
     per_pascal = unit_of_leak_rate(highest, viscosity, pressure_drop=1.0)
     scaled = GridField(sites / highest, gap.spacing, periodic=True)
     narrowest = min(h for h in widest if h > 0) / highest
+    if narrowest < NARROWEST:
+        raise InvalidInput(
+            f"the tightest place on the widest way around the cell is {narrowest:.0e} of the "
+            f"largest gap; its cube is beyond double precision below {NARROWEST:.0e}: set such "
+            "gaps to 0 if they are contact"
+        )
     width = coarsest_width(sites.shape, tuning.coarsest)
     represented = REPRESENTATIONS[representation](
         scaled, tuning.cut * narrowest, tuning.floor * narrowest, width
@@ -151,36 +159,77 @@ def _refined(
     progress: Callable[[int, float], None] | None,
 ) -> TensorBounds:
     """Solve on ever finer meshes until the bounds agree or a limit is met."""
-    started, levels, best, reason = time.perf_counter(), [], None, ""
+    started, levels, reason = time.perf_counter(), [], ""
+    strategy = Strategy(rtol=rtol, max_unknowns=limits.unknowns, tuning=tuning)
+
+    def why_stop(course: list[tuple[int, float]]) -> str:
+        return comm.bcast(limits.exceeded(started) or out_of_reach(course, rtol))
+
+    # Meshes are nested: the last upper bound is the least, and the last lower one the greatest.
+    lower, upper = np.zeros((2, 2)), None
     try:
-        for found in _levels(gap, width, rtol, limits, tuning, comm):
-            best = found if best is None or found.gap <= best.gap else best
-            levels.append((found.unknowns, found.gap))
+        for found in _levels(gap, width, strategy, comm, why_stop):
+            lower, upper = lower if found.lower is None else found.lower, found.upper
+            levels.append((found.unknowns, relative_gap(lower, upper)))
             if progress is not None:
                 progress(*levels[-1])
-            reason = "" if best.gap <= rtol else comm.bcast(limits.exceeded(started))
-            if best.gap <= rtol or reason:
+            reason = "" if levels[-1][1] <= rtol else found.reason
+            if levels[-1][1] <= rtol or reason:
                 break
         else:
             reason = f"the next mesh would have more than {limits.unknowns} unknowns"
     except (TooFine, NotConverged) as limit:
-        if best is None:
+        if upper is None:
             raise
         reason = str(limit)
+    unknowns, reached = levels[-1]
     if reason:
-        reason = f"{reason}; the tensor is known to {best.gap:.2g}, {rtol:.2g} was asked for"
-    lower, upper = best.lower * (1 - ROUNDING), best.upper * (1 + ROUNDING)
-    return TensorBounds(lower, upper, levels[-1][0], not reason, reason, tuple(levels))
+        reason = f"{reason}; the tensor is known to {reached:.2g}, {rtol:.2g} was asked for"
+    lower, upper = lower * (1 - ROUNDING), upper * (1 + ROUNDING)
+    return TensorBounds(lower, upper, unknowns, not reason, reason, tuple(levels))
+
+
+def out_of_reach(course: Sequence[tuple[int, float]], rtol: float) -> str:
+    """Say so if the relative gap falls too slowly ever to reach a tolerance, "" if it may.
+
+    A line of tiny gaps must be resolved along its whole length, by as many unknowns as it is times
+    narrower than a pixel, whereas the cost of a tight spot grows as its logarithm. So the course
+    tells: the order p of gap ~ unknowns^-p over the last sixteenfold growth.
+
+    Parameters
+    ----------
+    course : (unknowns, relative gap if the closed cells were resolved) of each mesh
+    rtol : tolerance
+    """
+    unknowns, gap = course[-1]
+    grown = [k for k, (n, _) in enumerate(course) if LONG_COURSE * n <= unknowns]
+    if not grown or gap <= rtol:
+        return ""
+    first = course[grown[-1] :]
+    # What has risen since then is new: of it nothing is known yet.
+    if not gap < first[0][1] < np.inf or max(g for _, g in first) > first[0][1]:
+        return ""
+    order = np.log(first[0][1] / gap) / np.log(unknowns / first[0][0])
+    if np.log(unknowns) + np.log(gap / rtol) / order < np.log(MOST_UNKNOWNS):
+        return ""
+    return (
+        f"at the rate of the last meshes more than {MOST_UNKNOWNS} unknowns would be needed, and "
+        "no more can be numbered; if the lowest gaps are contact, set them to 0"
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Bounds of one mesh."""
+    """Bounds of one mesh.
 
-    lower: np.ndarray
+    lower : None where it was not computed, as the mesh is too coarse for it
+    reason : why there is no finer mesh to come, "" if there is
+    """
+
+    lower: np.ndarray | None
     upper: np.ndarray
     unknowns: int
-    gap: float = field(default=np.inf)
+    reason: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,30 +271,29 @@ def _first(gap: LinearGap | ConstantGap, width: int) -> _Start:
 def _levels(
     gap: LinearGap | ConstantGap,
     width: int,
-    rtol: float,
-    limits: Limits,
-    tuning: Tuning,
+    strategy: Strategy,
     comm: MPI.Comm,
+    why_stop: Callable[[list[tuple[int, float]]], str],
 ) -> Iterator[_Found]:
-    start, most = _first(gap, width), limits.unknowns or np.inf
-    strategy = Strategy(rtol=rtol, tuning=tuning)
-    solved = False
+    start, most, tuning = _first(gap, width), strategy.max_unknowns or np.inf, strategy.tuning
+    course: list[tuple[int, float]] = []
     while True:
         problem = CellProblem(gap, start.mesh, start.values, comm, tuning.tolerance)
-        if solved and problem.unknowns > most:
+        if course and problem.unknowns > most:
             return
         guess = start.functions[:, problem.kept]
         pressures = problem.pressures(guess[:2])
         guide = problem.regularised_streams(guess[2:], tuning.epsilon)
         upper = upper_matrix(pressures)
-        expected = relative_gap(lower_matrix(guide), upper)
-        found = _Found(np.zeros((2, 2)), upper, problem.unknowns)
-        if expected < 2 * rtol or GROWTH * problem.unknowns > most or not solved:
+        reached = relative_gap(lower_matrix(guide), upper)
+        last = not course or GROWTH * problem.unknowns > most
+        course.append((problem.unknowns, reached))
+        reason, lower = why_stop(course), None
+        if last or reason or reached < 2 * strategy.rtol:
             lower = lower_matrix(problem.streams(_by_jumps(guide, guess[2:])))
-            found = replace(found, lower=lower, gap=relative_gap(lower, upper))
-        yield found
-        solved = True
-        reached = found.gap if np.isfinite(found.gap) else expected
+        yield _Found(lower, upper, problem.unknowns, reason)
+        if lower is not None and np.isfinite(relative_gap(lower, upper)):
+            reached = relative_gap(lower, upper)
         part = part_of_a_step(reached, strategy) if np.isfinite(reached) else 1.0
         shares = problem.shares(pressures, guide, tuning.epsilon)
         times = np.zeros(len(problem.kept), dtype=int)

@@ -19,6 +19,8 @@ from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.flow.unknowns import Unknowns, dual_unknowns, open_cells, primal_unknowns
 from fem_seal.mesh.nested import NestedMesh
 
+GUIDE_TOLERANCE = 1e-5  # relative error of the regularised dual's energy: it steers, and no more
+
 _ISOTROPIC = np.array([1.0, 0.0, 1.0])
 
 
@@ -103,7 +105,7 @@ class LevelProblem:
     def stream(self, guess: np.ndarray) -> Stream | None:
         """Minimise ∫|∇ψ|²/K (Thomson's principle); None where closed cells bar every channel."""
         numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=True)
-        return numbering and self._minimal_stream(0.0, numbering, guess)
+        return numbering and self._minimal_stream(0.0, numbering, guess, self.tolerance)
 
     def regularised_stream(self, guess: np.ndarray, leak: float) -> Stream | None:
         """The same with closed cells conducting `leak` times what they do in the primal.
@@ -111,11 +113,14 @@ class LevelProblem:
         No bound, but it knows where flow would pass if the closed cells were resolved.
         """
         numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=False)
-        return numbering and self._minimal_stream(leak, numbering, guess)
+        tolerance = max(self.tolerance, GUIDE_TOLERANCE)
+        return numbering and self._minimal_stream(leak, numbering, guess, tolerance)
 
-    def _minimal_stream(self, leak: float, numbering: Unknowns, guess: np.ndarray) -> Stream:
+    def _minimal_stream(
+        self, leak: float, numbering: Unknowns, guess: np.ndarray, tolerance: float
+    ) -> Stream:
         start = numbering.from_corners(guess)
-        found = self.space.minimise(self._resistivity(leak), numbering, start, self.tolerance)
+        found = self.space.minimise(self._resistivity(leak), numbering, start, tolerance)
         return Stream(found.corner_values, 1 / found.energy, found.iterations, leak)
 
     def _resistivity(self, leak: float) -> np.ndarray:
