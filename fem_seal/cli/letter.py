@@ -10,6 +10,9 @@ from fem_seal.cli.percolation import require_one_process
 if TYPE_CHECKING:
     from fem_seal.study.letter.campaign import Letter
 
+# Parts that can be left out: finer contact grids, and the start of the cascade.
+SKIPPED = ("grids", "cascade")
+
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
@@ -41,6 +44,14 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         choices=(2, 4),
         help="finest contact grid for its error: 2 or 4 times the samples (2)",
     )
+    command.add_argument(
+        "--skip",
+        nargs="+",
+        default=(),
+        metavar="PART",
+        choices=SKIPPED,
+        help=f"leave the costliest parts out, of {' and '.join(SKIPPED)}; a later run adds them",
+    )
     command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
     command.add_argument(
         "--out",
@@ -58,7 +69,7 @@ def _letter(options: argparse.Namespace) -> int:
     from fem_seal.progress import Display
     from fem_seal.render import letter as figures
     from fem_seal.render.offscreen import require_gl
-    from fem_seal.study.letter.campaign import Plan, letter
+    from fem_seal.study.letter.campaign import REFINED_AREAS, Plan, letter
     from fem_seal.study.letter.page import page
     from fem_seal.study.letter.store import write_whole
     from fem_seal.study.letter.surfaces import RoughCase
@@ -69,6 +80,8 @@ def _letter(options: argparse.Namespace) -> int:
         seeds=options.seeds,
         rtol=options.rtol,
         grid_factors=tuple(f for f in (1, 2, 4) if f <= options.refine),
+        refined=() if "grids" in options.skip else REFINED_AREAS,
+        cascade="cascade" not in options.skip,
         threads=options.threads,
     )
     out = options.out or Path("results") / f"letter-{options.size}"
@@ -80,7 +93,7 @@ def _letter(options: argparse.Namespace) -> int:
             *figures.contact_figure(data.contacts, out),
             *figures.flow_figure(data.flows, out),
             *figures.current_figure(data.currents, data.persson, out),
-            *figures.error_figure(data.errors, out),
+            *(figures.error_figure(data.errors, out) if data.errors else ()),
         ]
     say("\n".join(summary(record)))
     say(f"letter.json, letter.md, {', '.join(path.name for path in paths)} in {out}")

@@ -6,6 +6,7 @@ is nested dissection (A. George, SIAM J. Numer. Anal. 10, 345 (1973)): some 10 n
 for n x n open nodes, nearly all of them in matrix products, and memory for a few n x n matrices.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from fem_seal.finite_difference.stencil import Network
 from fem_seal.finite_difference.tiles import TILE, Pixels, rim, tile_links, whole_tiles
 
 # Tiles along the side of a chunk, which bounds the memory of the batch.
-CHUNK = 16
+CHUNK = 4
 # Node numbers of the two ends, whatever their position.
 INLET, OUTLET = -2, -1
 
@@ -52,8 +53,11 @@ def conductance(network: Network) -> float:
     if pixels.seam:
         columns = pixels.x.shape[1]
         at_seam = (piece.nodes >= 0) & (piece.nodes % columns == columns - 1)
-        piece = _contract(piece, np.where(at_seam, piece.nodes - columns + 1, piece.nodes))
-    piece = _retain(piece, piece.nodes < 0)
+        names = np.where(at_seam, piece.nodes - columns + 1, piece.nodes)
+        piece = _contract(names, piece.links)
+    # Joined to nothing, it keeps its two ends alone.
+    nothing = Piece(piece.nodes[:0], piece.links[:0, :0])
+    piece = _join(piece, nothing, lambda nodes: nodes < 0)
     return float(piece.links[0, 1] * largest)
 
 
@@ -84,26 +88,34 @@ def _dissect(
     first, second = (
         _dissect(pixels, *part, of_part) for part, of_part in zip(parts, halves, strict=True)
     )
-    joined = _join(first, second)
-    return _retain(joined, _on_rim(pixels, rows, columns, joined.nodes))
+    return _join(first, second, lambda nodes: _on_rim(pixels, rows, columns, nodes))
 
 
-def _join(a: Piece, b: Piece) -> Piece:
-    """Put two pieces side by side; links between the same nodes add up."""
+def _join(a: Piece, b: Piece, outer: Callable[[np.ndarray], np.ndarray]) -> Piece:
+    """Put two pieces side by side, where links between the same nodes add up.
+
+    Parameters
+    ----------
+    outer : tells of nodes (N,) which are to stay (N,) bool; the others are eliminated
+    """
     nodes = np.union1d(a.nodes, b.nodes)
+    kept = outer(nodes)
+    place = np.empty(nodes.size, dtype=int)
+    place[np.argsort(kept, kind="stable")] = np.arange(nodes.size)
     links = np.zeros((nodes.size, nodes.size))
     for piece in (a, b):
-        place = np.searchsorted(nodes, piece.nodes)
-        links[np.ix_(place, place)] += piece.links
-    return Piece(nodes, links)
+        own = place[np.searchsorted(nodes, piece.nodes)]
+        links[np.ix_(own, own)] += piece.links
+    left = star_mesh(links[None], int(np.count_nonzero(~kept)))
+    return _linked(nodes[kept], left[0])
 
 
-def _contract(piece: Piece, names: np.ndarray) -> Piece:
-    """Give the nodes new names (N,); nodes of one name become one."""
-    nodes, place = np.unique(names, return_inverse=True)
-    links = np.zeros((nodes.size, nodes.size))
-    np.add.at(links, (place[:, None], place), piece.links)
-    return _linked(nodes, links)
+def _contract(nodes: np.ndarray, links: np.ndarray) -> Piece:
+    """Make a piece of nodes (N,) in any order; those of one name become one."""
+    order = np.argsort(nodes, kind="stable")
+    names, first = np.unique(nodes[order], return_index=True)
+    rows = np.add.reduceat(links[np.ix_(order, order)], first, axis=0)
+    return _linked(names, np.add.reduceat(rows, first, axis=1))
 
 
 def _linked(nodes: np.ndarray, links: np.ndarray) -> Piece:
@@ -111,13 +123,6 @@ def _linked(nodes: np.ndarray, links: np.ndarray) -> Piece:
     np.fill_diagonal(links, 0.0)
     alive = links.any(axis=1) | (nodes < 0)
     return Piece(nodes[alive], links[np.ix_(alive, alive)])
-
-
-def _retain(piece: Piece, kept: np.ndarray) -> Piece:
-    """Eliminate all nodes but the kept ones (N,) bool."""
-    order = np.argsort(kept, kind="stable")
-    left = star_mesh(piece.links[np.ix_(order, order)][None], int(np.count_nonzero(~kept)))
-    return _linked(piece.nodes[kept], left[0])
 
 
 def _on_rim(
@@ -138,4 +143,4 @@ def _tile_piece(pixels: Pixels, row: int, column: int, links: np.ndarray) -> Pie
     names = i * pixels.x.shape[1] + j
     names[i == 0] = INLET
     names[i == pixels.x.shape[0]] = OUTLET
-    return _contract(Piece(names, links), names)
+    return _contract(names, links)

@@ -5,11 +5,15 @@ from functools import cache
 
 import numpy as np
 
-from fem_seal.finite_difference.star_mesh import star_mesh
+from fem_seal.finite_difference.star_mesh import star_mesh, star_mesh_in_step
 from fem_seal.finite_difference.stencil import Network
 
 # Pixels along the side of a tile, a power of two.
 TILE = 32
+# Up to this many inner nodes, blocks are eliminated node by node in step.
+IN_STEP = 7
+# Numbers of the blocks that are worked on together, which stay in the cache.
+WORKING_SET = 2**19
 # Links that stand for "the same point": relative to the largest, far below rounding.
 SHORT_CIRCUIT = 1e20
 
@@ -58,23 +62,28 @@ def tile_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) 
     (rows, columns, N, N), N = 4 TILE
     """
     blocks = _pixel_links(pixels, rows, columns)
-    size = [1, 1]
-    while size[0] < TILE:
-        for axis in (0, 1):
-            blocks = _merge_in_step(blocks, tuple(size), axis)
-            size[axis] *= 2
-    return blocks
+    size = (1, 1)
+    while size[1] < TILE:
+        blocks, size = _merge_in_step(blocks, size, 0), (2 * size[0], size[1])
+        blocks, size = _merge_in_step(blocks, size, 1), (size[0], 2 * size[1])
+    counts = rows[1] - rows[0], columns[1] - columns[0]
+    return np.moveaxis(blocks, 2, 0).reshape(*counts, *blocks.shape[:2])
 
 
 def _pixel_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) -> np.ndarray:
-    """Links of each pixel: its two lower edges, and the upper ones on the last row and column."""
+    """Links of each pixel: its two lower edges, and the upper ones on the last row and column.
+
+    Returns
+    -------
+    (4, 4, pixels), in the order of `_halves_first`
+    """
     (i0, i1), (j0, j1) = np.multiply(rows, TILE), np.multiply(columns, TILE)
-    links = np.zeros((i1 - i0, j1 - j0, 4, 4))
+    links = np.zeros((4, 4, i1 - i0, j1 - j0))
     corner = {node: k for k, node in enumerate(rim(1, 1))}
 
     def add(pixel: tuple, a: tuple[int, int], b: tuple[int, int], values: np.ndarray) -> None:
-        links[(*pixel, corner[a], corner[b])] = values
-        links[(*pixel, corner[b], corner[a])] = values
+        links[(corner[a], corner[b], *pixel)] = values
+        links[(corner[b], corner[a], *pixel)] = values
 
     everywhere = (slice(None), slice(None))
     add(everywhere, (0, 0), (1, 0), pixels.x[i0:i1, j0:j1])
@@ -83,38 +92,93 @@ def _pixel_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]
         add((slice(None), -1), (0, 1), (1, 1), pixels.x[i0:i1, j1])
     if i1 == pixels.x.shape[0]:
         add((-1, slice(None)), (1, 0), (1, 1), pixels.y[i1, j0:j1])
-    return links
+    return _halves_first(links)
+
+
+def _halves_first(links: np.ndarray) -> np.ndarray:
+    """Put pixels (N, N, nx, ny) in the order (N, N, pixels) in which they will be merged.
+
+    The two halves that are merged next are always the first and the second half of the list: the
+    lowest bit of the row number goes first, that of the column number next, and so on; the number
+    of the tile goes last.
+    """
+    levels = TILE.bit_length() - 1
+    nodes, (nx, ny) = links.shape[0], links.shape[2:]
+    bits = links.reshape(nodes, nodes, nx // TILE, *[2] * levels, ny // TILE, *[2] * levels)
+    last_x, last_y = 2 + levels, 3 + 2 * levels
+    lowest_first = [axis for k in range(levels) for axis in (last_x - k, last_y - k)]
+    order = (0, 1, *lowest_first, 2, 3 + levels)
+    return bits.transpose(order).reshape(nodes, nodes, nx * ny)
 
 
 def _merge_in_step(blocks: np.ndarray, size: tuple[int, int], axis: int) -> np.ndarray:
-    """Join neighbouring blocks along an axis and eliminate what becomes inner.
+    """Join the first half of the blocks to the second and eliminate what becomes inner.
 
     Parameters
     ----------
-    blocks : (bx, by, N, N) links between rim nodes of blocks of `size` pixels
+    blocks : (N, N, batch) links between rim nodes of blocks of `size` pixels
+    axis : along which the second half adjoins the first
+
+    Returns
+    -------
+    (N', N', batch / 2)
     """
     first, second, total, inner = _merge_plan(size, axis)
-    a, b = (blocks[0::2], blocks[1::2]) if axis == 0 else (blocks[:, 0::2], blocks[:, 1::2])
-    links = np.zeros((a.shape[0] * a.shape[1], total, total))
-    for part, place in ((a, first), (b, second)):
-        links[:, place[:, None], place] += part.reshape(-1, *part.shape[2:])
-    left = star_mesh(links, inner)
-    return np.ascontiguousarray(left).reshape(*a.shape[:2], total - inner, total - inner)
+    half = blocks.shape[2] // 2
+    one_by_one = inner <= IN_STEP
+    outer = total - inner
+    merged = np.empty((outer, outer, half) if one_by_one else (half, outer, outer))
+    step = max(1, WORKING_SET // total**2)
+    for start in range(0, half, step):
+        stop = min(start + step, half)
+        shape = (total, total, stop - start) if one_by_one else (stop - start, total, total)
+        links = np.zeros(shape)
+        by_node = links if one_by_one else np.moveaxis(links, 0, 2)
+        for runs, shift in ((first, 0), (second, half)):
+            part = blocks[:, :, start + shift : stop + shift]
+            for a, to_a in runs:
+                for b, to_b in runs:
+                    by_node[to_a, to_b] += part[a, b]
+        if one_by_one:
+            merged[:, :, start:stop] = star_mesh_in_step(links, inner)
+        else:
+            merged[start:stop] = star_mesh(links, inner)
+    return merged if one_by_one else np.moveaxis(merged, 0, 2)
+
+
+Run = tuple[slice, slice]
 
 
 @cache
-def _merge_plan(size: tuple[int, int], axis: int) -> tuple[np.ndarray, np.ndarray, int, int]:
-    """Places of the two blocks' rim nodes in the joint list, its length, and how many are inner."""
+def _merge_plan(
+    size: tuple[int, int], axis: int
+) -> tuple[tuple[Run, ...], tuple[Run, ...], int, int]:
+    """Where the two blocks' rim nodes go in the joint list, its length, and how many are inner.
+
+    Places come as runs (nodes of the block, places) that follow one another in both.
+    """
     step = (size[0], 0) if axis == 0 else (0, size[1])
     outer = rim(size[0] + step[0], size[1] + step[1])
     first = rim(*size)
     second = [(i + step[0], j + step[1]) for i, j in first]
     inner = sorted((set(first) | set(second)) - set(outer))
     place = {node: k for k, node in enumerate(inner + outer)}
-    places = [np.array([place[node] for node in part]) for part in (first, second)]
-    return places[0], places[1], len(place), len(inner)
+    runs = (_runs([place[node] for node in part]) for part in (first, second))
+    return *runs, len(place), len(inner)
 
 
+def _runs(places: list[int]) -> tuple[Run, ...]:
+    """Cut 0..len(places) where the places do not follow one another."""
+    cuts = [k for k in range(1, len(places)) if places[k] != places[k - 1] + 1]
+    ends = zip([0, *cuts], [*cuts, len(places)], strict=True)
+    return tuple((slice(a, b), slice(places[a], places[a] + b - a)) for a, b in ends)
+
+
+@cache
 def rim(nx: int, ny: int) -> list[tuple[int, int]]:
-    """Nodes on the rim of a block of nx by ny pixels, in order."""
-    return [(i, j) for i in range(nx + 1) for j in range(ny + 1) if i in (0, nx) or j in (0, ny)]
+    """Nodes on the rim of a block of nx by ny pixels, side by side."""
+    sides = (
+        [(i, j) for i in (0, nx) for j in range(ny + 1)],
+        [(i, j) for j in (0, ny) for i in range(1, nx)],
+    )
+    return [node for side in sides for node in side]

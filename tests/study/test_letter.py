@@ -279,6 +279,20 @@ def test_only_the_missing_point_is_computed(finished, monkeypatch):
     assert after["area"] == before["area"]
 
 
+def test_parts_left_out_come_with_a_later_run(finished, tmp_path):
+    """Without refined grids and cascade: the same letter but for these; then they are added."""
+    _, record, _ = finished
+    short = replace(TINY, refined=(), cascade=False)
+    bare, data = letter(short, tmp_path)
+    assert bare.errors == bare.cascade == data.errors == []
+    assert not (tmp_path / "errors.csv").exists()
+    assert "cascade" not in page(bare)
+    assert bare.thresholds == record.thresholds
+    whole, _ = letter(TINY, tmp_path)
+    assert len(whole.cascade) == 3
+    assert (tmp_path / "errors.csv").exists()
+
+
 @pytest.mark.render
 def test_figures_are_written(finished, tmp_path, monkeypatch):
     from fem_seal.render import letter as figures

@@ -41,7 +41,8 @@ class Plan:
     rtol : of the certified leak rates, (upper - lower) / √(lower upper)
     grid_factors : refinements of the contact grid, the first 1
     search : of the thresholds
-    areas : contact areas by model; refined : those at which the contact grid is refined
+    areas : contact areas by model; refined : those at which the contact grid is refined, if any
+    cascade : whether the cascade's start is judged, which needs the converged pressure
     loads : of Persson's curve, mean pressures in units of E* h'rms
     threads : of the FFTs; no result depends on it
     """
@@ -53,6 +54,7 @@ class Plan:
     search: Search = field(default_factory=Search)
     areas: dict[str, tuple[float, ...]] = field(default_factory=lambda: dict(AREAS))
     refined: tuple[float, ...] = REFINED_AREAS
+    cascade: bool = True
     loads: tuple[float, ...] = LOADS
     threads: int = 1
 
@@ -69,7 +71,8 @@ class Letter:
 
     peaks : largest flow density of both models at A/A0 = 0.2 [m^2/s]; peak_decades : log10 of
         their ratio; body_decades : the same of the 99.9 % quantile over the area that flows
-    cascade : how good the cascade's first guess is at the finest grid
+    cascade : how good the cascade's first guess is at the finest grid; errors : of flow and
+        contact grid; both empty if the plan leaves them out
     """
 
     plan: Plan
@@ -128,7 +131,7 @@ def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figu
     figures_1_and_2 = _pictures(plan, out, report)
     points = _flow_points(plan, out, report)
     refined = _grid_points(plan, out, report)
-    cascade = _cascade(plan, out, report)
+    cascade = _cascade(plan, out, report) if plan.cascade else []
     first = rows.first_contacts(points)
     currents = rows.current_rows(points, thresholds["elastic"])
     curve = persson_curve(plan.case, thresholds["elastic"], plan.loads)
@@ -153,7 +156,8 @@ def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figu
     )
     write_table(out / "fig3.csv", currents)
     write_table(out / "fig3-persson.csv", figures.persson)
-    write_table(out / "errors.csv", figures.errors)
+    if figures.errors:
+        write_table(out / "errors.csv", figures.errors)
     write_json(out / "letter.json", record)
     return record, figures
 
