@@ -12,15 +12,17 @@ from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate
+from fem_seal.render.colours import CONTACT_COLOUR, WHITE
 from fem_seal.render.offscreen import LONG_SIDE, Mesh, Scale, Triangles, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
 from fem_seal.render.tiles import mosaic
 
-FLOW_COLOURS = "magma_r"
-PRESSURE_COLOURS = "viridis"
+FLOW_COLOURS = "flow"
+PRESSURE_COLOURS = "pressure"
 DECADES = 4
-CONTACT = Swatch("contact", (150, 156, 163))
-NO_FLOW = Swatch("open, without flow", (255, 255, 255))
+CONTACT = Swatch("contact", CONTACT_COLOUR)
+NO_FLOW = Swatch("open, weaker flow or none", WHITE)
+NOT_REACHED = Swatch("open, not reached", WHITE)
 EDGES = (0, 0, 0)
 
 
@@ -52,19 +54,37 @@ def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
     Parameters
     ----------
     fields : flow fields to be compared
-    decades : length of the bar; weaker flow takes the colour of its lower end
+    decades : length of the bar at most, weaker flow is white; where there is none the bar is
+        shorter, but has one decade at least
 
     Raises
     ------
     InvalidInput
         If nothing flows.
     """
-    peak = max(flow_density(field).max(initial=0.0) for field in fields)
+    density = np.concatenate([flow_density(field) for field in fields])
+    peak = density.max(initial=0.0)
     if not peak > 0:
         raise InvalidInput("the flow density is zero everywhere: it has no logarithmic scale")
-    decade = 10.0 ** np.floor(np.log10(peak))
-    high = next(step * decade for step in (1, 2, 5, 10) if peak <= step * decade * (1 + 1e-9))
-    return Scale("flow density |j| [m²/s]", high / 10.0**decades, high, True, FLOW_COLOURS, "min")
+    high, least = _step_above(peak), density.min()
+    low = high / 10.0**decades
+    if least > low:
+        low = min(1 / _step_above(1 / least), high / 10.0)
+    beyond = "min" if least < low else "neither"
+    return Scale("flow density |j| [m²/s]", low, high, True, FLOW_COLOURS, beyond)
+
+
+def _step_above(number: float) -> float:
+    """Next 1, 2 or 5 of a decade, from the number on."""
+    decade = 10.0 ** np.floor(np.log10(number))
+    return next(step * decade for step in (1, 2, 5, 10) if number <= step * decade * (1 + 1e-9))
+
+
+def flow_triangles(field: FlowField, scale: Scale) -> Triangles:
+    """Flow density on the triangles of a field."""
+    # Zero flow has no logarithm: it is below the scale, as all weak flow is.
+    values = np.maximum(flow_density(field), 0.1 * scale.low)
+    return Triangles(field.points, field.cells, values, scale)
 
 
 def pressure_scale(field: FlowField) -> tuple[Scale, float]:
@@ -102,9 +122,7 @@ def flow_panel(
     title: str = "",
 ) -> Panel:
     """Draw the flow density on a scale from `flow_scale`; see `flow_picture`."""
-    # Zero flow has no logarithm: it takes the colour of the lower end, as all weak flow does.
-    values = np.maximum(flow_density(field), scale.low)
-    triangles = Triangles(field.points, field.cells, values, scale)
+    triangles = flow_triangles(field, scale)
     return _panel(gap, triangles, representation, window, long_side, title)
 
 
@@ -158,7 +176,7 @@ def pressure_picture(
     scale, factor = pressure_scale(field)
     triangles = Triangles(field.points, field.cells, field.pressure * factor, scale)
     panel = _panel(gap, triangles, representation, window, LONG_SIDE, "")
-    return write_page([[panel]], path, scale=scale, key=(CONTACT, NO_FLOW))
+    return write_page([[panel]], path, scale=scale, key=(CONTACT, NOT_REACHED))
 
 
 def mesh_picture(

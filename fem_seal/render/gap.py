@@ -7,12 +7,13 @@ import numpy as np
 from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
+from fem_seal.render.colours import CONTACT_COLOUR, colour_map
 from fem_seal.render.offscreen import LONG_SIDE, Scale, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
 from fem_seal.render.tiles import Mosaic, mosaic
 
-GAP_COLOURS = "viridis"
-CONTACT = Swatch("contact (gap = 0)", (150, 156, 163))
+GAP_COLOURS = "gap"
+CONTACT = Swatch("contact (gap = 0)", CONTACT_COLOUR)
 SHOWN = 0.999  # of the area lies within the bar: a few deep valleys do not darken all the rest
 
 
@@ -64,13 +65,11 @@ def gap_panel(
 
 def _colours(view: Mosaic, scale: Scale, factor: float) -> np.ndarray:
     """Each tile: its mean open gap, and grey in the share that is contact."""
-    from matplotlib import colormaps
-
     samples = view.crop(view.samples)
     mean, share = view.mean(samples), view.mean(samples > 0)
     open_mean = np.divide(mean, share, out=np.zeros_like(mean), where=share > 0) * factor
     position = (open_mean - scale.low) / (scale.high - scale.low)
-    colours = 255 * colormaps[scale.colours](position)[:, :, :3]
+    colours = 255 * colour_map(scale.colours)(position)[:, :, :3]
     contact = np.array(CONTACT.colour, dtype=float)
     return share[:, :, None] * colours + (1 - share)[:, :, None] * contact
 

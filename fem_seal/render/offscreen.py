@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.render.colours import WHITE, colour_map
 
 if TYPE_CHECKING:
     import pyvista
@@ -61,9 +62,10 @@ class Scale:
     """How numbers become colours; the field and its bar share one scale.
 
     label : what is shown and its unit, "gap [µm]"
-    low, high : the numbers at the ends of the bar; numbers beyond take the end's colour
+    low, high : the numbers at the ends of the bar; larger ones take the colour of its end, smaller
+        ones are white
     logarithmic : equal ratios, not equal differences, are equal steps of colour
-    colours : name of a matplotlib colour map
+    colours : name of a map of `fem_seal.render.colours`
     beyond : ends of the bar beyond which there are numbers: "neither", "min", "max" or "both"
     """
 
@@ -252,7 +254,8 @@ def _draw_triangles(
         surface,
         scalars=np.asarray(triangles.values, dtype=float),
         clim=(scale.low, scale.high),
-        cmap=scale.colours,
+        cmap=colour_map(scale.colours),
+        below_color=WHITE,
         log_scale=scale.logarithmic,
         interpolate_before_map=True,
         lighting=False,

@@ -10,6 +10,7 @@ import numpy as np
 from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.render.aside import written_aside
+from fem_seal.render.colours import colour_map
 from fem_seal.render.offscreen import Scale, Window
 
 if TYPE_CHECKING:
@@ -31,11 +32,13 @@ class Panel:
     """A drawing and what it shows.
 
     pixels : (height, width, 3) uint8; window : the rectangle it covers; title : above it, or ""
+    along_x : whether the fluid runs along x, from left to right, which the axis says then
     """
 
     pixels: np.ndarray
     window: Window
     title: str = ""
+    along_x: bool = True
 
     @property
     def heading(self) -> str:
@@ -174,7 +177,7 @@ def _place(figure: "Figure", panel: Panel, box: _Box) -> None:
     factor, unit = readable(max(w.x1, w.y1), "m")
     axes.set_xlim(w.x0 * factor, w.x1 * factor)
     axes.set_ylim(w.y0 * factor, w.y1 * factor)
-    axes.set_xlabel(f"x [{unit}]")
+    axes.set_xlabel(f"x [{unit}], flow →" if panel.along_x else f"x [{unit}]")
     axes.set_ylabel(f"y [{unit}]")
     axes.tick_params(direction="out", length=3)
     axes.locator_params(nbins=6)
@@ -192,7 +195,7 @@ def _add_bar(figure: "Figure", scale: Scale, beside: _Box) -> None:
     box = _Box(x, beside.y, _dots(BAR), beside.height)
     norm = (LogNorm if scale.logarithmic else Normalize)(scale.low, scale.high)
     bar = figure.colorbar(
-        ScalarMappable(norm, scale.colours),
+        ScalarMappable(norm, colour_map(scale.colours)),
         cax=figure.add_axes(box.fraction(figure)),
         extend=scale.beyond,
         extendfrac=0.03,

@@ -11,9 +11,9 @@ from fem_seal.render.flow import (
     CONTACT,
     EDGES,
     NO_FLOW,
-    flow_density,
     flow_of,
     flow_scale,
+    flow_triangles,
 )
 from fem_seal.render.offscreen import LONG_SIDE, Mesh, Scale, Triangles, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     from fem_seal.mesh.triangles import TriangleMesh
 
 MARGIN = 0.02  # of the longer side, around the shape
-GAP_COLOURS = "viridis"
-INLET, OUTLET = Swatch("inlet", (200, 30, 30)), Swatch("outlet", (30, 80, 200))
+GAP_COLOURS = "gap"
+# In print without colour the inlet is the darker grey.
+INLET, OUTLET = Swatch("inlet", (200, 30, 30)), Swatch("outlet", (70, 160, 255))
+RIM = 4.0  # width of their lines [pixel]
 WALL = Swatch("wall", (0, 0, 0))
 RIMS = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
 
@@ -67,14 +69,22 @@ def flow_picture(leak: LeakRate, gap: "MeshGap", path: str | Path) -> Path:
     """Picture of the flow density on a logarithmic scale. See `mesh_picture`."""
     field: FlowField = flow_of(leak)
     scale = flow_scale(field)
-    density = np.maximum(flow_density(field), scale.low)
-    layers = [
-        *_contact_of(gap),
-        Triangles(field.points, field.cells, density, scale),
-        *_rims(gap.mesh),
-    ]
+    layers = [*_contact_of(gap), flow_triangles(field, scale), *_rims(gap.mesh)]
     panel = _panel(layers, gap.mesh)
-    return write_page([[panel]], path, scale=scale, key=(*_key(gap), NO_FLOW))
+    key = (*_key(gap), NO_FLOW) if scale.beyond == "min" or _pockets(gap, field) else _key(gap)
+    return write_page([[panel]], path, scale=scale, key=key)
+
+
+def _pockets(gap: "MeshGap", field: FlowField) -> bool:
+    """Whether some of what is open carries no flow at all."""
+    open_cells = (gap.values[gap.mesh.cells] > 0).any(axis=1)
+    open_area = _area(gap.mesh.xy, gap.mesh.cells[open_cells])
+    return _area(field.points, field.cells) < (1 - 1e-9) * open_area
+
+
+def _area(points: np.ndarray, cells: np.ndarray) -> float:
+    first, second = (points[cells[:, k]] - points[cells[:, 0]] for k in (1, 2))
+    return 0.5 * float(np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum())
 
 
 def draw_shape(gap: "MeshGap", leak: LeakRate | None, folder: Path) -> tuple[str, ...]:
@@ -91,7 +101,7 @@ def _panel(layers: list[Triangles | Mesh], mesh: "TriangleMesh") -> Panel:
     (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)
     margin = MARGIN * max(x1 - x0, y1 - y0)
     window = Window(*(float(v) for v in (x0 - margin, x1 + margin, y0 - margin, y1 + margin)))
-    return Panel(draw(layers, window, LONG_SIDE), window)
+    return Panel(draw(layers, window, LONG_SIDE), window, along_x=False)
 
 
 def _contact_of(gap: "MeshGap") -> list[Mesh]:
@@ -103,7 +113,7 @@ def _contact_of(gap: "MeshGap") -> list[Mesh]:
 def _rims(mesh: "TriangleMesh") -> list[Mesh]:
     """Inlet, outlet and walls as thick lines: triangles squeezed into their edge."""
     return [
-        Mesh(mesh.xy, ends[:, [0, 1, 1]], RIMS[name].colour, 2.0)
+        Mesh(mesh.xy, ends[:, [0, 1, 1]], RIMS[name].colour, RIM)
         for name, ends in mesh.groups()
         if len(ends)
     ]

@@ -1,10 +1,10 @@
 """Synthetic gaps and flows for the pictures, and how to read colours back."""
 
 import numpy as np
-from matplotlib import colormaps
 
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate
+from fem_seal.render.colours import colour_map
 
 
 def smooth_gap(shape, contact_area, seed=0, periodic=True, spacing=(1e-6, 1e-6)):
@@ -38,7 +38,7 @@ def leaking(field):
 
 def positions(pixels, colours):
     """Place of each pixel on a colour map (0..1) and its distance from the map's colours."""
-    table = 255 * colormaps[colours](np.linspace(0, 1, 256))[:, :3]
+    table = 255 * colour_map(colours)(np.linspace(0, 1, 256))[:, :3]
     flat = pixels.reshape(-1, 1, 3).astype(float)
     distance = np.abs(flat - table).max(axis=2)
     best = distance.argmin(axis=1)

@@ -27,11 +27,14 @@ def test_decades_of_flow_are_equal_steps_of_colour():
     assert np.abs(drawn - (np.arange(20) + 0.5) / 20).max() <= 2 / 255
 
 
-def test_weak_and_zero_flow_take_the_colour_of_the_lower_end():
+def test_weak_and_zero_flow_are_white():
     field = structured_flow(20, 10, SIZE, lambda x: np.where(x < 0.5, 0.0, 1e-12))
     scale = Scale("|j|", 1e-9, 1e-5, True, flow.FLOW_COLOURS)
     pixels = flow.flow_panel(field, OPEN, scale, long_side=SIDE).pixels
-    drawn, distance = positions(pixels[::10, ::10], scale.colours)
+    assert (pixels == 255).all()
+    # What is on the scale is not, down to its very end.
+    end = structured_flow(20, 10, SIZE, lambda x: 1e-9 + 0 * x)
+    drawn, distance = positions(flow.flow_panel(end, OPEN, scale).pixels[::10, ::10], scale.colours)
     assert drawn.max() == 0
     assert distance.max() <= 1
 
@@ -40,12 +43,27 @@ def test_weak_and_zero_flow_take_the_colour_of_the_lower_end():
     ("peak", "high"), [(3e-12, 5e-12), (1e-10, 1e-10), (1.01e-10, 2e-10), (7.0, 10.0)]
 )
 def test_scale_ends_above_the_peak_and_spans_its_decades(peak, high):
-    field = structured_flow(4, 4, SIZE, lambda x: np.where(x > 0.8, peak, peak / 3))
+    field = structured_flow(4, 4, SIZE, lambda x: np.where(x > 0.8, peak, 0.0))
     scale = flow.flow_scale(field, decades=3)
     assert scale.logarithmic
     assert scale.high == pytest.approx(high, rel=1e-9, abs=0)
     assert scale.high / scale.low == pytest.approx(1e3)
     assert scale.label.endswith("[m²/s]")
+
+
+@pytest.mark.parametrize(
+    ("least", "peak", "low", "high", "beyond"),
+    [
+        (3e-11, 9e-10, 2e-11, 1e-9, "neither"),  # both ends at a 1, 2 or 5
+        (8e-10, 9e-10, 1e-10, 1e-9, "neither"),  # one decade at least
+        (9e-14, 9e-10, 1e-13, 1e-9, "min"),  # four at most
+    ],
+)
+def test_bar_is_no_longer_than_the_flow_needs(least, peak, low, high, beyond):
+    field = structured_flow(4, 4, SIZE, lambda x: np.where(x > 0.5, peak, least))
+    scale = flow.flow_scale(field)
+    assert (scale.low, scale.high) == pytest.approx((low, high), rel=1e-9, abs=0)
+    assert scale.beyond == beyond
 
 
 def test_one_scale_serves_several_fields():

@@ -7,6 +7,7 @@ from PIL import Image
 
 from fem_seal.errors import InvalidInput
 from fem_seal.render import page
+from fem_seal.render.colours import colour_map
 from fem_seal.render.offscreen import Scale, Window
 from fem_seal.render.page import Panel, Swatch, write_page
 
@@ -54,10 +55,8 @@ def test_drawings_are_copied_pixel_for_pixel(tmp_path):
 def test_bar_runs_through_the_colours_of_its_scale(tmp_path):
     blank = Panel(np.full((600, 400, 3), 255, np.uint8), WINDOW)
     written = read(write_page([[blank]], tmp_path / "page.png", scale=SCALE))
-    from matplotlib import colormaps
-
     for level in (0.1, 0.5, 0.9):
-        colour = 255 * np.array(colormaps[SCALE.colours](level)[:3])
+        colour = 255 * np.array(colour_map(SCALE.colours)(level)[:3])
         assert (np.abs(written - colour).max(axis=2) < 2).any()
 
 
@@ -71,7 +70,7 @@ def test_axes_and_bar_state_their_units(tmp_path):
         page._place(figure, panel, page._Box(100, 100, 400, 300))
         page._add_bar(figure, SCALE, page._Box(100, 100, 400, 300))
     axes, bar = figure.axes
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [µm]", "y [µm]")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [µm], flow →", "y [µm]")
     assert axes.get_xlim() == pytest.approx((0, 4))
     assert bar.get_ylabel() == "gap [nm]"
     assert bar.get_ylim() == pytest.approx((0, 50))

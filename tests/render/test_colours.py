@@ -1,0 +1,39 @@
+"""In print without colour, contact is told from everything else."""
+
+import numpy as np
+import pytest
+
+from fem_seal.render import contact, flow, gap, shape
+from fem_seal.render.colours import CONTACT_COLOUR, WHITE, colour_map
+
+# Rec. 709: how light a printed colour is, 0 to 1.
+WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
+
+
+def lightness(colours):
+    return np.asarray(colours, dtype=float) @ WEIGHTS / 255
+
+
+@pytest.mark.parametrize(
+    "name", [flow.FLOW_COLOURS, flow.PRESSURE_COLOURS, gap.GAP_COLOURS, shape.GAP_COLOURS]
+)
+def test_maps_are_monotonous_and_darker_than_contact(name):
+    """Equal steps keep their order in grey; a tenth of the range sets contact apart."""
+    shades = lightness(255 * colour_map(name)(np.linspace(0, 1, 256))[:, :3])
+    steps = np.diff(shades)
+    assert (steps > -1e-3).all() or (steps < 1e-3).all()
+    assert abs(shades[-1] - shades[0]) > 0.55
+    assert shades.max() < lightness(CONTACT_COLOUR) - 0.1 < lightness(WHITE) - 0.2
+
+
+@pytest.mark.parametrize(
+    "key", [contact.CONTACT_KEY, (*shape.RIMS.values(), flow.CONTACT, flow.NO_FLOW)]
+)
+def test_entries_of_a_key_are_told_apart_in_grey(key):
+    shades = np.sort([lightness(swatch.colour) for swatch in key])
+    assert np.diff(shades).min() > 0.1
+
+
+def test_numbers_below_a_scale_are_white():
+    for name in (flow.FLOW_COLOURS, "magma"):
+        assert tuple(colour_map(name)(-0.1)[:3]) == (1, 1, 1)

@@ -1,0 +1,62 @@
+"""Pictures of a film of any shape: what their key says is what they show."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drawn_fields import leaking
+
+from fem_seal.leak_rate import FlowField
+from fem_seal.render import shape
+from fem_seal.render.flow import CONTACT, NO_FLOW
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+
+SIZE = {"length": "4 mm", "width": "2 mm", "mesh_size": "1 mm"}
+
+
+def strip(gap):
+    scene = {"shape": {"kind": "rectangle", **SIZE, **gap}, "output": {"products": ["contact"]}}
+    return Seal(Scene.from_mapping(scene)).gap
+
+
+def flow_everywhere(film, density=1.0):
+    """A flow of one density over all triangles of a film."""
+    mesh = film.mesh
+    flux = np.tile([density, 0.0], (len(mesh.cells), 1))
+    return FlowField(mesh.xy, mesh.cells, film.values, np.ones(len(mesh.xy)), flux)
+
+
+@pytest.fixture
+def keys(monkeypatch):
+    """The keys of the pages that are written, none of them drawn."""
+    seen = []
+    monkeypatch.setattr(shape, "draw", lambda layers, window, side: np.zeros((9, 9, 3), np.uint8))
+    monkeypatch.setattr(shape, "write_page", lambda rows, path, *, scale, key: seen.append(key))
+    return seen
+
+
+def test_key_names_white_only_where_something_open_is_white(keys, tmp_path):
+    """All cells flow; one cell does not; one flows weakly."""
+    film = strip({"gap": "1 um"})
+    whole = flow_everywhere(film)
+    part = replace(whole, cells=whole.cells[1:], flux=whole.flux[1:])
+    weak = replace(
+        whole, flux=whole.flux * np.where(np.arange(len(whole.cells)) == 0, 1e-9, 1)[:, None]
+    )
+    for field in (whole, part, weak):
+        shape.flow_picture(leaking(field), film, tmp_path / "flow.png")
+    assert [NO_FLOW in key for key in keys] == [False, True, True]
+    assert not any(CONTACT in key for key in keys)
+
+
+def test_key_names_contact_where_there_is_some(keys, tmp_path):
+    film = strip({"gap_expression": "max(0, 1e-6 * (x / 0.002 - 1))"})
+    shape.flow_picture(leaking(flow_everywhere(film)), film, tmp_path / "flow.png")
+    assert CONTACT in keys[0]
+
+
+@pytest.mark.render
+def test_flow_of_a_shape_does_not_claim_to_run_along_x():
+    film = strip({"gap": "1 um"})
+    assert not shape._panel([], film.mesh).along_x
