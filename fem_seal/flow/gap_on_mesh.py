@@ -86,8 +86,8 @@ class LinearGap:
         Samples on pixel vertices, linear between them.
         """
         new = fine.xy[len(values) :]
-        middle = values[edge_ends].mean(axis=1)
-        on_pixel = (new % PIXEL == 0).all(axis=1)
+        middle = (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2
+        on_pixel = (new[:, 0] % PIXEL == 0) & (new[:, 1] % PIXEL == 0)
         i, j = (new[on_pixel] // PIXEL).T
         middle[on_pixel] = self._samples[i, j]
         return np.concatenate([values, middle])
@@ -140,7 +140,7 @@ class VertexGap:
 
         The middle of an edge has the mean of its ends: the gap stays the same function.
         """
-        return np.concatenate([values, values[edge_ends].mean(axis=1)])
+        return np.concatenate([values, (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2])
 
     def plotted_values(self, mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) at the vertices, for pictures."""

@@ -46,7 +46,7 @@ def unique_edges(ends: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     (E, 2) int32, the vertices of each edge, the lower one first; (C, 3) int32, edge of each side
     """
     ends = ends.reshape(-1, 2)
-    low, high = ends.min(axis=1), ends.max(axis=1)
+    low, high = np.minimum(*ends.T), np.maximum(*ends.T)
     order = stable_order(high, count)
     order = order[stable_order(low[order], count)]
     low, high = low[order], high[order]

@@ -43,7 +43,7 @@ class NestedMesh:
     squares: tuple[int, int]
     twin: np.ndarray
 
-    @property
+    @cached_property
     def periodic(self) -> bool:
         """Whether the sides y = 0 and y = my are one line."""
         return not np.array_equal(self.twin, np.arange(len(self.twin)))
@@ -78,8 +78,9 @@ class NestedMesh:
         of_cell : (C, 3) int32, the edges opposite to corner 0 (the hypotenuse), 1 and 2
         """
         ends = np.stack([self.cells[:, [1, 2]], self.cells[:, [2, 0]], self.cells[:, [0, 1]]], 1)
-        on_side = self.top[ends].all(axis=2)
-        ends[on_side] = self.twin[ends[on_side]]
+        if self.periodic:
+            on_side = self.top[ends].all(axis=2)
+            ends[on_side] = self.twin[ends[on_side]]
         return unique_edges(ends, len(self.xy))
 
     def points(
@@ -103,7 +104,8 @@ class NestedMesh:
 
     def can_halve(self) -> np.ndarray:
         """(C,) bool: the hypotenuse has a middle in integer coordinates."""
-        return (self.xy[self.cells[:, 1:]].sum(axis=1) % 2 == 0).all(axis=1)
+        odd = (self.xy[self.cells[:, 1]] + self.xy[self.cells[:, 2]]) % 2
+        return (odd[:, 0] | odd[:, 1]) == 0
 
     def halved(
         self,
@@ -158,7 +160,7 @@ class NestedMesh:
     def at_or_below_pixel(self) -> np.ndarray:
         """(C,) bool: triangles that lie inside one pixel triangle, where a P1 gap is linear."""
         # A hypotenuse along an axis and one pixel long belongs to half a pixel triangle.
-        return self.hypotenuse().max(axis=1) <= PIXEL
+        return np.maximum(*self.hypotenuse().T) <= PIXEL
 
     def relative_areas(self) -> np.ndarray:
         """(C,) float: area of each triangle in pixels."""

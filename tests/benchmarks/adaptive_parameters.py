@@ -19,6 +19,7 @@ CHOICES = {
     "theta 0.5": {"theta": 0.5},
     "theta 0.8": {"theta": 0.8},
     "theta_throughflow 0.3": {"theta_throughflow": 0.3},
+    "theta_throughflow 0.7": {"theta_throughflow": 0.7},
     "theta_throughflow 0": {"theta_throughflow": 0.0},
     "cut 1e-1": {"cut": 1e-1},
     "cut 1e-3": {"cut": 1e-3},
