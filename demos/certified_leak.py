@@ -97,7 +97,8 @@ def draw(found: Comparison, path: Path) -> None:
         half_widths = [100 * level.half_width for level in closed]
         right.plot(n, half_widths, color=colour, marker=".", label=name)
     for (links, points), marker in zip(found.differences.items(), "v^sD", strict=True):
-        left.plot(*zip(*points, strict=True), "k", ls=":", marker=marker, mfc="w", label=links)
+        style = {"ls": ":", "marker": marker, "mfc": "w", "label": f"differences, {links}"}
+        left.plot(*zip(*points, strict=True), "k", **style)
     last = found.adaptive[-1]
     n = np.geomspace(last.unknowns / 4, 4 * last.unknowns)
     law = 100 * last.half_width * last.unknowns / n

@@ -24,6 +24,7 @@ import numpy as np
 
 from fem_seal.contact import METHODS, ContactState, bearing, solve
 from fem_seal.grid import GridField
+from fem_seal.render.colours import CONTACT_COLOUR, colour_map
 from fem_seal.surface import Spectrum, rms_height, self_affine
 
 E_STAR = 10e6  # Pa
@@ -85,9 +86,9 @@ def draw(states: dict[str, ContactState], cut: GridField, path: Path) -> None:
     import matplotlib.pyplot as plt
 
     figure, (history, elastic, plane) = plt.subplots(1, 3, figsize=(13, 4.2))
-    for name, state in states.items():
+    for (name, state), dash in zip(states.items(), ("-", "--", "-.", ":"), strict=True):
         steps = np.linspace(0, state.iterations, len(state.residuals))
-        history.loglog(steps + 1, np.maximum(state.residuals, 1e-9), label=name)
+        history.loglog(steps + 1, np.maximum(state.residuals, 1e-9), dash, label=name)
     history.axhline(1e-6, color="0.6", lw=0.8)
     history.set(xlabel="iterations + 1", ylabel="certificate ε", title="one surface, one load")
     history.legend(frameon=False)
@@ -97,9 +98,10 @@ def draw(states: dict[str, ContactState], cut: GridField, path: Path) -> None:
         closed = np.where(gap.values > 0, gap.values / MICRON, np.nan)
         extent = (0, gap.size[0] / MICRON, 0, gap.size[1] / MICRON)
         top = np.quantile(cut.values, 0.999) / MICRON
-        axis.set_facecolor("black")
-        image = axis.imshow(closed.T, origin="lower", extent=extent, vmin=0, vmax=top)
-        axis.set(title=f"{title}: gap, contact black", xlabel="x [µm]", ylabel="y [µm]")
+        axis.set_facecolor(np.array(CONTACT_COLOUR) / 255)
+        colours = {"cmap": colour_map("gap"), "vmin": 0, "vmax": top}
+        image = axis.imshow(closed.T, origin="lower", extent=extent, **colours)
+        axis.set(title=f"{title}: gap, contact grey", xlabel="x [µm]", ylabel="y [µm]")
         figure.colorbar(image, ax=axis, label="gap [µm]", shrink=0.8)
     figure.tight_layout()
     figure.savefig(path, dpi=110)

@@ -49,6 +49,14 @@ def _rounded(number: float, digits: int, rounding: str) -> str:
     return f"{decimal:e}"
 
 
+def with_error(number: float, error: float) -> str:
+    """Write a measured number with two digits of its standard deviation, "0.811 ± 0.040"."""
+    if not 0 < error < math.inf:
+        return f"{number:.4g} ± {error:.2g}"
+    decimals = max(0, 1 - math.floor(math.log10(error)))
+    return f"{number:.{decimals}f} ± {error:.{decimals}f}"
+
+
 def readable(largest: float, unit: str) -> tuple[float, str]:
     """Choose a prefix so that the largest number shown lies between 1 and 1000.
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fem_seal.digits import bracket_digits, rounded_down, rounded_up, with_prefix
+from fem_seal.digits import bracket_digits, rounded_down, rounded_up, with_error, with_prefix
 from fem_seal.leak_rate import LeakRate, rate_text
 
 POSITIVE = st.floats(1e-30, 1e30)
@@ -59,6 +59,19 @@ def test_digits_follow_the_width(bracket, texts):
 )
 def test_prefixes(number, unit, text):
     assert with_prefix(number, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("number", "error", "text"),
+    [
+        (1.0213, 0.169, "1.02 ± 0.17"),
+        (0.81062, 0.00412, "0.8106 ± 0.0041"),
+        (123.4, 25.0, "123 ± 25"),
+        (0.8, 0.0, "0.8 ± 0"),
+    ],
+)
+def test_two_digits_of_a_standard_deviation(number, error, text):
+    assert with_error(number, error) == text
 
 
 def test_text_of_a_leak_rate():

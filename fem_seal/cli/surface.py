@@ -83,8 +83,10 @@ def _spectrum_lines(fit: "SpectrumFit | None", why: str) -> list[str]:
     rolloff = "none seen"
     if fit.rolloff_wavelength is not None:
         rolloff = f"{_length(fit.rolloff_wavelength)} ± {_length(fit.rolloff_error)}"
+    from fem_seal.digits import with_error
+
     return [
-        f"hurst          {fit.hurst:.3f} ± {fit.hurst_error:.3f} (misfit {fit.misfit:.2g})",
+        f"hurst          {with_error(fit.hurst, fit.hurst_error)} (misfit {fit.misfit:.2g})",
         f"long cut-off   {_length(fit.long_wavelength)}",
         f"roll-off       {rolloff}",
         f"short cut-off  {_length(fit.short_wavelength)}",

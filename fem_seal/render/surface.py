@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.digits import readable
+from fem_seal.digits import readable, with_error
 from fem_seal.grid import GridField
 from fem_seal.render.aside import written_aside
 from fem_seal.render.page import DPI, FONT_POINTS
@@ -59,11 +59,13 @@ def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:
 
 def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
     """Rings of the spectrum, the fitted power law and the cut-offs that are seen."""
+    from matplotlib.ticker import LogFormatterSciNotation, LogLocator
+
     rings = fit.spectrum
     # Roundings far below the power law would only squeeze it.
     shown = rings.density > 1e-4 * fit.density.min()
-    axes.loglog(rings.wavenumber[shown], rings.density[shown], ".", color=RINGS, label="rings")
-    name = f"H = {fit.hurst:.3f} ± {fit.hurst_error:.3f}"
+    axes.loglog(rings.wavenumber[shown], rings.density[shown], ".", color=RINGS, label="surface")
+    name = f"H = {with_error(fit.hurst, fit.hurst_error)}"
     axes.loglog(fit.wavenumber, fit.density, color=FITTED, label=name)
     for what, wavelength in (
         ("long cut-off", fit.long_wavelength),
@@ -79,7 +81,10 @@ def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
                 linewidth=1,
                 label=f"{what} {wavelength * scale:.3g} {unit}",
             )
-    axes.set(xlabel="wavenumber q [1/m]", ylabel="C(q) [m⁴]")
+    axes.set(xlabel="wavenumber q [1/m]", ylabel="spectrum C(q) [m⁴]")
+    # Wavenumbers often span little more than the one decade whose name is all that stands there.
+    axes.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))
+    axes.xaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 2.5)))
     axes.legend(fontsize=8, loc="lower left", frameon=False)
 
 

@@ -1,28 +1,67 @@
 """Percolation thresholds against the short cut-off: counted, and without what pixels add."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fem_seal.render.aside import written_aside
 from fem_seal.render.page import DPI, FONT_POINTS
 from fem_seal.study.letter.seed_thresholds import REFERENCE
 from fem_seal.study.letter.threshold_rows import ThresholdRow
+from fem_seal.theory.bruggeman import ELASTIC_THRESHOLD
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 FORMATS = ("png", "pdf")
-BEARING, ELASTIC = "#b2452b", "#1f4e9e"
 MARKERS = ("o", "s", "^", "D", "v", "p")
+# Points of equal cut-off stand side by side, this factor apart, in the order of n.
+APART = 1.055
+# What is pale in the figure: Hurst exponents other than the largest.
+PALE = 0.45
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """What is drawn of a row and how; `filled` tells it apart in print without colour."""
+
+    name: str
+    model: str
+    value: str
+    spread: str
+    colour: str
+    filled: bool
+
+
+KINDS = (
+    _Kind("bearing", "bearing", "threshold", "spread", "#b2452b", True),
+    _Kind("elastic, contact counted", "elastic", "threshold", "spread", "#1f4e9e", True),
+    _Kind(
+        "elastic, less what pixels add along the perimeter",
+        "elastic",
+        "corrected",
+        "corrected_spread",
+        "#1f4e9e",
+        False,
+    ),
+)
 
 
 def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
     """Plot A*/A0 of the triangulation against the short cut-off in samples.
 
+    Bars are the standard error of the mean over seeds. Lines mark one half, where a cut surface
+    percolates by symmetry, and 0.42, the letter's elastic threshold (W. B. Dapp et al., Phys. Rev.
+    Lett. 108, 244301 (2012)).
+
     Parameters
     ----------
-    rows : of `fem_seal.study.percolation`; those of the first edges are drawn
+    rows : of `fem_seal.study.percolation`, of one run or several; those of the first edges are
+        drawn
     folder : of thresholds.png and thresholds.pdf
 
     Returns
@@ -31,24 +70,12 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
     """
     import matplotlib
     from matplotlib.figure import Figure
-    from matplotlib.ticker import FormatStrFormatter
 
     shown = [r for r in rows if (r.pair, r.edges) == (REFERENCE, rows[0].edges)]
-    ensembles = sorted({(r.n, r.hurst) for r in shown})
     paths = []
     with matplotlib.rc_context({"font.size": FONT_POINTS, "pdf.fonttype": 42}):
-        figure = Figure(figsize=(6.4, 4.2), dpi=DPI, facecolor="white", layout="constrained")
-        axes = figure.subplots()
-        for k, ensemble in enumerate(ensembles):
-            some = [r for r in shown if (r.n, r.hurst) == ensemble]
-            # Side by side, so that the bars of equal cut-offs can be told apart.
-            shift = 1.05 ** (k - 0.5 * (len(ensembles) - 1))
-            _draw(axes, sorted(some, key=lambda r: r.short), shift, MARKERS[k % len(MARKERS)])
-        axes.axhline(0.5, color="0.6", linewidth=0.8)
-        axes.set(xlabel="short cut-off [samples]", ylabel="percolation threshold A*/A0")
-        axes.set_xscale("log", base=2)
-        axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-        figure.legend(loc="outside lower center", frameon=False, fontsize=7, ncols=2)
+        figure = Figure(figsize=(6.6, 4.4), dpi=DPI, facecolor="white", layout="constrained")
+        _draw(figure, shown)
         for suffix in FORMATS:
             paths.append(folder / f"thresholds.{suffix}")
             with written_aside(paths[-1]) as aside:
@@ -56,26 +83,66 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
     return paths
 
 
-def _draw(axes: "Axes", rows: Sequence[ThresholdRow], shift: float, marker: str) -> None:
-    """Both models of one ensemble; bars are the spread of one seed."""
-    cut = [r for r in rows if r.model == "bearing"]
-    pressed = [r for r in rows if r.model == "elastic"]
-    name = f"n = {rows[0].n}, H = {rows[0].hurst:g}"
-    raw, corrected = ("threshold", "spread"), ("corrected", "corrected_spread")
-    for chosen, (value, spread), colour, fill, line, what in (
-        (cut, raw, BEARING, BEARING, "-", "bearing"),
-        (pressed, raw, ELASTIC, ELASTIC, "-", "elastic, counted"),
-        (pressed, corrected, ELASTIC, "white", ":", "elastic, perimeter-corrected"),
-    ):
-        axes.errorbar(
-            [r.short * shift for r in chosen],
-            [getattr(r, value) for r in chosen],
-            yerr=[getattr(r, spread) or 0.0 for r in chosen],
-            fmt=marker + line,
-            color=colour,
-            markerfacecolor=fill,
-            markersize=5,
-            capsize=2,
-            linewidth=0.8,
-            label=f"{what}, {name}",
-        )
+def _draw(figure: "Figure", rows: Sequence[ThresholdRow]) -> None:
+    from matplotlib.ticker import FormatStrFormatter, NullLocator
+
+    axes = figure.subplots()
+    sizes = sorted({row.n for row in rows})
+    steepest = max(row.hurst for row in rows)
+    for row in rows:
+        k = sizes.index(row.n)
+        at = row.short * APART ** (k - 0.5 * (len(sizes) - 1))
+        alpha = 1.0 if row.hurst == steepest else PALE
+        for kind in KINDS:
+            if kind.model == row.model:
+                _point(axes, row, kind, at, MARKERS[k % len(MARKERS)], alpha)
+    axes.set(xlabel="short cut-off λs [samples]", ylabel="percolation threshold A*/A0")
+    axes.set_xscale("log", base=2)
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xticks(sorted({row.short for row in rows}))
+    left, right = axes.get_xlim()
+    axes.set_xlim(left, right * 1.25)
+    for height, name in ((0.5, "1/2"), (ELASTIC_THRESHOLD, "the letter,\nelastic")):
+        axes.axhline(height, color="0.55", linewidth=0.8, zorder=0)
+        axes.text(right * 1.2, height, name, va="bottom", ha="right", fontsize=7, color="0.35")
+    _legend(figure, sizes, sorted({row.hurst for row in rows}))
+
+
+def _point(
+    axes: "Axes", row: ThresholdRow, kind: _Kind, at: float, marker: str, alpha: float
+) -> None:
+    """One mean with its standard error; a single seed has none."""
+    axes.errorbar(
+        [at],
+        [getattr(row, kind.value)],
+        yerr=[(getattr(row, kind.spread) or 0.0) / np.sqrt(row.seeds)],
+        fmt=marker,
+        color=kind.colour,
+        markerfacecolor=kind.colour if kind.filled else "white",
+        alpha=alpha,
+        markersize=5.5,
+        capsize=2,
+        linewidth=0.9,
+    )
+
+
+def _legend(figure: "Figure", sizes: list[int], hursts: list[float]) -> None:
+    """What, by colour and filling; n, by shape; H, by strength."""
+    from matplotlib.lines import Line2D
+
+    def entry(marker: str, colour: str, filled: bool, name: str, alpha: float = 1.0) -> Line2D:
+        face = colour if filled else "white"
+        style = {"color": colour, "markerfacecolor": face, "linestyle": "none", "alpha": alpha}
+        return Line2D([], [], marker=marker, label=name, **style)
+
+    entries = [entry("o", kind.colour, kind.filled, kind.name) for kind in KINDS]
+    entries += [
+        entry(MARKERS[k % len(MARKERS)], "0.3", True, f"n = {n}") for k, n in enumerate(sizes)
+    ]
+    if len(hursts) > 1:
+        entries += [
+            entry("o", "0.3", True, f"H = {H:g}", 1.0 if hursts[-1] == H else PALE)
+            for H in hursts[::-1]
+        ]
+    figure.legend(handles=entries, loc="outside lower center", frameon=False, fontsize=7.5, ncols=3)

@@ -1,6 +1,7 @@
 """Figures of the studies, drawn without a screen."""
 
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -92,6 +93,8 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
     -------
     path
     """
+    from matplotlib.ticker import LogFormatterSciNotation
+
     figure = _figure(11, 4.6)
     time, memory = figure.subplots(1, 2, sharey=True)
     for certified, dash in ((True, "-"), (False, "--")):
@@ -99,30 +102,41 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
         at = [p.seconds for p in front], [p.total_error for p in front]
         time.plot(*at, dash, color="0.75", lw=4)
     grids = list(dict.fromkeys(point.samples for point in result.points))
+    shades = dict(zip(grids, _shades(len(grids)), strict=True))
     for point in result.points:
-        colour = f"C{grids.index(point.samples)}"
+        colour = shades[point.samples]
         style = {"marker": MARKERS[point.flow.method], "color": colour, "ls": "", "ms": 6}
         time.plot(point.seconds, point.total_error, **style)
         memory.plot(point.memory_bytes / 1e6, point.total_error, **style)
-    for number, samples in enumerate(grids):
+    for samples in grids:
         part = next(p.contact_error for p in result.points if p.samples == samples)
         for axes in (time, memory):
-            axes.axhline(part, color=f"C{number}", ls=":", lw=1)
+            axes.axhline(part, color=shades[samples], ls=":", lw=1)
     time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
     time.set_title(f"{title}: Pareto fronts, dashed without bounds")
+    time.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 0.8)))
     memory.set(xlabel="resident memory [MB]", title="dotted: the contact grid's part")
-    _keys(memory, grids, result.points)
+    _keys(memory, shades, result.points)
     figure.savefig(path)
     return path
 
 
-def _keys(axes: "Axes", grids: list[tuple[int, int]], points: Sequence[Point]) -> None:
+def _shades(number: int) -> list[tuple[float, ...]]:
+    """Colours from light (coarse) to dark (fine), which keep their order in grey print."""
+    from matplotlib import colormaps
+
+    return [colormaps["plasma"](0.85 * (1 - k / max(number - 1, 1))) for k in range(number)]
+
+
+def _keys(
+    axes: "Axes", shades: dict[tuple[int, int], tuple[float, ...]], points: Sequence[Point]
+) -> None:
     """Name colours (contact grids) and markers (flow methods) beside the axes."""
     from matplotlib.lines import Line2D
 
     entries = [
-        Line2D([], [], color=f"C{k}", marker="o", ls="", label=f"contact {' x '.join(map(str, g))}")
-        for k, g in enumerate(grids)
+        Line2D([], [], color=shade, marker="o", ls="", label=f"contact {nx} x {ny}")
+        for (nx, ny), shade in shades.items()
     ]
     for method in dict.fromkeys(point.flow.method for point in points):
         entries.append(
@@ -145,21 +159,26 @@ def saddle_figure(series: Sequence[Sequence[SaddlePoint]], path: Path) -> Path:
     """
     figure = _figure(10, 4.4)
     rates, slopes = figure.subplots(1, 2)
-    for points in series:
+    for points, marker in zip(series, cycle("osD^v")):
         label = f"{points[0].samples} samples a period"
         distance = [point.distance for point in points]
-        rates.plot(distance, [point.leak_rate for point in points], "o-", ms=4, lw=1, label=label)
+        style = {"marker": marker, "ms": 4, "lw": 1}
+        rates.plot(distance, [point.leak_rate for point in points], label=label, **style)
         local = local_exponents(points)
         at, value = [e.distance for e in local], [e.value for e in local]
-        slopes.errorbar(at, value, [e.error for e in local], fmt="o-", ms=4, lw=1, capsize=2)
+        slopes.errorbar(at, value, [e.error for e in local], capsize=2, **style)
     near = series[-1][-1]
     law = [near.leak_rate * (x / near.distance) ** EXPONENT for x in distance]
-    rates.plot(distance, law, "k--", lw=1, label="(p_c - p)^(69/20)")
+    rates.plot(distance, law, "k--", lw=1, label="$(p_c - p)^{69/20}$")
     slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
     rates.set(xscale="log", yscale="log", ylabel="leak rate [H³ Δp/(12 η)]")
-    slopes.set(xscale="log", ylabel="d ln Q / d ln(p_c - p)", title="dashed: 69/20")
+    slopes.set(
+        xscale="log",
+        ylabel="$d\\,\\ln Q\\,/\\,d\\,\\ln(p_c - p)$",
+        title="local exponent (dashed: 69/20)",
+    )
     for axes in (rates, slopes):
-        axes.set_xlabel("(p_c - p) / p_c")
+        axes.set_xlabel("distance in load, $(p_c - p)\\,/\\,p_c$")
     rates.legend(frameon=False, fontsize=8)
     figure.savefig(path)
     return path

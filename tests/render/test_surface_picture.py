@@ -7,6 +7,7 @@ from PIL import Image
 from project import ROOT, write_toml
 
 from fem_seal import cli
+from fem_seal.digits import with_error
 from fem_seal.grid import GridField
 from fem_seal.render.surface import draw_heights, draw_spectrum
 from fem_seal.surface import Spectrum, fit_spectrum, self_affine
@@ -39,7 +40,7 @@ def test_spectrum_shows_rings_fit_and_cut_offs():
     assert np.array_equal(line.get_data(), [fit.wavenumber, fit.density])
     assert long.get_xdata()[0] == pytest.approx(2 * np.pi / fit.long_wavelength)
     assert short.get_xdata()[0] == pytest.approx(2 * np.pi / fit.short_wavelength)
-    assert line.get_label() == f"H = {fit.hurst:.3f} ± {fit.hurst_error:.3f}"
+    assert line.get_label() == f"H = {with_error(fit.hurst, fit.hurst_error)}"
 
 
 @pytest.mark.render
