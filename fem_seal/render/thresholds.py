@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "pdf")
 MARKERS = ("o", "s", "^", "D", "v", "p")
-# Points of equal cut-off stand side by side, this factor apart, in the order of n.
-APART = 1.055
+# Points of equal cut-off stand side by side, this factor apart, in the order of n and H.
+APART = 1.05
 # What is pale in the figure: Hurst exponents other than the largest.
 PALE = 0.45
 
@@ -45,7 +45,7 @@ KINDS = (
         "elastic",
         "corrected",
         "corrected_spread",
-        "#1f4e9e",
+        "#16805f",
         False,
     ),
 )
@@ -88,14 +88,15 @@ def _draw(figure: "Figure", rows: Sequence[ThresholdRow]) -> None:
 
     axes = figure.subplots()
     sizes = sorted({row.n for row in rows})
+    ensembles = sorted({(row.n, row.hurst) for row in rows})
     steepest = max(row.hurst for row in rows)
     for row in rows:
-        k = sizes.index(row.n)
-        at = row.short * APART ** (k - 0.5 * (len(sizes) - 1))
+        place = ensembles.index((row.n, row.hurst)) - 0.5 * (len(ensembles) - 1)
+        marker = MARKERS[sizes.index(row.n) % len(MARKERS)]
         alpha = 1.0 if row.hurst == steepest else PALE
         for kind in KINDS:
             if kind.model == row.model:
-                _point(axes, row, kind, at, MARKERS[k % len(MARKERS)], alpha)
+                _point(axes, row, kind, row.short * APART**place, marker, alpha)
     axes.set(xlabel="short cut-off λs [samples]", ylabel="percolation threshold A*/A0")
     axes.set_xscale("log", base=2)
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
@@ -103,7 +104,7 @@ def _draw(figure: "Figure", rows: Sequence[ThresholdRow]) -> None:
     axes.set_xticks(sorted({row.short for row in rows}))
     left, right = axes.get_xlim()
     axes.set_xlim(left, right * 1.25)
-    for height, name in ((0.5, "1/2"), (ELASTIC_THRESHOLD, "the letter,\nelastic")):
+    for height, name in ((0.5, "one half"), (ELASTIC_THRESHOLD, "the letter's\nelastic contact")):
         axes.axhline(height, color="0.55", linewidth=0.8, zorder=0)
         axes.text(right * 1.2, height, name, va="bottom", ha="right", fontsize=7, color="0.35")
     _legend(figure, sizes, sorted({row.hurst for row in rows}))
