@@ -3,25 +3,27 @@
 import base64
 import html
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from fem_seal.errors import InvalidInput
-from fem_seal.quantities.constriction import Constriction
-from fem_seal.quantities.threshold import Threshold
+from fem_seal.digits import rounded_down, rounded_up
+from fem_seal.leak_rate import Level, rate_text
 from fem_seal.render.aside import written_aside
 from fem_seal.render.report_page import PAGE
-from fem_seal.results.words import constriction_words, threshold_words
+from fem_seal.results import Result
+from fem_seal.results.words import summary_of
 
 CAPTIONS = {
+    "flow": "Where it leaks: flow density on a logarithmic scale.",
+    "gap": "The gap; contact is grey.",
     "contact": "Contact and open domains; the largest connected one of each is coloured.",
-    "gap": "Gap; contact is grey.",
     "shape": "Mesh of the film before refinement, with its inlet, outlet and walls.",
-    "flow": "Flow density on a logarithmic scale; weaker flow takes the colour of the lower end.",
     "pressure": "Pressure in the part of the gap that carries flow.",
     "mesh": "Mesh of the last solve, and its surroundings of strongest flow.",
-    "bounds": "Bounds of the leak rate and half-width of the bracket against unknowns.",
+    "bounds": "How sure: bounds of the leak rate and half-width of their bracket against unknowns.",
 }
+NO_PICTURES = "<p>None. fem-seal render draws them.</p>"
 PICTURES = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
 
 
@@ -30,7 +32,7 @@ def report(folder: str | Path) -> Path:
 
     Parameters
     ----------
-    folder : holds result.json and any pictures (.png, .gif, .svg)
+    folder : of `fem_seal.run`, with any pictures (.png, .gif, .svg) in it
 
     Returns
     -------
@@ -39,16 +41,22 @@ def report(folder: str | Path) -> Path:
     Raises
     ------
     InvalidInput
-        If result.json is missing, is not JSON or does not hold a leak rate or a contact; or if
-        the folder cannot be written to.
+        If the folder holds no result, or cannot be written to.
     """
     folder = Path(folder)
-    result = _read_result(folder / "result.json")
+    result = Result.from_folder(folder)
+    numbers = result.model_dump(mode="json", by_alias=True)
+    levels, provenance = numbers.pop("levels"), numbers.pop("provenance")
+    scene = provenance.pop("scene")
     text = PAGE.substitute(
         title=html.escape(folder.resolve().name),
         verdict=html.escape(verdict(result)),
-        pictures="\n".join(_figure(path) for path in _pictures(folder)),
-        rows="\n".join(_row(name, value) for name, value in flat(result)),
+        summary=_table(summary_of(result)),
+        pictures="\n".join(_figures(folder, result)) or NO_PICTURES,
+        scene=_table(flat(scene)),
+        levels=_levels(levels),
+        numbers=_table(flat(numbers)),
+        provenance=_table(flat(provenance)),
     )
     path = folder / "report.html"
     with written_aside(path) as aside:
@@ -56,54 +64,24 @@ def report(folder: str | Path) -> Path:
     return path
 
 
-def verdict(result: Mapping) -> str:
-    """Say in words what the numbers of a result mean.
-
-    Parameters
-    ----------
-    result : contents of result.json; "state" and "leak_rate" where there was a flow, and
-        "contact_area_fraction" where there was a contact
-    """
-    sentences = []
-    leak = result.get("leak_rate")
-    if result.get("state") == "sealed":
-        sentences.append("Sealed: no open path joins inlet and outlet, the leak rate is zero.")
-    elif leak and leak.get("lower") is not None:
-        lower, upper, unit = leak["lower"], leak["upper"], leak["unit"]
-        half = 100 * (upper - lower) / (upper + lower) if upper > 0 else 0.0
-        sentences.append(
-            f"Leaking: the leak rate is {leak['value']:.4g} {unit}, surely between {lower:.4g} and "
-            f"{upper:.4g} {unit} (±{half:.2g} %)."
-        )
-    elif leak:
-        sentences.append(
-            f"Leaking: the leak rate is {leak['value']:.4g} {leak['unit']}, no bounds."
-        )
-    shown = result.get("leak_rate_shown")
-    if shown and shown.get("lower") is not None:
-        sentences.append(
-            f"In {shown['unit']}: {shown['value']:.4g}, between {shown['lower']:.4g} and "
-            f"{shown['upper']:.4g}."
-        )
-    decided = result.get("verdict") or {}
-    if decided.get("limit"):
-        sentences.append(f"Verdict: {decided['sentence']}.")
-    found = result.get("quantities") or {}
-    if found.get("constriction"):
-        words = constriction_words(Constriction(**found["constriction"]))
-        sentences.append(f"Tightest place: {words}.")
-    if found.get("threshold"):
-        sentences.append(f"Threshold: {threshold_words(Threshold(**found['threshold']))}.")
-    if result.get("contact_area_fraction") is not None:
-        share = 100 * result["contact_area_fraction"]
-        sentences.append(f"{share:.3g} % of the nominal area is in contact.")
-    if result.get("converged") is False:
-        sentences.append("The tolerance asked for was not reached.")
-    return " ".join(sentences)
+def verdict(result: Result) -> str:
+    """Say in a sentence or two what was asked: how much leaks and how sure that is."""
+    leak = result.leak_rate_shown or result.leak_rate
+    if leak is None:
+        sentence = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact."
+    elif result.state == "sealed":
+        sentence = "Sealed: no open path joins inlet and outlet, the leak rate is zero."
+    else:
+        sentence = f"Leaking: {rate_text(leak.value, leak.lower, leak.upper, leak.unit)}."
+    if result.verdict and result.verdict.limit and result.state != "sealed":
+        sentence += f" Verdict: {result.verdict.sentence}."
+    if not result.converged:
+        sentence += f" What was asked for was not reached: {result.reason}."
+    return sentence
 
 
-def flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
-    """Name every number of nested results by its path, "leak_rate.lower".
+def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
+    """Name every number of nested results by its path, "leak_rate.lower"; leave out what is null.
 
     Parameters
     ----------
@@ -115,47 +93,68 @@ def flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
     elif isinstance(value, list) and any(isinstance(inner, dict | list) for inner in value):
         for k, inner in enumerate(value):
             yield from flat(inner, f"{name}[{k}]")
-    else:
-        yield name, value
+    elif value is not None and value != "":
+        yield name, _shown(value)
 
 
-def _read_result(path: Path) -> dict:
-    if not path.is_file():
-        raise InvalidInput(f"{path.parent} holds no result.json: a report needs a result folder")
-    try:
-        result = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:  # not UTF-8 or not JSON
-        raise InvalidInput(f"{path} is not readable JSON: {error}") from error
-    if not isinstance(result, dict) or not {"leak_rate", "contact_area_fraction"} & set(result):
-        raise InvalidInput(f"{path} holds neither leak_rate nor contact_area_fraction")
-    leak = result.get("leak_rate")
-    if leak is not None and not (isinstance(leak, dict) and {"value", "unit"} <= set(leak)):
-        raise InvalidInput(f"{path}: leak_rate needs value and unit, got {leak!r}")
-    return result
+def _shown(value: object) -> str:
+    if isinstance(value, float):
+        # More digits than any of these numbers is sure of, fewer than float noise shows.
+        return f"{value:.8g}"
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
-def _pictures(folder: Path) -> list[Path]:
-    """Pictures of the folder, those with captions first and in their order."""
-    order = {name: k for k, name in enumerate(CAPTIONS)}
-    found = [
-        path
+def _table(rows: Iterable[tuple[str, str]]) -> str:
+    cells = (f"<tr><th>{html.escape(n)}</th><td>{html.escape(v)}</td></tr>" for n, v in rows)
+    return "<table>\n" + "\n".join(cells) + "\n</table>"
+
+
+def _levels(levels: list[dict]) -> str:
+    """The refinement, one mesh a line, bounds rounded outwards."""
+    if not levels:
+        return "<p>No bounds were computed.</p>"
+    head = ("mesh", "unknowns", "at least [m³/s]", "at most [m³/s]", "half-width", "time [s]")
+    rows = [_cells("th", head)]
+    for k, level in enumerate(levels, 1):
+        lower, upper = level["lower"], level["upper"]
+        half_width = 100 * (upper - lower) / (upper + lower) if upper > 0 else 0.0
+        seconds = f"{sum(level['seconds'].values()):.2g}"
+        bounds = rounded_down(lower), rounded_up(upper)
+        texts = (str(k), str(level["unknowns"]), *bounds, f"{half_width:.2g} %", seconds)
+        rows.append(_cells("td", texts))
+    return '<table class="levels">\n' + "\n".join(rows) + "\n</table>"
+
+
+def _cells(tag: str, texts: Iterable[str]) -> str:
+    return "<tr>" + "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in texts) + "</tr>"
+
+
+def _figures(folder: Path, result: Result) -> Iterator[str]:
+    """The pictures of the folder, those with captions first and in their order, and the bounds."""
+    found = {
+        path.name: path.read_bytes()
         for path in folder.iterdir()
         if path.suffix in PICTURES and path.is_file() and not path.name.startswith(".")
-    ]
-    return sorted(found, key=lambda path: (order.get(path.stem, len(order)), path.name))
+    }
+    if any(level.upper > 0 for level in result.levels):
+        found.setdefault("bounds.png", _bounds(result))
+    order = {name: k for k, name in enumerate(CAPTIONS)}
+    for name in sorted(found, key=lambda name: (order.get(Path(name).stem, len(order)), name)):
+        yield _figure(Path(name), found[name])
 
 
-def _figure(path: Path) -> str:
-    data = base64.b64encode(path.read_bytes()).decode("ascii")
-    caption = html.escape(CAPTIONS.get(path.stem, path.stem))
-    source = f"data:{PICTURES[path.suffix]};base64,{data}"
+def _bounds(result: Result) -> bytes:
+    from fem_seal.render.bounds import bounds_plot
+
+    levels = [Level(one.unknowns, one.cells, one.lower, one.upper) for one in result.levels]
+    with TemporaryDirectory() as scratch:
+        return bounds_plot(levels, Path(scratch) / "bounds.png").read_bytes()
+
+
+def _figure(name: Path, picture: bytes) -> str:
+    data = base64.b64encode(picture).decode("ascii")
+    caption = html.escape(CAPTIONS.get(name.stem, name.stem))
+    source = f"data:{PICTURES[name.suffix]};base64,{data}"
     return (
         f'<figure><img src="{source}" alt="{caption}"><figcaption>{caption}</figcaption></figure>'
     )
-
-
-def _row(name: str, value: object) -> str:
-    # Eight digits: more than any of these numbers is sure of, fewer than float noise shows.
-    shown = f"{value:.8g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
-    shown = value if isinstance(value, str) else shown
-    return f"<tr><th>{html.escape(name)}</th><td>{html.escape(shown)}</td></tr>"

@@ -12,6 +12,7 @@ PAGE = Template("""<!DOCTYPE html>
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 70rem; margin: 2rem auto;
        padding: 0 1rem; }
 h1 { font-size: 1.5rem; }
+h2 { font-size: 1.2rem; margin-top: 2rem; }
 .verdict { font-size: 1.15rem; border-left: 4px solid #2654a4; padding: 0.3rem 0 0.3rem 1rem; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(26rem, 100%), 1fr));
             gap: 1.5rem; }
@@ -22,19 +23,34 @@ table { border-collapse: collapse; width: 100%; font-size: 0.9rem; }
 th { text-align: left; font-weight: normal; color: #555; vertical-align: top; }
 th, td { padding: 0.2rem 1rem 0.2rem 0; border-bottom: 1px solid #ddd; }
 td { font-variant-numeric: tabular-nums; overflow-wrap: anywhere; }
+.levels th, .levels td { text-align: right; padding: 0.2rem 0 0.2rem 0.5rem; }
+summary { cursor: pointer; font-size: 1.1rem; margin-top: 1rem; }
 @media print { .pictures { display: block; } figure { break-inside: avoid; } }
 </style>
 </head>
 <body>
 <h1>$title</h1>
 <p class="verdict">$verdict</p>
+$summary
+<h2>Pictures</h2>
 <section class="pictures">
 $pictures
 </section>
-<h2>Numbers</h2>
-<table>
-$rows
-</table>
+<h2>What was asked</h2>
+<p>The scene; numbers without a unit are SI.</p>
+$scene
+<details>
+<summary>How the bounds closed, mesh by mesh</summary>
+$levels
+</details>
+<details>
+<summary>All numbers of result.json, in SI units</summary>
+$numbers
+</details>
+<details>
+<summary>Versions and input files</summary>
+$provenance
+</details>
 </body>
 </html>
 """)

@@ -1,7 +1,6 @@
 """The report holds every number and picture of its folder and refers to nothing outside itself."""
 
 import base64
-import json
 import re
 from html.parser import HTMLParser
 
@@ -9,76 +8,95 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from fem_seal import job
 from fem_seal.errors import InvalidInput
-from fem_seal.render.report import flat, report, verdict
+from fem_seal.render.report import CAPTIONS, flat, report, verdict
+from fem_seal.results import Result
+from fem_seal.results.result import Bounds
+from fem_seal.results.words import summary_of
+from fem_seal.scene import Scene
 
-RESULT = {
-    "schema": 1,
-    "state": "leaking",
-    "leak_rate": {"value": 2.0e-15, "lower": 1.9e-15, "upper": 2.1e-15, "unit": "m^3/s"},
-    "contact_area_fraction": 0.4123,
-    "converged": True,
-    "seconds": {"contact": 1.5, "total": 12.25},
-    "provenance": {"scene": "a <b> & 'c'", "seed": 7},
-    "levels": [{"unknowns": 100}, {"unknowns": 200}],
-    "shape": [512, 256],
-}
+VOID = {"meta", "img"}
 
 
 class Page(HTMLParser):
-    """Cells, texts and image sources of a page; complains about tags that do not match."""
+    """Rows of cells, texts and image sources of a page; complains about tags that do not match."""
 
     def __init__(self, text):
         super().__init__()
-        self.open, self.cells, self.sources, self.references = [], [], [], []
+        self.open, self.rows, self.references = [], [], []
+        self.texts = {}
         self.feed(text)
         assert not self.open
 
     def handle_starttag(self, tag, attributes):
-        if tag not in {"meta", "img"}:
+        if tag not in VOID:
             self.open.append(tag)
-        self.sources += [value for name, value in attributes if name == "src"]
+        if tag == "tr":
+            self.rows.append([])
         self.references += [value for name, value in attributes if name in {"src", "href"}]
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        if self.open and self.open[-1] in {"th", "td"}:
-            self.cells.append(data)
+        if not self.open:
+            return
+        if self.open[-1] in {"th", "td"}:
+            self.rows[-1].append(data)
+        self.texts.setdefault(self.open[-1], []).append(data)
+
+    @property
+    def pictures(self):
+        return [base64.b64decode(source.split(",", 1)[1]) for source in self.references]
+
+
+def read(path):
+    return Page(path.read_text(encoding="utf-8"))
 
 
 @pytest.fixture
-def folder(tmp_path):
-    folder = tmp_path / "A & B"
-    folder.mkdir()
-    (folder / "result.json").write_text(json.dumps(RESULT), encoding="utf-8")
-    for name in ("zebra", "flow", "contact"):
+def folder(small_scene, tmp_path):
+    """A result without bounds, and pictures of which one has no caption of ours."""
+    folder = tmp_path / "A & B <ü>"
+    job.run(Scene.from_mapping(small_scene), folder)
+    for name in ("zebra", "gap", "flow"):
         pixels = np.full((4, 4, 3), len(name), dtype=np.uint8)
         Image.fromarray(pixels).save(folder / f"{name}.png")
     return folder
 
 
+def changed(folder, **fields):
+    return Result.from_folder(folder).model_copy(update=fields)
+
+
 def test_every_number_and_picture_is_inside(folder):
     path = report(folder)
     assert path == folder / "report.html"
-    page = Page(path.read_text(encoding="utf-8"))
-    rows = dict(zip(page.cells[::2], page.cells[1::2], strict=True))
-    assert float(rows["leak_rate.lower"]) == 1.9e-15
-    assert float(rows["seconds.total"]) == 12.25
-    assert rows["levels[1].unknowns"] == "200"
-    assert rows["shape"] == "[512, 256]"
-    assert rows["provenance.scene"] == "a <b> & 'c'"  # escaped in the file, whole for the reader
-    assert len(rows) == len(list(flat(RESULT)))
-    pictures = [base64.b64decode(source.split(",", 1)[1]) for source in page.sources]
-    expected = [(folder / f"{name}.png").read_bytes() for name in ("contact", "flow", "zebra")]
-    assert pictures == expected
+    page = read(path)
+    assert page.texts["h1"] == [folder.name]  # escaped in the file, whole for the reader
+    result = Result.from_folder(folder)
+    numbers = result.model_dump(mode="json", by_alias=True)
+    assert numbers.pop("levels") == []  # have a table of their own
+    provenance = numbers.pop("provenance")
+    scene = provenance.pop("scene")
+    for rows in (summary_of(result), flat(numbers), flat(scene), flat(provenance)):
+        for row in rows:
+            assert list(row) in page.rows
+    expected = [(folder / f"{name}.png").read_bytes() for name in ("flow", "gap", "zebra")]
+    assert page.pictures == expected
+    assert page.texts["figcaption"] == [CAPTIONS["flow"], CAPTIONS["gap"], "zebra"]
+
+
+def test_flat_leaves_out_what_is_not_there():
+    nested = {"a": {"b": 1.0 / 3.0, "c": None, "d": ""}, "e": [{"f": True}], "g": [1, 2]}
+    assert dict(flat(nested)) == {"a.b": "0.33333333", "e[0].f": "true", "g": "[1, 2]"}
 
 
 def test_nothing_outside_is_referred_to(folder):
     text = report(folder).read_text(encoding="utf-8")
     assert all(reference.startswith("data:") for reference in Page(text).references)
-    assert not re.search(r"https?://|@import|url\(", text)
+    assert not re.search(r"https?://|@import|url\(|<script", text)
 
 
 def test_reports_can_be_repeated(folder):
@@ -86,52 +104,52 @@ def test_reports_can_be_repeated(folder):
     assert report(folder).read_bytes() == first
 
 
-def test_verdict_names_bounds_and_their_width():
-    text = verdict(RESULT)
-    assert "between 1.9e-15 and 2.1e-15 m^3/s (±5 %)" in text  # 0.2 / 4.0
-    assert "41.2 % of the nominal area" in text
-    assert "not reached" not in text
+def test_bounds_are_drawn_and_listed(small_scene, tmp_path):
+    """Each mesh a line whose bounds enclose those of the result."""
+    small_scene["flow"] |= {"method": "uniform", "rtol": 0.5}
+    result = job.run(Scene.from_mapping(small_scene), tmp_path / "out")
+    page = read(report(tmp_path / "out"))
+    assert page.texts["figcaption"] == [CAPTIONS["bounds"]]
+    assert page.pictures[0].startswith(b"\x89PNG")
+    assert not (tmp_path / "out" / "bounds.png").exists()
+    head = next(k for k, row in enumerate(page.rows) if row[0] == "mesh")
+    rows = page.rows[head + 1 : head + 1 + len(result.levels)]
+    for row, level in zip(rows, result.levels, strict=True):
+        assert int(row[1]) == level.unknowns
+        assert float(row[2]) <= level.lower <= level.upper <= float(row[3])
 
 
-def test_verdict_of_other_results():
-    assert verdict({"state": "sealed", "leak_rate": None}).startswith("Sealed")
-    assert "not reached" in verdict(RESULT | {"converged": False})
-    plain = verdict({"state": "leaking", "leak_rate": {"value": 1.0, "unit": "m^3/s"}})
-    assert plain == "Leaking: the leak rate is 1 m^3/s, no bounds."
-    assert verdict({"contact_area_fraction": 0.1}) == "10 % of the nominal area is in contact."
+def test_verdict_names_bounds_and_their_width(folder):
+    bounded = changed(folder, leak_rate=Bounds(value=2.0e-15, lower=1.9e-15, upper=2.1e-15))
+    assert verdict(bounded) == "Leaking: 2e-15 m^3/s, within [1.9e-15, 2.1e-15] (±5 %)."  # 0.2/4
+    unfinished = bounded.model_copy(update={"converged": False, "reason": "max_seconds"})
+    assert verdict(unfinished).endswith("not reached: max_seconds.")
 
 
-def test_verdict_against_a_limit_in_the_unit_of_the_scene():
-    tightest = {"x": 1e-6, "y": 2e-6, "gap": 3e-7, "width": 4e-6, "pressure_share": 0.25}
-    more = {
-        "leak_rate_shown": {"value": 2.0, "lower": 1.9, "upper": 2.1, "unit": "nl/h"},
-        "verdict": {"decision": "within limit", "sentence": "within limit: at most", "limit": "3"},
-        "quantities": {
-            "constriction": tightest,
-            "threshold": {"model": "bearing", "area_leaking": 0.49, "area_sealed": 0.5},
-        },
-    }
-    text = verdict(RESULT | more)
-    for words in (
-        "In nl/h: 2, between 1.9 and 2.1.",
-        "Verdict: within limit: at most.",
-        "0.3 um high, 4 um wide, at x = 1 um, y = 2 um; takes 25 % of the pressure drop",
-        "Threshold: seals between A/A0 = 0.49 and 0.5.",
-    ):
-        assert words in text
-    # Without a limit there is nothing to decide.
-    assert "Verdict" not in verdict(RESULT | {"verdict": {"decision": "leaking", "limit": None}})
+def test_verdict_of_other_results(folder):
+    assert verdict(changed(folder, state="sealed")).startswith("Sealed")
+    assert "without bounds" in verdict(changed(folder))
+    alone = changed(folder, leak_rate=None, contact_area_fraction=0.1)
+    assert verdict(alone) == "10 % of the nominal area is in contact."
+
+
+def test_verdict_against_a_limit_in_the_unit_of_the_scene(small_scene, tmp_path):
+    small_scene["flow"] |= {"method": "uniform", "rtol": 0.5}
+    small_scene["limit"] = {"leak_rate": "1 ml/h"}
+    small_scene["output"]["leak_rate_unit"] = "nl/h"
+    text = verdict(job.run(Scene.from_mapping(small_scene), tmp_path / "out"))
+    assert re.match(r"Leaking: [\d.]+ nl/h, within \[", text)
+    assert "Verdict: within limit: at most" in text
 
 
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (None, "no result.json"),
-        (b"{", "not readable JSON"),
-        (b"\xff\xfe", "not readable JSON"),
-        (b"[1]", "neither leak_rate"),
-        (b"{}", "neither leak_rate"),
-        (b'{"leak_rate": 3}', "needs value and unit"),
+        (None, "cannot read the result"),
+        (b"{", "not a result"),
+        (b"\xff\xfe", "not a result"),
+        (b"[1]", "not a result"),
+        (b'{"leak_rate": 3}', "not a result"),
     ],
 )
 def test_folders_without_a_result_are_refused(tmp_path, content, message):
