@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from fem_seal.cli import main
+from fem_seal.contact.state import GapState
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.study import percolation as study
@@ -112,6 +113,18 @@ def test_brackets_hold_what_they_say():
         for end, expected in ((bracket.before, False), (bracket.after, True)):
             contact = MODELS["elastic"].press(surface, end.load, None, 1).contact
             assert bracket.criterion.crossed(contact) is expected
+
+
+def test_perimeter_is_that_of_the_pixels():
+    """A rectangle of 3 x 5 samples in contact has 2 (3 + 5) edges; one of width 1 over a side 2 n.
+
+    On the torus: the second rectangle meets itself and has no ends.
+    """
+    for part, edges in (((slice(2, 5), slice(1, 6)), 16), ((slice(None), 4), 16)):
+        gap = np.ones((8, 8))
+        gap[part] = 0
+        seen = Snapshot.of(GapState(GridField(gap, (1.0, 1.0), periodic=True)), 0.0)
+        assert seen.perimeter == pytest.approx(edges / gap.size, rel=1e-12)
 
 
 @pytest.mark.parametrize("model", MODELS)

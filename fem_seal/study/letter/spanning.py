@@ -74,6 +74,13 @@ class Snapshot:
     largest_open: float
     mean_gap: float
 
+    @property
+    def perimeter(self) -> float:
+        """Edges of pixels between contact and open, for each sample of the surface."""
+        from fem_seal.contact.state import PERIMETER_FACTOR
+
+        return (self.area - self.area_corrected) / PERIMETER_FACTOR
+
     @classmethod
     def of(cls, state: "GapState", load: float) -> "Snapshot":
         """Measure a contact."""

@@ -17,6 +17,7 @@ class ThresholdRow:
     corrected, corrected_spread : after the perimeter correction; elastic contact only
     contact_begins, open_ceases : the two areas whose mean A* is
     euler_contact, euler_open : at the contact nearest to A*, on the torus
+    perimeter : edges of pixels between contact and open there, for each sample of the surface
     largest_contact, largest_open : shares of A0 there
     constriction_gap : [m]; constriction_share : of the dissipation
     """
@@ -37,6 +38,7 @@ class ThresholdRow:
     open_ceases: float
     euler_contact: float
     euler_open: float
+    perimeter: float
     largest_contact: float
     largest_open: float
     constriction_gap: float | None
@@ -76,6 +78,7 @@ def _row(points: list[SeedThresholds], pair: str, edges: str) -> ThresholdRow:
         open_ceases=float(ceases),
         euler_contact=float(np.mean([end.euler_contact[contact] for end in near])),
         euler_open=float(np.mean([end.euler_open[open_] for end in near])),
+        perimeter=float(np.mean([end.perimeter for end in near])),
         largest_contact=float(np.mean([end.largest_contact for end in near])),
         largest_open=float(np.mean([end.largest_open for end in near])),
         constriction_gap=float(np.mean([t.gap for t in tight])) if tight else None,
