@@ -1,7 +1,7 @@
 """The effective conductivity tensor of a periodic cell, refined until its bounds agree."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,9 +10,11 @@ from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import GROWTH, ROUNDING, Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
+from fem_seal.flow.course import Course, out_of_reach
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.leak import NARROWEST, Limits, require_positive, unit_of_leak_rate
 from fem_seal.flow.marking import doerfler, halvings
+from fem_seal.flow.tensor_bounds import TensorBounds, relative_gap
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import Refinement, TooFine, bisect
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
@@ -20,67 +22,9 @@ from fem_seal.mesh.seams import squares_across, unmatched
 from fem_seal.topology.winding import periodic_sites, widest_winding
 
 LEAST_SQUARES = 4  # across the cell: fewer cannot tell a side from its copy
-LONG_COURSE = 16  # growth of the unknowns after which their course can be judged
-MOST_UNKNOWNS = 2**31 - 1  # that the indices of PETSc can number
-
-
-@dataclass(frozen=True, eq=False)
-class TensorBounds:
-    """Two matrices between which the tensor lies as a quadratic form.
-
-    lower, upper : (2, 2), e·lower·e <= e·K*·e <= e·upper·e for every direction e
-    unknowns : of the last mesh, for one direction; levels : (unknowns, relative gap) of each mesh
-    converged : the tolerance was reached; reason : one sentence if not, else ""
-    """
-
-    lower: np.ndarray
-    upper: np.ndarray
-    unknowns: int = 0
-    converged: bool = True
-    reason: str = ""
-    levels: tuple[tuple[int, float], ...] = ()
-
-    @property
-    def value(self) -> np.ndarray:
-        """Matrix geometric mean of both bounds, the upper one where there is no lower one."""
-        return geometric_mean(self.lower, self.upper)
-
-    def interval(self, i: int, j: int) -> tuple[float, float]:
-        """Bounds of one component, diagonal or not.
-
-        For 0 <= D <= W as quadratic forms |D_ij - W_ij/2| <= √(W_ii W_jj)/2, by Cauchy and
-        Schwarz for D - W/2, which lies between -W/2 and W/2.
-        """
-        W = self.upper - self.lower
-        middle = (self.lower + W / 2)[i, j]
-        half = np.sqrt(max(W[i, i], 0.0) * max(W[j, j], 0.0)) / 2
-        return float(middle - half), float(middle + half)
-
-
-def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Geometric mean A # B of two positive definite 2 × 2 matrices; B if A is singular.
-
-    √(ab)/√det(A/a + B/b) (A/a + B/b) with a = √det A, b = √det B (R. Bhatia, Positive Definite
-    Matrices, 2007, prop. 4.1.12). For a single channel both matrices are multiples of one.
-    """
-    a, b = (np.sqrt(max(np.linalg.det(M), 0.0)) for M in (A, B))
-    if a > 0 and b > 0:
-        total = A / a + B / b
-        return np.sqrt(a * b / np.linalg.det(total)) * total
-    traces = np.trace(A), np.trace(B)
-    if min(traces) > 0 and np.linalg.matrix_rank(B, tol=1e-9 * traces[1]) == 1:
-        return B * np.sqrt(traces[0] / traces[1])
-    return B
-
-
-def relative_gap(lower: np.ndarray, upper: np.ndarray) -> float:
-    """Largest (u - l)/√(l u) of u = e·upper·e and l = e·lower·e over directions e that flow."""
-    values, vectors = np.linalg.eigh(upper)
-    flowing = vectors[:, values > 1e-9 * values.max()] / np.sqrt(
-        values[values > 1e-9 * values.max()]
-    )
-    ratio = np.linalg.eigvalsh(flowing.T @ lower @ flowing).min()
-    return float((1 - ratio) / np.sqrt(ratio)) if ratio > 0 else np.inf
+# Of the largest conductivity: without ends of given pressure, what conducts less drowns in the
+# rounding of the pressure where the gap is open.
+LEAST_CONDUCTIVITY = 1e-15
 
 
 def conductivity_tensor(
@@ -144,9 +88,26 @@ def conductivity_tensor(
     Lx, Ly = scaled.size
     # From fluxes per jump to mean flux per gradient: D A* D/(Lx Ly), D = diag(Lx, Ly).
     lengths = np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])
-    found = _refined(represented, width, rtol, limits, tuning, comm, progress)
+    doubt = _rounding_doubt(narrowest)
+    try:
+        found = _refined(represented, width, rtol, limits, tuning, comm, progress)
+    except NotConverged as error:
+        raise NotConverged(f"{error}{doubt}") from None
+    if not found.converged:
+        found = replace(found, reason=f"{found.reason}{doubt}")
     scale = per_pascal * lengths
     return replace(found, lower=found.lower * scale, upper=found.upper * scale)
+
+
+def _rounding_doubt(narrowest: float) -> str:
+    """Say so if conductivities differ by more than double precision holds; gap over its largest."""
+    if narrowest**3 >= LEAST_CONDUCTIVITY:
+        return ""
+    return (
+        f" (the tightest place on the widest way around the cell conducts {narrowest**3:.0e} of "
+        f"the largest gap; double precision holds {LEAST_CONDUCTIVITY:.0e}: set gaps to 0 where "
+        "they are contact)"
+    )
 
 
 def _refined(
@@ -162,7 +123,7 @@ def _refined(
     started, levels, reason = time.perf_counter(), [], ""
     strategy = Strategy(rtol=rtol, max_unknowns=limits.unknowns, tuning=tuning)
 
-    def why_stop(course: list[tuple[int, float]]) -> str:
+    def why_stop(course: Course) -> str:
         return comm.bcast(limits.exceeded(started) or out_of_reach(course, rtol))
 
     # Meshes are nested: the last upper bound is the least, and the last lower one the greatest.
@@ -187,35 +148,6 @@ def _refined(
         reason = f"{reason}; the tensor is known to {reached:.2g}, {rtol:.2g} was asked for"
     lower, upper = lower * (1 - ROUNDING), upper * (1 + ROUNDING)
     return TensorBounds(lower, upper, unknowns, not reason, reason, tuple(levels))
-
-
-def out_of_reach(course: Sequence[tuple[int, float]], rtol: float) -> str:
-    """Say so if the relative gap falls too slowly ever to reach a tolerance, "" if it may.
-
-    A line of tiny gaps must be resolved along its whole length, by as many unknowns as it is times
-    narrower than a pixel, whereas the cost of a tight spot grows as its logarithm. So the course
-    tells: the order p of gap ~ unknowns^-p over the last sixteenfold growth.
-
-    Parameters
-    ----------
-    course : (unknowns, relative gap if the closed cells were resolved) of each mesh
-    rtol : tolerance
-    """
-    unknowns, gap = course[-1]
-    grown = [k for k, (n, _) in enumerate(course) if LONG_COURSE * n <= unknowns]
-    if not grown or gap <= rtol:
-        return ""
-    first = course[grown[-1] :]
-    # What has risen since then is new: of it nothing is known yet.
-    if not gap < first[0][1] < np.inf or max(g for _, g in first) > first[0][1]:
-        return ""
-    order = np.log(first[0][1] / gap) / np.log(unknowns / first[0][0])
-    if np.log(unknowns) + np.log(gap / rtol) / order < np.log(MOST_UNKNOWNS):
-        return ""
-    return (
-        f"at the rate of the last meshes more than {MOST_UNKNOWNS} unknowns would be needed, and "
-        "no more can be numbered; if the lowest gaps are contact, set them to 0"
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,10 +205,10 @@ def _levels(
     width: int,
     strategy: Strategy,
     comm: MPI.Comm,
-    why_stop: Callable[[list[tuple[int, float]]], str],
+    why_stop: Callable[[Course], str],
 ) -> Iterator[_Found]:
     start, most, tuning = _first(gap, width), strategy.max_unknowns or np.inf, strategy.tuning
-    course: list[tuple[int, float]] = []
+    course: Course = []
     while True:
         problem = CellProblem(gap, start.mesh, start.values, comm, tuning.tolerance)
         if course and problem.unknowns > most:

@@ -7,16 +7,13 @@ import numpy as np
 import pytest
 from gaps import represented, rough_gap
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fenicsx import MPI
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
-from fem_seal.flow.cell_tensor import (
-    TensorBounds,
-    conductivity_tensor,
-    geometric_mean,
-    relative_gap,
-)
+from fem_seal.flow.cell_tensor import conductivity_tensor
+from fem_seal.flow.course import LONG, MOST_UNKNOWNS, out_of_reach
+from fem_seal.flow.tensor_bounds import TensorBounds, geometric_mean, relative_gap
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh
 
@@ -300,6 +297,75 @@ def test_limit_of_unknowns():
     assert "more than 3000 unknowns" in found.reason
     assert found.unknowns <= 3000
     assert np.trace(found.lower) > 0
+
+
+class ThirdMesh(Limits):
+    """A limit that is met after three meshes."""
+
+    def exceeded(self, started):
+        self.__dict__["meshes"] = self.__dict__.get("meshes", 0) + 1
+        return "three meshes are enough" if self.meshes == 3 else ""
+
+
+def test_the_mesh_at_a_limit_is_certified():
+    """Both bounds of the last mesh are there, though its tolerance was far and the next barred."""
+    first = on_first_mesh(rough(8, 0.4))
+    found = tensor(rough(8, 0.4), rtol=0.001, limits=ThirdMesh())
+    assert found.reason.startswith("three meshes are enough; the tensor is known to")
+    assert found.unknowns > first.unknowns
+    # Meshes are nested, and so are the bounds of finer ones.
+    assert np.linalg.eigvalsh(first.upper - found.upper).min() > 0
+    assert np.linalg.eigvalsh(found.lower - first.lower).min() > 0
+    assert np.isfinite(found.levels[-1][1])
+
+
+def closed_both_ways(least):
+    """A cell that a row and a column of small gaps cross."""
+    values = 0.5 + 0.5 * np.random.default_rng(0).random((16, 16))
+    values[3], values[:, 5] = least, least
+    return cell(values)
+
+
+def test_a_cell_closed_by_lines_of_tiny_gaps_ends():
+    """To resolve a gap of 1e-30 all along a line takes 1e30 triangles: the bounds say how far."""
+    found = tensor(closed_both_ways(1e-30), rtol=0.1)
+    assert not found.converged
+    assert f"more than {MOST_UNKNOWNS} unknowns would be needed" in found.reason
+    assert "conducts 1e-90 of the largest gap" in found.reason
+    assert np.linalg.eigvalsh(found.lower).min() > 0
+    assert found.unknowns < 2 * LONG * found.levels[0][0]
+
+
+def test_contrast_beyond_double_precision():
+    """The pressure of open regions is known to 1e-16 only, which drowns what the lines conduct."""
+    with pytest.raises(NotConverged, match="conducts 1e-18 of the largest gap; double precision"):
+        tensor(closed_both_ways(1e-6), representation="constant", rtol=0.1)
+    with pytest.raises(InvalidInput, match="1e-70 of the largest gap; its cube is beyond double"):
+        tensor(closed_both_ways(1e-70))
+
+
+def course(order, gap=1e6, start=1000, growth=1.5, rise=()):
+    """Relative gaps that fall as unknowns^-order from mesh to mesh."""
+    unknowns = [round(start * growth**k) for k in range(8)]
+    gaps = [gap * (n / start) ** -order for n in unknowns]
+    return list(zip(unknowns, [*gaps[: len(gaps) - len(rise)], *rise], strict=True))
+
+
+def test_what_is_out_of_reach():
+    """From gap g at n unknowns, order p takes n (g/rtol)^(1/p) of them."""
+    slow = course(1)
+    n, gap = slow[-1]
+    assert slow[-1][0] >= LONG * slow[0][0]
+    # Exactly as many as there are, and a little more.
+    rtol = gap * n / MOST_UNKNOWNS
+    assert not out_of_reach(slow, 1.001 * rtol)
+    assert out_of_reach(slow, 0.999 * rtol)
+    assert not out_of_reach(course(3), 0.01)
+    # Too early to tell; new resistance that was just found; nothing known; done.
+    assert not out_of_reach(slow[:-1], 1e-9)
+    assert not out_of_reach(course(1, rise=(2e6, 9e5)), 1e-9)
+    assert not out_of_reach(course(1, gap=np.inf), 1e-9)
+    assert not out_of_reach(slow, gap)
 
 
 def test_gap_that_is_not_periodic():

@@ -5,7 +5,7 @@ import pytest
 
 from fem_seal import job
 from fem_seal.errors import InvalidInput
-from fem_seal.flow.cell_tensor import TensorBounds
+from fem_seal.flow.tensor_bounds import TensorBounds
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.results import Result
 from fem_seal.results.words import lines_of

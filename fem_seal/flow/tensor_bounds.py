@@ -1,0 +1,64 @@
+"""Two matrices with a tensor between them, as quadratic forms."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class TensorBounds:
+    """Two matrices between which the tensor lies as a quadratic form.
+
+    lower, upper : (2, 2), e·lower·e <= e·K*·e <= e·upper·e for every direction e
+    unknowns : of the last mesh, for one direction; levels : (unknowns, relative gap) of each mesh
+    converged : the tolerance was reached; reason : one sentence if not, else ""
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    unknowns: int = 0
+    converged: bool = True
+    reason: str = ""
+    levels: tuple[tuple[int, float], ...] = ()
+
+    @property
+    def value(self) -> np.ndarray:
+        """Matrix geometric mean of both bounds, the upper one where there is no lower one."""
+        return geometric_mean(self.lower, self.upper)
+
+    def interval(self, i: int, j: int) -> tuple[float, float]:
+        """Bounds of one component, diagonal or not.
+
+        For 0 <= D <= W as quadratic forms |D_ij - W_ij/2| <= √(W_ii W_jj)/2, by Cauchy and
+        Schwarz for D - W/2, which lies between -W/2 and W/2.
+        """
+        W = self.upper - self.lower
+        middle = (self.lower + W / 2)[i, j]
+        half = np.sqrt(max(W[i, i], 0.0) * max(W[j, j], 0.0)) / 2
+        return float(middle - half), float(middle + half)
+
+
+def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Geometric mean A # B of two positive definite 2 × 2 matrices; B if A is singular.
+
+    √(ab)/√det(A/a + B/b) (A/a + B/b) with a = √det A, b = √det B (R. Bhatia, Positive Definite
+    Matrices, 2007, prop. 4.1.12). For a single channel both matrices are multiples of one.
+    """
+    a, b = (np.sqrt(max(np.linalg.det(M), 0.0)) for M in (A, B))
+    if a > 0 and b > 0:
+        total = A / a + B / b
+        return np.sqrt(a * b / np.linalg.det(total)) * total
+    traces = np.trace(A), np.trace(B)
+    if min(traces) > 0 and np.linalg.matrix_rank(B, tol=1e-9 * traces[1]) == 1:
+        return B * np.sqrt(traces[0] / traces[1])
+    return B
+
+
+def relative_gap(lower: np.ndarray, upper: np.ndarray) -> float:
+    """Largest (u - l)/√(l u) of u = e·upper·e and l = e·lower·e over directions e that flow."""
+    values, vectors = np.linalg.eigh(upper)
+    flowing = vectors[:, values > 1e-9 * values.max()] / np.sqrt(
+        values[values > 1e-9 * values.max()]
+    )
+    ratio = np.linalg.eigvalsh(flowing.T @ lower @ flowing).min()
+    return float((1 - ratio) / np.sqrt(ratio)) if ratio > 0 else np.inf
