@@ -1,0 +1,187 @@
+"""What the documentation names is there, and what is there it names: keys, options, files."""
+
+import argparse
+import re
+import tomllib
+from importlib import import_module
+from types import UnionType
+from typing import Annotated, Union, get_args, get_origin
+
+import pytest
+from project import ROOT
+from pydantic import BaseModel
+
+from fem_seal import cli
+from fem_seal.render import __all__ as pictures
+from fem_seal.results import Result
+from fem_seal.scene import Scene
+
+PAGES = {
+    str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
+    for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+}
+ENDINGS = {"csv", "html", "npy", "npz", "png", "py", "toml", "vtu"}
+EVERYTHING = "\n".join(PAGES.values())
+
+
+def models(annotation):
+    """Pydantic models and dataclasses in an annotation, unions and containers opened."""
+    if get_origin(annotation) in (Union, UnionType, Annotated, tuple, list, dict):
+        return [found for part in get_args(annotation) for found in models(part)]
+    is_record = isinstance(annotation, type) and (
+        issubclass(annotation, BaseModel) or hasattr(annotation, "__dataclass_fields__")
+    )
+    return [annotation] if is_record else []
+
+
+def fields(model):
+    """Name (as written in files) and annotation of each field."""
+    if issubclass(model, BaseModel):
+        return {f.alias or name: f.annotation for name, f in model.model_fields.items()}
+    return {name: f.type for name, f in model.__dataclass_fields__.items()}
+
+
+SECTIONS = {
+    name: {key for model in models(annotation) for key in fields(model)}
+    for name, annotation in fields(Scene).items()
+}
+
+
+def listings(page):
+    """Sections and keys of a page's TOML, with the alternatives that are commented out."""
+    named = {}
+    for block in re.findall(r"```toml\n(.*?)```", PAGES[page], re.DOTALL):
+        # Line by line: an alternative may stand beside what it replaces.
+        for line in block.splitlines():
+            if match := re.match(r"\[(\w+)\]", line):
+                keys = named.setdefault(match[1], set())
+            elif match := re.match(r"(?:# )?(\w+) = ", line):
+                keys.add(match[1])
+    return named
+
+
+def test_every_key_of_a_scene_is_listed_and_every_key_listed_exists():
+    scene, shapes = listings("docs/scene.md"), listings("docs/shapes.md")
+    assert scene | {"shape": shapes["shape"]} == SECTIONS
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_fields_that_a_page_names_exist(page):
+    """`flow.rtol`, in the text as in --set."""
+    sections = "|".join(SECTIONS)
+    for section, key in re.findall(rf"(?<![\w./])({sections})\.([a-z]\w+)\b(?![/(])", PAGES[page]):
+        if key not in ENDINGS:
+            assert key in SECTIONS[section], f"{section}.{key}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_toml_of_a_page_is_toml(page):
+    for block in re.findall(r"```toml\n(.*?)```", PAGES[page], re.DOTALL):
+        tomllib.loads(block)
+
+
+def leaves(model, path=""):
+    """Path of every key of a result, "leak_rate.value"; records in lists like any other."""
+    for name, annotation in fields(model).items():
+        yield f"{path}{name}"
+        for inner in models(annotation):
+            yield from leaves(inner, f"{path}{name}.")
+
+
+def test_every_key_of_a_result_is_explained():
+    """By its last name, in the row of its first one or of its own path."""
+    table = PAGES["docs/results.md"].partition("## result.json")[2]
+    rows = re.findall(r"^\| (`.*?) \| (.*) \|$", table, re.MULTILINE)
+    for leaf in leaves(Result):
+        first, last = leaf.partition(".")[0], leaf.rpartition(".")[2]
+        texts = (f"{keys} {text}" for keys, text in rows if re.search(rf"`{first}[`.]", keys))
+        assert any(re.search(rf"\b{last}\b", text) for text in texts), leaf
+
+
+def test_results_page_names_only_keys_that_exist():
+    table = PAGES["docs/results.md"].partition("## result.json")[2]
+    known = set(leaves(Result))
+    for keys in re.findall(r"^\| (`.*?) \|", table, re.MULTILINE):
+        first, *more = re.findall(r"`([\w.]+)`", keys)
+        stem = first.rpartition(".")[0]
+        assert first in known
+        assert {stem + name if name.startswith(".") else name for name in more} <= known
+
+
+def commands(parser, name=("fem-seal",)):
+    """Parsers by the words that call them."""
+    yield name, parser
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for word, inner in action.choices.items():
+                yield from commands(inner, (*name, word))
+
+
+PARSERS = dict(commands(cli.parser()))
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands_and_options_that_a_page_names_exist(page):
+    text = PAGES[page]
+    for line in re.findall(r"fem-seal(?: [^\s`|,;:.)]+)+", text):
+        words = line.split()
+        if not re.fullmatch(r"--\w+|[a-z-]+", words[1]):
+            continue  # prose: fem-seal is the subject of a sentence
+        depth = next(k for k in (3, 2, 1) if k == 2 or tuple(words[:k]) in PARSERS)
+        name = ("fem-seal",) if words[1].startswith("--") else tuple(words[:depth])
+        assert name in PARSERS, line
+        options = PARSERS[name]._option_string_actions
+        for word in words:
+            if word.startswith("--"):
+                assert word.partition("=")[0] in options, line
+
+
+def test_every_command_is_in_the_readme():
+    for command in cli.COMMANDS:
+        assert f"fem-seal {command.__name__.rpartition('.')[2]}" in PAGES["README.md"]
+
+
+def anchors(page):
+    """Anchors of a page's headings, as a browser of repositories makes them."""
+    headings = re.findall(r"^#+ (.*)$", PAGES[page], re.MULTILINE)
+    plain = (re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings)
+    return {heading.replace(" ", "-") for heading in plain}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page):
+    for link in re.findall(r"\]\(([^)\s]+)\)", PAGES[page]):
+        if link.startswith("https://"):
+            continue
+        name, _, anchor = link.partition("#")
+        target = ((ROOT / page).parent / name).resolve() if name else ROOT / page
+        assert target.exists(), link
+        if anchor:
+            assert anchor in anchors(str(target.relative_to(ROOT))), link
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_files_that_a_page_names_are_there(page):
+    places = r"(?:demos|docs|fem_seal|meshes|tests)/[\w./*-]*\w"
+    for name in re.findall(rf"(?<![\w./-])({places})", PAGES[page]):
+        assert list(ROOT.glob(name)), name
+
+
+def test_every_page_is_reached_from_the_readme():
+    for page in PAGES.keys() - {"README.md"}:
+        assert f"({page})" in PAGES["README.md"], page
+
+
+def test_imports_of_the_pages_work():
+    found = re.findall(
+        r"^(?:    )?from (fem_seal[\w.]*) import ([\w, ]+)$", EVERYTHING, re.MULTILINE
+    )
+    assert found
+    for module, names in found:
+        for name in names.split(", "):
+            assert hasattr(import_module(module), name), (module, name)
+
+
+def test_every_picture_is_explained():
+    for name in set(pictures) - {"require_gl"}:
+        assert f"`{name}(" in PAGES["docs/pictures.md"]
