@@ -15,6 +15,7 @@ from fem_seal import cli
 from fem_seal.render import __all__ as pictures
 from fem_seal.results import Result
 from fem_seal.scene import Scene
+from fem_seal.sweep.table import COLUMNS
 
 PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
@@ -90,7 +91,7 @@ def leaves(model, path=""):
 
 def test_every_key_of_a_result_is_explained():
     """By its last name, in the row of its first one or of its own path."""
-    table = PAGES["docs/results.md"].partition("## result.json")[2]
+    table = PAGES["docs/results.md"].partition("## result.json")[2].partition("## ")[0]
     rows = re.findall(r"^\| (`.*?) \| (.*) \|$", table, re.MULTILINE)
     for leaf in leaves(Result):
         first, last = leaf.partition(".")[0], leaf.rpartition(".")[2]
@@ -99,13 +100,19 @@ def test_every_key_of_a_result_is_explained():
 
 
 def test_results_page_names_only_keys_that_exist():
-    table = PAGES["docs/results.md"].partition("## result.json")[2]
+    table = PAGES["docs/results.md"].partition("## result.json")[2].partition("## ")[0]
     known = set(leaves(Result))
     for keys in re.findall(r"^\| (`.*?) \|", table, re.MULTILINE):
         first, *more = re.findall(r"`([\w.]+)`", keys)
         stem = first.rpartition(".")[0]
         assert first in known
         assert {stem + name if name.startswith(".") else name for name in more} <= known
+
+
+def test_columns_of_a_sweep_are_those_of_its_page():
+    text = PAGES["docs/results.md"].partition("## sweep.csv")[2]
+    stated = re.findall(r"`(\w+)`", text.partition("in SI units:")[2].partition("What does not")[0])
+    assert [name for name in stated if name != "verdict"] == list(COLUMNS)
 
 
 def commands(parser, name=("fem-seal",)):
