@@ -6,20 +6,27 @@ PyVista needs crash later; muting the switch during the import is harmless.
 """
 
 import logging
+import os
 import sys
 
 _set_flags = sys.setdlopenflags
 sys.setdlopenflags = lambda flags: None
+# PETSc's handlers would turn a closed pipe (fem-seal run ... | head) into a crash report.
+_options = os.environ.get("PETSC_OPTIONS")
+os.environ["PETSC_OPTIONS"] = f"{_options or ''} -no_signal_handler".strip()
 import dolfinx  # noqa: E402
+from petsc4py import PETSc  # noqa: E402
 
 sys.setdlopenflags = _set_flags
+del os.environ["PETSC_OPTIONS"]
+if _options is not None:
+    os.environ["PETSC_OPTIONS"] = _options
 
 import dolfinx.fem.petsc  # noqa: E402
 import numpy as np  # noqa: E402
 import ufl  # noqa: E402
 from dolfinx import fem, mesh  # noqa: E402
 from mpi4py import MPI  # noqa: E402
-from petsc4py import PETSc  # noqa: E402
 
 from fem_seal.memory import give_back_freed_memory  # noqa: E402
 

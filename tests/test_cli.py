@@ -490,3 +490,16 @@ def test_report(wedge, tmp_path, capsys):
     assert capsys.readouterr().out.split() == [str(Path("out") / "report.html")]
     assert (tmp_path / "out" / "report.html").is_file()
     assert run("report", tmp_path / "nothing") == 2
+
+
+def test_reader_of_the_output_may_go(wedge):
+    """As `head` does: no message, no crash report of a library, and no error."""
+    running = subprocess.Popen(
+        [sys.executable, "-m", "fem_seal", "leak", str(wedge)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    running.stdout.close()
+    assert running.stderr.read() == ""
+    assert running.wait() == 0

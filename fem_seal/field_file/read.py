@@ -26,7 +26,7 @@ def read_map(path: str | Path, names: Names, stated: Stated | None = None) -> Fi
 
     Parameters
     ----------
-    path : .npz, .npy, .nc (NetCDF 3 or 4), .h5 or .hdf5, .txt; anything else is read by
+    path : .npz, .npy, .nc (NetCDF 3 or 4), .h5 or .hdf5, .txt, .csv; anything else is read by
         SurfaceTopography
     names : under which the samples may stand in a file of many arrays
     stated : what the scene says of the file
@@ -86,4 +86,5 @@ READERS: dict[str, Callable[[Path, Names], Recorded]] = {
     ".h5": _named(read_hdf5),
     ".hdf5": _named(read_hdf5),
     ".txt": _text,
+    ".csv": _text,
 }

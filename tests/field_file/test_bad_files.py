@@ -148,6 +148,8 @@ CASES = {
     ),
     "ragged text": ("a.txt", lambda p: p.write_text("1 2\n3\n"), SAID, "not a whole text file"),
     "empty text": ("a.txt", lambda p: p.write_text("# nothing\n"), SAID, "not a whole text file"),
+    "decimal commas": ("a.txt", lambda p: p.write_text("0,5 0,7\n1,0 2\n"), SAID, "decimal comma"),
+    "the same, in a table": ("a.csv", lambda p: p.write_text("0,5;0,7\n"), SAID, "decimal comma"),
     "words": ("a.txt", lambda p: p.write_text("one two\n"), SAID, "not a whole text file"),
     "unknown format": (
         "a.xyz1",

@@ -88,6 +88,16 @@ def test_contact_of_tamaas_is_where_it_has_traction(tmp_path):
     assert np.array_equal(load_gap(tmp_path / "b.npz", Stated(unit="m")).values, left)
 
 
+@pytest.mark.parametrize("separator", [" ", "\t", ",", ", ", ";", "; "])
+@pytest.mark.parametrize("ending", ["txt", "csv"])
+def test_separators_of_text(tmp_path, separator, ending):
+    """The same numbers, to the last digit, whatever stands between them."""
+    path = tmp_path / f"gap.{ending}"
+    rows = "\n".join(separator.join(map(repr, row)) for row in (GAP * 1e6).tolist())
+    path.write_text(f"# a profilometer, 3 um; 1 um\n\n{rows}\n")
+    np.testing.assert_allclose(load_gap(path, SAID).values, GAP, **ROUNDED)
+
+
 def test_contact_below(tmp_path):
     """Roundings of either sign become contact; a gap that is really negative stays an error."""
     layouts.hard_wall_text(tmp_path / "gap.txt", np.where(GAP == 0, -3e-13, GAP), "m")
