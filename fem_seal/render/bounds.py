@@ -1,5 +1,6 @@
 """How the bounds of the leak rate close as the mesh grows."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,9 +14,12 @@ from fem_seal.render.page import DPI, FONT_POINTS, FORMATS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
+# Labelled multiples of a decade on axes that span less than so much.
+_STEPS = ((30, (1, 2, 5)), (300, (1, 3)), (math.inf, (1,)))
 
 
 def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
@@ -89,19 +93,40 @@ def draw_bounds(figure: "Figure", levels: Sequence[Level], seen: int | None = No
 
 def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
     """Logarithmic axes that hold all levels, and so stay fixed in an animation."""
-    from matplotlib.ticker import LogFormatterSciNotation
-
     unknowns = np.array([level.unknowns for level in levels], dtype=float)
     values = np.array([[level.lower, level.upper] for level in levels])
     half_width = np.array([level.half_width for level in levels])
     shown = ((rates, values[values > 0]), (widths, half_width[half_width > 0]))
     for axes, numbers in shown:
         axes.set(xscale="log", xlim=(unknowns.min() / 1.3, unknowns.max() * 1.3))
+        _label(axes.xaxis)
         if numbers.size == 0:  # bounds that meet exactly leave no half-width to show
             continue
         axes.set(yscale="log", ylim=(numbers.min() / 1.6, numbers.max() * 1.6))
-        # Bounds often span less than two decades, where whole decades alone label one tick.
-        axes.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(1.7, 0.5)))
+        _label(axes.yaxis)
+
+
+def _label(axis: "Axis") -> None:
+    """Label enough ticks of a logarithmic axis: whole decades alone may be one, or none."""
+    from matplotlib.ticker import (
+        LogFormatterSciNotation,
+        LogLocator,
+        MaxNLocator,
+        NullFormatter,
+        NullLocator,
+        ScalarFormatter,
+    )
+
+    low, high = axis.get_view_interval()
+    if high < 6 * low:
+        axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
+        axis.set_major_formatter(ScalarFormatter())
+        axis.set_minor_locator(NullLocator())
+        return
+    steps = next(steps for span, steps in _STEPS if high < span * low)
+    axis.set_major_locator(LogLocator(subs=steps, numticks=6))
+    axis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(3, 3)))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _optimal_rate(axes: "Axes", levels: Sequence[Level]) -> None:

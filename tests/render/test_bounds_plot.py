@@ -1,7 +1,10 @@
 """The plot of the bounds holds every level, and says nothing where a bound is still zero."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -9,6 +12,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Level
 from fem_seal.render import bounds_animation, bounds_plot
 from fem_seal.render.bounds import draw_bounds
+from fem_seal.render.page import DPI, FONT_POINTS
 
 LEVELS = tuple(
     Level(unknowns=n, cells=2 * n, lower=lower, upper=upper)
@@ -77,3 +81,23 @@ def test_bad_input_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match=r"\.gif"):
         bounds_animation(LEVELS, tmp_path / "bounds.png")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("growth", [1.05, 1.5, 4.0, 8.0, 25.0, 60.0, 150.0, 500.0, 3e4, 3e7])
+def test_axes_have_labels_that_do_not_touch(growth):
+    """Whatever they span: at least two numbers each, none over its neighbour."""
+    sizes = [round(1000 * growth ** (k / 3)) for k in range(4)]
+    levels = [Level(n, n, 1 - 1 / n, 1 + 10 / n) for n in sizes]
+    figure = Figure(figsize=(7.5, 3.4), dpi=DPI, layout="constrained")
+    with rc_context({"font.size": FONT_POINTS}):
+        draw_bounds(figure, levels)
+        figure.draw_without_rendering()
+    for axes in figure.axes:
+        for axis, side in ((axes.xaxis, "x"), (axes.yaxis, "y")):
+            low, high = axis.get_view_interval()
+            ticks = [*axis.get_major_ticks(), *axis.get_minor_ticks()]
+            texts = [t.label1 for t in ticks if t.label1.get_text() and low <= t.get_loc() <= high]
+            assert len(texts) >= 2
+            boxes = [text.get_window_extent() for text in texts]
+            spans = sorted((getattr(b, f"{side}0"), getattr(b, f"{side}1")) for b in boxes)
+            assert all(a[1] < b[0] for a, b in pairwise(spans)), (axis, texts)
