@@ -50,6 +50,13 @@ class GridField:
         object.__setattr__(self, "spacing", spacing)
         object.__setattr__(self, "periodic", bool(self.periodic))
 
+    def __repr__(self):
+        (nx, ny), (dx, dy) = self.shape, self.spacing
+        values = f"{self.values.min():.4g} to {self.values.max():.4g}"
+        return (
+            f"GridField({nx} x {ny}, {values}, spacing=({dx:g}, {dy:g}), periodic={self.periodic})"
+        )
+
     @property
     def shape(self) -> tuple[int, int]:
         """Number of samples (nx, ny)."""

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fem_seal.digits import bracket_digits, rounded_down, rounded_up, with_error, with_prefix
+from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, rate_text
 
 POSITIVE = st.floats(1e-30, 1e30)
@@ -86,3 +87,6 @@ def test_text_of_a_leak_rate():
 def test_representation_leaves_the_arrays_out():
     """What a notebook shows of a leak rate is a line, not its meshes."""
     assert "levels" not in repr(LeakRate("leaking", "adaptive", 1.0))
+    field = GridField(np.linspace(-2e-6, 1e-6, 512 * 256).reshape(512, 256), (1e-6, 5e-7), True)
+    shown = "GridField(512 x 256, -2e-06 to 1e-06, spacing=(1e-06, 5e-07), periodic=True)"
+    assert repr(field) == shown

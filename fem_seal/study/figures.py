@@ -41,6 +41,8 @@ def cross_validation_figure(
     -------
     path
     """
+    from matplotlib.ticker import ScalarFormatter
+
     figure = _figure(11, 4.6)
     rates, errors = figure.subplots(1, 2)
     truth = rows[0].value / (1 + rows[0].error)
@@ -59,9 +61,12 @@ def cross_validation_figure(
         errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
     rates.axhline(1, color="0.4", lw=0.8)
     rates.set_xscale("log", base=2)
+    rates.xaxis.set_major_formatter(ScalarFormatter())
     rates.set(xlabel="squares along the flow", ylabel="leak rate / reference", title=title)
     what = "certified bracket shaded" if floor else "true error"
-    errors.set(xscale="log", yscale="log", xlabel="unknowns", ylabel="|error|", title=what)
+    errors.set(
+        xscale="log", yscale="log", xlabel="unknowns", ylabel="|error| / reference", title=what
+    )
     figure.legend(
         *rates.get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=8
     )
@@ -73,7 +78,8 @@ def _style(name: str, number: int) -> dict[str, object]:
     family = name.partition(" ")[0]
     colour = f"C{number}" if family == "FD" else COLOURS[family]
     side = next((s for s in ("upper", "lower") if s in name), "")
-    marker = {"upper": "v", "lower": "^", "": "s" if family == "FD" else "o"}[side]
+    plain = "sDPX*h"[number % 6] if family == "FD" else "o"
+    marker = {"upper": "v", "lower": "^", "": plain}[side]
     if "cascade" in name:
         marker = "x"  # lies on the elimination with the same links
     dash = "--" if side else "-"
