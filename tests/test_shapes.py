@@ -327,6 +327,25 @@ def test_contradictions(fields, flow, words):
         Scene.from_mapping(scene(RING | fields, **flow))
 
 
+def test_meshes_that_nobody_could_make(tmp_path):
+    """A strip of 2 by 1 takes 4.6/h² triangles and some along its rim: 1e8 at h = 2.15e-4."""
+    strip = STRIP | {"gap": 1}
+    assert Scene.from_mapping(scene(strip | {"mesh_size": 2.2e-4}))
+    narrow = {"mesh_size": 0.1, "smallest_size": 1e-300}
+    (tmp_path / "own.geo").write_text(GEO)
+    for shape, words in (
+        (strip | {"mesh_size": 2.1e-4}, r"mesh_size = 0.00021 m would take about 1e\+08 tri"),
+        (strip | narrow, r"smallest_size = 1e-300 m would take about 6e\+300 triangles"),
+        (RING | {"gap": 1, "mesh_size": 1e-300}, "would take about inf triangles"),
+        (RING | {"gap": 1, "outer_radius": 1e30}, r"would take about 1e\+62 triangles"),
+    ):
+        with pytest.raises(InvalidInput, match=words):
+            Scene.from_mapping(scene(shape))
+    own = scene_of(tmp_path / "own.geo", mesh_size=1e-30, unit="mm")["shape"]
+    with pytest.raises(InvalidInput, match=r"5e-31 of the extent of .*own.geo; choose"):
+        shaped_gap(Scene.from_mapping(scene(own)).shape, None)
+
+
 def test_more_contradictions(tmp_path):
     for data, words in (
         (scene(RING | {"gap": 1}, products=("threshold",)), "'threshold', which is computed on a"),

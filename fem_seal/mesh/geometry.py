@@ -11,6 +11,8 @@ import numpy as np
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
 
+MOST_EDGES = 1e5  # along the longer side
+
 
 @dataclass(frozen=True)
 class Rectangle:
@@ -90,6 +92,7 @@ def mesh_geometry(
             gmsh.open(str(start))
             _refuse_errors(gmsh, geo)
             if largest is not None:
+                _refuse_tiny_edges(gmsh, geo, largest / unit)
                 gmsh.option.setNumber("Mesh.MeshSizeMax", largest / unit)
             if sizes is not None:
                 _set_sizes(gmsh, sizes, unit)
@@ -121,6 +124,17 @@ def _refuse_errors(gmsh: ModuleType, geo: Path) -> None:
         text = errors[0].removeprefix("Error").lstrip(" :")
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         raise InvalidInput(f"gmsh cannot mesh {geo}: {text}{more}")
+
+
+def _refuse_tiny_edges(gmsh: ModuleType, geo: Path, edge: float) -> None:
+    """Refuse edges of which gmsh would never see the end."""
+    x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(-1, -1)
+    extent = max(x1 - x0, y1 - y0)
+    if edge * MOST_EDGES < extent:
+        raise InvalidInput(
+            f"mesh_size is {edge / extent:.0e} of the extent of {geo}; choose at least "
+            f"{1 / MOST_EDGES:.0e} of it"
+        )
 
 
 def _set_sizes(gmsh: ModuleType, sizes: Sizes, unit: float) -> None:

@@ -16,6 +16,7 @@ from pydantic import (
 
 from fem_seal.errors import InvalidInput
 from fem_seal.scene.measured import LengthUnit, Truth
+from fem_seal.scene.mesh_cost import refuse_too_many
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import Count, InputFile, Length, Section
 from fem_seal.units import to_si
@@ -117,6 +118,12 @@ class _Strip(Shape):
     def numbers(self) -> Mapping[str, float]:
         return {"length": self.length, "width": self.width, "mesh_size": self.mesh_size}
 
+    @model_validator(mode="after")
+    def _check_cost(self) -> "_Strip":
+        area, rim = self.length * self.width, 2 * (self.length + self.width)
+        refuse_too_many(area, rim, self.mesh_size, self.smallest_size)
+        return self
+
 
 class Rectangle(_Strip):
     """Squares with alternating diagonals, as on a grid."""
@@ -184,6 +191,9 @@ class _Ring(Shape):
                 f"inner_radius = {self.inner_radius:g} m must be below outer_radius = "
                 f"{self.outer_radius:g} m"
             )
+        width = self.outer_radius - self.inner_radius
+        rim = 2 * pi * (self.outer_radius + self.inner_radius)
+        refuse_too_many(width * rim / 2, rim, self.mesh_size, self.smallest_size)
         return self
 
 
