@@ -83,6 +83,8 @@ def fail(message: str, status: int) -> int:
     -------
     `status`, in a single process; many are ended here.
     """
+    # The name of a file may hold an end of line.
+    message = " ".join(message.splitlines())
     if _world() is None:
         print(message, file=sys.stderr)  # noqa: T201 (the one line of a failed command)
         return status

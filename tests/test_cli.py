@@ -243,6 +243,7 @@ BAD_OPTIONS = [
     ("leak",),
     ("leak", "none.npz"),
     ("leak", "."),
+    ("leak", "two\nlines.npz"),
     ("leak", "wedge.npz", "--rtol", "0"),
     ("leak", "wedge.npz", "--rtol", "nan"),
     ("leak", "wedge.npz", "--rtol", "small"),
