@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
+from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.progress import Report
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from fem_seal.contact.state import BearingState, ContactState, GapState
     from fem_seal.mesh.mesh_gap import MeshGap
     from fem_seal.surface import PreparedSurface
+
+LARGEST_RISE = 1e100  # m, of heights; its third power is still a number, and so is its inverse
 
 
 def made_surface(surface: SelfAffineSurface) -> GridField:
@@ -75,11 +78,19 @@ def elastic_contact(
 
     Raises
     ------
+    InvalidInput
+        If the heights are beyond double precision.
     NotConverged
         If contact.tolerance is not reached.
     """
     from fem_seal.contact import layer_of, solve
 
+    rise = np.ptp(surface.values)
+    if rise and not 1 / LARGEST_RISE < rise < LARGEST_RISE:
+        raise InvalidInput(
+            f"the heights of the surface differ by {rise:.1e} m, whose powers are beyond double "
+            "precision; check their unit, or surface.rms_height or rms_slope"
+        )
     contact = scene.contact
     return solve(
         surface,

@@ -116,6 +116,7 @@ BAD = {
     "limit.leak_rate=1 m": "limit.leak_rate = '1 m' does not measure a leak rate",
     "limit.leak_rate=0": "limit.leak_rate = 0 should be greater than 0",
     "limit.leak_rate=": "limit.leak_rate is missing",
+    "limit.decide=1": "limit.decide = 1 should be a valid boolean",
     "limit.decide=true": "limit.decide needs flow.max_unknowns",
     "flow.method=finite-difference": r"\[limit\] is decided by bounds",
     "output.products=['contact']": r"\[limit\] is about the leak rate",

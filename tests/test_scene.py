@@ -184,6 +184,7 @@ BAD = {
     "contact.model=elastic": "contact.model = 'elastic' is not allowed; choose from 'gfmd' or 'be",
     "contact.solver=cg": "contact.solver = 'cg' is not allowed; choose from 'free-set-cg'",
     "contact.tolerance=0": "contact.tolerance = 0",
+    "contact.threads=5000": "contact.threads = 5000 should be less than or equal to 1024",
     "fluid.viscosity=-1 mPa s": "fluid.viscosity = '-1 mPa s' should be greater than 0",
     "fluid.viscosity=1 um": "fluid.viscosity = '1 um' is not in a unit of Pa s",
     "flow.pressure_drop=0": "flow.pressure_drop = 0 should be greater than 0",
@@ -213,6 +214,14 @@ def test_bad_field(assignment, small_scene, tmp_path):
     with pytest.raises(InvalidInput, match=BAD[assignment]) as caught:
         Scene.from_file(path, [assignment])
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("slope", [1e-300, 1e200])
+def test_heights_beyond_double_precision(small_scene, slope):
+    """Their squares are 0 or infinite."""
+    small_scene["surface"]["rms_slope"] = slope
+    with pytest.raises(InvalidInput, match=r"heights of the surface differ by .* check their unit"):
+        _ = Seal(Scene.from_mapping(small_scene)).contact
 
 
 def test_bearing_has_no_pressure(small_scene):

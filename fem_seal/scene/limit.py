@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field, PlainSerializer, PlainValidator
 
 from fem_seal.fluid import Drive
+from fem_seal.scene.measured import Truth
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import Section
 from fem_seal.units import Rate, RateUnit
@@ -19,7 +20,7 @@ class Limit(Section):
     """What the seal may leak at most."""
 
     leak_rate: LeakRateLimit = Field(description="highest leak rate allowed")
-    decide: bool = Field(False, description="refine until the bounds decide, and no further")
+    decide: Truth = Field(False, description="refine until the bounds decide, and no further")
 
     def volume_rate(self, drive: Drive) -> float:
         """The same limit for the solved leak rate, of a gas at reference conditions [m^3/s]."""
