@@ -168,6 +168,7 @@ BAD_GAPS = {
     "zero spacing": {"gap": OPEN, "spacing": [0, 1]},
     "negative spacing": {"gap": OPEN, "spacing": [1, -1]},
     "NaN spacing": {"gap": OPEN, "spacing": [1, np.nan]},
+    "spacings of other worlds": {"gap": OPEN, "spacing": [1e7, 1e-7]},
     "one spacing": {"gap": OPEN, "spacing": 1.0},
     "three spacings": {"gap": OPEN, "spacing": [1, 1, 1]},
     "one-dimensional": {"gap": OPEN[0], "spacing": [1, 1]},
@@ -275,6 +276,16 @@ BAD_OPTIONS = [
 @pytest.mark.parametrize("arguments", BAD_OPTIONS, ids=" ".join)
 def test_bad_options(arguments, wedge, tmp_path, capsys):
     one_line_and_nothing_written(run(*arguments), ["wedge.npz"], tmp_path, capsys)
+
+
+@pytest.mark.parametrize("value", ["[" * 3000, "1" * 5000], ids=["nested", "digits"])
+def test_values_that_choke_a_parser(value, tmp_path, capsys):
+    (tmp_path / "scene.toml").write_text(f"flow = {value}\n")
+    assert run("run", "scene.toml") == 2
+    assert capsys.readouterr().err.startswith("fem-seal: scene.toml is not a TOML scene file: ")
+    (tmp_path / "scene.toml").write_text("")
+    status = run("run", "scene.toml", "--set", f"flow.rtol={value}")
+    one_line_and_nothing_written(status, ["scene.toml"], tmp_path, capsys)
 
 
 def test_bad_scene(small_scene, tmp_path, capsys):

@@ -85,6 +85,12 @@ def test_file_gives_the_same_scene(small_scene, tmp_path):
     assert Scene.from_file(path) == Scene.from_mapping(small_scene)
 
 
+def test_file_with_a_byte_order_mark(small_scene, tmp_path):
+    path = write_toml(tmp_path / "scene.toml", small_scene)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert Scene.from_file(path) == Scene.from_mapping(small_scene)
+
+
 def test_contact_modulus_of_two_solids():
     """Johnson, Contact Mechanics (1985), eq. 4.24: equal solids halve, a stiff one drops out."""
     equal = Solid(youngs_modulus=(3.0, 3.0), poisson_ratio=(0.5, 0.5))

@@ -13,6 +13,8 @@ Pair = tuple[float, float]
 
 # Files in single precision round lengths to 6e-8; a contradiction is larger.
 SAME_LENGTH = 1e-6
+# Over the width; on a polar grid it is metres over radians.
+LONGEST_PIXEL = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +120,11 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
     spacing = tuple(float(d) * scale for d in recorded.spacing)
     if not all(np.isfinite(d) and d > 0 for d in spacing):
         raise InvalidInput(f"spacing in {path} must be two positive lengths, got {spacing} m")
+    if max(spacing) > LONGEST_PIXEL * min(spacing):
+        raise InvalidInput(
+            f"spacing in {path} is {spacing[0]:g} m by {spacing[1]:g} m, pixels more than "
+            f"{LONGEST_PIXEL:.0e} times as long as wide; check the units"
+        )
     if stated_spacing is not None and not all(
         isclose(a, b, rel_tol=SAME_LENGTH) for a, b in zip(spacing, stated_spacing, strict=True)
     ):

@@ -10,14 +10,16 @@ from fem_seal.errors import InvalidInput
 def read_toml(path: Path) -> dict[str, Any]:
     """Tables of a TOML file; InvalidInput if it is missing or not TOML."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # some editors begin with a byte order mark
     except UnicodeDecodeError:
         raise InvalidInput(f"{path} is not a TOML scene file: it is not UTF-8 text") from None
     except OSError as error:
         raise InvalidInput(f"cannot read the scene file {path}: {error.strerror}") from None
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise InvalidInput(f"{path} is not a TOML scene file: it is nested too deeply") from None
+    except ValueError as error:  # of TOML, or of a number with thousands of digits
         raise InvalidInput(f"{path} is not a TOML scene file: {error}") from None
 
 
@@ -54,5 +56,5 @@ def _value(text: str) -> object:
     """TOML value, or the text itself: a shell has eaten the quotes of "5 um"."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text
