@@ -104,7 +104,7 @@ def draw(answers: list[Answers], path: Path) -> None:
 # * Their geometric mean is right to a per cent even then: the same symmetry, seen twice.
 #
 # Last, what lies beyond double precision is refused or limited in words
-# (`fem-seal study extremes` writes them all into docs/limits.md).
+# (`fem-seal study extremes` tries them all; docs/limits.md is what it wrote).
 
 
 # %%

@@ -51,7 +51,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
     study = studies.add_parser(name, help=purpose, description=purpose)
-    default = "docs/limits.md" if name == "extremes" else f"results/{name}"
+    default = "results/limits.md" if name == "extremes" else f"results/{name}"
     study.add_argument(
         "--out",
         type=Path,
