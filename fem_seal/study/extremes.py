@@ -112,7 +112,8 @@ Written by `fem-seal study extremes --out docs/limits.md`. Each row is an extrem
 **right**: the answer was compared with a closed form, a scaling law or its own certificate.
 **refused**: a clear error, exit status 2 or 3, with this message. **limited**: right up to the
 number given; beyond it the program itself says that it has not converged, by wide bounds with
-`converged` false or by an error. **broken** would be anything else: wrong, silent, or bounds that cross.
+`converged` false or by an error. **broken** would be anything else: wrong, silent, or bounds
+that cross.
 
 What no row can show: the bounds hold for the gap as it is represented. What the grid of the
 contact has missed they do not know ([price.md](price.md)).
