@@ -8,7 +8,6 @@ quadratic forms, exactly, from two solves each.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -180,12 +179,6 @@ class CellProblem:
             slope = self.gradients(streams.combined(best_flux(streams) @ jump))
             total += np.linalg.norm(slope, axis=1) * width / pressures.energies[a, a]
         return np.where(self.data.closed, total, 0.0)
-
-    @cached_property
-    def coordinates(self) -> np.ndarray:
-        """(2, C, 3), x/Lx and y/Ly of the corners of all cells: unit jumps of a uniform gap."""
-        scaled = self.mesh.xy / self.mesh.xy.max(axis=0)
-        return np.moveaxis(scaled[self.mesh.cells], -1, 0)
 
 
 def _applied(tensor: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -277,8 +277,9 @@ def test_shares_of_the_cells_add_up_to_the_difference(representation):
     gap = represented(cell(rough(10).values + 0.05), representation)
     mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
     problem = CellProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-12)
-    pressures = problem.pressures(problem.coordinates)
-    streams = problem.streams(problem.coordinates)
+    # Unit jumps of a uniform gap.
+    coordinates = np.moveaxis((mesh.xy / mesh.xy.max(axis=0))[mesh.cells], -1, 0)
+    pressures, streams = problem.pressures(coordinates), problem.streams(coordinates)
     shares = problem.shares(pressures, streams, 0.1)
     A, C = upper_matrix(pressures), lower_matrix(streams)
     expected = sum((A - C)[i, i] / A[i, i] for i in (0, 1))
