@@ -106,6 +106,8 @@ def rate_text(value: float, lower: float | None, upper: float | None, unit: str)
     """
     if lower is None or upper is None:
         return f"{value:.4g} {unit}, without bounds"
+    if upper == 0:
+        return f"0 {unit}"
     shown, low, high = bracket_digits(value, lower, upper)
-    half_width = (upper - lower) / (upper + lower) if upper > 0 else 0.0
+    half_width = (upper - lower) / (upper + lower)
     return f"{shown} {unit}, within [{low}, {high}] (±{100 * half_width:.2g} %)"

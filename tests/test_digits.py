@@ -81,6 +81,7 @@ def test_text_of_a_leak_rate():
     assert str(LeakRate.sealed("adaptive")).startswith("sealed: 0 m^3/s")
     ended = LeakRate("leaking", "uniform", 2.0, 1.0, 4.0, converged=False, reason="max_unknowns")
     assert str(ended).endswith("; max_unknowns")
+    assert rate_text(0.0, 0.0, 0.0, "ml/h") == "0 ml/h"
     assert rate_text(np.pi, None, None, "ml/h") == "3.142 ml/h, without bounds"
 
 

@@ -14,6 +14,7 @@ from fem_seal.render.tiles import Mosaic, mosaic
 
 GAP_COLOURS = "gap"
 CONTACT = Swatch("contact (gap = 0)", CONTACT_COLOUR)
+CLOSED = Scale("gap", 0.0, 1.0)  # of nothing: no open place takes a colour of it
 SHOWN = 0.999  # of the area lies within the bar: a few deep valleys do not darken all the rest
 
 
@@ -84,6 +85,8 @@ def gap_picture(
 ) -> Path:
     """Picture of the gap, in nm, µm or mm as suits it, with contact in grey.
 
+    A gap that is closed everywhere has no bar: all is contact.
+
     Parameters
     ----------
     gap : gap [m]
@@ -99,10 +102,11 @@ def gap_picture(
     Raises
     ------
     InvalidInput
-        If there is no open place, the window leaves the seal, or the path cannot be written.
+        If the window leaves the seal, or the path cannot be written.
     MissingPackage
         If no OpenGL library is installed.
     """
-    scale, factor = gap_scale(gap, highest)
+    closed = highest is None and not gap.values.any()
+    scale, factor = (CLOSED, 1.0) if closed else gap_scale(gap, highest)
     panel = gap_panel(gap, scale, factor, representation=representation, window=window)
-    return write_page([[panel]], path, scale=scale, key=(CONTACT,))
+    return write_page([[panel]], path, scale=None if closed else scale, key=(CONTACT,))
