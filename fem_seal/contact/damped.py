@@ -71,4 +71,5 @@ def _check(problem: Problem, displacement: np.ndarray, iteration: int) -> Iterat
     if not pressure.any():
         return Iterate(iteration, pressure, np.inf)
     problem.admissible(pressure)
-    return Iterate(iteration, pressure, problem.error(pressure, problem.gap(pressure)))
+    gap = problem.gap(pressure)
+    return Iterate(iteration, pressure, problem.error(pressure, gap), gap)

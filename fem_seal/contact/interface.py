@@ -135,12 +135,13 @@ class Interface:
     def _converged(
         self, problem: Problem, pressure: np.ndarray, stopping: Stopping
     ) -> ContactState:
-        """Solve, and measure the result anew from its pressure alone."""
+        """Solve, and measure the result by its pressure and the gap that this pressure causes."""
         spent = self.half_space.pairs
         end = converge(problem, pressure, stopping)
-        pressure = end.iterate.pressure
+        pressure, gap = end.iterate.pressure, end.iterate.gap
         touching = pressure > 0
-        gap = self.half_space.displacement(pressure) - self.heights
+        if gap is None:
+            gap = self.half_space.displacement(pressure) - self.heights
         gap -= gap.mean(where=touching) if touching.any() else gap.min()
         total = pressure.sum() or 1.0
         certificate = float(np.vdot(pressure, gap) / total - gap.min())

@@ -76,11 +76,16 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """What a method hands out: its step number, its pressure and the certificate's value."""
+    """What a method hands out: its step number, its pressure and the certificate's value.
+
+    gap : S p - h up to a constant, in double, of this very pressure and from nothing else; None
+        where the method has none. Whoever takes it may overwrite it.
+    """
 
     iteration: int
     pressure: np.ndarray
     error: float
+    gap: np.ndarray | None = None
 
 
 Iterates = Iterator[Iterate]

@@ -4,17 +4,50 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
 
+from fem_seal.contact import extension as extension_module
 from fem_seal.contact import free_set_cg, solve
 from fem_seal.contact.extension import Extension
+from fem_seal.contact.halving import WHOLE, Halving
 from fem_seal.errors import NotConverged
 
 RNG = np.random.default_rng(5)
 
 
-# Blocks of rows hold 32768 samples: the last shape has three blocks, the last of them shorter.
+def interpolation(n):
+    """From n cells, every second of them with its right neighbour: weights 3/4 and 1/4, dense."""
+    cells = (n + 1) // 2
+    weights = np.zeros((2 * cells, cells))
+    for i in range(cells):
+        weights[2 * i, i] += 3 / 4
+        weights[2 * i, (i - 1) % cells] += 1 / 4
+        weights[2 * i + 1, i] += 3 / 4
+        weights[2 * i + 1, (i + 1) % cells] += 1 / 4
+    return weights[:n]
+
+
+def in_two_directions(shape):
+    return np.kron(interpolation(shape[0]), interpolation(shape[1]))
+
+
+# Blocks of rows hold 32768 samples of the coarser grid: the last shape has two of them.
+@pytest.mark.parametrize("shape", [(6, 8), (7, 5), (2, 3), (1, 4), (600, 257)])
+def test_halving(shape):
+    """Against the matrix; rows and columns apart where the matrix would be large."""
+    halving = Halving(shape)
+    coarse, fine = RNG.standard_normal(halving.coarse), RNG.standard_normal(shape)
+    weights, base, out = RNG.random(shape), RNG.standard_normal(shape), np.empty(shape)
+    rows, columns = interpolation(shape[0]), interpolation(shape[1])
+    halving.interpolate(coarse, base, out, weights)
+    assert out == pytest.approx(base + weights * WHOLE * (rows @ coarse @ columns.T), abs=1e-13)
+    restricted = np.empty(halving.coarse)
+    halving.restrict(fine, restricted, weights)
+    wanted = WHOLE * rows.T @ (weights * fine) @ columns
+    assert restricted == pytest.approx(wanted, abs=1e-12)
+
+
 @pytest.mark.parametrize("shape", [(6, 8), (7, 5), (2, 3), (300, 257)])
 def test_transpose(shape):
-    """<E x, y> = <x, E' y> for every x on the free set, up to rounding."""
+    """<E x, y> = <x, E' y> for every x on the free set, up to rounding; E x is x there."""
     free = (RNG.random(shape) < 0.4).astype(float)
     extension = Extension(free)
     extension.update()
@@ -27,22 +60,47 @@ def test_transpose(shape):
     assert np.array_equal(extended * free, x)
 
 
-def test_periodic_means():
-    """By hand: one free point gives 1/4 to its neighbours, 1/16 (once or twice) beyond."""
-    free = np.zeros((8, 8))
-    free[0, 0] = 1
+@pytest.mark.parametrize("shape", [(8, 8), (6, 7)])
+@pytest.mark.parametrize("fade", [1.0, 0.5])
+def test_two_levels(monkeypatch, shape, fade):
+    """The filling from coarser grids, written with dense matrices."""
+    monkeypatch.setattr(extension_module, "LEVELS", 2)
+    monkeypatch.setattr(extension_module, "FADE", fade)
+    free = (RNG.random(shape) < 0.4).astype(float)
+    x, extended = RNG.standard_normal(shape) * free, np.empty(shape)
+    shares, values, spreads = [free.ravel()], [x.ravel()], []
+    for grid in (shape, tuple((n + 1) // 2 for n in shape)):
+        spread = in_two_directions(grid)
+        mean = spread.T @ shares[-1] / 4
+        weight = mean + fade * (1 - mean)
+        values.append(spread.T @ values[-1] / 4 / weight)
+        shares.append(mean / weight)
+        spreads.append(spread)
+    middle = values[1] + (1 - shares[1]) * (spreads[1] @ values[2])
+    wanted = values[0] + (1 - shares[0]) * (spreads[0] @ middle)
     extension = Extension(free)
     extension.update()
-    extended = np.empty((8, 8))
+    extension.extend(x, extended)
+    assert extended.ravel() == pytest.approx(wanted, abs=1e-14)
+
+
+@pytest.mark.parametrize("shape", [(256, 64), (250, 61)])
+def test_fades(shape):
+    """Beside a free strip: smooth at its edge, falling with the distance over its width."""
+    width = 8
+    free = np.zeros(shape)
+    free[:width] = 1
+    extension = Extension(free)
+    extension.update()
+    extended = np.empty(shape)
     extension.extend(free.copy(), extended)
-    wanted = np.zeros((8, 8))
-    wanted[0, 0] = 1
-    for i, j in [(0, 1), (1, 0), (0, -1), (-1, 0)]:
-        wanted[i, j] = 1 / 4
-        wanted[2 * i, 2 * j] = 1 / 16
-    for i, j in [(1, 1), (1, -1), (-1, 1), (-1, -1)]:
-        wanted[i, j] = 2 / 16
-    assert np.array_equal(extended, wanted)
+    beside = extended[width : shape[0] // 2]
+    assert np.all(np.diff(beside, axis=0) < 0)
+    # A cut-off falls by 1 at once.
+    assert beside[0].min() > 0.8
+    assert beside[width].max() < 0.6
+    assert beside[4 * width].max() < 0.25
+    assert beside.min() >= 0
 
 
 def test_saves_iterations(monkeypatch):
@@ -61,9 +119,24 @@ def test_safeguard(monkeypatch):
     height = rough_surface((256, 256), hurst=0.2, short=1, long=32)
     pressure = 0.2 * E_STAR * SLOPE
     default = solve(height, E_STAR, pressure=pressure)
-    monkeypatch.setattr(free_set_cg, "SETTLED", 1.2)
+    for early in ("SETTLED", "SETTLED_AT_START"):
+        monkeypatch.setattr(free_set_cg, early, 1.2)
     saved = solve(height, E_STAR, pressure=pressure)
     assert np.count_nonzero(saved.contact != default.contact) <= 1
-    monkeypatch.setattr(free_set_cg, "PATIENCE", 10**6)
+    for patience in ("RISES", "PATIENCE"):
+        monkeypatch.setattr(free_set_cg, patience, 10**6)
     with pytest.raises(NotConverged):
         solve(height, E_STAR, pressure=pressure, max_iterations=4 * saved.iterations)
+
+
+def test_good_start_is_extended_at_once(monkeypatch):
+    """A start that is nearly right needs not settle again."""
+    height = rough_surface((256, 256), hurst=0.4, short=1, long=32)
+    pressure = 0.2 * E_STAR * SLOPE
+    start = solve(height, E_STAR, pressure=0.97 * pressure)
+    at_once = solve(height, E_STAR, pressure=pressure, start=start)
+    monkeypatch.setattr(free_set_cg, "SETTLED_AT_START", 0.0)
+    later = solve(height, E_STAR, pressure=pressure, start=start)
+    assert free_set_cg.SETTLED < at_once.residuals[0] < 0.2
+    assert at_once.iterations < later.iterations
+    assert np.count_nonzero(at_once.contact != later.contact) <= 1

@@ -82,30 +82,30 @@ def test_failure_is_raised(rough):
 def test_mean_of_two_states_is_no_contact(rough, tolerance, solver):
     """It presses wherever one of them touches, with a certificate that may pass at once.
 
-    The contact found has to be as right as that from a cold start, give or take one sample.
+    The contact found has to be as right as a certificate of this size makes a cold one: wrong in
+    half the certificate's share of the touching samples at most (measured at 1e-2 to 1e-5), give
+    or take one sample. The mean itself is wrong in 1.5 %.
     """
     pressure = 0.2 * E_STAR * SLOPE
     below, above = (solve(rough, E_STAR, pressure=share * pressure) for share in (0.98, 1.02))
     between = (below.pressure.values + above.pressure.values) / 2
     exact = solve(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
     assert np.count_nonzero(between) > 1.01 * np.count_nonzero(exact)
+    allowed = 0.5 * tolerance * np.count_nonzero(exact) + 1
     given = {"pressure": pressure, "tolerance": tolerance, "solver": solver}
-    wrong = [
-        np.count_nonzero(solve(rough, E_STAR, **given, start=start).contact != exact)
-        for start in (None, between)
-    ]
-    assert wrong[1] <= wrong[0] + 1, wrong
+    for start in (None, between):
+        found = solve(rough, E_STAR, **given, start=start).contact
+        assert np.count_nonzero(found != exact) <= allowed
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 def test_tiny_steps_at_a_loose_tolerance(rough, tolerance):
-    """Loads that turn back and forth by 1e-4 keep the contact of a cold start's quality."""
+    """Loads that turn back and forth by 1e-4 keep the quality that the certificate promises."""
     steps = 1 + 1e-4 * np.array([-500, 0, 1, 0, -1, 0, 1, 2, 1])
     pressures = 0.2 * E_STAR * SLOPE * steps
     path = load_path(rough, E_STAR, pressures=pressures, tolerance=tolerance)
     for pressure, state in zip(pressures, path, strict=True):
         exact = solve(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
-        cold = solve(rough, E_STAR, pressure=pressure, tolerance=tolerance).contact
-        wrong = [np.count_nonzero(contact != exact) for contact in (cold, state.contact)]
-        # A thousandth of the samples: four of 4096.
-        assert wrong[1] <= wrong[0] + 4, wrong
+        # Half the certificate's share of the touching samples and one, as above.
+        allowed = 0.5 * tolerance * np.count_nonzero(exact) + 1
+        assert np.count_nonzero(state.contact != exact) <= allowed
