@@ -20,7 +20,7 @@ def test_same_contact_with_less_work(load):
 
 
 def test_start_is_near_and_counted():
-    interface = Interface.prepared(rough_surface((128, 256), short=8), E_STAR)
+    interface = Interface.prepared(rough_surface((256, 512), short=8), E_STAR)
     pressure = 0.005 * E_STAR * SLOPE
     start = coarse_start(interface, pressure)
     assert start.mean() == pytest.approx(pressure, rel=1e-12)
