@@ -11,6 +11,7 @@ from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
 from fem_seal.results.arrays import write_flow
+from fem_seal.results.preparation import StepRecord, preparation_words
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
@@ -251,3 +252,14 @@ def test_damaged_result(scene, tmp_path, text):
         ResultFolder(tmp_path, Provenance.of(scene))
     with ResultFolder(tmp_path, Provenance.of(scene), overwrite=True) as folder:
         assert folder.aside.is_dir()
+
+
+def test_words_of_a_preparation():
+    """How many points were filled is what was missing before and is not any more."""
+    numbers = {"samples": (8, 8), "rms_height": 2e-6, "rms_slope": 0.1, "seam": 1.5}
+    steps = (("read", 7), ("crop", 5), ("fill linear", 0), ("detrend plane", 0))
+    records = tuple(StepRecord(name=name, missing=count, **numbers) for name, count in steps)
+    assert preparation_words(records) == (
+        "read: 2 um, 0.1, 1.5; crop: 2 um, 0.1, 1.5; fill linear (5 points): 2 um, 0.1, 1.5; "
+        "detrend plane: 2 um, 0.1, 1.5 (rms height, rms slope, seam)"
+    )

@@ -106,6 +106,12 @@ CASES = {
         Stated(size=(3e-6, 2e-6)),
         "size = 3e-06 m by 1e-06 m, but size = 3e-06 m by 2e-06 m was given",
     ),
+    "size a little against the scene": (
+        "a.h5",
+        h5,
+        Stated(size=(3.00001e-6, 1e-6)),
+        "size = 3e-06 m by 1e-06 m, but size = 3.00001e-06 m by 1e-06 m was given",
+    ),
     "repeats against the scene": (
         "a.npz",
         lambda p: np.savez(p, gap=GAP, spacing=SPACING, periodic=False),

@@ -8,7 +8,7 @@ from fem_seal.expression import FUNCTIONS, evaluate
 from fem_seal.grid import GridField
 from fem_seal.mesh.channel_sizes import channel_sizes
 from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, Uniform
-from fem_seal.mesh.geometry import Rectangle
+from fem_seal.mesh.geometry import Rectangle, SizeField
 
 POINTS = np.random.default_rng(1).uniform(-1, 1, (50, 2))
 X, Y = POINTS.T
@@ -148,6 +148,26 @@ def test_a_grid_that_does_not_cover_the_mesh():
     grid = CartesianGrid.of(GridField(np.ones((5, 5)), (1.0, 1.0)))
     with pytest.raises(InvalidInput, match=r"1 of 3 vertices .* x = 5 m, y = 0 m"):
         grid(np.array([[0, 0], [5, 0], [0, 4]]))
+
+
+def test_sizes_grow_from_where_the_gap_is_a_tenth_of_its_mean():
+    """A wedge g = y has the mean 1 on 0 <= y <= 2, so its bank lies at y = 0.1: the nearest raster
+    point beyond it is at 0.11."""
+    wedge = CartesianGrid.of(GridField(np.tile(np.arange(201) / 100, (201, 1)), (0.01, 0.01)))
+    field = channel_sizes(wedge, Rectangle(0, 2, 0, 2), smallest=0.01, largest=10.0)
+    for y in (0.5, 1.0, 1.7):
+        assert field(1.0, y) == pytest.approx(0.01 + (y - 0.1) / 2, rel=1e-9)
+    assert field(1.0, 0.0) == pytest.approx(0.01 + 0.11 / 2, rel=1e-9)
+
+
+def test_sizes_between_the_points_of_their_raster():
+    """Bilinear, so exact for (1 + x)(2 + 3y); beyond the raster as on its rim."""
+    x, y = 1.0 + 0.5 * np.arange(5), -1.0 + 0.25 * np.arange(4)
+    field = SizeField(np.outer(1 + x, 2 + 3 * y), (1.0, -1.0), (0.5, 0.25))
+    for a, b in ((1.0, -1.0), (1.7, -0.9), (2.9, -0.31), (3.0, -0.25)):
+        assert field(a, b) == pytest.approx((1 + a) * (2 + 3 * b), rel=1e-14)
+    assert field(9.0, -0.9) == field(3.0, -0.9)
+    assert field(1.7, -9.0) == field(1.7, -1.0)
 
 
 def test_sizes_follow_the_channels():

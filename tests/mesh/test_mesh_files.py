@@ -145,6 +145,7 @@ BROKEN = {
     "hanging node": (HANGING, "a node hangs in the middle of an edge at x = 0.75 m, y = 0.75 m"),
     "points twice": (DOUBLED, "1 points stand twice, the first at x = 0.5 m, y = 0.5 m"),
     "no area": (halved([0.0, 1.0]), "1 of 5 triangles have no area"),
+    "hardly an area": (halved([1e-13, 1.0]), "1 of 5 triangles have no area"),
     "not plane": ({"heights": [0, 0, 0, 0, 0.1]}, "is not plane: z varies by 0.1"),
     "folded": (
         {"points": np.vstack([CORNERS, [0.6, 0.5]]), "cells": [*CELLS[:3], [3, 0, 4], [1, 5, 4]]},

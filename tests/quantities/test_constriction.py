@@ -5,7 +5,13 @@ import pytest
 
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
-from fem_seal.quantities.constriction import REACH, channel_width, constriction
+from fem_seal.leak_rate import FlowField
+from fem_seal.quantities.constriction import (
+    REACH,
+    cell_dissipation,
+    channel_width,
+    constriction,
+)
 from fem_seal.topology.lattice import lattice
 
 SPACING = (1e-6, 2e-6)
@@ -67,6 +73,30 @@ def test_width_of_an_oblique_channel():
     assert channel_width(sites, (n // 2, n // 2)) == pytest.approx(
         np.sqrt(2) * half, abs=np.sqrt(2)
     )
+
+
+@pytest.mark.parametrize(("other", "width"), [((3, 3), 3 + np.sqrt(18)), ((4, 1), None)])
+def test_only_what_lies_across_is_the_other_side(other, width):
+    """Within 60 degrees of straight across from the nearest contact, here at (0, -3): a contact
+    45 degrees off is the other side, one 76 degrees off is not."""
+    gap = np.ones((41, 41))
+    gap[20, 17] = gap[20 + other[0], 20 + other[1]] = 0.0
+    sites = lattice(GridField(gap, (1.0, 1.0)), "wall", "linear")
+    # Where no contact lies across, the upper wall does, twenty samples away.
+    expected = 3 + 20 if width is None else width
+    assert channel_width(sites, (20, 20)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_dissipation_of_a_linear_potential():
+    """-j·∇φ times the area, whatever the triangles: here j = (2, 3) and φ = 5x + 7y."""
+    rng = np.random.default_rng(3)
+    corners = rng.normal(size=(6, 3, 2))
+    points, cells = corners.reshape(-1, 2), np.arange(18).reshape(6, 3)
+    flux = np.tile([2.0, 3.0], (6, 1))
+    field = FlowField(points, cells, np.ones(18), np.zeros(18), flux)
+    found = cell_dissipation(field, points @ [5.0, 7.0])
+    areas = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 2
+    np.testing.assert_allclose(found, -(2 * 5 + 3 * 7) * areas, rtol=1e-10)
 
 
 def test_no_contact_no_width():
