@@ -26,8 +26,11 @@ def bracket_digits(value: float, lower: float, upper: float) -> tuple[str, str, 
     size, half_width = max(abs(lower), abs(upper)), 0.5 * (upper - lower)
     wanted = 3 + math.floor(math.log10(size / half_width)) if half_width > 0 else _MOST
     digits = min(wanted, _MOST)
-    texts = rounded_down(lower, digits), rounded_up(upper, digits)
-    return _rounded(value, digits - 1, ROUND_HALF_EVEN), *texts
+    low, high = rounded_down(lower, digits), rounded_up(upper, digits)
+    shown = _rounded(value, digits - 1, ROUND_HALF_EVEN)
+    if not float(low) <= float(shown) <= float(high):  # the estimate is nearly a bound
+        shown = _rounded(value, digits, ROUND_HALF_EVEN)
+    return shown, low, high
 
 
 def rounded_down(number: float, digits: int = 4) -> str:

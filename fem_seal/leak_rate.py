@@ -109,5 +109,6 @@ def rate_text(value: float, lower: float | None, upper: float | None, unit: str)
     if upper == 0:
         return f"0 {unit}"
     shown, low, high = bracket_digits(value, lower, upper)
-    half_width = (upper - lower) / (upper + lower)
-    return f"{shown} {unit}, within [{low}, {high}] (±{100 * half_width:.2g} %)"
+    per_cent = 100 * (upper - lower) / (upper + lower)
+    half_width = f"{per_cent:.2g}" if per_cent < 99 else f"{per_cent:.0f}"
+    return f"{shown} {unit}, within [{low}, {high}] (±{half_width} %)"

@@ -28,6 +28,14 @@ def test_written_bounds_enclose_and_are_hardly_wider(middle, half, sign):
     assert abs(value - sign * middle) <= 0.5 * width * (1 + 1e-9)
 
 
+@given(st.floats(1e-12, 1.0), st.floats(1e-12, 1.0), st.floats(0.0, 1.0))
+def test_written_estimate_lies_within_the_written_bounds(one, other, part):
+    low, high = sorted((one, other))
+    value = min(max(low + part * (high - low), low), high)
+    shown, lower, upper = map(float, bracket_digits(value, low, high))
+    assert lower <= shown <= upper
+
+
 @given(POSITIVE)
 def test_single_bounds_keep_their_side(number):
     assert float(rounded_down(number)) <= number <= float(rounded_up(number))
@@ -42,6 +50,7 @@ def test_single_bounds_keep_their_side(number):
         ((86.328, 85.476, 87.1886), ("86.33", "85.476", "87.189")),
         ((1e-15, 0.0, 3e-15), ("1e-15", "0", "3e-15")),
         ((0.0, 0.0, 0.0), ("0", "0", "0")),
+        ((1.389e-15, 0.0, 1.389e-15), ("1.39e-15", "0", "1.39e-15")),  # not 1.4, beyond the bound
     ],
 )
 def test_digits_follow_the_width(bracket, texts):
@@ -81,6 +90,7 @@ def test_text_of_a_leak_rate():
     assert str(LeakRate.sealed("adaptive")).startswith("sealed: 0 m^3/s")
     ended = LeakRate("leaking", "uniform", 2.0, 1.0, 4.0, converged=False, reason="max_unknowns")
     assert str(ended).endswith("; max_unknowns")
+    assert rate_text(2.0, 0.0, 2.0, "ml/h") == "2 ml/h, within [0, 2] (±100 %)"
     assert rate_text(0.0, 0.0, 0.0, "ml/h") == "0 ml/h"
     assert rate_text(np.pi, None, None, "ml/h") == "3.142 ml/h, without bounds"
 
