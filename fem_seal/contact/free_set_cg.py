@@ -8,8 +8,10 @@ from fem_seal.contact.problem import Iterate, Iterates, Problem
 
 # Before the free set has settled the extended preconditioner may keep it from settling. It has
 # below a certificate of 0.02, and in a start that is better than 0.2 it mostly has at once:
-# measured from 256² to 1024², 5 to 60 % of contact, H = 0.4 and 0.8.
+# measured from 256² to 1024², 5 to 60 % of contact, H = 0.4 and 0.8. From there on both have to
+# fall with the number of samples along a side: 0.02 is too early at 2048², 0.01 is not.
 SETTLED, SETTLED_AT_START = 0.02, 0.2
+LARGE = 1024
 # Looks without a new least error, or without a halved one, until the extension is left out again,
 # and how far the error has to fall before it is tried once more.
 RISES, PATIENCE, FALL = 2, 12, 5
@@ -24,7 +26,7 @@ def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
     settled with an `Extension` beyond its edge; the curvature along the search direction comes from
     one forward transform.
     """
-    search, settling = _Search(problem, pressure), _Settling()
+    search, settling = _Search(problem, pressure), _Settling(pressure.size)
     old_decrease, iteration = np.inf, 0
     while True:
         error = search.look()
@@ -43,10 +45,12 @@ def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
 
 
 class _Settling:
-    """Whether the free set has settled, judged by how the certificate falls."""
+    """Whether the free set of so many samples has settled, by how the certificate falls."""
 
-    def __init__(self):
-        self.settled, self.below = False, SETTLED_AT_START
+    def __init__(self, samples: int):
+        scale = min(1.0, LARGE / samples**0.5)
+        self.settled, self.below = False, scale * SETTLED_AT_START
+        self.later = scale * SETTLED
         self.least, self.least_at = np.inf, 0
         self.halved, self.halved_at = np.inf, 0
 
@@ -58,14 +62,14 @@ class _Settling:
             # What counts is what the extension makes of it.
             self.least, self.least_at = error, iteration
             self.halved, self.halved_at = error, iteration
-            self.below = min(self.below, SETTLED)
+            self.below = min(self.below, self.later)
             return self.settled != before
         if error < self.least:
             self.least, self.least_at = error, iteration
         if error <= self.halved / 2:
             self.halved, self.halved_at = error, iteration
         if iteration - self.least_at >= RISES or iteration - self.halved_at > PATIENCE:
-            self.settled, self.below = False, min(self.least, SETTLED) / FALL
+            self.settled, self.below = False, min(self.least, self.later) / FALL
         return self.settled != before
 
 

@@ -14,7 +14,7 @@ from fem_seal.contact import load_path, solve
 from fem_seal.surface import Spectrum, self_affine
 
 # (Hurst exponent, short cut-off in samples)
-SURFACES = [(0.8, 1), (0.4, 4)]
+SURFACES = [(0.8, 1), (0.4, 1), (0.4, 4)]
 # p / (E* h'rms), or A/A0
 PATHS = {
     "pressure": {
