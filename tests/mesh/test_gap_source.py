@@ -146,8 +146,10 @@ def test_a_mesh_in_other_units_than_its_grid(factor, kind):
 
 def test_a_grid_that_does_not_cover_the_mesh():
     grid = CartesianGrid.of(GridField(np.ones((5, 5)), (1.0, 1.0)))
-    with pytest.raises(InvalidInput, match=r"1 of 3 vertices .* x = 5 m, y = 0 m"):
-        grid(np.array([[0, 0], [5, 0], [0, 4]]))
+    with pytest.raises(InvalidInput, match=r"1 of 3 vertices .* x = 4.001 m, y = 0 m"):
+        grid(np.array([[0, 0], [4.001, 0], [0, 4]]))
+    # gmsh places its vertices to 1e-9 of the mesh.
+    assert (grid(np.array([[-1e-8, 0], [4 + 1e-8, 0], [0, 4]])) == 1).all()
 
 
 def test_sizes_grow_from_where_the_gap_is_a_tenth_of_its_mean():

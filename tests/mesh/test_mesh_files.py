@@ -144,6 +144,10 @@ BROKEN = {
     ),
     "hanging node": (HANGING, "a node hangs in the middle of an edge at x = 0.75 m, y = 0.75 m"),
     "points twice": (DOUBLED, "1 points stand twice, the first at x = 0.5 m, y = 0.5 m"),
+    "points nearly twice": (
+        DOUBLED | {"points": np.vstack([CORNERS, CORNERS[4] + 1e-12])},
+        "1 points stand twice, the first at x = 0.5 m, y = 0.5 m",
+    ),
     "no area": (halved([0.0, 1.0]), "1 of 5 triangles have no area"),
     "hardly an area": (halved([1e-13, 1.0]), "1 of 5 triangles have no area"),
     "not plane": ({"heights": [0, 0, 0, 0, 0.1]}, "is not plane: z varies by 0.1"),

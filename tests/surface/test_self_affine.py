@@ -149,3 +149,19 @@ def test_refused(change, message):
 def test_no_wave_in_the_band():
     with pytest.raises(InvalidInput, match="no wave"):
         self_affine(Spectrum(0.8, 1 / 1.6, 1 / 1.9), (64, 64), (1, 1), rms_slope=1, seed=0)
+
+
+@pytest.mark.parametrize("shape", [(16, 16), (16, 15), (15, 16)])
+def test_nyquist_modes_are_left_out(shape):
+    """Though a cut-off of one sample would have them: a grid holds only half of such a wave."""
+    nx, ny = shape
+    heights = self_affine(Spectrum(0.8, 16, 1), shape, shape, rms_height=1.0, seed=3).values
+    modes = np.abs(np.fft.fft2(heights))
+    there = modes > 1e-12 * modes.max()
+    if nx % 2 == 0:
+        assert not there[nx // 2].any()
+    if ny % 2 == 0:
+        assert not there[:, ny // 2].any()
+    # All other waves are there, but for the mean.
+    kept_x, kept_y = ((n - 1) // 2 * 2 + 1 for n in shape)
+    assert np.count_nonzero(there) == kept_x * kept_y - 1

@@ -56,6 +56,27 @@ def test_rings_of_a_steep_power_law():
     assert plain.density[1] > 1.02 * exact[1]
 
 
+def test_rings_weigh_as_many_modes_as_they_have():
+    """Four times the power in the first ring tilts the line of weighted least squares by
+    ln 4 w₁(x₁ - x̄)/Σ w(x - x̄)², with w the modes of a ring and x̄ the weighted mean of x = ln q."""
+    n, first = 64, 2 * np.pi / 64 * 1.5
+    white = np.fft.rfft2(np.random.default_rng(1).normal(size=(n, n)))
+    q = wavenumbers((n, n), (1.0, 1.0))
+    q[0, 0] = np.inf
+    fields = [
+        GridField(np.fft.irfft2(white * amplitude), (1.0, 1.0), periodic=True)
+        for amplitude in (q**-1.8, np.where(q < first, 2 * q**-1.8, q**-1.8))
+    ]
+    before, after = (fitted_hurst(field, 64.01, 4.0) for field in fields)
+    rings = radial_spectrum(fields[0])
+    inside = rings.wavenumber <= 2 * np.pi / 4
+    x, w = np.log(rings.wavenumber[inside]), rings.modes[inside]
+    away = x - np.average(x, weights=w)
+    tilt = np.log(4) * w[0] * away[0] / np.sum(w * away**2)
+    assert after - before == pytest.approx(-tilt / 2, rel=1e-9)
+    assert after - before > 0.05
+
+
 def test_slope_of_a_wave():
     x = np.arange(24) / 24 * 3.0
     y = np.arange(20) / 20 * 2.0
@@ -76,7 +97,7 @@ def test_statistics_of_a_wave():
     """rms height A/√2; differences of sin by d have the rms of its slope times sinc(q d / 2)."""
     n, periods, amplitude = 64, 4, 3.0
     q = 2 * np.pi * periods / n
-    wave = amplitude * np.sin(q * np.arange(n) / 0.5 * 0.5)
+    wave = amplitude * np.sin(q * np.arange(n))
     field = GridField(np.repeat(wave[:, None], 5, axis=1), (0.5, 1.0), periodic=True)
     found = MapStatistics.of(field)
     assert found.rms_height == pytest.approx(amplitude / 2**0.5, rel=1e-14)
