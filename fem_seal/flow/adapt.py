@@ -37,17 +37,19 @@ class Tuning:
     theta : part of the difference of energies that the marked cells hold
     theta_throughflow : part of the flow through closed cells that the marked ones carry
     cut : the dual takes gaps below this part of the critical constriction for contact
-    floor : the primal raises positive gaps to this part of it; cut and floor keep the contrast
-        within what double precision can solve
+    floor : the primal raises positive gaps to this part of it
+    ceiling : where the gap is this many times it, the pressure is taken to be constant; cut, floor
+        and ceiling keep the contrast within what double precision can solve
     tolerance : relative error of the energy at which CG stops; the flux has its square root
     coarsest : squares along the shorter side of the first mesh
     """
 
     epsilon: float = 0.1
-    theta: float = 0.7
+    theta: float = 0.8
     theta_throughflow: float = 0.5
     cut: float = 1e-2
     floor: float = 1e-4
+    ceiling: float = 2e3
     tolerance: float = 1e-8
     coarsest: int = 32
 
@@ -118,7 +120,8 @@ class _Log:
 
 def relative_gap(lower: float, upper: float) -> float:
     """(upper - lower) / √(lower upper), what the tolerance limits; infinite without a lower."""
-    return (upper - lower) / np.sqrt(lower * upper) if lower > 0 else np.inf
+    # The product of the two may be below what double precision holds.
+    return (upper / lower - 1) * np.sqrt(lower / upper) if lower > 0 else np.inf
 
 
 def brackets(

@@ -113,7 +113,8 @@ def _drop(bubble: np.ndarray, coupling: np.ndarray, stiffness: np.ndarray) -> fl
     """Σ a(v, φ)² / a(φ, φ) from what each cell (C,) adds to its bubble."""
     has_one = bubble >= 0
     a, b = (np.bincount(bubble[has_one], of_cell[has_one]) for of_cell in (coupling, stiffness))
-    return float((a[b > 0] ** 2 / b[b > 0]).sum())
+    # Not a²/b: the square may be beyond double precision.
+    return float((a[b > 0] * (a[b > 0] / b[b > 0])).sum())
 
 
 def _halves(

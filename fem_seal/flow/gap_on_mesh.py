@@ -20,11 +20,13 @@ class CellContact:
     shut : (C, 3) bool, sides (opposite each corner) along which the gap is zero
     closed : (C,) bool, cells in which the stream function must be constant
     contact : (C, 3) bool, corners from which the stream function rises as a power
+    stiff : (C,) bool, cells so conductive that the pressure is taken to be the same all over them
     """
 
     shut: np.ndarray
     closed: np.ndarray
     contact: np.ndarray
+    stiff: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +46,7 @@ class CellData(CellContact):
 
     def without_values(self) -> CellContact:
         """What is left when the averages are no longer needed."""
-        return CellContact(self.shut, self.closed, self.contact)
+        return CellContact(self.shut, self.closed, self.contact, self.stiff)
 
 
 class LinearGap:
@@ -56,13 +58,17 @@ class LinearGap:
     cut : the dual takes gaps below it for contact (lowering the gap lowers the lower bound)
     floor : the primal raises positive gaps below it (raising the gap raises the upper bound)
     width : pixels, squares of the starting mesh
+    ceiling : cells of a higher mean cube are `stiff` in the primal, and in the dual as conductive
+        as the ceiling; both err to the safe side
     """
 
-    def __init__(self, gap: GridField, cut: float, floor: float, width: int):
+    def __init__(
+        self, gap: GridField, cut: float, floor: float, width: int, ceiling: float = np.inf
+    ):
         samples = gap.vertices()
         self.squares = (samples.shape[0] - 1, samples.shape[1] - 1)
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
-        self.cut = cut
+        self.cut, self._ceiling = cut, ceiling
         raised = np.where(samples > 0, np.maximum(samples, floor), 0.0)
         lowered = np.where(samples < cut, 0.0, samples)
         self._samples = np.stack([raised, lowered], axis=-1)
@@ -108,8 +114,9 @@ class LinearGap:
         inverse[coarse] = self._inverse_cube.lookup(place)
         shut, contact = _contact_of(raised, lowered, fine[:, None])
         closed = contact.all(axis=1) | (~fine & np.isinf(inverse))
-        tensor = _resistivity(mesh, self.aspect, lowered, contact, inverse)
-        return CellData(shut, closed, contact, K, tensor)
+        most = self._ceiling**3
+        tensor = _resistivity(mesh, self.aspect, lowered, contact, np.maximum(inverse, 1 / most))
+        return CellData(shut, closed, contact, most < K, K, tensor)
 
 
 class VertexGap:
@@ -119,12 +126,14 @@ class VertexGap:
     ----------
     values : (V,), gap at the vertices of the first mesh, in units of its maximum
     unit : lengths of the mesh are measured in it [m]
-    cut, floor : as for LinearGap
+    cut, floor, ceiling : as for LinearGap
     """
 
-    def __init__(self, values: np.ndarray, unit: float, cut: float, floor: float):
+    def __init__(
+        self, values: np.ndarray, unit: float, cut: float, floor: float, ceiling: float = np.inf
+    ):
         self.aspect = 1 / unit
-        self.cut = cut
+        self.cut, self._ceiling = cut, ceiling
         raised = np.where(values > 0, np.maximum(values, floor), 0.0)
         lowered = np.where(values < cut, 0.0, values)
         self._values = np.stack([raised, lowered], axis=-1)
@@ -150,10 +159,10 @@ class VertexGap:
         """Averages, shut sides and resistivity tensors, in closed form on every cell."""
         raised, lowered = np.moveaxis(values[mesh.cells], -1, 0)
         shut, contact = _contact_of(raised, lowered, True)
-        inverse = averages.mean_inverse_cube(lowered)
+        K, most = averages.mean_cube(raised), self._ceiling**3
+        inverse = np.maximum(averages.mean_inverse_cube(lowered), 1 / most)
         tensor = _resistivity(mesh, self.aspect, lowered, contact, inverse)
-        K = averages.mean_cube(raised)
-        return CellData(shut, contact.all(axis=1), contact, K, tensor)
+        return CellData(shut, contact.all(axis=1), contact, most < K, K, tensor)
 
 
 def _contact_of(
@@ -187,12 +196,14 @@ def _resistivity(
 
 
 class ConstantGap:
-    """Each sample fills one square pixel; no vertex carries a gap."""
+    """Each sample fills one square pixel; no vertex carries a gap. Parameters: as for LinearGap."""
 
-    def __init__(self, gap: GridField, cut: float, floor: float, width: int):
+    def __init__(
+        self, gap: GridField, cut: float, floor: float, width: int, ceiling: float = np.inf
+    ):
         self.squares = gap.shape
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
-        self.cut = cut
+        self.cut, self._ceiling = cut, ceiling
         raised = np.where(gap.values > 0, np.maximum(gap.values, floor), 0.0)
         lowered = np.where(gap.values < cut, 0.0, gap.values)
         self._K = raised**3
@@ -227,10 +238,11 @@ class ConstantGap:
         place = averages.Place.of(mesh, coarse)
         K[coarse] = self._cube.lookup(place)
         inverse[coarse] = self._inverse_cube.lookup(place)
-        closed = np.isinf(inverse)
-        isotropic = np.where(closed, 0.0, inverse)
+        closed, most = np.isinf(inverse), self._ceiling**3
+        isotropic = np.where(closed, 0.0, np.maximum(inverse, 1 / most))
         none = np.zeros((len(K), 3), dtype=bool)
-        return CellData(none, closed, none, K, isotropic[:, None] * np.array([1.0, 0.0, 1.0]))
+        tensor = isotropic[:, None] * np.array([1.0, 0.0, 1.0])
+        return CellData(none, closed, none, most < K, K, tensor)
 
 
 REPRESENTATIONS = {"linear": LinearGap, "constant": ConstantGap}

@@ -20,7 +20,7 @@ from fem_seal.mesh.mesh_gap import MeshGap
 
 METHODS = ("adaptive", "uniform")
 NARROWEST = 1e-60  # of the largest gap
-LEAST_UNIT = 1e-200  # leaves a hundred decades for what a constriction takes away
+LEAST_UNIT = 1e-100  # leaves the 180 decades that a constriction may take away
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,8 @@ def _brackets(flow: GridFlow | MeshFlow, strategy: Strategy, comm: MPI.Comm) -> 
         )
     tuning = strategy.tuning
     coarsest = None if strategy.uniform else tuning.coarsest
-    gap, mesh = flow.start(tuning.cut * narrowest, tuning.floor * narrowest, coarsest)
+    clipped = (narrowest * part for part in (tuning.cut, tuning.floor, tuning.ceiling))
+    gap, mesh = flow.start(*clipped, coarsest)
     return brackets(gap, mesh, strategy, comm)
 
 
@@ -201,7 +202,7 @@ def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) ->
         state="leaking",
         method=method,
         # Without a lower bound yet, the upper one is all that is known.
-        value=float(np.sqrt(lower * upper)) if lower > 0 else upper,
+        value=lower * float(np.sqrt(upper / lower)) if lower > 0 else upper,
         lower=lower,
         upper=upper,
         unknowns=bracket.level.unknowns,
@@ -224,12 +225,16 @@ def _field(
     first[number] = np.arange(len(number))
     vertex = cells.ravel()[first]
     pressure = bracket.pressure.corner_values * pressure_drop
-    gradient = problem.gradients(pressure) / flow.unit
-    K = problem.data.K * highest**3 / (12 * viscosity)
+    conductivity = highest**3 / (12 * viscosity)
+    flux = -problem.data.K[:, None] * problem.gradients(bracket.pressure.corner_values)
+    if bracket.stream is not None:
+        # Where the pressure was taken to be constant, the stream function knows what flows.
+        stiff = problem.data.stiff
+        flux[stiff] = problem.flux(bracket.stream)[stiff]
     return FlowField(
         points=flow.points(problem.mesh)[vertex],
         cells=number.reshape(-1, 3),
         gap=highest * problem.vertex_gap[vertex],
         pressure=pressure.ravel()[first],
-        flux=-K[:, None] * gradient,
+        flux=flux * conductivity * pressure_drop / flow.unit,
     )

@@ -19,8 +19,6 @@ from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.flow.unknowns import Unknowns, dual_unknowns, open_cells, primal_unknowns
 from fem_seal.mesh.nested import NestedMesh
 
-GUIDE_TOLERANCE = 1e-5  # relative error of the regularised dual's energy: it steers, and no more
-
 _ISOTROPIC = np.array([1.0, 0.0, 1.0])
 
 
@@ -98,14 +96,18 @@ class LevelProblem:
         ----------
         guess : (C, 3) corner values to start from
         """
-        tensor = self.data.K[:, None] * _ISOTROPIC
+        # Cells of one pressure add nothing to the energy, and to the matrix only rounding.
+        K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
+        tensor = K[:, None] * _ISOTROPIC
         start = self.primal_numbering.from_corners(guess)
-        return self.space.minimise(tensor, self.primal_numbering, start, self.tolerance)
+        return self.space.minimise(
+            tensor, self.primal_numbering, start, self.tolerance, balanced=True
+        )
 
     def stream(self, guess: np.ndarray) -> Stream | None:
         """Minimise ∫|∇ψ|²/K (Thomson's principle); None where closed cells bar every channel."""
         numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=True)
-        return numbering and self._minimal_stream(0.0, numbering, guess, self.tolerance)
+        return numbering and self._minimal_stream(0.0, numbering, guess)
 
     def regularised_stream(self, guess: np.ndarray, leak: float) -> Stream | None:
         """The same with closed cells conducting `leak` times what they do in the primal.
@@ -113,14 +115,11 @@ class LevelProblem:
         No bound, but it knows where flow would pass if the closed cells were resolved.
         """
         numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=False)
-        tolerance = max(self.tolerance, GUIDE_TOLERANCE)
-        return numbering and self._minimal_stream(leak, numbering, guess, tolerance)
+        return numbering and self._minimal_stream(leak, numbering, guess)
 
-    def _minimal_stream(
-        self, leak: float, numbering: Unknowns, guess: np.ndarray, tolerance: float
-    ) -> Stream:
+    def _minimal_stream(self, leak: float, numbering: Unknowns, guess: np.ndarray) -> Stream:
         start = numbering.from_corners(guess)
-        found = self.space.minimise(self._resistivity(leak), numbering, start, tolerance)
+        found = self.space.minimise(self._resistivity(leak), numbering, start, self.tolerance)
         return Stream(found.corner_values, 1 / found.energy, found.iterations, leak)
 
     def _resistivity(self, leak: float) -> np.ndarray:
@@ -141,11 +140,17 @@ class LevelProblem:
         data, Q = self.data, stream.conductance
         px, py = self.gradients(pressure.corner_values).T
         sx, sy = self.gradients(stream.psi).T
-        mx, my = self.gradients(mean_gradient_values(stream.psi, data.contact)).T
+        jx, jy = self.flux(stream).T
         xx, xy, yy = self._resistivity(stream.leak).T
         primal = data.K * (px * px + py * py)
-        dual = xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy
-        return self._shapes[1] * (primal + Q * (Q * dual + 2 * (my * px - mx * py)))
+        # Q² alone may be below what double precision holds.
+        dual = Q * (Q * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy))
+        return self._shapes[1] * (primal + dual + 2 * (jx * px + jy * py))
+
+    def flux(self, stream: Stream) -> np.ndarray:
+        """Mean flux J (C, 2) on each cell: the gradient of ψ turned, scaled to its leak rate."""
+        dx, dy = self.gradients(mean_gradient_values(stream.psi, self.data.contact)).T
+        return stream.conductance * np.stack([dy, -dx], axis=1)
 
     def throughflow(self, stream: Stream) -> np.ndarray:
         """Flow through each closed cell (C,), |J| times its width; zero in cells not closed."""

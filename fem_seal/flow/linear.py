@@ -86,16 +86,23 @@ class CellSpace:
         return sum(len(cells) for cells in self._of_ranks)
 
     def minimise(
-        self, tensor: np.ndarray, unknowns: Unknowns, guess: np.ndarray, tolerance: float
+        self,
+        tensor: np.ndarray,
+        unknowns: Unknowns,
+        guess: np.ndarray,
+        tolerance: float,
+        balanced: bool = False,
     ) -> Minimum:
         """Minimise ∫ ∇v·T·∇v over the functions that `unknowns` describes.
 
         Parameters
         ----------
-        tensor : (C, 3), components xx, xy, yy of T on each cell, in units of its largest
+        tensor : (C, 3), components xx, xy, yy of T on each cell
         unknowns : numbering of the corners
         guess : (count,), start
         tolerance : relative error of the energy at which CG stops
+        balanced : ask too that the residuals add up to no more than the root of `tolerance` times
+            the energy: of a pressure they are what flows in and not out
 
         Raises
         ------
@@ -111,7 +118,7 @@ class CellSpace:
         x, right_side = matrix.createVecs()
         right_side.array = -residual
         try:
-            iterations = _solve(matrix, right_side, x, start, tolerance)
+            iterations = _solve(matrix, right_side, x, start, tolerance, balanced)
             correction = np.concatenate(self.comm.allgather(x.array_r))
         finally:
             # petsc4py puts off freeing what is only dropped, and the meshes come and go.
@@ -213,7 +220,12 @@ def _dofs(space, per_cell: int) -> np.ndarray:
 
 
 def _solve(
-    matrix: PETSc.Mat, right_side: PETSc.Vec, x: PETSc.Vec, start: float, tolerance: float
+    matrix: PETSc.Mat,
+    right_side: PETSc.Vec,
+    x: PETSc.Vec,
+    start: float,
+    tolerance: float,
+    balanced: bool,
 ) -> int:
     """CG for x from zero until the energy r'Mr of the error is `tolerance` of the energy reached.
 
@@ -238,7 +250,9 @@ def _solve(
         reached[0] = natural_norm**2 / energy if energy > 0 else np.inf
         if not np.isfinite(natural_norm):
             return PETSc.KSP.ConvergedReason.DIVERGED_NANORINF
-        if natural_norm**2 <= tolerance * energy:
+        if natural_norm**2 <= tolerance * energy and (
+            not balanced or abs(ksp.buildResidual().sum()) <= np.sqrt(tolerance) * energy
+        ):
             return PETSc.KSP.ConvergedReason.CONVERGED_RTOL
         if iteration >= MAX_ITERATIONS:
             return PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT

@@ -58,14 +58,14 @@ class GridFlow:
         return critical_constriction(self._scaled, self.sides, self.representation).gap
 
     def start(
-        self, cut: float, floor: float, coarsest: int | None
+        self, cut: float, floor: float, ceiling: float, coarsest: int | None
     ) -> tuple[LinearGap | ConstantGap, NestedMesh]:
         """Gap in units of its maximum and the first mesh: the pixels if `coarsest` is None."""
         squares = self.gap.shape
         if self.representation == "linear":
             squares = tuple(n - 1 for n in self.gap.vertices().shape)
         width = 1 if coarsest is None else coarsest_width(squares, coarsest)
-        gap = REPRESENTATIONS[self.representation](self._scaled, cut, floor, width)
+        gap = REPRESENTATIONS[self.representation](self._scaled, cut, floor, width, ceiling)
         return gap, uniform_mesh(gap.squares, width, self.sides == "periodic")
 
     def points(self, mesh: NestedMesh) -> np.ndarray:
@@ -103,10 +103,11 @@ class MeshFlow:
         return self.gap.constriction.gap / self.highest
 
     def start(
-        self, cut: float, floor: float, coarsest: int | None
+        self, cut: float, floor: float, ceiling: float, coarsest: int | None
     ) -> tuple[VertexGap, TriangleMesh]:
         """Gap in units of its maximum and the given mesh, which is the coarsest there is."""
-        return VertexGap(self.gap.values / self.highest, self.unit, cut, floor), self.gap.mesh
+        values = self.gap.values / self.highest
+        return VertexGap(values, self.unit, cut, floor, ceiling), self.gap.mesh
 
     def points(self, mesh: TriangleMesh) -> np.ndarray:
         """Vertex coordinates (V, 2) [m]."""

@@ -37,6 +37,13 @@ class Unknowns:
         # The -1 of prescribed corners picks the zero at the end.
         return np.append(values, 0.0)[self.of_corner] + self.lift
 
+    def constant(self) -> np.ndarray:
+        """(C,) bool, cells on which every function of this numbering is constant."""
+        first = self.of_corner[:, 0], self.lift[:, 0]
+        others = ((self.of_corner[:, k], self.lift[:, k]) for k in (1, 2))
+        same = [(number == first[0]) & (lift == first[1]) for number, lift in others]
+        return same[0] & same[1]
+
     def from_corners(self, corner_values: np.ndarray) -> np.ndarray:
         """Values of the unknowns (count,) nearest to given corner values (C, 3)."""
         # Corners without an unknown are counted into a place of their own, and left out.
@@ -120,13 +127,41 @@ def primal_unknowns(mesh: NestedMesh, data: CellContact, cells: OpenCells) -> Un
     """
     vertex = mesh.twin[mesh.cells]
     label, count = continuous_labels(vertex, len(mesh.xy), data.shut, cells.kept, cells.pairs)
-    at_inlet, at_outlet = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    at_inlet[label[side_ends(cells.inlet)]] = True
-    at_outlet[label[side_ends(cells.outlet)]] = True
+    ends = [label[side_ends(slots)] for slots in (cells.inlet, cells.outlet)]
     label = label.reshape(-1, 3)[cells.kept]
-    inlet = at_inlet[label]
-    of_corner, used = numbered(label, ~(inlet | at_outlet[label]), count)
+    group = _of_one_pressure(label[data.stiff[cells.kept]], ends, count)
+    at_inlet, at_outlet = (_marked(group[end], count) for end in ends)
+    inlet, outlet = at_inlet[group[label]], at_outlet[group[label]]
+    of_corner, used = numbered(group[label], ~(inlet | outlet), count)
     return Unknowns(of_corner, inlet.astype(np.float32), used, label)
+
+
+def _of_one_pressure(stiff: np.ndarray, ends: list[np.ndarray], count: int) -> np.ndarray:
+    """Group (count,) of each label: stiff cells that touch have one pressure.
+
+    A function that is constant on some cells is one more admissible function, and so its energy an
+    upper bound. Stiff cells that would join inlet and outlet stay as they are.
+
+    Parameters
+    ----------
+    stiff : (n, 3), labels of the corners of stiff cells
+    ends : labels at the inlet and at the outlet
+    count : number of labels
+    """
+    if len(stiff) == 0:
+        return np.arange(count)
+    group = components(stiff[:, [0, 1, 1, 2]].reshape(-1, 2), count)
+    through = _marked(group[ends[0]], count) & _marked(group[ends[1]], count)
+    if not through.any():
+        return group
+    return _of_one_pressure(stiff[~through[group[stiff[:, 0]]]], ends, count)
+
+
+def _marked(places: np.ndarray, count: int) -> np.ndarray:
+    """(count,) bool, true at the places."""
+    marked = np.zeros(count, dtype=bool)
+    marked[places] = True
+    return marked
 
 
 def continuous_labels(

@@ -42,10 +42,15 @@ def rough_gap(shape: tuple[int, int], contact: float, seed: int, smooth: int = 1
 
 
 def represented(
-    gap: GridField, representation: str = "linear", cut: float = 0.0, floor: float = 0.0, width=1
+    gap: GridField,
+    representation: str = "linear",
+    cut: float = 0.0,
+    floor: float = 0.0,
+    width: int = 1,
+    ceiling: float = np.inf,
 ) -> LinearGap | ConstantGap:
     """The gap on meshes as it is, without raising or lowering small gaps."""
-    return REPRESENTATIONS[representation](gap, cut, floor, width)
+    return REPRESENTATIONS[representation](gap, cut, floor, width, ceiling)
 
 
 def level_problem(

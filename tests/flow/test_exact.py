@@ -557,10 +557,9 @@ def test_extreme_contrast_in_parallel(sides, contrast):
 
 
 @pytest.mark.parametrize("sides", SIDES)
-@pytest.mark.parametrize("contrast", [1e6, 1e12, 1e14])
+@pytest.mark.parametrize("contrast", [1e6, 1e12, 1e15, 1e30, 1e60])
 def test_high_contrast_in_series(sides, contrast):
-    """The same across the flow. Beyond 1e15 the pressure drop in the wide part is below rounding
-    and CG refuses; as the critical constriction would be a hundred-thousandth of the widest gap."""
+    """The same across the flow: the pressure drop in the wide part gets below rounding."""
     gap = GridField(np.repeat(stripes(contrast ** (-1 / 3))[:, None], 6, axis=1), (1.0, 1.0))
     flow = solve(gap, 200, 0.1, "adaptive", representation="constant", sides=sides)
     assert encloses(flow, 6 / (4 * (1 + contrast)))

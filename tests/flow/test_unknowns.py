@@ -11,14 +11,23 @@ from fem_seal.mesh.nested import PIXEL, uniform_mesh
 
 
 class Topology:
-    """Mesh, cell data and open cells of a gap of ones with contact at given samples."""
+    """Mesh, cell data and open cells of a gap of ones with another gap at given samples."""
 
-    def __init__(self, shape, contact, representation="linear", periodic=False, halvings=0):
+    def __init__(
+        self,
+        shape,
+        contact,
+        representation="linear",
+        periodic=False,
+        halvings=0,
+        ceiling=np.inf,
+        there=0.0,
+    ):
         values = np.ones(shape)
-        values[tuple(np.array(contact, dtype=int).reshape(-1, 2).T)] = 0
+        values[tuple(np.array(contact, dtype=int).reshape(-1, 2).T)] = there
         if periodic and representation == "linear":
             values[:, -1] = values[:, 0]
-        gap = represented(GridField(values, (1.0, 1.0)), representation)
+        gap = represented(GridField(values, (1.0, 1.0)), representation, ceiling=ceiling)
         self.mesh = uniform_mesh(gap.squares, 1, periodic)
         vertex = gap.vertex_values(self.mesh)
         for _ in range(halvings):
@@ -66,6 +75,27 @@ def test_contact_line_from_the_rim(start):
     assert (case.at(numbering, 0, 2, "of_corner") == -1).all()
     assert (case.at(numbering, 5, 2, "lift") == 0).all()
     assert (case.at(numbering, 5, 2, "of_corner") == -1).all()
+
+
+def test_stiff_cells_never_join_inlet_and_outlet():
+    """All cells above the ceiling: none is of one pressure, which would be both 0 and 1."""
+    free, stiff = Topology((6, 5), []), Topology((6, 5), [], ceiling=0.5)
+    assert stiff.data.stiff.all()
+    assert stiff.primal().count == free.primal().count == 4 * 5
+
+
+def test_stiff_cells_that_touch_have_one_pressure():
+    """Wide parts before, between and behind two thin lines: pressures 1, one unknown, and 0."""
+    thin = [(i, j) for i in (3, 6) for j in range(5)]
+    # Corners of 0.01, 1 and 1 have a mean cube of 0.41, less than 0.9 cubed.
+    case = Topology((10, 5), thin, ceiling=0.9, there=0.01)
+    numbering = case.primal()
+    assert numbering.count == 2 * 5 + 1  # those on the lines, and one between them
+    for i, pressure in ((0, 1), (1, 1), (2, 1), (7, 0), (8, 0), (9, 0)):
+        assert (case.at(numbering, i, 2, "of_corner") == -1).all()
+        assert (case.at(numbering, i, 2, "lift") == pressure).all()
+    between = [case.at(numbering, i, j, "of_corner") for i in (4, 5) for j in range(5)]
+    assert len(np.unique(np.concatenate(between))) == 1
 
 
 def test_single_contact_vertex_does_not_part_the_pressure():

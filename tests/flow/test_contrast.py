@@ -1,0 +1,67 @@
+"""Gaps whose conductivity spans more decades than double precision has digits."""
+
+import numpy as np
+import pytest
+from gaps import FLUID
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.grid import GridField
+
+FLUX = 1e-4  # relative error of a flux that the solver allows: the root of that of the energy
+
+
+def film(thin: float, representation: str, n: int = 32) -> tuple[GridField, float]:
+    """A film `thin` across a square, the rest of gap 1, and its leak rate in closed form."""
+    samples = np.where(np.abs((np.arange(n) + 0.5) / n - 0.5) < 0.1, thin, 1.0)
+    gap = GridField(np.repeat(samples[:, None], n, axis=1), (1.0, 1.0))
+    if representation == "constant":
+        return gap, n / (1 / samples**3).sum()
+    a, b = samples[:-1], samples[1:]
+    # Over a step of linear gap from a to b the mean of 1/g³ is (a + b)/(2 a² b²).
+    return gap, (n - 1) / ((a + b) / (2 * a**2 * b**2)).sum()
+
+
+# On squares the pressure is linear between the nodes and the bounds meet at once, but for what the
+# wide part of one pressure would lose: 26 squares of 1/ceiling³ = 1e-10 of the film's resistance.
+@pytest.mark.parametrize(("representation", "rtol"), [("linear", 0.01), ("constant", 1e-8)])
+@pytest.mark.parametrize("decades", [2, 3, 4, 6, 10, 30, 59])
+def test_film_in_series(representation, rtol, decades):
+    """The bounds hold the closed form, and as much flows in as out, whatever the contrast."""
+    gap, exact = film(10.0**-decades, representation)
+    flow = leak_rate(
+        gap, representation=representation, rtol=rtol, limits=Limits(unknowns=20_000), **FLUID
+    )
+    assert flow.converged
+    assert flow.lower < exact * (1 + 1e-12)
+    assert flow.upper > exact * (1 - 1e-12)
+    assert flow.inflow == pytest.approx(flow.outflow, rel=2 * FLUX, abs=0)
+    assert flow.inflow == pytest.approx(flow.value, rel=rtol + FLUX, abs=0)
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10_000), decades=st.integers(3, 50))
+def test_rough_constriction(seed, decades):
+    """Adaptive and uniform bounds of one gap overlap, and what flows in flows out."""
+    rng, x = np.random.default_rng(seed), (np.arange(24) + 0.5) / 24
+    squeezed = 10 ** (-decades * np.exp(-(((x - 0.5) / 0.1) ** 2)))
+    values = squeezed[:, None] * np.exp(rng.normal(size=(24, 24)) / 2)
+    values[rng.uniform(size=values.shape) < 0.1] = 0
+    gap = GridField(values, (1.0, 1.0))
+    adaptive, uniform = (
+        leak_rate(gap, method=method, rtol=0.05, limits=Limits(unknowns=8_000), **FLUID)
+        for method in ("adaptive", "uniform")
+    )
+    assert adaptive.converged
+    assert max(adaptive.lower, uniform.lower) <= min(adaptive.upper, uniform.upper)
+    for flow in (adaptive, uniform):
+        assert flow.inflow == pytest.approx(flow.outflow, rel=2 * FLUX, abs=0)
+
+
+def test_flux_where_the_pressure_is_constant():
+    """A thin film lets the same flux through every cell, also through those of one pressure."""
+    gap, exact = film(1e-6, "constant")
+    flow = leak_rate(gap, representation="constant", rtol=1e-8, field=True, **FLUID)
+    assert flow.field.flux[:, 0] == pytest.approx(exact / 32, rel=1e-3, abs=0)
+    assert np.abs(flow.field.flux[:, 1]).max() < 1e-3 * exact / 32
