@@ -204,6 +204,7 @@ BAD = {
     "flow.method=fem": "choose from 'adaptive', 'uniform' or 'finite-difference'",
     "flow.links=mean": "flow.links = 'mean' is not allowed",
     "flow.max_unknowns=0": "flow.max_unknowns = 0",
+    "flow.max_seconds=5 s": "max_seconds ends a refinement, which method = 'finite-difference' has",
     "output.products=[]": "output.products = .* at least 1 item",
     "output.products=['leak']": r"output.products\[0\] = 'leak' is not allowed",
     "output.products=['mesh']": "finite-difference",
@@ -228,6 +229,15 @@ def test_heights_beyond_double_precision(small_scene, slope):
     small_scene["surface"]["rms_slope"] = slope
     with pytest.raises(InvalidInput, match=r"heights of the surface differ by .* check their unit"):
         _ = Seal(Scene.from_mapping(small_scene)).contact
+
+
+def test_links_are_of_finite_differences(small_scene):
+    """Another method would take no notice of them."""
+    small_scene["flow"]["links"] = "harmonic"
+    assert Scene.from_mapping(small_scene).flow.links == "harmonic"
+    del small_scene["flow"]["method"]
+    with pytest.raises(InvalidInput, match="flow: links = 'harmonic' is for method = 'finite-dif"):
+        Scene.from_mapping(small_scene)
 
 
 def test_bearing_has_no_pressure(small_scene):

@@ -202,6 +202,23 @@ class Flow(Section):
     max_seconds: Seconds | None = Field(None, description="stop with the best bounds so far")
     max_memory: Bytes | None = Field(None, description="stop with the best bounds so far")
 
+    @model_validator(mode="after")
+    def _check(self) -> "Flow":
+        if self.method != "finite-difference":
+            if self.links != "linear-gap":
+                raise ContradictionError(
+                    f"links = {self.links!r} is for method = 'finite-difference' only; "
+                    f"method = {self.method!r} has no links: leave it out"
+                )
+            return self
+        for name in ("max_unknowns", "max_seconds", "max_memory"):
+            if getattr(self, name) is not None:
+                raise ContradictionError(
+                    f"{name} ends a refinement, which method = 'finite-difference' has not; leave "
+                    "it out, or choose adaptive or uniform"
+                )
+        return self
+
 
 Product = Literal[
     *("contact", "leak_rate", "pictures", "mesh"),
