@@ -68,8 +68,8 @@ class CellSpace:
             raise AssertionError("DOLFINx has reordered the vertices of a cell")
         self.V = functionspace(self.mesh, ("DG", 1))
         self.W = functionspace(self.mesh, ("DG", 0))
-        self._corner_dofs = _dofs(self.V, 3)
-        self._cell_dofs = _dofs(self.W, 1).ravel()
+        self._corner_dofs = cell_dofs(self.V, 3)
+        self._cell_dofs = cell_dofs(self.W, 1).ravel()
         self._tensor = [fem.Function(self.W) for _ in range(3)]
         xx, xy, yy = self._tensor
         T = ufl.as_tensor([[xx, xy], [xy, yy]])
@@ -118,7 +118,7 @@ class CellSpace:
         x, right_side = matrix.createVecs()
         right_side.array = -residual
         try:
-            iterations = _solve(matrix, right_side, x, start, tolerance, balanced)
+            iterations = minimise_by_cg(matrix, right_side, x, start, tolerance, balanced)
             correction = np.concatenate(self.comm.allgather(x.array_r))
         finally:
             # petsc4py puts off freeing what is only dropped, and the meshes come and go.
@@ -213,22 +213,41 @@ def _assembled(form) -> np.ndarray:
     return values
 
 
-def _dofs(space, per_cell: int) -> np.ndarray:
+def cell_dofs(space, per_cell: int) -> np.ndarray:
+    """(c, per_cell) int, degrees of freedom of each cell of this rank."""
     dofs = space.dofmap.list
     dofs = dofs if isinstance(dofs, np.ndarray) else dofs.array
     return dofs.reshape(-1, per_cell)
 
 
-def _solve(
+def minimise_by_cg(
     matrix: PETSc.Mat,
     right_side: PETSc.Vec,
     x: PETSc.Vec,
     start: float,
     tolerance: float,
-    balanced: bool,
+    balanced: bool = False,
 ) -> int:
     """CG for x from zero until the energy r'Mr of the error is `tolerance` of the energy reached.
 
+    Parameters
+    ----------
+    matrix, right_side : of the correction to a start
+    x : where the solution goes
+    start : energy of the start
+    tolerance, balanced : as in `CellSpace.minimise`
+
+    Returns
+    -------
+    Number of iterations.
+
+    Raises
+    ------
+    NotConverged
+        If CG does not get there.
+
+    Notes
+    -----
     Relative residuals would lie: the energy of the start may exceed the minimum a million times.
     In CG the energy after k steps is start - b·x_k, and r'Mr, with M the preconditioner, is the
     energy of the error within a factor of two.

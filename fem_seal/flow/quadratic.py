@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from fem_seal.errors import NotConverged
 from fem_seal.fenicsx import (
     MPI,
     PETSc,
@@ -23,6 +22,7 @@ from fem_seal.fenicsx import (
 )
 from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
+from fem_seal.flow.linear import cell_dofs, minimise_by_cg
 from fem_seal.flow.unknowns import OpenCells, Unknowns, open_cells, primal_unknowns
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -33,7 +33,6 @@ from fem_seal.topology.percolation import is_sealed
 METHOD = "quadratic"
 # K = g³ has degree 3 on a cell, each of the two gradients degree 1.
 QUADRATURE_DEGREE = 3 + 2 * 1
-MAX_ITERATIONS = 300
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,13 +130,13 @@ def _least_energy(
         raise AssertionError("DOLFINx has reordered the vertices of a cell")
     V, W = functionspace(msh, ("DG", 2)), functionspace(msh, ("DG", 1))
     g, p = fem.Function(W), fem.Function(V)
-    g.x.array[_dofs(W, 3)] = gap[own]
+    g.x.array[cell_dofs(W, 3)] = gap[own]
     u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
     dx = ufl.dx(metadata={"quadrature_degree": QUADRATURE_DEGREE})
     A = fem.petsc.assemble_matrix(fem.form(g**3 * ufl.inner(ufl.grad(u), ufl.grad(v)) * dx))
     A.assemble()
     energy = fem.form(g**3 * ufl.inner(ufl.grad(p), ufl.grad(p)) * dx)
-    nodes, size = _dofs(V, 6), 6 * len(cells)
+    nodes, size = cell_dofs(V, 6), 6 * len(cells)
     indptr, indices, entries = A.getValuesCSR()
     matrix = csr_array((entries, indices, indptr), shape=(size, size))
     free = numbering.of_node[own] >= 0
@@ -152,13 +151,8 @@ def _least_energy(
     return float(fem.assemble_scalar(energy))
 
 
-def _dofs(space: fem.FunctionSpace, per_cell: int) -> np.ndarray:
-    dofs = space.dofmap.list
-    return (dofs if isinstance(dofs, np.ndarray) else dofs.array).reshape(-1, per_cell)
-
-
 def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float) -> np.ndarray:
-    """CG with BoomerAMG until r'Mr, the energy of the error, is `tolerance` of the energy left."""
+    """Correction to a start of given energy."""
     A = PETSc.Mat().createAIJ(
         matrix.shape,
         csr=(
@@ -170,30 +164,9 @@ def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float)
     )
     b, x = A.createVecLeft(), A.createVecRight()
     b.array = load
-    ksp = PETSc.KSP().create(MPI.COMM_SELF)
-    ksp.setOperators(A)
-    ksp.setType("cg")
-    ksp.setNormType(PETSc.KSP.NormType.NATURAL)
-    ksp.getPC().setType("hypre")
-
-    def converged(ksp: PETSc.KSP, iteration: int, norm: float) -> int:
-        left = start - (b.dot(ksp.buildSolution()) if iteration else 0.0)
-        if not np.isfinite(norm):
-            return PETSc.KSP.ConvergedReason.DIVERGED_NANORINF
-        if norm**2 <= tolerance * left:
-            return PETSc.KSP.ConvergedReason.CONVERGED_RTOL
-        if iteration >= MAX_ITERATIONS:
-            return PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT
-        return PETSc.KSP.ConvergedReason.CONVERGED_ITERATING
-
-    ksp.setConvergenceTest(converged)
-    ksp.solve(b, x)
-    reason, iterations, found = ksp.getConvergedReason(), ksp.getIterationNumber(), x.array.copy()
-    for thing in (ksp, A, b, x):
-        thing.destroy()
-    if reason <= 0:
-        raise NotConverged(
-            f"quadratic elements: CG with BoomerAMG stopped after {iterations} iterations (PETSc "
-            f"reason {reason}); take linear elements"
-        )
-    return found
+    try:
+        minimise_by_cg(A, b, x, start, tolerance)
+        return x.array.copy()
+    finally:
+        for thing in (A, b, x):
+            thing.destroy()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_seal.errors import NotConverged
-from fem_seal.flow import Limits, leak_rate, quadratic
+from fem_seal.flow import Limits, leak_rate, linear
 from fem_seal.flow.quadratic import quadratic_upper
 from fem_seal.grid import GridField
 
@@ -78,6 +78,6 @@ def test_sealed_needs_no_solve():
 
 
 def test_what_does_not_converge_says_so(monkeypatch):
-    monkeypatch.setattr(quadratic, "MAX_ITERATIONS", 1)
+    monkeypatch.setattr(linear, "MAX_ITERATIONS", 1)
     with pytest.raises(NotConverged, match="after 1 iterations"):
         unit(rough(16, 0.2))
