@@ -114,6 +114,8 @@ BAD = {
     "output.leak_rate_unit=mbar l/s": "'mbar l/s' is a pressure times a volume per time, but a liq",
     "limit.leak_rate=1 g/h": "limit.leak_rate in 'g/h' is a mass per time, but a liquid leaks",
     "limit.leak_rate=1 m": "limit.leak_rate = '1 m' does not measure a leak rate",
+    "limit.leak_rate=1e300": r"limit.leak_rate = 1e\+300 m\^3/s is no leak rate of this world",
+    "limit.leak_rate=1e-200 ml/h": "limit.leak_rate = 1e-200 ml/h is no leak rate of this world",
     "limit.leak_rate=0": "limit.leak_rate = 0 should be greater than 0",
     "limit.leak_rate=": "limit.leak_rate is missing",
     "limit.decide=1": "limit.decide = 1 should be a valid boolean",

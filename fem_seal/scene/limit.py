@@ -13,6 +13,7 @@ from fem_seal.units import Rate, RateUnit
 if TYPE_CHECKING:
     from fem_seal.scene.scene import Scene
 
+MOST = 1e100  # m³/s, of a limit; in any unit it is still a number
 LeakRateLimit = Annotated[Rate, PlainValidator(Rate.parse), PlainSerializer(str)]
 
 
@@ -35,6 +36,11 @@ def check_rates(scene: "Scene", drive: Drive) -> None:
     if limit is None:
         return
     _require_kind("limit.leak_rate", limit.leak_rate.unit, drive)
+    if not 1 / MOST < limit.volume_rate(drive) < MOST:
+        raise ContradictionError(
+            f"limit.leak_rate = {limit.leak_rate.number:g} {limit.leak_rate.unit.name} is no leak "
+            "rate of this world; check its unit"
+        )
     flow = scene.flow
     if flow.method == "finite-difference":
         raise ContradictionError(
