@@ -134,6 +134,15 @@ def test_override(small_scene, tmp_path):
     assert changed.solid == Scene.from_file(path).solid
 
 
+def test_a_list_without_the_quotes_the_shell_has_eaten(small_scene, tmp_path):
+    path = write_toml(tmp_path / "scene.toml", small_scene)
+    changed = Scene.from_file(path, ["output.products=[leak_rate, contact]"])
+    assert (
+        changed.output.products
+        == Scene.from_file(path, ['output.products=["leak_rate","contact"]']).output.products
+    )
+
+
 def test_paths_count_from_the_scene_file(small_scene, tmp_path, monkeypatch):
     (tmp_path / "data").mkdir()
     np.savez(tmp_path / "data" / "gap.npz", gap=np.ones((3, 3)), spacing=[1, 1])

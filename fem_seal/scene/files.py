@@ -53,7 +53,14 @@ def _replace(
 
 
 def _value(text: str) -> object:
-    """TOML value, or the text itself: a shell has eaten the quotes of "5 um"."""
+    """TOML value, or the text itself: a shell has eaten the quotes of "5 um", also in a list."""
+    found = _toml_or_text(text)
+    if found is text and text.startswith("[") and text.endswith("]"):
+        return [_toml_or_text(part.strip()) for part in text[1:-1].split(",")]
+    return found
+
+
+def _toml_or_text(text: str) -> object:
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
