@@ -102,7 +102,9 @@ def main(sizes: list[int], loads: list[float], peers: list[str], seeds: list[int
             for hurst, short in SURFACES:
                 spectrum = Spectrum(hurst, n / 8, short)
                 heights = self_affine(spectrum, (n, n), (n, n), rms_slope=1, seed=seed)
-                solve(heights, 1.0, pressure=0.5)  # plans the transforms: FFTW's wisdom is kept
+                # Plans the transforms, also of the coarser grids that start a light contact:
+                # FFTW's wisdom is kept.
+                solve(heights, 1.0, pressure=min(loads))
                 for load in loads:
                     name = f"{n:5d} {hurst:4} {short:3}"
                     ratios[n, load].append(one_case(name, heights, load, codes))
