@@ -45,7 +45,7 @@ class Tuning:
     """
 
     epsilon: float = 0.1
-    theta: float = 0.8
+    theta: float = 0.7
     theta_throughflow: float = 0.5
     cut: float = 1e-2
     floor: float = 1e-4
