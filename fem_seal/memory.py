@@ -1,4 +1,4 @@
-"""How much memory this process has needed."""
+"""How much memory this process has needed, and how much there is."""
 
 import ctypes
 from pathlib import Path
@@ -14,6 +14,13 @@ def peak_memory() -> int:
     """
     status = Path("/proc/self/status").read_text()
     line = next(line for line in status.splitlines() if line.startswith("VmHWM:"))
+    return int(line.split()[1]) * 1024
+
+
+def available_memory() -> int:
+    """Memory that can still be had on this machine without swapping [bytes]."""
+    lines = Path("/proc/meminfo").read_text().splitlines()
+    line = next(line for line in lines if line.startswith("MemAvailable:"))
     return int(line.split()[1]) * 1024
 
 

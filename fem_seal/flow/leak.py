@@ -13,12 +13,13 @@ from fem_seal.flow.goal import Decision, Tolerance
 from fem_seal.flow.posed import GridFlow, MeshFlow, posed
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
-from fem_seal.memory import peak_memory
+from fem_seal.memory import available_memory, peak_memory
 from fem_seal.mesh.bisection import TooFine
 from fem_seal.mesh.grouping import consecutive
 from fem_seal.mesh.mesh_gap import MeshGap
 
 METHODS = ("adaptive", "uniform")
+USUAL_GROWTH = 1.5  # of an adaptive mesh from level to level, and of the memory at its peak
 NARROWEST = 1e-60  # of the largest gap
 LEAST_UNIT = 1e-100  # leaves the 180 decades that a constriction may take away
 
@@ -29,21 +30,24 @@ class Limits:
 
     unknowns : no larger mesh is solved, except the first
     seconds : of wall time, checked after each level
-    memory_bytes : of one process; the next level must be expected to fit
+    memory_bytes : of one process; the next level must be expected to fit. Without it, what the
+        machine has is the limit
     """
 
     unknowns: int | None = None
     seconds: float | None = None
     memory_bytes: int | None = None
 
-    def exceeded(self, started: float) -> str:
-        """Which limit the next level would pass, "" if none."""
+    def exceeded(self, started: float, growth: float = USUAL_GROWTH) -> str:
+        """Which limit the next level, `growth` times as large, would pass; "" if none."""
         spent = time.perf_counter() - started
         if self.seconds is not None and spent >= self.seconds:
             return f"the limit of {self.seconds:g} s is used up"
-        # A mesh grows by half from level to level, and so does the memory at its peak.
-        if self.memory_bytes is not None and 1.5 * peak_memory() >= self.memory_bytes:
+        peak = peak_memory()
+        if self.memory_bytes is not None and growth * peak >= self.memory_bytes:
             return f"the next mesh would need more than {self.memory_bytes / 1e9:.2g} GB"
+        if growth * peak >= peak + available_memory():
+            return f"the next mesh would need some {growth * peak / 1e9:.2g} GB, more than there is"
         return ""
 
 
@@ -111,6 +115,7 @@ def leak_rate(
     limits = limits or Limits()
     goal = Tolerance(rtol) if decide is None else Decision(decide)
     scale = unit_of_leak_rate(flow.highest, viscosity, pressure_drop)
+    growth = 4.0 if method == "uniform" else USUAL_GROWTH
     started = time.perf_counter()
     levels: list[Level] = []
     reason = ""
@@ -125,7 +130,7 @@ def leak_rate(
     try:
         for bracket in _brackets(flow, strategy, comm):
             reached = goal.reached(bracket.level.lower * scale, bracket.level.upper * scale)
-            reason = "" if reached else comm.bcast(limits.exceeded(started))
+            reason = "" if reached else comm.bcast(limits.exceeded(started, growth))
             if reason:
                 bracket = bracket.certified()
             level = bracket.level

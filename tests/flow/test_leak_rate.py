@@ -1,5 +1,7 @@
 """leak_rate as its callers see it: limits, refusals, progress and the flow field."""
 
+import os
+
 import numpy as np
 import pytest
 from gaps import FLUID, rough_gap, vertex_gap
@@ -8,6 +10,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.averages import mean_cube
 from fem_seal.grid import GridField
+from fem_seal.memory import available_memory
 
 METHODS = ["uniform", "adaptive"]
 GAP = rough_gap((16, 16), 0.3, 6)
@@ -48,6 +51,20 @@ def test_limits(name, method, field, tight):
     else:
         assert len(flow.levels) == 1
     assert (flow.field is not None) == field
+
+
+def test_the_memory_of_the_machine_is_a_limit(monkeypatch):
+    """Where the next mesh cannot be expected to fit, what is known so far is the result."""
+    monkeypatch.setattr("fem_seal.flow.leak.available_memory", lambda: 1000)
+    flow = leak_rate(GAP, rtol=1e-6, **FLUID)
+    assert len(flow.levels) == 1
+    assert "more than there is" in flow.reason
+    assert 0 < flow.lower < flow.upper
+
+
+def test_available_memory_is_that_of_the_machine():
+    pages, size = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")
+    assert 0 < available_memory() < pages * size
 
 
 def test_first_mesh_is_solved_whatever_the_limits():
