@@ -1,12 +1,13 @@
 #!/bin/sh
 # Prepares .venv on Debian 12 or 13: FEniCSx from Debian, everything else from PyPI.
 # Run it as root or with sudo at hand; running it again does nothing that is already done.
+# OpenBLAS halves the time of finite differences: Debian's own BLAS is the reference one.
 set -eu
 cd "$(dirname "$0")"
 
 sudo=
 [ "$(id -u)" = 0 ] || sudo=sudo
-packages="python3-dolfinx python3-gmsh python3-meshio python3-scipy python3-venv python3-pip libegl1"
+packages="python3-dolfinx python3-gmsh python3-meshio python3-scipy python3-venv python3-pip libegl1 libopenblas0-serial"
 
 missing() {
     for package in "$@"; do
