@@ -13,7 +13,7 @@ import numpy as np
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bubbles import shape_gradients
-from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap
+from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap
 from fem_seal.flow.linear import CellSpace
 from fem_seal.flow.torus import (
     jumps_along,
@@ -26,7 +26,6 @@ from fem_seal.flow.unknowns import Unknowns
 from fem_seal.mesh.nested import PIXEL, NestedMesh
 from fem_seal.mesh.seams import seams
 
-_ISOTROPIC = np.array([1.0, 0.0, 1.0])
 _CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])  # J×G = J·_CROSS·G
 
 
@@ -111,7 +110,7 @@ class CellProblem:
         guess : (2, C, 3) corner values for unit jumps across x and across y
         """
         crossed = self._seams.copy[self.mesh.cells[self.kept]]
-        tensor = self.data.K[:, None] * _ISOTROPIC
+        tensor = self.data.K[:, None] * ISOTROPIC
         return self._family(self._numbering, crossed, self._driving, tensor, guess)
 
     def streams(self, guess: np.ndarray) -> Family:
@@ -129,8 +128,7 @@ class CellProblem:
         )
 
     def _regularised(self, leak: float) -> np.ndarray:
-        conducted = leak * np.maximum(self.data.K, self._gap.cut**3)
-        return self.data.resistivity + (self.data.closed / conducted)[:, None] * _ISOTROPIC
+        return self.data.regularised(leak, self._gap.cut)
 
     def _family(
         self,

@@ -12,6 +12,8 @@ from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL, NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
+ISOTROPIC = np.array([1.0, 0.0, 1.0])  # xx, xy, yy
+
 
 @dataclass(frozen=True, eq=False)
 class CellContact:
@@ -43,6 +45,15 @@ class CellData(CellContact):
     def part(self, cells: np.ndarray) -> "CellData":
         """The data of some cells, (C,) bool or indices."""
         return CellData(*(getattr(self, name)[cells] for name in self.__dataclass_fields__))
+
+    def regularised(self, leak: float, cut: float) -> np.ndarray:
+        """Resistivity (C, 3) with closed cells conducting `leak` times what they do in the primal.
+
+        cut : as of the gap; what closed cells conduct counts at least as its cube, since without a
+            smallest conductivity the contrast makes deep solves collapse
+        """
+        conducted = leak * np.maximum(self.K, cut**3)
+        return self.resistivity + (self.closed / conducted)[:, None] * ISOTROPIC
 
     def without_values(self) -> CellContact:
         """What is left when the averages are no longer needed."""
@@ -185,7 +196,7 @@ def _resistivity(
     isotropic = np.where(np.isinf(inverse), 0.0, inverse)
     two = np.flatnonzero(count == 2)
     isotropic[two] = traces.contact_edge_resistivity(lowered[two].max(axis=1))
-    tensor = isotropic[:, None] * np.array([1.0, 0.0, 1.0])
+    tensor = isotropic[:, None] * ISOTROPIC
     one = np.flatnonzero(count == 1)
     k = contact[one].argmax(axis=1)
     turned = (k[:, None] + np.arange(3)) % 3
@@ -241,7 +252,7 @@ class ConstantGap:
         closed, most = np.isinf(inverse), self._ceiling**3
         isotropic = np.where(closed, 0.0, np.maximum(inverse, 1 / most))
         none = np.zeros((len(K), 3), dtype=bool)
-        tensor = isotropic[:, None] * np.array([1.0, 0.0, 1.0])
+        tensor = isotropic[:, None] * ISOTROPIC
         return CellData(none, closed, none, most < K, K, tensor)
 
 

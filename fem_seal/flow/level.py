@@ -13,13 +13,11 @@ from fem_seal.flow.bubbles import (
     shape_gradients,
     stream_bubbles,
 )
-from fem_seal.flow.gap_on_mesh import CellContact, ConstantGap, LinearGap
+from fem_seal.flow.gap_on_mesh import ISOTROPIC, CellContact, ConstantGap, LinearGap
 from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.flow.unknowns import Unknowns, dual_unknowns, open_cells, primal_unknowns
 from fem_seal.mesh.nested import NestedMesh
-
-_ISOTROPIC = np.array([1.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +96,7 @@ class LevelProblem:
         """
         # Cells of one pressure add nothing to the energy, and to the matrix only rounding.
         K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
-        tensor = K[:, None] * _ISOTROPIC
+        tensor = K[:, None] * ISOTROPIC
         start = self.primal_numbering.from_corners(guess)
         return self.space.minimise(
             tensor, self.primal_numbering, start, self.tolerance, balanced=True
@@ -126,9 +124,7 @@ class LevelProblem:
         """Tensor (C, 3) of the true dual, or of the regularised one if leak > 0."""
         if leak == 0:
             return self.data.resistivity
-        # Without a smallest conductivity the contrast makes deep solves collapse.
-        conducted = leak * np.maximum(self.data.K, self._gap.cut**3)
-        return self.data.resistivity + (self.data.closed / conducted)[:, None] * _ISOTROPIC
+        return self.data.regularised(leak, self._gap.cut)
 
     def shares(self, pressure: Minimum, stream: Stream) -> np.ndarray:
         """What each cell (C,) adds to the difference of the bounds (Prager and Synge).

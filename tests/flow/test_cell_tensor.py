@@ -337,10 +337,23 @@ def test_a_cell_closed_by_lines_of_tiny_gaps_ends():
     assert found.unknowns < 2 * LONG * found.levels[0][0]
 
 
-def test_contrast_beyond_double_precision():
+@pytest.mark.parametrize("least", [1e-3, 1e-6, 1e-8])
+def test_thin_lines_both_ways(least):
+    """Of the cell's 16 rows one resists: 16 times its conductivity, less what the others resist."""
+    found = tensor(closed_both_ways(least), representation="constant", rtol=0.1)
+    assert found.converged
+    # The others, of gaps above 0.5, resist (0.5/least)^-3 as much, 15 of them.
+    exact = 16 * least**3 * np.eye(2)
+    assert np.linalg.eigvalsh(exact - found.lower).min() > -1e-6 * least**3
+    assert np.linalg.eigvalsh(found.upper - exact).min() > -15 * 16 * (2 * least) ** 3 * least**3
+
+
+def test_contrast_beyond_double_precision(monkeypatch):
     """The pressure of open regions is known to 1e-16 only, which drowns what the lines conduct."""
+    monkeypatch.setattr("fem_seal.flow.linear.MAX_ITERATIONS", 0)
     with pytest.raises(NotConverged, match="conducts 1e-18 of the largest gap; double precision"):
         tensor(closed_both_ways(1e-6), representation="constant", rtol=0.1)
+    monkeypatch.undo()
     with pytest.raises(InvalidInput, match="1e-70 of the largest gap; its cube is beyond double"):
         tensor(closed_both_ways(1e-70))
 
