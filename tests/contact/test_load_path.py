@@ -82,20 +82,19 @@ def test_failure_is_raised(rough):
 def test_mean_of_two_states_is_no_contact(rough, tolerance, solver):
     """It presses wherever one of them touches, with a certificate that may pass at once.
 
-    The contact found has to be as right as a certificate of this size makes a cold one: wrong in
-    half the certificate's share of the touching samples at most (measured at 1e-2 to 1e-5), give
-    or take one sample. The mean itself is wrong in 1.5 %.
+    The contact found has to be as right as it says: wrong in no larger a share of the touching
+    samples than its own certificate, give or take one sample. The mean itself is wrong in 1.5 %.
     """
     pressure = 0.2 * E_STAR * SLOPE
     below, above = (solve(rough, E_STAR, pressure=share * pressure) for share in (0.98, 1.02))
     between = (below.pressure.values + above.pressure.values) / 2
     exact = solve(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
     assert np.count_nonzero(between) > 1.01 * np.count_nonzero(exact)
-    allowed = 0.5 * tolerance * np.count_nonzero(exact) + 1
     given = {"pressure": pressure, "tolerance": tolerance, "solver": solver}
     for start in (None, between):
-        found = solve(rough, E_STAR, **given, start=start).contact
-        assert np.count_nonzero(found != exact) <= allowed
+        found = solve(rough, E_STAR, **given, start=start)
+        wrong = np.count_nonzero(found.contact != exact)
+        assert wrong <= found.certificate * np.count_nonzero(exact) + 1
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
@@ -106,6 +105,6 @@ def test_tiny_steps_at_a_loose_tolerance(rough, tolerance):
     path = load_path(rough, E_STAR, pressures=pressures, tolerance=tolerance)
     for pressure, state in zip(pressures, path, strict=True):
         exact = solve(rough, E_STAR, pressure=pressure, tolerance=1e-11).contact
-        # Half the certificate's share of the touching samples and one, as above.
+        # Half the tolerance's share of the touching samples, and one: 5 % in load move 65 of them.
         allowed = 0.5 * tolerance * np.count_nonzero(exact) + 1
         assert np.count_nonzero(state.contact != exact) <= allowed
