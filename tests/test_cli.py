@@ -240,6 +240,22 @@ def test_periodic_sides_need_a_periodic_gap(tmp_path, capsys):
     assert run("leak", "gap.npz", "--sides", "periodic", "--out", "equal") == 0
 
 
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_walls_of_a_periodic_gap_are_said(capsys, sides):
+    """The way from inlet to outlet crosses y = 0: sealed by walls, leaking without them."""
+    gap = np.zeros((8, 8))
+    gap[:4, :2] = gap[3:, 6:] = 1e-6
+    for periodic in (True, False):
+        save_gap("gap.npz", gap, periodic=periodic)
+        chosen = sides if periodic else "wall"
+        options = () if chosen == "wall" else ("--sides", chosen)
+        assert run("leak", "gap.npz", *options, "--representation", "constant") == 0
+        lines = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+        assert lines["state"] == ("sealed" if chosen == "wall" else "leaking")
+        assert ("sides" in lines) is (periodic and chosen == "wall")
+        assert "--sides periodic" in lines.get("sides", "--sides periodic")
+
+
 BAD_OPTIONS = [
     ("leak",),
     ("leak", "none.npz"),

@@ -26,7 +26,7 @@ def truth(text: str) -> bool:
 # Options that stand for one field of the scene each; the scene checks their values.
 FIELDS = {
     "rtol": ("flow", "rtol", float, "(upper - lower) / sqrt(lower upper) wanted (0.05)"),
-    "sides": ("flow", "sides", str, "wall or periodic (wall)"),
+    "sides": ("flow", "sides", str, "wall, also if the gap is periodic, or periodic (wall)"),
     "representation": ("flow", "representation", str, "linear or constant (linear)"),
     "method": ("flow", "method", str, "adaptive, uniform or finite-difference (adaptive)"),
     "links": ("flow", "links", str, "of finite-difference: arithmetic, harmonic, …"),

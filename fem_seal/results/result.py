@@ -133,6 +133,7 @@ class Result(Record):
     outflow: float | None
     contact_area_fraction: float
     mean_gap: float
+    gap_is_periodic: bool | None = None
     mean_pressure: float | None
     kkt_residual: float | None
     contact_iterations: int | None
@@ -188,6 +189,7 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = N
         percolates=not sealed,
         contact_area_fraction=seal.contact_area_fraction,
         mean_gap=seal.mean_gap,
+        gap_is_periodic=None if seal.scene.shape else seal.gap.periodic,
         accuracy=AccuracyRecord.of(seal),
         preparation=StepRecord.all_of(seal),
         gas=GasRecord.of(seal),

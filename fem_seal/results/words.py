@@ -13,6 +13,10 @@ from fem_seal.results.result import AccuracyRecord, Result
 # Knudsen number from which slip at the walls adds more than half the flow without it.
 SLIP = 0.1
 SLIPS = "the gas slips at the walls, which is not modelled, and more of it leaks"
+WALLS = (
+    "walls, though the gap is periodic: what would flow across them does not leak; join them with "
+    "sides = 'periodic' (--sides periodic, or [flow] of the scene)"
+)
 
 
 def summary_of(result: Result) -> list[tuple[str, str]]:
@@ -31,6 +35,8 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
             rate = rate_text(leak.value, leak.lower, leak.upper, leak.unit)
         lines.append(("leak rate", rate))
         lines.append(("flow", flow_words(result)))
+        if result.gap_is_periodic and result.provenance.scene["flow"]["sides"] == "wall":
+            lines.append(("sides", WALLS))
     lines.extend(lines_of(result))
     if result.accuracy:
         lines.append(("accuracy", accuracy_words(result.accuracy)))
