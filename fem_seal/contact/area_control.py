@@ -77,7 +77,7 @@ def _first_guess(interface: Interface, wanted: float, start: np.ndarray | None) 
         return float(start.mean())
     slope = rms_slope(interface.height)
     # A flat surface touches everywhere under any pressure.
-    return max(wanted * slope / 2**0.5, 1e-9) * interface.contact_modulus
+    return (wanted * slope / 2**0.5 or 1e-9) * interface.contact_modulus
 
 
 def _between(

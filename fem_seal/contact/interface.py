@@ -11,6 +11,8 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
+LEAST_SPAN = 1e-100  # of heights [m]: their squares, and those of its inverse, are numbers
+
 
 @dataclass(frozen=True, eq=False)
 class Interface:
@@ -45,7 +47,8 @@ class Interface:
         Raises
         ------
         InvalidInput
-            If the surface is not periodic, or E* or the number of threads is not positive.
+            If the surface is not periodic, its heights are beyond double precision, or E* or the
+            number of threads is not positive.
         """
         if not height.periodic:
             raise InvalidInput(
@@ -58,9 +61,16 @@ class Interface:
             )
         if threads != int(threads) or threads < 1:
             raise InvalidInput(f"threads must be a positive integer, got {threads}")
+        with np.errstate(over="ignore"):
+            span = float(np.ptp(height.values))
+        if span > 0 and not LEAST_SPAN < span < 1 / LEAST_SPAN:
+            raise InvalidInput(
+                f"heights that span {span:.1e} m are beyond double precision, whose squares hold "
+                f"{LEAST_SPAN:.0e} m to {1 / LEAST_SPAN:.0e} m; check their unit"
+            )
         length = (height.spacing[0] * height.spacing[1]) ** 0.5
         heights = height.values - height.values.mean()
-        unit_height = float(heights.std()) if np.ptp(height.values) > 0 else length
+        unit_height = float(heights.std()) if span > 0 else length
         heights /= unit_height
         half_space = HalfSpace(height.shape, height.spacing, layer, int(threads), precision)
         unit_pressure = contact_modulus * unit_height / (2 * length)

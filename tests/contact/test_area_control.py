@@ -42,6 +42,17 @@ def test_jumps_of_the_area(wanted):
     assert abs(state.contact_area_fraction - wanted) <= nearest + 1e-12
 
 
+@pytest.mark.parametrize("unit", [1e-90, 1e-25, 1e-14, 1e90])
+def test_nearly_flat_and_steep_surfaces(rough, unit):
+    """Elasticity is linear: the same area for heights in any unit, the pressure in that unit."""
+    wanted = solve(rough, E_STAR, area_fraction=0.2)
+    scaled = GridField(rough.values * unit, rough.spacing, periodic=True)
+    state = solve(scaled, E_STAR, area_fraction=0.2)
+    assert state.contact_area_fraction == wanted.contact_area_fraction
+    # The search takes the same steps but for rounding.
+    assert state.mean_pressure == pytest.approx(unit * wanted.mean_pressure, rel=1e-9, abs=0)
+
+
 def test_less_than_one_sample(rough):
     state = solve(rough, E_STAR, area_fraction=1e-9)
     assert state.contact.sum() == 1

@@ -77,6 +77,14 @@ def test_extreme_loads(load):
     check_equilibrium(solve(height, E_STAR, pressure=load * E_STAR * SLOPE), height, 1e-6)
 
 
+@pytest.mark.parametrize("load", [{"pressure": 1e-3}, {"area_fraction": 0.2}])
+@pytest.mark.parametrize("unit", [1e-306, 1e-160, 1e160])
+def test_heights_whose_squares_are_no_numbers_are_refused(rough, unit, load):
+    height = GridField(rough.values * unit, rough.spacing, periodic=True)
+    with pytest.raises(InvalidInput, match="beyond double precision"):
+        solve(height, E_STAR, **load)
+
+
 @pytest.mark.parametrize("solver", METHODS)
 def test_too_few_iterations_raise(rough, solver):
     with pytest.raises(NotConverged, match=f"{solver}.*after.*max_iterations"):
