@@ -126,6 +126,17 @@ def test_limit_and_unit_of_leak(wedge, capsys):
     assert "a liquid leaks a volume" in capsys.readouterr().err
 
 
+def test_tolerance_that_no_mesh_can_reach(tmp_path, capsys):
+    """Without a limit: a line of gaps of 1e-12 of the others would take 1e12 triangles."""
+    gap = np.full((9, 9), 1e-6)
+    gap[4] = 1e-18
+    assert run("leak", save_gap("gap.npz", gap), "--out", "out") == 3
+    assert "unknowns would be needed" in capsys.readouterr().err
+    result = read_result(tmp_path / "out")
+    assert not result["converged"]
+    assert 0 < result["leak_rate"]["lower"] < result["leak_rate"]["upper"]
+
+
 def test_sealed_gap(tmp_path, capsys):
     gap = np.ones((9, 9)) * 1e-6
     gap[4] = 0

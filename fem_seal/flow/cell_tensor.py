@@ -12,7 +12,8 @@ from fem_seal.flow.adapt import GROWTH, ROUNDING, Strategy, Tuning, part_of_a_st
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
 from fem_seal.flow.course import Course, out_of_reach
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
-from fem_seal.flow.leak import NARROWEST, Limits, require_positive, unit_of_leak_rate
+from fem_seal.flow.leak import NARROWEST, require_positive, unit_of_leak_rate
+from fem_seal.flow.limits import Limits
 from fem_seal.flow.marking import doerfler, halvings
 from fem_seal.flow.tensor_bounds import TensorBounds, relative_gap
 from fem_seal.grid import GridField

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from fem_seal.flow.adapt import relative_gap
+from fem_seal.flow.course import Course, out_of_reach
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,10 @@ class Tolerance:
         width = relative_gap(lower, upper)
         state = f"the bracket is {width:.2g} wide" if lower > 0 else "no lower bound yet"
         return f"{state}, {self.rtol:.2g} was asked for"
+
+    def out_of_reach(self, course: Course) -> str:
+        """Say so if bounds that go on as so far never satisfy it, "" if they may."""
+        return out_of_reach(course, self.rtol)
 
 
 @dataclass(frozen=True)
@@ -39,3 +44,7 @@ class Decision:
         """Say how far bounds [m³/s] are from it."""
         below, above = lower / self.limit, upper / self.limit
         return f"the leak rate is between {below:.4g} and {above:.4g} of the limit, undecided"
+
+    def out_of_reach(self, course: Course) -> str:
+        """Nothing: wide bounds may decide as well as narrow ones."""
+        return ""

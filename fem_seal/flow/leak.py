@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,45 +10,16 @@ from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
 from fem_seal.flow.goal import Decision, Tolerance
+from fem_seal.flow.limits import USUAL_GROWTH, End, Limits
 from fem_seal.flow.posed import GridFlow, MeshFlow, posed
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
-from fem_seal.memory import available_memory, peak_memory
 from fem_seal.mesh.bisection import TooFine
-from fem_seal.mesh.grouping import consecutive
 from fem_seal.mesh.mesh_gap import MeshGap
 
 METHODS = ("adaptive", "uniform")
-USUAL_GROWTH = 1.5  # of an adaptive mesh from level to level, and of the memory at its peak
 NARROWEST = 1e-60  # of the largest gap
 LEAST_UNIT = 1e-100  # leaves the 180 decades that a constriction may take away
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Where to stop although the tolerance is not reached.
-
-    unknowns : no larger mesh is solved, except the first
-    seconds : of wall time, checked after each level
-    memory_bytes : of one process; the next level must be expected to fit. Without it, what the
-        machine has is the limit
-    """
-
-    unknowns: int | None = None
-    seconds: float | None = None
-    memory_bytes: int | None = None
-
-    def exceeded(self, started: float, growth: float = USUAL_GROWTH) -> str:
-        """Which limit the next level, `growth` times as large, would pass; "" if none."""
-        spent = time.perf_counter() - started
-        if self.seconds is not None and spent >= self.seconds:
-            return f"the limit of {self.seconds:g} s is used up"
-        peak = peak_memory()
-        if self.memory_bytes is not None and growth * peak >= self.memory_bytes:
-            return f"the next mesh would need more than {self.memory_bytes / 1e9:.2g} GB"
-        if growth * peak >= peak + available_memory():
-            return f"the next mesh would need some {growth * peak / 1e9:.2g} GB, more than there is"
-        return ""
 
 
 def leak_rate(
@@ -102,8 +73,8 @@ def leak_rate(
     InvalidInput
         For values out of range, or periodic sides of a gap that does not repeat.
     NotConverged
-        If the linear solver fails on the first mesh; later, the bounds so far are returned with
-        `converged` False.
+        If the linear solver fails on the first mesh; later, or where no mesh could reach `rtol`,
+        the bounds so far are returned with `converged` False.
     """
     require_positive({"viscosity": viscosity, "pressure_drop": pressure_drop, "rtol": rtol})
     if method not in METHODS:
@@ -112,29 +83,27 @@ def leak_rate(
     flow.check()
     if flow.sealed:
         return LeakRate.sealed(method)
-    limits = limits or Limits()
-    goal = Tolerance(rtol) if decide is None else Decision(decide)
     scale = unit_of_leak_rate(flow.highest, viscosity, pressure_drop)
+    goal = Tolerance(rtol) if decide is None else Decision(decide)
     growth = 4.0 if method == "uniform" else USUAL_GROWTH
-    started = time.perf_counter()
-    levels: list[Level] = []
-    reason = ""
+    end = End(goal, limits or Limits(), growth, _narrowest(flow), time.perf_counter())
     strategy = Strategy(
         uniform=method == "uniform",
         rtol=goal.rtol,
-        every_dual=every_dual or decide is not None,
-        max_unknowns=limits.unknowns,
+        every_dual=every_dual or decide is not None or end.doubtful,
+        max_unknowns=end.limits.unknowns,
         tuning=tuning or Tuning(),
     )
-    last = None
+    levels: list[Level] = []
+    reason, last = "", None
     try:
-        for bracket in _brackets(flow, strategy, comm):
-            reached = goal.reached(bracket.level.lower * scale, bracket.level.upper * scale)
-            reason = "" if reached else comm.bcast(limits.exceeded(started, growth))
+        for bracket in _brackets(flow, end.narrowest, strategy, comm):
+            levels.append(_in_si(bracket.level, scale))
+            reached = goal.reached(levels[-1].lower, levels[-1].upper)
+            reason = "" if reached else comm.bcast(end.reason(levels))
             if reason:
                 bracket = bracket.certified()
-            level = bracket.level
-            levels.append(replace(level, lower=level.lower * scale, upper=level.upper * scale))
+                levels[-1] = _in_si(bracket.level, scale)
             if progress is not None:
                 progress(levels[-1])
             result = _result(bracket, levels, method, scale)
@@ -145,7 +114,7 @@ def leak_rate(
             # Two meshes need not be in memory at once.
             del bracket
         else:
-            reason = f"the next mesh would have more than {limits.unknowns} unknowns"
+            reason = f"the next mesh would have more than {strategy.max_unknowns} unknowns"
     except (TooFine, NotConverged) as limit:
         if not levels:
             raise
@@ -185,19 +154,30 @@ def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) ->
     return float(unit)
 
 
-def _brackets(flow: GridFlow | MeshFlow, strategy: Strategy, comm: MPI.Comm) -> Iterator[Bracket]:
-    """Set the normalised problem up, gap in units of its maximum, and refine it."""
+def _narrowest(flow: GridFlow | MeshFlow) -> float:
+    """Gap of the critical constriction over the largest one; InvalidInput if its cube is none."""
     narrowest = flow.narrowest
     if narrowest < NARROWEST:
         raise InvalidInput(
             f"the critical constriction is {narrowest:.0e} of the largest gap; its cube is beyond "
             f"double precision below {NARROWEST:.0e}: set such gaps to 0 if they are contact"
         )
+    return narrowest
+
+
+def _brackets(
+    flow: GridFlow | MeshFlow, narrowest: float, strategy: Strategy, comm: MPI.Comm
+) -> Iterator[Bracket]:
+    """Set the normalised problem up, gap in units of its maximum, and refine it."""
     tuning = strategy.tuning
     coarsest = None if strategy.uniform else tuning.coarsest
     clipped = (narrowest * part for part in (tuning.cut, tuning.floor, tuning.ceiling))
     gap, mesh = flow.start(*clipped, coarsest)
     return brackets(gap, mesh, strategy, comm)
+
+
+def _in_si(level: Level, scale: float) -> Level:
+    return replace(level, lower=level.lower * scale, upper=level.upper * scale)
 
 
 def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) -> LeakRate:
@@ -223,11 +203,7 @@ def _field(
     """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
     problem, highest = bracket.problem, flow.highest
     cells = problem.mesh.cells[problem.kept]
-    # A point and its twin on the other periodic side have one label, and one of them is at the top.
-    label = 2 * problem.primal_numbering.label + problem.mesh.top[cells]
-    number, count = consecutive(label.ravel(), int(label.max()) + 1)
-    first = np.empty(count, dtype=np.int64)
-    first[number] = np.arange(len(number))
+    number, first = problem.parted_points()
     vertex = cells.ravel()[first]
     pressure = bracket.pressure.corner_values * pressure_drop
     conductivity = highest**3 / (12 * viscosity)
@@ -238,7 +214,7 @@ def _field(
         flux[stiff] = problem.flux(bracket.stream)[stiff]
     return FlowField(
         points=flow.points(problem.mesh)[vertex],
-        cells=number.reshape(-1, 3),
+        cells=number,
         gap=highest * problem.vertex_gap[vertex],
         pressure=pressure.ravel()[first],
         flux=flux * conductivity * pressure_drop / flow.unit,

@@ -9,6 +9,7 @@ from gaps import FLUID, rough_gap, vertex_gap
 from fem_seal.errors import InvalidInput
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.averages import mean_cube
+from fem_seal.flow.course import LONG, MOST_UNKNOWNS
 from fem_seal.grid import GridField
 from fem_seal.memory import available_memory
 
@@ -55,7 +56,7 @@ def test_limits(name, method, field, tight):
 
 def test_the_memory_of_the_machine_is_a_limit(monkeypatch):
     """Where the next mesh cannot be expected to fit, what is known so far is the result."""
-    monkeypatch.setattr("fem_seal.flow.leak.available_memory", lambda: 1000)
+    monkeypatch.setattr("fem_seal.flow.limits.available_memory", lambda: 1000)
     flow = leak_rate(GAP, rtol=1e-6, **FLUID)
     assert len(flow.levels) == 1
     assert "more than there is" in flow.reason
@@ -73,6 +74,51 @@ def test_first_mesh_is_solved_whatever_the_limits():
     assert flow.unknowns == flow.levels[0].unknowns > 1
     assert 0 < flow.lower < flow.upper
     assert not flow.converged
+
+
+def crossed_by_a_line(least):
+    """Open gaps, and a row of small ones across the flow."""
+    values = 0.5 + 0.5 * np.random.default_rng(0).random((17, 17))
+    values[8] = least
+    return GridField(values, (1.0, 1.0))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_line_of_tiny_gaps_ends(method):
+    """To resolve a gap of 1e-30 all along a line takes 1e30 triangles: the bounds say how far."""
+    flow = leak_rate(crossed_by_a_line(1e-30), method=method, **FLUID)
+    assert not flow.converged
+    assert f"more than {MOST_UNKNOWNS} unknowns would be needed" in flow.reason
+    assert "the critical constriction is 1e-30 of the largest gap" in flow.reason
+    assert 0 < flow.lower < flow.upper
+    # Judged as soon as the mesh has grown by LONG, and no mesh is more than 4 times the last.
+    assert flow.levels[-1].cells < 4 * LONG * flow.levels[0].cells
+
+
+def test_a_tight_spot_does_not_end():
+    """Its cost grows as a logarithm, however small its gap is: h = |x² - y²| + least, cut at 0."""
+    x = np.linspace(-1, 1, 33)
+    gap = GridField(np.maximum(0, x[:, None] ** 2 - x**2 + 1e-9), (1.0, 1.0))
+    flow = leak_rate(gap, **FLUID)
+    assert flow.converged
+    assert flow.unknowns < 2000
+
+
+def test_a_line_of_tiny_gaps_may_decide():
+    """No mesh brings the bounds together, but their first ones lie on one side of a limit."""
+    gap = crossed_by_a_line(1e-30)
+    wide = leak_rate(gap, **FLUID)
+    above = leak_rate(gap, decide=2 * wide.upper, **FLUID)
+    below = leak_rate(gap, decide=wide.lower / 2, **FLUID)
+    assert above.converged
+    assert above.upper <= 2 * wide.upper
+    assert below.converged
+    assert below.lower > wide.lower / 2
+    # Nothing is said of a limit between them before it is decided.
+    limits = Limits(unknowns=2 * wide.unknowns)
+    between = leak_rate(gap, decide=(wide.lower * wide.upper) ** 0.5, limits=limits, **FLUID)
+    assert between.unknowns > wide.unknowns
+    assert "of the limit, undecided" in between.reason
 
 
 @pytest.mark.parametrize("rtol", [0.5, 0.1, 0.03])
