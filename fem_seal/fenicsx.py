@@ -38,6 +38,7 @@ __all__ = [
     "create_triangle_mesh",
     "fem",
     "functionspace",
+    "geometry_dofs",
     "input_cells",
     "ufl",
 ]
@@ -107,7 +108,8 @@ def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray):
     return mesh.create_mesh(comm, connectivity, domain, x, partitioner)
 
 
-def _geometry_dofs(msh) -> np.ndarray:
+def geometry_dofs(msh) -> np.ndarray:
+    """For each cell of this rank the rows (c, 3) of its vertices in `msh.geometry.x`."""
     dofmap = msh.geometry.dofmap  # an adjacency list before 0.7
     return dofmap if isinstance(dofmap, np.ndarray) else dofmap.array.reshape(-1, 3)
 
@@ -119,4 +121,4 @@ def input_cells(msh) -> np.ndarray:
 
 def cell_vertices(msh) -> np.ndarray:
     """For each cell of this rank its three vertices, as indices into the `points` given."""
-    return np.asarray(msh.geometry.input_global_indices, dtype=np.int64)[_geometry_dofs(msh)]
+    return np.asarray(msh.geometry.input_global_indices, dtype=np.int64)[geometry_dofs(msh)]

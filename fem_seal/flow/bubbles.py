@@ -6,12 +6,13 @@ added to a given function v, is explicit: each bubble φ lowers it by a(v, φ)²
 is an admissible function on the mesh of halves, hence a bound, and no larger system was solved.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fem_seal.flow.gap_on_mesh import CellContact, CellData, ConstantGap, LinearGap, VertexGap
+from fem_seal.mesh.grouping import stable_order
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
@@ -33,6 +34,14 @@ def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     twice = opposite[:, 0, 0] * opposite[:, 1, 1] - opposite[:, 0, 1] * opposite[:, 1, 0]
     turned = np.stack([-opposite[..., 1], opposite[..., 0]], axis=-1)
     return turned / twice[:, None, None], np.abs(twice) / 2
+
+
+def gradients(slopes: np.ndarray, corner_values: np.ndarray) -> np.ndarray:
+    """Gradients (n, 2) of linear functions, from those of the barycentric coordinates (n, 3, 2).
+
+    From differences of the corner values (n, 3): the same added to all is not even rounded.
+    """
+    return np.einsum("cid,ci->cd", slopes[:, 1:], corner_values[:, 1:] - corner_values[:, :1])
 
 
 def pressure_bubbles(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
@@ -62,7 +71,7 @@ def _pair_up(mesh: NestedMesh, usable: np.ndarray, free: np.ndarray) -> np.ndarr
     usable = usable & mesh.can_halve()
     needed = np.bincount(of_cell.ravel(), minlength=count)
     able = np.bincount(hypotenuse, usable, minlength=count)
-    bubble = np.where(usable & (able == needed)[hypotenuse], hypotenuse, -1)
+    bubble = np.where(usable & (able == needed)[hypotenuse], hypotenuse, np.int32(-1))
     own = np.flatnonzero(usable & free)
     bubble[own] = count + own
     return bubble
@@ -73,12 +82,12 @@ class Sharpening:
     """One energy ∫ c |∇v|² that bubbles shall lower.
 
     bubble : (C,), from `pressure_bubbles` or `stream_bubbles`
-    gradient : (C, 2), of v on each cell
+    corner_values : of v, (n, 3), on n cells with a bubble
     coefficient : c of the cells
     """
 
     bubble: np.ndarray
-    gradient: np.ndarray
+    corner_values: Callable[[np.ndarray], np.ndarray]
     coefficient: Callable[[CellData], np.ndarray]
 
 
@@ -95,24 +104,41 @@ def energy_drops(
     gap, mesh, values : the gap, the mesh and the gap at its vertices
     energies : what is to be lowered; all share the averages on the halves
     """
-    wanted = np.flatnonzero(np.any([e.bubble >= 0 for e in energies], axis=0))
-    coupling, stiffness = np.zeros((2, len(energies), len(mesh.cells)))
-    # A part at a time: the halves of all cells at once would be the most memory of all.
-    for cells in np.split(wanted, range(_AT_ONCE, len(wanted), _AT_ONCE)):
+    drops = np.zeros(len(energies))
+    # A batch at a time: the halves of all cells at once would be the most memory of all.
+    for cells in _batches(mesh, np.any([e.bubble >= 0 for e in energies], axis=0)):
         data, hat, area = _halves(gap, mesh, values, cells)
+        slopes, _ = shape_gradients(mesh.points(gap.aspect, mesh.cells[cells]))
         for k, energy in enumerate(energies):
-            weight = area * energy.coefficient(data)
-            v = np.tile(energy.gradient[cells], (2, 1))
-            for form, w in ((coupling, v), (stiffness, hat)):
-                of_half = weight * np.einsum("cd,cd->c", w, hat)
-                form[k, cells] = of_half[: len(cells)] + of_half[len(cells) :]
-    return [_drop(e.bubble, a, b) for e, a, b in zip(energies, coupling, stiffness, strict=True)]
+            bubble, weight = energy.bubble[cells], area * energy.coefficient(data)
+            has_one = np.flatnonzero(bubble >= 0)
+            v = np.zeros((len(cells), 2))
+            v[has_one] = gradients(slopes[has_one], energy.corner_values(cells[has_one]))
+            a, b = (
+                (weight * np.einsum("cd,cd->c", w, hat)).reshape(2, -1).sum(axis=0)[has_one]
+                for w in (np.tile(v, (2, 1)), hat)
+            )
+            drops[k] += _drop(bubble[has_one], a, b)
+    return drops.tolist()
+
+
+def _batches(mesh: NestedMesh | TriangleMesh, wanted: np.ndarray) -> Iterator[np.ndarray]:
+    """Indices of the wanted cells (C,), those that share a hypotenuse together."""
+    _, of_cell = mesh.edges
+    cells = np.flatnonzero(wanted)
+    hypotenuse = of_cell[cells, 0]
+    order = stable_order(hypotenuse, int(of_cell.max()) + 1)
+    cells, hypotenuse = cells[order], hypotenuse[order]
+    cuts = np.arange(_AT_ONCE, len(cells), _AT_ONCE)
+    yield from np.split(cells, cuts + (hypotenuse[cuts] == hypotenuse[cuts - 1]))
 
 
 def _drop(bubble: np.ndarray, coupling: np.ndarray, stiffness: np.ndarray) -> float:
-    """Σ a(v, φ)² / a(φ, φ) from what each cell (C,) adds to its bubble."""
-    has_one = bubble >= 0
-    a, b = (np.bincount(bubble[has_one], of_cell[has_one]) for of_cell in (coupling, stiffness))
+    """Σ a(v, φ)² / a(φ, φ) from what each cell (n,) adds to its bubble, the next to the last's."""
+    if not len(bubble):
+        return 0.0
+    first = np.flatnonzero(np.diff(bubble, prepend=-1))
+    a, b = (np.add.reduceat(of_cell, first) for of_cell in (coupling, stiffness))
     # Not a²/b: the square may be beyond double precision.
     return float((a[b > 0] * (a[b > 0] / b[b > 0])).sum())
 

@@ -15,6 +15,7 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.bubbles import shape_gradients
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap
 from fem_seal.flow.linear import CellSpace
+from fem_seal.flow.numbering import Unknowns
 from fem_seal.flow.torus import (
     jumps_along,
     open_torus,
@@ -22,7 +23,6 @@ from fem_seal.flow.torus import (
     stream_unknowns,
 )
 from fem_seal.flow.traces import mean_gradient_values
-from fem_seal.flow.unknowns import Unknowns
 from fem_seal.mesh.nested import PIXEL, NestedMesh
 from fem_seal.mesh.seams import seams
 
@@ -94,8 +94,9 @@ class CellProblem:
         self._numbering = pressure_unknowns(mesh, self._seams, self._whole, cells)
         self._driving = jumps_along(cells.windings)
         points = mesh.xy / PIXEL * gap.aspect
-        self._space = CellSpace(points, mesh.cells[cells.kept], comm)
-        self._slopes, self._areas = shape_gradients(points[mesh.cells[cells.kept]])
+        corners = points[mesh.cells[cells.kept]]
+        self._space = CellSpace(len(corners), corners.__getitem__, comm)
+        self._slopes, self._areas = shape_gradients(corners)
 
     @property
     def unknowns(self) -> int:
@@ -141,9 +142,9 @@ class CellProblem:
         values, iterations = np.empty((len(jumps), *periodic.of_corner.shape)), 0
         for k, jump in enumerate(jumps):
             lift = crossed @ jump
-            numbering = Unknowns(periodic.of_corner, lift, periodic.count, periodic.label)
+            numbering = Unknowns(periodic.of_corner, lift, periodic.count)
             start = numbering.from_corners(np.tensordot(jump, guess, axes=1))
-            found = self._space.minimise(tensor, numbering, start, self.tolerance)
+            found = self._space.minimise(tensor.__getitem__, numbering, start, self.tolerance)
             values[k], iterations = found.corner_values, iterations + found.iterations
         slopes = [self.gradients(v) for v in values]
         fluxes = [_applied(tensor, slope) for slope in slopes]

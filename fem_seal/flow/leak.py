@@ -15,7 +15,6 @@ from fem_seal.flow.posed import GridFlow, MeshFlow, posed
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.mesh.bisection import TooFine
-from fem_seal.mesh.grouping import consecutive
 from fem_seal.mesh.mesh_gap import MeshGap
 
 METHODS = ("adaptive", "uniform")
@@ -204,11 +203,7 @@ def _field(
     """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
     problem, highest = bracket.problem, flow.highest
     cells = problem.mesh.cells[problem.kept]
-    # A point and its twin on the other periodic side have one label, and one of them is at the top.
-    label = 2 * problem.primal_numbering.label + problem.mesh.top[cells]
-    number, count = consecutive(label.ravel(), int(label.max()) + 1)
-    first = np.empty(count, dtype=np.int64)
-    first[number] = np.arange(len(number))
+    number, first = problem.parted_points()
     vertex = cells.ravel()[first]
     pressure = bracket.pressure.corner_values * pressure_drop
     conductivity = highest**3 / (12 * viscosity)
@@ -219,7 +214,7 @@ def _field(
         flux[stiff] = problem.flux(bracket.stream)[stiff]
     return FlowField(
         points=flow.points(problem.mesh)[vertex],
-        cells=number.reshape(-1, 3),
+        cells=number,
         gap=highest * problem.vertex_gap[vertex],
         pressure=pressure.ravel()[first],
         flux=flux * conductivity * pressure_drop / flow.unit,

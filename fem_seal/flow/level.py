@@ -1,7 +1,6 @@
 """One mesh: the primal and the dual problem on it, and what each cell adds to their difference."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -9,14 +8,17 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.bubbles import (
     Sharpening,
     energy_drops,
+    gradients,
     pressure_bubbles,
     shape_gradients,
     stream_bubbles,
 )
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, CellContact, ConstantGap, LinearGap
+from fem_seal.flow.integrals import parts
 from fem_seal.flow.linear import CellSpace, Minimum
+from fem_seal.flow.numbering import Unknowns
 from fem_seal.flow.traces import mean_gradient_values
-from fem_seal.flow.unknowns import Unknowns, dual_unknowns, open_cells, primal_unknowns
+from fem_seal.flow.unknowns import dual_unknowns, open_cells, primal_unknowns
 from fem_seal.mesh.nested import NestedMesh
 
 
@@ -69,13 +71,12 @@ class LevelProblem:
         self._contact: CellContact = data.without_values()
         self.primal_numbering: Unknowns = primal_unknowns(mesh, data, cells)
         del data, cells
-        self._points = mesh.points(gap.aspect)
-        self._comm = comm
+        self._cells = mesh.cells[self.kept]
+        self.space = CellSpace(len(self._cells), self._corners, comm)
 
-    @cached_property
-    def space(self) -> CellSpace:
-        """Functions on the cells that carry flow; their DOLFINx mesh is made when first needed."""
-        return CellSpace(self._points, self.mesh.cells[self.kept], self._comm)
+    def _corners(self, cells: np.ndarray | slice) -> np.ndarray:
+        """Where the corners (n, 3, 2) of some cells lie."""
+        return self.mesh.points(self._gap.aspect, self._cells[cells])
 
     @property
     def unknowns(self) -> int:
@@ -87,6 +88,20 @@ class LevelProblem:
         """Gap (V,) at the vertices of the mesh, in units of its maximum."""
         return self._gap.plotted_values(self.mesh, self._values)
 
+    def parted_points(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the mesh, a vertex counted once for each of the pressures around it.
+
+        Returns
+        -------
+        (C, 3), the point of each corner; and for each point one of its corners, 3 cell + k
+        """
+        numbering = self.primal_numbering
+        # Unknowns from 2 on, and what is given: 1 where the pressure is zero, 0 where it is one.
+        pressure = numbering.of_corner - numbering.lift + 2
+        key = self._cells.astype(np.int64) * (numbering.count + 2) + pressure
+        _, corner, point = np.unique(key.ravel(), return_index=True, return_inverse=True)
+        return point.reshape(-1, 3), corner
+
     def pressure(self, guess: np.ndarray) -> Minimum:
         """Minimise ∫K|∇p|² (Dirichlet's principle): the energy is an upper bound of the leak rate.
 
@@ -96,10 +111,13 @@ class LevelProblem:
         """
         # Cells of one pressure add nothing to the energy, and to the matrix only rounding.
         K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
-        tensor = K[:, None] * ISOTROPIC
         start = self.primal_numbering.from_corners(guess)
         return self.space.minimise(
-            tensor, self.primal_numbering, start, self.tolerance, balanced=True
+            lambda cells: K[cells, None] * ISOTROPIC,
+            self.primal_numbering,
+            start,
+            self.tolerance,
+            balanced=True,
         )
 
     def stream(self, guess: np.ndarray) -> Stream | None:
@@ -117,14 +135,16 @@ class LevelProblem:
 
     def _minimal_stream(self, leak: float, numbering: Unknowns, guess: np.ndarray) -> Stream:
         start = numbering.from_corners(guess)
-        found = self.space.minimise(self._resistivity(leak), numbering, start, self.tolerance)
+        found = self.space.minimise(
+            lambda cells: self._resistivity(leak, cells), numbering, start, self.tolerance
+        )
         return Stream(found.corner_values, 1 / found.energy, found.iterations, leak)
 
-    def _resistivity(self, leak: float) -> np.ndarray:
-        """Tensor (C, 3) of the true dual, or of the regularised one if leak > 0."""
+    def _resistivity(self, leak: float, cells: slice) -> np.ndarray:
+        """Tensor (n, 3) of the true dual, or of the regularised one if leak > 0."""
         if leak == 0:
-            return self.data.resistivity
-        return self.data.regularised(leak, self._gap.cut)
+            return self.data.resistivity[cells]
+        return self.data.part(cells).regularised(leak, self._gap.cut)
 
     def shares(self, pressure: Minimum, stream: Stream) -> np.ndarray:
         """What each cell (C,) adds to the difference of the bounds (Prager and Synge).
@@ -133,15 +153,19 @@ class LevelProblem:
         Each is ≥ 0, and Σ e_T = upper - lower, exactly for the true dual; closed cells of the
         regularised one are not conforming to power traces, and its sum is off by about 1e-4.
         """
-        data, Q = self.data, stream.conductance
-        px, py = self.gradients(pressure.corner_values).T
-        sx, sy = self.gradients(stream.psi).T
-        jx, jy = self.flux(stream).T
-        xx, xy, yy = self._resistivity(stream.leak).T
-        primal = data.K * (px * px + py * py)
-        # Q² alone may be below what double precision holds.
-        dual = Q * (Q * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy))
-        return self._shapes[1] * (primal + dual + 2 * (jx * px + jy * py))
+        Q, shares = stream.conductance, np.empty(self.space.count)
+        for cells in parts(0, len(shares)):
+            slopes, areas = shape_gradients(self._corners(cells))
+            px, py = gradients(slopes, pressure.unknowns.corners(pressure.values, cells)).T
+            psi, contact = stream.psi[cells], self.data.contact[cells]
+            sx, sy = gradients(slopes, psi).T
+            mx, my = gradients(slopes, mean_gradient_values(psi, contact)).T
+            xx, xy, yy = self._resistivity(stream.leak, cells).T
+            primal = self.data.K[cells] * (px * px + py * py)
+            # Q² alone may be below what double precision holds.
+            dual = Q * (Q * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy))
+            shares[cells] = areas * (primal + dual + 2 * Q * (my * px - mx * py))
+        return shares
 
     def flux(self, stream: Stream) -> np.ndarray:
         """Mean flux J (C, 2) on each cell: the gradient of ψ turned, scaled to its leak rate."""
@@ -150,54 +174,46 @@ class LevelProblem:
 
     def throughflow(self, stream: Stream) -> np.ndarray:
         """Flow through each closed cell (C,), |J| times its width; zero in cells not closed."""
-        grad = np.linalg.norm(self.gradients(stream.psi), axis=1)
-        width = np.sqrt(2 * self._shapes[1])
-        return np.where(self.data.closed, stream.conductance * grad * width, 0.0)
-
-    @cached_property
-    def _shapes(self) -> tuple[np.ndarray, np.ndarray]:
-        return shape_gradients(self._points[self.mesh.cells[self.kept]])
+        flow, closed = np.zeros(self.space.count), np.flatnonzero(self.data.closed)
+        slopes, areas = shape_gradients(self._corners(closed))
+        steepness = np.linalg.norm(gradients(slopes, stream.psi[closed]), axis=1)
+        flow[closed] = stream.conductance * steepness * np.sqrt(2 * areas)
+        return flow
 
     def gradients(
         self, corner_values: np.ndarray, cells: np.ndarray | slice = slice(None)
     ) -> np.ndarray:
-        """Gradient (C, 2), on all or some cells, of the function with corner values (C, 3)."""
-        values = corner_values[cells]
-        rise = values[:, 1:] - values[:, :1]
-        return np.einsum("cid,ci->cd", self._shapes[0][cells][:, 1:], rise)
+        """Gradient (n, 2), on all or some cells, of a function with corner values (n, 3) there."""
+        return gradients(shape_gradients(self._corners(cells))[0], corner_values)
 
     def sharpened(self, pressure: Minimum, stream: Stream) -> tuple[float, float]:
         """Lower and upper bound, from a true dual, after the best hypotenuse bubbles."""
         where = self.mesh, self._contact, self.kept
+        place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         dual = Sharpening(
             stream_bubbles(*where),
-            self._everywhere(self.gradients(stream.psi)),
+            lambda cells: stream.psi[place[cells]],
             lambda data: data.resistivity[:, 0],
         )
         primal = Sharpening(
             pressure_bubbles(*where),
-            self._everywhere(self.gradients(pressure.corner_values)),
+            lambda cells: pressure.unknowns.corners(pressure.values, place[cells]),
             lambda data: data.K,
         )
         raised, lowered = energy_drops(self._gap, self.mesh, self._values, (dual, primal))
         return 1 / (1 / stream.conductance - raised), pressure.energy - lowered
-
-    def _everywhere(self, of_kept: np.ndarray) -> np.ndarray:
-        """Vectors of the kept cells as (C, 2) of the whole mesh, zero where nothing flows."""
-        whole = np.zeros((len(self.kept), 2))
-        whole[self.kept] = of_kept
-        return whole
 
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:
         """Flow in through the inlet and out through the outlet, from the discrete equations."""
         prescribed = self.primal_numbering.of_corner < 0
         inlet = self.primal_numbering.lift
         at_ends = np.flatnonzero(prescribed.any(axis=1))
-        sides = inlet, prescribed & (inlet == 0)
-        slope = self.gradients(pressure.corner_values, at_ends)
-        weight = self._shapes[1][at_ends] * self.data.K[at_ends]
+        sides = inlet[at_ends], (prescribed & (inlet == 0))[at_ends]
+        slopes, areas = shape_gradients(self._corners(at_ends))
+        slope = gradients(slopes, pressure.unknowns.corners(pressure.values, at_ends))
+        weight = areas * self.data.K[at_ends]
         into, out = (
-            (weight * (slope * self.gradients(side.astype(float), at_ends)).sum(axis=1)).sum()
+            (weight * (slope * gradients(slopes, side.astype(float))).sum(axis=1)).sum()
             for side in sides
         )
         return float(into), float(-out)

@@ -1,31 +1,26 @@
 """The one place that knows PETSc: energies of functions linear on each cell, and their minima.
 
 A problem is an energy E(v) = ∫ ∇v·T·∇v with a constant tensor T on each cell, over functions
-v = lift + P x: P is the 0/1 matrix of the numbering (`unknowns.py`), never formed. DOLFINx
-assembles on the discontinuous space, whose dofs are the corners, and PETSc's map from local to
-global rows is the numbering: corners of one unknown add up in its row, prescribed ones are
-dropped. CG with BoomerAMG needs a handful of iterations from the coarser solution at any size, as
+v = lift + P x: P is the 0/1 matrix of the numbering (`numbering.py`), never formed. The cells are
+integrated one batch after the other (`integrals.py`), and corners of one unknown add up in its
+row. CG with BoomerAMG needs a handful of iterations from the coarser solution at any size, as
 long as the matrix is not scaled by its diagonal: that would spoil the constant as near-null vector.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from fem_seal.errors import NotConverged
-from fem_seal.fenicsx import (
-    MPI,
-    PETSc,
-    cell_vertices,
-    create_triangle_mesh,
-    fem,
-    functionspace,
-    input_cells,
-    ufl,
-)
-from fem_seal.flow.unknowns import Unknowns
+from fem_seal.fenicsx import MPI, PETSc
+from fem_seal.flow.integrals import AT_ONCE, batch, parts
+from fem_seal.flow.numbering import Unknowns
 
 MAX_ITERATIONS = 100
+# CG knows the energy by what it has taken off that of its start: below this part of it, it has to
+# start again from the energy summed cell by cell.
+LOST = 1e-11
 
 # What each is worth: docs/adaptivity.md.
 _BOOMERAMG = {
@@ -41,53 +36,39 @@ _BOOMERAMG = {
 class Minimum:
     """The minimiser of an energy.
 
-    corner_values : (C, 3), of every cell, on every rank
+    unknowns, values : a numbering and what its unknowns (count,) are, on every rank
     energy : ∫ ∇v·T·∇v, summed cell by cell (all terms positive)
     iterations : of CG
     """
 
-    corner_values: np.ndarray
+    unknowns: Unknowns
+    values: np.ndarray
     energy: float
     iterations: int
 
+    @property
+    def corner_values(self) -> np.ndarray:
+        """(C, 3), of every cell."""
+        return self.unknowns.corners(self.values)
+
 
 class CellSpace:
-    """Functions linear on each of C triangles, on a DOLFINx mesh distributed over the ranks.
+    """Functions linear on each of C triangles; each rank integrates over its share of the cells.
 
     Parameters
     ----------
-    points : (V, 2), cells : (C, 3), the same on every rank
+    count : number of cells, C
+    corners : of a slice of n cells where its corners (n, 3, 2) lie, the same on every rank
     comm : MPI communicator
     """
 
-    def __init__(self, points: np.ndarray, cells: np.ndarray, comm: MPI.Comm):
-        self.comm = comm
-        self.mesh = create_triangle_mesh(comm, points, cells)
-        self.own = input_cells(self.mesh)
-        if not np.array_equal(cells[self.own], cell_vertices(self.mesh)):
-            raise AssertionError("DOLFINx has reordered the vertices of a cell")
-        self.V = functionspace(self.mesh, ("DG", 1))
-        self.W = functionspace(self.mesh, ("DG", 0))
-        self._corner_dofs = cell_dofs(self.V, 3)
-        self._cell_dofs = cell_dofs(self.W, 1).ravel()
-        self._tensor = [fem.Function(self.W) for _ in range(3)]
-        xx, xy, yy = self._tensor
-        T = ufl.as_tensor([[xx, xy], [xy, yy]])
-        u, v, self._v = ufl.TrialFunction(self.V), ufl.TestFunction(self.V), fem.Function(self.V)
-        flux = ufl.dot(T, ufl.grad(self._v))
-        self._matrix = fem.form(ufl.inner(ufl.dot(T, ufl.grad(u)), ufl.grad(v)) * ufl.dx)
-        self._residual = fem.form(ufl.inner(flux, ufl.grad(v)) * ufl.dx)
-        # The cells of every rank, one rank after the other.
-        self._of_ranks = comm.allgather(self.own)
-
-    @property
-    def count(self) -> int:
-        """Number of cells, of all ranks."""
-        return sum(len(cells) for cells in self._of_ranks)
+    def __init__(self, count: int, corners: Callable[[slice], np.ndarray], comm: MPI.Comm):
+        self.count, self.comm, self._corners = count, comm, corners
+        self._shares = [count * rank // comm.size for rank in range(comm.size + 1)]
 
     def minimise(
         self,
-        tensor: np.ndarray,
+        tensor: Callable[[slice], np.ndarray],
         unknowns: Unknowns,
         guess: np.ndarray,
         tolerance: float,
@@ -97,7 +78,7 @@ class CellSpace:
 
         Parameters
         ----------
-        tensor : (C, 3), components xx, xy, yy of T on each cell
+        tensor : of a slice of n cells the components xx, xy, yy of T, (n, 3)
         unknowns : numbering of the corners
         guess : (count,), start
         tolerance : relative error of the energy at which CG stops
@@ -110,53 +91,64 @@ class CellSpace:
             If CG does not get there; the energy then is still that of an admissible function,
             but the caller's bound would be needlessly wide.
         """
-        for component, values in zip(self._tensor, tensor.T, strict=True):
-            component.x.array[self._cell_dofs] = values[self.own]
-        rows = _Rows.of(unknowns, self._of_ranks)
-        start, residual = self._energy_and_residual(unknowns.corners(guess), unknowns, rows)
-        matrix = self._assembled(unknowns, rows)
+        matrix = self._assembled(tensor, unknowns)
         x, right_side = matrix.createVecs()
-        right_side.array = -residual
+        right_side.setOption(PETSc.Vec.Option.IGNORE_NEGATIVE_INDICES, True)
+        values, iterations = guess, 0
         try:
-            iterations = minimise_by_cg(matrix, right_side, x, start, tolerance, balanced)
-            correction = np.concatenate(self.comm.allgather(x.array_r))
+            while True:
+                right_side.set(0)
+                start = self._energy(tensor, unknowns, values, right_side)
+                right_side.scale(-1)
+                lost = LOST * start
+                iterations += minimise_by_cg(
+                    matrix, right_side, x, start, tolerance, balanced, lost / 2
+                )
+                values = values + np.concatenate(self.comm.allgather(x.array_r))
+                energy = self._energy(tensor, unknowns, values)
+                if energy >= lost:
+                    return Minimum(unknowns, values, energy, iterations)
         finally:
             # petsc4py puts off freeing what is only dropped, and the meshes come and go.
             for thing in (matrix, x, right_side):
                 thing.destroy()
-        found = unknowns.corners(guess + correction[rows.of_unknown])
-        return Minimum(found, self._energy_and_slopes(found)[0], iterations)
 
-    def _energy_and_slopes(self, corner_values: np.ndarray) -> tuple[float, np.ndarray]:
-        """Energy, and its half derivative (c, 3) by the corner values of the cells of this rank."""
-        v = corner_values[self.own]
-        # Only differences matter on a cell, and without the rest they keep all their digits.
-        v -= v[:, :1].copy()
-        self._v.x.array[self._corner_dofs] = v
-        slopes = _assembled(self._residual)[self._corner_dofs]
-        return float(self.comm.allreduce((v * slopes).sum())), slopes
+    def _energy(
+        self,
+        tensor: Callable[[slice], np.ndarray],
+        unknowns: Unknowns,
+        values: np.ndarray,
+        slopes: PETSc.Vec | None = None,
+    ) -> float:
+        """Energy; half its derivative by the unknowns is added to `slopes`."""
+        energy = 0.0
+        for part in self._own_parts():
+            v = unknowns.corners(values, part)
+            # Only differences matter on a cell, and without the rest they keep all their digits.
+            v -= v[:, :1].copy()
+            batch().place(self._corners(part), tensor(part))
+            of_corner = batch().slopes(v)
+            energy += (v * of_corner).sum()
+            if slopes is not None:
+                slopes.setValues(unknowns.of_corner[part], of_corner, PETSc.InsertMode.ADD_VALUES)
+        if slopes is not None:
+            slopes.assemble()
+        return float(self.comm.allreduce(energy))
 
-    def _energy_and_residual(
-        self, corner_values: np.ndarray, unknowns: Unknowns, rows: "_Rows"
-    ) -> tuple[float, np.ndarray]:
-        """Energy, and its half derivative by the unknowns in the rows of this rank."""
-        energy, of_corner = self._energy_and_slopes(corner_values)
-        number = unknowns.of_corner[self.own]
-        used = number >= 0
-        of_unknown = np.bincount(number[used], of_corner[used], unknowns.count)
-        by_row = np.empty_like(of_unknown)
-        by_row[rows.of_unknown] = self.comm.allreduce(of_unknown)
-        return energy, by_row[rows.first[self.comm.rank] : rows.first[self.comm.rank + 1]]
+    def _own_parts(self) -> list[slice]:
+        """Batches of this rank, as many as of the rank with the most: all assemble together."""
+        begin, end = self._shares[self.comm.rank : self.comm.rank + 2]
+        own = list(parts(begin, end))
+        most = -(-self.count // self.comm.size)
+        return own + [slice(end, end)] * (-(-most // AT_ONCE) - len(own))
 
-    def _assembled(self, unknowns: Unknowns, rows: "_Rows") -> PETSc.Mat:
+    def _assembled(self, tensor: Callable[[slice], np.ndarray], unknowns: Unknowns) -> PETSc.Mat:
         """The matrix of the unknowns."""
-        rank, count = self.comm.rank, unknowns.count
-        begin, end = rows.first[rank], rows.first[rank + 1]
+        begin, end = self._rows(unknowns)
+        own, count = end - begin, unknowns.count
         # Each corner of an unknown brings two neighbours at most.
-        most = np.empty(count, dtype=PETSc.IntType)
         corners = np.bincount((unknowns.of_corner + 1).ravel(), minlength=count + 1)[1:]
-        most[rows.of_unknown] = 2 * corners + 1
-        most, own = most[begin:end], end - begin
+        most = (2 * corners[begin:end] + 1).astype(PETSc.IntType)
         matrix = PETSc.Mat().createAIJ(
             ((own, count), (own, count)),
             nnz=(np.minimum(most, own), np.minimum(most, count - own)),
@@ -164,60 +156,25 @@ class CellSpace:
         )
         # A rank without rows would else take another path through the assembly, and all would wait.
         matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, True)
-        row_of_corner = np.append(rows.of_unknown, -1)[unknowns.of_corner[self.own]]
-        of_dof = np.empty(3 * len(self.own), dtype=PETSc.IntType)
-        of_dof[self._corner_dofs] = row_of_corner
-        numbering = PETSc.LGMap().create(of_dof, comm=self.comm)
-        matrix.setLGMap(numbering, numbering)
-        fem.petsc.assemble_matrix(matrix, self._matrix)
+        for part in self._own_parts():
+            batch().place(self._corners(part), tensor(part))
+            batch().add_to(matrix, unknowns.of_corner[part])
         matrix.assemble()
-        numbering.destroy()
         # The copy has room for what is in it and no more.
         compact = matrix.duplicate(copy=True)
         matrix.destroy()
         return compact
 
+    def _rows(self, unknowns: Unknowns) -> tuple[int, int]:
+        """First row of this rank and of the next; a rank has the unknowns that its cells bring.
 
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """Rows of the matrix, numbered as the cells of the ranks come to meet the unknowns.
-
-    DOLFINx sorts the cells so that neighbours are close in memory, and so will be the unknowns.
-
-    of_unknown : (count,) int, row of each unknown
-    first : ranks + 1 numbers, first row of each rank: an unknown belongs to the first rank with a
-        cell of it
-    """
-
-    of_unknown: np.ndarray
-    first: list[int]
-
-    @classmethod
-    def of(cls, unknowns: Unknowns, of_ranks: list[np.ndarray]) -> "_Rows":
-        corners = unknowns.of_corner[np.concatenate(of_ranks)].ravel()
-        met_at = np.empty(unknowns.count + 1, dtype=np.int64)
-        # Written backwards, what stays is the first place; prescribed corners (-1) share the last.
-        met_at[corners[::-1]] = np.arange(len(corners) - 1, -1, -1)
-        new = np.zeros(len(corners), dtype=bool)
-        new[met_at[:-1]] = True
-        met_before = np.append(0, np.cumsum(new))
-        ends = 3 * np.cumsum([0, *(len(cells) for cells in of_ranks)])
-        return cls(met_before[met_at[:-1]], met_before[ends].tolist())
-
-
-def _assembled(form) -> np.ndarray:
-    """Vector of a linear form on a discontinuous space: no dof is shared."""
-    vector = fem.petsc.assemble_vector(form)
-    values = vector.array.copy()
-    vector.destroy()
-    return values
-
-
-def cell_dofs(space, per_cell: int) -> np.ndarray:
-    """(c, per_cell) int, degrees of freedom of each cell of this rank."""
-    dofs = space.dofmap.list
-    dofs = dofs if isinstance(dofs, np.ndarray) else dofs.array
-    return dofs.reshape(-1, per_cell)
+        Unknowns are numbered as the cells come to meet them.
+        """
+        begin, end = self._shares[self.comm.rank : self.comm.rank + 2]
+        met = unknowns.of_corner[begin:end].max(initial=-1) + 1
+        met = np.maximum.accumulate(self.comm.allgather(int(met)))
+        first = [0, *met[:-1].tolist(), unknowns.count]
+        return first[self.comm.rank], first[self.comm.rank + 1]
 
 
 def minimise_by_cg(
@@ -227,6 +184,7 @@ def minimise_by_cg(
     start: float,
     tolerance: float,
     balanced: bool = False,
+    least: float = 0.0,
 ) -> int:
     """CG for x from zero until the energy r'Mr of the error is `tolerance` of the energy reached.
 
@@ -236,6 +194,7 @@ def minimise_by_cg(
     x : where the solution goes
     start : energy of the start
     tolerance, balanced : as in `CellSpace.minimise`
+    least : stop as well where the energy falls below it
 
     Returns
     -------
@@ -267,6 +226,8 @@ def minimise_by_cg(
     def converged(ksp, iteration, natural_norm):
         energy = start - (right_side.dot(ksp.buildSolution()) if iteration else 0.0)
         reached[0] = natural_norm**2 / energy if energy > 0 else np.inf
+        if energy < least:
+            return PETSc.KSP.ConvergedReason.CONVERGED_ITS
         if not np.isfinite(natural_norm):
             return PETSc.KSP.ConvergedReason.DIVERGED_NANORINF
         if natural_norm**2 <= tolerance * energy and (

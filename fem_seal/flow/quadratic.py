@@ -22,8 +22,10 @@ from fem_seal.fenicsx import (
 )
 from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
-from fem_seal.flow.linear import cell_dofs, minimise_by_cg
-from fem_seal.flow.unknowns import OpenCells, Unknowns, open_cells, primal_unknowns
+from fem_seal.flow.integrals import cell_dofs
+from fem_seal.flow.linear import minimise_by_cg
+from fem_seal.flow.numbering import Unknowns
+from fem_seal.flow.unknowns import OpenCells, open_cells, primal_unknowns
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.mesh.nested import PIXEL, uniform_mesh

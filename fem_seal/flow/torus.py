@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.flow.gap_on_mesh import CellData
+from fem_seal.flow.numbering import Unknowns, numbered
 from fem_seal.flow.unknowns import (
-    Unknowns,
     components,
     continuous_labels,
-    numbered,
     passable_sides,
     patch_ties,
 )
@@ -149,8 +148,8 @@ def pressure_unknowns(mesh: NestedMesh, seams: Seams, data: CellData, cells: Ope
     _, first = np.unique(cells.component[cells.kept], return_index=True)
     free = np.ones(count, dtype=bool)
     free[label[first, 0]] = False
-    of_corner, used = numbered(label, free[label], count)
-    return Unknowns(of_corner, np.zeros(label.shape, dtype=np.float32), used, label)
+    of_corner, used = numbered(label, free)
+    return Unknowns(of_corner, np.zeros(label.shape, dtype=np.int8), used)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +179,6 @@ def stream_unknowns(
     live = np.zeros(len(found.root), dtype=bool)
     live[label[~data.closed[kept]] if merge_closed else label] = True
     live[live.argmax()] = False
-    of_corner, count = numbered(label, live[label], len(found.root))
-    lift = np.zeros(label.shape, dtype=np.float32)
-    unknowns = Unknowns(of_corner, lift, count, label)
+    of_corner, count = numbered(label, live)
+    unknowns = Unknowns(of_corner, np.zeros(label.shape, dtype=np.int8), count)
     return StreamUnknowns(unknowns, found.offset[of_cell], jumps_across(found.windings))

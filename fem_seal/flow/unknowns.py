@@ -1,9 +1,7 @@
 """Which corner values of which cells are one unknown: the topology of both problems in arrays.
 
-Both problems live in the space of functions linear on each cell and free to jump between cells.
-What makes them conforming is a numbering of the corners: corners with the same number are one
-unknown, corners without one have a prescribed value. Contact that splits the pressure, patches
-that tie the stream function together, and sides that are one line are all numberings.
+Contact that splits the pressure, patches that tie the stream function together, and sides that are
+one line are all numberings of the corners (`numbering.py`).
 """
 
 from dataclasses import dataclass
@@ -13,56 +11,15 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from fem_seal.flow.gap_on_mesh import CellContact, CellData
-from fem_seal.mesh.grouping import consecutive, stable_order
+from fem_seal.flow.numbering import Unknowns, numbered
+from fem_seal.mesh.grouping import stable_order
 from fem_seal.mesh.nested import NestedMesh
-
-
-@dataclass(frozen=True, eq=False)
-class Unknowns:
-    """A numbering of the corners of C cells.
-
-    of_corner : (C, 3) int32, unknown of each corner or -1 where the value is prescribed
-    lift : (C, 3) float32, whole numbers: jumps and prescribed values; unknowns add to them
-    count : number of unknowns
-    label : (C, 3) int32, equal for corners at which the function is continuous
-    """
-
-    of_corner: np.ndarray
-    lift: np.ndarray
-    count: int
-    label: np.ndarray
-
-    def corners(self, values: np.ndarray) -> np.ndarray:
-        """Corner values (C, 3) of the function with given values (count,) of the unknowns."""
-        # The -1 of prescribed corners picks the zero at the end.
-        return np.append(values, 0.0)[self.of_corner] + self.lift
-
-    def constant(self) -> np.ndarray:
-        """(C,) bool, cells on which every function of this numbering is constant."""
-        first = self.of_corner[:, 0], self.lift[:, 0]
-        others = ((self.of_corner[:, k], self.lift[:, k]) for k in (1, 2))
-        same = [(number == first[0]) & (lift == first[1]) for number, lift in others]
-        return same[0] & same[1]
-
-    def from_corners(self, corner_values: np.ndarray) -> np.ndarray:
-        """Values of the unknowns (count,) nearest to given corner values (C, 3)."""
-        # Corners without an unknown are counted into a place of their own, and left out.
-        number = (self.of_corner + 1).ravel()
-        total = np.bincount(number, (corner_values - self.lift).ravel(), self.count + 1)
-        return total[1:] / np.bincount(number, minlength=self.count + 1)[1:]
 
 
 def components(pairs: np.ndarray, count: int) -> np.ndarray:
     """Component number (count,) of each node of the graph with edges `pairs` (n, 2)."""
     graph = coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
     return connected_components(graph, directed=False)[1]
-
-
-def numbered(label: np.ndarray, free: np.ndarray, count: int) -> tuple[np.ndarray, int]:
-    """Consecutive numbers for the labels (< count) of free corners, -1 for the others."""
-    numbers = np.full(label.shape, -1, dtype=np.int32)
-    numbers[free], used = consecutive(label[free], count)
-    return numbers, used
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,9 +88,8 @@ def primal_unknowns(mesh: NestedMesh, data: CellContact, cells: OpenCells) -> Un
     label = label.reshape(-1, 3)[cells.kept]
     group = _of_one_pressure(label[data.stiff[cells.kept]], ends, count)
     at_inlet, at_outlet = (_marked(group[end], count) for end in ends)
-    inlet, outlet = at_inlet[group[label]], at_outlet[group[label]]
-    of_corner, used = numbered(group[label], ~(inlet | outlet), count)
-    return Unknowns(of_corner, inlet.astype(np.float32), used, label)
+    of_corner, used = numbered(group[label], ~(at_inlet | at_outlet))
+    return Unknowns(of_corner, at_inlet[group[label]].astype(np.int8), used)
 
 
 def _of_one_pressure(stiff: np.ndarray, ends: list[np.ndarray], count: int) -> np.ndarray:
@@ -229,10 +185,12 @@ def dual_unknowns(
         root, offset = found
     else:
         count = int(patch.max()) + 1
-        root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.float32)
+        root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
         if patch[mesh.bottom][0] == patch[mesh.top][0]:
             return None
         offset[patch[mesh.top][0]] = 1
+    # In as few bytes as hold it.
+    offset = offset.astype(np.min_scalar_type(-1 - int(np.abs(offset).max())))
     of_cell = patch[mesh.cells[kept]]
     label = root[of_cell]
     live = np.zeros(len(root), dtype=bool)
@@ -240,8 +198,8 @@ def dual_unknowns(
     # Some value must be given: on walls the problem says which, else any one patch is pinned.
     given = live.argmax() if mesh.periodic else patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
     live[given] = False
-    of_corner, count = numbered(label, live[label], len(root))
-    return Unknowns(of_corner, offset[of_cell], count, label)
+    of_corner, count = numbered(label, live)
+    return Unknowns(of_corner, offset[of_cell], count)
 
 
 def patch_ties(
@@ -287,7 +245,7 @@ def _winding(low: np.ndarray, high: np.ndarray, count: int):
                 return None
         else:
             parent[rv], above[rv] = ru, ou + 1 - ov
-    root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.float32)
+    root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
     for i in np.unique(np.concatenate([low, high])).tolist():
         root[i], offset[i] = find(i)
     return root, offset

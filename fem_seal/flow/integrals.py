@@ -1,0 +1,95 @@
+"""Energies ∫ ∇v·T·∇v of functions linear on triangles, a batch of triangles after the other.
+
+The functions may jump between cells, so that no cell needs its neighbours: DOLFINx integrates on
+one small mesh of triangles that share no vertex, and that mesh is moved over the cells of any
+other. A DOLFINx mesh of all cells would take more memory than everything else, and longer to make
+than to integrate on.
+"""
+
+from collections.abc import Iterator
+from functools import cache
+
+import numpy as np
+
+from fem_seal.fenicsx import (
+    MPI,
+    PETSc,
+    create_triangle_mesh,
+    fem,
+    functionspace,
+    geometry_dofs,
+    ufl,
+)
+
+AT_ONCE = 1 << 12  # cells
+
+
+def parts(begin: int, end: int, at_once: int = AT_ONCE) -> Iterator[slice]:
+    """Cut the range from begin to end into slices of `at_once`; the last one may be shorter."""
+    return (slice(k, min(k + at_once, end)) for k in range(begin, end, at_once))
+
+
+class Batch:
+    """Triangles on which DOLFINx integrates; where they lie is said by `place`."""
+
+    def __init__(self):
+        corners = np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (AT_ONCE, 1))
+        cells = np.arange(3 * AT_ONCE).reshape(-1, 3)
+        self._mesh = create_triangle_mesh(MPI.COMM_SELF, corners, cells)
+        self._points = geometry_dofs(self._mesh)
+        V, W = functionspace(self._mesh, ("DG", 1)), functionspace(self._mesh, ("DG", 0))
+        self._corner_dofs, self._cell_dofs = cell_dofs(V, 3), cell_dofs(W, 1).ravel()
+        self._tensor = [fem.Function(W) for _ in range(3)]
+        xx, xy, yy = self._tensor
+        T = ufl.as_tensor([[xx, xy], [xy, yy]])
+        u, v, self._v = ufl.TrialFunction(V), ufl.TestFunction(V), fem.Function(V)
+        flux = ufl.dot(T, ufl.grad(self._v))
+        self._matrix = fem.form(ufl.inner(ufl.dot(T, ufl.grad(u)), ufl.grad(v)) * ufl.dx)
+        self._slopes = fem.form(ufl.inner(flux, ufl.grad(v)) * ufl.dx)
+
+    def place(self, corners: np.ndarray, tensor: np.ndarray) -> None:
+        """Move onto n cells, n ≤ AT_ONCE; the triangles that are left over get no energy.
+
+        Parameters
+        ----------
+        corners : (n, 3, 2), tensor : (n, 3), components xx, xy, yy of T
+        """
+        n = len(corners)
+        self._mesh.geometry.x[self._points[:n], :2] = corners
+        for component, values in zip(self._tensor, tensor.T, strict=True):
+            component.x.array[self._cell_dofs[:n]] = values
+            component.x.array[self._cell_dofs[n:]] = 0.0
+
+    def slopes(self, corner_values: np.ndarray) -> np.ndarray:
+        """Half the derivative (n, 3) of the energy by the corner values (n, 3)."""
+        dofs = self._corner_dofs[: len(corner_values)]
+        self._v.x.array[dofs] = corner_values
+        vector = fem.petsc.assemble_vector(self._slopes)
+        values = vector.array[dofs]
+        vector.destroy()
+        return values
+
+    def add_to(self, matrix: PETSc.Mat, rows: np.ndarray) -> None:
+        """Add the energy to a matrix; rows (n, 3) of the corners, -1 for a given value.
+
+        All ranks of the matrix must call this together.
+        """
+        of_dof = np.full(self._corner_dofs.size, -1, dtype=PETSc.IntType)
+        of_dof[self._corner_dofs[: len(rows)]] = rows
+        numbering = PETSc.LGMap().create(of_dof, comm=matrix.comm)
+        matrix.setLGMap(numbering, numbering)
+        fem.petsc.assemble_matrix(matrix, self._matrix)
+        numbering.destroy()
+
+
+@cache
+def batch() -> Batch:
+    """The one batch of this process."""
+    return Batch()
+
+
+def cell_dofs(space, per_cell: int) -> np.ndarray:
+    """(c, per_cell) int, degrees of freedom of each cell of this rank."""
+    dofs = space.dofmap.list
+    dofs = dofs if isinstance(dofs, np.ndarray) else dofs.array
+    return dofs.reshape(-1, per_cell)

@@ -1,0 +1,77 @@
+"""Corners of cells as unknowns: what makes functions that may jump between cells conforming.
+
+Both problems live in the space of functions linear on each cell and free to jump between cells.
+Corners with the same number are one unknown, corners without one have a prescribed value.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """A numbering of the corners of C cells.
+
+    of_corner : (C, 3) int32, unknown of each corner or -1 where the value is prescribed; unknowns
+        are numbered as the cells come to meet them
+    lift : (C, 3), jumps and prescribed values; unknowns add to them
+    count : number of unknowns
+    """
+
+    of_corner: np.ndarray
+    lift: np.ndarray
+    count: int
+
+    def corners(self, values: np.ndarray, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Corner values (n, 3), on all or some cells, of the function with unknowns (count,)."""
+        number = self.of_corner[cells]
+        found = self.lift[cells].astype(float)
+        np.add(found, values[number] if self.count else 0.0, out=found, where=number >= 0)
+        return found
+
+    def constant(self) -> np.ndarray:
+        """(C,) bool, cells on which every function of this numbering is constant."""
+        first = self.of_corner[:, 0], self.lift[:, 0]
+        others = ((self.of_corner[:, k], self.lift[:, k]) for k in (1, 2))
+        same = [(number == first[0]) & (lift == first[1]) for number, lift in others]
+        return same[0] & same[1]
+
+    def from_corners(self, corner_values: np.ndarray) -> np.ndarray:
+        """Values of the unknowns (count,) nearest to given corner values (C, 3)."""
+        total, corners = np.zeros((2, self.count + 1))
+        for k in range(3):
+            # Corners without an unknown are counted into a place of their own, and left out.
+            number = self.of_corner[:, k] + 1
+            total += np.bincount(number, corner_values[:, k] - self.lift[:, k], self.count + 1)
+            corners += np.bincount(number, minlength=self.count + 1)
+        return total[1:] / corners[1:]
+
+
+def numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
+    """Number what the corners of some cells belong to.
+
+    Cells that are near each other in the mesh are near each other in its array, and so will be
+    the unknowns in memory.
+
+    Parameters
+    ----------
+    label : (C, 3) int, of each corner; free : (labels,) bool, whether it is an unknown
+
+    Returns
+    -------
+    (C, 3) int32, consecutive numbers of free labels as the cells come to meet them, -1 of others;
+    and how many there are
+    """
+    met = label.ravel()
+    last = len(met)
+    met_at = np.full(len(free), last, dtype=np.int32)
+    # Written backwards, what stays is the first place.
+    met_at[met[::-1]] = np.arange(last - 1, -1, -1, dtype=np.int32)
+    met_at[~free] = last
+    new = np.zeros(last + 1, dtype=bool)
+    new[met_at] = True
+    number = np.cumsum(new[:-1], dtype=np.int32)
+    used = int(number[-1]) if last else 0
+    of_label = np.append(number - np.int32(1), np.int32(-1))[met_at]
+    return of_label[label], used
