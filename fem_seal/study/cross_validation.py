@@ -16,6 +16,7 @@ from fem_seal.progress import Report, silent
 from fem_seal.study.exact_cases import ExactCase
 from fem_seal.study.methods import METHODS, QUADRATIC, Answer, Setting
 from fem_seal.study.refined import refined
+from fem_seal.study.tables import shown_as
 from fem_seal.topology.lattice import choose
 
 SMOOTH_ORDER = 2.0  # of linear elements and of central differences, for the energy
@@ -39,13 +40,13 @@ class Row:
     method: str
     squares: int
     unknowns: int
-    value: float
-    error: float
-    band: float | None
+    value: float = shown_as("leak rate [m^3/s]")
+    error: float = shown_as("error/Q")
+    band: float | None = shown_as("band/Q")
     order: float | None
     expected: float | None
     verdict: str
-    seconds: float
+    seconds: float = shown_as("CPU time [s]")
 
 
 @dataclass(frozen=True)

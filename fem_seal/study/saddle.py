@@ -17,6 +17,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.progress import Report, silent
+from fem_seal.study.tables import shown_as
 from fem_seal.topology.percolation import is_sealed
 
 EXPONENT = 69 / 20
@@ -77,10 +78,10 @@ class LocalExponent:
     value : of the leak rates; error : what the brackets leave open; gap : the same of the gap
     """
 
-    distance: float
-    value: float
-    error: float
-    gap: float
+    distance: float = shown_as("(p_c - p)/p_c")
+    value: float = shown_as("d ln Q/d ln(p_c - p)")
+    error: float = shown_as("±")
+    gap: float = shown_as("d ln gap/d ln(p_c - p)")
 
 
 def surface(samples: int) -> GridField:

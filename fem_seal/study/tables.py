@@ -2,11 +2,21 @@
 
 import csv
 from collections.abc import Sequence
-from dataclasses import astuple, fields
+from dataclasses import astuple, field, fields
 from io import StringIO
 from typing import Any
 
 from fem_seal.errors import InvalidInput
+
+
+def shown_as(header: str) -> Any:
+    """Field of a row whose column people read under another header, such as one with its unit.
+
+    Parameters
+    ----------
+    header : in `as_text`; a CSV has the name of the field, for programs
+    """
+    return field(metadata={"header": header})
 
 
 def _header(rows: Sequence[Any]) -> list[str]:
@@ -42,7 +52,11 @@ def as_text(rows: Sequence[Any], columns: Sequence[str] | None = None) -> str:
     columns : fields to show, all if left out
     """
     names = list(columns or _header(rows))
-    lines = [names, *([_cell(getattr(row, name)) for name in names] for row in rows)]
+    headers = {cell.name: cell.metadata.get("header", cell.name) for cell in fields(rows[0])}
+    lines = [
+        [headers[name] for name in names],
+        *([_cell(getattr(row, name)) for name in names] for row in rows),
+    ]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return "\n".join(
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()

@@ -22,6 +22,7 @@ from fem_seal.memory import peak_memory
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
+from fem_seal.study.tables import shown_as
 from fem_seal.surface.resampling import resample
 
 FACTORS = (0.25, 0.5, 1.0, 2.0)
@@ -55,15 +56,15 @@ class Point:
 
     samples: tuple[int, int]
     flow: Choice
-    leak_rate: float
-    lower: float | None
-    upper: float | None
-    contact_error: float
-    flow_error: float
-    total_error: float
-    seconds: float
-    contact_seconds: float
-    memory_bytes: int
+    leak_rate: float = shown_as("leak rate [m^3/s]")
+    lower: float | None = shown_as("lower [m^3/s]")
+    upper: float | None = shown_as("upper [m^3/s]")
+    contact_error: float = shown_as("contact error/Q")
+    flow_error: float = shown_as("flow error/Q")
+    total_error: float = shown_as("total error/Q")
+    seconds: float = shown_as("CPU time [s]")
+    contact_seconds: float = shown_as("its contact [s]")
+    memory_bytes: int = shown_as("memory [byte]")
     pareto: bool = False
 
     @property

@@ -192,6 +192,8 @@ def test_tables_hold_every_cell():
     assert line[header.index("band")] == ""
     assert len(as_text(rows).splitlines()) == 2
     assert as_text(rows, ("method",)) == "method\nFD harmonic"
+    # People read units, programs the names of the fields.
+    assert as_text(rows, ("value", "order")).splitlines()[0] == "leak rate [m^3/s]  order"
     assert as_markdown(rows).splitlines()[1].startswith("| ---")
     with pytest.raises(InvalidInput, match="nothing"):
         as_csv([])
