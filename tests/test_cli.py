@@ -148,7 +148,9 @@ def test_sealed_gap(tmp_path, capsys):
     assert "no open path" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("limit", [("--max-unknowns", "20"), ("--max-seconds", "1e-9")])
+@pytest.mark.parametrize(
+    "limit", [("--max-unknowns", "20"), ("--max-seconds", "1e-9"), ("--max-seconds", "1 ns")]
+)
 def test_limit_is_reached(tmp_path, capsys, limit):
     """Exit status 3, one line, and the best bounds are written."""
     x = np.linspace(0, 2 * np.pi, 33)
@@ -285,6 +287,7 @@ BAD_OPTIONS = [
     ("leak", "wedge.npz", "--max-unknowns", "0"),
     ("leak", "wedge.npz", "--max-unknowns", "1.5"),
     ("leak", "wedge.npz", "--max-seconds", "-1"),
+    ("leak", "wedge.npz", "--max-seconds", "10 mm"),
     ("leak", "wedge.npz", "--products", "cake"),
     ("leak", "wedge.npz", "--products", "mesh", "--method", "finite-difference"),
     ("leak", "wedge.npz", "--unknown"),

@@ -364,7 +364,7 @@ def test_more_contradictions(tmp_path):
 def test_run_mesh_and_render(tmp_path, capsys):
     """run writes what its result says; mesh writes its part of it alone; render draws again."""
     path = write_toml(
-        tmp_path / "ring.toml", scene(RING | {"gap": 1}, ("leak_rate", "mesh", "pictures"))
+        tmp_path / "ring.toml", scene(RING | {"gap": "5 um"}, ("leak_rate", "mesh", "pictures"))
     )
     assert main(["run", str(path), "--out", str(tmp_path / "a")]) == 0
     result = Result.from_folder(tmp_path / "a")
@@ -373,9 +373,15 @@ def test_run_mesh_and_render(tmp_path, capsys):
     field = read_flow(tmp_path / "a")
     outwards = (field.flux * field.points[field.cells].mean(axis=1)).sum(axis=1)
     assert (outwards > 0).all()
+    capsys.readouterr()
     assert main(["mesh", str(path), "--out", str(tmp_path / "b")]) == 0
+    # Lengths with the prefix that suits them, as everywhere.
+    words = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    assert "triangles" in words["mesh"]
+    assert words["extent"] == "-2 m to 2 m by -2 m to 2 m"
+    assert words["gap"] == "5 um to 5 um, mean 5 um"
+    assert words["way"].startswith("critical constriction 5 um at ")
     assert {p.name for p in (tmp_path / "b").iterdir()} == {"gap.png", "mesh.vtu", "shape.png"}
-    assert "triangles" in capsys.readouterr().out
     before = (tmp_path / "a" / "shape.png").read_bytes()
     for name in drawn:
         (tmp_path / "a" / name).unlink()

@@ -35,7 +35,12 @@ FIELDS = {
     "limit": ("limit", "leak_rate", str, "such as '1 ml/h': do the bounds keep it?"),
     "unit": ("output", "leak_rate_unit", str, "of the leak rate beside SI, such as ml/h"),
     "max-unknowns": ("flow", "max_unknowns", int, "stop with the best bounds so far"),
-    "max-seconds": ("flow", "max_seconds", float, "stop with the best bounds so far"),
+    "max-seconds": (
+        "flow",
+        "max_seconds",
+        str,
+        'such as "5 min"; stop with the best bounds so far',
+    ),
     "max-memory": ("flow", "max_memory", str, 'such as "2 GB"; stop with the best bounds so far'),
 }
 # What the file of the gap does not say itself.

@@ -1,10 +1,11 @@
 """MeshGap: a gap given at the vertices of a shape, the counterpart of a GridField."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
+from fem_seal.digits import with_prefix
 from fem_seal.errors import InvalidInput
 from fem_seal.mesh.triangles import TriangleMesh
 from fem_seal.topology.constriction import Constriction
@@ -65,6 +66,7 @@ class MeshGap:
 
     def summary(self) -> tuple[str, ...]:
         """Lines for people: what the mesh and the gap on it are."""
+        length = partial(with_prefix, unit="m")
         mesh, areas = self.mesh, self.mesh.doubled_areas()
         (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)
         edges = ", ".join(f"{len(ends)} {name}" for name, ends in mesh.groups())
@@ -72,10 +74,11 @@ class MeshGap:
         path = "sealed: no open path joins inlet and outlet"
         if self.constriction is not None:
             x, y = self.constriction.position
-            path = f"critical constriction {self.constriction.gap:.3e} m at ({x:.4g}, {y:.4g}) m"
+            tightest = length(self.constriction.gap)
+            path = f"critical constriction {tightest} at x = {length(x)}, y = {length(y)}"
         return (
             f"mesh       {len(mesh.cells)} triangles, {areas.sum() / 2:.6g} m^2, edges: {edges}",
-            f"extent     {x0:.4g} to {x1:.4g} m by {y0:.4g} to {y1:.4g} m",
-            f"gap        {low:.3e} to {high:.3e} m, mean {self.mean:.3e} m",
+            f"extent     {length(x0)} to {length(x1)} by {length(y0)} to {length(y1)}",
+            f"gap        {length(low)} to {length(high)}, mean {length(self.mean)}",
             f"way        {path}",
         )
