@@ -221,3 +221,21 @@ def test_tensors_of_a_mesh(spacing):
             assert tensor == pytest.approx(exact, rel=1e-12)
             found += 1
     assert found > 10
+
+
+def test_contact_edges_of_a_mesh():
+    """Cells with two contact corners get the resistivity of the gap at the third, wherever it is:
+    each corner of a cell in its turn is the open one."""
+    samples = np.random.default_rng(3).uniform(0.1, 1, (9, 9))
+    samples[2::3] = samples[:, 4] = 0
+    gap = represented(GridField(samples, (2.0, 1.0)))
+    mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
+    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    third = set()
+    for cell in np.flatnonzero(data.contact.sum(axis=1) == 2):
+        corner = int(np.flatnonzero(~data.contact[cell])[0])
+        g = samples[tuple(mesh.xy[mesh.cells[cell, corner]] // PIXEL)]
+        exact = float(contact_edge_resistivity(np.array([g]))[0])
+        assert data.resistivity[cell] == pytest.approx([exact, 0.0, exact], rel=1e-15)
+        third.add(corner)
+    assert third == {0, 1, 2}

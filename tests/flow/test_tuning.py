@@ -1,0 +1,130 @@
+"""What `Tuning` may change is the cost of the bounds; none of its numbers may touch their truth."""
+
+import numpy as np
+import pytest
+from gaps import FLUID, rough_gap, vertex_gap
+
+from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.grid import GridField
+
+SIDES = ["wall", "periodic"]
+REPRESENTATIONS = ["linear", "constant"]
+
+
+USUAL = Tuning()
+
+
+def bounds(gap: GridField, tuning: Tuning = USUAL, unknowns: int = 1500, **options):
+    return leak_rate(
+        gap,
+        rtol=1e-3,
+        limits=Limits(unknowns=unknowns),
+        every_dual=True,
+        tuning=tuning,
+        **FLUID | options,
+    )
+
+
+def assert_enclosed(flow, low: float, high: float) -> None:
+    """Every level's bracket meets [low, high], in which the truth lies."""
+    for level in flow.levels:
+        assert level.lower <= high
+        assert low <= level.upper
+
+
+# --- squares of several pixels -------------------------------------------------------------------
+
+
+def dotted(n: int, every: int) -> np.ndarray:
+    """A gap of 1 with single contact points `every` pixels apart, on the corners of squares."""
+    samples = np.ones((n + 1, n + 1))
+    samples[::every, ::every] = 0
+    return samples
+
+
+@pytest.mark.parametrize("sides", SIDES)
+@pytest.mark.parametrize("every", [2, 4])
+def test_contact_at_the_corners_of_squares_of_several_pixels(sides, every):
+    """The gap is zero at all corners of the first mesh and open everywhere else: what a coarse
+    cell has at its corners says nothing of its sides, so that no pressure may jump across them and
+    no stream function be the same along them."""
+    gap = GridField(dotted(16, every), (1.0, 1.0))
+    fine = bounds(gap, Tuning(coarsest=16), sides=sides)
+    coarse = bounds(gap, Tuning(coarsest=16 // every), sides=sides)
+    assert coarse.levels[0].unknowns < fine.levels[0].unknowns
+    assert_enclosed(coarse, fine.lower, fine.upper)
+
+
+@pytest.mark.parametrize("representation", REPRESENTATIONS)
+@pytest.mark.parametrize("sides", SIDES)
+@pytest.mark.parametrize("contact", [0.0, 0.03, 0.3])
+def test_every_first_mesh_leads_to_the_same_leak_rate(representation, sides, contact):
+    """From squares of eight, four and two pixels and from the pixels themselves: each level of each
+    bracket meets all the others."""
+    gap = rough_gap((16, 16), contact, 21)
+    options = {"representation": representation, "sides": sides}
+    flows = [bounds(gap, Tuning(coarsest=c), **options) for c in (2, 4, 8, 16)]
+    first = [flow.levels[0].unknowns for flow in flows]
+    assert first == sorted(set(first))
+    low, high = max(flow.lower for flow in flows), min(flow.upper for flow in flows)
+    assert low <= high
+    for flow in flows:
+        assert_enclosed(flow, low, high)
+
+
+# --- cut, floor, ceiling -------------------------------------------------------------------------
+
+
+def ditch(low: float) -> GridField:
+    """A gap of 1 with lines of `low` along and across the flow, one sample wide, as in contact."""
+    samples = np.ones((13, 13))
+    samples[2:11, 4] = samples[2:11, 9] = samples[6, 4:7] = low
+    return GridField(samples, (1.0, 1.0))
+
+
+@pytest.mark.parametrize("representation", REPRESENTATIONS)
+@pytest.mark.parametrize("sides", SIDES)
+@pytest.mark.parametrize("low", [0.3, 0.1])
+def test_the_cut_is_the_dual_s_and_the_floor_the_primal_s(representation, sides, low):
+    """Gaps below the cut are contact to the stream function alone: the pressure is as continuous
+    across them as before, and the upper bound the same. Nor does the floor change the lower one.
+    Same systems, solved to 1e-12; the sharpening sees the root of what CG left."""
+    gap, options = ditch(low), {"representation": representation, "sides": sides, "unknowns": 1}
+    plain = Tuning(cut=0.0, floor=0.0, tolerance=1e-12)
+    clipped = Tuning(cut=2 * low, floor=0.0, tolerance=1e-12)
+    raised = Tuning(cut=0.0, floor=2 * low, tolerance=1e-12)
+    exact, cut, floor = (
+        bounds(gap, tuning, method="uniform", **options) for tuning in (plain, clipped, raised)
+    )
+    assert cut.upper == pytest.approx(exact.upper, rel=3e-6, abs=0)
+    assert floor.lower == pytest.approx(exact.lower, rel=3e-6, abs=0)
+    # Both do act where they should. (A steep line may gain more by power traces than by its gap.)
+    assert cut.lower != pytest.approx(exact.lower, rel=1e-5, abs=0)
+    assert floor.upper > exact.upper * (1 + 1e-5)
+
+
+@pytest.mark.parametrize("representation", REPRESENTATIONS)
+@pytest.mark.parametrize("sides", SIDES)
+@pytest.mark.parametrize("ceiling", [0.3, 0.9, 1.1, 3.0])
+def test_a_low_ceiling_only_widens_the_bracket(representation, sides, ceiling):
+    """With a ceiling at the constriction itself most cells are taken to be of one pressure, some of
+    them from inlet to outlet: in a gap of 1 all, and still the leak rate is enclosed."""
+    options = {"representation": representation, "sides": sides}
+    ones = bounds(GridField(np.ones((6, 6)), (1.0, 1.0)), Tuning(ceiling=ceiling), **options)
+    assert_enclosed(ones, 1.0, 1.0)
+    gap = rough_gap((16, 16), 0.2, 5)
+    wide = bounds(gap, Tuning(ceiling=ceiling), **options)
+    tight = bounds(gap, **options)
+    assert_enclosed(wide, tight.lower, tight.upper)
+
+
+@pytest.mark.parametrize("ceiling", [0.5, 2.0])
+def test_a_ceiling_in_a_channel_known_in_closed_form(ceiling):
+    """g(y): the upper bound is exact without a ceiling (the pressure is linear) and must not fall
+    below it with one; the lower one must not rise above: Q = Σ (a³+a²b+ab²+b³)/4 for unit size."""
+    gap = vertex_gap(lambda x, y: 0.2 + np.abs(np.sin(7 * y)) + 0 * x, (8, 8))
+    a, b = gap.values[0, :-1], gap.values[0, 1:]
+    exact = ((a**3 + a**2 * b + a * b**2 + b**3) / 4).mean()
+    flow = bounds(gap, Tuning(ceiling=ceiling))
+    assert_enclosed(flow, exact, exact)
+    assert flow.levels[0].lower < 0.999 * exact  # the ceiling, or the mesh, does cost something
