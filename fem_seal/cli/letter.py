@@ -5,13 +5,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal.cli.common import add_command, say
-from fem_seal.cli.percolation import require_one_process
+from fem_seal.cli.percolation import add_search, numbers, require_one_process, search_of
 
 if TYPE_CHECKING:
-    from fem_seal.study.letter.campaign import Letter
+    from fem_seal.study.letter.campaign import Letter, Plan
 
 # Parts that can be left out: finer contact grids, and the start of the cascade.
 SKIPPED = ("grids", "cascade")
+# Models whose points can be chosen.
+POINTS = ("bearing", "elastic")
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -52,6 +54,14 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         choices=SKIPPED,
         help=f"leave the costliest parts out, of {' and '.join(SKIPPED)}; a later run adds them",
     )
+    add_search(command)
+    for model in POINTS:
+        command.add_argument(
+            f"--{model}-areas",
+            type=numbers(float),
+            metavar="V1,V2,…",
+            help=f"A/A0 of the {model} points of Fig. 3, beside first contact (0.02 to closing)",
+        )
     command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
     command.add_argument(
         "--out",
@@ -62,6 +72,25 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command.set_defaults(command=_letter)
 
 
+def plan_of(options: argparse.Namespace) -> "Plan":
+    """What the options ask for; InvalidInput if it cannot be computed."""
+    from fem_seal.study.letter.campaign import AREAS, REFINED_AREAS, Plan
+    from fem_seal.study.letter.surfaces import RoughCase
+
+    chosen = {model: getattr(options, f"{model}_areas") for model in POINTS}
+    return Plan(
+        RoughCase(options.size, options.hurst, options.short, options.long),
+        seeds=options.seeds,
+        rtol=options.rtol,
+        grid_factors=tuple(f for f in (1, 2, 4) if f <= options.refine),
+        search=search_of(options),
+        areas={model: tuple(areas or AREAS[model]) for model, areas in chosen.items()},
+        refined=() if "grids" in options.skip else REFINED_AREAS,
+        cascade="cascade" not in options.skip,
+        threads=options.threads,
+    )
+
+
 def _letter(options: argparse.Namespace) -> int:
     require_one_process("letter")
     # DOLFINx 0.5 to 0.7 must be loaded before VTK.
@@ -69,21 +98,12 @@ def _letter(options: argparse.Namespace) -> int:
     from fem_seal.progress import Display
     from fem_seal.render import letter as figures
     from fem_seal.render.offscreen import require_gl
-    from fem_seal.study.letter.campaign import REFINED_AREAS, Plan, letter
+    from fem_seal.study.letter.campaign import letter
     from fem_seal.study.letter.page import page
     from fem_seal.study.letter.store import write_whole
-    from fem_seal.study.letter.surfaces import RoughCase
 
     require_gl()
-    plan = Plan(
-        RoughCase(options.size, options.hurst, options.short, options.long),
-        seeds=options.seeds,
-        rtol=options.rtol,
-        grid_factors=tuple(f for f in (1, 2, 4) if f <= options.refine),
-        refined=() if "grids" in options.skip else REFINED_AREAS,
-        cascade="cascade" not in options.skip,
-        threads=options.threads,
-    )
+    plan = plan_of(options)
     out = options.out or Path("results") / f"letter-{options.size}"
     with Display() as report:
         record, data = letter(plan, out, report)

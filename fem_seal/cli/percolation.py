@@ -9,6 +9,7 @@ from fem_seal.cli.common import add_command, say
 from fem_seal.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from fem_seal.study.letter.seed_thresholds import Search
     from fem_seal.study.letter.threshold_rows import ThresholdRow
 
 
@@ -21,10 +22,10 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "fem-seal percolation --n 64,128 --seeds 4",
     )
     lists = (
-        ("n", _numbers(int), "256", "samples along a side"),
-        ("hurst", _numbers(float), "0.8", "Hurst exponents"),
-        ("short", _numbers(float), "4", "short cut-offs, in samples"),
-        ("long", _numbers(float), "0.125", "long cut-offs, in parts of the side"),
+        ("n", numbers(int), "256", "samples along a side"),
+        ("hurst", numbers(float), "0.8", "Hurst exponents"),
+        ("short", numbers(float), "4", "short cut-offs, in samples"),
+        ("long", numbers(float), "0.125", "long cut-offs, in parts of the side"),
     )
     for name, kind, default, text in lists:
         command.add_argument(
@@ -35,6 +36,20 @@ def add(subparsers: argparse._SubParsersAction) -> None:
             help=f"{text} ({default})",
         )
     command.add_argument("--seeds", type=int, default=4, metavar="N", help="seeds 1 to N (4)")
+    add_search(command)
+    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
+    command.add_argument(
+        "--out",
+        type=Path,
+        default=Path("results/percolation"),
+        metavar="DIR",
+        help="results folder",
+    )
+    command.set_defaults(command=_percolation)
+
+
+def add_search(command: argparse.ArgumentParser) -> None:
+    """Take how thresholds are looked for."""
     command.add_argument(
         "--edges",
         default="open,periodic",
@@ -47,18 +62,19 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--no-flow", action="store_true", help="leave the flow through the constriction out"
     )
-    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
-    command.add_argument(
-        "--out",
-        type=Path,
-        default=Path("results/percolation"),
-        metavar="DIR",
-        help="results folder",
-    )
-    command.set_defaults(command=_percolation)
 
 
-def _numbers(kind: type) -> Callable[[str], list]:
+def search_of(options: argparse.Namespace) -> "Search":
+    """How thresholds are looked for, of `add_search`."""
+    from fem_seal.study.letter.seed_thresholds import Search
+
+    edges = tuple(name.strip() for name in options.edges.split(","))
+    return Search(options.resolution, edges, not options.no_flow)
+
+
+def numbers(kind: type) -> Callable[[str], list]:
+    """Read a list with commas between."""
+
     def read(text: str) -> list:
         return [kind(part) for part in text.split(",")]
 
@@ -86,10 +102,8 @@ def _percolation(options: argparse.Namespace) -> int:
 
     require_one_process("percolation")
     seeds = seeds_up_to(options.seeds)
-    edges = tuple(name.strip() for name in options.edges.split(","))
     from fem_seal.progress import Display
     from fem_seal.render.thresholds import threshold_figure
-    from fem_seal.study.letter.seed_thresholds import Search
     from fem_seal.study.letter.surfaces import RoughCase
     from fem_seal.study.percolation import TABLE_FILE, percolation
 
@@ -97,7 +111,7 @@ def _percolation(options: argparse.Namespace) -> int:
         RoughCase(n, hurst, short, long)
         for n, hurst, short, long in product(options.n, options.hurst, options.short, options.long)
     ]
-    search = Search(options.resolution, edges, not options.no_flow)
+    search = search_of(options)
     with Display() as report:
         study = percolation(
             cases, seeds, options.out, search=search, threads=options.threads, report=report

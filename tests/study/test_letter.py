@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fem_seal.cli import main
+from fem_seal.cli import main, parser
+from fem_seal.cli.letter import plan_of
 from fem_seal.study.letter import campaign, rows
-from fem_seal.study.letter.campaign import Plan, letter
+from fem_seal.study.letter.campaign import AREAS, Plan, letter
 from fem_seal.study.letter.cascade_start import cascade_start
 from fem_seal.study.letter.flow_points import (
     LINKS,
@@ -314,6 +315,17 @@ def test_figures_are_written(finished, tmp_path, monkeypatch):
     assert all(path.stat().st_size > 1000 for path in paths)
 
 
+def test_points_and_edges_are_chosen():
+    """The parts of the run at 2048², whose other points are those of any run."""
+    command = "letter --bearing-areas 0.05,0.1 --edges open --no-flow --skip grids cascade"
+    plan = plan_of(parser().parse_args(command.split()))
+    assert plan.areas == {"bearing": (0.05, 0.1), "elastic": AREAS["elastic"]}
+    assert plan.search == Search(edges=("open",), flow=False)
+    assert (plan.refined, plan.cascade) == ((), False)
+    usual = plan_of(parser().parse_args(["letter"]))
+    assert usual == Plan(usual.case)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -321,6 +333,9 @@ def test_figures_are_written(finished, tmp_path, monkeypatch):
         ("--size 4", "at least 8"),
         ("--short 300", "cut-offs"),
         ("--rtol -1", "rtol"),
+        ("--elastic-areas 0.2,1.5", "elastic areas must lie in (0, 1)"),
+        ("--bearing-areas 0.4", "the least at most at 0.3"),
+        ("--edges closed", "closed"),
     ],
 )
 def test_bad_input_is_one_line(options, message, tmp_path, capsys):

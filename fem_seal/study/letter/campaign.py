@@ -63,6 +63,13 @@ class Plan:
             raise InvalidInput(f"the number of seeds must be at least 1, got {self.seeds}")
         if not 0 < self.rtol < 2:
             raise InvalidInput(f"rtol must lie in (0, 2), got {self.rtol}")
+        for model in MODELS:
+            areas = self.areas[model]
+            # Effective media are judged up to 0.8 A*.
+            if not (0 < min(areas) <= 0.3 and max(areas) < 1):
+                raise InvalidInput(
+                    f"{model} areas must lie in (0, 1), the least at most at 0.3, got {areas}"
+                )
 
 
 @dataclass(frozen=True)
