@@ -77,12 +77,15 @@ def _root(k: np.ndarray, w: np.ndarray, contact: float, n: float, rtol: float) -
     pull = closed / (n - 1) if n > 1 else np.where(closed > 0, np.inf, 0.0)
     beyond_threshold = w_open.sum(axis=-1) - pull
     conducts = beyond_threshold > 0
-    # (k - K)/(k + (n-1) K) >= 1 - n K/k bounds the root from below.
-    resistance = n * np.divide(w_open, k, out=np.zeros(w_open.shape), where=open_).sum(axis=-1)
-    lowest = np.where(conducts, beyond_threshold, 1.0) / np.where(conducts, resistance, 1.0)
+    # (k - K)/(k + (n-1) K) >= 1 - n K/k bounds the root from below. Resistances are relative to the
+    # largest, as that of a denormal k is no number.
+    least = k.min(axis=-1, where=w_open > 0, initial=1.0)
+    relative = np.divide(least[..., None], k, out=np.zeros(w_open.shape), where=w_open > 0)
+    resistance = n * (w_open * relative).sum(axis=-1)
+    lowest = np.where(conducts, beyond_threshold * least, 1.0) / np.where(conducts, resistance, 1.0)
     low = np.log(np.maximum(lowest, np.finfo(float).tiny))
     high = np.zeros_like(low)
-    k_open = np.where(open_, k, 1.0)
+    k_open = np.where(open_ & conducts[..., None], k, 1.0)
     for _ in range(int(np.ceil(np.log2(max(2.0, float((high - low).max()) / rtol))))):
         middle = 0.5 * (low + high)
         K = np.exp(middle)[..., None]

@@ -82,6 +82,23 @@ def test_weak_disorder_to_second_order():
             assert approx(1 - size**2 / n, abs=10 * size**4) == K
 
 
+@pytest.mark.parametrize("least", [1e-30, 1e-250, 1e-310, 5e-324])
+@pytest.mark.parametrize("n", [1.0, 1.5, 1.72])
+def test_parts_that_hardly_conduct(least, n):
+    """Half of the area hardly conducts: like contact if that seals, and no warning of overflow.
+
+    Persson's gap distribution has such parts, whose cubes are denormal.
+    """
+    few, many = (np.array([1.0] * (10 - closed) + [least] * closed) for closed in (1, 9))
+    with np.errstate(all="raise", under="ignore"):
+        assert effective_conductivity(many, dimension=n, contact=0.5) == 0.0
+        found = effective_conductivity(few, dimension=n)
+    beyond = n - 1 - n * 0.1
+    # Two phases, k -> 0: K = 1 - n/(n - 1) of the closed part, or as little as the closed one.
+    wanted = beyond / (n - 1) if beyond > 0 else 0.0
+    assert found == pytest.approx(wanted, rel=1e-12, abs=20 * max(least, np.finfo(float).tiny))
+
+
 def test_many_media_at_once():
     k = np.random.default_rng(4).lognormal(size=(3, 4, 25))
     together = effective_conductivity(k)
