@@ -1,0 +1,68 @@
+"""Meshes are integrated and sharpened a batch of cells after the other: where one batch ends and
+the next begins must not show in the bounds."""
+
+import numpy as np
+import pytest
+from gaps import FLUID, level_problem, plain_bounds, represented, rough_gap, vertex_gap
+
+from fem_seal.flow import Limits, bubbles, leak_rate
+from fem_seal.flow.integrals import AT_ONCE
+from fem_seal.flow.level import LevelProblem
+
+
+def sharpened(problem: LevelProblem) -> tuple[float, float]:
+    start = np.zeros((problem.kept.sum(), 3))
+    return problem.sharpened(problem.pressure(start), problem.stream(start))
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("at_once", [1, 2, 3, 7])
+def test_hats_in_small_batches(representation, periodic, at_once, monkeypatch):
+    """Both cells of a hypotenuse belong to one hat, and so to one batch: apart, each would have a
+    hat of its own, the pressure could jump and the bounds would cross the truth. The same sums in
+    another order: 1e-12. Contact lines part hats of their own."""
+    gap = represented(rough_gap((12, 12), 0.3, 8), representation)
+    markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
+    problem = level_problem(gap, 1, periodic, markings=markings)
+    whole = sharpened(problem)
+    monkeypatch.setattr(bubbles, "_AT_ONCE", at_once)
+    assert sharpened(problem) == pytest.approx(whole, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("along", [False, True])
+def test_closed_forms_over_several_batches(along):
+    """A channel g(y), or one g(x): on all levels one of the bounds is exact, on the last one the
+    sum over several batches. Bounds are widened by 1e-12; CG stops at 2e-8 of the energy at most,
+    and starts from what is exact."""
+    profile = vertex_gap(lambda x, y: 1 + 0.3 * np.sin(5 * (y if along else x)), (48, 48))
+    flow = leak_rate(profile, method="uniform", rtol=1e-9, limits=Limits(unknowns=10_000), **FLUID)
+    assert flow.levels[-1].cells > 4 * AT_ONCE
+    g = profile.values[0] if along else profile.values[:, 0]
+    a, b = g[:-1], g[1:]
+    parallel, series = (
+        ((a + b) * (a * a + b * b) / 4).mean(),
+        1 / ((a + b) / (2 * (a * b) ** 2)).mean(),
+    )
+    for level in flow.levels:
+        exact, found = (parallel, level.upper) if along else (series, level.lower)
+        assert found == pytest.approx(exact, rel=4e-8, abs=0)
+        assert level.lower <= exact <= level.upper
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("periodic", [False, True])
+def test_sharpened_on_squares_of_several_pixels(representation, periodic):
+    """As on pixels: hats on hypotenuses are functions of the mesh of halves, so that the sharpened
+    bounds lie between those of the two meshes. Both meshes are above the pixel, where a cell with
+    contact in it is closed (no power traces: the halves are nested), and no hat may stand on one.
+    CG errs by 2e-8."""
+    gap = represented(rough_gap((64, 64), 0.004, 5, smooth=2), representation, width=8)
+    problem = level_problem(gap, 8, periodic)
+    assert 0 < problem.data.closed.sum() < len(problem.data.closed) / 2
+    lower, upper = sharpened(problem)
+    everything = [lambda mesh: np.ones(len(mesh.cells), dtype=bool)]
+    halves = plain_bounds(level_problem(gap, 8, periodic, markings=everything))
+    plain = plain_bounds(problem)
+    assert halves[1] * (1 - 4e-8) <= upper < plain[1]
+    assert plain[0] < lower <= halves[0] * (1 + 4e-8)
