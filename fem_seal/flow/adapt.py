@@ -19,8 +19,8 @@ from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.marking import doerfler, halvings
+from fem_seal.flow.start import Guess, Start
 from fem_seal.leak_rate import Level
-from fem_seal.mesh.bisection import Refinement, bisect
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
@@ -93,7 +93,7 @@ class Bracket:
         if self.stream is not None:
             return self
         _, guess = self.problem.mesh.first_guess()
-        stream = self.problem.stream(guess[self.problem.kept])
+        stream = self.problem.stream(guess)
         if stream is None:
             return self
         lower, upper = _sharpened(self.problem, self.pressure, stream)
@@ -144,7 +144,7 @@ def brackets(
     TooFine
         If the next mesh would need triangles that the coordinates cannot hold.
     """
-    start = _Start(mesh, gap.vertex_values(mesh), *mesh.first_guess())
+    start = Start.first(gap, mesh)
     lower, upper, near = 0.0, np.inf, strategy.uniform or strategy.every_dual
     log = _Log()
     while True:
@@ -152,8 +152,10 @@ def brackets(
         if upper < np.inf and problem.unknowns > (strategy.max_unknowns or np.inf):
             return
         cells = problem.space.count
+        guess = start.guess(problem)
+        del start
         log.lap("mesh")
-        found = _solve(problem, start, strategy, near, log)
+        found = _solve(problem, guess, strategy, near, log)
         upper = min(upper, found.pressure.energy * (1 + ROUNDING))
         if found.stream is not None:
             sharper = _sharpened(problem, found.pressure, found.stream)
@@ -167,12 +169,12 @@ def brackets(
             # Halving all cells twice makes the uniform mesh with squares half as wide.
             times = np.full(len(problem.kept), 2, dtype=np.int8)
         else:
-            found = _guided(problem, start, found, strategy, log)
+            found = _guided(problem, guess, found, strategy, log)
             reached = relative_gap(lower, upper) if found.stream else found.expected
             times = _mark(problem, found, reached, strategy)
-        start = start.replaced(problem.kept, found)
+        start = Start.after(problem, found.pressure, found.guide or found.stream)
         # Two meshes need not be in memory at once.
-        del problem, found
+        del problem, guess, found
         start = start.refined(gap, times)
         log.lap("refine")
 
@@ -193,41 +195,6 @@ class _Solved:
         return GAIN_OF_BUBBLES * (self.pressure.energy / self.guide.conductance - 1)
 
 
-@dataclass(frozen=True, eq=False)
-class _Start:
-    """A mesh, the gap at its vertices, and pressure and stream function (C, 3) to start from."""
-
-    mesh: NestedMesh | TriangleMesh
-    values: np.ndarray
-    pressure: np.ndarray
-    stream: np.ndarray
-
-    def replaced(self, kept: np.ndarray, found: _Solved) -> "_Start":
-        """Put the solutions on the kept cells in place of the guesses.
-
-        What carries no flow now never will: those cells need no guess.
-        """
-        pressure, stream = np.zeros((2, *self.mesh.cells.shape))
-        pressure[kept] = found.pressure.corner_values
-        best = found.guide or found.stream
-        if best is not None:
-            stream[kept] = best.psi
-        return _Start(self.mesh, self.values, pressure, stream)
-
-    def _on(self, gap: LinearGap | ConstantGap | VertexGap, step: Refinement) -> "_Start":
-        values = gap.refined_values(self.values, step.mesh, step.edge_ends)
-        return _Start(step.mesh, values, step.prolong(self.pressure), step.prolong(self.stream))
-
-    def refined(self, gap: LinearGap | ConstantGap | VertexGap, times: np.ndarray) -> "_Start":
-        """Carry all to the mesh in which each cell is bisected so many times at least."""
-        start = self
-        while times.any():
-            step = bisect(start.mesh, times > 0)
-            start = start._on(gap, step)
-            times = np.maximum(times[step.parent] - 1, 0)
-        return start
-
-
 def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tuple[float, float]:
     """Lower and upper bound of one mesh, after the bubbles and with room for rounding."""
     lower, upper = problem.sharpened(pressure, stream)
@@ -235,26 +202,26 @@ def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tupl
 
 
 def _solve(
-    problem: LevelProblem, start: _Start, strategy: Strategy, near: bool, log: _Log
+    problem: LevelProblem, guess: Guess, strategy: Strategy, near: bool, log: _Log
 ) -> _Solved:
     """Solve the primal, and the true dual where it may decide: if it is near, or by the guide."""
-    pressure = problem.pressure(start.pressure[problem.kept])
+    pressure = problem.pressure(guess.pressure)
     log.lap("primal", pressure)
     found = _Solved(pressure, None, None)
-    guess = start.stream[problem.kept]
+    psi = guess.stream
     if not near:
-        found = _guided(problem, start, found, strategy, log)
-        guess = found.guide.psi
+        found = _guided(problem, guess, found, strategy, log)
+        psi = found.guide.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
         if not last and found.expected >= 2 * strategy.rtol:
             return found
-    stream = problem.stream(guess)
+    stream = problem.stream(psi)
     log.lap("dual", stream)
     return replace(found, stream=stream)
 
 
 def _guided(
-    problem: LevelProblem, start: _Start, found: _Solved, strategy: Strategy, log: _Log
+    problem: LevelProblem, guess: Guess, found: _Solved, strategy: Strategy, log: _Log
 ) -> _Solved:
     """Solve the regularised dual, unless that was done.
 
@@ -262,8 +229,8 @@ def _guided(
     """
     if found.guide is not None:
         return found
-    guess = start.stream[problem.kept] if found.stream is None else found.stream.psi
-    guide = problem.regularised_stream(guess, strategy.tuning.epsilon)
+    psi = guess.stream if found.stream is None else found.stream.psi
+    guide = problem.regularised_stream(psi, strategy.tuning.epsilon)
     if guide is None:
         raise FemSealError("contact bars an open gap; please report the gap as a defect")
     log.lap("regularised dual", guide)

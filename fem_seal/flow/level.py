@@ -26,7 +26,7 @@ from fem_seal.mesh.nested import NestedMesh
 class Stream:
     """A stream function of unit flux, from the true or from the regularised dual.
 
-    psi : (C, 3) corner values
+    psi : (V,), at the vertices of the mesh; zero where nothing flows
     conductance : 1 / ∫∇ψ·R·∇ψ; a lower bound of the leak rate if the dual was the true one
     iterations : of CG
     leak : what closed cells conduct, relative to the primal; zero in the true dual
@@ -63,7 +63,7 @@ class LevelProblem:
         tolerance: float,
     ):
         self.mesh, self.tolerance = mesh, tolerance
-        self._gap, self._values = gap, values
+        self._gap, self.values = gap, values
         data = gap.cell_data(mesh, values)
         cells = open_cells(mesh, data)
         self.kept = cells.kept
@@ -71,12 +71,14 @@ class LevelProblem:
         self._contact: CellContact = data.without_values()
         self.primal_numbering: Unknowns = primal_unknowns(mesh, data, cells)
         del data, cells
-        self._cells = mesh.cells[self.kept]
-        self.space = CellSpace(len(self._cells), self._corners, comm)
+        self._cells = triangles = mesh.cells[self.kept]
 
-    def _corners(self, cells: np.ndarray | slice) -> np.ndarray:
-        """Where the corners (n, 3, 2) of some cells lie."""
-        return self.mesh.points(self._gap.aspect, self._cells[cells])
+        # Not a method: an object that refers to itself stays in memory until Python looks for such.
+        def corners(cells: np.ndarray | slice) -> np.ndarray:
+            return mesh.points(gap.aspect, triangles[cells])
+
+        self._corners = corners
+        self.space = CellSpace(len(triangles), corners, comm)
 
     @property
     def unknowns(self) -> int:
@@ -86,7 +88,7 @@ class LevelProblem:
     @property
     def vertex_gap(self) -> np.ndarray:
         """Gap (V,) at the vertices of the mesh, in units of its maximum."""
-        return self._gap.plotted_values(self.mesh, self._values)
+        return self._gap.plotted_values(self.mesh, self.values)
 
     def parted_points(self) -> tuple[np.ndarray, np.ndarray]:
         """Points of the mesh, a vertex counted once for each of the pressures around it.
@@ -107,21 +109,25 @@ class LevelProblem:
 
         Parameters
         ----------
-        guess : (C, 3) corner values to start from
+        guess : (unknowns,), to start from
         """
         # Cells of one pressure add nothing to the energy, and to the matrix only rounding.
         K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
-        start = self.primal_numbering.from_corners(guess)
         return self.space.minimise(
             lambda cells: K[cells, None] * ISOTROPIC,
             self.primal_numbering,
-            start,
+            guess,
             self.tolerance,
             balanced=True,
         )
 
     def stream(self, guess: np.ndarray) -> Stream | None:
-        """Minimise ∫|∇ψ|²/K (Thomson's principle); None where closed cells bar every channel."""
+        """Minimise ∫|∇ψ|²/K (Thomson's principle); None where closed cells bar every channel.
+
+        Parameters
+        ----------
+        guess : (V,), at the vertices of the mesh
+        """
         numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=True)
         return numbering and self._minimal_stream(0.0, numbering, guess)
 
@@ -134,11 +140,16 @@ class LevelProblem:
         return numbering and self._minimal_stream(leak, numbering, guess)
 
     def _minimal_stream(self, leak: float, numbering: Unknowns, guess: np.ndarray) -> Stream:
-        start = numbering.from_corners(guess)
         found = self.space.minimise(
-            lambda cells: self._resistivity(leak, cells), numbering, start, self.tolerance
+            lambda cells: self._resistivity(leak, cells),
+            numbering,
+            numbering.from_corners(guess[self._cells]),
+            self.tolerance,
         )
-        return Stream(found.corner_values, 1 / found.energy, found.iterations, leak)
+        psi = np.zeros(len(self.mesh.xy))
+        for cells in parts(0, self.space.count):
+            psi[self._cells[cells]] = numbering.corners(found.values, cells)
+        return Stream(psi, 1 / found.energy, found.iterations, leak)
 
     def _resistivity(self, leak: float, cells: slice) -> np.ndarray:
         """Tensor (n, 3) of the true dual, or of the regularised one if leak > 0."""
@@ -157,7 +168,7 @@ class LevelProblem:
         for cells in parts(0, len(shares)):
             slopes, areas = shape_gradients(self._corners(cells))
             px, py = gradients(slopes, pressure.unknowns.corners(pressure.values, cells)).T
-            psi, contact = stream.psi[cells], self.data.contact[cells]
+            psi, contact = stream.psi[self._cells[cells]], self.data.contact[cells]
             sx, sy = gradients(slopes, psi).T
             mx, my = gradients(slopes, mean_gradient_values(psi, contact)).T
             xx, xy, yy = self._resistivity(stream.leak, cells).T
@@ -169,14 +180,15 @@ class LevelProblem:
 
     def flux(self, stream: Stream) -> np.ndarray:
         """Mean flux J (C, 2) on each cell: the gradient of ψ turned, scaled to its leak rate."""
-        dx, dy = self.gradients(mean_gradient_values(stream.psi, self.data.contact)).T
+        psi = stream.psi[self._cells]
+        dx, dy = self.gradients(mean_gradient_values(psi, self.data.contact)).T
         return stream.conductance * np.stack([dy, -dx], axis=1)
 
     def throughflow(self, stream: Stream) -> np.ndarray:
         """Flow through each closed cell (C,), |J| times its width; zero in cells not closed."""
         flow, closed = np.zeros(self.space.count), np.flatnonzero(self.data.closed)
         slopes, areas = shape_gradients(self._corners(closed))
-        steepness = np.linalg.norm(gradients(slopes, stream.psi[closed]), axis=1)
+        steepness = np.linalg.norm(gradients(slopes, stream.psi[self._cells[closed]]), axis=1)
         flow[closed] = stream.conductance * steepness * np.sqrt(2 * areas)
         return flow
 
@@ -192,7 +204,7 @@ class LevelProblem:
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         dual = Sharpening(
             stream_bubbles(*where),
-            lambda cells: stream.psi[place[cells]],
+            lambda cells: stream.psi[self.mesh.cells[cells]],
             lambda data: data.resistivity[:, 0],
         )
         primal = Sharpening(
@@ -200,7 +212,7 @@ class LevelProblem:
             lambda cells: pressure.unknowns.corners(pressure.values, place[cells]),
             lambda data: data.K,
         )
-        raised, lowered = energy_drops(self._gap, self.mesh, self._values, (dual, primal))
+        raised, lowered = energy_drops(self._gap, self.mesh, self.values, (dual, primal))
         return 1 / (1 / stream.conductance - raised), pressure.energy - lowered
 
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:

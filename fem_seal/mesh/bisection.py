@@ -41,6 +41,11 @@ class Refinement:
             corner_values[first + 1] = np.stack([middle, c, a], axis=1)
         return corner_values
 
+    def at_vertices(self, values: np.ndarray) -> np.ndarray:
+        """Carry values (V, ...) at the coarse vertices to (V', ...): linear on each edge."""
+        a, b = self.edge_ends.T
+        return np.concatenate([values, (values[a] + values[b]) / 2])
+
 
 def bisect(mesh: NestedMesh | TriangleMesh, marked: np.ndarray) -> Refinement:
     """Halve the marked triangles, and those that must follow for the mesh to stay conforming.

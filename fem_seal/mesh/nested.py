@@ -149,9 +149,9 @@ class NestedMesh:
         return wall & (not self.periodic)
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
-        """Corner values (C, 3) of pressure and stream function of a uniform gap."""
-        x, y = np.moveaxis(self.xy[self.cells] / self.xy.max(axis=0), -1, 0)
-        return 1 - x, y
+        """Pressure and stream function (V,) of a uniform gap."""
+        x, y = (self.xy / self.xy.max(axis=0)).T
+        return 1 - x, y.copy()
 
     def hypotenuse(self) -> np.ndarray:
         """(C, 2) int64: extent of each hypotenuse along x and y, in units of 2^-DEPTH pixels."""

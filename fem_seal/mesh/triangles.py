@@ -179,12 +179,12 @@ class TriangleMesh:
         return TriangleMesh(np.concatenate([xy, middles]), halves, sides, twin), ends
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
-        """Corner values (C, 3) of pressure and stream function to start the first solve from."""
+        """Pressure and stream function (V,) to start the first solve from."""
         from scipy.spatial import cKDTree
 
         far = [cKDTree(self.xy[end]).query(self.xy)[0] for end in (self.inlet, self.outlet)]
         pressure = far[1] / (far[0] + far[1])
-        return pressure[self.cells], np.zeros(self.cells.shape)
+        return pressure, np.zeros(len(self.xy))
 
 
 def longest_edge_first(xy: np.ndarray, cells: np.ndarray) -> np.ndarray:

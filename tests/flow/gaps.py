@@ -4,7 +4,8 @@ import numpy as np
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
-from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.level import LevelProblem, Stream
+from fem_seal.flow.linear import Minimum
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import uniform_mesh
@@ -69,9 +70,13 @@ def level_problem(
     return LevelProblem(gap, mesh, values, MPI.COMM_SELF, tolerance)
 
 
+def solved(problem: LevelProblem) -> tuple[Minimum, Stream | None]:
+    """Pressure and stream function, from zero."""
+    pressure = problem.pressure(np.zeros(problem.unknowns))
+    return pressure, problem.stream(np.zeros(len(problem.mesh.xy)))
+
+
 def plain_bounds(problem: LevelProblem) -> np.ndarray:
     """Lower and upper bound before sharpening."""
-    start = np.zeros((problem.kept.sum(), 3))
-    lower = problem.stream(start).conductance
-    found = np.array([lower, problem.pressure(start).energy])
-    return found
+    pressure, stream = solved(problem)
+    return np.array([stream.conductance, pressure.energy])
