@@ -140,7 +140,7 @@ class _Search:
 
         The latter (Polak and Ribière's) only with the extension, else zero: samples that join or
         leave the free set then spoil a direction that is kept by Fletcher and Reeves's formula,
-        while before the free set has settled that is the faster one.
+        while before the free set has settled that is the faster one, if by little.
         """
         if self.extended:
             self.extension.update()

@@ -1,5 +1,7 @@
 """The preconditioner's extension beyond the free set: its algebra, its gain, its safeguard."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
@@ -140,3 +142,40 @@ def test_good_start_is_extended_at_once(monkeypatch):
     assert free_set_cg.SETTLED < at_once.residuals[0] < 0.2
     assert at_once.iterations < later.iterations
     assert np.count_nonzero(at_once.contact != later.contact) <= 1
+
+
+def test_conjugation(monkeypatch):
+    """Fletcher and Reeves's factor until the free set has settled, then Polak and Ribière's.
+
+    With z = M r, r restricted to the free set: <r, z> and <r - r_old, z> over <r_old, z_old>. Both
+    are one as long as the free set and M stay as they are.
+    """
+    search, seen = free_set_cg._Search, []
+
+    class Recorded(search):
+        def precondition(self):
+            found = super().precondition()
+            arrays = (self.residual, self.steer, self.previous)
+            seen.append([self.extended, *(np.array(a, dtype=float) for a in arrays)])
+            return found
+
+        def turn(self, conjugation):
+            seen[-1].append(conjugation)
+            return super().turn(conjugation)
+
+    monkeypatch.setattr(free_set_cg, "_Search", Recorded)
+    height = rough_surface((128, 128), hurst=0.4, short=1)
+    solve(height, E_STAR, pressure=0.2 * E_STAR * SLOPE, start=np.ones(height.shape))
+    differ = {True: 0.0, False: 0.0}
+    for (before, old, z_old, *_), (extended, r, z, previous, factor, *_) in pairwise(seen):
+        if extended != before:
+            assert factor == 0
+            continue
+        assert np.array_equal(previous, old)
+        reeves, ribiere = (np.vdot(a, z) / np.vdot(old, z_old) for a in (r, r - old))
+        # Sums of products in single precision.
+        wanted = max(ribiere, 0) if extended else reeves
+        assert factor == pytest.approx(wanted, rel=1e-4, abs=1e-4)
+        differ[extended] = max(differ[extended], abs(reeves - ribiere))
+    # What is told apart above does differ, with the extension and without.
+    assert min(differ.values()) > 0.01
