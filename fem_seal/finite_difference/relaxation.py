@@ -117,12 +117,18 @@ def relax(
             state = _state(network, pressure, carrying, step)
             if sum(decreases) <= tol * state.energy and _conserves(state, np.sqrt(tol)):
                 return state
-    raise NotConverged(
+    raise _not_converged(state, allowed, sum(decreases), len(decreases), tol)
+
+
+def _not_converged(
+    state: Relaxed, allowed: int, decrease: float, steps: int, tol: float
+) -> NotConverged:
+    """Say how far from its tolerance the relaxation is; `decrease` of the last `steps` steps."""
+    return NotConverged(
         f"Jacobi-scaled conjugate gradients: after {allowed} steps the energy still falls by "
-        f"{sum(decreases) / state.energy:.1e} of itself in {len(decreases)} steps "
-        f"(wanted {tol:.1e}) "
-        f"and inflow and outflow are {state.inflow:.6e} and {state.outflow:.6e}; "
-        "use cascade = False, which eliminates the nodes instead"
+        f"{decrease / state.energy:.1e} of itself in {steps} steps (wanted {tol:.1e}) and inflow "
+        f"and outflow are {state.inflow:.6e} and {state.outflow:.6e}; use cascade = False, which "
+        "eliminates the nodes instead"
     )
 
 

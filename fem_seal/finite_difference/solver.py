@@ -63,13 +63,7 @@ def solve(
             raise InvalidInput(f"{name} must be a positive number, got {value}")
     if is_sealed(gap, sides, representation):
         return LeakRate.sealed(METHOD)
-    with np.errstate(over="ignore", under="ignore"):
-        size = gap.values.max() ** 3 / (12 * viscosity) * pressure_drop
-    if not LEAST_SIZE < size < 1 / LEAST_SIZE:
-        raise InvalidInput(
-            f"a gap of {gap.values.max():.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa "
-            "has a leak rate beyond double precision; check the units"
-        )
+    _check_size(float(gap.values.max()), viscosity, pressure_drop)
     grid = flow_grid(gap, viscosity, sides, representation, links)
     if not grid.carrying.any():
         return LeakRate(
@@ -83,6 +77,17 @@ def solve(
     if cascade:
         return _relaxed(grid, pressure_drop, tol)
     return _eliminated(grid, pressure_drop)
+
+
+def _check_size(highest: float, viscosity: float, pressure_drop: float) -> None:
+    """InvalidInput if the leak rate of a square as high as the largest gap [m] is no number."""
+    with np.errstate(over="ignore", under="ignore"):
+        size = np.float64(highest) ** 3 / (12 * viscosity) * pressure_drop
+    if not LEAST_SIZE < size < 1 / LEAST_SIZE:
+        raise InvalidInput(
+            f"a gap of {highest:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has a "
+            "leak rate beyond double precision; check the units"
+        )
 
 
 def _eliminated(grid: FlowGrid, pressure_drop: float) -> LeakRate:

@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.errors import NotConverged
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import GROWTH, ROUNDING, Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
 from fem_seal.flow.course import Course, out_of_reach
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
-from fem_seal.flow.leak import NARROWEST, require_positive, unit_of_leak_rate
+from fem_seal.flow.leak import require_conducting, require_positive, unit_of_leak_rate
 from fem_seal.flow.limits import Limits
 from fem_seal.flow.marking import doerfler, halvings
 from fem_seal.flow.tensor_bounds import TensorBounds, relative_gap
@@ -26,6 +26,7 @@ LEAST_SQUARES = 4  # across the cell: fewer cannot tell a side from its copy
 # Of the largest conductivity: without ends of given pressure, what conducts less drowns in the
 # rounding of the pressure where the gap is open.
 LEAST_CONDUCTIVITY = 1e-15
+TIGHTEST = "the tightest place on the widest way around the cell"
 
 
 def conductivity_tensor(
@@ -76,12 +77,7 @@ def conductivity_tensor(
     per_pascal = unit_of_leak_rate(highest, viscosity, pressure_drop=1.0)
     scaled = GridField(sites / highest, gap.spacing, periodic=True)
     narrowest = min(h for h in widest if h > 0) / highest
-    if narrowest < NARROWEST:
-        raise InvalidInput(
-            f"the tightest place on the widest way around the cell is {narrowest:.0e} of the "
-            f"largest gap; its cube is beyond double precision below {NARROWEST:.0e}: set such "
-            "gaps to 0 if they are contact"
-        )
+    require_conducting(TIGHTEST, narrowest)
     width = coarsest_width(sites.shape, tuning.coarsest)
     represented = REPRESENTATIONS[representation](
         scaled, tuning.cut * narrowest, tuning.floor * narrowest, width
@@ -105,9 +101,8 @@ def _rounding_doubt(narrowest: float) -> str:
     if narrowest**3 >= LEAST_CONDUCTIVITY:
         return ""
     return (
-        f" (the tightest place on the widest way around the cell conducts {narrowest**3:.0e} of "
-        f"the largest gap; double precision holds {LEAST_CONDUCTIVITY:.0e}: set gaps to 0 where "
-        "they are contact)"
+        f" ({TIGHTEST} conducts {narrowest**3:.0e} of the largest gap; double precision holds "
+        f"{LEAST_CONDUCTIVITY:.0e}: set gaps to 0 where they are contact)"
     )
 
 

@@ -85,8 +85,9 @@ def leak_rate(
         return LeakRate.sealed(method)
     scale = unit_of_leak_rate(flow.highest, viscosity, pressure_drop)
     goal = Tolerance(rtol) if decide is None else Decision(decide)
-    growth = 4.0 if method == "uniform" else USUAL_GROWTH
-    end = End(goal, limits or Limits(), growth, _narrowest(flow), time.perf_counter())
+    growth, narrowest = 4.0 if method == "uniform" else USUAL_GROWTH, flow.narrowest
+    require_conducting("the critical constriction", narrowest)
+    end = End(goal, limits or Limits(), growth, narrowest, time.perf_counter())
     strategy = Strategy(
         uniform=method == "uniform",
         rtol=goal.rtol,
@@ -97,7 +98,7 @@ def leak_rate(
     levels: list[Level] = []
     reason, last = "", None
     try:
-        for bracket in _brackets(flow, end.narrowest, strategy, comm):
+        for bracket in _brackets(flow, narrowest, strategy, comm):
             levels.append(_in_si(bracket.level, scale))
             reached = goal.reached(levels[-1].lower, levels[-1].upper)
             reason = "" if reached else comm.bcast(end.reason(levels))
@@ -154,15 +155,18 @@ def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) ->
     return float(unit)
 
 
-def _narrowest(flow: GridFlow | MeshFlow) -> float:
-    """Gap of the critical constriction over the largest one; InvalidInput if its cube is none."""
-    narrowest = flow.narrowest
+def require_conducting(tightest: str, narrowest: float) -> None:
+    """InvalidInput if the cube of what is tightest is beyond double precision.
+
+    Parameters
+    ----------
+    tightest : its name; narrowest : its gap over the largest one
+    """
     if narrowest < NARROWEST:
         raise InvalidInput(
-            f"the critical constriction is {narrowest:.0e} of the largest gap; its cube is beyond "
-            f"double precision below {NARROWEST:.0e}: set such gaps to 0 if they are contact"
+            f"{tightest} is {narrowest:.0e} of the largest gap; its cube is beyond double "
+            f"precision below {NARROWEST:.0e}: set such gaps to 0 if they are contact"
         )
-    return narrowest
 
 
 def _brackets(
