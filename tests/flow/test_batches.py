@@ -3,7 +3,7 @@ the next begins must not show in the bounds."""
 
 import numpy as np
 import pytest
-from gaps import FLUID, level_problem, plain_bounds, represented, rough_gap, solved, vertex_gap
+from gaps import FLUID, level_problem, represented, rough_gap, solved, vertex_gap
 
 from fem_seal.flow import Limits, bubbles, leak_rate
 from fem_seal.flow.integrals import AT_ONCE
@@ -47,27 +47,3 @@ def test_closed_forms_over_several_batches(along):
         exact, found = (parallel, level.upper) if along else (series, level.lower)
         assert found == pytest.approx(exact, rel=4e-8, abs=0)
         assert level.lower <= exact <= level.upper
-
-
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("periodic", [False, True])
-def test_sharpened_on_squares_of_several_pixels(representation, periodic):
-    """As on pixels: hats on hypotenuses are functions of the mesh of halves, so that the sharpened
-    bounds lie between those of the two meshes. Both meshes are above the pixel, where a cell with
-    contact in it is closed (no power traces: the halves are nested), and no hat may stand on one.
-    CG errs by 2e-8."""
-    gap = represented(rough_gap((64, 64), 0.004, 5, smooth=2), representation, width=8)
-    problem = level_problem(gap, 8, periodic)
-    assert 0 < problem.data.closed.sum() < len(problem.data.closed) / 2
-    lower, upper = sharpened(problem)
-    everything = [lambda mesh: np.ones(len(mesh.cells), dtype=bool)]
-    halves = plain_bounds(level_problem(gap, 8, periodic, markings=everything))
-    plain = plain_bounds(problem)
-    # On a closed cell ψ is constant. A hat there costs nothing where its half is closed, and would
-    # lower the energy below that of any admissible function.
-    bubble = bubbles.stream_bubbles(problem.mesh, problem.data, problem.kept)
-    assert problem.kept.all()
-    assert (bubble[problem.data.closed] == -1).all()
-    assert (bubble >= 0).any()
-    assert halves[1] * (1 - 4e-8) <= upper < plain[1]
-    assert plain[0] < lower <= halves[0] * (1 + 4e-8)

@@ -14,7 +14,7 @@ REPRESENTATIONS = ["linear", "constant"]
 USUAL = Tuning()
 
 
-def bounds(gap: GridField, tuning: Tuning = USUAL, unknowns: int = 1500, **options):
+def bounds(gap: GridField, tuning: Tuning = USUAL, unknowns: int = 700, **options):
     return leak_rate(
         gap,
         rtol=1e-3,
