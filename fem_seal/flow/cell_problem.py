@@ -95,7 +95,8 @@ class CellProblem:
         self._driving = jumps_along(cells.windings)
         points = mesh.xy / PIXEL * gap.aspect
         corners = points[mesh.cells[cells.kept]]
-        self._space = CellSpace(len(corners), corners.__getitem__, comm)
+        sides = mesh.edges[1][cells.kept]
+        self._space = CellSpace(len(corners), corners.__getitem__, lambda: sides, comm)
         self._slopes, self._areas = shape_gradients(corners)
 
     @property

@@ -6,7 +6,6 @@ other. A DOLFINx mesh of all cells would take more memory than everything else, 
 than to integrate on.
 """
 
-from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -22,11 +21,6 @@ from fem_seal.fenicsx import (
 )
 
 AT_ONCE = 1 << 12  # cells
-
-
-def parts(begin: int, end: int, at_once: int = AT_ONCE) -> Iterator[slice]:
-    """Cut the range from begin to end into slices of `at_once`; the last one may be shorter."""
-    return (slice(k, min(k + at_once, end)) for k in range(begin, end, at_once))
 
 
 class Batch:

@@ -14,11 +14,12 @@ from fem_seal.flow.bubbles import (
     stream_bubbles,
 )
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, CellContact, ConstantGap, LinearGap
-from fem_seal.flow.integrals import parts
+from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.numbering import Unknowns
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.flow.unknowns import dual_unknowns, open_cells, primal_unknowns
+from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
 
 
@@ -78,7 +79,8 @@ class LevelProblem:
             return mesh.points(gap.aspect, triangles[cells])
 
         self._corners = corners
-        self.space = CellSpace(len(triangles), corners, comm)
+        kept = self.kept
+        self.space = CellSpace(len(triangles), corners, lambda: mesh.edges[1][kept], comm)
 
     @property
     def unknowns(self) -> int:
@@ -147,7 +149,7 @@ class LevelProblem:
             self.tolerance,
         )
         psi = np.zeros(len(self.mesh.xy))
-        for cells in parts(0, self.space.count):
+        for cells in parts(0, self.space.count, AT_ONCE):
             psi[self._cells[cells]] = numbering.corners(found.values, cells)
         return Stream(psi, 1 / found.energy, found.iterations, leak)
 
@@ -165,7 +167,7 @@ class LevelProblem:
         regularised one are not conforming to power traces, and its sum is off by about 1e-4.
         """
         Q, shares = stream.conductance, np.empty(self.space.count)
-        for cells in parts(0, len(shares)):
+        for cells in parts(0, len(shares), AT_ONCE):
             slopes, areas = shape_gradients(self._corners(cells))
             px, py = gradients(slopes, pressure.unknowns.corners(pressure.values, cells)).T
             psi, contact = stream.psi[self._cells[cells]], self.data.contact[cells]
@@ -199,7 +201,7 @@ class LevelProblem:
         return gradients(shape_gradients(self._corners(cells))[0], corner_values)
 
     def sharpened(self, pressure: Minimum, stream: Stream) -> tuple[float, float]:
-        """Lower and upper bound, from a true dual, after the best hypotenuse bubbles."""
+        """Lower and upper bound, from a true dual, after hats on the middles of the edges."""
         where = self.mesh, self._contact, self.kept
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         dual = Sharpening(
@@ -212,7 +214,8 @@ class LevelProblem:
             lambda cells: pressure.unknowns.corners(pressure.values, place[cells]),
             lambda data: data.K,
         )
-        raised, lowered = energy_drops(self._gap, self.mesh, self.values, (dual, primal))
+        where = self._gap, self.mesh, self.values
+        raised, lowered = energy_drops(*where, (dual, primal), self.space.comm)
         return 1 / (1 / stream.conductance - raised), pressure.energy - lowered
 
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:

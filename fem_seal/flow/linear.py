@@ -14,8 +14,9 @@ import numpy as np
 
 from fem_seal.errors import NotConverged
 from fem_seal.fenicsx import MPI, PETSc
-from fem_seal.flow.integrals import AT_ONCE, batch, parts
+from fem_seal.flow.integrals import AT_ONCE, batch
 from fem_seal.flow.numbering import Unknowns
+from fem_seal.mesh.grouping import parts
 
 MAX_ITERATIONS = 100
 # CG knows the energy by what it has taken off that of its start: below this part of it, it has to
@@ -59,11 +60,18 @@ class CellSpace:
     ----------
     count : number of cells, C
     corners : of a slice of n cells where its corners (n, 3, 2) lie, the same on every rank
+    sides : gives the number (C, 3) of the side opposite each corner, the same for two cells at it
     comm : MPI communicator
     """
 
-    def __init__(self, count: int, corners: Callable[[slice], np.ndarray], comm: MPI.Comm):
-        self.count, self.comm, self._corners = count, comm, corners
+    def __init__(
+        self,
+        count: int,
+        corners: Callable[[slice], np.ndarray],
+        sides: Callable[[], np.ndarray],
+        comm: MPI.Comm,
+    ):
+        self.count, self.comm, self._corners, self._sides = count, comm, corners, sides
         self._shares = [count * rank // comm.size for rank in range(comm.size + 1)]
 
     def minimise(
@@ -138,7 +146,7 @@ class CellSpace:
     def _own_parts(self) -> list[slice]:
         """Batches of this rank, as many as of the rank with the most: all assemble together."""
         begin, end = self._shares[self.comm.rank : self.comm.rank + 2]
-        own = list(parts(begin, end))
+        own = list(parts(begin, end, AT_ONCE))
         most = -(-self.count // self.comm.size)
         return own + [slice(end, end)] * (-(-most // AT_ONCE) - len(own))
 
@@ -146,9 +154,8 @@ class CellSpace:
         """The matrix of the unknowns."""
         begin, end = self._rows(unknowns)
         own, count = end - begin, unknowns.count
-        # Each corner of an unknown brings two neighbours at most.
-        corners = np.bincount((unknowns.of_corner + 1).ravel(), minlength=count + 1)[1:]
-        most = (2 * corners[begin:end] + 1).astype(PETSc.IntType)
+        # Entries of a row: its neighbours and itself.
+        most = 1 + unknowns.neighbours(self._sides())[begin:end].astype(PETSc.IntType)
         matrix = PETSc.Mat().createAIJ(
             ((own, count), (own, count)),
             nnz=(np.minimum(most, own), np.minimum(most, count - own)),
@@ -160,10 +167,7 @@ class CellSpace:
             batch().place(self._corners(part), tensor(part))
             batch().add_to(matrix, unknowns.of_corner[part])
         matrix.assemble()
-        # The copy has room for what is in it and no more.
-        compact = matrix.duplicate(copy=True)
-        matrix.destroy()
-        return compact
+        return matrix
 
     def _rows(self, unknowns: Unknowns) -> tuple[int, int]:
         """First row of this rank and of the next; a rank has the unknowns that its cells bring.

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.mesh.grouping import parts
+
 
 @dataclass(frozen=True, eq=False)
 class Unknowns:
@@ -46,6 +48,37 @@ class Unknowns:
             total += np.bincount(number, corner_values[:, k] - self.lift[:, k], self.count + 1)
             corners += np.bincount(number, minlength=self.count + 1)
         return total[1:] / corners[1:]
+
+    def neighbours(self, sides: np.ndarray) -> np.ndarray:
+        """How many unknowns (count,) share a cell with each, at most.
+
+        Parameters
+        ----------
+        sides : (C, 3), number of the side opposite each corner, the same for two cells at it
+
+        Notes
+        -----
+        Two for each corner, less one for each side that two cells see with the same unknowns.
+        """
+        last = np.empty(int(sides.max(initial=-1)) + 1, dtype=np.int32)
+        last[sides.ravel()] = np.arange(sides.size, dtype=np.int32)
+        found = np.zeros(self.count + 1, dtype=np.int64)
+        for cells in parts(0, len(sides), 1 << 18):
+            slot = np.arange(3 * cells.start, 3 * cells.stop, dtype=np.int32)
+            other = last[sides[cells].ravel()]
+            shared = other != slot
+            here, there = self._ends(slot[shared]), self._ends(other[shared])
+            same = here[:, (here == there).all(axis=0)]
+            # Corners without an unknown are counted into a place of their own, and left out.
+            for corners, weight in ((self.of_corner[cells], 2), (same, -1)):
+                found += weight * np.bincount(corners.ravel() + 1, minlength=self.count + 1)
+        return found[1:]
+
+    def _ends(self, sides: np.ndarray) -> np.ndarray:
+        """(2, n) unknowns at the ends of sides, given as 3 cell + side, the lower number first."""
+        cell, side = np.divmod(sides, 3)
+        ends = [self.of_corner[cell, (side + k) % 3] for k in (1, 2)]
+        return np.stack([np.minimum(*ends), np.maximum(*ends)])
 
 
 def numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:

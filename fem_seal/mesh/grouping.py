@@ -3,8 +3,15 @@
 Meshes are built anew on every level, and most of that work is finding equal numbers.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.sparse import csr_matrix
+
+
+def parts(begin: int, end: int, at_once: int) -> Iterator[slice]:
+    """Cut the range from begin to end into slices of `at_once`; the last one may be shorter."""
+    return (slice(k, min(k + at_once, end)) for k in range(begin, end, at_once))
 
 
 def stable_order(keys: np.ndarray, count: int) -> np.ndarray:

@@ -347,3 +347,22 @@ def test_minima_are_admissible(periodic):
     else:
         assert (psi[mesh.bottom[vertex]] == 0).all()
         assert (psi[mesh.top[vertex]] == 1).all()
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("contact", [[], [(2, 3), (3, 3), (3, 4), (4, 5)], line(0, 5, 2)])
+def test_rows_of_the_matrix_have_room(periodic, contact):
+    """Neighbours are never underrated, or the matrix would not hold them; nor are they overrated
+    where each of them is one vertex and none is given, or there would be room for nothing."""
+    case = Topology((7, 7), contact, periodic=periodic, halvings=2)
+    vertex = case.mesh.twin[case.mesh.cells[case.cells.kept]]
+    for numbering in (case.primal(), case.dual(), case.dual(merge_closed=False)):
+        number = numbering.of_corner
+        room = numbering.neighbours(case.mesh.edges[1][case.cells.kept])
+        assert len(room) == numbering.count
+        for unknown in range(numbering.count):
+            near = (number == unknown).any(axis=1)
+            others = set(number[near].ravel().tolist()) - {unknown}
+            assert room[unknown] >= len(others - {-1})
+            if -1 not in others and len(np.unique(vertex[near])) == len(others) + 1:
+                assert room[unknown] == len(others)
