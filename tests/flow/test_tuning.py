@@ -128,3 +128,21 @@ def test_a_ceiling_in_a_channel_known_in_closed_form(ceiling):
     flow = bounds(gap, Tuning(ceiling=ceiling))
     assert_enclosed(flow, exact, exact)
     assert flow.levels[0].lower < 0.999 * exact  # the ceiling, or the mesh, does cost something
+
+
+# --- tolerance -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("representation", REPRESENTATIONS)
+@pytest.mark.parametrize("method", ["uniform", "adaptive"])
+def test_bounds_improve_even_if_nothing_is_solved(representation, method):
+    """With a tolerance of 10 CG stops before it begins, and a mesh may do no better than the hats
+    on the one before it: what was proved there holds, and is reported still."""
+    gap = rough_gap((16, 16), 0.2, 6)
+    lazy = Tuning(tolerance=10.0, coarsest=4)
+    flow = bounds(gap, lazy, unknowns=2000, representation=representation, method=method)
+    lower, upper = np.transpose([[level.lower, level.upper] for level in flow.levels])
+    assert (np.diff(lower) >= 0).all()
+    assert (np.diff(upper) <= 0).all()
+    solved = bounds(gap, representation=representation)
+    assert_enclosed(flow, solved.lower, solved.upper)
