@@ -24,7 +24,7 @@ from fem_seal.leak_rate import Level
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-GAIN_OF_BUBBLES = 0.73  # typical ratio of the half-widths after and before sharpening
+GAIN_OF_BUBBLES = 0.4  # typical ratio of the half-widths after and before sharpening
 GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cells doubles them
 ROUNDING = 1e-12  # relative error allowed to sums of positive terms; bounds are widened by it
 

@@ -201,7 +201,7 @@ class LevelProblem:
         return gradients(shape_gradients(self._corners(cells))[0], corner_values)
 
     def sharpened(self, pressure: Minimum, stream: Stream) -> tuple[float, float]:
-        """Lower and upper bound, from a true dual, after the best hypotenuse bubbles."""
+        """Lower and upper bound, from a true dual, after hats on the middles of the edges."""
         where = self.mesh, self._contact, self.kept
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         dual = Sharpening(
@@ -214,7 +214,8 @@ class LevelProblem:
             lambda cells: pressure.unknowns.corners(pressure.values, place[cells]),
             lambda data: data.K,
         )
-        raised, lowered = energy_drops(self._gap, self.mesh, self.values, (dual, primal))
+        where = self._gap, self.mesh, self.values
+        raised, lowered = energy_drops(*where, (dual, primal), self.space.comm)
         return 1 / (1 / stream.conductance - raised), pressure.energy - lowered
 
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:

@@ -106,9 +106,7 @@ def _new_vertices(
     new_ends = ends[cut]
     twin = np.concatenate([mesh.twin, number[cut]])
     if mesh.periodic:
-        corner_ends = np.stack(
-            [mesh.cells[:, [1, 2]], mesh.cells[:, [2, 0]], mesh.cells[:, [0, 1]]], axis=1
-        )
+        corner_ends = mesh.ends_of_sides()
         at_top = mesh.sides_on_top() & (middle >= 0)
         twin = np.concatenate([twin, middle[at_top]])
         middle[at_top] = len(mesh.xy) + len(new_ends) + np.arange(np.count_nonzero(at_top))

@@ -68,6 +68,10 @@ class NestedMesh:
         """(V,) bool, vertices at y = my."""
         return self.xy[:, 1] == self.squares[1] * PIXEL
 
+    def ends_of_sides(self) -> np.ndarray:
+        """(C, 3, 2) vertices at the ends of the sides opposite to corner 0 (longest), 1, 2."""
+        return self.cells[:, [[1, 2], [2, 0], [0, 1]]]
+
     @cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
         """Unique edges; an edge on a periodic side and its twin count as one.
@@ -77,7 +81,7 @@ class NestedMesh:
         ends : (E, 2) int32, vertices of each edge (those at y = 0 for one on the periodic side)
         of_cell : (C, 3) int32, the edges opposite to corner 0 (the hypotenuse), 1 and 2
         """
-        ends = np.stack([self.cells[:, [1, 2]], self.cells[:, [2, 0]], self.cells[:, [0, 1]]], 1)
+        ends = self.ends_of_sides()
         if self.periodic:
             on_side = self.top[ends].all(axis=2)
             ends[on_side] = self.twin[ends[on_side]]
@@ -102,10 +106,10 @@ class NestedMesh:
             raise TooFine(f"triangles below 2^-{DEPTH} pixels would be needed")
         return doubled // 2
 
-    def can_halve(self) -> np.ndarray:
-        """(C,) bool: the hypotenuse has a middle in integer coordinates."""
-        odd = (self.xy[self.cells[:, 1]] + self.xy[self.cells[:, 2]]) % 2
-        return (odd[:, 0] | odd[:, 1]) == 0
+    def can_halve_twice(self) -> np.ndarray:
+        """(C,) bool: all sides have a middle in integer coordinates."""
+        a, b, c = (self.xy[corner] & 1 for corner in self.cells.T)
+        return ((a == b) & (b == c)).all(axis=1)
 
     def halved(
         self,
@@ -134,18 +138,17 @@ class NestedMesh:
 
     def sides_on_top(self) -> np.ndarray:
         """(C, 3) bool: sides at y = my, if that is the same line as y = 0."""
-        ends = np.stack([self.cells[:, [1, 2]], self.cells[:, [2, 0]], self.cells[:, [0, 1]]], 1)
-        return self.top[ends].all(axis=2) & self.periodic
+        return self.top[self.ends_of_sides()].all(axis=2) & self.periodic
 
     def wall_ties(self) -> list[np.ndarray]:
         """Pairs (n, 2) of vertices on one wall, where the stream function has one value."""
         walls = [] if self.periodic else [np.flatnonzero(self.bottom), np.flatnonzero(self.top)]
         return [np.stack([wall[:-1], wall[1:]], 1) for wall in walls]
 
-    def hypotenuse_on_wall(self) -> np.ndarray:
-        """(C,) bool: cells whose hypotenuse lies on a side wall."""
-        ends = self.cells[:, 1:]
-        wall = self.bottom[ends].all(axis=1) | self.top[ends].all(axis=1)
+    def sides_on_wall(self) -> np.ndarray:
+        """(C, 3) bool: sides that lie on a side wall."""
+        ends = self.ends_of_sides()
+        wall = self.bottom[ends].all(axis=2) | self.top[ends].all(axis=2)
         return wall & (not self.periodic)
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:

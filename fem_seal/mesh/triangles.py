@@ -69,6 +69,10 @@ class TriangleMesh:
         on[self.side_ends(self.sides == label)] = True
         return on
 
+    def ends_of_sides(self) -> np.ndarray:
+        """(C, 3, 2) vertices at the ends of the sides opposite to corner 0, 1 and 2."""
+        return self.cells[:, [[1, 2], [2, 0], [0, 1]]]
+
     def side_ends(self, which: np.ndarray) -> np.ndarray:
         """(n, 2) vertices at the ends of the sides that `which` (C, 3) bool selects."""
         cell, side = np.nonzero(which)
@@ -86,9 +90,9 @@ class TriangleMesh:
         walls = [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP]
         return [self.side_ends(np.isin(self.sides, walls))]
 
-    def hypotenuse_on_wall(self) -> np.ndarray:
-        """(C,) bool: cells whose first side lies on a wall."""
-        return np.isin(self.sides[:, 0], [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP])
+    def sides_on_wall(self) -> np.ndarray:
+        """(C, 3) bool: sides that lie on a wall."""
+        return np.isin(self.sides, [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP])
 
     def sides_on_top(self) -> np.ndarray:
         """(C, 3) bool: sides on the TOP bank of a cut."""
@@ -103,7 +107,7 @@ class TriangleMesh:
         ends : (E, 2) int32, vertices of each edge (those of the BOTTOM bank for one of the cut)
         of_cell : (C, 3) int32, the edges opposite to corner 0, 1 and 2
         """
-        ends = np.stack([self.cells[:, [1, 2]], self.cells[:, [2, 0]], self.cells[:, [0, 1]]], 1)
+        ends = self.ends_of_sides()
         ends = np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
         return unique_edges(ends, len(self.xy))
 
@@ -133,8 +137,8 @@ class TriangleMesh:
             raise TooFine(f"triangles below 2^-40 of the mesh ({whole:.3g} m) would be needed")
         return (a + b) / 2
 
-    def can_halve(self) -> np.ndarray:
-        """(C,) bool: the longest edge has a middle."""
+    def can_halve_twice(self) -> np.ndarray:
+        """(C,) bool: all sides have a middle."""
         return np.ones(len(self.cells), dtype=bool)
 
     def halved(

@@ -1,6 +1,7 @@
 """Gaps the flow tests share, and the fluid in which film conductivity is simply gap³."""
 
 import numpy as np
+from scipy.sparse import coo_matrix, csc_matrix
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
@@ -8,7 +9,7 @@ from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
-from fem_seal.mesh.nested import uniform_mesh
+from fem_seal.mesh.nested import NestedMesh, uniform_mesh
 
 FLUID = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³/(12 η) = g³, Δp = 1
 
@@ -80,3 +81,29 @@ def plain_bounds(problem: LevelProblem) -> np.ndarray:
     """Lower and upper bound before sharpening."""
     pressure, stream = solved(problem)
     return np.array([stream.conductance, pressure.energy])
+
+
+def everything(mesh: NestedMesh) -> np.ndarray:
+    return np.ones(len(mesh.cells), dtype=bool)
+
+
+class Random:
+    """Marks a fifth of the cells."""
+
+    def __init__(self, seed: int):
+        self._rng = np.random.default_rng(seed)
+
+    def __call__(self, mesh: NestedMesh) -> np.ndarray:
+        return self._rng.random(len(mesh.cells)) < 0.2
+
+
+def stiffness(mesh: NestedMesh, coefficient: np.ndarray) -> csc_matrix:
+    """Matrix (V, V) of ∫ c ∇u·∇v over P1 functions on the mesh."""
+    x = mesh.points((1.0, 1.0))[mesh.cells]
+    to_corner = np.stack([x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]], axis=2)
+    slopes = np.linalg.inv(to_corner)  # rows: ∇λ_1, ∇λ_2
+    slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)
+    weight = coefficient * np.abs(np.linalg.det(to_corner)) / 2
+    local = weight[:, None, None] * slopes @ slopes.transpose(0, 2, 1)
+    rows, columns = np.repeat(mesh.cells, 3, axis=1), np.tile(mesh.cells, 3)
+    return coo_matrix((local.ravel(), (rows.ravel(), columns.ravel()))).tocsc()

@@ -18,7 +18,7 @@ def sharpened(problem: LevelProblem) -> tuple[float, float]:
 @pytest.mark.parametrize("periodic", [False, True])
 @pytest.mark.parametrize("at_once", [1, 2, 3, 7])
 def test_hats_in_small_batches(representation, periodic, at_once, monkeypatch):
-    """Both cells of a hypotenuse belong to one hat, and so to one batch: apart, each would have a
+    """The cells of an edge belong to one hat, in whatever batch they are: apart, each would have a
     hat of its own, the pressure could jump and the bounds would cross the truth. The same sums in
     another order: 1e-12. Contact lines part hats of their own."""
     gap = represented(rough_gap((12, 12), 0.3, 8), representation)

@@ -72,15 +72,16 @@ def test_face_seal_is_enclosed_and_both_bounds_close_at_second_order():
 @pytest.mark.parametrize("method", ["uniform", "adaptive"])
 def test_refining_closes_the_bracket_of_one_polygon(method):
     """All brackets enclose the same number. Corners of the hole cost a little of the order:
-    the energy error falls like N^-(π/ω), ω = π + 2π/12 the angle inside the film."""
+    the energy error falls like N^-(π/ω), ω = π + 2π/12 the angle inside the film. (From the second
+    mesh on: the first has no vertex between hole and rim, and sharpening does half the work.)"""
     gap = uniform(ring(3, 12))
-    limits = Limits(unknowns=4000)
+    limits = Limits(unknowns=6000)
     flow = leak_rate(gap, method=method, rtol=5e-4, every_dual=True, limits=limits, **FLUID)
     lower = [level.lower for level in flow.levels]
     upper = [level.upper for level in flow.levels]
     assert max(lower) <= min(upper)
-    widths = (np.array(upper) - lower)[[0, -1]]
-    unknowns = np.array([level.unknowns for level in flow.levels])[[0, -1]]
+    widths = (np.array(upper) - lower)[[1, -1]]
+    unknowns = np.array([level.unknowns for level in flow.levels])[[1, -1]]
     rate = np.log(widths[0] / widths[1]) / np.log(unknowns[1] / unknowns[0])
     assert rate > 1 / (1 + 2 / 12) - 0.1
 
@@ -262,7 +263,7 @@ def test_no_bubble_stands_on_a_wall():
     xy = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]])
     cells = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
     mesh = shape_mesh(*labelled(xy, cells, ends_of_square))
-    assert mesh.hypotenuse_on_wall().sum() == 2
+    assert mesh.sides_on_wall().sum() == 2
     assert bounds_on(uniform(mesh)) == pytest.approx([1, 1], rel=1e-11, abs=0)
 
 

@@ -1,59 +1,161 @@
-"""Hats on the hypotenuses: what they take off an energy is what admissible functions can take."""
+"""Hats on the middles of edges: they take off an energy what admissible functions can take."""
 
 import numpy as np
 import pytest
-from gaps import level_problem, plain_bounds, represented, rough_gap, solved
+from gaps import (
+    Random,
+    everything,
+    level_problem,
+    plain_bounds,
+    represented,
+    rough_gap,
+    solved,
+    stiffness,
+)
+from scipy.sparse.linalg import spsolve
 
-from fem_seal.flow.bubbles import stream_bubbles
+from fem_seal.flow import bubbles
+from fem_seal.flow.bubbles import pressure_bubbles, stream_bubbles
 from fem_seal.grid import GridField
-from fem_seal.mesh.nested import NestedMesh
-
-
-def everything(mesh: NestedMesh) -> np.ndarray:
-    return np.ones(len(mesh.cells), dtype=bool)
+from fem_seal.mesh.bisection import bisect
+from fem_seal.mesh.nested import DEPTH, uniform_mesh
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("width", [1, 2, 4])
 @pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 7.0)])
 @pytest.mark.parametrize("seed", range(3))
-def test_one_square_has_one_hat(representation, width, spacing, seed):
-    """Pressure and stream function are given at all four corners of one square: the only hat, on
-    its diagonal, is the only unknown of the mesh of halves, and sharpening is solving that. One
-    unknown: CG is exact. Squares of 1, 4 and 16 pixels."""
+def test_one_square_has_three_hats(representation, width, spacing, seed):
+    """Pressure and stream function are given at all four corners of one square: the hats on its
+    diagonal and on the two sides where nothing is given are the only unknowns of the mesh of
+    quarters. CG finds three unknowns in three steps. Squares of 1, 4 and 16 pixels."""
     shape = (width + 1, width + 1) if representation == "linear" else (width, width)
     samples = np.random.default_rng(seed).uniform(0.2, 1, shape)
     gap = represented(GridField(samples, spacing), representation, width=width)
     problem = level_problem(gap, width)
     assert problem.unknowns == 0
-    halves = level_problem(gap, width, markings=[everything])
-    assert halves.unknowns == 1
+    quarters = level_problem(gap, width, tolerance=1e-14, markings=[everything] * 2)
+    assert quarters.unknowns == 3
     found = problem.sharpened(*solved(problem))
-    assert found == pytest.approx(plain_bounds(halves), rel=1e-12, abs=0)
-    if width > 1:
-        plain = plain_bounds(problem)
-        # Not nothing: a thousand times what rounding may do.
-        assert plain[0] * (1 + 1e-9) < found[0] < found[1] < plain[1] * (1 - 1e-9)
+    assert found == pytest.approx(plain_bounds(quarters), rel=1e-12, abs=0)
+    if representation == "constant" and width == 1:
+        return  # a uniform gap, solved by the coarse mesh
+    plain = plain_bounds(problem)
+    # Not nothing: a thousand times what rounding may do.
+    assert plain[0] * (1 + 1e-9) < found[0] < found[1] < plain[1] * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_best_hats_against_a_direct_solver(seed, monkeypatch):
+    """With many steps: the minimum on the mesh of quarters, the values at the old vertices kept.
+    CG with the diagonal gains a digit in two steps; the energies are of order one."""
+    samples = np.random.default_rng(seed).uniform(0.2, 1, (7, 6))
+    gap = represented(GridField(samples, (1.0, 1.0)))
+    markings = [everything, everything]
+    coarse = level_problem(gap, markings=markings)
+    fine = level_problem(gap, markings=[*markings, everything, everything])
+    pressure, stream = solved(coarse)
+    p = np.empty(len(coarse.mesh.xy))
+    p[coarse.mesh.cells] = pressure.corner_values
+    g = fine.vertex_gap[fine.mesh.cells]
+    middles = (g[:, [0, 1, 2]] + g[:, [1, 2, 0]]) / 2
+    cube = (8 * (middles**3).sum(1) + 3 * (g**3).sum(1) + 27 * g.mean(1) ** 3) / 60
+    ends, walls = fine.mesh.inlet | fine.mesh.outlet, fine.mesh.bottom | fine.mesh.top
+    upper = best(fine.mesh, cube, p, ends, fine.mesh.inlet)
+    lower = 1 / best(fine.mesh, 1 / g.prod(1), stream.psi, walls, fine.mesh.top)
+    monkeypatch.setattr(bubbles, "_STEPS", 40)
+    assert coarse.sharpened(pressure, stream) == pytest.approx((lower, upper), rel=1e-11, abs=0)
+
+
+def best(mesh, coefficient, coarse, given, value) -> float:
+    """Least ∫ c|∇v|² with `coarse` (V,) at the first V vertices and `value` where it is given."""
+    A, v = stiffness(mesh, coefficient), value.astype(float)
+    v[: len(coarse)] = coarse
+    free = ~given
+    free[: len(coarse)] = False
+    v[free] = spsolve(A[free][:, free], -(A[free][:, ~free] @ v[~free]))
+    return v @ (A @ v)
+
+
+@pytest.mark.parametrize("contact", [0.0, 0.3])
+def test_every_step_lowers_the_energies(contact, monkeypatch):
+    """CG goes down from step to step; those that are taken must do nearly all there is to do."""
+    problem = level_problem(represented(rough_gap((12, 12), contact, 8)), markings=[Random(2)] * 3)
+    found = solved(problem)
+    bounds = []
+    for steps in (0, 1, 2, 3, bubbles._STEPS, 40):
+        monkeypatch.setattr(bubbles, "_STEPS", steps)
+        bounds.append(problem.sharpened(*found))
+    lower, upper = np.transpose(bounds)
+    assert (np.diff(lower) > 0).all()
+    assert (np.diff(upper) < 0).all()
+    assert [lower[0], upper[0]] == pytest.approx(plain_bounds(problem), rel=1e-7, abs=0)
+    # Energies of neighbouring hats overlap by at most a half, so that CG gains a factor of three a
+    # step or more: of what 40 steps find, 4 miss no more than 3^-4.
+    assert lower[-1] - lower[-2] < 3**-4 * (lower[-1] - lower[0])
+    assert upper[-2] - upper[-1] < 3**-4 * (upper[0] - upper[-1])
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("contact", [0.0, 0.3])
+def test_sharpened_bounds(representation, periodic, contact):
+    """All cells halved twice, and those that must follow: hats on the middles of edges are among
+    the functions of that mesh, so that the sharpened bounds lie between those of the two meshes.
+    (With contact the power traces are not nested, and only the side towards the coarse mesh is
+    certain for the lower bound.) CG errs by 2e-8."""
+    gap = represented(rough_gap((12, 12), contact, 8), representation)
+    markings = [Random(2)] * 3
+    problem = level_problem(gap, 1, periodic, 1e-8, markings)
+    pressure, stream = solved(problem)
+    lower, upper = problem.sharpened(pressure, stream)
+    quarters = level_problem(gap, 1, periodic, 1e-8, [*markings, everything, everything])
+    fine = plain_bounds(quarters)
+    assert fine[1] * (1 - 4e-8) <= upper < pressure.energy
+    assert stream.conductance < lower
+    if not contact or representation == "constant":
+        assert lower <= fine[0] * (1 + 4e-8)
+    assert lower < upper
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_no_hats_where_quarters_cannot_be_represented(representation):
+    """At the depth of the integer coordinates a side may have no middle: no hats on such cells."""
+    samples = np.ones((3, 3)) if representation == "linear" else np.ones((2, 2))
+    gap = represented(GridField(samples, (1.0, 1.0)), representation)
+    mesh = uniform_mesh((2, 2), 1, periodic_sides=False)
+    values = gap.vertex_values(mesh)
+    for _ in range(2 * DEPTH):
+        step = bisect(mesh, (mesh.xy[mesh.cells] == 0).all(axis=2).any(axis=1))
+        mesh, values = step.mesh, gap.refined_values(values, step.mesh, step.edge_ends)
+    data = gap.cell_data(mesh, values)
+    kept = np.ones(len(mesh.cells), dtype=bool)
+    odd = (mesh.xy[mesh.ends_of_sides()].sum(axis=2) % 2).any(axis=2)
+    assert odd.any()
+    for hats in (pressure_bubbles, stream_bubbles):
+        hat = hats(mesh, data, kept)
+        assert (hat[odd.any(axis=1)] == -1).all()
+        assert (hat >= 0).any()
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("periodic", [False, True])
 def test_sharpened_on_squares_of_several_pixels(representation, periodic):
-    """As on pixels: hats on hypotenuses are functions of the mesh of halves, so that the sharpened
-    bounds lie between those of the two meshes. Both meshes are above the pixel, where a cell with
-    contact in it is closed (no power traces: the halves are nested), and no hat may stand on one.
-    CG errs by 2e-8."""
+    """As on pixels: the hats are functions of the mesh of quarters, so that the sharpened bounds
+    lie between those of the two meshes. Both meshes are above the pixel, where a cell with contact
+    in it is closed (no power traces: the quarters are nested), and no hat may stand on one. CG errs
+    by 2e-8."""
     gap = represented(rough_gap((64, 64), 0.004, 5, smooth=2), representation, width=8)
     problem = level_problem(gap, 8, periodic)
     assert 0 < problem.data.closed.sum() < len(problem.data.closed) / 2
     lower, upper = problem.sharpened(*solved(problem))
-    halves = plain_bounds(level_problem(gap, 8, periodic, markings=[everything]))
+    quarters = plain_bounds(level_problem(gap, 8, periodic, markings=[everything] * 2))
     plain = plain_bounds(problem)
-    # On a closed cell ψ is constant. A hat there costs nothing where its half is closed, and would
-    # lower the energy below that of any admissible function.
-    bubble = stream_bubbles(problem.mesh, problem.data, problem.kept)
+    # On a closed cell ψ is constant. A hat there costs nothing where its quarters are closed, and
+    # would lower the energy below that of any admissible function.
+    hat = stream_bubbles(problem.mesh, problem.data, problem.kept)
     assert problem.kept.all()
-    assert (bubble[problem.data.closed] == -1).all()
-    assert (bubble >= 0).any()
-    assert halves[1] * (1 - 4e-8) <= upper < plain[1]
-    assert plain[0] < lower <= halves[0] * (1 + 4e-8)
+    assert (hat[problem.data.closed] == -1).all()
+    assert (hat >= 0).any()
+    assert quarters[1] * (1 - 4e-8) <= upper < plain[1]
+    assert plain[0] < lower <= quarters[0] * (1 + 4e-8)

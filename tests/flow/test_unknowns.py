@@ -132,9 +132,9 @@ def test_two_seals_side_by_side():
     assert solved(values) == pytest.approx(solved(values[:, :7]) + solved(values[:, 6:]), rel=6e-8)
 
 
-def test_bubbles_on_both_sides_of_a_contact_line():
-    """Halved once, the line consists of hypotenuses: each side has its own hats, as on a wall, and
-    the sharpened upper bounds add as well. First order of the sharpening in the error of CG."""
+def test_hats_on_both_sides_of_a_contact_line():
+    """Each side of the line has its own hats, as on a wall, and the sharpened upper bounds add as
+    well. First order of the sharpening in the error of CG."""
 
     def sharpened(samples):
         gap = represented(GridField(samples, (1.0, 1.0)))
