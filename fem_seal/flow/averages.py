@@ -6,11 +6,15 @@ each coarse triangle is two finer ones of equal area. (Differences of running su
 the contrast of 1/g³ exceeds what double precision can subtract.)
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import PIXEL, NestedMesh
+
+_STRIP = 64  # columns of pixels, a multiple of four: the diagonals alternate from an even one on
 
 
 def mean_cube(gaps: np.ndarray) -> np.ndarray:
@@ -63,29 +67,34 @@ class Pyramid:
     diagonal[k] : (mx/2^k, my/2^k, 2), triangles whose hypotenuse is the diagonal of a square 2^k
         pixels wide; last index: right angle at the lower or the upper side
     axial[k] : (mx/2^k, my/2^k, 4), triangles whose hypotenuse is the south, east, north or west
-        side of that square and whose right angle is its centre (k ≥ 1; axial[0] is empty)
+        side of that square and whose right angle is its centre
+
+    On the pixel (k = 0) both are empty: there the closed forms hold.
     """
 
     diagonal: tuple[np.ndarray, ...]
     axial: tuple[np.ndarray, ...]
 
     @classmethod
-    def from_pixels(cls, pixel_means: np.ndarray, width: int) -> "Pyramid":
-        """Sum upwards from (mx, my, 2) pixel triangles to squares `width` pixels wide."""
-        diagonal, axial = [pixel_means], [np.empty((0, 0, 4))]
+    def from_pixels(
+        cls, pixel_means: Callable[[slice], np.ndarray], squares: tuple[int, int], width: int
+    ) -> "Pyramid":
+        """Sum upwards to squares `width` pixels wide.
+
+        Parameters
+        ----------
+        pixel_means : of a slice of n columns i the means (n, my, 2) on pixel triangles
+        squares : (mx, my), pixels along each axis, multiples of `width`, a power of two
+        """
+        diagonal, axial = [np.empty((0, 0, 2))], [np.empty((0, 0, 4))]
+        if width > 1:
+            # The means on all pixels would be most of the memory of the pyramid.
+            strips = [_summed(pixel_means(strip)) for strip in parts(0, squares[0], _STRIP)]
+            for level, of_strips in zip((diagonal, axial), zip(*strips, strict=True), strict=True):
+                level.append(np.concatenate(of_strips))
         while (1 << len(diagonal)) <= width:
-            d = diagonal[-1]
-            sw, se, nw, ne = d[0::2, 0::2], d[1::2, 0::2], d[0::2, 1::2], d[1::2, 1::2]
-            south, north = sw[..., 0] + se[..., 0], nw[..., 1] + ne[..., 1]
-            west, east = sw[..., 1] + nw[..., 0], se[..., 1] + ne[..., 0]
-            quarter = np.stack([south, east, north, west], axis=-1) / 2
-            i, j = np.indices(south.shape, sparse=True)
-            even = (i + j) % 2 == 0
-            south, east, north, west = np.moveaxis(quarter, -1, 0)
-            low = south + np.where(even, east, west)
-            high = north + np.where(even, west, east)
-            axial.append(quarter)
-            diagonal.append(np.stack([low, high], axis=-1) / 2)
+            for level, means in zip((diagonal, axial), _summed(diagonal[-1]), strict=True):
+                level.append(means)
         return cls(tuple(diagonal), tuple(axial))
 
     def lookup(self, place: "Place") -> np.ndarray:
@@ -95,6 +104,20 @@ class Pyramid:
             for table, where in zip((self.diagonal, self.axial), place.on(level), strict=True):
                 means[where] = table[level][place.i[where], place.j[where], place.part[where]]
         return means
+
+
+def _summed(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Diagonal and axial means on squares twice as wide as those of `d` (mx, my, 2)."""
+    sw, se, nw, ne = d[0::2, 0::2], d[1::2, 0::2], d[0::2, 1::2], d[1::2, 1::2]
+    south, north = sw[..., 0] + se[..., 0], nw[..., 1] + ne[..., 1]
+    west, east = sw[..., 1] + nw[..., 0], se[..., 1] + ne[..., 0]
+    axial = np.stack([south, east, north, west], axis=-1) / 2
+    i, j = np.indices(south.shape, sparse=True)
+    even = (i + j) % 2 == 0
+    south, east, north, west = np.moveaxis(axial, -1, 0)
+    low = south + np.where(even, east, west)
+    high = north + np.where(even, west, east)
+    return np.stack([low, high], axis=-1) / 2, axial
 
 
 @dataclass(frozen=True, eq=False)

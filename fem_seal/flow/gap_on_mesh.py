@@ -4,6 +4,7 @@ Gaps are in units of the largest one, lengths in pixels (scaled by the aspect of
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -80,14 +81,16 @@ class LinearGap:
         self.squares = (samples.shape[0] - 1, samples.shape[1] - 1)
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
         self.cut, self._ceiling = cut, ceiling
-        raised = np.where(samples > 0, np.maximum(samples, floor), 0.0)
-        lowered = np.where(samples < cut, 0.0, samples)
-        self._samples = np.stack([raised, lowered], axis=-1)
-        self._cube = averages.Pyramid.from_pixels(
-            averages.linear_pixel_means(raised, averages.mean_cube), width
-        )
-        self._inverse_cube = averages.Pyramid.from_pixels(
-            averages.linear_pixel_means(lowered, averages.mean_inverse_cube), width
+        self._samples = np.stack([samples, samples], axis=-1)
+        raised, lowered = np.moveaxis(self._samples, -1, 0)
+        raised[(raised > 0) & (raised < floor)] = floor
+        lowered[lowered < cut] = 0.0
+        self._cube, self._inverse_cube = (
+            averages.Pyramid.from_pixels(partial(_pixel_means, gaps, mean), self.squares, width)
+            for gaps, mean in (
+                (raised, averages.mean_cube),
+                (lowered, averages.mean_inverse_cube),
+            )
         )
 
     def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
@@ -128,6 +131,11 @@ class LinearGap:
         most = self._ceiling**3
         tensor = _resistivity(mesh, self.aspect, lowered, contact, np.maximum(inverse, 1 / most))
         return CellData(shut, closed, contact, most < K, K, tensor)
+
+
+def _pixel_means(gaps: np.ndarray, mean, strip: slice) -> np.ndarray:
+    """`mean` of the triangles of a strip of pixels, from all vertex samples."""
+    return averages.linear_pixel_means(gaps[strip.start : strip.stop + 1], mean)
 
 
 class VertexGap:
@@ -220,10 +228,9 @@ class ConstantGap:
         self._K = raised**3
         with np.errstate(divide="ignore"):
             self._inverse = 1 / lowered**3
-        both = (1, 1, 2)
-        self._cube = averages.Pyramid.from_pixels(np.tile(self._K[..., None], both), width)
-        self._inverse_cube = averages.Pyramid.from_pixels(
-            np.tile(self._inverse[..., None], both), width
+        self._cube, self._inverse_cube = (
+            averages.Pyramid.from_pixels(partial(_both_triangles, means), self.squares, width)
+            for means in (self._K, self._inverse)
         )
 
     def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
@@ -254,6 +261,11 @@ class ConstantGap:
         none = np.zeros((len(K), 3), dtype=bool)
         tensor = isotropic[:, None] * ISOTROPIC
         return CellData(none, closed, none, most < K, K, tensor)
+
+
+def _both_triangles(means: np.ndarray, strip: slice) -> np.ndarray:
+    """(n, my, 2), the same on both triangles of each pixel of a strip."""
+    return np.repeat(means[strip][..., None], 2, axis=-1)
 
 
 REPRESENTATIONS = {"linear": LinearGap, "constant": ConstantGap}

@@ -111,21 +111,21 @@ def inside(points: np.ndarray, corner: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("halved", [0, 1])
-@pytest.mark.parametrize("width", [1, 2, 4, 8])
+@pytest.mark.parametrize("width", [2, 4, 8])
 @pytest.mark.parametrize("log_contrast", [1, 12])
-def test_pyramid_against_all_pixel_triangles_inside(width, halved, log_contrast):
+@pytest.mark.parametrize("shape", [(16, 24), (136, 8)])  # the latter is summed in strips
+def test_pyramid_against_all_pixel_triangles_inside(width, halved, log_contrast, shape):
     """Every coarse cell, diagonal and axial, against the plain mean of what lies in it.
 
     Sums of at most 2 · 8² positive terms: 128 rounding errors at the very worst.
     """
-    shape = (16, 24)
     pixels = 10 ** np.random.default_rng(width).uniform(0, log_contrast, (*shape, 2))
     centroids, place = pixel_triangles(*shape)
-    pyramid = Pyramid.from_pixels(pixels, 8)
+    pyramid = Pyramid.from_pixels(pixels.__getitem__, pixels.shape[:2], 8)
     mesh = uniform_mesh(shape, width, periodic_sides=False)
     if halved:
         mesh = bisect(mesh, np.ones(len(mesh.cells), dtype=bool)).mesh
-    cells = np.flatnonzero(~mesh.at_or_below_pixel() | mesh.hypotenuse().all(axis=1))
+    cells = np.flatnonzero(~mesh.at_or_below_pixel())
     found = pyramid.lookup(Place.of(mesh, cells))
     for cell, mean in zip(cells, found, strict=True):
         own = inside(centroids, 6 * (mesh.xy[mesh.cells[cell]] // PIXEL))
@@ -137,10 +137,9 @@ def test_one_contact_closes_all_that_contain_it():
     """Infinity survives the way up and stays inside the triangles that hold it."""
     pixels = np.ones((8, 8, 2))
     pixels[5, 2, 1] = np.inf
-    pyramid = Pyramid.from_pixels(pixels, 8)
-    for level in range(4):
-        assert np.isinf(pyramid.diagonal[level]).sum() == 1
+    pyramid = Pyramid.from_pixels(pixels.__getitem__, pixels.shape[:2], 8)
     for level in range(1, 4):
+        assert np.isinf(pyramid.diagonal[level]).sum() == 1
         assert np.isinf(pyramid.axial[level]).sum() == 1
 
 
