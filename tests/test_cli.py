@@ -149,7 +149,7 @@ def test_sealed_gap(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "limit", [("--max-unknowns", "20"), ("--max-seconds", "1e-9"), ("--max-seconds", "1 ns")]
+    "limit", [("--max-unknowns", "2e1"), ("--max-seconds", "1e-9"), ("--max-seconds", "1 ns")]
 )
 def test_limit_is_reached(tmp_path, capsys, limit):
     """Exit status 3, one line, and the best bounds are written."""
@@ -288,6 +288,8 @@ BAD_OPTIONS = [
     ("leak", "wedge.npz", "--max-unknowns", "1.5"),
     ("leak", "wedge.npz", "--max-seconds", "-1"),
     ("leak", "wedge.npz", "--max-seconds", "10 mm"),
+    ("leak", "wedge.npz", "--max-unknowns", "inf"),
+    ("leak", "."),
     ("leak", "wedge.npz", "--products", "cake"),
     ("leak", "wedge.npz", "--products", "mesh", "--method", "finite-difference"),
     ("leak", "wedge.npz", "--unknown"),
@@ -370,7 +372,7 @@ def test_scene_with_everything(small_scene, tmp_path):
 
 
 @pytest.mark.render
-def test_reference_scene_runs(tmp_path):
+def test_reference_scene_runs(tmp_path, capsys):
     """The scene of docs/scene.md, on fewer samples; its pictures can be drawn again."""
     (tmp_path / "reference.toml").write_text(REFERENCE)
     smaller = ("--set", "surface.shape=[64, 64]", "--set", "surface.short_wavelength=6 um")
@@ -387,6 +389,13 @@ def test_reference_scene_runs(tmp_path):
     assert run("render", "out") == 0
     assert [(tmp_path / "out" / name).read_bytes() for name in pictures] == drawn
     assert read_result(tmp_path / "out") == result
+    # Without the mesh the flow cannot be drawn, which is said.
+    (tmp_path / "out" / "flow.vtu").unlink()
+    capsys.readouterr()
+    assert run("render", "out") == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert "flow.png" not in first
+    assert "flow.png is left as it was" in second
 
 
 def command(*arguments, **options):

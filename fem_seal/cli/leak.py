@@ -15,6 +15,15 @@ def pair(text: str) -> list[object]:
     return [_number_or_text(part.strip()) for part in text.split(",")]
 
 
+def count(text: str) -> int | str:
+    """Whole number, also as 1e6; what is none is left to the scene's message."""
+    try:
+        number = float(text)
+    except ValueError:
+        return text
+    return int(number) if number.is_integer() else text
+
+
 def truth(text: str) -> bool:
     """Read yes or no."""
     answers = {"yes": True, "true": True, "no": False, "false": False}
@@ -34,14 +43,9 @@ FIELDS = {
     "pressure-drop": ("flow", "pressure_drop", str, "in Pa or with a unit (1e5)"),
     "limit": ("limit", "leak_rate", str, "such as '1 ml/h': do the bounds keep it?"),
     "unit": ("output", "leak_rate_unit", str, "of the leak rate beside SI, such as ml/h"),
-    "max-unknowns": ("flow", "max_unknowns", int, "stop with the best bounds so far"),
-    "max-seconds": (
-        "flow",
-        "max_seconds",
-        str,
-        'such as "5 min"; stop with the best bounds so far',
-    ),
-    "max-memory": ("flow", "max_memory", str, 'such as "2 GB"; stop with the best bounds so far'),
+    "max-unknowns": ("flow", "max_unknowns", count, "such as 1e6; then the best bounds so far"),
+    "max-seconds": ("flow", "max_seconds", str, 'such as "5 min"; then the best bounds so far'),
+    "max-memory": ("flow", "max_memory", str, 'such as "2 GB"; then the best bounds so far'),
 }
 # What the file of the gap does not say itself.
 FIELDS |= {

@@ -5,6 +5,8 @@ from pathlib import Path
 
 from fem_seal.cli.common import add_command, say
 
+FLOW = "flow.png"
+
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
@@ -25,4 +27,6 @@ def _render(options: argparse.Namespace) -> int:
     with Display() as report:
         names = draw(options.folder, report)
     say(f"{', '.join(names)} in {options.folder}")
+    if FLOW not in names and (options.folder / FLOW).is_file():
+        say(f"{FLOW} is left as it was: it is drawn from flow.vtu, which the product 'mesh' keeps")
     return 0

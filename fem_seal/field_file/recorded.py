@@ -94,7 +94,9 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
 def _scale(said: str | None, stated: str | None, what: str) -> float:
     """Metres in the unit of a file or, if it has none, of the scene."""
     if said is None and stated is None:
-        raise InvalidInput(f'{what} have no unit; say it in the scene, such as unit = "um"')
+        raise InvalidInput(
+            f'{what} have no unit; say it in the scene, such as unit = "um", or by --length-unit um'
+        )
     if said is None:
         return length_in_metres(stated, what)
     scale = length_in_metres(said, what)
@@ -112,7 +114,8 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
     if recorded.spacing is None:
         if stated_spacing is None:
             raise InvalidInput(
-                f'{path} does not say its lengths; give its size, such as size = ["1 mm", "1 mm"]'
+                f"{path} does not say its lengths; give its size, in a scene such as "
+                'size = ["1 mm", "1 mm"], else by --size "1 mm,1 mm"'
             )
         return stated_spacing
     unit = stated.unit if recorded.length_unit is None else None

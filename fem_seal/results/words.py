@@ -14,8 +14,8 @@ from fem_seal.results.result import AccuracyRecord, Result
 SLIP = 0.1
 SLIPS = "the gas slips at the walls, which is not modelled, and more of it leaks"
 WALLS = (
-    "walls, though the gap is periodic: what would flow across them does not leak; join them with "
-    "sides = 'periodic' (--sides periodic, or [flow] of the scene)"
+    "walls, though the gap is periodic, and walls make it leak less; --sides periodic (flow.sides "
+    "in a scene) joins them"
 )
 
 

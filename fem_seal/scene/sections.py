@@ -34,6 +34,8 @@ def _readable(value: object, info: ValidationInfo) -> Path:
         raise ValueError("should be the path of a file, in quotes")
     folder = (info.context or {}).get("folder", Path())
     path = (folder / value).resolve()
+    if path.is_dir():
+        raise ValueError(f"is a folder (looked for {path}); name the file in it")
     if not path.is_file():
         raise ValueError(f"is not a file (looked for {path})")
     return path
