@@ -19,6 +19,7 @@ from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
 _AT_ONCE = 1 << 12  # cells
+_BLOCK = 1 << 17  # cells
 _STEPS = 4  # the bracket is 0.48, 0.41, 0.39, 0.39 times as wide after one, two, ... of them
 
 
@@ -75,7 +76,8 @@ def _numbered(mesh: NestedMesh | TriangleMesh, usable: np.ndarray, alone: np.nda
     count = int(of_cell.max()) + 1
     # At the depth of the integer coordinates there is no middle to stand on.
     usable = usable & mesh.can_halve_twice()[:, None]
-    edge = np.where(alone, count + np.arange(alone.size).reshape(-1, 3), of_cell)
+    own = np.arange(count, count + alone.size, dtype=np.int32).reshape(-1, 3)
+    edge = np.where(alone, own, of_cell)
     free = np.ones(count + alone.size, dtype=bool)
     free[edge[~usable]] = False
     has_one = free[edge]
@@ -114,22 +116,56 @@ def energy_drops(
     comm : the ranks that share the work, all with the same mesh
     """
     wanted = np.flatnonzero(np.any([(e.bubble >= 0).any(axis=1) for e in energies], axis=0))
-    begin, end = (len(wanted) * k // comm.size for k in (comm.rank, comm.rank + 1))
-    own = [_Hats.empty(end - begin) for _ in energies]
-    # A part at a time: the quarters of all cells at once would be the most memory of all.
-    for part in parts(0, end - begin, _AT_ONCE):
-        cells = wanted[begin:end][part]
+    sides = [np.bincount((e.bubble + 1).ravel())[1:].astype(np.int8) for e in energies]
+    drops = np.zeros(len(energies))
+    # The hats of all cells at once would be the most memory of all. Those on the rim of a block are
+    # done without, which widens a bracket by 0.3 %: whatever is added of the others is admissible.
+    for block in list(parts(0, len(wanted), _BLOCK))[comm.rank :: comm.size]:
+        found = _hats_of(gap, mesh, values, energies, wanted[block])
+        for k, (energy, hats) in enumerate(zip(energies, found, strict=True)):
+            drops[k] += hats.drop(_inside(energy.bubble[wanted[block]], sides[k]))
+    return comm.allreduce(drops).tolist()
+
+
+def _hats_of(
+    gap: LinearGap | ConstantGap | VertexGap,
+    mesh: NestedMesh | TriangleMesh,
+    values: np.ndarray,
+    energies: Sequence[Sharpening],
+    block: np.ndarray,
+) -> list["_Hats"]:
+    """What the hats of some cells (n,) do to each of the energies."""
+    found = [_Hats.empty(len(block)) for _ in energies]
+    for part in parts(0, len(block), _AT_ONCE):
+        cells = block[part]
         quarters = _Quarters.of(gap, mesh, values, cells)
         slopes, _ = shape_gradients(mesh.points(gap.aspect, mesh.cells[cells]))
-        for energy, hats in zip(energies, own, strict=True):
+        for energy, hats in zip(energies, found, strict=True):
             usable = np.flatnonzero((energy.bubble[cells] >= 0).any(axis=1))
             v = np.zeros((2, len(cells)))
             v[:, usable] = gradients(slopes[usable], energy.corner_values(cells[usable])).T
             hats.fill(part, quarters, energy.coefficient(quarters.data), v)
-    return [
-        hats.gathered(comm).drop(energy.bubble[wanted])
-        for energy, hats in zip(energies, own, strict=True)
-    ]
+    return found
+
+
+def _inside(bubble: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Number those hats of a block that no other cell knows.
+
+    Parameters
+    ----------
+    bubble : (n, 3), of the cells of the block, -1 for none
+    sides : how many sides of all cells each hat stands on
+
+    Returns
+    -------
+    (n, 3), consecutive numbers, -1 for none and for hats that reach beyond the block
+    """
+    number = np.full(bubble.shape, -1, dtype=np.int32)
+    has_one = bubble >= 0
+    number[has_one], count = consecutive(bubble[has_one], len(sides))
+    within = np.bincount((number + 1).ravel(), minlength=count + 1)[number + 1]
+    number[has_one & (within < sides[bubble])] = -1
+    return number
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,12 +244,6 @@ class _Hats:
         slope[:] = _dot(m, v), _dot(e, v), _dot(d, v)
         stiffness[:3] = m_own, own[1] + own[3], own[0] + own[2]
         stiffness[3:] = _dot(e, second), _dot(d, first)
-
-    def gathered(self, comm: MPI.Comm) -> "_Hats":
-        """The cells of all ranks."""
-        if comm.size == 1:
-            return self
-        return _Hats(*(np.concatenate(comm.allgather(a)) for a in (self.slope, self.stiffness)))
 
     def drop(self, bubble: np.ndarray) -> float:
         """How much the energy falls in a few steps of CG from s = 0.

@@ -29,6 +29,30 @@ def test_hats_in_small_batches(representation, periodic, at_once, monkeypatch):
     assert sharpened(problem) == pytest.approx(whole, rel=1e-12, abs=0)
 
 
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("contact", [0.0, 0.3])
+@pytest.mark.parametrize("block", [1, 50, 700])
+def test_hats_in_small_blocks(periodic, contact, block, monkeypatch):
+    """No hat stands on the rim of a block: with as many steps as it takes, fewer hats find no lower
+    energies, as they would if the halves of one were free of each other, but the energies of
+    admissible functions. The sums differ in order: 1e-12."""
+    markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
+    problem = level_problem(
+        represented(rough_gap((12, 12), contact, 8)), 1, periodic, 1e-8, markings
+    )
+    found = solved(problem)
+    assert 700 < len(problem.mesh.cells) < 1400
+    monkeypatch.setattr(bubbles, "_STEPS", 40)
+    whole = problem.sharpened(*found)
+    monkeypatch.setattr(bubbles, "_BLOCK", block)
+    lower, upper = problem.sharpened(*found)
+    assert found[1].conductance <= lower < whole[0] * (1 + 1e-12)
+    assert whole[1] * (1 - 1e-12) < upper <= found[0].energy
+    if block == 700:  # two blocks, and a small part of the hats between them
+        assert lower > (found[1].conductance + whole[0]) / 2
+        assert upper < (found[0].energy + whole[1]) / 2
+
+
 @pytest.mark.parametrize("along", [False, True])
 def test_closed_forms_over_several_batches(along):
     """A channel g(y), or one g(x): on all levels one of the bounds is exact, on the last one the
