@@ -174,6 +174,7 @@ def _saddle(options: argparse.Namespace) -> int:
     from fem_seal.study.figures import saddle_figure
     from fem_seal.study.saddle import (
         EXPONENT,
+        LEAST_SAMPLES,
         close_saddle,
         closing_pressure,
         limiting_exponent,
@@ -182,9 +183,11 @@ def _saddle(options: argparse.Namespace) -> int:
     from fem_seal.study.tables import as_csv, as_text
 
     samples = sorted(options.samples)
-    if len(samples) < 2 or any(2 * n != m for n, m in pairwise(samples)):
+    paired = len(samples) > 1 and all(2 * n == m for n, m in pairwise(samples))
+    if not paired or samples[0] < LEAST_SAMPLES:
         raise InvalidInput(
-            f"--samples must be two grids or more, each twice as fine, got {samples}"
+            f"--samples must be two grids or more, each twice as fine, from {LEAST_SAMPLES} on, "
+            f"got {samples}"
         )
     _make(options.out)
     series = []

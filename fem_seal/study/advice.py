@@ -17,8 +17,13 @@ def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, .
 
     Returns
     -------
-    A sentence for each target.
+    A sentence for each target; one for all where the contact grids have told nothing yet.
     """
+    if result.uncertainty >= 1:
+        return (
+            "nothing to recommend: from one contact grid to the next the leak rate changes so much "
+            f"that its limit is known to {100 * result.uncertainty:.0f} % only; take more samples",
+        )
     return tuple(_advice(result, target) for target in sorted(targets, reverse=True))
 
 

@@ -29,6 +29,8 @@ OPEN, SHUT = 0.5, np.pi
 SIDES = "periodic"
 # From where the lattice is far from closing to where 1024 samples no longer resolve the saddle.
 DISTANCES = tuple(0.32 * 10 ** (-k / 4) for k in range(9))
+# On 16 the saddle is one sample wide at most distances, whose gap falls linearly, cubed.
+LEAST_SAMPLES = 32
 # Local exponents of two grids that differ more say nothing.
 TRUSTED = 0.05
 

@@ -115,6 +115,9 @@ def test_command_writes_what_it_says(tmp_path, capsys):
     out = tmp_path / "saddle"
     assert cli.main(["study", "saddle", "--samples", "64", "96", "--out", str(out)]) == 2
     assert "each twice as fine" in capsys.readouterr().err
+    # On so few samples grids agree on an exponent that is that of a single sample.
+    assert cli.main(["study", "saddle", "--samples", "8", "16", "--out", str(out)]) == 2
+    assert "from 32 on" in capsys.readouterr().err
     assert not out.exists()
     assert cli.main(["study", "saddle", "--samples", "64", "128", "--out", str(out)]) == 0
     said = capsys.readouterr().out

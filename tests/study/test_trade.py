@@ -112,6 +112,13 @@ def test_recommendation():
     assert "without bounds" not in recommend(Trade((best,), 1.0, 0.01), (0.2,))[0]
 
 
+def test_no_recommendation_before_the_grids_converge():
+    """The least of errors above 100 % may be that of a coarse grid that happens to be sealed."""
+    (said,) = recommend(Trade((point(1, 7.3, 0.1),), 1.0, 7.3), (0.2, 0.1))
+    assert said.startswith("nothing to recommend")
+    assert "730 %" in said
+
+
 def test_what_cannot_be_traded(small_scene, tmp_path):
     scene = Scene.from_mapping(small_scene)
     with pytest.raises(InvalidInput, match="three contact grids"):
