@@ -77,10 +77,12 @@ def verdict(
         return Verdict("leaking", f"leaking {shown.between(leak)}; no limit was given")
     allowed = f"{shown.text(limit_solved)} allowed"
     if leak.upper <= limit_solved:
-        most = f"at most {shown.at_most(leak.upper)}, {100 * leak.upper / limit_solved:.3g} %"
+        share = rounded_up(100 * leak.upper / limit_solved)
+        most = f"at most {shown.at_most(leak.upper)}, {share} %"
         return Verdict("within limit", f"within limit: {most} of the {allowed}", given)
     if leak.lower > limit_solved:
-        least = f"at least {shown.at_least(leak.lower)}, {leak.lower / limit_solved:.4g} times"
+        times = rounded_down(leak.lower / limit_solved)
+        least = f"at least {shown.at_least(leak.lower)}, {times} times"
         return Verdict("above limit", f"above limit: {least} the {allowed}", given)
     rtol, unknowns = what_would_decide(leak, limit_solved)
     sentence = f"undecided: {shown.between(leak)}, {allowed}; {_wish(leak, rtol, unknowns)}"

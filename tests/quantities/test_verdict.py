@@ -41,6 +41,12 @@ def test_decisions_at_the_bounds(limit, decision):
     assert (found.needed_rtol is None) == (decision != "undecided")
 
 
+def test_shares_of_the_limit_are_rounded_like_the_bounds():
+    """An upper bound just below its limit is not 100 % of it, a lower one just above not once."""
+    assert "99.99 % of the" in judged(LEAK, 4e-10 / 0.99985).sentence
+    assert "1.000 times the" in judged(LEAK, 1e-10 / 1.00009).sentence
+
+
 def test_sealed_and_without_limit():
     assert judged(LeakRate.sealed("adaptive"), 1e-10).decision == "sealed"
     found = verdict(LEAK, SHOWN, None, None)
