@@ -253,6 +253,16 @@ def test_periodic_sides_need_a_periodic_gap(tmp_path, capsys):
     assert run("leak", "gap.npz", "--sides", "periodic", "--out", "equal") == 0
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1.0])
+def test_heights_in_another_unit_than_the_grid_are_said(tmp_path, capsys, unit):
+    """A plane gap has one slope: here 5 % along and 12 % across, 13 % in all, or 1e6 as much."""
+    i, j = np.indices((6, 5))
+    save_gap("gap.npz", (1 + 0.05 * i + 0.12 * j) * unit)
+    assert run("leak", "gap.npz", "--out", "out") == 0
+    assert read_result(tmp_path / "out")["gap_slope"] == pytest.approx(0.13 * unit / 1e-6, rel=1e-9)
+    assert ("the same unit?" in capsys.readouterr().out) is (unit == 1.0)
+
+
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
 def test_walls_of_a_periodic_gap_are_said(capsys, sides):
     """The way from inlet to outlet crosses y = 0: sealed by walls, leaking without them."""

@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from fem_seal.scene import Scene
     from fem_seal.surface import MapStatistics, PreparedSurface, SpectrumFit
 
+PICTURES = (".png", ".pdf", ".svg")
+NO_POWER_LAW = 100  # misfit from which a fitted exponent means nothing
+
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command."""
@@ -31,6 +34,8 @@ def _surface(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
     from fem_seal.surface import fit_spectrum
 
+    if options.out is not None and options.out.suffix.lower() not in PICTURES:
+        raise InvalidInput(f"--out {options.out} must end in {', '.join(PICTURES)}")
     scene = Scene.from_file(options.scene, options.overrides)
     prepared = _prepared(scene)
     try:
@@ -80,6 +85,8 @@ def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
 def _spectrum_lines(fit: "SpectrumFit | None", why: str) -> list[str]:
     if fit is None:
         return [f"spectrum       {why}"]
+    if fit.misfit > NO_POWER_LAW:
+        return [f"spectrum       no power law: the best one has a misfit of {fit.misfit:.2g}"]
     rolloff = "none seen"
     if fit.rolloff_wavelength is not None:
         rolloff = f"{_length(fit.rolloff_wavelength)} ± {_length(fit.rolloff_error)}"

@@ -34,7 +34,8 @@ def preparation_words(steps: tuple[StepRecord, ...]) -> str:
     words = []
     for before, step in zip((None, *steps), steps, strict=False):
         filled = before.missing - step.missing if before and step.name.startswith("fill") else 0
-        name = f"{step.name} ({filled} points)" if filled else step.name
+        points = "1 point" if filled == 1 else f"{filled} points"
+        name = f"{step.name} ({points})" if filled else step.name
         height = with_prefix(step.rms_height, "m")
         words.append(f"{name}: {height}, {step.rms_slope:.3g}, {step.seam:.3g}")
     return "; ".join(words) + " (rms height, rms slope, seam)"

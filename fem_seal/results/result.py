@@ -19,6 +19,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import LeakRate
 from fem_seal.memory import peak_memory
 from fem_seal.quantities.of_seal import Quantities, quantities, verdict_of
+from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.preparation import StepRecord
@@ -134,6 +135,7 @@ class Result(Record):
     contact_area_fraction: float
     mean_gap: float
     gap_is_periodic: bool | None = None
+    gap_slope: float | None = None
     mean_pressure: float | None
     kkt_residual: float | None
     contact_iterations: int | None
@@ -189,7 +191,7 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = N
         percolates=not sealed,
         contact_area_fraction=seal.contact_area_fraction,
         mean_gap=seal.mean_gap,
-        gap_is_periodic=None if seal.scene.shape else seal.gap.periodic,
+        **_grid_numbers(seal),
         accuracy=AccuracyRecord.of(seal),
         preparation=StepRecord.all_of(seal),
         gas=GasRecord.of(seal),
@@ -203,6 +205,16 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = N
         **_contact_numbers(seal.contact),
         **_flow_numbers(leak, named and named.conductivity_tensor),
     )
+
+
+def _grid_numbers(seal: Seal) -> dict[str, Any]:
+    """Give the fields of Result that only a gap on a grid has."""
+    if seal.scene.shape is not None:
+        return {}
+    return {
+        "gap_is_periodic": seal.gap.periodic,
+        "gap_slope": slope_between_samples(seal.gap),
+    }
 
 
 def _contact_numbers(contact: GapState | None) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from fem_seal.results.result import AccuracyRecord, Result
 # Knudsen number from which slip at the walls adds more than half the flow without it.
 SLIP = 0.1
 SLIPS = "the gas slips at the walls, which is not modelled, and more of it leaks"
+STEEP = 1.0  # slope from which a film is none, and a unit more likely wrong
 WALLS = (
     "walls, though the gap is periodic, and walls make it leak less; --sides periodic (flow.sides "
     "in a scene) joins them"
@@ -40,6 +41,8 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
     lines.extend(lines_of(result))
     if result.accuracy:
         lines.append(("accuracy", accuracy_words(result.accuracy)))
+    if result.gap_slope is not None and result.gap_slope > STEEP:
+        lines.append(("slope", slope_words(result.gap_slope)))
     lines.append(("contact", contact_words(result)))
     memory = result.peak_memory_bytes / 1e6
     lines.append(("cost", f"{result.seconds['total']:.1f} s, {memory:.0f} MB"))
@@ -60,6 +63,14 @@ def contact_words(result: Result) -> str:
     if result.mean_pressure is None:
         return text
     return f"{text}, mean pressure {with_prefix(result.mean_pressure, 'Pa')}"
+
+
+def slope_words(slope: float) -> str:
+    """Caution that the gap is no thin film."""
+    return (
+        f"{slope:.2g} (rms) of the gap, where contact and film want slopes well below 1: are "
+        "heights and spacing in the same unit?"
+    )
 
 
 def accuracy_words(accuracy: AccuracyRecord) -> str:

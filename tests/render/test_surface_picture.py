@@ -77,9 +77,27 @@ def test_surface_without_a_power_law(tmp_path, capsys):
         "output": {"products": ["contact"]},
     }
     path = write_toml(tmp_path / "scene.toml", scene)
+    assert cli.main(["surface", str(path), "--out", str(tmp_path / "a.txt")]) == 2
+    assert "must end in .png" in capsys.readouterr().err
     assert cli.main(["surface", str(path), "--out", str(tmp_path / "a.png")]) == 0
     assert "shows no power law" in capsys.readouterr().out
     assert (tmp_path / "a.png").is_file()
+
+
+def test_exponent_of_no_power_law_is_not_told(tmp_path, capsys):
+    """Two waves: a power law is fitted to what is no spectrum, and misses it."""
+    x, y = np.arange(64)[:, None] / 64, np.arange(48) / 48
+    waves = np.cos(6 * np.pi * x) * np.cos(8 * np.pi * y) + np.sin(2 * np.pi * (5 * x + 2 * y))
+    np.savez(tmp_path / "a.npz", heights=waves, spacing=[1, 1])
+    scene = {
+        "surface": {"kind": "file", "path": "a.npz"},
+        "contact": {"model": "bearing", "mean_gap": 1.0},
+        "output": {"products": ["contact"]},
+    }
+    assert cli.main(["surface", str(write_toml(tmp_path / "scene.toml", scene))]) == 0
+    said = capsys.readouterr().out
+    assert "no power law: the best one has a misfit of" in said
+    assert "hurst" not in said
 
 
 def test_gap_has_no_surface(tmp_path, capsys):
