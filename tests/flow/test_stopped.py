@@ -1,0 +1,31 @@
+"""What is reported where a limit ends the refinement on a mesh of squares of several pixels."""
+
+import numpy as np
+import pytest
+from gaps import FLUID
+
+from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.grid import GridField
+
+
+@pytest.mark.parametrize("opening", [1, 6])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_the_guide_never_becomes_a_bound(opening, representation, sides):
+    """A barrier with a narrow or a wide opening of a tenth of the gap, amid coarse cells,
+    which are closed: the regularised dual that guides the refinement lets hundreds of times too
+    much through them. Whoever stops there gets the true dual's bound, or none."""
+    n = 33 if representation == "linear" else 32
+    samples = np.ones((n, n))
+    samples[13] = 0
+    samples[13, 10 : 10 + opening] = 0.1
+    gap = GridField(samples, (1.0, 1.0))
+    options = {"representation": representation, "sides": sides} | FLUID
+    truth = leak_rate(gap, rtol=0.1, **options)
+    assert truth.converged
+    for limits in (Limits(seconds=0.0), Limits(unknowns=40), Limits(memory_bytes=1)):
+        stopped = leak_rate(gap, limits=limits, tuning=Tuning(coarsest=4), **options)
+        assert not stopped.converged
+        assert 0 <= stopped.lower <= truth.upper
+        assert truth.lower <= stopped.upper
+        assert stopped.levels[-1].upper > 10 * truth.upper  # on a mesh that sees little of it
