@@ -81,11 +81,15 @@ class NestedMesh:
         ends : (E, 2) int32, vertices of each edge (those at y = 0 for one on the periodic side)
         of_cell : (C, 3) int32, the edges opposite to corner 0 (the hypotenuse), 1 and 2
         """
+        return unique_edges(self._ends_of_lines(), len(self.xy))
+
+    def _ends_of_lines(self) -> np.ndarray:
+        """(C, 3, 2) ends of the sides, of one on a periodic side those of its twin at y = 0."""
         ends = self.ends_of_sides()
         if self.periodic:
             on_side = self.top[ends].all(axis=2)
             ends[on_side] = self.twin[ends[on_side]]
-        return unique_edges(ends, len(self.xy))
+        return ends
 
     def points(
         self, spacing: tuple[float, float], vertices: np.ndarray | slice = slice(None)

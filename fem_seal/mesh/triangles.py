@@ -107,9 +107,12 @@ class TriangleMesh:
         ends : (E, 2) int32, vertices of each edge (those of the BOTTOM bank for one of the cut)
         of_cell : (C, 3) int32, the edges opposite to corner 0, 1 and 2
         """
+        return unique_edges(self._ends_of_lines(), len(self.xy))
+
+    def _ends_of_lines(self) -> np.ndarray:
+        """(C, 3, 2) ends of the sides, of one on the TOP bank those of its twin."""
         ends = self.ends_of_sides()
-        ends = np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
-        return unique_edges(ends, len(self.xy))
+        return np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
 
     def points(
         self, scale: float | np.ndarray, vertices: np.ndarray | slice = slice(None)
