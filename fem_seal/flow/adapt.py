@@ -166,6 +166,10 @@ def brackets(
         yield Bracket(level, problem, found.pressure, found.stream)
         log = _Log()
         if strategy.uniform:
+            # Each unknown has two sides at least, each of them two ends at most, and its middle
+            # becomes an unknown: a mesh that would only be counted need not be made.
+            if 2 * problem.unknowns > (strategy.max_unknowns or np.inf):
+                return
             # Halving all cells twice makes the uniform mesh with squares half as wide.
             times = np.full(len(problem.kept), 2, dtype=np.int8)
         else:
