@@ -45,7 +45,7 @@ class Tuning:
     """
 
     epsilon: float = 0.1
-    theta: float = 0.7
+    theta: float = 0.8
     theta_throughflow: float = 0.5
     cut: float = 1e-2
     floor: float = 1e-4
@@ -98,7 +98,9 @@ class Bracket:
             return self
         lower, upper = _sharpened(self.problem, self.pressure, stream)
         iterations = {**self.level.iterations, "dual": stream.iterations}
-        level = replace(self.level, lower=lower, upper=upper, iterations=iterations)
+        level = replace(
+            self.level, lower=lower, upper=min(upper, self.level.upper), iterations=iterations
+        )
         return Bracket(level, self.problem, self.pressure, stream)
 
 
@@ -258,7 +260,7 @@ def _mark(problem: LevelProblem, found: _Solved, reached: float, strategy: Strat
 def part_of_a_step(expected: float, strategy: Strategy) -> float:
     """How much of a full step is left to do: the last one should not overshoot the tolerance.
 
-    Halving the cells that hold a part θ of the difference lowers it by about θ/2.
+    Halving the cells that hold a part θ of the difference lowers it by about 0.63 θ.
     """
-    needed = 1.5 * (1 - 0.99 * strategy.rtol / expected) / strategy.tuning.theta
+    needed = 1.6 * (1 - 0.98 * strategy.rtol / expected) / strategy.tuning.theta
     return float(np.clip(needed, 0.06, 1.0))

@@ -116,7 +116,7 @@ class LinearGap:
         """Gap (V,) at the vertices, for pictures."""
         return values[:, 0]
 
-    def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
+    def cell_data(self, mesh: NestedMesh, values: np.ndarray, limited: bool = True) -> CellData:
         """Averages, shut sides and resistivity tensors of all cells."""
         fine = mesh.at_or_below_pixel()
         coarse = np.flatnonzero(~fine)
@@ -129,7 +129,8 @@ class LinearGap:
         shut, contact = _contact_of(raised, lowered, fine[:, None])
         closed = contact.all(axis=1) | (~fine & np.isinf(inverse))
         most = self._ceiling**3
-        tensor = _resistivity(mesh, self.aspect, lowered, contact, np.maximum(inverse, 1 / most))
+        inverse = np.maximum(inverse, 1 / most) if limited else inverse
+        tensor = _resistivity(mesh, self.aspect, lowered, contact, inverse)
         return CellData(shut, closed, contact, most < K, K, tensor)
 
 
@@ -174,12 +175,13 @@ class VertexGap:
         """Gap (V,) at the vertices, for pictures."""
         return values[:, 0]
 
-    def cell_data(self, mesh: TriangleMesh, values: np.ndarray) -> CellData:
+    def cell_data(self, mesh: TriangleMesh, values: np.ndarray, limited: bool = True) -> CellData:
         """Averages, shut sides and resistivity tensors, in closed form on every cell."""
         raised, lowered = np.moveaxis(values[mesh.cells], -1, 0)
         shut, contact = _contact_of(raised, lowered, True)
         K, most = averages.mean_cube(raised), self._ceiling**3
-        inverse = np.maximum(averages.mean_inverse_cube(lowered), 1 / most)
+        inverse = averages.mean_inverse_cube(lowered)
+        inverse = np.maximum(inverse, 1 / most) if limited else inverse
         tensor = _resistivity(mesh, self.aspect, lowered, contact, inverse)
         return CellData(shut, contact.all(axis=1), contact, most < K, K, tensor)
 
@@ -248,7 +250,7 @@ class ConstantGap:
         i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
         return np.cbrt(self._K[i, j])
 
-    def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
+    def cell_data(self, mesh: NestedMesh, values: np.ndarray, limited: bool = True) -> CellData:
         """Averages of all cells; contact is whole pixels, so no side is shut by itself."""
         coarse = np.flatnonzero(~mesh.at_or_below_pixel())
         i, j = (mesh.xy[mesh.cells].sum(axis=1) // (3 * PIXEL)).T
@@ -257,7 +259,8 @@ class ConstantGap:
         K[coarse] = self._cube.lookup(place)
         inverse[coarse] = self._inverse_cube.lookup(place)
         closed, most = np.isinf(inverse), self._ceiling**3
-        isotropic = np.where(closed, 0.0, np.maximum(inverse, 1 / most))
+        inverse = np.maximum(inverse, 1 / most) if limited else inverse
+        isotropic = np.where(closed, 0.0, inverse)
         none = np.zeros((len(K), 3), dtype=bool)
         tensor = isotropic[:, None] * ISOTROPIC
         return CellData(none, closed, none, most < K, K, tensor)
