@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from numbers import Real
 
 import numpy as np
 
@@ -77,6 +78,8 @@ def leak_rate(
         the bounds so far are returned with `converged` False.
     """
     require_positive({"viscosity": viscosity, "pressure_drop": pressure_drop, "rtol": rtol})
+    if decide is not None:
+        require_positive({"decide": decide})
     if method not in METHODS:
         raise InvalidInput(f"method = {method!r} is unknown; choose from {', '.join(METHODS)}")
     flow = posed(gap, sides, representation)
@@ -128,7 +131,7 @@ def leak_rate(
 def require_positive(values: Mapping[str, float]) -> None:
     """InvalidInput if one of the values, by name, is not a positive number."""
     for name, value in values.items():
-        if not (np.isfinite(value) and value > 0):
+        if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
             raise InvalidInput(f"{name} = {value} must be a positive number")
 
 

@@ -115,5 +115,17 @@ class MeshFlow:
 
 
 def posed(gap: GridField | MeshGap, sides: str, representation: str) -> GridFlow | MeshFlow:
-    """Pose the flow through a gap; a mesh has its own sides and is linear on its cells."""
-    return MeshFlow(gap) if isinstance(gap, MeshGap) else GridFlow(gap, sides, representation)
+    """Pose the flow through a gap; a mesh has its own sides and is linear on its cells.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither, such as an array without a spacing.
+    """
+    if isinstance(gap, MeshGap):
+        return MeshFlow(gap)
+    if not isinstance(gap, GridField):
+        raise InvalidInput(
+            f"the gap is a {type(gap).__name__}; make it a GridField(values, spacing, periodic)"
+        )
+    return GridFlow(gap, sides, representation)
