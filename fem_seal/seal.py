@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
+from fem_seal.errors import InvalidInput
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -42,6 +43,11 @@ class Seal:
     contact_start: np.ndarray | None = None  # a pressure [Pa] near the contact's saves iterations
 
     def __init__(self, scene: Scene, report: Report = silent):
+        if not isinstance(scene, Scene):
+            raise InvalidInput(
+                f"a Seal is made of a Scene, not of a {type(scene).__name__}; "
+                "Scene.from_file(path) reads one"
+            )
         self.scene = scene
         self.report = report
         self.seconds: dict[str, float] = {}

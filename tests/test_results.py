@@ -151,6 +151,11 @@ def test_only_what_is_named_is_computed(small_scene, spy, tmp_path):
     assert set(content(tmp_path)) == {"out/result.json", "out/contact.npz"}
 
 
+def test_seal_is_made_of_a_scene():
+    with pytest.raises(InvalidInput, match=r"not of a str; Scene\.from_file"):
+        Seal("scene.toml")
+
+
 def test_each_step_is_computed_once(scene, spy):
     seal = Seal(scene)
     assert seal.contact is seal.contact

@@ -1,6 +1,7 @@
 """A rough surface against an elastic solid: units, and states at one pressure or mean gap."""
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -50,12 +51,18 @@ class Interface:
             If the surface is not periodic, its heights are beyond double precision, or E* or the
             number of threads is not positive.
         """
+        if not isinstance(height, GridField):
+            raise InvalidInput(
+                f"the surface is a {type(height).__name__}; make it a GridField(values, spacing, "
+                "periodic)"
+            )
         if not height.periodic:
             raise InvalidInput(
                 "elastic contact needs a periodic surface (the FFT repeats it); mark it periodic, "
                 "or make it so (make_periodic = 'mirror', 'tukey', 'hann' or 'cut' in a scene)"
             )
-        if not (np.isfinite(contact_modulus) and contact_modulus > 0):
+        given = isinstance(contact_modulus, Real) and np.isfinite(contact_modulus)
+        if not (given and contact_modulus > 0):
             raise InvalidInput(
                 f"contact_modulus must be a positive pressure in Pa, got {contact_modulus}"
             )

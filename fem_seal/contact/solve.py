@@ -117,8 +117,8 @@ def solve(
     """
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
     stopping = Stopping(solver, tolerance, max_iterations, progress)
-    first = start_pressure(start, height.shape)
     interface = Interface.prepared(height, contact_modulus, layer, threads, precision)
+    first = start_pressure(start, height.shape)
     if first is not None:
         first = interface.complementary(first)
     state = load_to(interface, load, stopping, first)

@@ -118,6 +118,8 @@ def test_progress_hears_every_iteration(rough):
         ({"pressure": None, "mean_gap": 0.0}, "mean_gap"),
         ({"contact_modulus": 0.0}, "contact_modulus"),
         ({"contact_modulus": float("inf")}, "contact_modulus"),
+        ({"contact_modulus": "10 MPa"}, "contact_modulus"),
+        ({"height": np.ones((8, 8))}, "make it a GridField"),
         ({"solver": "newton"}, "free-set-cg, damped, fista, polonsky-keer"),
         ({"precision": "single"}, "double, mixed"),
         ({"tolerance": 0.0}, "tolerance"),
@@ -128,9 +130,9 @@ def test_progress_hears_every_iteration(rough):
     ],
 )
 def test_refused(rough, change, message):
-    arguments = {"contact_modulus": E_STAR, "pressure": 1e4} | change
+    arguments = {"height": rough, "contact_modulus": E_STAR, "pressure": 1e4} | change
     with pytest.raises(InvalidInput, match=message):
-        solve(rough, **arguments)
+        solve(**arguments)
 
 
 def test_surface_that_is_not_periodic_is_refused(rough):
