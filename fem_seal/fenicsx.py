@@ -34,6 +34,7 @@ __all__ = [
     "MPI",
     "VERSION",
     "PETSc",
+    "cell_dofs",
     "cell_vertices",
     "create_triangle_mesh",
     "fem",
@@ -41,6 +42,7 @@ __all__ = [
     "geometry_dofs",
     "input_cells",
     "ufl",
+    "vector_functionspace",
 ]
 
 VERSION = tuple(int(i) for i in dolfinx.__version__.split(".")[:2])
@@ -52,6 +54,13 @@ if VERSION < (0, 7):
     logging.root.addFilter(lambda record: record.levelno >= logging.WARNING)
 
 functionspace = getattr(fem, "functionspace", None) or fem.FunctionSpace  # renamed in 0.7
+
+
+def vector_functionspace(msh, element: tuple[str, int]):
+    """Functions with two components, each of an element such as ("DG", 0)."""
+    if VERSION >= (0, 7):
+        return functionspace(msh, (*element, (2,)))
+    return fem.VectorFunctionSpace(msh, element)
 
 
 def _coordinate_domain() -> ufl.Mesh:
@@ -122,3 +131,10 @@ def input_cells(msh) -> np.ndarray:
 def cell_vertices(msh) -> np.ndarray:
     """For each cell of this rank its three vertices, as indices into the `points` given."""
     return np.asarray(msh.geometry.input_global_indices, dtype=np.int64)[geometry_dofs(msh)]
+
+
+def cell_dofs(space, per_cell: int) -> np.ndarray:
+    """(c, per_cell) int, degrees of freedom of each cell of this rank."""
+    dofs = space.dofmap.list
+    dofs = dofs if isinstance(dofs, np.ndarray) else dofs.array
+    return dofs.reshape(-1, per_cell)

@@ -13,6 +13,7 @@ import numpy as np
 from fem_seal.fenicsx import (
     MPI,
     PETSc,
+    cell_dofs,
     create_triangle_mesh,
     fem,
     functionspace,
@@ -80,10 +81,3 @@ class Batch:
 def batch() -> Batch:
     """The one batch of this process."""
     return Batch()
-
-
-def cell_dofs(space, per_cell: int) -> np.ndarray:
-    """(c, per_cell) int, degrees of freedom of each cell of this rank."""
-    dofs = space.dofmap.list
-    dofs = dofs if isinstance(dofs, np.ndarray) else dofs.array
-    return dofs.reshape(-1, per_cell)

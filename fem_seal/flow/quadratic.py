@@ -13,6 +13,7 @@ from scipy.sparse import csr_array
 from fem_seal.fenicsx import (
     MPI,
     PETSc,
+    cell_dofs,
     cell_vertices,
     create_triangle_mesh,
     fem,
@@ -22,7 +23,6 @@ from fem_seal.fenicsx import (
 )
 from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
-from fem_seal.flow.integrals import cell_dofs
 from fem_seal.flow.linear import minimise_by_cg
 from fem_seal.flow.numbering import Unknowns
 from fem_seal.flow.unknowns import OpenCells, open_cells, primal_unknowns
