@@ -41,11 +41,13 @@ def measure(case: Case, rtol: float, connection) -> None:
     leak = leak_rate(gap, viscosity=1e-3, pressure_drop=1e5, rtol=rtol)
     cpu = time.process_time() - started
     seconds = [sum(level.seconds.values()) for level in leak.levels]
+    last = leak.levels[-1].seconds
+    both = (last["primal"] + last["dual"]) / last["primal"]
     iterations = max(i for level in leak.levels for i in level.iterations.values())
     print(
         f"| {case.n} | {case.area:.2f} | ±{100 * leak.levels[-1].half_width:.2f} % "
         f"| {leak.unknowns} | {len(leak.levels)} | {iterations} | {cpu:.1f} "
-        f"| {sum(seconds) / seconds[-1]:.1f} | {peak_memory() / 1e9:.2f} |",
+        f"| {sum(seconds) / seconds[-1]:.1f} | {both:.1f} | {peak_memory() / 1e9:.2f} |",
         flush=True,
     )
 
@@ -59,8 +61,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     rows = [(options.n, options.area, options.rtol)] if options.n else ROWS
-    print("| n | A/A0 | half-width | unknowns | levels | CG | CPU s | all levels / last | GB |")
-    print("|---|---|---|---|---|---|---|---|---|")
+    head = "n, A/A0, half-width, unknowns, levels, CG, CPU s, all levels / last, both solves / one, GB"
+    print("| " + head.replace(", ", " | ") + " |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
     fresh = multiprocessing.get_context("spawn")
     for n, area, rtol in rows:
         case = Case(n, 0.8, 4, area, options.seed)

@@ -1,0 +1,42 @@
+"""How much narrower the hats of `flow/bubbles.py` make the bracket, step by step of their CG.
+
+python tests/benchmarks/sharpening_steps.py
+"""
+
+import time
+
+from rough_gaps import VARIETY
+
+from fem_seal.flow import Limits, bubbles, leak_rate
+from fem_seal.flow.level import LevelProblem
+
+STEPS = (0, 1, 2, 3, 4, 8)
+
+
+def main() -> None:
+    """Print the width of the bracket of the last mesh relative to that without hats."""
+    print(f"{'':44s} unknowns  " + "  ".join(f"{k} steps" for k in STEPS) + "  CPU s of 4")
+    as_it_is = LevelProblem.sharpened
+    for case in VARIETY[::2]:
+        last = {}
+
+        def sharpened(problem, pressure, stream, last=last):
+            for steps in STEPS:
+                bubbles._STEPS = steps
+                started = time.process_time()
+                lower, upper = as_it_is(problem, pressure, stream)
+                last[steps] = (upper / lower - 1, time.process_time() - started)
+            bubbles._STEPS = 4
+            return as_it_is(problem, pressure, stream)
+
+        LevelProblem.sharpened = sharpened
+        limits = Limits(unknowns=200_000)
+        leak = leak_rate(case.gap(), viscosity=1e-3, pressure_drop=1e5, rtol=0.04, limits=limits)
+        if not last:
+            continue
+        widths = "  ".join(f"{last[k][0] / last[0][0]:7.3f}" for k in STEPS)
+        print(f"{case!s:44s} {leak.unknowns:8d}  {widths}  {last[4][1]:.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
