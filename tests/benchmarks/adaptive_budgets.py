@@ -61,8 +61,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     rows = [(options.n, options.area, options.rtol)] if options.n else ROWS
-    head = "n, A/A0, half-width, unknowns, levels, CG, CPU s, all levels / last, both solves / one, GB"
-    print("| " + head.replace(", ", " | ") + " |")
+    head = "n, A/A0, half-width, unknowns, levels, CG, CPU s, all levels / last, both solves / one"
+    print("| " + head.replace(", ", " | ") + " | GB |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     fresh = multiprocessing.get_context("spawn")
     for n, area, rtol in rows:
