@@ -114,8 +114,8 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
     if recorded.spacing is None:
         if stated_spacing is None:
             raise InvalidInput(
-                f"{path} does not say its lengths; give its size, in a scene such as "
-                'size = ["1 mm", "1 mm"], else by --size "1 mm,1 mm"'
+                f'{path} does not say its lengths; give its size, such as size = ["1 mm", "1 mm"], '
+                'or by --size "1 mm,1 mm"'
             )
         return stated_spacing
     unit = stated.unit if recorded.length_unit is None else None
