@@ -92,10 +92,11 @@ class NestedMesh:
         return ends
 
     def points(
-        self, spacing: tuple[float, float], vertices: np.ndarray | slice = slice(None)
+        self, spacing: tuple[float, float], vertices: np.ndarray | None = None
     ) -> np.ndarray:
         """Coordinates (V, 2) or (..., 2) [m] of all or some vertices, for the pixel size [m]."""
-        return self.xy[vertices] / PIXEL * np.asarray(spacing)
+        xy = self.xy if vertices is None else self.xy.take(vertices, axis=0)
+        return xy * (np.asarray(spacing) / PIXEL)
 
     def midpoints(self, ends: np.ndarray) -> np.ndarray:
         """Middles (n, 2) of the edges between `ends` (n, 2).

@@ -114,11 +114,9 @@ class TriangleMesh:
         ends = self.ends_of_sides()
         return np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
 
-    def points(
-        self, scale: float | np.ndarray, vertices: np.ndarray | slice = slice(None)
-    ) -> np.ndarray:
+    def points(self, scale: float | np.ndarray, vertices: np.ndarray | None = None) -> np.ndarray:
         """Coordinates (V, 2) or (..., 2) of all or some vertices, times `scale`."""
-        return self.xy[vertices] * scale
+        return (self.xy if vertices is None else self.xy.take(vertices, axis=0)) * scale
 
     def doubled_areas(self) -> np.ndarray:
         """(C,) float [m^2], twice the area of each triangle, > 0."""
