@@ -115,7 +115,7 @@ def main() -> None:
             )
 
         ours = None
-        # From the tightest on, as long as the error keeps: one that is small by luck does not count.
+        # From the tightest on while the error keeps: one small by luck does not count.
         for rtol in (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4):
             looser = run(sys.executable, OURS, file, "adaptive", rtol, 4_000_000)
             show(f"adaptive, rtol {rtol}", looser)
