@@ -24,7 +24,7 @@ from fem_seal.leak_rate import Level
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-GAIN_OF_BUBBLES = 0.4  # typical ratio of the half-widths after and before sharpening
+GAIN_OF_HATS = 0.4  # typical ratio of the half-widths after and before sharpening
 GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cells doubles them
 ROUNDING = 1e-12  # relative error allowed to sums of positive terms; bounds are widened by it
 
@@ -163,7 +163,7 @@ def brackets(
             sharper = _sharpened(problem, found.pressure, found.stream)
             lower, upper = max(lower, sharper[0]), min(upper, sharper[1])
             near = True
-            log.lap("bubbles")
+            log.lap("sharpening")
         level = Level(problem.unknowns, cells, lower, upper, log.iterations, log.seconds)
         yield Bracket(level, problem, found.pressure, found.stream)
         log = _Log()
@@ -198,11 +198,11 @@ class _Solved:
 
     @property
     def expected(self) -> float:
-        return GAIN_OF_BUBBLES * (self.pressure.energy / self.guide.conductance - 1)
+        return GAIN_OF_HATS * (self.pressure.energy / self.guide.conductance - 1)
 
 
 def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tuple[float, float]:
-    """Lower and upper bound of one mesh, after the bubbles and with room for rounding."""
+    """Lower and upper bound of one mesh, after the hats and with room for rounding."""
     lower, upper = problem.sharpened(pressure, stream)
     return lower * (1 - ROUNDING), upper * (1 + ROUNDING)
 

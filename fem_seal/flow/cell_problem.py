@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.bubbles import shape_gradients
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap
+from fem_seal.flow.gradients import shape_gradients
 from fem_seal.flow.linear import CellSpace
 from fem_seal.flow.numbering import Unknowns
 from fem_seal.flow.torus import (

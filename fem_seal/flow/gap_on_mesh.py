@@ -117,7 +117,13 @@ class LinearGap:
         return values[:, 0]
 
     def cell_data(self, mesh: NestedMesh, values: np.ndarray, limited: bool = True) -> CellData:
-        """Averages, shut sides and resistivity tensors of all cells."""
+        """Averages, shut sides and resistivity tensors of all cells.
+
+        Parameters
+        ----------
+        mesh, values : the mesh and the gap at its vertices
+        limited : no resistivity is below that of the ceiling
+        """
         fine = mesh.at_or_below_pixel()
         coarse = np.flatnonzero(~fine)
         raised, lowered = np.moveaxis(values[mesh.cells], -1, 0)

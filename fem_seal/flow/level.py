@@ -5,18 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.bubbles import (
-    Sharpening,
-    energy_drops,
-    gradients,
-    pressure_bubbles,
-    shape_gradients,
-    stream_bubbles,
-)
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, CellContact, ConstantGap, LinearGap
+from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.numbering import Unknowns
+from fem_seal.flow.sharpening import Sharpening, energy_drops, pressure_hats, stream_hats
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.flow.unknowns import dual_unknowns, open_cells, primal_unknowns
 from fem_seal.mesh.grouping import parts
@@ -205,12 +199,12 @@ class LevelProblem:
         where = self.mesh, self._contact, self.kept
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         dual = Sharpening(
-            stream_bubbles(*where),
+            stream_hats(*where),
             lambda cells: stream.psi[self.mesh.cells[cells]],
             lambda data: data.resistivity[:, 0],
         )
         primal = Sharpening(
-            pressure_bubbles(*where),
+            pressure_hats(*where),
             lambda cells: pressure.unknowns.corners(pressure.values, place[cells]),
             lambda data: data.K,
         )

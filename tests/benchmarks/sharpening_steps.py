@@ -1,4 +1,4 @@
-"""How much narrower the hats of `flow/bubbles.py` make the bracket, step by step of their CG.
+"""How much narrower the hats of `flow/sharpening.py` make the bracket, step by step of their CG.
 
 python tests/benchmarks/sharpening_steps.py
 """
@@ -7,7 +7,7 @@ import time
 
 from rough_gaps import VARIETY
 
-from fem_seal.flow import Limits, bubbles, leak_rate
+from fem_seal.flow import Limits, leak_rate, sharpening
 from fem_seal.flow.level import LevelProblem
 
 STEPS = (0, 1, 2, 3, 4, 8)
@@ -22,11 +22,11 @@ def main() -> None:
 
         def sharpened(problem, pressure, stream, last=last):
             for steps in STEPS:
-                bubbles._STEPS = steps
+                sharpening._STEPS = steps
                 started = time.process_time()
                 lower, upper = as_it_is(problem, pressure, stream)
                 last[steps] = (upper / lower - 1, time.process_time() - started)
-            bubbles._STEPS = 4
+            sharpening._STEPS = 4
             return as_it_is(problem, pressure, stream)
 
         LevelProblem.sharpened = sharpened

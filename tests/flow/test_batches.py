@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from gaps import FLUID, level_problem, represented, rough_gap, solved, vertex_gap
 
-from fem_seal.flow import Limits, bubbles, leak_rate
+from fem_seal.flow import Limits, leak_rate, sharpening
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.level import LevelProblem
 
@@ -25,7 +25,7 @@ def test_hats_in_small_batches(representation, periodic, at_once, monkeypatch):
     markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
     problem = level_problem(gap, 1, periodic, markings=markings)
     whole = sharpened(problem)
-    monkeypatch.setattr(bubbles, "_AT_ONCE", at_once)
+    monkeypatch.setattr(sharpening, "_AT_ONCE", at_once)
     assert sharpened(problem) == pytest.approx(whole, rel=1e-12, abs=0)
 
 
@@ -42,9 +42,9 @@ def test_hats_in_small_blocks(periodic, contact, block, monkeypatch):
     )
     found = solved(problem)
     assert 700 < len(problem.mesh.cells) < 1400
-    monkeypatch.setattr(bubbles, "_STEPS", 40)
+    monkeypatch.setattr(sharpening, "_STEPS", 40)
     whole = problem.sharpened(*found)
-    monkeypatch.setattr(bubbles, "_BLOCK", block)
+    monkeypatch.setattr(sharpening, "_BLOCK", block)
     lower, upper = problem.sharpened(*found)
     assert found[1].conductance <= lower < whole[0] * (1 + 1e-12)
     assert whole[1] * (1 - 1e-12) < upper <= found[0].energy

@@ -257,7 +257,7 @@ def test_a_channel_once_around_the_ring_meets_the_cut():
     assert MeshGap(mesh, cut_through.astype(float)).constriction is None
 
 
-def test_no_bubble_stands_on_a_wall():
+def test_no_hat_stands_on_a_wall():
     """Four triangles around the middle of a square have their longest edges on its sides. A uniform
     gap is solved exactly; ψ is given on the walls, and a hat there would pass the true value."""
     xy = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]])

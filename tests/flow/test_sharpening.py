@@ -14,8 +14,8 @@ from gaps import (
 )
 from scipy.sparse.linalg import spsolve
 
-from fem_seal.flow import bubbles
-from fem_seal.flow.bubbles import pressure_bubbles, stream_bubbles
+from fem_seal.flow import sharpening
+from fem_seal.flow.sharpening import pressure_hats, stream_hats
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import DEPTH, uniform_mesh
@@ -63,7 +63,7 @@ def test_best_hats_against_a_direct_solver(seed, monkeypatch):
     ends, walls = fine.mesh.inlet | fine.mesh.outlet, fine.mesh.bottom | fine.mesh.top
     upper = best(fine.mesh, cube, p, ends, fine.mesh.inlet)
     lower = 1 / best(fine.mesh, 1 / g.prod(1), stream.psi, walls, fine.mesh.top)
-    monkeypatch.setattr(bubbles, "_STEPS", 40)
+    monkeypatch.setattr(sharpening, "_STEPS", 40)
     assert coarse.sharpened(pressure, stream) == pytest.approx((lower, upper), rel=1e-11, abs=0)
 
 
@@ -83,8 +83,8 @@ def test_every_step_lowers_the_energies(contact, monkeypatch):
     problem = level_problem(represented(rough_gap((12, 12), contact, 8)), markings=[Random(2)] * 3)
     found = solved(problem)
     bounds = []
-    for steps in (0, 1, 2, 3, bubbles._STEPS, 40):
-        monkeypatch.setattr(bubbles, "_STEPS", steps)
+    for steps in (0, 1, 2, 3, sharpening._STEPS, 40):
+        monkeypatch.setattr(sharpening, "_STEPS", steps)
         bounds.append(problem.sharpened(*found))
     lower, upper = np.transpose(bounds)
     assert (np.diff(lower) > 0).all()
@@ -132,7 +132,7 @@ def test_no_hats_where_quarters_cannot_be_represented(representation):
     kept = np.ones(len(mesh.cells), dtype=bool)
     odd = (mesh.xy[mesh.ends_of_sides()].sum(axis=2) % 2).any(axis=2)
     assert odd.any()
-    for hats in (pressure_bubbles, stream_bubbles):
+    for hats in (pressure_hats, stream_hats):
         hat = hats(mesh, data, kept)
         assert (hat[odd.any(axis=1)] == -1).all()
         assert (hat >= 0).any()
@@ -153,7 +153,7 @@ def test_sharpened_on_squares_of_several_pixels(representation, periodic):
     plain = plain_bounds(problem)
     # On a closed cell ψ is constant. A hat there costs nothing where its quarters are closed, and
     # would lower the energy below that of any admissible function.
-    hat = stream_bubbles(problem.mesh, problem.data, problem.kept)
+    hat = stream_hats(problem.mesh, problem.data, problem.kept)
     assert problem.kept.all()
     assert (hat[problem.data.closed] == -1).all()
     assert (hat >= 0).any()

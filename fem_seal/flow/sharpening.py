@@ -14,6 +14,7 @@ import numpy as np
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.gap_on_mesh import CellContact, CellData, ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.mesh.grouping import consecutive, parts
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
@@ -23,32 +24,7 @@ _BLOCK = 1 << 17  # cells
 _STEPS = 4  # the bracket is 0.48, 0.41, 0.39, 0.39 times as wide after one, two, ... of them
 
 
-def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients of the barycentric coordinates and areas of triangles.
-
-    Parameters
-    ----------
-    x : (C, 3, 2), corners
-
-    Returns
-    -------
-    (C, 3, 2), (C,)
-    """
-    opposite = x[:, [2, 0, 1]] - x[:, [1, 2, 0]]
-    twice = opposite[:, 0, 0] * opposite[:, 1, 1] - opposite[:, 0, 1] * opposite[:, 1, 0]
-    turned = np.stack([-opposite[..., 1], opposite[..., 0]], axis=-1)
-    return turned / twice[:, None, None], np.abs(twice) / 2
-
-
-def gradients(slopes: np.ndarray, corner_values: np.ndarray) -> np.ndarray:
-    """Gradients (n, 2) of linear functions, from those of the barycentric coordinates (n, 3, 2).
-
-    From differences of the corner values (n, 3): the same added to all is not even rounded.
-    """
-    return np.einsum("cid,ci->cd", slopes[:, 1:], corner_values[:, 1:] - corner_values[:, :1])
-
-
-def pressure_bubbles(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
+def pressure_hats(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
     """Hat of each side (C, 3) of the cells of a mesh, -1 for none: p is given on inlet and outlet.
 
     A shut side parts its cells, and each has a hat of its own.
@@ -58,7 +34,7 @@ def pressure_bubbles(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> n
     return _numbered(mesh, kept[:, None] & ~given, data.shut)
 
 
-def stream_bubbles(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
+def stream_hats(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
     """The same for ψ: given on side walls, constant in closed cells, no hat on power traces."""
     usable = kept & ~data.closed & ~data.contact.any(axis=1)
     usable = usable[:, None] & ~mesh.sides_on_wall()
@@ -81,21 +57,21 @@ def _numbered(mesh: NestedMesh | TriangleMesh, usable: np.ndarray, alone: np.nda
     free = np.ones(count + alone.size, dtype=bool)
     free[edge[~usable]] = False
     has_one = free[edge]
-    bubble = np.full(edge.shape, -1, dtype=np.int32)
-    bubble[has_one], _ = consecutive(edge[has_one], len(free))
-    return bubble
+    hat = np.full(edge.shape, -1, dtype=np.int32)
+    hat[has_one], _ = consecutive(edge[has_one], len(free))
+    return hat
 
 
 @dataclass(frozen=True, eq=False)
 class Sharpening:
     """One energy ∫ c |∇v|² that hats shall lower.
 
-    bubble : (C, 3), from `pressure_bubbles` or `stream_bubbles`
-    corner_values : of v, (n, 3), on n cells with a bubble
+    hat : (C, 3), from `pressure_hats` or `stream_hats`
+    corner_values : of v, (n, 3), on n cells with a hat
     coefficient : c of the cells
     """
 
-    bubble: np.ndarray
+    hat: np.ndarray
     corner_values: Callable[[np.ndarray], np.ndarray]
     coefficient: Callable[[CellData], np.ndarray]
 
@@ -115,8 +91,8 @@ def energy_drops(
     energies : what is to be lowered; all share the averages on the quarters
     comm : the ranks that share the work, all with the same mesh
     """
-    wanted = np.flatnonzero(np.any([(e.bubble >= 0).any(axis=1) for e in energies], axis=0))
-    sides = [np.bincount((e.bubble + 1).ravel())[1:].astype(np.int8) for e in energies]
+    wanted = np.flatnonzero(np.any([(e.hat >= 0).any(axis=1) for e in energies], axis=0))
+    sides = [np.bincount((e.hat + 1).ravel())[1:].astype(np.int8) for e in energies]
     drops = np.zeros(len(energies))
     # The hats of all cells at once would be the most memory of all. Those on the rim of a block are
     # done without, which widens a bracket by 0.3 %: whatever is added of the others is admissible.
@@ -125,7 +101,7 @@ def energy_drops(
         for k, (energy, hats) in enumerate(zip(energies, found, strict=True)):
             # Where contact is everywhere near, ψ has no hat at all.
             if len(sides[k]):
-                drops[k] += hats.drop(_inside(energy.bubble[wanted[block]], sides[k]))
+                drops[k] += hats.drop(_inside(energy.hat[wanted[block]], sides[k]))
     return comm.allreduce(drops).tolist()
 
 
@@ -135,38 +111,38 @@ def _hats_of(
     values: np.ndarray,
     energies: Sequence[Sharpening],
     block: np.ndarray,
-) -> list["_Hats"]:
+) -> list["_CellEnergies"]:
     """What the hats of some cells (n,) do to each of the energies."""
-    found = [_Hats.empty(len(block)) for _ in energies]
+    found = [_CellEnergies.empty(len(block)) for _ in energies]
     for part in parts(0, len(block), _AT_ONCE):
         cells = block[part]
         quarters = _Quarters.of(gap, mesh, values, cells)
         slopes, _ = shape_gradients(mesh.points(gap.aspect, mesh.cells[cells]))
         for energy, hats in zip(energies, found, strict=True):
-            usable = np.flatnonzero((energy.bubble[cells] >= 0).any(axis=1))
+            usable = np.flatnonzero((energy.hat[cells] >= 0).any(axis=1))
             v = np.zeros((2, len(cells)))
             v[:, usable] = gradients(slopes[usable], energy.corner_values(cells[usable])).T
             hats.fill(part, quarters, energy.coefficient(quarters.data), v)
     return found
 
 
-def _inside(bubble: np.ndarray, sides: np.ndarray) -> np.ndarray:
+def _inside(hat: np.ndarray, sides: np.ndarray) -> np.ndarray:
     """Number those hats of a block that no other cell knows.
 
     Parameters
     ----------
-    bubble : (n, 3), of the cells of the block, -1 for none
+    hat : (n, 3), of the cells of the block, -1 for none
     sides : how many sides of all cells each hat stands on
 
     Returns
     -------
     (n, 3), consecutive numbers, -1 for none and for hats that reach beyond the block
     """
-    number = np.full(bubble.shape, -1, dtype=np.int32)
-    has_one = bubble >= 0
-    number[has_one], count = consecutive(bubble[has_one], len(sides))
+    number = np.full(hat.shape, -1, dtype=np.int32)
+    has_one = hat >= 0
+    number[has_one], count = consecutive(hat[has_one], len(sides))
     within = np.bincount((number + 1).ravel(), minlength=count + 1)[number + 1]
-    number[has_one & (within < sides[bubble])] = -1
+    number[has_one & (within < sides[hat])] = -1
     return number
 
 
@@ -218,7 +194,7 @@ def _first_gradients(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray,
 
 
 @dataclass(frozen=True, eq=False)
-class _Hats:
+class _CellEnergies:
     """Energy of v + Σ s φ on each of n cells, a quadratic in the s of the hats φ of its sides.
 
     slope : (n, 3), half the derivative by s at s = 0
@@ -229,7 +205,7 @@ class _Hats:
     stiffness: np.ndarray
 
     @classmethod
-    def empty(cls, count: int) -> "_Hats":
+    def empty(cls, count: int) -> "_CellEnergies":
         """Room for so many cells."""
         return cls(np.empty((count, 3)), np.empty((count, 5)))
 
@@ -250,15 +226,15 @@ class _Hats:
         stiffness[:3] = m_own, own[1] + own[3], own[0] + own[2]
         stiffness[3:] = _dot(e, second), _dot(d, first)
 
-    def drop(self, bubble: np.ndarray) -> float:
+    def drop(self, hat: np.ndarray) -> float:
         """How much the energy falls in a few steps of CG from s = 0.
 
         Parameters
         ----------
-        bubble : (n, 3), number of the hat of each side, -1 for none
+        hat : (n, 3), number of the hat of each side, -1 for none
         """
-        residual = -_summed(bubble, self.slope)
-        diagonal = _summed(bubble, self.stiffness[:, :3])
+        residual = -_summed(hat, self.slope)
+        diagonal = _summed(hat, self.stiffness[:, :3])
         inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
         s, direction, before = np.zeros_like(residual), np.zeros_like(residual), np.inf
         for _ in range(_STEPS):
@@ -267,10 +243,10 @@ class _Hats:
             if not slope > 0:
                 break
             direction = descent + slope / before * direction
-            change = _summed(bubble, self._times(_at_sides(bubble, direction)))
+            change = _summed(hat, self._times(_at_sides(hat, direction)))
             step = slope / (direction @ change)
             s, residual, before = s + step * direction, residual - step * change, slope
-        at_sides = _at_sides(bubble, s)
+        at_sides = _at_sides(hat, s)
         # Summed cell by cell, whatever rounding has done to the steps.
         return -float((at_sides * (2 * self.slope + self._times(at_sides))).sum())
 
@@ -282,15 +258,15 @@ class _Hats:
         return np.stack(rows, axis=1)
 
 
-def _summed(bubble: np.ndarray, of_sides: np.ndarray) -> np.ndarray:
+def _summed(hat: np.ndarray, of_sides: np.ndarray) -> np.ndarray:
     """Sum values at the sides (n, 3) into their hats."""
     # Sides without a hat are counted into a place of their own, and left out.
-    return np.bincount((bubble + 1).ravel(), of_sides.ravel(), int(bubble.max(initial=-1)) + 2)[1:]
+    return np.bincount((hat + 1).ravel(), of_sides.ravel(), int(hat.max(initial=-1)) + 2)[1:]
 
 
-def _at_sides(bubble: np.ndarray, of_hats: np.ndarray) -> np.ndarray:
+def _at_sides(hat: np.ndarray, of_hats: np.ndarray) -> np.ndarray:
     """Values of the hats at the sides (n, 3), zero where there is none."""
-    return np.append(of_hats, 0.0)[bubble]
+    return np.append(of_hats, 0.0)[hat]
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
