@@ -553,13 +553,16 @@ def test_report(wedge, tmp_path, capsys):
     assert run("report", tmp_path / "nothing") == 2
 
 
-def test_reader_of_the_output_may_go(wedge):
-    """As `head` does: no message, no crash report of a library, and no error."""
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_reader_of_the_output_may_go(wedge, unbuffered):
+    """As `head` does: no message, no crash report of a library, and no error, neither where Python
+    writes each line at once nor where it does so at the end."""
     running = subprocess.Popen(
         [sys.executable, "-m", "fem_seal", "leak", str(wedge)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
     )
     running.stdout.close()
     assert running.stderr.read() == ""

@@ -4,6 +4,7 @@ Exit status: 0 done, 2 bad input (nothing written), 3 not converged, 130 interru
 """
 
 import argparse
+import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -69,14 +70,20 @@ def main(arguments: list[str] | None = None) -> int:
     parallel.abort_together()
     try:
         with _terminable():
-            return options.command(options)
+            status = options.command(options)
+            # Now, and not when Python exits: then nobody could catch that the reader has gone.
+            sys.stdout.flush()
+            return status
     except FemSealError as error:
         return parallel.fail(f"fem-seal: {error}", error.exit_status)
     except MemoryError as error:
         message = f"not enough memory for this size ({error}); choose a smaller one"
         return parallel.fail(f"fem-seal: {message}", InvalidInput.exit_status)
     except BrokenPipeError:
-        sys.stderr.close()  # the reader of our output has gone; there is nobody to tell
+        # The reader of our output has gone: what is still to be written goes nowhere.
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for stream in (sys.stdout, sys.stderr):
+            os.dup2(nowhere, stream.fileno())
         return 0
     except OSError as error:
         place = f": {error.filename}" if error.filename else ""
