@@ -196,20 +196,20 @@ class LevelProblem:
 
     def sharpened(self, pressure: Minimum, stream: Stream) -> tuple[float, float]:
         """Lower and upper bound, from a true dual, after hats on the middles of the edges."""
-        where = self.mesh, self._contact, self.kept
+        cells = self.mesh, self._contact, self.kept
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         dual = Sharpening(
-            stream_hats(*where),
-            lambda cells: stream.psi[self.mesh.cells[cells]],
+            stream_hats(*cells),
+            lambda some: stream.psi[self.mesh.cells[some]],
             lambda data: data.resistivity[:, 0],
         )
         primal = Sharpening(
-            pressure_hats(*where),
-            lambda cells: pressure.unknowns.corners(pressure.values, place[cells]),
+            pressure_hats(*cells),
+            lambda some: pressure.unknowns.corners(pressure.values, place[some]),
             lambda data: data.K,
         )
-        where = self._gap, self.mesh, self.values
-        raised, lowered = energy_drops(*where, (dual, primal), self.space.comm)
+        gap = self._gap, self.mesh, self.values
+        raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm)
         return 1 / (1 / stream.conductance - raised), pressure.energy - lowered
 
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:
