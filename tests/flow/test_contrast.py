@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from gaps import FLUID
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fem_seal.flow import Limits, leak_rate
@@ -40,6 +40,7 @@ def test_film_in_series(representation, rtol, decades):
     assert flow.inflow == pytest.approx(flow.value, rel=rtol + FLUX, abs=0)
 
 
+@example(seed=31, decades=7)
 @settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10_000), decades=st.integers(3, 50))
 def test_rough_constriction(seed, decades):
@@ -50,8 +51,9 @@ def test_rough_constriction(seed, decades):
     values[rng.uniform(size=values.shape) < 0.1] = 0
     gap = GridField(values, (1.0, 1.0))
     adaptive, uniform = (
-        leak_rate(gap, method=method, rtol=0.05, limits=Limits(unknowns=8_000), **FLUID)
-        for method in ("adaptive", "uniform")
+        leak_rate(gap, method=method, rtol=0.05, limits=Limits(unknowns=most), **FLUID)
+        # Most gaps take a few hundred unknowns; one whose second channel is found late took 8524.
+        for method, most in (("adaptive", 40_000), ("uniform", 8_000))
     )
     assert adaptive.converged
     assert max(adaptive.lower, uniform.lower) <= min(adaptive.upper, uniform.upper)
