@@ -7,7 +7,7 @@ import numpy as np
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
-from fem_seal.mesh.bisection import Refinement, bisect
+from fem_seal.mesh.bisection import refine
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
@@ -55,16 +55,11 @@ class Start:
         pressure = self.pressure[problem.kept]
         return Guess(problem.primal_numbering.from_corners(pressure), self.stream)
 
-    def _on(self, gap: LinearGap | ConstantGap | VertexGap, step: Refinement) -> "Start":
-        values = gap.refined_values(self.values, step.mesh, step.edge_ends)
-        pressure, stream = step.prolong(self.pressure), step.at_vertices(self.stream)
-        return Start(step.mesh, values, pressure, stream)
-
     def refined(self, gap: LinearGap | ConstantGap | VertexGap, times: np.ndarray) -> "Start":
         """Carry all to the mesh in which each cell is bisected so many times at least."""
-        start = self
-        while times.any():
-            step = bisect(start.mesh, times > 0)
-            start = start._on(gap, step)
-            times = np.maximum(times[step.parent] - 1, 0)
-        return start
+        step = refine(self.mesh, times)
+        values = self.values
+        for mesh, edge_ends in step.by_rounds():
+            values = gap.refined_values(values, mesh, edge_ends)
+        pressure, stream = step.prolong(self.pressure), step.at_vertices(self.stream)
+        return Start(step.mesh, values, pressure, stream)

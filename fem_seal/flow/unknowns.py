@@ -12,7 +12,6 @@ from scipy.sparse.csgraph import connected_components
 
 from fem_seal.flow.gap_on_mesh import CellContact, CellData
 from fem_seal.flow.numbering import Unknowns, numbered
-from fem_seal.mesh.grouping import stable_order
 from fem_seal.mesh.nested import NestedMesh
 
 
@@ -45,17 +44,11 @@ def passable_sides(mesh: NestedMesh, data: CellData) -> tuple[np.ndarray, np.nda
     pairs : (n, 2) int32, the two sides of an edge between two cells
     alone : (m,) int32, sides on the boundary
     """
-    _, of_cell = mesh.edges
+    slots = mesh.numbered_edges.slots()
     passable = ((data.K > 0)[:, None] & ~data.shut).ravel()
-    edge = of_cell.ravel()
-    order = stable_order(edge, int(edge.max()) + 1)
-    shared = edge[order[1:]] == edge[order[:-1]]
-    first, second = order[:-1][shared], order[1:][shared]
-    both = passable[first] & passable[second]
-    pairs = np.stack([first[both], second[both]], axis=1)
-    paired = np.append(shared, False) | np.append(False, shared)
-    alone = order[~paired]
-    return pairs, alone[passable[alone]]
+    between = (slots >= 0).all(axis=1)
+    pairs, alone = slots[between], slots[~between].max(axis=1)
+    return pairs[passable[pairs].all(axis=1)], alone[passable[alone]]
 
 
 def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:

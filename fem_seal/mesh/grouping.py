@@ -40,39 +40,6 @@ def consecutive(labels: np.ndarray, count: int) -> tuple[np.ndarray, int]:
     return number[labels], int(np.count_nonzero(used))
 
 
-def unique_edges(ends: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Number the edges of triangles.
-
-    Parameters
-    ----------
-    ends : (C, 3, 2) int, the two vertices of each side of each cell
-    count : number of vertices
-
-    Returns
-    -------
-    (E, 2) int32, the vertices of each edge, the lower one first; (C, 3) int32, edge of each side
-    """
-    low, high = (some(ends[..., 0], ends[..., 1]).ravel() for some in (np.minimum, np.maximum))
-    # Large arrays go as soon as they have been used: while a mesh is made the last one is there.
-    del ends
-    order = stable_order(high, count)
-    order = _picked(order, stable_order(_picked(low, order), count))
-    low, high = _picked(low, order), _picked(high, order)
-    first = np.ones(len(order), dtype=bool)
-    first[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
-    of_cell = np.empty(len(order), dtype=np.int32)
-    of_cell[order] = np.cumsum(first, dtype=np.int32) - 1
-    return np.stack([low[first], high[first]], axis=1), of_cell.reshape(-1, 3)
-
-
-def _picked(values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """values[places], for which NumPy would first make all the places 64 bits long."""
-    found = np.empty(len(places), dtype=values.dtype)
-    for part in parts(0, len(places), 1 << 16):
-        found[part] = values[places[part]]
-    return found
-
-
 def halves_of(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Halves of triangles that share nothing.
 

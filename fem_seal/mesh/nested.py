@@ -17,7 +17,9 @@ from functools import cached_property
 import numpy as np
 
 from fem_seal.errors import FemSealError
-from fem_seal.mesh.grouping import halves_of, unique_edges
+from fem_seal.mesh.edges import Edges, find_edges
+from fem_seal.mesh.grouping import halves_of
+from fem_seal.mesh.halvings import Halvings
 
 DEPTH = 24  # bisection can go on to 2^-24 pixels
 PIXEL = 1 << DEPTH
@@ -36,12 +38,14 @@ class NestedMesh:
     squares : (mx, my), number of pixel squares along each axis
     twin : (V,) int32; with periodic sides the vertex at y = 0 that is the same point as a vertex
         at y = my, else each vertex itself
+    carried_edges : if they are known already
     """
 
     xy: np.ndarray
     cells: np.ndarray
     squares: tuple[int, int]
     twin: np.ndarray
+    carried_edges: Edges | None = None
 
     @cached_property
     def periodic(self) -> bool:
@@ -73,15 +77,14 @@ class NestedMesh:
         return self.cells[:, [[1, 2], [2, 0], [0, 1]]]
 
     @cached_property
-    def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Unique edges; an edge on a periodic side and its twin count as one.
+    def numbered_edges(self) -> Edges:
+        """The edges; one on a periodic side and its twin are one, with the vertices at y = 0."""
+        return self.carried_edges or find_edges(self._ends_of_lines(), len(self.xy))
 
-        Returns
-        -------
-        ends : (E, 2) int32, vertices of each edge (those at y = 0 for one on the periodic side)
-        of_cell : (C, 3) int32, the edges opposite to corner 0 (the hypotenuse), 1 and 2
-        """
-        return unique_edges(self._ends_of_lines(), len(self.xy))
+    @property
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices (E, 2) of each edge, and the edges (C, 3) opposite to the corners."""
+        return self.numbered_edges.ends, self.numbered_edges.of_cell
 
     def _ends_of_lines(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides, of one on a periodic side those of its twin at y = 0."""
@@ -98,18 +101,19 @@ class NestedMesh:
         xy = self.xy if vertices is None else self.xy.take(vertices, axis=0)
         return xy * (np.asarray(spacing) / PIXEL)
 
-    def midpoints(self, ends: np.ndarray) -> np.ndarray:
-        """Middles (n, 2) of the edges between `ends` (n, 2).
+    @staticmethod
+    def midpoints(xy: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Middles (n, 2) of the edges between `ends` (n, 2), vertices at `xy`.
 
         Raises
         ------
         TooFine
             If one lies between the integer coordinates.
         """
-        doubled = self.xy[ends].sum(axis=1)
-        if (doubled % 2).any():
+        doubled = xy[ends[:, 0]] + xy[ends[:, 1]]
+        if (doubled & 1).any():
             raise TooFine(f"triangles below 2^-{DEPTH} pixels would be needed")
-        return doubled // 2
+        return doubled >> 1
 
     def can_halve_twice(self) -> np.ndarray:
         """(C,) bool: all sides have a middle in integer coordinates."""
@@ -117,14 +121,10 @@ class NestedMesh:
         return ((a == b) & (b == c)).all(axis=1)
 
     def halved(
-        self,
-        xy: np.ndarray,
-        cells: np.ndarray,
-        twin: np.ndarray,
-        halvings: tuple[tuple[np.ndarray, np.ndarray], ...],
+        self, xy: np.ndarray, cells: np.ndarray, twin: np.ndarray, edges: Edges, halvings: Halvings
     ) -> "NestedMesh":
         """The mesh that bisection has made of this one; `halvings` do not matter here."""
-        return NestedMesh(xy, cells, self.squares, twin)
+        return NestedMesh(xy, cells, self.squares, twin, edges)
 
     def halves(self, cells: np.ndarray) -> tuple["NestedMesh", np.ndarray]:
         """Both halves of each of some cells (n,), joined to nothing else.

@@ -14,7 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.mesh.grouping import halves_of, unique_edges
+from fem_seal.mesh.edges import Edges, find_edges
+from fem_seal.mesh.grouping import halves_of
+from fem_seal.mesh.halvings import Halvings
 from fem_seal.mesh.nested import TooFine
 
 # Labels of sides. BOTTOM and TOP: the two side walls (ψ = 0 and ψ = 1) of a shape whose inlet and
@@ -32,12 +34,14 @@ class TriangleMesh:
     cells : (C, 3) int32, the vertex opposite the edge that is halved first, then the ends of it
     sides : (C, 3) int8, label of the side opposite each corner
     twin : (V,) int32, of a vertex on the TOP bank of a cut the one on the BOTTOM bank, else itself
+    carried_edges : if they are known already
     """
 
     xy: np.ndarray
     cells: np.ndarray
     sides: np.ndarray
     twin: np.ndarray
+    carried_edges: Edges | None = None
 
     @cached_property
     def periodic(self) -> bool:
@@ -99,15 +103,14 @@ class TriangleMesh:
         return (self.sides == TOP) & self.periodic
 
     @cached_property
-    def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Unique edges; an edge of the TOP bank and its twin count as one.
+    def numbered_edges(self) -> Edges:
+        """The edges; one of the TOP bank and its twin are one, with the vertices at BOTTOM."""
+        return self.carried_edges or find_edges(self._ends_of_lines(), len(self.xy))
 
-        Returns
-        -------
-        ends : (E, 2) int32, vertices of each edge (those of the BOTTOM bank for one of the cut)
-        of_cell : (C, 3) int32, the edges opposite to corner 0, 1 and 2
-        """
-        return unique_edges(self._ends_of_lines(), len(self.xy))
+    @property
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices (E, 2) of each edge, and the edges (C, 3) opposite to the corners."""
+        return self.numbered_edges.ends, self.numbered_edges.of_cell
 
     def _ends_of_lines(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides, of one on the TOP bank those of its twin."""
@@ -124,16 +127,17 @@ class TriangleMesh:
         (ux, uy), (vx, vy) = (b - a).T, (c - a).T
         return ux * vy - uy * vx
 
-    def midpoints(self, ends: np.ndarray) -> np.ndarray:
-        """Middles (n, 2) of the edges between `ends` (n, 2).
+    @staticmethod
+    def midpoints(xy: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Middles (n, 2) of the edges between `ends` (n, 2), vertices at `xy`.
 
         Raises
         ------
         TooFine
             If an edge is so short that its middle is a matter of rounding.
         """
-        a, b = self.xy[ends[:, 0]], self.xy[ends[:, 1]]
-        whole = np.abs(self.xy).max()
+        a, b = xy[ends[:, 0]], xy[ends[:, 1]]
+        whole = np.abs(xy).max()
         if (np.abs(a - b).max(axis=1, initial=0.0) < NARROWEST * whole).any():
             raise TooFine(f"triangles below 2^-40 of the mesh ({whole:.3g} m) would be needed")
         return (a + b) / 2
@@ -143,29 +147,10 @@ class TriangleMesh:
         return np.ones(len(self.cells), dtype=bool)
 
     def halved(
-        self,
-        xy: np.ndarray,
-        cells: np.ndarray,
-        twin: np.ndarray,
-        halvings: tuple[tuple[np.ndarray, np.ndarray], ...],
+        self, xy: np.ndarray, cells: np.ndarray, twin: np.ndarray, edges: Edges, halvings: Halvings
     ) -> "TriangleMesh":
-        """The mesh that bisection has made of this one.
-
-        Parameters
-        ----------
-        xy, cells, twin : of the new mesh
-        halvings : from mesh to mesh the cell each new cell comes from, and the places of the
-            first halves (middle, a, b) of (a, b, c); the other half (middle, c, a) follows next
-        """
-        sides = self.sides
-        for source, first in halvings:
-            # Of a half: the parent's full side, half of the parent's first side, the new edge.
-            a, b, c = sides[source[first]].T
-            inside = np.full_like(a, INSIDE)
-            sides = sides[source]
-            sides[first] = np.stack([c, a, inside], axis=1)
-            sides[first + 1] = np.stack([b, inside, a], axis=1)
-        return TriangleMesh(xy, cells, sides, twin)
+        """The mesh that bisection has made of this one; only labels are left to be carried."""
+        return TriangleMesh(xy, cells, halvings.carried(self.sides, _halved_labels), twin, edges)
 
     def halves(self, cells: np.ndarray) -> tuple["TriangleMesh", np.ndarray]:
         """Both halves of each of some cells (n,), joined to nothing else, without labels.
@@ -190,6 +175,13 @@ class TriangleMesh:
         far = [cKDTree(self.xy[end]).query(self.xy)[0] for end in (self.inlet, self.outlet)]
         pressure = far[1] / (far[0] + far[1])
         return pressure, np.zeros(len(self.xy))
+
+
+def _halved_labels(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Labels of the sides of both halves: an old side, half of the first one, the new one."""
+    first, b, c = sides.T
+    inside = np.full_like(first, INSIDE)
+    return np.stack([c, first, inside], axis=1), np.stack([b, inside, first], axis=1)
 
 
 def longest_edge_first(xy: np.ndarray, cells: np.ndarray) -> np.ndarray:

@@ -1,11 +1,13 @@
 """Bisection keeps meshes conforming, nested and alike on both periodic sides."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fem_seal.mesh.bisection import TooFine, bisect
+from fem_seal.mesh.bisection import TooFine, bisect, refine
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
 
 
@@ -116,6 +118,50 @@ def test_periodic_sides_are_refined_alike(squares, seed):
         assert np.array_equal(number, np.where(at_end, 1, 2))
         assert not fine.top[ends].all(axis=1).any()
         assert step.mesh.periodic == mesh.periodic
+
+
+@MANY
+@given(SHAPES, st.booleans(), st.integers(0, 10**6))
+def test_edges_are_carried(squares, periodic, seed):
+    """Those carried along are those that a search among all sides finds, whatever their numbers."""
+    for _, _, step in refined(squares, periodic, seed):
+        carried, found = step.mesh.numbered_edges, replace(step.mesh, carried_edges=None).edges
+        assert np.array_equal(np.sort(carried.ends[carried.of_cell]), found[0][found[1]])
+        of_found = np.zeros(len(found[0]), dtype=np.int32)
+        of_found[found[1]] = carried.of_cell
+        assert np.array_equal(np.sort(of_found), np.arange(len(carried.ends)))
+        assert np.array_equal(of_found[found[1]], carried.of_cell)
+        # Each side has a number of its own, by which its cell is found.
+        slots = carried.slots().ravel()
+        assert np.array_equal(slots[carried.sides.ravel()], np.arange(carried.sides.size))
+        assert np.count_nonzero(slots >= 0) == carried.sides.size
+
+
+@MANY
+@given(SHAPES, st.booleans(), st.integers(0, 10**6))
+def test_many_times_at_once(squares, periodic, seed):
+    """Halving by several rounds in one call makes the cells of one round after the other, in the
+    same order, and carries the same functions to them."""
+    rng = np.random.default_rng(seed)
+    mesh = refined(squares, periodic, seed, steps=2)[-1][2].mesh
+    times = rng.choice(5, len(mesh.cells), p=[0.8, 0.05, 0.05, 0.05, 0.05])
+    step = refine(mesh, times)
+    assert (np.bincount(step.parent) >= 2**times).all()
+    corner_values, vertex_values = rng.normal(size=mesh.cells.shape), rng.normal(size=len(mesh.xy))
+    expected = mesh, corner_values, vertex_values[mesh.cells]
+    vertices = vertex_values
+    while times.any():
+        once = bisect(expected[0], times > 0)
+        vertices = once.at_vertices(vertices)
+        expected = once.mesh, once.prolong(expected[1]), vertices[once.mesh.cells]
+        times = np.maximum(times[once.parent] - 1, 0)
+    fine = expected[0]
+    assert np.array_equal(step.mesh.xy[step.mesh.cells], fine.xy[fine.cells])
+    assert np.array_equal(
+        step.mesh.xy[step.mesh.twin][step.mesh.cells], fine.xy[fine.twin][fine.cells]
+    )
+    assert np.array_equal(step.prolong(corner_values), expected[1])
+    assert np.array_equal(step.at_vertices(vertex_values)[step.mesh.cells], expected[2])
 
 
 def test_marking_next_to_one_side_refines_the_other():

@@ -70,7 +70,10 @@ def test_bisection_keeps_shape_labels_and_gap(name, seed):
 
 def assert_conforming(mesh) -> None:
     """Sides inside and on a cut have two cells; those on the rim one, and a label."""
-    _, of_cell = mesh.edges
+    of_cell = mesh.numbered_edges.of_cell
+    found = replace(mesh, carried_edges=None).numbered_edges
+    carried = np.sort(mesh.numbered_edges.ends[of_cell])
+    np.testing.assert_array_equal(carried, found.ends[found.of_cell])
     count = np.bincount(of_cell.ravel())[of_cell]
     banks = (BOTTOM, TOP) if mesh.periodic else ()
     two = (mesh.sides == INSIDE) | np.isin(mesh.sides, banks)
