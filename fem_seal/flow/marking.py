@@ -16,11 +16,12 @@ def doerfler(shares: np.ndarray, theta: float) -> np.ndarray:
     (C,) bool
     """
     marked = np.zeros(len(shares), dtype=bool)
-    some = np.flatnonzero(shares > 0)
+    total = shares.sum(where=shares > 0)
+    # Cells below 1 - θ of the mean hold less than 1 - θ of the total: the others need no more.
+    some = np.flatnonzero(shares > (1 - theta) * total / max(len(shares), 1))
     order = some[np.argsort(shares[some])[::-1]]
-    running = np.cumsum(shares[order])
-    if len(some):
-        marked[order[: np.searchsorted(running, theta * running[-1]) + 1]] = True
+    enough = np.searchsorted(np.cumsum(shares[order]), theta * total)
+    marked[order[: enough + 1]] = True
     return marked
 
 

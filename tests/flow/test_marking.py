@@ -1,0 +1,34 @@
+"""Marking: the fewest cells that hold enough, and how often each is halved."""
+
+import numpy as np
+import pytest
+
+from fem_seal.flow.marking import doerfler, halvings
+
+
+@pytest.mark.parametrize("theta", [0.05, 0.5, 0.8, 0.99, 1.0])
+@pytest.mark.parametrize("spread", [0.0, 0.1, 3.0, 20.0])
+def test_the_fewest_cells_that_hold_enough(theta, spread):
+    """Shares of any spread, a fifth of them zero or negative by rounding: what is marked holds the
+    part asked for, nothing else is larger, and without the least of it it would not be enough."""
+    rng = np.random.default_rng(1)
+    shares = np.exp(spread * rng.normal(size=500))
+    shares[::5] = rng.choice([0.0, -1e-30], 100)
+    marked = doerfler(shares, theta)
+    total = shares[shares > 0].sum()
+    rounding = 1e-12 * total
+    assert shares[marked].sum() >= theta * total - rounding
+    assert shares[marked].min() >= shares[~marked].max()
+    assert shares[marked].sum() - shares[marked].min() <= theta * total + rounding
+
+
+@pytest.mark.parametrize("shares", [np.empty(0), np.zeros(4), np.full(3, -1e-20)])
+def test_nothing_to_mark(shares):
+    assert not doerfler(shares, 0.8).any()
+
+
+def test_a_cell_is_halved_once_more_for_each_factor_of_four():
+    """Of a smooth solution a half has a quarter of the share: 4^k times the smallest is k more."""
+    shares = np.array([1.0, 3.9, 4.1, 17.0, 65.0, 1e9, 0.5])
+    marked = np.array([True] * 6 + [False])
+    assert halvings(shares, marked).tolist() == [1, 1, 1, 2, 3, 4, 0]
