@@ -11,7 +11,7 @@ from fem_seal.mesh.mesh_gap import MeshGap
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
 from fem_seal.topology.constriction import critical_constriction
-from fem_seal.topology.percolation import is_sealed
+from fem_seal.topology.percolation import carrying, is_sealed
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,23 +49,26 @@ class GridFlow:
         return max(self.gap.spacing)
 
     @property
-    def _scaled(self) -> GridField:
-        return GridField(self.gap.values / self.highest, self.gap.spacing, self.gap.periodic)
-
-    @property
     def narrowest(self) -> float:
         """Gap of the critical constriction over the largest one."""
-        return critical_constriction(self._scaled, self.sides, self.representation).gap
+        scaled = GridField(self.gap.values / self.highest, self.gap.spacing, self.gap.periodic)
+        return critical_constriction(scaled, self.sides, self.representation).gap
 
     def start(
         self, cut: float, floor: float, ceiling: float, coarsest: int | None
     ) -> tuple[LinearGap | ConstantGap, NestedMesh]:
-        """Gap in units of its maximum and the first mesh: the pixels if `coarsest` is None."""
-        squares = self.gap.shape
-        if self.representation == "linear":
-            squares = tuple(n - 1 for n in self.gap.vertices().shape)
+        """Gap in units of its maximum and the first mesh: the pixels if `coarsest` is None.
+
+        Pockets, which do not join inlet and outlet, count as contact: nothing flows there, but on
+        cells that hold a piece of a pocket and one of a channel they would seem to conduct.
+        """
+        linear = self.representation == "linear"
+        samples = self.gap.vertices() if linear else self.gap.values
+        carries = carrying(self.gap, self.sides, self.representation)
+        scaled = GridField(np.where(carries, samples / self.highest, 0.0), self.gap.spacing)
+        squares = tuple(n - linear for n in samples.shape)
         width = 1 if coarsest is None else coarsest_width(squares, coarsest)
-        gap = REPRESENTATIONS[self.representation](self._scaled, cut, floor, width, ceiling)
+        gap = REPRESENTATIONS[self.representation](scaled, cut, floor, width, ceiling)
         return gap, uniform_mesh(gap.squares, width, self.sides == "periodic")
 
     def points(self, mesh: NestedMesh) -> np.ndarray:
