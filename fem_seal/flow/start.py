@@ -52,7 +52,7 @@ class Start:
 
     def guess(self, problem: LevelProblem) -> Guess:
         """In place of the pressure at the corners of all cells its unknowns alone."""
-        pressure = self.pressure[problem.kept]
+        pressure = self.pressure.compress(problem.kept, axis=0)
         return Guess(problem.primal_numbering.from_corners(pressure), self.stream)
 
     def refined(self, gap: LinearGap | ConstantGap | VertexGap, times: np.ndarray) -> "Start":

@@ -18,6 +18,8 @@ from fem_seal.mesh.nested import NestedMesh
 def components(pairs: np.ndarray, count: int) -> np.ndarray:
     """Component number (count,) of each node of the graph with edges `pairs` (n, 2)."""
     graph = coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
+    # Neither their order nor doubles matter, and said to be in order they are not sorted.
+    graph.has_canonical_format = True
     return connected_components(graph, directed=False)[1]
 
 
@@ -46,9 +48,10 @@ def passable_sides(mesh: NestedMesh, data: CellData) -> tuple[np.ndarray, np.nda
     """
     slots = mesh.numbered_edges.slots()
     passable = ((data.K > 0)[:, None] & ~data.shut).ravel()
-    between = (slots >= 0).all(axis=1)
-    pairs, alone = slots[between], slots[~between].max(axis=1)
-    return pairs[passable[pairs].all(axis=1)], alone[passable[alone]]
+    # A side outside, slot -1, is one that nothing passes.
+    first, second = np.append(passable, False).take(slots).T
+    alone = slots[:, 1] < 0
+    return slots.compress(first & second, axis=0), slots[:, 0].compress(first & alone)
 
 
 def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:
@@ -57,11 +60,12 @@ def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:
     ends = mesh.cells.ravel()[side_ends(alone)]
     inlet = alone[mesh.inlet[ends].all(axis=1)]
     outlet = alone[mesh.outlet[ends].all(axis=1)]
-    component = components(pairs // 3, len(mesh.cells))
-    through = np.intersect1d(component[inlet // 3], component[outlet // 3])
-    kept = np.isin(component, through) & (data.K > 0)
+    piece = components(pairs // 3, len(mesh.cells))
+    through = np.zeros(int(piece.max()) + 1, dtype=bool)
+    through[np.intersect1d(piece[inlet // 3], piece[outlet // 3])] = True
+    kept = through.take(piece) & (data.K > 0)
     keep = [slots[kept[slots // 3]] for slots in (inlet, outlet)]
-    return OpenCells(kept, pairs[kept[pairs[:, 0] // 3]], *keep)
+    return OpenCells(kept, pairs.compress(kept.take(pairs[:, 0] // 3), axis=0), *keep)
 
 
 def side_ends(slots: np.ndarray) -> np.ndarray:
@@ -75,14 +79,15 @@ def primal_unknowns(mesh: NestedMesh, data: CellContact, cells: OpenCells) -> Un
 
     Numbers refer to the kept cells.
     """
-    vertex = mesh.twin[mesh.cells]
+    vertex = mesh.twin.take(mesh.cells)
     label, count = continuous_labels(vertex, len(mesh.xy), data.shut, cells.kept, cells.pairs)
     ends = [label[side_ends(slots)] for slots in (cells.inlet, cells.outlet)]
-    label = label.reshape(-1, 3)[cells.kept]
+    label = label.reshape(-1, 3).compress(cells.kept, axis=0)
     group = _of_one_pressure(label[data.stiff[cells.kept]], ends, count)
     at_inlet, at_outlet = (_marked(group[end], count) for end in ends)
-    of_corner, used = numbered(group[label], ~(at_inlet | at_outlet))
-    return Unknowns(of_corner, at_inlet[group[label]].astype(np.int8), used)
+    label = group.take(label)
+    of_corner, used = numbered(label, ~(at_inlet | at_outlet))
+    return Unknowns(of_corner, at_inlet.take(label).astype(np.int8), used)
 
 
 def _of_one_pressure(stiff: np.ndarray, ends: list[np.ndarray], count: int) -> np.ndarray:
@@ -98,7 +103,7 @@ def _of_one_pressure(stiff: np.ndarray, ends: list[np.ndarray], count: int) -> n
     count : number of labels
     """
     if len(stiff) == 0:
-        return np.arange(count)
+        return np.arange(count, dtype=np.int32)
     group = components(stiff[:, [0, 1, 1, 2]].reshape(-1, 2), count)
     through = _marked(group[ends[0]], count) & _marked(group[ends[1]], count)
     if not through.any():
@@ -137,14 +142,14 @@ def continuous_labels(
     special[vertex.ravel()[side_ends(np.flatnonzero(shut))]] = True
     flat = vertex.ravel()
     # A pair of sides without a special vertex ties nothing that is not one unknown anyway.
-    near = special[vertex].any(axis=1)
-    pairs = pairs[near[pairs[:, 0] // 3]]
+    near = np.logical_or.reduce(special.take(vertex.T))
+    pairs = pairs.compress(near.take(pairs[:, 0] // 3), axis=0)
     first, second = side_ends(pairs[:, 0]), side_ends(pairs[:, 1])
     swap = flat[first[:, 0]] != flat[second[:, 0]]
     second[swap] = second[swap][:, ::-1]
     links = np.stack([first.ravel(), second.ravel()], axis=1)
-    links = links[special[flat[links[:, 0]]]]
-    corners = np.flatnonzero(special[flat])
+    links = links.compress(special.take(flat.take(links[:, 0])), axis=0)
+    corners = np.flatnonzero(special.take(flat))
     place = np.zeros(len(flat), dtype=np.int32)
     place[corners] = np.arange(len(corners))
     label = flat.copy()
@@ -184,7 +189,7 @@ def dual_unknowns(
         offset[patch[mesh.top][0]] = 1
     # In as few bytes as hold it.
     offset = offset.astype(np.min_scalar_type(-1 - int(np.abs(offset).max())))
-    of_cell = patch[mesh.cells[kept]]
+    of_cell = patch.take(mesh.cells.compress(kept, axis=0))
     label = root[of_cell]
     live = np.zeros(len(root), dtype=bool)
     live[label[~data.closed[kept]] if merge_closed else label] = True
