@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.flow.quarters import thrice_centroids
 from fem_seal.mesh.grouping import parts
-from fem_seal.mesh.nested import PIXEL, NestedMesh
+from fem_seal.mesh.nested import DEPTH, PIXEL
 
 _STRIP = 64  # columns of pixels, a multiple of four: the diagonals alternate from an even one on
 
@@ -29,10 +30,8 @@ def mean_cube(gaps: np.ndarray) -> np.ndarray:
     Hermite-Genocchi: the mean of f'' over a triangle is twice a divided difference of f.
     """
     a, b, c = np.moveaxis(gaps, -1, 0)
-    e1 = a + b + c
-    aa, bb, cc = a * a, b * b, c * c
-    # h3 = (e1³ + 3 e1 Σa² + 2 Σa³) / 6, all terms positive
-    return (e1 * (e1 * e1 + 3 * (aa + bb + cc)) + 2 * (a * aa + b * bb + c * cc)) / 60
+    both, squares = b + c, b * b + c * c
+    return (a * (a * (a + both) + (squares + b * c)) + both * squares) / 10
 
 
 def mean_inverse_cube(gaps: np.ndarray) -> np.ndarray:
@@ -43,8 +42,8 @@ def mean_inverse_cube(gaps: np.ndarray) -> np.ndarray:
     gaps : (..., 3), vertex values
     """
     a, b, c = np.moveaxis(gaps, -1, 0)
-    product = a * b * c
-    return np.divide(1.0, product, out=np.full(product.shape, np.inf), where=product > 0)
+    with np.errstate(divide="ignore"):
+        return 1 / (a * b * c)
 
 
 def linear_pixel_means(gap: np.ndarray, mean) -> np.ndarray:
@@ -68,12 +67,16 @@ class Pyramid:
         pixels wide; last index: right angle at the lower or the upper side
     axial[k] : (mx/2^k, my/2^k, 4), triangles whose hypotenuse is the south, east, north or west
         side of that square and whose right angle is its centre
+    means : all of them, one table after the other
+    starts : (k, 2), where diagonal[k] and axial[k] start in `means`
 
     On the pixel (k = 0) both are empty: there the closed forms hold.
     """
 
     diagonal: tuple[np.ndarray, ...]
     axial: tuple[np.ndarray, ...]
+    means: np.ndarray
+    starts: np.ndarray
 
     @classmethod
     def from_pixels(
@@ -86,24 +89,38 @@ class Pyramid:
         pixel_means : of a slice of n columns i the means (n, my, 2) on pixel triangles
         squares : (mx, my), pixels along each axis, multiples of `width`, a power of two
         """
-        diagonal, axial = [np.empty((0, 0, 2))], [np.empty((0, 0, 4))]
-        if width > 1:
-            # The means on all pixels would be most of the memory of the pyramid.
-            strips = [_summed(pixel_means(strip)) for strip in parts(0, squares[0], _STRIP)]
-            for level, of_strips in zip((diagonal, axial), zip(*strips, strict=True), strict=True):
-                level.append(np.concatenate(of_strips))
-        while (1 << len(diagonal)) <= width:
-            for level, means in zip((diagonal, axial), _summed(diagonal[-1]), strict=True):
-                level.append(means)
-        return cls(tuple(diagonal), tuple(axial))
+        shapes = [(squares[0] >> k, squares[1] >> k) for k in range(width.bit_length())]
+        shapes[0] = (0, 0)
+        sizes = np.array([(2 * nx * ny, 4 * nx * ny) for nx, ny in shapes])
+        starts = (np.cumsum(sizes) - sizes.ravel()).reshape(-1, 2)
+        means = np.empty(sizes.sum())
+
+        def table(level: int, parts_of_square: int) -> np.ndarray:
+            kind = parts_of_square // 4
+            start = starts[level, kind]
+            found = means[start : start + sizes[level, kind]]
+            return found.reshape(*shapes[level], parts_of_square)
+
+        diagonal, axial = (tuple(table(k, m) for k in range(len(shapes))) for m in (2, 4))
+        # The means on all pixels would be most of the memory of the pyramid.
+        for strip in parts(0, squares[0] if width > 1 else 0, _STRIP):
+            half = slice(strip.start // 2, strip.stop // 2)
+            diagonal[1][half], axial[1][half] = _summed(pixel_means(strip))
+        for level in range(2, len(shapes)):
+            diagonal[level][:], axial[level][:] = _summed(diagonal[level - 1])
+        return cls(diagonal, axial, means, starts)
 
     def lookup(self, place: "Place") -> np.ndarray:
-        """Means (n,) on the cells at some places."""
-        means = np.empty(len(place.part))
-        for level in range(len(self.diagonal)):
-            for table, where in zip((self.diagonal, self.axial), place.on(level), strict=True):
-                means[where] = table[level][place.i[where], place.j[where], place.part[where]]
-        return means
+        """Means on the cells at some places."""
+        columns = np.array([table.shape[1] for table in self.diagonal])
+        square = place.i * columns[place.level] + place.j
+        on_diagonal, on_axial = self.starts.T
+        row = np.where(
+            place.is_diagonal,
+            on_diagonal[place.level] + 2 * square,
+            on_axial[place.level] + 4 * square,
+        )
+        return self.means[row + place.part]
 
 
 def _summed(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -136,22 +153,33 @@ class Place:
     part: np.ndarray
 
     @classmethod
-    def of(cls, mesh: NestedMesh, cells: np.ndarray) -> "Place":
-        """Places of the cells (indices) of a mesh."""
-        (x, y), (x1, y1), (x2, y2) = (mesh.xy[corner].T for corner in mesh.cells[cells].T)
-        across, along = np.abs(x1 - x2), np.abs(y1 - y2)
-        width = np.maximum(across, along)
-        is_diagonal = np.minimum(across, along) > 0
-        level = np.frexp(width // PIXEL)[1] - 1
-        # Thrice the centroid, to stay in integers; the quotient is the square it lies in.
-        i, j = (x + x1 + x2) // (3 * width), (y + y1 + y2) // (3 * width)
-        upper = y > j * width
-        # Twice the way from the right angle to the middle of an axial hypotenuse.
-        to_x, to_y = x1 + x2 - 2 * x, y1 + y2 - 2 * y
-        side = np.where(to_y != 0, 1 + np.sign(to_y), 2 - np.sign(to_x))
-        return cls(level, i, j, is_diagonal, np.where(is_diagonal, upper, side))
+    def of(cls, xy: np.ndarray) -> "Place":
+        """Places (n,) of cells with corners (3, n, 2), the one with the right angle first."""
+        return cls._around(np.moveaxis(xy.sum(axis=0), -1, 0), *extent(xy))
 
-    def on(self, level: int) -> tuple[np.ndarray, np.ndarray]:
-        """Indices of the diagonal and of the axial cells of one level."""
-        here = self.level == level
-        return np.flatnonzero(here & self.is_diagonal), np.flatnonzero(here & ~self.is_diagonal)
+    @classmethod
+    def of_quarters(cls, xy: np.ndarray) -> "Place":
+        """Places (4, n) of the quarters of such cells, in the order of `quarters`."""
+        width, is_diagonal = extent(xy)
+        return cls._around(thrice_centroids(xy), width // 2, is_diagonal)
+
+    @classmethod
+    def _around(cls, thrice: np.ndarray, width: np.ndarray, is_diagonal: np.ndarray) -> "Place":
+        """From three times the centroids (2, ...) of cells and the widths of their squares."""
+        level = np.frexp(width // PIXEL)[1] - 1
+        # The square is cut into nine. The centroids of axial triangles lie in the places (p, q) =
+        # (1, 0), (2, 1), (1, 2) and (0, 1), those of diagonal ones at q = 1 or q = 2.
+        ninth = thrice >> (DEPTH + level)
+        i, j = ninth // 3
+        p, q = ninth[0] - 3 * i, ninth[1] - 3 * j
+        side = np.where(q == 1, 3 - p, q)
+        return cls(level, i, j, is_diagonal, np.where(is_diagonal, q - 1, side))
+
+
+def extent(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Width (n,) of the squares that hold cells with corners (3, n, 2); whether they are diagonal.
+
+    Of a diagonal cell the hypotenuse is a diagonal of that square, of others one of its sides.
+    """
+    across, along = np.abs(xy[1] - xy[2]).T
+    return np.maximum(across, along), np.minimum(across, along) > 0

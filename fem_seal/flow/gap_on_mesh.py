@@ -3,62 +3,26 @@
 Gaps are in units of the largest one, lengths in pixels (scaled by the aspect of a pixel).
 """
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from fem_seal.flow import averages, traces
+from fem_seal.flow import averages
+from fem_seal.flow.cell_data import ISOTROPIC, CellContact, CellData
+from fem_seal.flow.quarters import QuarterData, middles, on_quarters, thrice_centroids
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import PIXEL, NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-ISOTROPIC = np.array([1.0, 0.0, 1.0])  # xx, xy, yy
-
-
-@dataclass(frozen=True, eq=False)
-class CellContact:
-    """Where the contact is, seen from each cell (C cells).
-
-    shut : (C, 3) bool, sides (opposite each corner) along which the gap is zero
-    closed : (C,) bool, cells in which the stream function must be constant
-    contact : (C, 3) bool, corners from which the stream function rises as a power
-    stiff : (C,) bool, cells so conductive that the pressure is taken to be the same all over them
-    """
-
-    shut: np.ndarray
-    closed: np.ndarray
-    contact: np.ndarray
-    stiff: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class CellData(CellContact):
-    """What the primal and the dual problem need of each cell (C cells).
-
-    K : (C,), mean of g³; zero where the cell is all contact
-    resistivity : (C, 3), tensor xx, xy, yy of the dual, zero where `closed`
-    """
-
-    K: np.ndarray
-    resistivity: np.ndarray
-
-    def part(self, cells: np.ndarray) -> "CellData":
-        """The data of some cells, (C,) bool or indices."""
-        return CellData(*(getattr(self, name)[cells] for name in self.__dataclass_fields__))
-
-    def regularised(self, leak: float, cut: float) -> np.ndarray:
-        """Resistivity (C, 3) with closed cells conducting `leak` times what they do in the primal.
-
-        cut : as of the gap; what closed cells conduct counts at least as its cube, since without a
-            smallest conductivity the contrast makes deep solves collapse
-        """
-        conducted = leak * np.maximum(self.K, cut**3)
-        return self.resistivity + (self.closed / conducted)[:, None] * ISOTROPIC
-
-    def without_values(self) -> CellContact:
-        """What is left when the averages are no longer needed."""
-        return CellContact(self.shut, self.closed, self.contact, self.stiff)
+__all__ = [
+    "ISOTROPIC",
+    "REPRESENTATIONS",
+    "CellContact",
+    "CellData",
+    "ConstantGap",
+    "LinearGap",
+    "VertexGap",
+]
 
 
 class LinearGap:
@@ -105,39 +69,62 @@ class LinearGap:
 
         Samples on pixel vertices, linear between them.
         """
-        new = fine.xy[len(values) :]
-        middle = (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2
-        on_pixel = (new[:, 0] % PIXEL == 0) & (new[:, 1] % PIXEL == 0)
-        i, j = (new[on_pixel] // PIXEL).T
-        middle[on_pixel] = self._samples[i, j]
-        return np.concatenate([values, middle])
+        a, b = (values.take(ends, axis=0) for ends in edge_ends.T)
+        return np.concatenate([values, self._sampled(fine.xy[len(values) :], (a + b) / 2)])
+
+    def _sampled(self, xy: np.ndarray, linear: np.ndarray) -> np.ndarray:
+        """Gap (n, 2) at points of a mesh: the sample there, or what is `linear` between samples."""
+        x, y = xy.T
+        on_pixel = np.flatnonzero((x | y) % PIXEL == 0)
+        i, j = x[on_pixel] // PIXEL, y[on_pixel] // PIXEL
+        samples = self._samples.reshape(-1, 2)
+        linear[on_pixel] = samples.take(i * self._samples.shape[1] + j, axis=0)
+        return linear
 
     def plotted_values(self, mesh: NestedMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) at the vertices, for pictures."""
         return values[:, 0]
 
-    def cell_data(self, mesh: NestedMesh, values: np.ndarray, limited: bool = True) -> CellData:
+    def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
         """Averages, shut sides and resistivity tensors of all cells.
 
         Parameters
         ----------
         mesh, values : the mesh and the gap at its vertices
-        limited : no resistivity is below that of the ceiling
         """
-        fine = mesh.at_or_below_pixel()
-        coarse = np.flatnonzero(~fine)
-        raised, lowered = np.moveaxis(values[mesh.cells], -1, 0)
-        K = averages.mean_cube(raised)
-        place = averages.Place.of(mesh, coarse)
-        K[coarse] = self._cube.lookup(place)
-        inverse = averages.mean_inverse_cube(lowered)
-        inverse[coarse] = self._inverse_cube.lookup(place)
-        shut, contact = _contact_of(raised, lowered, fine[:, None])
-        closed = contact.all(axis=1) | (~fine & np.isinf(inverse))
-        most = self._ceiling**3
-        inverse = np.maximum(inverse, 1 / most) if limited else inverse
-        tensor = _resistivity(mesh, self.aspect, lowered, contact, inverse)
-        return CellData(shut, closed, contact, most < K, K, tensor)
+        return CellData.joined(mesh, partial(self._some, values))
+
+    def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+        gaps = values.take(vertices, axis=0)
+        linear = averages.extent(xy)[0] <= PIXEL
+        cube, inverse_cube = _linear_means(np.moveaxis(gaps, -1, 0))
+        coarse = np.flatnonzero(~linear)
+        place = averages.Place.of(xy.take(coarse, axis=1))
+        cube[coarse] = self._cube.lookup(place)
+        inverse_cube[coarse] = self._inverse_cube.lookup(place)
+        means = cube, inverse_cube
+        return CellData.of_gaps(xy * self.aspect, gaps, linear, means, self._ceiling)
+
+    def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
+        """Averages on the quarters of some cells.
+
+        Parameters
+        ----------
+        xy, gaps : (3, n, 2), corners of the cells and the gap there
+        """
+        middle = middles(gaps)
+        width, _ = averages.extent(xy)
+        # Of triangles of one or two pixels the middles may be samples.
+        two = np.flatnonzero(width == 2 * PIXEL)
+        at = middles(xy.take(two, axis=1)).astype(np.int64).reshape(-1, 2)
+        samples = self._sampled(at, middle.take(two, axis=1).reshape(-1, 2))
+        middle[:, two] = samples.reshape(3, -1, 2)
+        cube, inverse_cube = _linear_means(on_quarters(gaps, middle))
+        coarse = np.flatnonzero(width > 2 * PIXEL)
+        place = averages.Place.of_quarters(xy.take(coarse, axis=1))
+        cube[:, coarse] = self._cube.lookup(place)
+        inverse_cube[:, coarse] = self._inverse_cube.lookup(place)
+        return QuarterData.of(cube, inverse_cube)
 
 
 def _pixel_means(gaps: np.ndarray, mean, strip: slice) -> np.ndarray:
@@ -181,45 +168,24 @@ class VertexGap:
         """Gap (V,) at the vertices, for pictures."""
         return values[:, 0]
 
-    def cell_data(self, mesh: TriangleMesh, values: np.ndarray, limited: bool = True) -> CellData:
+    def cell_data(self, mesh: TriangleMesh, values: np.ndarray) -> CellData:
         """Averages, shut sides and resistivity tensors, in closed form on every cell."""
-        raised, lowered = np.moveaxis(values[mesh.cells], -1, 0)
-        shut, contact = _contact_of(raised, lowered, True)
-        K, most = averages.mean_cube(raised), self._ceiling**3
-        inverse = averages.mean_inverse_cube(lowered)
-        inverse = np.maximum(inverse, 1 / most) if limited else inverse
-        tensor = _resistivity(mesh, self.aspect, lowered, contact, inverse)
-        return CellData(shut, contact.all(axis=1), contact, most < K, K, tensor)
+        return CellData.joined(mesh, partial(self._some, values))
+
+    def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+        gaps = values.take(vertices, axis=0)
+        means, linear = _linear_means(np.moveaxis(gaps, -1, 0)), np.True_
+        return CellData.of_gaps(xy * self.aspect, gaps, linear, means, self._ceiling)
+
+    def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
+        """Averages on the quarters of some cells; as of LinearGap."""
+        return QuarterData.of(*_linear_means(on_quarters(gaps, middles(gaps))))
 
 
-def _contact_of(
-    raised: np.ndarray, lowered: np.ndarray, linear: np.ndarray | bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Shut sides and contact corners (C, 3) bool of the cells on which the gap is linear."""
-    zero = (raised == 0) & linear
-    return zero[:, [1, 2, 0]] & zero[:, [2, 0, 1]], (lowered == 0) & linear
-
-
-def _resistivity(
-    mesh: NestedMesh | TriangleMesh,
-    aspect: np.ndarray | float,
-    lowered: np.ndarray,
-    contact: np.ndarray,
-    inverse: np.ndarray,
-) -> np.ndarray:
-    """Tensor (C, 3) of the dual: the mean of 1/g³, or that of the power trace at contact."""
-    count = contact.sum(axis=1)
-    isotropic = np.where(np.isinf(inverse), 0.0, inverse)
-    two = np.flatnonzero(count == 2)
-    isotropic[two] = traces.contact_edge_resistivity(lowered[two].max(axis=1))
-    tensor = isotropic[:, None] * ISOTROPIC
-    one = np.flatnonzero(count == 1)
-    k = contact[one].argmax(axis=1)
-    turned = (k[:, None] + np.arange(3)) % 3
-    corners = mesh.points(aspect, mesh.cells[one[:, None], turned])
-    b, c = lowered[one, turned[:, 1]], lowered[one, turned[:, 2]]
-    tensor[one] = traces.one_contact_tensor(corners, b, c)
-    return tensor
+def _linear_means(gaps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Means (...) of g³, raised, and of 1/g³, lowered, for linear gaps (2, 3, ...) at corners."""
+    raised, lowered = np.moveaxis(gaps, 1, -1)
+    return averages.mean_cube(raised), averages.mean_inverse_cube(lowered)
 
 
 class ConstantGap:
@@ -256,20 +222,31 @@ class ConstantGap:
         i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
         return np.cbrt(self._K[i, j])
 
-    def cell_data(self, mesh: NestedMesh, values: np.ndarray, limited: bool = True) -> CellData:
+    def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
         """Averages of all cells; contact is whole pixels, so no side is shut by itself."""
-        coarse = np.flatnonzero(~mesh.at_or_below_pixel())
-        i, j = (mesh.xy[mesh.cells].sum(axis=1) // (3 * PIXEL)).T
+        return CellData.joined(mesh, self._some)
+
+    def _some(self, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+        i, j = np.moveaxis(xy.sum(axis=0), -1, 0) // (3 * PIXEL)
         K, inverse = self._K[i, j], self._inverse[i, j]
-        place = averages.Place.of(mesh, coarse)
+        coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)
+        place = averages.Place.of(xy.take(coarse, axis=1))
         K[coarse] = self._cube.lookup(place)
         inverse[coarse] = self._inverse_cube.lookup(place)
         closed, most = np.isinf(inverse), self._ceiling**3
-        inverse = np.maximum(inverse, 1 / most) if limited else inverse
-        isotropic = np.where(closed, 0.0, inverse)
+        isotropic = np.where(closed, 0.0, np.maximum(inverse, 1 / most))
         none = np.zeros((len(K), 3), dtype=bool)
-        tensor = isotropic[:, None] * ISOTROPIC
-        return CellData(none, closed, none, most < K, K, tensor)
+        return CellData(none, closed, none, most < K, K, isotropic[:, None] * ISOTROPIC)
+
+    def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
+        """Averages on the quarters of some cells; as of LinearGap, with no gaps (3, n, 0)."""
+        i, j = thrice_centroids(xy) // (3 * PIXEL)
+        K, inverse = self._K[i, j], self._inverse[i, j]
+        coarse = np.flatnonzero(averages.extent(xy)[0] > 2 * PIXEL)
+        place = averages.Place.of_quarters(xy.take(coarse, axis=1))
+        K[:, coarse] = self._cube.lookup(place)
+        inverse[:, coarse] = self._inverse_cube.lookup(place)
+        return QuarterData.of(K, inverse)
 
 
 def _both_triangles(means: np.ndarray, strip: slice) -> np.ndarray:

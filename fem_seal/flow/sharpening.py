@@ -11,69 +11,83 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.gap_on_mesh import CellContact, CellData, ConstantGap, LinearGap, VertexGap
-from fem_seal.flow.gradients import gradients, shape_gradients
-from fem_seal.mesh.grouping import consecutive, parts
+from fem_seal.flow.cell_data import CellContact
+from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.numbering import numbered
+from fem_seal.flow.quarters import QuarterData, Shape
+from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-_AT_ONCE = 1 << 12  # cells
+_AT_ONCE = 1 << 13  # cells
 _BLOCK = 1 << 17  # cells
 _STEPS = 4  # the bracket is 0.48, 0.41, 0.39, 0.39 times as wide after one, two, ... of them
 
 
-def pressure_hats(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
+def pressure_hats(
+    mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray
+) -> np.ndarray:
     """Hat of each side (C, 3) of the cells of a mesh, -1 for none: p is given on inlet and outlet.
 
-    A shut side parts its cells, and each has a hat of its own.
+    The number is that of the edge. A shut side parts its cells, and each has a hat of its own.
     """
-    ends = mesh.ends_of_sides()
-    given = mesh.inlet[ends].all(axis=2) | mesh.outlet[ends].all(axis=2)
-    return _numbered(mesh, kept[:, None] & ~given, data.shut)
+    ends, of_cell = mesh.edges
+    given = _joins(mesh.inlet, ends) | _joins(mesh.outlet, ends)
+    shut, edge = np.flatnonzero(data.shut), of_cell.copy()
+    given = np.append(given, given[of_cell.ravel()[shut]])
+    edge.ravel()[shut] = np.arange(len(ends), len(given))
+    return _with_hats(mesh, edge, given, kept)
 
 
-def stream_hats(mesh: NestedMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
+def stream_hats(mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
     """The same for ψ: given on side walls, constant in closed cells, no hat on power traces."""
-    usable = kept & ~data.closed & ~data.contact.any(axis=1)
-    usable = usable[:, None] & ~mesh.sides_on_wall()
-    return _numbered(mesh, usable, np.zeros(usable.shape, dtype=bool))
+    ends, edge = mesh.edges
+    given = np.zeros(len(ends), dtype=bool)
+    given[edge[mesh.sides_on_wall()]] = True
+    return _with_hats(mesh, edge, given, kept & ~data.closed & ~_any(data.contact))
 
 
-def _numbered(mesh: NestedMesh | TriangleMesh, usable: np.ndarray, alone: np.ndarray) -> np.ndarray:
-    """Number the edges that all their cells can use; a side that stands alone is an edge itself.
+def _joins(vertices: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Which edges (E, 2) have both ends among `vertices` (V,) bool."""
+    return vertices[ends[:, 0]] & vertices[ends[:, 1]]
+
+
+def _any(of_sides: np.ndarray) -> np.ndarray:
+    """Which rows of (n, 3) bool have one that is true; NumPy reduces short rows slowly."""
+    first, second, third = of_sides.T
+    return first | second | third
+
+
+def _with_hats(
+    mesh: NestedMesh | TriangleMesh, edge: np.ndarray, given: np.ndarray, usable: np.ndarray
+) -> np.ndarray:
+    """Edges (C, 3) that are not given and that all their cells can use, -1 for others.
 
     Parameters
     ----------
-    usable, alone : (C, 3) bool
+    edge : (C, 3), number of the edge at each side; given : bool, of each edge
+    usable : (C,) bool
     """
-    _, of_cell = mesh.edges
-    count = int(of_cell.max()) + 1
     # At the depth of the integer coordinates there is no middle to stand on.
-    usable = usable & mesh.can_halve_twice()[:, None]
-    own = np.arange(count, count + alone.size, dtype=np.int32).reshape(-1, 3)
-    edge = np.where(alone, own, of_cell)
-    free = np.ones(count + alone.size, dtype=bool)
-    free[edge[~usable]] = False
-    has_one = free[edge]
-    hat = np.full(edge.shape, -1, dtype=np.int32)
-    hat[has_one], _ = consecutive(edge[has_one], len(free))
-    return hat
+    given[edge[~(usable & mesh.can_halve_twice())]] = True
+    return np.where(given[edge], np.int32(-1), edge)
 
 
 @dataclass(frozen=True, eq=False)
 class Sharpening:
     """One energy ∫ c |∇v|² that hats shall lower.
 
-    hat : (C, 3), from `pressure_hats` or `stream_hats`
+    hat : (C, 3), from `pressure_hats` or `stream_hats`; the same for all energies, or none
     corner_values : of v, (n, 3), on n cells with a hat
-    coefficient : c of the cells
+    coefficient : c of the quarters
     """
 
     hat: np.ndarray
     corner_values: Callable[[np.ndarray], np.ndarray]
-    coefficient: Callable[[CellData], np.ndarray]
+    coefficient: Callable[[QuarterData], np.ndarray]
 
 
 def energy_drops(
@@ -91,17 +105,17 @@ def energy_drops(
     energies : what is to be lowered; all share the averages on the quarters
     comm : the ranks that share the work, all with the same mesh
     """
-    wanted = np.flatnonzero(np.any([(e.hat >= 0).any(axis=1) for e in energies], axis=0))
-    sides = [np.bincount((e.hat + 1).ravel())[1:].astype(np.int8) for e in energies]
+    sides = _Sides.of([energy.hat for energy in energies])
     drops = np.zeros(len(energies))
     # The hats of all cells at once would be the most memory of all. Those on the rim of a block are
     # done without, which widens a bracket by 0.3 %: whatever is added of the others is admissible.
-    for block in list(parts(0, len(wanted), _BLOCK))[comm.rank :: comm.size]:
-        found = _hats_of(gap, mesh, values, energies, wanted[block])
+    for block in range(comm.rank, len(sides.blocks), comm.size):
+        cells = sides.blocks[block]
+        number, count = sides.inside(block)
+        found = _hats_of(gap, mesh, values, energies, cells)
         for k, (energy, hats) in enumerate(zip(energies, found, strict=True)):
-            # Where contact is everywhere near, ψ has no hat at all.
-            if len(sides[k]):
-                drops[k] += hats.drop(_inside(energy.hat[wanted[block]], sides[k]))
+            has_one = energy.hat.take(cells, axis=0).T >= 0
+            drops[k] += hats.drop(np.where(has_one, number, count), count)
     return comm.allreduce(drops).tolist()
 
 
@@ -114,160 +128,117 @@ def _hats_of(
 ) -> list["_CellEnergies"]:
     """What the hats of some cells (n,) do to each of the energies."""
     found = [_CellEnergies.empty(len(block)) for _ in energies]
+    aspect_x, aspect_y = np.broadcast_to(gap.aspect, 2)
     for part in parts(0, len(block), _AT_ONCE):
         cells = block[part]
-        quarters = _Quarters.of(gap, mesh, values, cells)
-        slopes, _ = shape_gradients(mesh.points(gap.aspect, mesh.cells[cells]))
+        vertices = mesh.cells.take(cells, axis=0).T
+        xy = mesh.xy.take(vertices, axis=0)
+        data = gap.quarter_data(xy, values.take(vertices, axis=0))
+        shape = Shape.of(xy[..., 0] * aspect_x, xy[..., 1] * aspect_y)
         for energy, hats in zip(energies, found, strict=True):
-            usable = np.flatnonzero((energy.hat[cells] >= 0).any(axis=1))
-            v = np.zeros((2, len(cells)))
-            v[:, usable] = gradients(slopes[usable], energy.corner_values(cells[usable])).T
-            hats.fill(part, quarters, energy.coefficient(quarters.data), v)
+            coefficient = energy.coefficient(data).reshape(4, -1)
+            hats.slope[:, part] = shape.slopes(energy.corner_values(cells), coefficient)
+            hats.own[:, part], hats.with_first[part].T[:] = shape.stiffness(coefficient)
     return found
 
 
-def _inside(hat: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Number those hats of a block that no other cell knows.
-
-    Parameters
-    ----------
-    hat : (n, 3), of the cells of the block, -1 for none
-    sides : how many sides of all cells each hat stands on
-
-    Returns
-    -------
-    (n, 3), consecutive numbers, -1 for none and for hats that reach beyond the block
-    """
-    number = np.full(hat.shape, -1, dtype=np.int32)
-    has_one = hat >= 0
-    number[has_one], count = consecutive(hat[has_one], len(sides))
-    within = np.bincount((number + 1).ravel(), minlength=count + 1)[number + 1]
-    number[has_one & (within < sides[hat])] = -1
-    return number
-
-
 @dataclass(frozen=True, eq=False)
-class _Quarters:
-    """Cells (a, b, c) halved twice; m, d and e are the middles of bc, ab and ca (n cells).
+class _Sides:
+    """Sides with a hat, numbered as the cells come to meet them, and blocks of the cells.
 
-    data : of the 4 n quarters, all (d, m, a), then all (e, m, c), (d, b, m) and (e, a, m)
-    area : (4, n)
-    of_half : (2, 2, n), x and y of the gradient of the hat of m on (m, a, b) and on (m, c, a)
-    of_quarter : (2, 4, n), those of the hat of the first corner
+    number : (C, 3) int32, -1 for none
+    blocks : cells with a hat, (n,) indices each
+    first : the number of the first side that each block meets first, and how many there are
+    on_rim : (sides,) bool, those that cells of two blocks know
     """
 
-    data: CellData
-    area: np.ndarray
-    of_half: np.ndarray
-    of_quarter: np.ndarray
+    number: np.ndarray
+    blocks: list[np.ndarray]
+    first: list[int]
+    on_rim: np.ndarray
 
     @classmethod
-    def of(
-        cls,
-        gap: LinearGap | ConstantGap | VertexGap,
-        mesh: NestedMesh | TriangleMesh,
-        values: np.ndarray,
-        cells: np.ndarray,
-    ) -> "_Quarters":
-        """Of some cells (n,) of a mesh with the gap at its vertices."""
-        halves, ends = mesh.halves(cells)
-        at_halves = gap.refined_values(values[mesh.cells[cells].T.ravel()], halves, ends)
-        quarters, ends = halves.halves(np.arange(2 * len(cells)))
-        at_corners = at_halves[halves.cells.T.ravel()]
-        # Of resistivities that the ceiling raises, the mean is not that of the cell: with the true
-        # ones of the parts, what the hats take off is at most what they take off the raised one.
-        at_quarters = gap.refined_values(at_corners, quarters, ends)
-        data = gap.cell_data(quarters, at_quarters, limited=False)
-        of_half, _ = _first_gradients(halves.points(gap.aspect), halves.cells)
-        of_quarter, area = _first_gradients(quarters.points(gap.aspect), quarters.cells)
-        shaped = of_half.reshape(2, 2, -1), of_quarter.reshape(2, 4, -1)
-        return cls(data, area.reshape(4, -1), *shaped)
+    def of(cls, hats: Sequence[np.ndarray]) -> "_Sides":
+        """From the hats (C, 3) of some energies."""
+        label = np.maximum.reduce(hats)
+        # The last one is that of -1.
+        free = np.ones(label.max(initial=-1) + 2, dtype=bool)
+        free[-1] = False
+        number, count = numbered(label, free)
+        wanted = np.flatnonzero(_any(number >= 0))
+        blocks = [wanted[part] for part in parts(0, len(wanted), _BLOCK)]
+        first, on_rim = [0], np.zeros(count, dtype=bool)
+        for cells in blocks:
+            # Between the cells of a block there are none with a hat.
+            of_block = number[cells[0] : cells[-1] + 1]
+            on_rim[of_block[(of_block >= 0) & (of_block < first[-1])]] = True
+            first.append(max(first[-1], int(of_block.max()) + 1))
+        return cls(number, blocks, first, on_rim)
 
+    def inside(self, block: int) -> tuple[np.ndarray, int]:
+        """Number the sides (3, n) of a block that no cell of another block knows.
 
-def _first_gradients(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient (2, n) of the hat of the first corner, and area (n,), of triangles (n, 3)."""
-    x, y = points.T
-    a, b, c = cells.T
-    ux, uy, vx, vy = x[c] - x[b], y[c] - y[b], x[a] - x[b], y[a] - y[b]
-    twice = ux * vy - uy * vx
-    return np.stack([-uy / twice, ux / twice]), np.abs(twice) / 2
+        Returns
+        -------
+        int32, from 0 on, and how many; this for sides without a hat or on the rim
+        """
+        begin, end = self.first[block : block + 2]
+        number = np.ascontiguousarray(self.number.take(self.blocks[block], axis=0).T)
+        inside = (number >= begin) & ~self.on_rim[number]
+        return np.where(inside, number - np.int32(begin), np.int32(end - begin)), end - begin
 
 
 @dataclass(frozen=True, eq=False)
 class _CellEnergies:
     """Energy of v + Σ s φ on each of n cells, a quadratic in the s of the hats φ of its sides.
 
-    slope : (n, 3), half the derivative by s at s = 0
-    stiffness : (n, 5), entries 00, 11, 22, 01 and 02; the hats of sides 1 and 2 do not meet
+    slope : (3, n), half the derivative by s at s = 0
+    own : (3, n), stiffness of each hat
+    with_first : (n, 2), of hats 1 and 2 with hat 0; the former two do not meet
     """
 
     slope: np.ndarray
-    stiffness: np.ndarray
+    own: np.ndarray
+    with_first: np.ndarray
 
     @classmethod
     def empty(cls, count: int) -> "_CellEnergies":
         """Room for so many cells."""
-        return cls(np.empty((count, 3)), np.empty((count, 5)))
+        return cls(np.empty((3, count)), np.empty((3, count)), np.empty((count, 2)))
 
-    def fill(
-        self, part: slice, quarters: _Quarters, coefficient: np.ndarray, v: np.ndarray
-    ) -> None:
-        """Enter some cells: the coefficient of their quarters (4 n,), the gradient of v (2, n)."""
-        first, second = quarters.of_half[:, 0], quarters.of_half[:, 1]
-        weight = quarters.area * coefficient.reshape(4, -1)
-        on_first, on_second = weight[0] + weight[2], weight[1] + weight[3]
-        m = on_first * first + on_second * second
-        m_own = on_first * _dot(first, first) + on_second * _dot(second, second)
-        flux = weight * quarters.of_quarter
-        own = _dot(flux, quarters.of_quarter)
-        d, e = flux[:, 0] + flux[:, 2], flux[:, 1] + flux[:, 3]
-        slope, stiffness = self.slope[part].T, self.stiffness[part].T
-        slope[:] = _dot(m, v), _dot(e, v), _dot(d, v)
-        stiffness[:3] = m_own, own[1] + own[3], own[0] + own[2]
-        stiffness[3:] = _dot(e, second), _dot(d, first)
-
-    def drop(self, hat: np.ndarray) -> float:
+    def drop(self, hat: np.ndarray, count: int) -> float:
         """How much the energy falls in a few steps of CG from s = 0.
 
         Parameters
         ----------
-        hat : (n, 3), number of the hat of each side, -1 for none
+        hat : (3, n), number of the hat of each side, `count` for none
         """
-        residual = -_summed(hat, self.slope)
-        diagonal = _summed(hat, self.stiffness[:, :3])
+        start = -np.bincount(hat.ravel(), self.slope.ravel(), count + 1)
+        diagonal = np.bincount(hat.ravel(), self.own.ravel(), count + 1)
+        # What is summed for sides without a hat is not to be moved.
+        diagonal[count] = 0.0
+        first, others = self._couplings(hat, count)
         inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
-        s, direction, before = np.zeros_like(residual), np.zeros_like(residual), np.inf
+        residual, before = start.copy(), np.inf
+        s, direction = np.zeros((2, count + 1))
         for _ in range(_STEPS):
             descent = inverse * residual
             slope = descent @ residual
             if not slope > 0:
                 break
             direction = descent + slope / before * direction
-            change = _summed(hat, self._times(_at_sides(hat, direction)))
+            change = diagonal * direction
+            change += first.T @ (others @ direction) + others.T @ (first @ direction)
             step = slope / (direction @ change)
             s, residual, before = s + step * direction, residual - step * change, slope
-        at_sides = _at_sides(hat, s)
-        # Summed cell by cell, whatever rounding has done to the steps.
-        return -float((at_sides * (2 * self.slope + self._times(at_sides))).sum())
+        # The residual is start - A s for the stiffness A, and the energy falls by (2 start - A s) s
+        # whatever rounding has done to the steps.
+        return float(s @ (start + residual))
 
-    def _times(self, s: np.ndarray) -> np.ndarray:
-        """The stiffness of each cell times s (n, 3)."""
-        s0, s1, s2 = s.T
-        a00, a11, a22, a01, a02 = self.stiffness.T
-        rows = a00 * s0 + a01 * s1 + a02 * s2, a01 * s0 + a11 * s1, a02 * s0 + a22 * s2
-        return np.stack(rows, axis=1)
-
-
-def _summed(hat: np.ndarray, of_sides: np.ndarray) -> np.ndarray:
-    """Sum values at the sides (n, 3) into their hats."""
-    # Sides without a hat are counted into a place of their own, and left out.
-    return np.bincount((hat + 1).ravel(), of_sides.ravel(), int(hat.max(initial=-1)) + 2)[1:]
-
-
-def _at_sides(hat: np.ndarray, of_hats: np.ndarray) -> np.ndarray:
-    """Values of the hats at the sides (n, 3), zero where there is none."""
-    return np.append(of_hats, 0.0)[hat]
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[0] * b[0] + a[1] * b[1]
+    def _couplings(self, hat: np.ndarray, count: int) -> tuple[csr_matrix, csr_matrix]:
+        """First hat of each cell, and the stiffness of the others with it, each (n, count + 1)."""
+        cells = np.arange(hat.shape[1] + 1, dtype=np.int32)
+        shape = (hat.shape[1], count + 1)
+        first = csr_matrix((np.ones(shape[0]), hat[0], cells), shape)
+        others = csr_matrix((self.with_first.ravel(), hat[1:].T.ravel(), 2 * cells), shape)
+        return first, others

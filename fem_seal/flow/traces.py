@@ -106,6 +106,35 @@ def contact_edge_resistivity(c: np.ndarray) -> np.ndarray:
     return 2 * POWER**2 / ((2 * POWER - 4) * (2 * POWER - 3)) / c**3
 
 
+def resistivity(
+    xy: np.ndarray, gaps: np.ndarray, contact: np.ndarray, inverse_cube: np.ndarray
+) -> np.ndarray:
+    """Resistivity tensor (xx, xy, yy) of cells: that of power traces where there is contact.
+
+    Parameters
+    ----------
+    xy : (3, n, 2), corners
+    gaps : (3, n), at the corners
+    contact : (3, n) bool, corners from which the stream function rises as a power
+    inverse_cube : (n,), mean of 1/gap³
+
+    Returns
+    -------
+    (n, 3); zero where the mean is infinite and where all corners are contact
+    """
+    count = contact.sum(axis=0)
+    isotropic = np.where(np.isinf(inverse_cube), 0.0, inverse_cube)
+    two = np.flatnonzero(count == 2)
+    isotropic[two] = contact_edge_resistivity(gaps[:, two].max(axis=0))
+    tensor = np.zeros((len(isotropic), 3))
+    tensor[:, 0] = tensor[:, 2] = isotropic
+    one = np.flatnonzero(count == 1)
+    turned = (contact[:, one].argmax(axis=0) + np.arange(3)[:, None]) % 3
+    _, b, c = gaps[turned, one]
+    tensor[one] = one_contact_tensor(np.moveaxis(xy[turned, one], 0, 1), b, c)
+    return tensor
+
+
 def mean_gradient_values(psi: np.ndarray, contact: np.ndarray) -> np.ndarray:
     """Corner values of the linear function whose gradient is the cell mean of ∇ψ.
 

@@ -126,7 +126,7 @@ def test_pyramid_against_all_pixel_triangles_inside(width, halved, log_contrast,
     if halved:
         mesh = bisect(mesh, np.ones(len(mesh.cells), dtype=bool)).mesh
     cells = np.flatnonzero(~mesh.at_or_below_pixel())
-    found = pyramid.lookup(Place.of(mesh, cells))
+    found = pyramid.lookup(Place.of(mesh.xy[mesh.cells[cells].T]))
     for cell, mean in zip(cells, found, strict=True):
         own = inside(centroids, 6 * (mesh.xy[mesh.cells[cell]] // PIXEL))
         assert own.sum() == 2 * mesh.relative_areas()[cell]
