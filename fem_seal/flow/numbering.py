@@ -27,9 +27,12 @@ class Unknowns:
 
     def corners(self, values: np.ndarray, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Corner values (n, 3), on all or some cells, of the function with unknowns (count,)."""
-        number = self.of_corner[cells]
-        found = self.lift[cells].astype(float)
-        np.add(found, values[number] if self.count else 0.0, out=found, where=number >= 0)
+        number, lift = self.of_corner[cells], self.lift[cells]
+        if not self.count:
+            return lift.astype(float)
+        found = values.take(number)
+        found[number < 0] = 0.0
+        found += lift
         return found
 
     def constant(self) -> np.ndarray:

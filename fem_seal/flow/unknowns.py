@@ -192,7 +192,7 @@ def dual_unknowns(
     of_cell = patch.take(mesh.cells.compress(kept, axis=0))
     label = root[of_cell]
     live = np.zeros(len(root), dtype=bool)
-    live[label[~data.closed[kept]] if merge_closed else label] = True
+    live[label.compress(~data.closed[kept], axis=0) if merge_closed else label] = True
     # Some value must be given: on walls the problem says which, else any one patch is pinned.
     given = live.argmax() if mesh.periodic else patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
     live[given] = False
@@ -205,10 +205,11 @@ def patch_ties(
 ) -> list[np.ndarray]:
     """Pairs (n, 2) of vertices at which the stream function is the same; see `dual_unknowns`."""
     tie = ~kept | data.closed if merge_closed else ~kept
-    a, b, c = mesh.cells[tie].T
+    a, b, c = mesh.cells.compress(tie, axis=0).T
     pairs = [np.stack([a, b], 1), np.stack([b, c], 1)]
     both = data.contact & data.contact[:, [1, 2, 0]]  # contact edges from corner k to k + 1
-    return pairs + [mesh.cells[both[:, k]][:, [k, (k + 1) % 3]] for k in range(3)]
+    edges = ((mesh.cells.compress(both[:, k], axis=0), k) for k in range(3))
+    return pairs + [cells[:, [k, (k + 1) % 3]] for cells, k in edges]
 
 
 def _winding(low: np.ndarray, high: np.ndarray, count: int):

@@ -167,7 +167,7 @@ class _Growing:
 
     def _split(self, edges: np.ndarray) -> _Cut:
         """Cut edges (n,) in their middles."""
-        count, ends = len(self._ends), self._ends[edges]
+        count, ends = len(self._ends), self._ends.take(edges, axis=0)
         place = np.full(count, -1, dtype=np.int32)
         place[edges] = np.arange(len(edges), dtype=np.int32)
         self._rounds.append(np.empty((0, 2), dtype=np.int32))
@@ -187,10 +187,10 @@ class _Growing:
 
     def _halve(self, which: np.ndarray, cut: _Cut) -> np.ndarray:
         """Halve cells (n,) with a middle on the hypotenuse; gives the numbers of second halves."""
-        a, b, c = self._cells[which].T
-        hypotenuse, side_b, side_c = self._sides[which].T
+        a, b, c = self._cells.take(which, axis=0).T
+        hypotenuse, side_b, side_c = self._sides.take(which, axis=0).T
         k = cut.place[hypotenuse >> 1]
-        middle, (start, end) = cut.middle[k], cut.ends[k].T
+        middle, (start, end) = cut.middle[k], cut.ends.take(k, axis=0).T
         at_b = b
         if self._mesh.periodic:
             # Only a side at the top has other vertices than its edge: their twins.

@@ -51,5 +51,5 @@ class Halvings:
         carried = np.empty((len(self.order), *values.shape[1:]), dtype=values.dtype)
         carried[: len(values)] = values
         for cut, second in self.steps:
-            carried[cut], carried[second] = halves(carried[cut])
+            carried[cut], carried[second] = halves(carried.take(cut, axis=0))
         return carried.take(self.order, axis=0)

@@ -114,7 +114,7 @@ class NestedMesh:
         TooFine
             If one lies between the integer coordinates.
         """
-        doubled = xy[ends[:, 0]] + xy[ends[:, 1]]
+        doubled = xy.take(ends[:, 0], axis=0) + xy.take(ends[:, 1], axis=0)
         if (doubled & 1).any():
             raise TooFine(f"triangles below 2^-{DEPTH} pixels would be needed")
         return doubled >> 1
