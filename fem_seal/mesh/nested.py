@@ -18,7 +18,6 @@ import numpy as np
 
 from fem_seal.errors import FemSealError
 from fem_seal.mesh.edges import Edges, find_edges
-from fem_seal.mesh.grouping import halves_of
 from fem_seal.mesh.halvings import Halvings
 
 DEPTH = 24  # bisection can go on to 2^-24 pixels
@@ -129,21 +128,6 @@ class NestedMesh:
     ) -> "NestedMesh":
         """The mesh that bisection has made of this one; `halvings` do not matter here."""
         return NestedMesh(xy, cells, self.squares, twin, edges)
-
-    def halves(self, cells: np.ndarray) -> tuple["NestedMesh", np.ndarray]:
-        """Both halves of each of some cells (n,), joined to nothing else.
-
-        Returns
-        -------
-        Mesh of 2n cells, all first halves (middle, a, b) and then all second ones; its vertices
-        are the first corners of the cells, the second, the third, and the middles.
-        ends : (n, 2) the vertices each middle lies between
-        """
-        xy = self.xy[self.cells[cells].T.ravel()]
-        halves, ends = halves_of(len(cells))
-        middles = (xy[ends[:, 0]] + xy[ends[:, 1]]) // 2
-        twin = np.arange(4 * len(cells), dtype=np.int32)
-        return NestedMesh(np.concatenate([xy, middles]), halves, self.squares, twin), ends
 
     def sides_on_top(self) -> np.ndarray:
         """(C, 3) bool: sides at y = my, if that is the same line as y = 0."""

@@ -15,7 +15,6 @@ from functools import cached_property
 import numpy as np
 
 from fem_seal.mesh.edges import Edges, find_edges
-from fem_seal.mesh.grouping import halves_of
 from fem_seal.mesh.halvings import Halvings
 from fem_seal.mesh.nested import TooFine
 
@@ -151,22 +150,6 @@ class TriangleMesh:
     ) -> "TriangleMesh":
         """The mesh that bisection has made of this one; only labels are left to be carried."""
         return TriangleMesh(xy, cells, halvings.carried(self.sides, _halved_labels), twin, edges)
-
-    def halves(self, cells: np.ndarray) -> tuple["TriangleMesh", np.ndarray]:
-        """Both halves of each of some cells (n,), joined to nothing else, without labels.
-
-        Returns
-        -------
-        Mesh of 2n cells, all first halves (middle, a, b) and then all second ones; its vertices
-        are the first corners of the cells, the second, the third, and the middles.
-        ends : (n, 2) the vertices each middle lies between
-        """
-        xy = self.xy[self.cells[cells].T.ravel()]
-        halves, ends = halves_of(len(cells))
-        middles = (xy[ends[:, 0]] + xy[ends[:, 1]]) / 2
-        twin = np.arange(4 * len(cells), dtype=np.int32)
-        sides = np.zeros(halves.shape, dtype=np.int8)
-        return TriangleMesh(np.concatenate([xy, middles]), halves, sides, twin), ends
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and stream function (V,) to start the first solve from."""
