@@ -13,7 +13,7 @@ import numpy as np
 
 from fem_seal.flow.quarters import thrice_centroids
 from fem_seal.mesh.grouping import parts
-from fem_seal.mesh.nested import DEPTH, PIXEL
+from fem_seal.mesh.nested import DEPTH
 
 _STRIP = 64  # columns of pixels, a multiple of four: the diagonals alternate from an even one on
 
@@ -29,9 +29,7 @@ def mean_cube(gaps: np.ndarray) -> np.ndarray:
     -----
     Hermite-Genocchi: the mean of f'' over a triangle is twice a divided difference of f.
     """
-    a, b, c = np.moveaxis(gaps, -1, 0)
-    both, squares = b + c, b * b + c * c
-    return (a * (a * (a + both) + (squares + b * c)) + both * squares) / 10
+    return cube_of_corners(*np.moveaxis(gaps, -1, 0))
 
 
 def mean_inverse_cube(gaps: np.ndarray) -> np.ndarray:
@@ -41,9 +39,19 @@ def mean_inverse_cube(gaps: np.ndarray) -> np.ndarray:
     ----------
     gaps : (..., 3), vertex values
     """
-    a, b, c = np.moveaxis(gaps, -1, 0)
+    return inverse_cube_of_corners(*np.moveaxis(gaps, -1, 0))
+
+
+def cube_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """`mean_cube` of gaps at the corners, in arrays that broadcast; least work if b and c do."""
+    both, squares = b + c, b * b + c * c
+    return (a * (a * (a + both) + (squares + b * c)) + both * squares) / 10
+
+
+def inverse_cube_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """`mean_inverse_cube` likewise."""
     with np.errstate(divide="ignore"):
-        return 1 / (a * b * c)
+        return 1 / (a * (b * c))
 
 
 def linear_pixel_means(gap: np.ndarray, mean) -> np.ndarray:
@@ -61,13 +69,13 @@ def linear_pixel_means(gap: np.ndarray, mean) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Pyramid:
-    """Means over all triangles of the nested family from the pixel up to squares 2^k pixels wide.
+    """Two means over all triangles of the nested family, up to squares 2^k pixels wide.
 
-    diagonal[k] : (mx/2^k, my/2^k, 2), triangles whose hypotenuse is the diagonal of a square 2^k
+    diagonal[k] : (2, mx/2^k, my/2^k, 2), triangles whose hypotenuse is the diagonal of a square 2^k
         pixels wide; last index: right angle at the lower or the upper side
-    axial[k] : (mx/2^k, my/2^k, 4), triangles whose hypotenuse is the south, east, north or west
+    axial[k] : (2, mx/2^k, my/2^k, 4), triangles whose hypotenuse is the south, east, north or west
         side of that square and whose right angle is its centre
-    means : all of them, one table after the other
+    means : (2, n), all of them, one table after the other
     starts : (k, 2), where diagonal[k] and axial[k] start in `means`
 
     On the pixel (k = 0) both are empty: there the closed forms hold.
@@ -86,50 +94,44 @@ class Pyramid:
 
         Parameters
         ----------
-        pixel_means : of a slice of n columns i the means (n, my, 2) on pixel triangles
+        pixel_means : of a slice of n columns i the means (2, n, my, 2) on pixel triangles
         squares : (mx, my), pixels along each axis, multiples of `width`, a power of two
         """
-        shapes = [(squares[0] >> k, squares[1] >> k) for k in range(width.bit_length())]
-        shapes[0] = (0, 0)
-        sizes = np.array([(2 * nx * ny, 4 * nx * ny) for nx, ny in shapes])
-        starts = (np.cumsum(sizes) - sizes.ravel()).reshape(-1, 2)
-        means = np.empty(sizes.sum())
-
-        def table(level: int, parts_of_square: int) -> np.ndarray:
-            kind = parts_of_square // 4
-            start = starts[level, kind]
-            found = means[start : start + sizes[level, kind]]
-            return found.reshape(*shapes[level], parts_of_square)
-
-        diagonal, axial = (tuple(table(k, m) for k in range(len(shapes))) for m in (2, 4))
+        mx, my = squares
+        shapes = [(0, 0), *((mx >> k, my >> k) for k in range(1, width.bit_length()))]
+        tables = [(*shape, parts_of) for shape in shapes for parts_of in (2, 4)]
+        ends = np.cumsum([np.prod(table) for table in tables])
+        means = np.empty((2, ends[-1]))
+        views = [
+            part.reshape(2, *table)
+            for part, table in zip(np.split(means, ends[:-1], axis=1), tables, strict=True)
+        ]
+        diagonal, axial = tuple(views[::2]), tuple(views[1::2])
         # The means on all pixels would be most of the memory of the pyramid.
-        for strip in parts(0, squares[0] if width > 1 else 0, _STRIP):
+        for strip in parts(0, mx if width > 1 else 0, _STRIP):
             half = slice(strip.start // 2, strip.stop // 2)
-            diagonal[1][half], axial[1][half] = _summed(pixel_means(strip))
+            diagonal[1][:, half], axial[1][:, half] = _summed(pixel_means(strip))
         for level in range(2, len(shapes)):
             diagonal[level][:], axial[level][:] = _summed(diagonal[level - 1])
-        return cls(diagonal, axial, means, starts)
+        return cls(diagonal, axial, means, np.append(0, ends[:-1]).reshape(-1, 2))
 
     def lookup(self, place: "Place") -> np.ndarray:
-        """Means on the cells at some places."""
-        columns = np.array([table.shape[1] for table in self.diagonal])
+        """Means (2, ...) on the cells at some places."""
+        columns = np.array([table.shape[2] for table in self.diagonal])
+        kind = np.where(place.is_diagonal, 0, 1)
         square = place.i * columns[place.level] + place.j
-        on_diagonal, on_axial = self.starts.T
-        row = np.where(
-            place.is_diagonal,
-            on_diagonal[place.level] + 2 * square,
-            on_axial[place.level] + 4 * square,
-        )
-        return self.means[row + place.part]
+        row = (square << 1 + kind) + self.starts[place.level, kind] + place.part
+        return self.means.take(row, axis=1)
 
 
 def _summed(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Diagonal and axial means on squares twice as wide as those of `d` (mx, my, 2)."""
-    sw, se, nw, ne = d[0::2, 0::2], d[1::2, 0::2], d[0::2, 1::2], d[1::2, 1::2]
+    """Diagonal and axial means on squares twice as wide as those of `d` (2, mx, my, 2)."""
+    west_half, east_half = d[:, 0::2], d[:, 1::2]
+    sw, nw, se, ne = (half[:, :, k::2] for half in (west_half, east_half) for k in range(2))
     south, north = sw[..., 0] + se[..., 0], nw[..., 1] + ne[..., 1]
     west, east = sw[..., 1] + nw[..., 0], se[..., 1] + ne[..., 0]
     axial = np.stack([south, east, north, west], axis=-1) / 2
-    i, j = np.indices(south.shape, sparse=True)
+    i, j = np.indices(south.shape[1:], sparse=True)
     even = (i + j) % 2 == 0
     south, east, north, west = np.moveaxis(axial, -1, 0)
     low = south + np.where(even, east, west)
@@ -155,25 +157,35 @@ class Place:
     @classmethod
     def of(cls, xy: np.ndarray) -> "Place":
         """Places (n,) of cells with corners (3, n, 2), the one with the right angle first."""
-        return cls._around(np.moveaxis(xy.sum(axis=0), -1, 0), *extent(xy))
+        level, is_diagonal, half_widths = _measured(xy)
+        return cls._around(half_widths.sum(axis=1) >> 1, level, is_diagonal)
 
     @classmethod
     def of_quarters(cls, xy: np.ndarray) -> "Place":
         """Places (4, n) of the quarters of such cells, in the order of `quarters`."""
-        width, is_diagonal = extent(xy)
-        return cls._around(thrice_centroids(xy), width // 2, is_diagonal)
+        level, is_diagonal, half_widths = _measured(xy)
+        return cls._around(thrice_centroids(half_widths), level - 1, is_diagonal)
 
     @classmethod
-    def _around(cls, thrice: np.ndarray, width: np.ndarray, is_diagonal: np.ndarray) -> "Place":
-        """From three times the centroids (2, ...) of cells and the widths of their squares."""
-        level = np.frexp(width // PIXEL)[1] - 1
+    def _around(cls, thrice: np.ndarray, level: np.ndarray, is_diagonal: np.ndarray) -> "Place":
+        """From three times the centroids (2, ...) of cells, in widths of their squares."""
         # The square is cut into nine. The centroids of axial triangles lie in the places (p, q) =
         # (1, 0), (2, 1), (1, 2) and (0, 1), those of diagonal ones at q = 1 or q = 2.
-        ninth = thrice >> (DEPTH + level)
-        i, j = ninth // 3
-        p, q = ninth[0] - 3 * i, ninth[1] - 3 * j
+        i, j = thrice // 3
+        p, q = thrice[0] - 3 * i, thrice[1] - 3 * j
         side = np.where(q == 1, 3 - p, q)
         return cls(level, i, j, is_diagonal, np.where(is_diagonal, q - 1, side))
+
+
+def _measured(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Level (n,) of cells with corners (3, n, 2), whether they are diagonal, and the corners.
+
+    The latter (2, 3, n) in half widths of the square that holds the cell: small whole numbers.
+    """
+    width, is_diagonal = extent(xy)
+    level = np.frexp(width >> DEPTH)[1] - 1
+    corners = np.ascontiguousarray(np.moveaxis(xy, -1, 0))
+    return level, is_diagonal, (corners >> (DEPTH - 1 + level)).astype(np.int32)
 
 
 def extent(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

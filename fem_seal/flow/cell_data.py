@@ -45,7 +45,8 @@ class CellData(CellContact):
     @classmethod
     def of_gaps(
         cls,
-        corners: np.ndarray,
+        xy: np.ndarray,
+        aspect: np.ndarray | float,
         gaps: np.ndarray,
         linear: np.ndarray,
         means: tuple[np.ndarray, np.ndarray],
@@ -55,7 +56,7 @@ class CellData(CellContact):
 
         Parameters
         ----------
-        corners : (3, n, 2), where they are
+        xy, aspect : corners (3, n, 2), and what their x and y are to be multiplied by
         gaps : (3, n, 2), raised for the primal and lowered for the dual
         linear : (n,) bool, cells on which the gap is linear
         means : of g³ and of 1/g³, each (n,)
@@ -66,7 +67,8 @@ class CellData(CellContact):
         shut = zero[[1, 2, 0]] & zero[[2, 0, 1]]
         closed = contact.all(axis=0) | (np.isinf(inverse_cube) & ~linear)
         most = ceiling**3
-        tensor = traces.resistivity(corners, lowered, contact, np.maximum(inverse_cube, 1 / most))
+        limited = np.maximum(inverse_cube, 1 / most)
+        tensor = traces.resistivity(xy, aspect, lowered, contact, limited)
         return cls(shut.T, closed, contact.T, most < cube, cube, tensor)
 
     @classmethod

@@ -9,9 +9,9 @@ import numpy as np
 
 from fem_seal.flow import averages
 from fem_seal.flow.cell_data import ISOTROPIC, CellContact, CellData
-from fem_seal.flow.quarters import QuarterData, middles, on_quarters, thrice_centroids
+from fem_seal.flow.quarters import QuarterData, on_quarters, thrice_centroids, with_middles
 from fem_seal.grid import GridField
-from fem_seal.mesh.nested import PIXEL, NestedMesh
+from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
 __all__ = [
@@ -49,13 +49,13 @@ class LinearGap:
         raised, lowered = np.moveaxis(self._samples, -1, 0)
         raised[(raised > 0) & (raised < floor)] = floor
         lowered[lowered < cut] = 0.0
-        self._cube, self._inverse_cube = (
-            averages.Pyramid.from_pixels(partial(_pixel_means, gaps, mean), self.squares, width)
-            for gaps, mean in (
-                (raised, averages.mean_cube),
-                (lowered, averages.mean_inverse_cube),
-            )
-        )
+        self._above_pixel = averages.Pyramid.from_pixels(self._pixel_means, self.squares, width)
+
+    def _pixel_means(self, strip: slice) -> np.ndarray:
+        """Means (2, n, my, 2) of g³ and 1/g³ on the triangles of a strip of pixels."""
+        raised, lowered = np.moveaxis(self._samples[strip.start : strip.stop + 1], -1, 0)
+        cube = averages.linear_pixel_means(raised, averages.mean_cube)
+        return np.stack([cube, averages.linear_pixel_means(lowered, averages.mean_inverse_cube)])
 
     def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of a mesh of whole pixels."""
@@ -70,13 +70,12 @@ class LinearGap:
         Samples on pixel vertices, linear between them.
         """
         a, b = (values.take(ends, axis=0) for ends in edge_ends.T)
-        return np.concatenate([values, self._sampled(fine.xy[len(values) :], (a + b) / 2)])
+        return np.concatenate([values, self._sampled(*fine.xy[len(values) :].T, (a + b) / 2)])
 
-    def _sampled(self, xy: np.ndarray, linear: np.ndarray) -> np.ndarray:
-        """Gap (n, 2) at points of a mesh: the sample there, or what is `linear` between samples."""
-        x, y = xy.T
-        on_pixel = np.flatnonzero((x | y) % PIXEL == 0)
-        i, j = x[on_pixel] // PIXEL, y[on_pixel] // PIXEL
+    def _sampled(self, x: np.ndarray, y: np.ndarray, linear: np.ndarray) -> np.ndarray:
+        """Gap (n, 2) at points of a mesh: the sample there, or what is `linear` between them."""
+        on_pixel = np.flatnonzero((x | y) & (PIXEL - 1) == 0)
+        i, j = x[on_pixel] >> DEPTH, y[on_pixel] >> DEPTH
         samples = self._samples.reshape(-1, 2)
         linear[on_pixel] = samples.take(i * self._samples.shape[1] + j, axis=0)
         return linear
@@ -97,13 +96,12 @@ class LinearGap:
     def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
         linear = averages.extent(xy)[0] <= PIXEL
-        cube, inverse_cube = _linear_means(np.moveaxis(gaps, -1, 0))
+        cube, inverse_cube = _linear_means(gaps)
         coarse = np.flatnonzero(~linear)
         place = averages.Place.of(xy.take(coarse, axis=1))
-        cube[coarse] = self._cube.lookup(place)
-        inverse_cube[coarse] = self._inverse_cube.lookup(place)
+        cube[coarse], inverse_cube[coarse] = self._above_pixel.lookup(place)
         means = cube, inverse_cube
-        return CellData.of_gaps(xy * self.aspect, gaps, linear, means, self._ceiling)
+        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self._ceiling)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of some cells.
@@ -112,24 +110,17 @@ class LinearGap:
         ----------
         xy, gaps : (3, n, 2), corners of the cells and the gap there
         """
-        middle = middles(gaps)
-        width, _ = averages.extent(xy)
+        six, (width, _) = with_middles(gaps), averages.extent(xy)
         # Of triangles of one or two pixels the middles may be samples.
         two = np.flatnonzero(width == 2 * PIXEL)
-        at = middles(xy.take(two, axis=1)).astype(np.int64).reshape(-1, 2)
-        samples = self._sampled(at, middle.take(two, axis=1).reshape(-1, 2))
-        middle[:, two] = samples.reshape(3, -1, 2)
-        cube, inverse_cube = _linear_means(on_quarters(gaps, middle))
+        x, y = with_middles(xy.take(two, axis=1))[:, 3:].astype(np.int64).reshape(2, -1)
+        linear = six[:, 3:].take(two, axis=2).reshape(2, -1).T
+        six[:, 3:, two] = self._sampled(x, y, linear).T.reshape(2, 3, -1)
+        cube, inverse_cube = _quarter_means(six)
         coarse = np.flatnonzero(width > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
-        cube[:, coarse] = self._cube.lookup(place)
-        inverse_cube[:, coarse] = self._inverse_cube.lookup(place)
+        cube[:, coarse], inverse_cube[:, coarse] = self._above_pixel.lookup(place)
         return QuarterData.of(cube, inverse_cube)
-
-
-def _pixel_means(gaps: np.ndarray, mean, strip: slice) -> np.ndarray:
-    """`mean` of the triangles of a strip of pixels, from all vertex samples."""
-    return averages.linear_pixel_means(gaps[strip.start : strip.stop + 1], mean)
 
 
 class VertexGap:
@@ -174,18 +165,28 @@ class VertexGap:
 
     def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
-        means, linear = _linear_means(np.moveaxis(gaps, -1, 0)), np.True_
-        return CellData.of_gaps(xy * self.aspect, gaps, linear, means, self._ceiling)
+        means, linear = _linear_means(gaps), np.True_
+        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self._ceiling)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of some cells; as of LinearGap."""
-        return QuarterData.of(*_linear_means(on_quarters(gaps, middles(gaps))))
+        return QuarterData.of(*_quarter_means(with_middles(gaps)))
 
 
 def _linear_means(gaps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means (...) of g³, raised, and of 1/g³, lowered, for linear gaps (2, 3, ...) at corners."""
-    raised, lowered = np.moveaxis(gaps, 1, -1)
-    return averages.mean_cube(raised), averages.mean_inverse_cube(lowered)
+    """Means (n,) of g³, raised, and of 1/g³, lowered, for linear gaps (3, n, 2) at corners."""
+    raised, lowered = np.moveaxis(gaps, -1, 0)
+    return averages.cube_of_corners(*raised), averages.inverse_cube_of_corners(*lowered)
+
+
+def _quarter_means(six: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same (4, n) on quarters, for gaps (2, 6, n) at corners and middles."""
+    raised, lowered = (on_quarters(gaps) for gaps in six)
+    cube, inverse_cube = (
+        averages.cube_of_corners(*raised),
+        averages.inverse_cube_of_corners(*lowered),
+    )
+    return cube.reshape(4, -1), inverse_cube.reshape(4, -1)
 
 
 class ConstantGap:
@@ -199,12 +200,10 @@ class ConstantGap:
         self.cut, self._ceiling = cut, ceiling
         raised = np.where(gap.values > 0, np.maximum(gap.values, floor), 0.0)
         lowered = np.where(gap.values < cut, 0.0, gap.values)
-        self._K = raised**3
         with np.errstate(divide="ignore"):
-            self._inverse = 1 / lowered**3
-        self._cube, self._inverse_cube = (
-            averages.Pyramid.from_pixels(partial(_both_triangles, means), self.squares, width)
-            for means in (self._K, self._inverse)
+            self._means = np.stack([raised**3, 1 / lowered**3])
+        self._above_pixel = averages.Pyramid.from_pixels(
+            lambda strip: np.stack([self._means[:, strip]] * 2, axis=-1), self.squares, width
         )
 
     def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
@@ -220,7 +219,7 @@ class ConstantGap:
     def plotted_values(self, mesh: NestedMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) of the pixel above and to the right of each vertex, for pictures."""
         i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
-        return np.cbrt(self._K[i, j])
+        return np.cbrt(self._means[0, i, j])
 
     def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
         """Averages of all cells; contact is whole pixels, so no side is shut by itself."""
@@ -228,30 +227,23 @@ class ConstantGap:
 
     def _some(self, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         i, j = np.moveaxis(xy.sum(axis=0), -1, 0) // (3 * PIXEL)
-        K, inverse = self._K[i, j], self._inverse[i, j]
+        cube, inverse_cube = self._means[:, i, j]
         coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)
         place = averages.Place.of(xy.take(coarse, axis=1))
-        K[coarse] = self._cube.lookup(place)
-        inverse[coarse] = self._inverse_cube.lookup(place)
-        closed, most = np.isinf(inverse), self._ceiling**3
-        isotropic = np.where(closed, 0.0, np.maximum(inverse, 1 / most))
-        none = np.zeros((len(K), 3), dtype=bool)
-        return CellData(none, closed, none, most < K, K, isotropic[:, None] * ISOTROPIC)
+        cube[coarse], inverse_cube[coarse] = self._above_pixel.lookup(place)
+        closed, most = np.isinf(inverse_cube), self._ceiling**3
+        isotropic = np.where(closed, 0.0, np.maximum(inverse_cube, 1 / most))
+        none = np.zeros((len(cube), 3), dtype=bool)
+        return CellData(none, closed, none, most < cube, cube, isotropic[:, None] * ISOTROPIC)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of some cells; as of LinearGap, with no gaps (3, n, 0)."""
-        i, j = thrice_centroids(xy) // (3 * PIXEL)
-        K, inverse = self._K[i, j], self._inverse[i, j]
+        i, j = thrice_centroids(np.moveaxis(xy, -1, 0)) // (3 * PIXEL)
+        cube, inverse_cube = self._means[:, i, j]
         coarse = np.flatnonzero(averages.extent(xy)[0] > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
-        K[:, coarse] = self._cube.lookup(place)
-        inverse[:, coarse] = self._inverse_cube.lookup(place)
-        return QuarterData.of(K, inverse)
-
-
-def _both_triangles(means: np.ndarray, strip: slice) -> np.ndarray:
-    """(n, my, 2), the same on both triangles of each pixel of a strip."""
-    return np.repeat(means[strip][..., None], 2, axis=-1)
+        cube[:, coarse], inverse_cube[:, coarse] = self._above_pixel.lookup(place)
+        return QuarterData.of(cube, inverse_cube)
 
 
 REPRESENTATIONS = {"linear": LinearGap, "constant": ConstantGap}

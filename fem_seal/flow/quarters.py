@@ -9,32 +9,43 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Of the quarters (d, m, a), (e, m, c), (d, b, m) and (e, a, m) the first, the second and the third
-# corner (3, 4); places in (a, b, c, m, e, d), a middle being that of the side opposite a corner.
-_CORNERS = np.array([[5, 4, 5, 4], [3, 3, 1, 0], [0, 2, 3, 3]])
-# Twice the sum of the corners of each quarter, from a, b and c.
-_SUMS = np.array([[3, 2, 1], [1, 1, 4], [1, 4, 1], [3, 1, 2]])
 
-
-def middles(corners: np.ndarray) -> np.ndarray:
-    """Means (3, ...) of the two ends of the sides opposite to the corners a, b and c (3, ...)."""
-    a, b, c = corners
-    return np.stack([b + c, c + a, a + b]) / 2
-
-
-def on_quarters(corners: np.ndarray, middle: np.ndarray) -> np.ndarray:
-    """Values (k, 3, 4, n) at the corners of the quarters of n triangles.
+def with_middles(corners: np.ndarray) -> np.ndarray:
+    """Values (k, 6, n) at the corners a, b, c and, linear, at the middles of the sides opposite.
 
     Parameters
     ----------
-    corners, middle : (3, n, k), values at the corners a, b, c and at the middles opposite to them
+    corners : (3, n, k), values at the corners of n triangles
     """
-    return np.moveaxis(np.concatenate([corners, middle]), -1, 0).take(_CORNERS, axis=1)
+    six = np.empty((corners.shape[2], 6, corners.shape[1]))
+    six[:, :3] = np.moveaxis(corners, -1, 0)
+    for k in range(3):
+        np.add(six[:, (k + 1) % 3], six[:, (k + 2) % 3], out=six[:, 3 + k])
+    six[:, 3:] /= 2
+    return six
 
 
-def thrice_centroids(xy: np.ndarray) -> np.ndarray:
-    """Three times the centroids (2, 4, n) of the quarters, from corners (3, n, 2) in integers."""
-    return np.tensordot(_SUMS, xy, axes=1).transpose(2, 0, 1) // 2
+def on_quarters(six: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values at the corners of the quarters, from those (6, n) of `with_middles`.
+
+    Returns
+    -------
+    At (a, c, b, a), one after the other for each quarter, (2, 2, n); at d and e, (2, n), which
+    every other quarter has; and at m, (n,), which all have
+    """
+    a, b, c, m, e, d = six
+    return np.stack([a, c, b, a]).reshape(2, 2, -1), np.stack([d, e]), m
+
+
+def thrice_centroids(corners: np.ndarray) -> np.ndarray:
+    """Three times the centroids (k, 4, n) of the quarters, from corners (k, 3, n) in integers.
+
+    A half of 3 a + 2 b + c, a + b + 4 c, a + 4 b + c and 3 a + b + 2 c.
+    """
+    a, b, c = np.moveaxis(corners, 1, 0)
+    once = a + b + c
+    twice = np.stack([once + 2 * a + b, once + 3 * c, once + 3 * b, once + 2 * a + c], axis=1)
+    return twice >> 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,20 +121,17 @@ class Shape:
             c[0] * minus - c[2] * plus,
         )
 
-    def stiffness(self, c: np.ndarray) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
-        """∫ c ∇φ·∇φ of the hats of m, e and d with themselves; of that of m with those of e and d.
-
-        Parameters
-        ----------
-        c : (4, n), of the quarters
-        """
-        own = (
+    def stiffness(self, c: np.ndarray) -> tuple[np.ndarray, ...]:
+        """∫ c |∇φ|², each (n,), for the hats of m, e and d."""
+        return (
             (c[0] + c[2]) * self.cc + (c[1] + c[3]) * self.bb,
             c[1] * self.sums + c[3] * self.differences,
             c[0] * self.differences + c[2] * self.sums,
         )
-        with_m = (
+
+    def couplings(self, c: np.ndarray) -> tuple[np.ndarray, ...]:
+        """∫ c ∇φ·∇χ, each (n,), for the hat φ of m and the hats χ of e and d."""
+        return (
             c[3] * (self.bc - self.bb) - c[1] * (self.bc + self.bb),
             c[0] * (self.bc - self.cc) - c[2] * (self.bc + self.cc),
         )
-        return own, with_m

@@ -9,6 +9,7 @@ is an admissible function on the finer mesh, hence a bound, and no larger system
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -51,8 +52,11 @@ def stream_hats(mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.nda
 
 
 def _joins(vertices: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Which edges (E, 2) have both ends among `vertices` (V,) bool."""
-    return vertices[ends[:, 0]] & vertices[ends[:, 1]]
+    """Which edges (E, 2) have both ends among `vertices` (V,) bool, which are few."""
+    joins = vertices[ends[:, 0]]
+    some = np.flatnonzero(joins)
+    joins[some] = vertices[ends[some, 1]]
+    return joins
 
 
 def _any(of_sides: np.ndarray) -> np.ndarray:
@@ -136,9 +140,7 @@ def _hats_of(
         data = gap.quarter_data(xy, values.take(vertices, axis=0))
         shape = Shape.of(xy[..., 0] * aspect_x, xy[..., 1] * aspect_y)
         for energy, hats in zip(energies, found, strict=True):
-            coefficient = energy.coefficient(data).reshape(4, -1)
-            hats.slope[:, part] = shape.slopes(energy.corner_values(cells), coefficient)
-            hats.own[:, part], hats.with_first[part].T[:] = shape.stiffness(coefficient)
+            hats.fill(part, shape, energy.coefficient(data), energy.corner_values(cells))
     return found
 
 
@@ -160,7 +162,7 @@ class _Sides:
     @classmethod
     def of(cls, hats: Sequence[np.ndarray]) -> "_Sides":
         """From the hats (C, 3) of some energies."""
-        label = np.maximum.reduce(hats)
+        label = reduce(np.maximum, hats)
         # The last one is that of -1.
         free = np.ones(label.max(initial=-1) + 2, dtype=bool)
         free[-1] = False
@@ -180,12 +182,12 @@ class _Sides:
 
         Returns
         -------
-        int32, from 0 on, and how many; this for sides without a hat or on the rim
+        int, from 0 on, and how many; this for sides without a hat or on the rim
         """
         begin, end = self.first[block : block + 2]
-        number = np.ascontiguousarray(self.number.take(self.blocks[block], axis=0).T)
+        number = self.number.take(self.blocks[block], axis=0).T.astype(np.intp, order="C")
         inside = (number >= begin) & ~self.on_rim[number]
-        return np.where(inside, number - np.int32(begin), np.int32(end - begin)), end - begin
+        return np.where(inside, number - begin, end - begin), end - begin
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,6 +208,16 @@ class _CellEnergies:
         """Room for so many cells."""
         return cls(np.empty((3, count)), np.empty((3, count)), np.empty((count, 2)))
 
+    def fill(
+        self, part: slice, shape: Shape, coefficient: np.ndarray, corner_values: np.ndarray
+    ) -> None:
+        """Enter some cells: the coefficient of their quarters (4 n,), the values of v (n, 3)."""
+        c = coefficient.reshape(4, -1)
+        rows = *self.slope, *self.own, *self.with_first.T
+        found = *shape.slopes(corner_values, c), *shape.stiffness(c), *shape.couplings(c)
+        for row, values in zip(rows, found, strict=True):
+            row[part] = values
+
     def drop(self, hat: np.ndarray, count: int) -> float:
         """How much the energy falls in a few steps of CG from s = 0.
 
@@ -213,12 +225,12 @@ class _CellEnergies:
         ----------
         hat : (3, n), number of the hat of each side, `count` for none
         """
-        start = -np.bincount(hat.ravel(), self.slope.ravel(), count + 1)
-        diagonal = np.bincount(hat.ravel(), self.own.ravel(), count + 1)
+        start = -_summed(hat, self.slope, count)
+        diagonal = _summed(hat, self.own, count)
         # What is summed for sides without a hat is not to be moved.
         diagonal[count] = 0.0
-        first, others = self._couplings(hat, count)
         inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
+        first, others = hat[0], self._others(hat[1:], count)
         residual, before = start.copy(), np.inf
         s, direction = np.zeros((2, count + 1))
         for _ in range(_STEPS):
@@ -227,18 +239,20 @@ class _CellEnergies:
             if not slope > 0:
                 break
             direction = descent + slope / before * direction
-            change = diagonal * direction
-            change += first.T @ (others @ direction) + others.T @ (first @ direction)
+            change = diagonal * direction + others.T @ direction.take(first)
+            change += _summed(first, others @ direction, count)
             step = slope / (direction @ change)
             s, residual, before = s + step * direction, residual - step * change, slope
-        # The residual is start - A s for the stiffness A, and the energy falls by (2 start - A s) s
-        # whatever rounding has done to the steps.
+        # The residual is start - A s, A the stiffness, and the energy falls by (2 start - A s) s.
         return float(s @ (start + residual))
 
-    def _couplings(self, hat: np.ndarray, count: int) -> tuple[csr_matrix, csr_matrix]:
-        """First hat of each cell, and the stiffness of the others with it, each (n, count + 1)."""
-        cells = np.arange(hat.shape[1] + 1, dtype=np.int32)
-        shape = (hat.shape[1], count + 1)
-        first = csr_matrix((np.ones(shape[0]), hat[0], cells), shape)
-        others = csr_matrix((self.with_first.ravel(), hat[1:].T.ravel(), 2 * cells), shape)
-        return first, others
+    def _others(self, hat: np.ndarray, count: int) -> csr_matrix:
+        """Row by row the stiffness of hats 1 and 2 of each cell with its hat 0, (n, count + 1)."""
+        starts = np.arange(0, 2 * hat.shape[1] + 1, 2, dtype=np.int32)
+        columns = hat.T.astype(np.int32).ravel()
+        return csr_matrix((self.with_first.ravel(), columns, starts), (len(starts) - 1, count + 1))
+
+
+def _summed(hat: np.ndarray, of_sides: np.ndarray, count: int) -> np.ndarray:
+    """Sum values at sides into their hats; the last place is that of sides without one."""
+    return np.bincount(hat.ravel(), of_sides.ravel(), count + 1)

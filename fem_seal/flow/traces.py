@@ -107,13 +107,17 @@ def contact_edge_resistivity(c: np.ndarray) -> np.ndarray:
 
 
 def resistivity(
-    xy: np.ndarray, gaps: np.ndarray, contact: np.ndarray, inverse_cube: np.ndarray
+    xy: np.ndarray,
+    aspect: np.ndarray | float,
+    gaps: np.ndarray,
+    contact: np.ndarray,
+    inverse_cube: np.ndarray,
 ) -> np.ndarray:
     """Resistivity tensor (xx, xy, yy) of cells: that of power traces where there is contact.
 
     Parameters
     ----------
-    xy : (3, n, 2), corners
+    xy, aspect : corners (3, n, 2), and what their x and y are to be multiplied by
     gaps : (3, n), at the corners
     contact : (3, n) bool, corners from which the stream function rises as a power
     inverse_cube : (n,), mean of 1/gap³
@@ -131,7 +135,7 @@ def resistivity(
     one = np.flatnonzero(count == 1)
     turned = (contact[:, one].argmax(axis=0) + np.arange(3)[:, None]) % 3
     _, b, c = gaps[turned, one]
-    tensor[one] = one_contact_tensor(np.moveaxis(xy[turned, one], 0, 1), b, c)
+    tensor[one] = one_contact_tensor(np.moveaxis(xy[turned, one] * aspect, 0, 1), b, c)
     return tensor
 
 
