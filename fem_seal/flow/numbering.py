@@ -68,20 +68,22 @@ class Unknowns:
         found = np.zeros(self.count + 1, dtype=np.int64)
         for cells in parts(0, len(sides), 1 << 18):
             slot = np.arange(3 * cells.start, 3 * cells.stop, dtype=np.int32)
-            other = last[sides[cells].ravel()]
+            other = last.take(sides[cells].ravel())
             shared = other != slot
-            here, there = self._ends(slot[shared]), self._ends(other[shared])
-            same = here[:, (here == there).all(axis=0)]
+            here, there = (self._ends(side.compress(shared)) for side in (slot, other))
+            same = (here[0] == there[0]) & (here[1] == there[1])
             # Corners without an unknown are counted into a place of their own, and left out.
-            for corners, weight in ((self.of_corner[cells], 2), (same, -1)):
-                found += weight * np.bincount(corners.ravel() + 1, minlength=self.count + 1)
+            found += 2 * np.bincount(self.of_corner[cells].ravel() + 1, minlength=self.count + 1)
+            for end in here:
+                found -= np.bincount(end.compress(same) + 1, minlength=self.count + 1)
         return found[1:]
 
-    def _ends(self, sides: np.ndarray) -> np.ndarray:
-        """(2, n) unknowns at the ends of sides, given as 3 cell + side, the lower number first."""
-        cell, side = np.divmod(sides, 3)
-        ends = [self.of_corner[cell, (side + k) % 3] for k in (1, 2)]
-        return np.stack([np.minimum(*ends), np.maximum(*ends)])
+    def _ends(self, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Unknowns (n,) at the ends of sides, given as 3 cell + side: the lower and the higher."""
+        side, of_slot = sides % 3, self.of_corner.ravel()
+        following = of_slot.take(sides + np.where(side == 2, -2, 1))
+        preceding = of_slot.take(sides + np.where(side == 0, 2, -1))
+        return np.minimum(following, preceding), np.maximum(following, preceding)
 
 
 def numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
