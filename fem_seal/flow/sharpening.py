@@ -186,7 +186,7 @@ class _Sides:
         """
         begin, end = self.first[block : block + 2]
         number = self.number.take(self.blocks[block], axis=0).T.astype(np.intp, order="C")
-        inside = (number >= begin) & ~self.on_rim[number]
+        inside = (number >= 0) & ~self.on_rim[number]
         return np.where(inside, number - begin, end - begin), end - begin
 
 
@@ -238,11 +238,15 @@ class _CellEnergies:
             slope = descent @ residual
             if not slope > 0:
                 break
-            direction = descent + slope / before * direction
-            change = diagonal * direction + others.T @ direction.take(first)
+            direction *= slope / before
+            direction += descent
+            change = diagonal * direction
+            change += others.T @ direction.take(first)
             change += _summed(first, others @ direction, count)
             step = slope / (direction @ change)
-            s, residual, before = s + step * direction, residual - step * change, slope
+            s += step * direction
+            residual -= step * change
+            before = slope
         # The residual is start - A s, A the stiffness, and the energy falls by (2 start - A s) s.
         return float(s @ (start + residual))
 

@@ -118,6 +118,30 @@ def test_sharpened_bounds(representation, periodic, contact):
     assert lower < upper
 
 
+@pytest.mark.parametrize("periodic", [False, True])
+def test_a_hat_for_each_edge(periodic):
+    """The cells at an edge share its hat, but not across contact: there p may jump, and ψ is given.
+    At an edge where both cells are open there are two sides with its number, or none."""
+    gap = represented(rough_gap((12, 12), 0.3, 8))
+    mesh = uniform_mesh(gap.squares, 1, periodic)
+    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    kept, (_, edge) = data.K > 0, mesh.edges
+    sides = []
+    for hats in (pressure_hats, stream_hats):
+        hat = hats(mesh, data, kept)
+        sides.append(np.bincount(hat.ravel() + 1)[1:][hat] * (hat >= 0))
+    ends = mesh.ends_of_sides()
+    given = mesh.inlet[ends].all(axis=2) | mesh.outlet[ends].all(axis=2)
+    parted = data.shut & kept[:, None] & ~given
+    assert parted.any()
+    assert (sides[0][parted] == 1).all()
+    assert (sides[1][parted] == 0).all()
+    shared = ~data.shut & (np.bincount(edge.ravel())[edge] == 2)
+    for found in sides:
+        assert set(found[shared]) <= {0, 2}
+        assert (found[shared] == 2).any()
+
+
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_no_hats_where_quarters_cannot_be_represented(representation):
     """At the depth of the integer coordinates a side may have no middle: no hats on such cells."""
