@@ -41,7 +41,7 @@ class Refinement:
     @property
     def edge_ends(self) -> np.ndarray:
         """(V' - V, 2) int32, the vertices each new one lies midway between; coarse in one round."""
-        return np.concatenate(self.rounds)
+        return np.concatenate([np.empty((0, 2), dtype=np.int32), *self.rounds])
 
     def by_rounds(self) -> Iterator[tuple[NestedMesh | TriangleMesh, np.ndarray]]:
         """Round by round the mesh with the vertices so far, and what its last ones lie between."""

@@ -164,6 +164,16 @@ def test_many_times_at_once(squares, periodic, seed):
     assert np.array_equal(step.at_vertices(vertex_values)[step.mesh.cells], expected[2])
 
 
+@pytest.mark.parametrize("periodic", [False, True])
+def test_nothing_marked(periodic):
+    mesh = uniform_mesh((3, 2), 1, periodic)
+    step = bisect(mesh, np.zeros(len(mesh.cells), dtype=bool))
+    assert np.array_equal(step.mesh.cells, mesh.cells)
+    assert np.array_equal(step.parent, np.arange(len(mesh.cells)))
+    assert step.edge_ends.shape == (0, 2)
+    assert np.array_equal(step.at_vertices(mesh.xy), mesh.xy)
+
+
 def test_marking_next_to_one_side_refines_the_other():
     mesh = uniform_mesh((4, 4), 1, periodic_sides=True)
     for _ in range(4):
