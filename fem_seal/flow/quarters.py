@@ -62,7 +62,7 @@ class QuarterData:
     @classmethod
     def of(cls, cube: np.ndarray, inverse_cube: np.ndarray) -> "QuarterData":
         """From the two means (4, n)."""
-        finite = np.where(np.isinf(inverse_cube), 0.0, inverse_cube)
+        finite = np.where(np.isfinite(inverse_cube), inverse_cube, 0.0)
         return cls(cube.ravel(), finite.reshape(-1, 1))
 
 

@@ -28,27 +28,41 @@ _BLOCK = 1 << 17  # cells
 _STEPS = 4  # the bracket is 0.48, 0.41, 0.39, 0.39 times as wide after one, two, ... of them
 
 
-def pressure_hats(
-    mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray
-) -> np.ndarray:
-    """Hat of each side (C, 3) of the cells of a mesh, -1 for none: p is given on inlet and outlet.
+@dataclass(frozen=True, eq=False)
+class Hats:
+    """Hats on the middles of the edges of a mesh.
 
-    The number is that of the edge. A shut side parts its cells, and each has a hat of its own.
+    edge : (C, 3) int32, number of the edge at each side of a cell
+    free : (edges,) bool, edges that carry a hat: all their cells can use it
     """
+
+    edge: np.ndarray
+    free: np.ndarray
+
+
+def pressure_hats(mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray) -> Hats:
+    """Hats for p: given on inlet and outlet. A shut side parts its cells: an edge for each."""
     ends, of_cell = mesh.edges
-    given = _joins(mesh.inlet, ends) | _joins(mesh.outlet, ends)
+    free = ~(_joins(mesh.inlet, ends) | _joins(mesh.outlet, ends))
     shut, edge = np.flatnonzero(data.shut), of_cell.copy()
-    given = np.append(given, given[of_cell.ravel()[shut]])
-    edge.ravel()[shut] = np.arange(len(ends), len(given))
-    return _with_hats(mesh, edge, given, kept)
+    free = np.append(free, free[of_cell.ravel()[shut]])
+    edge.ravel()[shut] = np.arange(len(ends), len(free))
+    free[edge[~_usable(mesh, kept)]] = False
+    return Hats(edge, free)
 
 
-def stream_hats(mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray) -> np.ndarray:
+def stream_hats(mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray) -> Hats:
     """The same for ψ: given on side walls, constant in closed cells, no hat on power traces."""
     ends, edge = mesh.edges
-    given = np.zeros(len(ends), dtype=bool)
-    given[edge[mesh.sides_on_wall()]] = True
-    return _with_hats(mesh, edge, given, kept & ~data.closed & ~_any(data.contact))
+    free = np.ones(len(ends), dtype=bool)
+    free[edge[mesh.sides_on_wall()]] = False
+    free[edge[~_usable(mesh, kept & ~data.closed & ~_any(data.contact))]] = False
+    return Hats(edge, free)
+
+
+def _usable(mesh: NestedMesh | TriangleMesh, cells: np.ndarray) -> np.ndarray:
+    """Those of some cells (C,) bool whose sides have a middle in the coordinates of the mesh."""
+    return cells & mesh.can_halve_twice()
 
 
 def _joins(vertices: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -65,31 +79,16 @@ def _any(of_sides: np.ndarray) -> np.ndarray:
     return first | second | third
 
 
-def _with_hats(
-    mesh: NestedMesh | TriangleMesh, edge: np.ndarray, given: np.ndarray, usable: np.ndarray
-) -> np.ndarray:
-    """Edges (C, 3) that are not given and that all their cells can use, -1 for others.
-
-    Parameters
-    ----------
-    edge : (C, 3), number of the edge at each side; given : bool, of each edge
-    usable : (C,) bool
-    """
-    # At the depth of the integer coordinates there is no middle to stand on.
-    given[edge[~(usable & mesh.can_halve_twice())]] = True
-    return np.where(given[edge], np.int32(-1), edge)
-
-
 @dataclass(frozen=True, eq=False)
 class Sharpening:
     """One energy ∫ c |∇v|² that hats shall lower.
 
-    hat : (C, 3), from `pressure_hats` or `stream_hats`; the same for all energies, or none
+    hats : from `pressure_hats` or `stream_hats`
     corner_values : of v, (n, 3), on n cells with a hat
     coefficient : c of the quarters
     """
 
-    hat: np.ndarray
+    hats: Hats
     corner_values: Callable[[np.ndarray], np.ndarray]
     coefficient: Callable[[QuarterData], np.ndarray]
 
@@ -109,17 +108,14 @@ def energy_drops(
     energies : what is to be lowered; all share the averages on the quarters
     comm : the ranks that share the work, all with the same mesh
     """
-    sides = _Sides.of([energy.hat for energy in energies])
+    sides = _Sides.of([energy.hats for energy in energies])
     drops = np.zeros(len(energies))
     # The hats of all cells at once would be the most memory of all. Those on the rim of a block are
     # done without, which widens a bracket by 0.3 %: whatever is added of the others is admissible.
     for block in range(comm.rank, len(sides.blocks), comm.size):
-        cells = sides.blocks[block]
-        number, count = sides.inside(block)
-        found = _hats_of(gap, mesh, values, energies, cells)
-        for k, (energy, hats) in enumerate(zip(energies, found, strict=True)):
-            has_one = energy.hat.take(cells, axis=0).T >= 0
-            drops[k] += hats.drop(np.where(has_one, number, count), count)
+        hat, free = sides.of_block(block)
+        found = _hats_of(gap, mesh, values, energies, sides.blocks[block])
+        drops += [hats.drop(hat, own) for hats, own in zip(found, free, strict=True)]
     return comm.allreduce(drops).tolist()
 
 
@@ -135,7 +131,7 @@ def _hats_of(
     aspect_x, aspect_y = np.broadcast_to(gap.aspect, 2)
     for part in parts(0, len(block), _AT_ONCE):
         cells = block[part]
-        vertices = mesh.cells.take(cells, axis=0).T
+        vertices = mesh.cells.take(cells, axis=0).T.astype(np.intp, order="C")
         xy = mesh.xy.take(vertices, axis=0)
         data = gap.quarter_data(xy, values.take(vertices, axis=0))
         shape = Shape.of(xy[..., 0] * aspect_x, xy[..., 1] * aspect_y)
@@ -146,48 +142,49 @@ def _hats_of(
 
 @dataclass(frozen=True, eq=False)
 class _Sides:
-    """Sides with a hat, numbered as the cells come to meet them, and blocks of the cells.
+    """Edges with a hat, numbered as the cells come to meet them, and blocks of the cells.
 
-    number : (C, 3) int32, -1 for none
+    number : (C, 3) int32, of the edge at each side, -1 where no energy has a hat
     blocks : cells with a hat, (n,) indices each
-    first : the number of the first side that each block meets first, and how many there are
-    on_rim : (sides,) bool, those that cells of two blocks know
+    first : the number of the first edge that each block meets first, and how many there are
+    free : of each energy (edges,) bool, edges with a hat that the cells of one block know alone
     """
 
     number: np.ndarray
     blocks: list[np.ndarray]
     first: list[int]
-    on_rim: np.ndarray
+    free: list[np.ndarray]
 
     @classmethod
-    def of(cls, hats: Sequence[np.ndarray]) -> "_Sides":
-        """From the hats (C, 3) of some energies."""
-        label = reduce(np.maximum, hats)
-        # The last one is that of -1.
-        free = np.ones(label.max(initial=-1) + 2, dtype=bool)
-        free[-1] = False
-        number, count = numbered(label, free)
+    def of(cls, hats: Sequence[Hats]) -> "_Sides":
+        """Of the hats of some energies; where one of them parts an edge others must have none."""
+        edge = reduce(np.maximum, [some.edge for some in hats])
+        free = np.zeros((len(hats), edge.max(initial=-1) + 1), dtype=bool)
+        for row, some in zip(free, hats, strict=True):
+            row[: len(some.free)] = some.free
+        number, count = numbered(edge, free.any(axis=0))
         wanted = np.flatnonzero(_any(number >= 0))
         blocks = [wanted[part] for part in parts(0, len(wanted), _BLOCK)]
-        first, on_rim = [0], np.zeros(count, dtype=bool)
+        first, alone = [0], np.ones(count, dtype=bool)
         for cells in blocks:
             # Between the cells of a block there are none with a hat.
             of_block = number[cells[0] : cells[-1] + 1]
-            on_rim[of_block[(of_block >= 0) & (of_block < first[-1])]] = True
+            alone[of_block[(of_block >= 0) & (of_block < first[-1])]] = False
             first.append(max(first[-1], int(of_block.max()) + 1))
-        return cls(number, blocks, first, on_rim)
+        edge_of = np.empty(count + 1, dtype=np.int32)
+        # The edge of sides without a hat comes last.
+        edge_of[number.ravel()] = edge.ravel()
+        return cls(number, blocks, first, [row[edge_of[:-1]] & alone for row in free])
 
-    def inside(self, block: int) -> tuple[np.ndarray, int]:
-        """Number the sides (3, n) of a block that no cell of another block knows.
+    def of_block(self, block: int) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Edges at the sides (3, n) of a block, numbered from 0, and of each energy the free ones.
 
-        Returns
-        -------
-        int, from 0 on, and how many; this for sides without a hat or on the rim
+        Sides without a hat, and those of edges met before, have the number behind the last.
         """
         begin, end = self.first[block : block + 2]
-        number = self.number.take(self.blocks[block], axis=0).T.astype(np.intp, order="C")
-        inside = (number >= 0) & ~self.on_rim[number]
-        return np.where(inside, number - begin, end - begin), end - begin
+        number = self.number.take(self.blocks[block], axis=0).T.astype(np.intp, order="C") - begin
+        number[number < 0] = end - begin
+        return number, [free[begin:end] for free in self.free]
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,18 +215,19 @@ class _CellEnergies:
         for row, values in zip(rows, found, strict=True):
             row[part] = values
 
-    def drop(self, hat: np.ndarray, count: int) -> float:
+    def drop(self, hat: np.ndarray, free: np.ndarray) -> float:
         """How much the energy falls in a few steps of CG from s = 0.
 
         Parameters
         ----------
-        hat : (3, n), number of the hat of each side, `count` for none
+        hat : (3, n), number of the hat of each side, that behind the last for none
+        free : (hats,) bool, hats that are to be moved
         """
+        count = len(free)
         start = -_summed(hat, self.slope, count)
         diagonal = _summed(hat, self.own, count)
-        # What is summed for sides without a hat is not to be moved.
-        diagonal[count] = 0.0
-        inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
+        moved = np.append(free, False) & (diagonal > 0)
+        inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=moved)
         first, others = hat[0], self._others(hat[1:], count)
         residual, before = start.copy(), np.inf
         s, direction = np.zeros((2, count + 1))
