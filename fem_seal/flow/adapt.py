@@ -3,8 +3,9 @@
 Each level solves the primal and the regularised dual; cells are marked by what they add to the
 difference of the two (Dörfler), and among the closed cells those that most of the flow would pass
 are marked too: a channel kept shut by a few cells of small resistance adds little to the
-difference of energies, yet all its flow is missing from the lower bound. The true dual, which
-alone is a bound, is solved when the regularised one says that the tolerance is near.
+difference of energies, yet all its flow is missing from the lower bound. What marked cells leave to
+mark is refined as well, without a solve (`look_ahead.py`). The true dual, which alone is a bound,
+is solved when the regularised one says that the tolerance is near.
 """
 
 import time
@@ -18,13 +19,15 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
-from fem_seal.flow.marking import doerfler, halvings
+from fem_seal.flow.look_ahead import refined_ahead
+from fem_seal.flow.marking import Marks, doerfler, halvings
 from fem_seal.flow.start import Guess, Start
 from fem_seal.leak_rate import Level
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-GAIN_OF_HATS = 0.4  # typical ratio of the half-widths after and before sharpening
+USUAL_GAIN = 0.4  # ratio of the half-widths after and before sharpening, until one is measured
+FAR = 3.0  # times the tolerance: bounds as wide as that take more than one level
 GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cells doubles them
 ROUNDING = 1e-12  # relative error allowed to sums of positive terms; bounds are widened by it
 
@@ -35,6 +38,7 @@ class Tuning:
 
     epsilon : conductivity of closed cells in the regularised dual, relative to the primal's
     theta : part of the difference of energies that the marked cells hold
+    theta_far : the same as long as the bounds are too wide for the next level to be the last
     theta_throughflow : part of the flow through closed cells that the marked ones carry
     cut : the dual takes gaps below this part of the critical constriction for contact
     floor : the primal raises positive gaps to this part of it
@@ -46,6 +50,7 @@ class Tuning:
 
     epsilon: float = 0.1
     theta: float = 0.8
+    theta_far: float = 0.9
     theta_throughflow: float = 0.5
     cut: float = 1e-2
     floor: float = 1e-4
@@ -148,7 +153,7 @@ def brackets(
     """
     start = Start.first(gap, mesh)
     lower, upper, near = 0.0, np.inf, strategy.uniform or strategy.every_dual
-    log = _Log()
+    gain, log = USUAL_GAIN, _Log()
     while True:
         problem = LevelProblem(gap, start.mesh, start.values, comm, strategy.tuning.tolerance)
         if upper < np.inf and problem.unknowns > (strategy.max_unknowns or np.inf):
@@ -157,12 +162,12 @@ def brackets(
         guess = start.guess(problem)
         del start
         log.lap("mesh")
-        found = _solve(problem, guess, strategy, near, log)
+        found = _solve(problem, guess, strategy, near, gain, log)
         upper = min(upper, found.pressure.energy * (1 + ROUNDING))
         if found.stream is not None:
             sharper = _sharpened(problem, found.pressure, found.stream)
             lower, upper = max(lower, sharper[0]), min(upper, sharper[1])
-            near = True
+            gain, near = found.gain(*sharper), True
             log.lap("sharpening")
         level = Level(problem.unknowns, cells, lower, upper, log.iterations, log.seconds)
         yield Bracket(level, problem, found.pressure, found.stream)
@@ -174,31 +179,38 @@ def brackets(
                 return
             # Halving all cells twice makes the uniform mesh with squares half as wide.
             times = np.full(len(problem.kept), 2, dtype=np.int8)
+            start = Start.after(problem, found.pressure, found.stream)
+            del problem, guess, found
+            start = start.refined(gap, times)
         else:
             found = _guided(problem, guess, found, strategy, log)
-            reached = relative_gap(lower, upper) if found.stream else found.expected
-            times = _mark(problem, found, reached, strategy)
-        start = Start.after(problem, found.pressure, found.guide or found.stream)
-        # Two meshes need not be in memory at once.
-        del problem, guess, found
-        start = start.refined(gap, times)
+            reached = relative_gap(lower, upper) if found.stream else np.inf
+            marks = _mark(problem, found, gain * found.difference, reached, strategy)
+            guide = found.guide
+            start = Start.after(problem, found.pressure, guide)
+            # Two meshes need not be in memory at once.
+            del problem, guess, found
+            start = refined_ahead(start, gap, marks, guide)
         log.lap("refine")
 
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """Solutions on one mesh: pressure, guiding (regularised) and true stream function.
-
-    expected : by the guide, relative width of the bracket if the closed cells were resolved
-    """
+    """Solutions on one mesh: pressure, guiding (regularised) and true stream function."""
 
     pressure: Minimum
     guide: Stream | None
     stream: Stream | None
 
     @property
-    def expected(self) -> float:
-        return GAIN_OF_HATS * (self.pressure.energy / self.guide.conductance - 1)
+    def difference(self) -> float:
+        """Relative width of the bounds before sharpening, if all closed cells were open."""
+        return self.pressure.energy / self.guide.conductance - 1
+
+    def gain(self, lower: float, upper: float) -> float:
+        """Relative width of sharper bounds over that of those solved for."""
+        width = self.pressure.energy / self.stream.conductance - 1
+        return (upper / lower - 1) / width if width > ROUNDING else 1.0
 
 
 def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tuple[float, float]:
@@ -208,7 +220,7 @@ def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tupl
 
 
 def _solve(
-    problem: LevelProblem, guess: Guess, strategy: Strategy, near: bool, log: _Log
+    problem: LevelProblem, guess: Guess, strategy: Strategy, near: bool, gain: float, log: _Log
 ) -> _Solved:
     """Solve the primal, and the true dual where it may decide: if it is near, or by the guide."""
     pressure = problem.pressure(guess.pressure)
@@ -219,7 +231,7 @@ def _solve(
         found = _guided(problem, guess, found, strategy, log)
         psi = found.guide.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
-        if not last and found.expected >= 2 * strategy.rtol:
+        if not last and gain * found.difference >= 2 * strategy.rtol:
             return found
     stream = problem.stream(psi)
     log.lap("dual", stream)
@@ -243,24 +255,41 @@ def _guided(
     return replace(found, guide=guide)
 
 
-def _mark(problem: LevelProblem, found: _Solved, reached: float, strategy: Strategy) -> np.ndarray:
-    """How often to halve each cell (C,) of the whole mesh."""
-    part = part_of_a_step(reached, strategy)
+def _mark(
+    problem: LevelProblem, found: _Solved, expected: float, reached: float, strategy: Strategy
+) -> Marks:
+    """Which cells of the whole mesh to halve, and how often.
+
+    Parameters
+    ----------
+    expected : relative width of the sharpened bounds if all closed cells were open
+    reached : what it is, infinite where that is not known
+    """
     tuning = strategy.tuning
     shares = problem.shares(found.pressure, found.guide)
     throughflow = problem.throughflow(found.guide)
+    # What closed cells keep from the lower bound is not in the shares, nor in what is expected.
+    part = part_of_a_step(expected, strategy)
+    theta = tuning.theta_far if expected > FAR * strategy.rtol else part * tuning.theta
+    large = halvings(shares, doerfler(shares, theta))
+    through = doerfler(throughflow, part_of_a_step(reached, strategy) * tuning.theta_throughflow)
     times = np.zeros(len(problem.kept), dtype=np.int8)
-    times[problem.kept] = np.maximum(
-        halvings(shares, doerfler(shares, part * tuning.theta)),
-        doerfler(throughflow, part * tuning.theta_throughflow),
-    )
-    return times
+    times[problem.kept] = np.maximum(large, through)
+    # The size of a last step is measured: nothing is added to its share ahead of the solve.
+    least_share = shares[large > 0].min(initial=np.inf) if part == 1 else np.inf
+    return Marks(times, float(least_share), float(throughflow[through].min(initial=np.inf)))
 
 
-def part_of_a_step(expected: float, strategy: Strategy) -> float:
+def part_of_a_step(width: float, strategy: Strategy) -> float:
     """How much of a full step is left to do: the last one should not overshoot the tolerance.
 
-    Halving the cells that hold a part θ of the difference lowers it by about 0.63 θ.
+    Halving the cells that hold a part θ of the difference lowers it by about 0.63 θ. A step that
+    just fails costs one level more, a larger one few unknowns: it aims a tenth below the tolerance.
+
+    Parameters
+    ----------
+    width : relative, of the bounds; infinite if they are still far apart
     """
-    needed = 1.6 * (1 - 0.98 * strategy.rtol / expected) / strategy.tuning.theta
-    return float(np.clip(needed, 0.06, 1.0))
+    aim = 0.9 * strategy.rtol
+    needed = 1.6 * (1 - aim / max(width, aim)) / strategy.tuning.theta
+    return float(np.clip(needed, 0.15, 1.0))

@@ -1,6 +1,22 @@
 """Which cells to refine."""
 
+from dataclasses import dataclass
+
 import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Which cells of a mesh to halve.
+
+    times : (C,) int8, how often
+    least_share, least_flow : smallest share and throughflow of a marked cell, infinite if there
+        was none
+    """
+
+    times: np.ndarray
+    least_share: float
+    least_flow: float
 
 
 def doerfler(shares: np.ndarray, theta: float) -> np.ndarray:

@@ -11,7 +11,7 @@ Vertices carry integer coordinates in units of 2^-DEPTH pixels: which square a t
 is index arithmetic, never a search.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -128,6 +128,10 @@ class NestedMesh:
     ) -> "NestedMesh":
         """The mesh that bisection has made of this one; `halvings` do not matter here."""
         return NestedMesh(xy, cells, self.squares, twin, edges)
+
+    def part(self, cells: np.ndarray) -> "NestedMesh":
+        """Some cells (n,), with all vertices."""
+        return replace(self, cells=self.cells[cells], carried_edges=None)
 
     def sides_on_top(self) -> np.ndarray:
         """(C, 3) bool: sides at y = my, if that is the same line as y = 0."""

@@ -9,7 +9,7 @@ Refinement is the newest-vertex bisection of the nested family, started from the
 gap that is linear on the cells is linear on their halves, and the shape stays the polygon it is.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -150,6 +150,11 @@ class TriangleMesh:
     ) -> "TriangleMesh":
         """The mesh that bisection has made of this one; only labels are left to be carried."""
         return TriangleMesh(xy, cells, halvings.carried(self.sides, _halved_labels), twin, edges)
+
+    def part(self, cells: np.ndarray) -> "TriangleMesh":
+        """Some cells (n,), with all vertices."""
+        sides = self.sides[cells]
+        return replace(self, cells=self.cells[cells], sides=sides, carried_edges=None)
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and stream function (V,) to start the first solve from."""

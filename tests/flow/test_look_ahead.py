@@ -1,0 +1,154 @@
+"""Refining ahead of a solve: where halves would be marked again, and only there."""
+
+import numpy as np
+import pytest
+from gaps import FLUID, level_problem, represented, rough_gap
+
+from fem_seal.flow import leak_rate, look_ahead
+from fem_seal.flow.cell_data import CellData
+from fem_seal.flow.gradients import gradients, shape_gradients
+from fem_seal.flow.integrals import batch
+from fem_seal.flow.look_ahead import least_share, refined_ahead
+from fem_seal.flow.marking import Marks
+from fem_seal.flow.start import Start
+from fem_seal.grid import GridField
+
+LEAK = 0.1
+
+
+def solved(gap, width: int, periodic_sides: bool):
+    """A mesh of squares `width` pixels wide with its pressure, its guide and what follows it."""
+    problem = level_problem(gap, width=width, periodic_sides=periodic_sides)
+    pressure = problem.pressure(np.zeros(problem.unknowns))
+    guide = problem.regularised_stream(problem.mesh.first_guess()[1], LEAK)
+    return problem, pressure, guide, Start.after(problem, pressure, guide)
+
+
+def some_marked(start: Start, share: float = np.inf, flow: float = np.inf) -> Marks:
+    """Every seventh cell, and the least of its shares and flows."""
+    return Marks((np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8), share, flow)
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("periodic_sides", [False, True])
+def test_new_vertices_take_the_best_value(representation, periodic_sides):
+    """With all others as they were, no energy is left to gain by a new vertex inside: its slope,
+    as DOLFINx integrates it, is rounding. Cells share no new vertices where one in seven is cut
+    but for those that follow, so those with a new neighbour are left out."""
+    gap = represented(rough_gap((32, 32), 0.3, 3), representation, cut=0.05, width=2)
+    _, _, guide, start = solved(gap, 2, periodic_sides)
+    before = len(start.stream)
+    ahead = refined_ahead(start, gap, some_marked(start), guide)
+    mesh, data = ahead.mesh, gap.cell_data(ahead.mesh, ahead.values)
+    plain = start.refined(gap, some_marked(start).times).stream
+    new = (mesh.cells >= before).sum(axis=1)
+    crowded = np.zeros(len(plain), dtype=bool)
+    crowded[mesh.cells[new > 1]] = True
+    alone = np.flatnonzero(~crowded & ~mesh.bottom & ~mesh.top)
+    alone = alone[alone >= before]
+    batch().place(mesh.points(gap.aspect)[mesh.cells], data.regularised(LEAK, gap.cut))
+    slope, unrelaxed = (
+        np.bincount(mesh.cells.ravel(), batch().slopes(psi[mesh.cells]).ravel(), len(plain))
+        for psi in (ahead.stream, plain)
+    )
+    assert len(alone) > 20
+    # Rounding of ψ times the largest resistivity, 1 / (ε cut³).
+    assert np.all(np.abs(slope[alone]) <= 1e-15 * 100 / (LEAK * gap.cut**3))
+    assert np.abs(unrelaxed[alone]).max() > 0.1
+    assert np.abs(ahead.stream - plain)[alone].max() > 1e-3
+
+
+def test_the_least_share():
+    """Over all ∇p, K|∇p|² + J·R·J + 2 J·∇p is least at ∇p = -J/K: that is what is compared."""
+    rng = np.random.default_rng(2)
+    J, K, R = rng.normal(size=(50, 2)), rng.uniform(0.1, 2.0, 50), rng.normal(size=(50, 3))
+    none = np.zeros(50, dtype=bool)
+    data = CellData(none, none, none, none, K, R)
+
+    def share(slope: np.ndarray) -> np.ndarray:
+        (jx, jy), (xx, xy, yy) = J.T, R.T
+        turned = xx * jx * jx + 2 * xy * jx * jy + yy * jy * jy
+        return K * (slope**2).sum(axis=1) + turned + 2 * (J * slope).sum(axis=1)
+
+    best = -J / K[:, None]
+    np.testing.assert_allclose(least_share(J, data, R), share(best), atol=1e-13 * 100)
+    for _ in range(20):
+        assert np.all(least_share(J, data, R) <= share(best + 1e-3 * rng.normal(size=(50, 2))))
+
+
+@pytest.mark.parametrize("width", [1, 4])
+def test_no_share_is_smaller(width):
+    """Of a mesh that was solved: e_T, with its pressure, is nowhere below what ψ alone allows."""
+    gap = represented(rough_gap((32, 32), 0.3, 5), cut=1e-3, width=width)
+    problem, pressure, guide, _ = solved(gap, width, True)
+    cells = problem.mesh.cells[problem.kept]
+    slopes, areas = shape_gradients(problem.mesh.points(gap.aspect)[cells])
+    J = guide.conductance * gradients(slopes, guide.psi[cells])
+    tensor = problem.data.regularised(LEAK, gap.cut)
+    shares = problem.shares(pressure, guide)
+    least = areas * least_share(J, problem.data, tensor)
+    linear = ~problem.data.contact.any(axis=1)  # of a power trace the mean gradient is another one
+    assert np.count_nonzero(linear) > 100
+    assert np.all(shares[linear] >= least[linear] - 1e-9 * shares.sum())
+
+
+@pytest.mark.parametrize("periodic_sides", [False, True])
+def test_nothing_is_halved_ahead_of_no_mark(periodic_sides):
+    gap = represented(rough_gap((32, 32), 0.3, 7), width=8)
+    _, _, guide, start = solved(gap, 8, periodic_sides)
+    ahead = refined_ahead(start, gap, some_marked(start), guide)
+    plain = start.refined(gap, some_marked(start).times)
+    assert np.array_equal(ahead.mesh.cells, plain.mesh.cells)
+    assert np.array_equal(ahead.pressure, plain.pressure)
+
+
+def test_closed_cells_are_opened_where_they_let_flow_pass():
+    """A wall with one opening, in squares as wide as the wall: what is halved ahead are cells at the
+    opening, and none along the rest of the wall, though its whole rim is closed."""
+    samples = np.ones((65, 65))
+    samples[24:33] = 0
+    samples[24:33, 27:30] = 0.5
+    gap = represented(GridField(samples, (1.0, 1.0)), cut=1e-3, width=8)
+    problem, _, guide, start = solved(gap, 8, False)
+    flow = np.zeros(len(problem.kept))
+    flow[problem.kept] = problem.throughflow(guide)
+    marked = flow > 0.05 * guide.conductance
+    marks = Marks(marked.astype(np.int8), np.inf, 0.02 * guide.conductance)
+    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, guide)
+    x, y = ahead.mesh.points((1.0, 1.0))[len(plain.mesh.xy) :].T
+    assert len(x) > 10
+    assert np.all(np.abs(x - 28) <= 12)
+    assert np.all(np.abs(y - 28) <= 12)
+
+
+def test_fewer_levels_for_the_same_bounds(monkeypatch):
+    """What is seen ahead needs no solve: fewer levels, and brackets of one leak rate."""
+    gap = rough_gap((128, 128), 0.38, 3, smooth=2)
+    options = {"sides": "periodic", "rtol": 0.05} | FLUID
+    ahead = leak_rate(gap, **options)
+    monkeypatch.setattr(look_ahead, "AHEAD", 0)
+    blind = leak_rate(gap, **options)
+    assert ahead.converged
+    assert blind.converged
+    assert len(ahead.levels) < len(blind.levels)
+    assert max(ahead.lower, blind.lower) <= min(ahead.upper, blind.upper)
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_pockets_do_not_change_a_single_mesh(representation, sides):
+    """Pockets carry no flow: filling them changes no bound of any level, coarse ones included.
+    1e-7: two solves of one problem, 1e-8 each."""
+    n = 65 if representation == "linear" else 64
+    samples = np.ones((n, n))
+    samples[20:40, 8:] = 0
+    samples[:, 0] = samples[:, -1] = 0
+    filled = GridField(samples, (1.0, 1.0))
+    holed = samples.copy()
+    holed[24:36, 20:50] = 0.8
+    options = {"sides": sides, "representation": representation, "rtol": 0.1} | FLUID
+    first, second = leak_rate(filled, **options), leak_rate(GridField(holed, (1.0, 1.0)), **options)
+    assert [level.unknowns for level in first.levels] == [level.unknowns for level in second.levels]
+    for one, other in zip(first.levels, second.levels, strict=True):
+        assert one.upper == pytest.approx(other.upper, rel=1e-7, abs=0)
+        assert one.lower == pytest.approx(other.lower, rel=1e-7, abs=0)
