@@ -103,7 +103,7 @@ def test_nothing_is_halved_ahead_of_no_mark(periodic_sides):
 
 
 def test_closed_cells_are_opened_where_they_let_flow_pass():
-    """A wall with one opening, in squares as wide as the wall: what is halved ahead are cells at the
+    """A wall with one opening, in squares as wide as the wall: what is halved ahead is at the
     opening, and none along the rest of the wall, though its whole rim is closed."""
     samples = np.ones((65, 65))
     samples[24:33] = 0
