@@ -14,10 +14,15 @@ def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     -------
     (C, 3, 2), (C,)
     """
-    opposite = x[:, [2, 0, 1]] - x[:, [1, 2, 0]]
-    twice = opposite[:, 0, 0] * opposite[:, 1, 1] - opposite[:, 0, 1] * opposite[:, 1, 0]
-    turned = np.stack([-opposite[..., 1], opposite[..., 0]], axis=-1)
-    return turned / twice[:, None, None], np.abs(twice) / 2
+    a, b, c = x.transpose(1, 2, 0)
+    # One component of all cells after the other in memory: loops over two of them are slow.
+    slopes = np.empty((3, 2, len(x)))
+    (ux, uy), (vx, vy) = c - b, a - c
+    twice = ux * vy - uy * vx
+    for slope, (ex, ey) in zip(slopes, ((ux, uy), (vx, vy), b - a), strict=True):
+        np.divide(-ey, twice, out=slope[0])
+        np.divide(ex, twice, out=slope[1])
+    return slopes.transpose(2, 0, 1), np.abs(twice) / 2
 
 
 def gradients(slopes: np.ndarray, corner_values: np.ndarray) -> np.ndarray:
@@ -25,4 +30,6 @@ def gradients(slopes: np.ndarray, corner_values: np.ndarray) -> np.ndarray:
 
     From differences of the corner values (n, 3): the same added to all is not even rounded.
     """
-    return np.einsum("cid,ci->cd", slopes[:, 1:], corner_values[:, 1:] - corner_values[:, :1])
+    _, b, c = slopes.transpose(1, 2, 0)
+    a, *others = corner_values.T
+    return (b * (others[0] - a) + c * (others[1] - a)).T

@@ -66,7 +66,7 @@ class LevelProblem:
         self._contact: CellContact = data.without_values()
         self.primal_numbering: Unknowns = primal_unknowns(mesh, data, cells)
         del data, cells
-        self._cells = triangles = mesh.cells[self.kept]
+        self._cells = triangles = mesh.cells.compress(self.kept, axis=0)
 
         # Not a method: an object that refers to itself stays in memory until Python looks for such.
         def corners(cells: np.ndarray | slice) -> np.ndarray:
@@ -74,7 +74,9 @@ class LevelProblem:
 
         self._corners = corners
         kept = self.kept
-        self.space = CellSpace(len(triangles), corners, lambda: mesh.edges[1][kept], comm)
+        self.space = CellSpace(
+            len(triangles), corners, lambda: mesh.edges[1].compress(kept, axis=0), comm
+        )
 
     @property
     def unknowns(self) -> int:
@@ -200,7 +202,7 @@ class LevelProblem:
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         dual = Sharpening(
             stream_hats(*cells),
-            lambda some: stream.psi[self.mesh.cells[some]],
+            lambda some: stream.psi.take(self.mesh.cells.take(some, axis=0)),
             lambda data: data.resistivity[:, 0],
         )
         primal = Sharpening(

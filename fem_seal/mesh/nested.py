@@ -120,7 +120,10 @@ class NestedMesh:
 
     def can_halve_twice(self) -> np.ndarray:
         """(C,) bool: all sides have a middle in integer coordinates."""
-        a, b, c = (self.xy[corner] & 1 for corner in self.cells.T)
+        odd = self.xy & 1
+        if not odd.any():
+            return np.ones(len(self.cells), dtype=bool)
+        a, b, c = (odd[corner] for corner in self.cells.T)
         return ((a == b) & (b == c)).all(axis=1)
 
     def halved(
@@ -144,9 +147,12 @@ class NestedMesh:
 
     def sides_on_wall(self) -> np.ndarray:
         """(C, 3) bool: sides that lie on a side wall."""
-        ends = self.ends_of_sides()
-        wall = self.bottom[ends].all(axis=2) | self.top[ends].all(axis=2)
-        return wall & (not self.periodic)
+        on_wall = np.zeros(self.cells.shape, dtype=bool)
+        if not self.periodic:
+            for wall in (self.bottom, self.top):
+                a, b, c = wall[self.cells.T]
+                on_wall |= np.stack([b & c, c & a, a & b], axis=1)
+        return on_wall
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and stream function (V,) of a uniform gap."""
