@@ -40,6 +40,7 @@ class Tuning:
     theta : part of the difference of energies that the marked cells hold
     theta_far : the same as long as the bounds are too wide for the next level to be the last
     theta_throughflow : part of the flow through closed cells that the marked ones carry
+    ahead : halvings ahead of a solve, at most; more of them save levels and cost unknowns
     cut : the dual takes gaps below this part of the critical constriction for contact
     floor : the primal raises positive gaps to this part of it
     ceiling : where the gap is this many times it, the pressure is taken to be constant; cut, floor
@@ -52,6 +53,7 @@ class Tuning:
     theta: float = 0.8
     theta_far: float = 0.9
     theta_throughflow: float = 0.5
+    ahead: int = 2
     cut: float = 1e-2
     floor: float = 1e-4
     ceiling: float = 2e3
@@ -190,7 +192,7 @@ def brackets(
             start = Start.after(problem, found.pressure, guide)
             # Two meshes need not be in memory at once.
             del problem, guess, found
-            start = refined_ahead(start, gap, marks, guide)
+            start = refined_ahead(start, gap, marks, guide, strategy.tuning.ahead)
         log.lap("refine")
 
 

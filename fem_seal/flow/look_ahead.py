@@ -16,14 +16,17 @@ from fem_seal.flow.level import Stream
 from fem_seal.flow.marking import Marks
 from fem_seal.flow.start import Start
 
-AHEAD = 2  # halvings without a solve
 # A cell is halved again from this part of the smallest marked share on: what is known of its own
 # share, without a pressure, is the least that it can be.
 _PART = 0.5
 
 
 def refined_ahead(
-    start: Start, gap: LinearGap | ConstantGap | VertexGap, marks: Marks, guide: Stream
+    start: Start,
+    gap: LinearGap | ConstantGap | VertexGap,
+    marks: Marks,
+    guide: Stream,
+    times: int,
 ) -> Start:
     """Carry all to the mesh refined by some marks and ahead of them.
 
@@ -33,10 +36,11 @@ def refined_ahead(
     gap : the gap as represented
     marks : of its cells
     guide : the regularised dual that marked them
+    times : how often to look ahead at most
     """
     before = len(start.stream)
     start = start.refined(gap, marks.times)
-    for _ in range(AHEAD):
+    for _ in range(times):
         new = np.flatnonzero((start.mesh.cells >= before).any(axis=1))
         cells, mesh = start.mesh.cells[new], start.mesh.part(new)
         data = gap.cell_data(mesh, start.values)
@@ -47,12 +51,12 @@ def refined_ahead(
         flow = np.linalg.norm(J, axis=1) * np.sqrt(2 * areas)
         again = data.closed & (flow >= marks.least_flow)
         again |= areas * least_share(J, data, tensor) >= _PART * marks.least_share
-        times = np.zeros(len(start.mesh.cells), dtype=np.int8)
-        times[new[again & (data.K > 0)]] = 1
+        once = np.zeros(len(start.mesh.cells), dtype=np.int8)
+        once[new[again & (data.K > 0)]] = 1
         start, before = replace(start, stream=psi), len(psi)
-        if not times.any():
+        if not once.any():
             break
-        start = start.refined(gap, times)
+        start = start.refined(gap, once)
     return start
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from gaps import FLUID, level_problem, represented, rough_gap
 
-from fem_seal.flow import leak_rate, look_ahead
+from fem_seal.flow import Tuning, leak_rate
 from fem_seal.flow.cell_data import CellData
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import batch
@@ -38,7 +38,7 @@ def test_new_vertices_take_the_best_value(representation, periodic_sides):
     gap = represented(rough_gap((32, 32), 0.3, 3), representation, cut=0.05, width=2)
     _, _, guide, start = solved(gap, 2, periodic_sides)
     before = len(start.stream)
-    ahead = refined_ahead(start, gap, some_marked(start), guide)
+    ahead = refined_ahead(start, gap, some_marked(start), guide, 2)
     mesh, data = ahead.mesh, gap.cell_data(ahead.mesh, ahead.values)
     plain = start.refined(gap, some_marked(start).times).stream
     new = (mesh.cells >= before).sum(axis=1)
@@ -96,7 +96,7 @@ def test_no_share_is_smaller(width):
 def test_nothing_is_halved_ahead_of_no_mark(periodic_sides):
     gap = represented(rough_gap((32, 32), 0.3, 7), width=8)
     _, _, guide, start = solved(gap, 8, periodic_sides)
-    ahead = refined_ahead(start, gap, some_marked(start), guide)
+    ahead = refined_ahead(start, gap, some_marked(start), guide, 2)
     plain = start.refined(gap, some_marked(start).times)
     assert np.array_equal(ahead.mesh.cells, plain.mesh.cells)
     assert np.array_equal(ahead.pressure, plain.pressure)
@@ -114,20 +114,20 @@ def test_closed_cells_are_opened_where_they_let_flow_pass():
     flow[problem.kept] = problem.throughflow(guide)
     marked = flow > 0.05 * guide.conductance
     marks = Marks(marked.astype(np.int8), np.inf, 0.02 * guide.conductance)
-    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, guide)
+    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, guide, 2)
     x, y = ahead.mesh.points((1.0, 1.0))[len(plain.mesh.xy) :].T
     assert len(x) > 10
     assert np.all(np.abs(x - 28) <= 12)
     assert np.all(np.abs(y - 28) <= 12)
 
 
-def test_fewer_levels_for_the_same_bounds(monkeypatch):
+def test_fewer_levels_for_the_same_bounds():
     """What is seen ahead needs no solve: fewer levels, and brackets of one leak rate."""
     gap = rough_gap((128, 128), 0.38, 3, smooth=2)
-    options = {"sides": "periodic", "rtol": 0.05} | FLUID
-    ahead = leak_rate(gap, **options)
-    monkeypatch.setattr(look_ahead, "AHEAD", 0)
-    blind = leak_rate(gap, **options)
+    blind, ahead = (
+        leak_rate(gap, sides="periodic", rtol=0.05, tuning=Tuning(ahead=times), **FLUID)
+        for times in (0, 2)
+    )
     assert ahead.converged
     assert blind.converged
     assert len(ahead.levels) < len(blind.levels)
