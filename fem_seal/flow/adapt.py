@@ -27,7 +27,6 @@ from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
 USUAL_GAIN = 0.4  # ratio of the half-widths after and before sharpening, until one is measured
-FAR = 3.0  # times the tolerance: bounds as wide as that take more than one level
 GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cells doubles them
 ROUNDING = 1e-12  # relative error allowed to sums of positive terms; bounds are widened by it
 
@@ -38,7 +37,6 @@ class Tuning:
 
     epsilon : conductivity of closed cells in the regularised dual, relative to the primal's
     theta : part of the difference of energies that the marked cells hold
-    theta_far : the same as long as the bounds are too wide for the next level to be the last
     theta_throughflow : part of the flow through closed cells that the marked ones carry
     ahead : halvings ahead of a solve, at most; more of them save levels and cost unknowns
     cut : the dual takes gaps below this part of the critical constriction for contact
@@ -50,9 +48,8 @@ class Tuning:
     """
 
     epsilon: float = 0.1
-    theta: float = 0.8
-    theta_far: float = 0.9
-    theta_throughflow: float = 0.5
+    theta: float = 0.9
+    theta_throughflow: float = 0.7
     ahead: int = 2
     cut: float = 1e-2
     floor: float = 1e-4
@@ -272,8 +269,7 @@ def _mark(
     throughflow = problem.throughflow(found.guide)
     # What closed cells keep from the lower bound is not in the shares, nor in what is expected.
     part = part_of_a_step(expected, strategy)
-    theta = tuning.theta_far if expected > FAR * strategy.rtol else part * tuning.theta
-    large = halvings(shares, doerfler(shares, theta))
+    large = halvings(shares, doerfler(shares, part * tuning.theta))
     through = doerfler(throughflow, part_of_a_step(reached, strategy) * tuning.theta_throughflow)
     times = np.zeros(len(problem.kept), dtype=np.int8)
     times[problem.kept] = np.maximum(large, through)
