@@ -38,7 +38,7 @@ class FlowField:
 
     points : (N, 2) float [m]; points on contact lines stand once for each side
     cells : (C, 3) int, into points; only cells that carry flow
-    gap : (N,) [m]; pressure : (N,) [Pa]
+    gap : (N,) [m], zero in pockets on a grid, which no flow reaches; pressure : (N,) [Pa]
     flux : (C, 2) [m^2/s], volume per second and width, of the primal solution
     """
 

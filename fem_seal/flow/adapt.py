@@ -27,7 +27,7 @@ from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
 USUAL_GAIN = 0.4  # ratio of the half-widths after and before sharpening, until one is measured
-GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cells doubles them
+GROWTH = 4.0  # of the unknowns from level to level, at most: 3.9 were seen on open rough gaps
 ROUNDING = 1e-12  # relative error allowed to sums of positive terms; bounds are widened by it
 
 
@@ -38,7 +38,8 @@ class Tuning:
     epsilon : conductivity of closed cells in the regularised dual, relative to the primal's
     theta : part of the difference of energies that the marked cells hold
     theta_throughflow : part of the flow through closed cells that the marked ones carry
-    ahead : halvings ahead of a solve, at most; more of them save levels and cost unknowns
+    ahead : halvings ahead of a solve, at most; more of them save levels and cost unknowns (of the
+        leak rate; the conductivity tensor does not look ahead)
     cut : the dual takes gaps below this part of the critical constriction for contact
     floor : the primal raises positive gaps to this part of it
     ceiling : where the gap is this many times it, the pressure is taken to be constant; cut, floor
@@ -157,7 +158,6 @@ def brackets(
         problem = LevelProblem(gap, start.mesh, start.values, comm, strategy.tuning.tolerance)
         if upper < np.inf and problem.unknowns > (strategy.max_unknowns or np.inf):
             return
-        cells = problem.space.count
         guess = start.guess(problem)
         del start
         log.lap("mesh")
@@ -168,7 +168,8 @@ def brackets(
             lower, upper = max(lower, sharper[0]), min(upper, sharper[1])
             gain, near = found.gain(*sharper), True
             log.lap("sharpening")
-        level = Level(problem.unknowns, cells, lower, upper, log.iterations, log.seconds)
+        counts = problem.unknowns, problem.space.count
+        level = Level(*counts, lower, upper, log.iterations, log.seconds)
         yield Bracket(level, problem, found.pressure, found.stream)
         log = _Log()
         if strategy.uniform:
@@ -183,7 +184,7 @@ def brackets(
             start = start.refined(gap, times)
         else:
             found = _guided(problem, guess, found, strategy, log)
-            reached = relative_gap(lower, upper) if found.stream else np.inf
+            reached = relative_gap(lower, upper) if found.stream is not None else np.inf
             marks = _mark(problem, found, gain * found.difference, reached, strategy)
             guide = found.guide
             start = Start.after(problem, found.pressure, guide)

@@ -120,7 +120,7 @@ class Pyramid:
         columns = np.array([table.shape[2] for table in self.diagonal])
         kind = np.where(place.is_diagonal, 0, 1)
         square = place.i * columns[place.level] + place.j
-        row = (square << 1 + kind) + self.starts[place.level, kind] + place.part
+        row = (square << (1 + kind)) + self.starts[place.level, kind] + place.part
         return self.means.take(row, axis=1)
 
 

@@ -58,7 +58,7 @@ class CellData(CellContact):
         ----------
         xy, aspect : corners (3, n, 2), and what their x and y are to be multiplied by
         gaps : (3, n, 2), raised for the primal and lowered for the dual
-        linear : (n,) bool, cells on which the gap is linear
+        linear : (n,) bool, cells on which the gap is linear, or one for all
         means : of g³ and of 1/g³, each (n,)
         ceiling : no cell conducts more than its cube in the dual
         """
@@ -105,7 +105,9 @@ class CellData(CellContact):
             smallest conductivity the contrast makes deep solves collapse
         """
         conducted = leak * np.maximum(self.K, cut**3)
-        return self.resistivity + (self.closed / conducted)[:, None] * ISOTROPIC
+        # What conducts nothing at all, without a cut, is no part of any problem.
+        added = np.divide(self.closed, conducted, out=np.zeros_like(self.K), where=conducted > 0)
+        return self.resistivity + added[:, None] * ISOTROPIC
 
     def without_values(self) -> CellContact:
         """What is left when the averages are no longer needed."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from fem_seal.errors import NotConverged
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.adapt import GROWTH, ROUNDING, Strategy, Tuning, part_of_a_step
+from fem_seal.flow.adapt import ROUNDING, Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
 from fem_seal.flow.course import Course, out_of_reach
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
@@ -26,6 +26,7 @@ LEAST_SQUARES = 4  # across the cell: fewer cannot tell a side from its copy
 # Of the largest conductivity: without ends of given pressure, what conducts less drowns in the
 # rounding of the pressure where the gap is open.
 LEAST_CONDUCTIVITY = 1e-15
+GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cells doubles them
 TIGHTEST = "the tightest place on the widest way around the cell"
 
 
@@ -222,7 +223,7 @@ def _levels(
         yield _Found(lower, upper, problem.unknowns, reason)
         if lower is not None and np.isfinite(relative_gap(lower, upper)):
             reached = relative_gap(lower, upper)
-        part = part_of_a_step(reached, strategy) if np.isfinite(reached) else 1.0
+        part = part_of_a_step(reached, strategy)
         shares = problem.shares(pressures, guide, tuning.epsilon)
         times = np.zeros(len(problem.kept), dtype=int)
         times[problem.kept] = np.maximum(

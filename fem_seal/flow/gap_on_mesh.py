@@ -73,7 +73,7 @@ class LinearGap:
         return np.concatenate([values, self._sampled(*fine.xy[len(values) :].T, (a + b) / 2)])
 
     def _sampled(self, x: np.ndarray, y: np.ndarray, linear: np.ndarray) -> np.ndarray:
-        """Gap (n, 2) at points of a mesh: the sample there, or what is `linear` between them."""
+        """Gap (n, 2) at points of a mesh: samples, entered into what is `linear` between them."""
         on_pixel = np.flatnonzero((x | y) & (PIXEL - 1) == 0)
         i, j = x[on_pixel] >> DEPTH, y[on_pixel] >> DEPTH
         samples = self._samples.reshape(-1, 2)
@@ -111,7 +111,7 @@ class LinearGap:
         xy, gaps : (3, n, 2), corners of the cells and the gap there
         """
         six, (width, _) = with_middles(gaps), averages.extent(xy)
-        # Of triangles of one or two pixels the middles may be samples.
+        # Of triangles two pixels wide the middles may be samples.
         two = np.flatnonzero(width == 2 * PIXEL)
         x, y = with_middles(xy.take(two, axis=1))[:, 3:].astype(np.int64).reshape(2, -1)
         linear = six[:, 3:].take(two, axis=2).reshape(2, -1).T

@@ -5,7 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.gap_on_mesh import ISOTROPIC, CellContact, ConstantGap, LinearGap
+from fem_seal.flow.gap_on_mesh import (
+    ISOTROPIC,
+    CellContact,
+    ConstantGap,
+    LinearGap,
+    VertexGap,
+)
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace, Minimum
@@ -15,6 +21,7 @@ from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.flow.unknowns import dual_unknowns, open_cells, primal_unknowns
 from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
+from fem_seal.mesh.triangles import TriangleMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +46,7 @@ class LevelProblem:
     Parameters
     ----------
     gap : the gap as represented
-    mesh : NestedMesh
+    mesh : of the nested family, or of any triangles
     values : gap at its vertices
     comm : MPI communicator
     tolerance : relative energy error at which CG stops
@@ -51,8 +58,8 @@ class LevelProblem:
 
     def __init__(
         self,
-        gap: LinearGap | ConstantGap,
-        mesh: NestedMesh,
+        gap: LinearGap | ConstantGap | VertexGap,
+        mesh: NestedMesh | TriangleMesh,
         values: np.ndarray,
         comm: MPI.Comm,
         tolerance: float,

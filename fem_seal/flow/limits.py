@@ -9,7 +9,7 @@ from fem_seal.flow.goal import Decision, Tolerance
 from fem_seal.leak_rate import Level
 from fem_seal.memory import available_memory, peak_memory
 
-USUAL_GROWTH = 1.5  # of an adaptive mesh from level to level, and of the memory at its peak
+USUAL_GROWTH = 2.0  # of an adaptive mesh from level to level, and of the memory at its peak
 # Of the largest gap. A line of narrower gaps across the flow may take more unknowns than can be
 # numbered: at 1e-6 it takes some 1e8 for 5 %, at 1e-9 some 1e10 (sixteen pixels).
 DOUBTFUL = 1e-6

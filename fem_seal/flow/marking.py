@@ -22,6 +22,8 @@ class Marks:
 def doerfler(shares: np.ndarray, theta: float) -> np.ndarray:
     """The fewest cells that together hold a part `theta` of the total (Dörfler 1996).
 
+    One at least, if any share is above zero.
+
     Parameters
     ----------
     shares : (C,) ≥ 0 up to rounding
@@ -35,7 +37,8 @@ def doerfler(shares: np.ndarray, theta: float) -> np.ndarray:
     total = shares.sum(where=shares > 0)
     # Cells below 1 - θ of the mean hold less than 1 - θ of the total: the others need no more.
     some = np.flatnonzero(shares > (1 - theta) * total / max(len(shares), 1))
-    order = some[np.argsort(shares[some])[::-1]]
+    # Equal shares keep their order, on every machine of a run the same.
+    order = some[np.argsort(-shares[some], kind="stable")]
     enough = np.searchsorted(np.cumsum(shares[order]), theta * total)
     marked[order[: enough + 1]] = True
     return marked
@@ -50,7 +53,6 @@ def halvings(shares: np.ndarray, marked: np.ndarray, most: int = 4) -> np.ndarra
     """
     times = marked.astype(int)
     if marked.any():
-        with np.errstate(divide="ignore"):
-            ratio = np.log(shares[marked] / shares[marked].min()) / np.log(4)
+        ratio = np.log(shares[marked] / shares[marked].min()) / np.log(4)
         times[marked] = np.clip(np.floor(ratio), 1, most)
     return times

@@ -109,6 +109,7 @@ class MeshFlow:
         self, cut: float, floor: float, ceiling: float, coarsest: int | None
     ) -> tuple[VertexGap, TriangleMesh]:
         """Gap in units of its maximum and the given mesh, which is the coarsest there is."""
+        # Pockets stay: no cell, on which the gap is linear, holds a piece of one and of a channel.
         values = self.gap.values / self.highest
         return VertexGap(values, self.unit, cut, floor, ceiling), self.gap.mesh
 

@@ -167,7 +167,7 @@ class _Sides:
         blocks = [wanted[part] for part in parts(0, len(wanted), _BLOCK)]
         first, alone = [0], np.ones(count, dtype=bool)
         for cells in blocks:
-            # Between the cells of a block there are none with a hat.
+            # Cells between those of a block have no hat: their numbers are -1.
             of_block = number[cells[0] : cells[-1] + 1]
             alone[of_block[(of_block >= 0) & (of_block < first[-1])]] = False
             first.append(max(first[-1], int(of_block.max()) + 1))

@@ -1,8 +1,8 @@
 """Newest-vertex bisection on arrays: refinement that never leaves the nested family.
 
-A triangle is only ever cut from its right angle to the middle of its hypotenuse (Mitchell, ACM
-Trans. Math. Softw. 15, 326 (1989)). Cutting a hypotenuse that is a leg of the neighbour forces the
-neighbour to be cut first; this closure ends because the starting mesh pairs up all hypotenuses.
+A triangle is only ever cut from its first corner to the middle of the side opposite, in the nested
+family from the right angle to the hypotenuse (Mitchell, ACM Trans. Math. Softw. 15, 326 (1989)). A
+cell with a cut side must be cut at its first side as well; no edge is marked twice, so this ends.
 
 Meshes grow little from level to level: cells that are not cut are copied once and never searched.
 """

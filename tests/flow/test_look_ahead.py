@@ -3,15 +3,19 @@
 import numpy as np
 import pytest
 from gaps import FLUID, level_problem, represented, rough_gap
+from triangulations import square_with_hole
 
+from fem_seal.fenicsx import MPI
 from fem_seal.flow import Tuning, leak_rate
-from fem_seal.flow.cell_data import CellData
+from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import batch
+from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.look_ahead import least_share, refined_ahead
 from fem_seal.flow.marking import Marks
 from fem_seal.flow.start import Start
 from fem_seal.grid import GridField
+from fem_seal.mesh.triangles import ISLAND
 
 LEAK = 0.1
 
@@ -62,8 +66,6 @@ def test_the_least_share():
     """Over all ∇p, K|∇p|² + J·R·J + 2 J·∇p is least at ∇p = -J/K: that is what is compared."""
     rng = np.random.default_rng(2)
     J, K, R = rng.normal(size=(50, 2)), rng.uniform(0.1, 2.0, 50), rng.normal(size=(50, 3))
-    none = np.zeros(50, dtype=bool)
-    data = CellData(none, none, none, none, K, R)
 
     def share(slope: np.ndarray) -> np.ndarray:
         (jx, jy), (xx, xy, yy) = J.T, R.T
@@ -71,9 +73,9 @@ def test_the_least_share():
         return K * (slope**2).sum(axis=1) + turned + 2 * (J * slope).sum(axis=1)
 
     best = -J / K[:, None]
-    np.testing.assert_allclose(least_share(J, data, R), share(best), atol=1e-13 * 100)
+    np.testing.assert_allclose(least_share(J, K, R), share(best), atol=1e-13 * 100)
     for _ in range(20):
-        assert np.all(least_share(J, data, R) <= share(best + 1e-3 * rng.normal(size=(50, 2))))
+        assert np.all(least_share(J, K, R) <= share(best + 1e-3 * rng.normal(size=(50, 2))))
 
 
 @pytest.mark.parametrize("width", [1, 4])
@@ -86,7 +88,7 @@ def test_no_share_is_smaller(width):
     J = guide.conductance * gradients(slopes, guide.psi[cells])
     tensor = problem.data.regularised(LEAK, gap.cut)
     shares = problem.shares(pressure, guide)
-    least = areas * least_share(J, problem.data, tensor)
+    least = areas * least_share(J, problem.data.K, tensor)
     linear = ~problem.data.contact.any(axis=1)  # of a power trace the mean gradient is another one
     assert np.count_nonzero(linear) > 100
     assert np.all(shares[linear] >= least[linear] - 1e-9 * shares.sum())
@@ -134,21 +136,77 @@ def test_fewer_levels_for_the_same_bounds():
     assert max(ahead.lower, blind.lower) <= min(ahead.upper, blind.upper)
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
-def test_pockets_do_not_change_a_single_mesh(representation, sides):
-    """Pockets carry no flow: filling them changes no bound of any level, coarse ones included.
-    1e-7: two solves of one problem, 1e-8 each."""
-    n = 65 if representation == "linear" else 64
-    samples = np.ones((n, n))
-    samples[20:40, 8:] = 0
-    samples[:, 0] = samples[:, -1] = 0
-    filled = GridField(samples, (1.0, 1.0))
-    holed = samples.copy()
-    holed[24:36, 20:50] = 0.8
-    options = {"sides": sides, "representation": representation, "rtol": 0.1} | FLUID
-    first, second = leak_rate(filled, **options), leak_rate(GridField(holed, (1.0, 1.0)), **options)
-    assert [level.unknowns for level in first.levels] == [level.unknowns for level in second.levels]
-    for one, other in zip(first.levels, second.levels, strict=True):
-        assert one.upper == pytest.approx(other.upper, rel=1e-7, abs=0)
-        assert one.lower == pytest.approx(other.lower, rel=1e-7, abs=0)
+def test_what_would_be_marked_again_is_halved():
+    """Every new cell whose least share is at least half the smallest marked one, and no other."""
+    gap = represented(rough_gap((32, 32), 0.0, 3), cut=1e-3, width=8)
+    _, _, guide, start = solved(gap, 8, True)
+    times = (np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8)
+    blind = refined_ahead(start, gap, Marks(times, np.inf, np.inf), guide, 1)
+    mesh = blind.mesh
+    new = (mesh.cells >= len(start.stream)).any(axis=1)
+    slopes, areas = shape_gradients(mesh.points(gap.aspect)[mesh.cells])
+    data = gap.cell_data(mesh, blind.values)
+    J = guide.conductance * gradients(slopes, blind.stream[mesh.cells])
+    least = areas * least_share(J, data.K, data.regularised(guide.leak, gap.cut))
+    least = np.where(new, least, -np.inf)
+    for rank in (1, 5, 20):
+        share = 2 * np.sort(least)[-rank] * (1 - 1e-9)
+        ahead = refined_ahead(start, gap, Marks(times, share, np.inf), guide, 1)
+        once = (least >= share / 2).astype(np.int8)
+        assert once.sum() == rank
+        assert np.array_equal(ahead.mesh.cells, blind.refined(gap, once).mesh.cells)
+
+
+@pytest.mark.parametrize("periodic_sides", [False, True])
+def test_each_vertex_is_moved_once(periodic_sides):
+    """The second look leaves what the first has found."""
+    gap = represented(rough_gap((32, 32), 0.3, 3), cut=0.05, width=2)
+    _, _, guide, start = solved(gap, 2, periodic_sides)
+    # Whatever can be halved is halved at each look.
+    marks = some_marked(start, -np.inf, 0.0)
+    count = len(start.refined(gap, marks.times).stream)
+    once, twice = (refined_ahead(start, gap, marks, guide, times) for times in (1, 2))
+    assert len(twice.stream) > len(once.stream) > count
+    assert np.array_equal(once.stream[:count], twice.stream[:count])
+
+
+@pytest.mark.parametrize("periodic_sides", [False, True])
+def test_side_walls_and_seams_stay(periodic_sides):
+    """ψ is given on walls, and on a seam two vertices are one."""
+    gap = represented(rough_gap((32, 32), 0.3, 3), cut=0.05, width=8)
+    _, _, guide, start = solved(gap, 8, periodic_sides)
+    marks = Marks(np.full(len(start.mesh.cells), 2, dtype=np.int8), np.inf, np.inf)
+    ahead, plain = refined_ahead(start, gap, marks, guide, 1), start.refined(gap, marks.times)
+    rim = plain.mesh.bottom | plain.mesh.top
+    assert np.count_nonzero(rim[len(start.stream) :]) >= 4
+    assert np.array_equal(ahead.stream[rim], plain.stream[rim])
+
+
+def test_nothing_is_halved_in_contact():
+    """However little is asked for: the inside of a patch needs no finer mesh."""
+    gap = np.ones((65, 65))
+    gap[16:49, 16:49] = 0
+    gap = represented(GridField(gap, (1.0, 1.0)), cut=1e-3, width=8)
+    _, _, guide, start = solved(gap, 8, False)
+    marks = some_marked(start, -np.inf, 0.0)
+    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, guide, 1)
+    x, y = ahead.mesh.points((1.0, 1.0))[len(plain.mesh.xy) :].T
+    assert len(x) > 50
+    assert not ((np.abs(x - 32) < 8) & (np.abs(y - 32) < 8)).any()
+
+
+def test_an_island_keeps_one_value():
+    """On the wall of an island ψ is one unknown: its new vertices are not moved one by one."""
+    mesh = square_with_hole(9, 5)
+    gap = VertexGap(np.ones(len(mesh.xy)), 1.0, 1e-3, 0.0)
+    problem = LevelProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-8)
+    pressure = problem.pressure(np.zeros(problem.unknowns))
+    guide = problem.regularised_stream(mesh.first_guess()[1], LEAK)
+    start = Start.after(problem, pressure, guide)
+    marks = Marks(np.full(len(mesh.cells), 2, dtype=np.int8), np.inf, np.inf)
+    ahead, plain = refined_ahead(start, gap, marks, guide, 1), start.refined(gap, marks.times)
+    cell, side = np.nonzero(ahead.mesh.sides == ISLAND)
+    rim = ahead.mesh.cells[cell, (side + 1) % 3]
+    assert np.count_nonzero(rim >= len(start.stream)) > 10
+    assert np.array_equal(ahead.stream[rim], plain.stream[rim])
+    assert not np.array_equal(ahead.stream, plain.stream)

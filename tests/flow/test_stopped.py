@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gaps import FLUID
+from gaps import FLUID, rough_gap
 
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
@@ -29,3 +29,21 @@ def test_the_guide_never_becomes_a_bound(opening, representation, sides):
         assert 0 <= stopped.lower <= truth.upper
         assert truth.lower <= stopped.upper
         assert stopped.levels[-1].upper > 10 * truth.upper  # on a mesh that sees little of it
+
+
+@pytest.mark.parametrize("ahead", [0, 2, 4])
+def test_a_limit_leaves_both_bounds(ahead):
+    """Meshes that look ahead may be four times the last: each that might be the last before a limit
+    gets a true dual, so that a run which ends there has a lower bound."""
+    gap = rough_gap((64, 64), 0.0, 9, smooth=1)
+    gap = GridField(gap.values + 0.3, gap.spacing, gap.periodic)
+    for most in (124, 482, 1472, 4148):
+        flow = leak_rate(
+            gap,
+            rtol=2e-3,
+            sides="periodic",
+            limits=Limits(unknowns=most),
+            tuning=Tuning(coarsest=8, ahead=ahead),
+            **FLUID,
+        )
+        assert flow.lower > 0

@@ -1,0 +1,48 @@
+"""Pieces of the gap that do not join inlet and outlet: no flow, and no part in any bound."""
+
+import numpy as np
+import pytest
+from gaps import FLUID
+
+from fem_seal.flow import Tuning, leak_rate
+from fem_seal.grid import GridField
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_pockets_beside_a_channel(representation, sides):
+    """In squares of 16 samples, most of which hold a piece of both: no level knows of the pocket.
+    1e-7: two solves of one problem, 1e-8 each."""
+    n = 65 if representation == "linear" else 64
+    samples = np.zeros((n, n))
+    samples[:, 20:26] = 1
+    holed = samples.copy()
+    holed[8:56, 28:34] = 0.8
+    options = {
+        "sides": sides,
+        "representation": representation,
+        "rtol": 0.1,
+        "tuning": Tuning(coarsest=4),
+    } | FLUID
+    first, second = (leak_rate(GridField(v, (1.0, 1.0)), **options) for v in (samples, holed))
+    assert [level.unknowns for level in first.levels] == [level.unknowns for level in second.levels]
+    for one, other in zip(first.levels, second.levels, strict=True):
+        assert one.upper == pytest.approx(other.upper, rel=1e-7, abs=0)
+        assert one.lower == pytest.approx(other.lower, rel=1e-7, abs=0)
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_a_channel_across_the_seam_is_no_pocket(representation):
+    """On walls it would end blindly on either side; moved along the seal it is the same channel."""
+    samples = np.zeros((32, 32))
+    samples[:18, 0:3] = samples[14:, -3:] = 1
+    options = {"sides": "periodic", "representation": representation, "rtol": 0.1} | FLUID
+
+    def rate(shift):
+        gap = GridField(np.roll(samples, shift, axis=1), (1.0, 1.0), periodic=True)
+        return leak_rate(gap, **options)
+
+    across, inside = rate(0), rate(16)
+    assert across.converged
+    assert inside.converged
+    assert max(across.lower, inside.lower) <= min(across.upper, inside.upper)
