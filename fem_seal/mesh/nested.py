@@ -159,20 +159,10 @@ class NestedMesh:
         x, y = (self.xy / self.xy.max(axis=0)).T
         return 1 - x, y.copy()
 
-    def hypotenuse(self) -> np.ndarray:
-        """(C, 2) int64: extent of each hypotenuse along x and y, in units of 2^-DEPTH pixels."""
-        start, end = (self.xy.take(self.cells[:, k], axis=0) for k in (1, 2))
-        return np.abs(start - end)
-
-    def at_or_below_pixel(self) -> np.ndarray:
-        """(C,) bool: triangles that lie inside one pixel triangle, where a P1 gap is linear."""
-        # A hypotenuse along an axis and one pixel long belongs to half a pixel triangle.
-        short = self.hypotenuse() <= PIXEL
-        return short[:, 0] & short[:, 1]
-
     def relative_areas(self) -> np.ndarray:
         """(C,) float: area of each triangle in pixels."""
-        extent = self.hypotenuse() / PIXEL
+        start, end = (self.xy.take(self.cells[:, k], axis=0) for k in (1, 2))
+        extent = np.abs(start - end) / PIXEL
         # A hypotenuse (s, s) has legs s; a hypotenuse (s, 0) stands s/2 below the right angle.
         diagonal = extent.min(axis=1) > 0
         return np.where(diagonal, extent[:, 0] ** 2 / 2, extent.max(axis=1) ** 2 / 4)
