@@ -69,6 +69,8 @@ class CellData(CellContact):
         most = ceiling**3
         limited = np.maximum(inverse_cube, 1 / most)
         tensor = traces.resistivity(xy, aspect, lowered, contact, limited)
+        # Beside contact the trace is what resists; the least is added to it.
+        tensor[contact.any(axis=0) & ~closed] += ISOTROPIC / most
         return cls(shut.T, closed, contact.T, most < cube, cube, tensor)
 
     @classmethod

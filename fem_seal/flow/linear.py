@@ -31,9 +31,6 @@ _BOOMERAMG = {
     "pc_hypre_boomeramg_P_max": 4,
     "pc_hypre_boomeramg_strong_threshold": 0.25,
 }
-# Of some matrices of contrast 1e22, one in a thousand, rounding makes this an indefinite
-# preconditioner (hypre 2.33); with another threshold none has been seen.
-_SETTINGS = (_BOOMERAMG, {**_BOOMERAMG, "pc_hypre_boomeramg_strong_threshold": 0.5})
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,42 +215,10 @@ def minimise_by_cg(
     In CG the energy after k steps is start - b·x_k, and r'Mr, with M the preconditioner, is the
     energy of the error within a factor of two.
     """
-    for setting in _SETTINGS:
-        done = _cg(matrix, right_side, x, start, tolerance, balanced, least, setting)
-        if done.reason != PETSc.KSP.ConvergedReason.DIVERGED_INDEFINITE_PC:
-            break
-    if done.reason <= 0:
-        raise NotConverged(
-            f"CG with BoomerAMG stopped after {done.iterations} iterations (PETSc reason "
-            f"{done.reason}) at a relative energy error of {done.error:.1e}, wanted {tolerance:.0e}"
-        )
-    return done.iterations
-
-
-@dataclass(frozen=True)
-class _Done:
-    """How CG ended: PETSc's reason, iterations, and the relative energy error."""
-
-    reason: int
-    iterations: int
-    error: float
-
-
-def _cg(
-    matrix: PETSc.Mat,
-    right_side: PETSc.Vec,
-    x: PETSc.Vec,
-    start: float,
-    tolerance: float,
-    balanced: bool,
-    least: float,
-    setting: dict[str, str | float],
-) -> _Done:
-    """CG with one setting of BoomerAMG; see `minimise_by_cg`."""
     ksp = PETSc.KSP().create(matrix.comm)
     ksp.setOptionsPrefix("fem_seal_")
     options = PETSc.Options("fem_seal_")
-    for name, value in setting.items():
+    for name, value in _BOOMERAMG.items():
         options[name] = value
     ksp.setOperators(matrix)
     ksp.setType("cg")
@@ -279,6 +244,11 @@ def _cg(
 
     ksp.setConvergenceTest(converged)
     ksp.solve(right_side, x)
-    done = _Done(ksp.getConvergedReason(), ksp.getIterationNumber(), reached[0])
+    reason, iterations = ksp.getConvergedReason(), ksp.getIterationNumber()
     ksp.destroy()
-    return done
+    if reason <= 0:
+        raise NotConverged(
+            f"CG with BoomerAMG stopped after {iterations} iterations (PETSc reason {reason}) at "
+            f"a relative energy error of {reached[0]:.1e}, wanted {tolerance:.0e}"
+        )
+    return iterations

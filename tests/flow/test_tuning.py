@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from gaps import FLUID, rough_gap, vertex_gap
+from gaps import FLUID, represented, rough_gap, vertex_gap
 
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
+from fem_seal.mesh.nested import uniform_mesh
 
 SIDES = ["wall", "periodic"]
 REPRESENTATIONS = ["linear", "constant"]
@@ -128,6 +129,20 @@ def test_a_ceiling_in_a_channel_known_in_closed_form(ceiling):
     flow = bounds(gap, Tuning(ceiling=ceiling))
     assert_enclosed(flow, exact, exact)
     assert flow.levels[0].lower < 0.999 * exact  # the ceiling, or the mesh, does cost something
+
+
+@pytest.mark.parametrize("ceiling", [0.1, 0.5, 2.0])
+def test_no_open_cell_resists_less_than_the_ceiling(ceiling):
+    """Beside contact as well, where the resistivity is that of a power trace: what is next to
+    nothing there spoils the contrast that double precision can solve."""
+    gap = represented(rough_gap((16, 16), 0.3, 5), ceiling=ceiling)
+    mesh = uniform_mesh(gap.squares, 1, False)
+    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    beside = data.contact.any(axis=1) & ~data.closed
+    assert np.count_nonzero(beside) > 50
+    xx, xy, yy = data.resistivity[~data.closed].T
+    least = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)  # the smaller eigenvalue
+    assert least.min() >= ceiling**-3 * (1 - 1e-12)
 
 
 def series(gap: GridField) -> float:
