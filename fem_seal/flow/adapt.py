@@ -178,16 +178,15 @@ def brackets(
             if 2 * problem.unknowns > (strategy.max_unknowns or np.inf):
                 return
             # Halving all cells twice makes the uniform mesh with squares half as wide.
-            times = np.full(len(problem.kept), 2, dtype=np.int8)
+            twice = np.full(len(problem.kept), 2, dtype=np.int8)
             start = Start.after(problem, found.pressure, found.stream)
             del problem, guess, found
-            start = start.refined(gap, times)
+            start = start.refined(gap, twice)
         else:
             found = _guided(problem, guess, found, strategy, log)
             reached = relative_gap(lower, upper) if found.stream is not None else np.inf
             marks = _mark(problem, found, gain * found.difference, reached, strategy)
-            guide = found.guide
-            start = Start.after(problem, found.pressure, guide)
+            start, guide = Start.after(problem, found.pressure, found.guide), found.guide
             # Two meshes need not be in memory at once.
             del problem, guess, found
             start = refined_ahead(start, gap, marks, guide, strategy.tuning.ahead)
