@@ -48,10 +48,10 @@ def test_film_in_series(representation, rtol, decades):
 def test_rough_constriction(seed, decades):
     """Adaptive and uniform bounds of one gap overlap, and what flows in flows out.
 
-    One gap in seventy has its narrowest channel pass a single vertex, beside a triangle 1e11 times
-    as high: the flow spreads from a point, each halving there adds as much resistance as the one
-    before, and what both bounds miss shows in no cell more than in others. Such a gap ends with
-    bounds that hold and a reason, not far from its tolerance.
+    One gap in a hundred has its narrowest channel pass one vertex, beside a triangle 1e11 times as
+    high: the flow spreads from a point, each halving there adds as much resistance as the one
+    before, and what both bounds miss shows in no cell more than in others. Such a gap, on which
+    uniform meshes do no better, ends with bounds that hold and a reason.
     """
     rng, x = np.random.default_rng(seed), (np.arange(24) + 0.5) / 24
     squeezed = 10 ** (-decades * np.exp(-(((x - 0.5) / 0.1) ** 2)))
@@ -63,8 +63,9 @@ def test_rough_constriction(seed, decades):
         # Most gaps take a few hundred unknowns.
         for method, most in (("adaptive", 20_000), ("uniform", 8_000))
     )
+    assert adaptive.converged or not uniform.converged
     assert adaptive.converged or "unknowns" in adaptive.reason
-    assert adaptive.upper < 2 * adaptive.lower
+    assert adaptive.upper < 1.5 * adaptive.lower
     assert max(adaptive.lower, uniform.lower) <= min(adaptive.upper, uniform.upper)
     for flow in (adaptive, uniform):
         assert flow.inflow == pytest.approx(flow.outflow, rel=2 * FLUX, abs=0)
