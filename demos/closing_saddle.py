@@ -16,8 +16,7 @@ import argparse
 from itertools import pairwise
 from pathlib import Path
 
-from fem_seal.study.figures import saddle_figure
-from fem_seal.study.saddle import (
+from fem_seal.letter.saddle import (
     DISTANCES,
     EXPONENT,
     LocalExponent,
@@ -25,6 +24,7 @@ from fem_seal.study.saddle import (
     closing_pressure,
     local_exponents,
 )
+from fem_seal.render.studies import saddle_figure
 
 # %% [markdown]
 # ## What to do

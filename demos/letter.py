@@ -19,11 +19,11 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal import fenicsx  # noqa: F401 (DOLFINx has to be loaded before the pictures' VTK)
+from fem_seal.letter.bisection import crossings
+from fem_seal.letter.flow_points import FlowPoint, flow_point
+from fem_seal.letter.spanning import Criterion
+from fem_seal.letter.surfaces import MODELS, RoughCase, at_area
 from fem_seal.render.letter import contact_figure
-from fem_seal.study.letter.bisection import crossings
-from fem_seal.study.letter.flow_points import FlowPoint, flow_point
-from fem_seal.study.letter.spanning import Criterion
-from fem_seal.study.letter.surfaces import MODELS, RoughCase, at_area
 from fem_seal.theory.bruggeman import effective_dimension
 
 MODEL_NAMES = ("bearing", "elastic")

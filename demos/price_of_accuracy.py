@@ -21,10 +21,10 @@
 import argparse
 from pathlib import Path
 
+from fem_seal.render.studies import trade_figure
 from fem_seal.scene import Scene
-from fem_seal.study.advice import recommend
-from fem_seal.study.figures import trade_figure
-from fem_seal.study.trade import Point, Trade, trade
+from fem_seal.verification.advice import recommend
+from fem_seal.verification.trade import Point, Trade, trade
 
 # %% [markdown]
 # ## The seal

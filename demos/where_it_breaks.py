@@ -25,11 +25,11 @@ from fem_seal.finite_difference import solve
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
-from fem_seal.study.extreme_flows import contrast_across, gaps_beyond_double_precision
-from fem_seal.study.extreme_gaps import corner_contacts
-from fem_seal.study.extremes import look_at
-from fem_seal.study.refined import refined
-from fem_seal.study.tables import as_text
+from fem_seal.tables import as_text
+from fem_seal.verification.extreme_flows import contrast_across, gaps_beyond_double_precision
+from fem_seal.verification.extreme_gaps import corner_contacts
+from fem_seal.verification.extremes import look_at
+from fem_seal.verification.refined import refined
 
 SETTING = {"viscosity": 1 / 12, "pressure_drop": 1.0, "sides": "wall", "representation": "constant"}
 LINKS = ("harmonic", "linear-gap", "geometric", "arithmetic")

@@ -16,6 +16,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 ORDER = [
     *(
         "errors",
+        "tables",
         "digits",
         "grid",
         "leak_rate",
@@ -30,7 +31,8 @@ ORDER = [
         "scene",
     ),
     *("surface", "contact", "topology", "theory", "finite_difference", "fenicsx", "mesh", "flow"),
-    *("accuracy", "steps", "seal", "quantities", "results", "sweep", "study", "render"),
+    *("accuracy", "steps", "seal", "quantities", "results", "sweep"),
+    *("letter", "verification", "render"),
     *("job", "doctor", "cli", "__main__"),
 ]
 
@@ -42,7 +44,7 @@ FENCES = {
     "petsc4py": FINITE_ELEMENTS,
     "pyvista": {"render"},
     "vtk": {"render"},
-    "pydantic": {"scene", "results", "sweep", "study"},
+    "pydantic": {"scene", "results", "sweep", "letter"},
     "pint": {"units"},
 }
 

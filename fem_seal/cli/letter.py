@@ -8,7 +8,7 @@ from fem_seal.cli.common import add_command, say
 from fem_seal.cli.percolation import add_search, numbers, require_one_process, search_of
 
 if TYPE_CHECKING:
-    from fem_seal.study.letter.campaign import Letter, Plan
+    from fem_seal.letter.campaign import Letter, Plan
 
 # Parts that can be left out: finer contact grids, and the start of the cascade.
 SKIPPED = ("grids", "cascade")
@@ -74,8 +74,8 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 def plan_of(options: argparse.Namespace) -> "Plan":
     """What the options ask for; InvalidInput if it cannot be computed."""
-    from fem_seal.study.letter.campaign import AREAS, REFINED_AREAS, Plan
-    from fem_seal.study.letter.surfaces import RoughCase
+    from fem_seal.letter.campaign import AREAS, REFINED_AREAS, Plan
+    from fem_seal.letter.surfaces import RoughCase
 
     chosen = {model: getattr(options, f"{model}_areas") for model in POINTS}
     return Plan(
@@ -95,12 +95,12 @@ def _letter(options: argparse.Namespace) -> int:
     require_one_process("letter")
     # DOLFINx 0.5 to 0.7 must be loaded before VTK.
     from fem_seal import fenicsx  # noqa: F401
+    from fem_seal.letter.campaign import letter
+    from fem_seal.letter.page import page
+    from fem_seal.letter.store import write_whole
     from fem_seal.progress import Display
     from fem_seal.render import letter as figures
     from fem_seal.render.offscreen import require_gl
-    from fem_seal.study.letter.campaign import letter
-    from fem_seal.study.letter.page import page
-    from fem_seal.study.letter.store import write_whole
 
     require_gl()
     plan = plan_of(options)

@@ -9,8 +9,8 @@ from fem_seal.cli.common import add_command, say
 from fem_seal.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from fem_seal.study.letter.seed_thresholds import Search
-    from fem_seal.study.letter.threshold_rows import ThresholdRow
+    from fem_seal.letter.seed_thresholds import Search
+    from fem_seal.letter.threshold_rows import ThresholdRow
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -66,7 +66,7 @@ def add_search(command: argparse.ArgumentParser) -> None:
 
 def search_of(options: argparse.Namespace) -> "Search":
     """How thresholds are looked for, of `add_search`."""
-    from fem_seal.study.letter.seed_thresholds import Search
+    from fem_seal.letter.seed_thresholds import Search
 
     edges = tuple(name.strip() for name in options.edges.split(","))
     return Search(options.resolution, edges, not options.no_flow)
@@ -102,10 +102,10 @@ def _percolation(options: argparse.Namespace) -> int:
 
     require_one_process("percolation")
     seeds = seeds_up_to(options.seeds)
+    from fem_seal.letter.percolation import TABLE_FILE, percolation
+    from fem_seal.letter.surfaces import RoughCase
     from fem_seal.progress import Display
     from fem_seal.render.thresholds import threshold_figure
-    from fem_seal.study.letter.surfaces import RoughCase
-    from fem_seal.study.percolation import TABLE_FILE, percolation
 
     cases = [
         RoughCase(n, hurst, short, long)

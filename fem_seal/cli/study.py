@@ -103,11 +103,11 @@ COLUMNS += ("verdict", "seconds")
 
 
 def _cross_validation(options: argparse.Namespace) -> int:
+    from fem_seal.render.studies import cross_validation_figure
     from fem_seal.seal import Seal
-    from fem_seal.study.cross_validation import on_gap
-    from fem_seal.study.figures import cross_validation_figure
-    from fem_seal.study.methods import Setting
-    from fem_seal.study.tables import as_csv, as_text
+    from fem_seal.tables import as_csv, as_text
+    from fem_seal.verification.cross_validation import on_gap
+    from fem_seal.verification.methods import Setting
 
     grids = _grids(options)
     scene = _scene(options)
@@ -133,11 +133,11 @@ def _cross_validation(options: argparse.Namespace) -> int:
 
 
 def _exact(options: argparse.Namespace) -> int:
-    from fem_seal.study.cross_validation import on_exact_case
-    from fem_seal.study.exact_cases import CASES
-    from fem_seal.study.figures import cross_validation_figure
-    from fem_seal.study.tables import as_csv, as_text
+    from fem_seal.render.studies import cross_validation_figure
+    from fem_seal.tables import as_csv, as_text
     from fem_seal.topology.lattice import choose
+    from fem_seal.verification.cross_validation import on_exact_case
+    from fem_seal.verification.exact_cases import CASES
 
     squares = [8 * 2**k for k in range(_grids(options))]
     cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
@@ -153,10 +153,10 @@ def _exact(options: argparse.Namespace) -> int:
 def _trade(options: argparse.Namespace) -> int:
     from platform import machine, processor
 
-    from fem_seal.study.advice import recommend
-    from fem_seal.study.figures import trade_figure
-    from fem_seal.study.tables import as_csv, as_text
-    from fem_seal.study.trade import trade
+    from fem_seal.render.studies import trade_figure
+    from fem_seal.tables import as_csv, as_text
+    from fem_seal.verification.advice import recommend
+    from fem_seal.verification.trade import trade
 
     scene = _scene(options)
     _make(options.out)
@@ -171,8 +171,7 @@ def _trade(options: argparse.Namespace) -> int:
 
 
 def _saddle(options: argparse.Namespace) -> int:
-    from fem_seal.study.figures import saddle_figure
-    from fem_seal.study.saddle import (
+    from fem_seal.letter.saddle import (
         EXPONENT,
         LEAST_SAMPLES,
         close_saddle,
@@ -180,7 +179,8 @@ def _saddle(options: argparse.Namespace) -> int:
         limiting_exponent,
         local_exponents,
     )
-    from fem_seal.study.tables import as_csv, as_text
+    from fem_seal.render.studies import saddle_figure
+    from fem_seal.tables import as_csv, as_text
 
     samples = sorted(options.samples)
     paired = len(samples) > 1 and all(2 * n == m for n, m in pairwise(samples))
@@ -205,7 +205,7 @@ def _saddle(options: argparse.Namespace) -> int:
 
 
 def _extremes(options: argparse.Namespace) -> int:
-    from fem_seal.study.extremes import as_page, examine
+    from fem_seal.verification.extremes import as_page, examine
 
     _make(options.out.parent)
     findings = _watched(examine)

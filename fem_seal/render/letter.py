@@ -1,4 +1,4 @@
-"""The figures of the 2012 letter from the data of `fem_seal.study.letter`, as PNG and PDF."""
+"""The figures of the 2012 letter from the data of `fem_seal.letter`, as PNG and PDF."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.grid import GridField
+from fem_seal.letter.pictures import FlowPicture
+from fem_seal.letter.rows import CurrentRow, ErrorRow, PerssonRow
 from fem_seal.render.aside import written_aside
 from fem_seal.render.contact import CONTACT_KEY, contact_panel
 from fem_seal.render.flow import CONTACT, FLOW_COLOURS, NO_FLOW, flow_panel
 from fem_seal.render.offscreen import Scale, Window
 from fem_seal.render.page import DPI, FONT_POINTS, write_page
-from fem_seal.study.letter.pictures import FlowPicture
-from fem_seal.study.letter.rows import CurrentRow, ErrorRow, PerssonRow
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

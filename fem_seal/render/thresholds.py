@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.letter.seed_thresholds import REFERENCE
+from fem_seal.letter.threshold_rows import ThresholdRow
 from fem_seal.render.aside import written_aside
 from fem_seal.render.page import DPI, FONT_POINTS
-from fem_seal.study.letter.seed_thresholds import REFERENCE
-from fem_seal.study.letter.threshold_rows import ThresholdRow
 from fem_seal.theory.bruggeman import ELASTIC_THRESHOLD
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
 
     Parameters
     ----------
-    rows : of `fem_seal.study.percolation`, of one run or several; those of the first edges are
+    rows : of `fem_seal.letter.percolation`, of one run or several; those of the first edges are
         drawn
     folder : of thresholds.png and thresholds.pdf
 

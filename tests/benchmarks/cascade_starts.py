@@ -13,7 +13,7 @@ from rough_gaps import Case
 from fem_seal.finite_difference.cascade import initial_error
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
-from fem_seal.study.letter.surfaces import RoughCase, at_area
+from fem_seal.letter.surfaces import RoughCase, at_area
 
 # Long cut-off over the side where the shortest wave is a sixteenth of it.
 LONG = 0.25

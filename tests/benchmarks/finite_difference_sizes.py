@@ -13,9 +13,9 @@ from time import process_time
 import numpy as np
 
 from fem_seal.finite_difference import solve
+from fem_seal.letter.flow_points import SIDES
+from fem_seal.letter.surfaces import PRESSURE_DROP, VISCOSITY, RoughCase, at_area
 from fem_seal.memory import peak_memory
-from fem_seal.study.letter.flow_points import SIDES
-from fem_seal.study.letter.surfaces import PRESSURE_DROP, VISCOSITY, RoughCase, at_area
 
 PRODUCT = 512
 

@@ -127,7 +127,7 @@ def exact_cases(python: str, folder: Path, sizes: list[int]) -> None:
 
 def rough_case(python: str, folder: Path, n: int, area: float, finest: int) -> None:
     """One elastic contact; finer grids are finer samples of the same linear gap."""
-    from fem_seal.study.refined import refined
+    from fem_seal.verification.refined import refined
 
     gap = Case(n, 0.8, 4, area, 3).gap()
     unit = GridField(gap.values / gap.values.max(), (1 / n, 1 / n), True)

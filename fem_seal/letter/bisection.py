@@ -1,0 +1,149 @@
+"""Bisection over the load for many criteria at once, each contact serving all of them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal.errors import NotConverged
+from fem_seal.grid import GridField
+from fem_seal.letter.spanning import Criterion, Snapshot
+from fem_seal.letter.surfaces import Model
+
+if TYPE_CHECKING:
+    from fem_seal.contact.state import GapState
+
+# Brackets of load narrower than this, relative, hold a jump of the area.
+SMALLEST_STEP = 1e-7
+# What has come at this part of the first load has come at first contact.
+FIRST_CONTACT = 1e-6
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """The last contact before a criterion is met and the first one after."""
+
+    criterion: Criterion
+    before: Snapshot
+    after: Snapshot
+
+
+@dataclass(eq=False)
+class _Visited:
+    """A contact already computed; its pressure is kept only while it may start another."""
+
+    snapshot: Snapshot
+    crossed: tuple[bool, ...]
+    pressure: np.ndarray | None
+
+
+def crossings(
+    surface: GridField,
+    model: Model,
+    criteria: Sequence[Criterion],
+    resolution: float,
+    *,
+    threads: int = 1,
+    news: Callable[[str], None] = lambda text: None,
+) -> list[Bracket]:
+    """Bracket the load at which each criterion is met.
+
+    Contact only grows with the load, in both models (for the elastic one: J. R. Barber, Q. J.
+    Mech. Appl. Math. 27, 1 (1974)), so that each criterion is met once and stays met. The load is
+    bisected where the widest bracket is; each contact is started from the pressure at the lower
+    end. (From the upper end or a mean of both, samples that ought to open keep a pressure too small
+    for the certificate to mind, and count as contact.)
+
+    Parameters
+    ----------
+    surface : heights [m]
+    model : how to press
+    criteria : what to look for
+    resolution : width of the brackets in A/A0
+    threads : of the FFTs
+    news : told of each contact
+
+    Returns
+    -------
+    list of Bracket, in the order of the criteria
+
+    Raises
+    ------
+    NotConverged
+        If a contact does not converge, or a criterion is met at every load or at none.
+    """
+
+    def visit(load: float, start: np.ndarray | None) -> _Visited:
+        state = model.press(surface, load, start, threads)
+        crossed = tuple(criterion.crossed(state.contact) for criterion in criteria)
+        news(f"A/A0 = {state.contact_area_fraction:.4f}, {sum(crossed)} of {len(crossed)} met")
+        return _Visited(Snapshot.of(state, load), crossed, _pressure(state))
+
+    visited = _enclosed(visit, model)
+    while True:
+        ends = [_ends(visited, k) for k in range(len(criteria))]
+        before, after = max(ends, key=_unfinished)
+        if _unfinished((before, after)) <= resolution:
+            break
+        wide = [pair for pair in ends if _unfinished(pair) > resolution]
+        _forget_pressures(visited, keep={id(before) for before, _ in wide})
+        load = 0.5 * (before.snapshot.load + after.snapshot.load)
+        visited.append(visit(load, before.pressure))
+    return [
+        Bracket(criterion, low.snapshot, high.snapshot)
+        for criterion, (low, high) in zip(criteria, ends, strict=True)
+    ]
+
+
+def _pressure(state: "GapState") -> np.ndarray | None:
+    from fem_seal.contact.state import ContactState
+
+    return state.pressure.values if isinstance(state, ContactState) else None
+
+
+def _enclosed(
+    visit: Callable[[float, np.ndarray | None], _Visited], model: Model
+) -> list[_Visited]:
+    """Two loads before and after all criteria, with those tried on the way."""
+    visited = [visit(model.low, None)]
+    while any(visited[-1].crossed):
+        if visited[-1].snapshot.load < FIRST_CONTACT * model.low:
+            raise NotConverged("a spanning criterion is met at first contact already")
+        visited.append(visit(0.5 * visited[-1].snapshot.load, None))
+    load = model.high
+    while not all(max(visited, key=_load).crossed):
+        if load > model.limit:
+            raise NotConverged(
+                f"not every spanning criterion is met up to the largest load {model.limit}"
+            )
+        visited.append(visit(load, max(visited, key=_load).pressure))
+        # Towards full contact the bearing model's load, an area, approaches 1.
+        load = min(1.3 * load, 0.5 * (load + 1)) if model.limit < 1 else 1.3 * load
+    return visited
+
+
+def _load(end: _Visited) -> float:
+    return end.snapshot.load
+
+
+def _ends(visited: list[_Visited], k: int) -> tuple[_Visited, _Visited]:
+    """Largest load at which criterion k is not met and smallest at which it is."""
+    return (
+        max((end for end in visited if not end.crossed[k]), key=_load),
+        min((end for end in visited if end.crossed[k]), key=_load),
+    )
+
+
+def _unfinished(pair: tuple[_Visited, _Visited]) -> float:
+    """Width of a bracket in A/A0, 0 if only a jump is left in it."""
+    before, after = (end.snapshot for end in pair)
+    if after.load - before.load <= SMALLEST_STEP * after.load:
+        return 0.0
+    return after.area - before.area
+
+
+def _forget_pressures(visited: list[_Visited], keep: set[int]) -> None:
+    for end in visited:
+        if id(end) not in keep:
+            end.pressure = None

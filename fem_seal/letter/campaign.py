@@ -1,0 +1,259 @@
+"""The letter, reproduced: thresholds, pictures, currents and their errors, resumable."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TypeVar
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.letter import pictures, rows
+from fem_seal.letter.cascade_start import CascadeStart, cascade_start
+from fem_seal.letter.flow_points import FlowPoint, GridPoint, flow_point, grid_point
+from fem_seal.letter.percolation import percolation
+from fem_seal.letter.persson_curve import LOADS, persson_curve
+from fem_seal.letter.seed_thresholds import REFERENCE, Search
+from fem_seal.letter.store import PointStore, write_json, write_table
+from fem_seal.letter.surfaces import MODELS, RoughCase
+from fem_seal.letter.threshold_rows import ThresholdRow
+from fem_seal.memory import peak_memory
+from fem_seal.progress import Report, silent
+
+Point = TypeVar("Point")
+
+# Contact areas of Fig. 3, beyond first contact. Points that turn out sealed are kept as such.
+AREAS = {
+    "bearing": (0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.48),
+    "elastic": (0.02, 0.05, 0.1, 0.2, 0.3, 0.35, 0.38, 0.4, 0.42),
+}
+# Where the contact is refined, on the first seed.
+REFINED_AREAS = (0.05, 0.1, 0.2, 0.3, 0.35, 0.4)
+# Where the cascade is judged, besides first contact.
+CASCADE_AREA = 0.2
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is computed.
+
+    case : the ensemble; seeds : 1 to this
+    rtol : of the certified leak rates, (upper - lower) / √(lower upper)
+    grid_factors : refinements of the contact grid, the first 1
+    search : of the thresholds
+    areas : contact areas by model; refined : those at which the contact grid is refined, if any
+    cascade : whether the cascade's start is judged, which needs the converged pressure
+    loads : of Persson's curve, mean pressures in units of E* h'rms
+    threads : of the FFTs; no result depends on it
+    """
+
+    case: RoughCase
+    seeds: int = 3
+    rtol: float = 0.1
+    grid_factors: tuple[int, ...] = (1, 2)
+    search: Search = field(default_factory=Search)
+    areas: dict[str, tuple[float, ...]] = field(default_factory=lambda: dict(AREAS))
+    refined: tuple[float, ...] = REFINED_AREAS
+    cascade: bool = True
+    loads: tuple[float, ...] = LOADS
+    threads: int = 1
+
+    def __post_init__(self):
+        if self.seeds < 1:
+            raise InvalidInput(f"the number of seeds must be at least 1, got {self.seeds}")
+        if not 0 < self.rtol < 2:
+            raise InvalidInput(f"rtol must lie in (0, 2), got {self.rtol}")
+        for model in MODELS:
+            areas = self.areas[model]
+            # Effective media are judged up to 0.8 A*.
+            if not (0 < min(areas) <= 0.3 and max(areas) < 1):
+                raise InvalidInput(
+                    f"{model} areas must lie in (0, 1), the least at most at 0.3, got {areas}"
+                )
+
+
+@dataclass(frozen=True)
+class Letter:
+    """letter.json: what the letter says, measured here.
+
+    peaks : largest flow density of both models at A/A0 = 0.2 [m^2/s]; peak_decades : log10 of
+        their ratio; body_decades : the same of the 99.9 % quantile over the area that flows
+    cascade : how good the cascade's first guess is at the finest grid; errors : of flow and
+        contact grid; both empty if the plan leaves them out
+    """
+
+    plan: Plan
+    finished: datetime
+    seconds_in_points: float
+    peak_memory_bytes: int
+    thresholds: list[ThresholdRow]
+    peaks: dict[str, float]
+    peak_decades: float
+    body_decades: float
+    agreement: rows.Agreement
+    cascade: list[CascadeStart]
+    errors: list[rows.ErrorRow]
+
+
+@dataclass(frozen=True, eq=False)
+class Figures:
+    """What is drawn: gaps of Fig. 1, flows of Fig. 2, rows of Fig. 3 and of the errors."""
+
+    contacts: dict[str, GridField]
+    flows: dict[str, pictures.FlowPicture]
+    currents: list[rows.CurrentRow]
+    persson: list[rows.PerssonRow]
+    errors: list[rows.ErrorRow]
+
+
+def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figures]:
+    """Compute what the folder does not hold yet, and gather all.
+
+    Parameters
+    ----------
+    plan : what
+    out : folder of letter.json, the data of each figure, and points/ with a file for each point
+    report : told of each point
+
+    Returns
+    -------
+    Letter and the data of its figures.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder holds points of other settings or cannot be written.
+    NotConverged
+        If a contact or a flow does not converge.
+    """
+    study = percolation(
+        [plan.case],
+        range(1, plan.seeds + 1),
+        out,
+        search=plan.search,
+        threads=plan.threads,
+        report=report,
+    )
+    thresholds = {model: _threshold(study.rows, plan, model) for model in MODELS}
+    figures_1_and_2 = _pictures(plan, out, report)
+    points = _flow_points(plan, out, report)
+    refined = _grid_points(plan, out, report)
+    cascade = _cascade(plan, out, report) if plan.cascade else []
+    first = rows.first_contacts(points)
+    currents = rows.current_rows(points, thresholds["elastic"])
+    curve = persson_curve(plan.case, thresholds["elastic"], plan.loads)
+    figures = Figures(
+        *figures_1_and_2,
+        currents,
+        rows.persson_rows(curve, first),
+        rows.error_rows(refined, first),
+    )
+    record = Letter(
+        plan=plan,
+        finished=datetime.now(UTC),
+        seconds_in_points=sum(p.seconds for p in (*study.seeds, *points)),
+        peak_memory_bytes=max(peak_memory(), *(p.peak_memory_bytes for p in points)),
+        thresholds=study.rows,
+        peaks={model: picture.peak for model, picture in figures.flows.items()},
+        peak_decades=pictures.decades(figures.flows, "peak"),
+        body_decades=pictures.decades(figures.flows, "body"),
+        agreement=rows.agreement(currents, thresholds["bearing"], thresholds["elastic"]),
+        cascade=cascade,
+        errors=figures.errors,
+    )
+    write_table(out / "fig3.csv", currents)
+    write_table(out / "fig3-persson.csv", figures.persson)
+    if figures.errors:
+        write_table(out / "errors.csv", figures.errors)
+    write_json(out / "letter.json", record)
+    return record, figures
+
+
+def _threshold(found: list[ThresholdRow], plan: Plan, model: str) -> float:
+    """A*/A0 of the reference pair with the first of the edges."""
+    wanted = (model, REFERENCE, plan.search.edges[0])
+    return next(row.threshold for row in found if (row.model, row.pair, row.edges) == wanted)
+
+
+def _pictures(
+    plan: Plan, out: Path, report: Report
+) -> tuple[dict[str, GridField], dict[str, pictures.FlowPicture]]:
+    """Data of Figs. 1 and 2, in npz beside them."""
+    from fem_seal.gap_file import load_gap
+
+    case, threads = plan.case, plan.threads
+    contacts, flows = {}, {}
+    for model in MODELS:
+        name = f"{model}-{case.name}"
+        contact, flow = out / f"fig1-{name}.npz", out / f"fig2-{name}.npz"
+        if not contact.exists():
+            report(f"Fig. 1 {model}", "")
+            gap = pictures.contact_picture_data(case, model, threads)
+            pictures.save_gap(contact, gap)
+        if not flow.exists():
+            report(f"Fig. 2 {model}", "")
+            pictures.save_flow(flow, pictures.flow_picture_data(case, model, plan.rtol, threads))
+        contacts[model] = load_gap(contact)
+        flows[model] = pictures.load_flow(flow)
+    return contacts, flows
+
+
+def _stored(
+    store: PointStore[Point],
+    name: str,
+    report: Report,
+    compute: Callable[[], Point],
+    same: Callable[[Point], bool],
+) -> Point:
+    report(name, "")
+    return store.point(name, compute, same)
+
+
+def _flow_points(plan: Plan, out: Path, report: Report) -> list[FlowPoint]:
+    """Points of Fig. 3; first contact is the same for both models and done once."""
+    store = PointStore(out / "points", FlowPoint)
+    case, rtol = plan.case, plan.rtol
+    wanted = [("elastic", 0.0), *((m, area) for m in MODELS for area in plan.areas[m])]
+    return [
+        _stored(
+            store,
+            f"flow-{model}-{case.name}-seed{seed}-A{area:g}",
+            report,
+            lambda m=model, s=seed, a=area: flow_point(
+                case, m, s, a, rtol=rtol, threads=plan.threads
+            ),
+            lambda point: (point.case, point.rtol) == (case, rtol),
+        )
+        for seed in range(1, plan.seeds + 1)
+        for model, area in wanted
+    ]
+
+
+def _grid_points(plan: Plan, out: Path, report: Report) -> list[GridPoint]:
+    store = PointStore(out / "points", GridPoint)
+    case, rtol, factors = plan.case, plan.rtol, plan.grid_factors
+    return [
+        _stored(
+            store,
+            f"grid-{case.name}-seed1-A{area:g}",
+            report,
+            lambda a=area: grid_point(case, 1, a, rtol=rtol, factors=factors, threads=plan.threads),
+            lambda point: (point.case, point.rtol, point.factors) == (case, rtol, factors),
+        )
+        for area in plan.refined
+    ]
+
+
+def _cascade(plan: Plan, out: Path, report: Report) -> list[CascadeStart]:
+    store = PointStore(out / "points", CascadeStart)
+    case = plan.case
+    return [
+        _stored(
+            store,
+            f"cascade-{model}-{case.name}-A{area:g}",
+            report,
+            lambda m=model, a=area: cascade_start(case, m, a, plan.threads),
+            lambda point: point.case == case,
+        )
+        for model, area in (("elastic", 0.0), *((model, CASCADE_AREA) for model in MODELS))
+    ]

@@ -1,0 +1,63 @@
+"""The critical constriction: how wide it is, and how much of the pressure drops there."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.grid import GridField
+from fem_seal.letter.surfaces import PRESSURE_DROP, VISCOSITY
+from fem_seal.quantities.constriction import share_within
+from fem_seal.topology.constriction import critical_constriction
+
+# Bracket of the leak rate good enough for a share of the dissipation.
+RTOL = 0.2
+
+
+@dataclass(frozen=True)
+class ConstrictionShare:
+    """The tightest place of the widest path through a gap with side walls.
+
+    area : A/A0 of the contact
+    gap : largest sphere that passes [m]
+    x, y : place, in parts of the side
+    radius : of the disc looked at [m]
+    share : of the dissipation in that disc. With one channel this is its share of the pressure
+        drop: both are ∫K|∇p|² over Q Δp.
+    """
+
+    area: float
+    gap: float
+    x: float
+    y: float
+    radius: float
+    share: float
+
+
+def constriction_share(gap: GridField, radius: float) -> ConstrictionShare:
+    """Find the critical constriction of a leaking gap and its share of the dissipation.
+
+    Parameters
+    ----------
+    gap : gap [m] that leaks between side walls
+    radius : of the disc around the constriction [m]
+
+    Raises
+    ------
+    NotConverged
+        If the linear solver fails.
+    """
+    from fem_seal.flow import leak_rate
+
+    tightest = critical_constriction(gap, "wall", "linear")
+    leak = leak_rate(
+        gap, viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, sides="wall", rtol=RTOL, field=True
+    )
+    (x, y), (Lx, Ly) = tightest.position, gap.size
+    return ConstrictionShare(
+        area=float(np.mean(gap.values == 0)),
+        gap=tightest.gap,
+        x=x / Lx,
+        y=y / Ly,
+        radius=radius,
+        share=share_within(leak.field, leak.field.pressure, tightest.position, radius),
+    )

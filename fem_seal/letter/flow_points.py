@@ -1,0 +1,263 @@
+"""One point of the letter's Fig. 3: a contact, its certified leak rate and the other answers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+from fem_seal.letter.surfaces import (
+    CONTACT_MODULUS,
+    CONTACT_TOLERANCE,
+    PRESSURE_DROP,
+    VISCOSITY,
+    RoughCase,
+    at_area,
+)
+from fem_seal.memory import peak_memory
+from fem_seal.theory.bruggeman import effective_conductivity
+
+SIDES = "periodic"
+# Links whose leak rates enclose each other: harmonic <= linear-gap <= arithmetic on every link,
+# and no leak rate falls when a link conducts better (Rayleigh).
+LINKS = ("harmonic", "linear-gap", "arithmetic")
+# Bins of the gap distribution: a width of 7 %, within which Bruggeman's medium does not notice
+# how gaps lie.
+BINS, SMALLEST = 200, 1e-6
+
+
+@dataclass(frozen=True)
+class GapDistribution:
+    """How often which gap occurs.
+
+    cubes : mean cubed gap of each bin [m^3]; weights : its part of A0; contact : A/A0
+    """
+
+    cubes: tuple[float, ...]
+    weights: tuple[float, ...]
+    contact: float
+
+    @classmethod
+    def of(cls, gap: GridField) -> "GapDistribution":
+        """Gather the open samples in bins of equal ratio."""
+        samples = gap.values[gap.values > 0]
+        place = np.log(samples / samples.max()) / np.log(SMALLEST)
+        bins = np.minimum((place * BINS).astype(int), BINS - 1)
+        counts = np.bincount(bins, minlength=BINS)
+        sums = np.bincount(bins, samples**3, minlength=BINS)
+        filled = counts > 0
+        return cls(
+            cubes=tuple((sums[filled] / counts[filled]).tolist()),
+            weights=tuple((counts[filled] / gap.values.size).tolist()),
+            contact=float(np.mean(gap.values == 0)),
+        )
+
+    def leak_rate(self, dimension: float) -> float:
+        """Bruggeman's leak rate of a square cell in a given dimension [m^3/s]."""
+        K = effective_conductivity(
+            np.array(self.cubes) / (12 * VISCOSITY),
+            dimension=dimension,
+            weights=np.array(self.weights),
+            contact=self.contact,
+            rtol=1e-10,
+        )
+        return float(K) * PRESSURE_DROP
+
+
+@dataclass(frozen=True)
+class FlowPoint:
+    """A contact of one surface and its leak rates [m^3/s].
+
+    wanted, area, area_corrected : A/A0 asked for, counted, and without what pixels add
+    mean_gap [m]; mean_pressure [Pa], None for the bearing model
+    state : "leaking" or "sealed"; lower, upper : certified bounds; unknowns : of the last mesh
+    converged : the bracket is as narrow as rtol
+    finite_difference : by name of the links
+    gaps : for Bruggeman's medium
+    """
+
+    case: RoughCase
+    model: str
+    seed: int
+    wanted: float
+    rtol: float
+    area: float
+    area_corrected: float
+    mean_gap: float
+    mean_pressure: float | None
+    state: str
+    lower: float
+    upper: float
+    unknowns: int
+    converged: bool
+    finite_difference: dict[str, float]
+    gaps: GapDistribution
+    seconds: float
+    peak_memory_bytes: int
+
+    @property
+    def value(self) -> float:
+        """√(lower upper), the best estimate of the leak rate [m^3/s]."""
+        return float(np.sqrt(self.lower * self.upper))
+
+
+def flow_point(
+    case: RoughCase, model: str, seed: int, wanted: float, *, rtol: float, threads: int = 1
+) -> FlowPoint:
+    """Press a surface to a contact area and let it leak.
+
+    Parameters
+    ----------
+    case, seed : the surface
+    model : "bearing" or "elastic"
+    wanted : A/A0; 0 is first contact
+    rtol : (upper - lower) / √(lower upper) of the certified leak rate
+    threads : of the FFTs
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown model or an area outside [0, 1).
+    NotConverged
+        If the contact or the linear solver fails.
+    """
+    start = perf_counter()
+    state = at_area(case.surface(seed), model, wanted, threads)
+    leak = certified(state.gap, rtol)
+    return FlowPoint(
+        case=case,
+        model=model,
+        seed=seed,
+        wanted=wanted,
+        rtol=rtol,
+        area=state.contact_area_fraction,
+        area_corrected=state.contact_area_corrected,
+        mean_gap=state.mean_gap,
+        mean_pressure=getattr(state, "mean_pressure", None),
+        state=leak.state,
+        lower=leak.lower,
+        upper=leak.upper,
+        unknowns=leak.unknowns,
+        converged=leak.converged,
+        finite_difference={links: _finite_difference(state.gap, links) for links in LINKS},
+        gaps=GapDistribution.of(state.gap),
+        seconds=perf_counter() - start,
+        peak_memory_bytes=peak_memory(),
+    )
+
+
+def certified(gap: GridField, rtol: float, field: bool = False) -> LeakRate:
+    """Leak rate with bounds, sides periodic as in the contact calculation."""
+    from fem_seal.flow import leak_rate
+
+    return leak_rate(
+        gap,
+        viscosity=VISCOSITY,
+        pressure_drop=PRESSURE_DROP,
+        sides=SIDES,
+        rtol=rtol,
+        field=field,
+    )
+
+
+def _finite_difference(gap: GridField, links: str) -> float:
+    from fem_seal.finite_difference import solve
+
+    leak = solve(gap, viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, sides=SIDES, links=links)
+    return leak.value
+
+
+@dataclass(frozen=True)
+class GridPoint:
+    """One elastic contact under one pressure on finer and finer contact grids.
+
+    wanted : A/A0 on the coarsest; factors : samples along a side over those of the case
+    pressure : [Pa]; areas, corrected : A/A0; lower, upper : [m^3/s], one each per grid
+    """
+
+    case: RoughCase
+    seed: int
+    wanted: float
+    rtol: float
+    factors: tuple[int, ...]
+    pressure: float
+    areas: tuple[float, ...]
+    corrected: tuple[float, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """√(lower upper) on each grid [m^3/s]."""
+        return tuple(np.sqrt(np.multiply(self.lower, self.upper)).tolist())
+
+    @property
+    def flow_error(self) -> float:
+        """Half-width of the bracket on the case's own grid, relative."""
+        return (self.upper[0] - self.lower[0]) / (self.upper[0] + self.lower[0] or 1.0)
+
+    @property
+    def contact_grid_error(self) -> float:
+        """|ln| of the leak rate's change from the case's grid to the finest, inf if one seals."""
+        return _change(self.values[0], self.values[-1])
+
+    @property
+    def last_change(self) -> float:
+        """The same from the finest grid but one: what may still be missing."""
+        return _change(*self.values[-2:])
+
+
+def _change(before: float, after: float) -> float:
+    return abs(float(np.log(after / before))) if before > 0 and after > 0 else float("inf")
+
+
+def grid_point(
+    case: RoughCase,
+    seed: int,
+    wanted: float,
+    *,
+    rtol: float,
+    factors: Sequence[int] = (1, 2),
+    threads: int = 1,
+) -> GridPoint:
+    """Leak rates of the same surface under the same pressure on finer contact grids.
+
+    Parameters
+    ----------
+    case, seed, wanted, rtol, threads : as in `flow_point`, elastic
+    factors : refinements of the grid, the first 1
+
+    Raises
+    ------
+    NotConverged
+        If a contact or the linear solver fails.
+    """
+    from fem_seal.contact import on_finer_grids
+
+    surface = case.surface(seed)
+    pressure = at_area(surface, "elastic", wanted, threads).mean_pressure
+    states = list(
+        on_finer_grids(
+            surface,
+            CONTACT_MODULUS,
+            pressure=pressure,
+            factors=factors,
+            tolerance=CONTACT_TOLERANCE,
+            threads=threads,
+        )
+    )
+    leaks = [certified(state.gap, rtol) for state in states]
+    return GridPoint(
+        case=case,
+        seed=seed,
+        wanted=wanted,
+        rtol=rtol,
+        factors=tuple(factors),
+        pressure=pressure,
+        areas=tuple(state.contact_area_fraction for state in states),
+        corrected=tuple(state.contact_area_corrected for state in states),
+        lower=tuple(leak.lower for leak in leaks),
+        upper=tuple(leak.upper for leak in leaks),
+    )

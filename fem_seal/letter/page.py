@@ -1,0 +1,98 @@
+"""letter.md: what the letter says beside what came out, as a table."""
+
+from fem_seal.letter.campaign import Letter
+from fem_seal.letter.seed_thresholds import REFERENCE
+from fem_seal.letter.spanning import PAIRS
+from fem_seal.letter.surfaces import MODELS
+from fem_seal.letter.threshold_rows import ThresholdRow
+
+
+def page(record: Letter) -> str:
+    """Markdown of a finished run.
+
+    Parameters
+    ----------
+    record : of `campaign.letter`
+    """
+    case, plan = record.plan.case, record.plan
+    seeds = "1 seed" if plan.seeds == 1 else f"{plan.seeds} seeds"
+    head = (
+        f"n = {case.n}, H = {case.hurst:g}, λ_s = {case.short:g} and λ_l = "
+        f"{case.long * case.n:g} samples, {seeds}, rtol = {plan.rtol:g}; finished "
+        f"{record.finished:%Y-%m-%d %H:%M} UTC, {record.seconds_in_points / 60:.0f} min in the "
+        f"points of thresholds and currents, {record.peak_memory_bytes / 1e9:.2g} GB at most.\n"
+    )
+    lines = ["| | the letter (4096²) | here |", "|---|---|---|"]
+    lines += [f"| {what} | {says} | {here} |" for what, says, here in _comparison(record)]
+    return "\n".join([head, *lines, "", *_thresholds(record.thresholds), ""])
+
+
+def _comparison(record: Letter) -> list[tuple[str, str, str]]:
+    """What is compared, what the letter says, what came out."""
+    agreement = record.agreement
+    edges = record.plan.search.edges[0]
+    bearing, elastic = (_reference(record, model, edges) for model in MODELS)
+    return [
+        ("A*/A0, bearing", "0.50 ± 0.02", _with_spread(bearing.threshold, bearing.spread)),
+        ("A*/A0, elastic", "0.42(5)", _with_spread(elastic.threshold, elastic.spread)),
+        ("difference", "0.075 ± 0.015", f"{bearing.threshold - elastic.threshold:.3f}"),
+        (
+            "A*/A0, elastic, perimeter-corrected",
+            "-",
+            _with_spread(elastic.corrected, elastic.corrected_spread),
+        ),
+        (
+            "Euler characteristic of elastic contact, of open, at A*",
+            "negative, positive",
+            f"{elastic.euler_contact:.0f}, {elastic.euler_open:.0f}",
+        ),
+        (
+            "peak flow density at A/A0 = 0.2, bearing over elastic",
+            "three decades",
+            f"10^{record.peak_decades:.2f} (99.9 % quantile: 10^{record.body_decades:.2f})",
+        ),
+        (
+            "Bruggeman, bearing, up to 0.8 A*",
+            "very accurate",
+            f"within a factor {agreement.bruggeman_bearing:.2f}",
+        ),
+        (
+            "modified Bruggeman, elastic, up to 0.8 A*",
+            "very good over several decades",
+            f"within a factor {agreement.modified_measured_elastic:.2f} (A* measured), "
+            f"{agreement.modified_elastic:.2f} (A* = 0.42)",
+        ),
+        ("decades of current in Fig. 3", "several", f"{agreement.decades:.1f}"),
+        (
+            "finite differences within both bands",
+            "-",
+            f"{agreement.bands_overlap} of {agreement.compared} points",
+        ),
+        *(
+            (
+                f"cascade's start, {start.model}, A/A0 = {start.area:g}",
+                "3 orders better than mean field",
+                f"energy {start.energy_gain:.3g} times, pressure {start.rms_gain:.3g} times",
+            )
+            for start in record.cascade
+        ),
+    ]
+
+
+def _reference(record: Letter, model: str, edges: str) -> ThresholdRow:
+    wanted = (model, REFERENCE, edges)
+    return next(r for r in record.thresholds if (r.model, r.pair, r.edges) == wanted)
+
+
+def _with_spread(value: float, spread: float | None) -> str:
+    return f"{value:.3f}" if spread is None else f"{value:.3f} ± {spread:.3f}"
+
+
+def _thresholds(rows: list[ThresholdRow]) -> list[str]:
+    """Thresholds by pair of connectivities and edges; ± is the spread of one seed."""
+    lines = [f"| A*/A0 | {' | '.join(PAIRS)} |", "|---|" + "---|" * len(PAIRS)]
+    for model, edges in dict.fromkeys((row.model, row.edges) for row in rows):
+        some = {row.pair: row for row in rows if (row.model, row.edges) == (model, edges)}
+        cells = [_with_spread(some[pair].threshold, some[pair].spread) for pair in PAIRS]
+        lines.append(f"| {model}, {edges} edges | {' | '.join(cells)} |")
+    return lines

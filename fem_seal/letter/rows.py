@@ -1,0 +1,193 @@
+"""The tables behind the letter's Fig. 3 and the errors beside it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.letter.flow_points import FlowPoint, GridPoint
+from fem_seal.letter.persson_curve import PerssonPoint
+from fem_seal.theory.bruggeman import ELASTIC_THRESHOLD, effective_dimension
+
+
+@dataclass(frozen=True)
+class CurrentRow:
+    """A point of Fig. 3; leak rates are over the surface's own at first contact.
+
+    area, area_corrected : A/A0; lower, value, upper : certified finite elements
+    harmonic, linear_gap, arithmetic : finite differences by their links
+    bruggeman, modified, modified_measured : Bruggeman's medium of the same gaps in dimension 2, in
+        the letter's n_eff with A* = 0.42, and with the A* measured here (elastic only)
+    """
+
+    model: str
+    seed: int
+    area: float
+    area_corrected: float
+    state: str
+    lower: float
+    value: float
+    upper: float
+    harmonic: float
+    linear_gap: float
+    arithmetic: float
+    bruggeman: float
+    modified: float | None
+    modified_measured: float | None
+    unknowns: int
+
+
+@dataclass(frozen=True)
+class PerssonRow:
+    """Persson's prediction; current over the mean leak rate at first contact."""
+
+    area: float
+    current: float
+
+
+@dataclass(frozen=True)
+class ErrorRow:
+    """Errors of one elastic contact's leak rate.
+
+    area : A/A0; flow : half-width of the bracket; contact_grid : |ln| of the change from the
+    contact grid to the finest one, None if one of them is sealed; last_change : the same from the
+    finest grid but one; areas and leak rates (over that at first contact) on the coarsest and the
+    finest grid
+    """
+
+    seed: int
+    area: float
+    flow: float
+    contact_grid: float | None
+    last_change: float | None
+    finest_factor: int
+    area_finest: float
+    corrected: float
+    corrected_finest: float
+    current: float
+    current_finest: float
+
+
+def current_rows(points: Sequence[FlowPoint], threshold: float) -> list[CurrentRow]:
+    """Normalise points by their surface's leak rate at first contact.
+
+    Parameters
+    ----------
+    points : of any models and seeds, with one at area 0 for each seed
+    threshold : measured A*/A0 of elastic contact
+
+    Returns
+    -------
+    list of CurrentRow, first contacts left out
+    """
+    first = first_contacts(points)
+    return [_row(point, first[point.seed], threshold) for point in points if point.wanted > 0]
+
+
+def first_contacts(points: Sequence[FlowPoint]) -> dict[int, float]:
+    """Leak rate at first contact by seed [m^3/s]."""
+    return {point.seed: point.value for point in points if point.wanted == 0}
+
+
+def _row(point: FlowPoint, first: float, threshold: float) -> CurrentRow:
+    elastic = point.model == "elastic"
+    difference = point.finite_difference
+
+    def modified(at: float) -> float | None:
+        dimension = effective_dimension(point.area, at)
+        return point.gaps.leak_rate(dimension) / first if elastic else None
+
+    return CurrentRow(
+        model=point.model,
+        seed=point.seed,
+        area=point.area,
+        area_corrected=point.area_corrected,
+        state=point.state,
+        lower=point.lower / first,
+        value=point.value / first,
+        upper=point.upper / first,
+        harmonic=difference["harmonic"] / first,
+        linear_gap=difference["linear-gap"] / first,
+        arithmetic=difference["arithmetic"] / first,
+        bruggeman=point.gaps.leak_rate(2.0) / first,
+        modified=modified(ELASTIC_THRESHOLD),
+        modified_measured=modified(threshold),
+        unknowns=point.unknowns,
+    )
+
+
+def persson_rows(curve: Sequence[PerssonPoint], first: dict[int, float]) -> list[PerssonRow]:
+    """Normalise Persson's leak rates by the mean over seeds of those at first contact."""
+    mean = float(np.mean(list(first.values())))
+    return [PerssonRow(point.area, point.leak_rate / mean) for point in curve]
+
+
+def error_rows(points: Sequence[GridPoint], first: dict[int, float]) -> list[ErrorRow]:
+    """Both errors of each point that was refined."""
+    return [_error_row(point, first[point.seed]) for point in points]
+
+
+def _error_row(point: GridPoint, first: float) -> ErrorRow:
+    return ErrorRow(
+        seed=point.seed,
+        area=point.areas[0],
+        flow=point.flow_error,
+        contact_grid=_finite(point.contact_grid_error),
+        last_change=_finite(point.last_change),
+        finest_factor=point.factors[-1],
+        area_finest=point.areas[-1],
+        corrected=point.corrected[0],
+        corrected_finest=point.corrected[-1],
+        current=point.values[0] / first,
+        current_finest=point.values[-1] / first,
+    )
+
+
+def _finite(change: float) -> float | None:
+    return change if np.isfinite(change) else None
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How the answers of Fig. 3 compare, over all leaking points.
+
+    decades : log10 of the largest over the smallest certified current
+    bands_overlap, compared : points where the band of finite differences (harmonic to arithmetic
+        links) meets the certified bracket, out of how many
+    bruggeman_bearing : largest factor between Bruggeman's current and the bracket, bearing
+        contacts up to 0.8 of A*
+    modified_elastic, modified_measured_elastic : the same for the modified medium, elastic
+    """
+
+    decades: float
+    bands_overlap: int
+    compared: int
+    bruggeman_bearing: float
+    modified_elastic: float
+    modified_measured_elastic: float
+
+
+def agreement(rows: Sequence[CurrentRow], bearing: float, elastic: float) -> Agreement:
+    """Compare the answers, up to 0.8 of the thresholds of both models."""
+    leaking = [row for row in rows if row.value > 0]
+    values = [row.value for row in leaking]
+    below = {"bearing": 0.8 * bearing, "elastic": 0.8 * elastic}
+    far = [row for row in leaking if row.area <= below[row.model]]
+    cuts = [row for row in far if row.model == "bearing"]
+    pressed = [row for row in far if row.model == "elastic"]
+    return Agreement(
+        decades=float(np.log10(max(values) / min(values))),
+        bands_overlap=sum(r.harmonic <= r.upper and r.arithmetic >= r.lower for r in leaking),
+        compared=len(leaking),
+        bruggeman_bearing=_worst((row, row.bruggeman) for row in cuts),
+        modified_elastic=_worst((row, row.modified) for row in pressed),
+        modified_measured_elastic=_worst((row, row.modified_measured) for row in pressed),
+    )
+
+
+def _worst(pairs) -> float:
+    """Largest factor by which a number lies outside its bracket, at least 1; of (row, number)."""
+    return max(
+        (max(number / row.upper, row.lower / number, 1.0) for row, number in pairs if number),
+        default=1.0,
+    )

@@ -1,0 +1,237 @@
+"""One saddle of an elastic contact as it closes: how the leak rate vanishes.
+
+The last channel of a seal ends in a saddle point of the gap, between two contact patches about to
+meet. For a hard wall without adhesion W. B. Dapp and M. H. Müser, EPL 109, 44001 (2015), found
+Q ∝ (p_c - p)^(69/20). The surface here is their square lattice, h = H (cos 2πy/λ - cos 2πx/λ):
+along the flow one saddle a period, at its middle, all others shut behind contact.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fem_seal.contact import solve
+from fem_seal.contact.state import ContactState
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.progress import Report, silent
+from fem_seal.tables import shown_as
+from fem_seal.topology.percolation import is_sealed
+
+EXPONENT = 69 / 20
+# Lengths in λ, heights in H, pressures in E* H/λ, leak rates in H³ Δp/(12 η).
+CONTACT_MODULUS = 1.0
+TOLERANCE = 1e-10
+# Full contact is at 2π; below half of it the lattice has sealed long ago.
+OPEN, SHUT = 0.5, np.pi
+SIDES = "periodic"
+# From where the lattice is far from closing to where 1024 samples no longer resolve the saddle.
+DISTANCES = tuple(0.32 * 10 ** (-k / 4) for k in range(9))
+# On 16 the saddle is one sample wide at most distances, whose gap falls linearly, cubed.
+LEAST_SAMPLES = 32
+# Local exponents of two grids that differ more say nothing.
+TRUSTED = 0.05
+
+
+@dataclass(frozen=True)
+class Closing:
+    """Where the saddle closes: it leaks at `leaking` and is sealed at `sealed` [E* H/λ]."""
+
+    samples: int
+    leaking: float
+    sealed: float
+
+    @property
+    def pressure(self) -> float:
+        """The middle of the two."""
+        return 0.5 * (self.leaking + self.sealed)
+
+
+@dataclass(frozen=True)
+class SaddlePoint:
+    """A contact near closing.
+
+    samples : a period
+    distance : (p_c - p) / p_c, p_c being that of the same grid
+    area : A/A0; gap : at the saddle [H]
+    lower, upper : bounds of the leak rate [H³ Δp/(12 η)]
+    """
+
+    samples: int
+    distance: float
+    area: float
+    gap: float
+    lower: float
+    upper: float
+
+    @property
+    def leak_rate(self) -> float:
+        """√(lower upper)."""
+        return float(np.sqrt(self.lower * self.upper))
+
+
+@dataclass(frozen=True)
+class LocalExponent:
+    """d ln Q / d ln(p_c - p) between two distances.
+
+    distance : geometric mean of the two
+    value : of the leak rates; error : what the brackets leave open; gap : the same of the gap
+    """
+
+    distance: float = shown_as("(p_c - p)/p_c")
+    value: float = shown_as("d ln Q/d ln(p_c - p)")
+    error: float = shown_as("±")
+    gap: float = shown_as("d ln gap/d ln(p_c - p)")
+
+
+def surface(samples: int) -> GridField:
+    """One period of the lattice, the saddle in the middle."""
+    wave = np.cos(2 * np.pi * np.arange(samples) / samples)
+    return GridField(wave[None, :] - wave[:, None], (1 / samples, 1 / samples), periodic=True)
+
+
+def pressed(samples: int, pressure: float) -> ContactState:
+    """Contact of the lattice under a mean pressure [E* H/λ]."""
+    return solve(surface(samples), CONTACT_MODULUS, pressure=pressure, tolerance=TOLERANCE)
+
+
+def closing_pressure(samples: int, rtol: float = 1e-6) -> Closing:
+    """Bisect the pressure at which no open path is left.
+
+    Parameters
+    ----------
+    samples : a period, even, so that one lies on the saddle
+    rtol : width of the bracket over the pressure
+
+    Raises
+    ------
+    InvalidInput
+        For an odd number of samples.
+    NotConverged
+        If a contact does not reach its tolerance.
+    """
+    if samples % 2:
+        raise InvalidInput(f"samples must be even to meet the saddle, got {samples}")
+    leaking, sealed = OPEN, SHUT
+    while sealed - leaking > rtol * leaking:
+        middle = 0.5 * (leaking + sealed)
+        if is_sealed(pressed(samples, middle).gap, SIDES, "linear"):
+            sealed = middle
+        else:
+            leaking = middle
+    return Closing(samples, leaking, sealed)
+
+
+def close_saddle(
+    closing: Closing,
+    distances: Sequence[float] = DISTANCES,
+    rtol: float = 0.01,
+    report: Report = silent,
+) -> tuple[SaddlePoint, ...]:
+    """Leak rates at given distances from closing.
+
+    Parameters
+    ----------
+    closing : of the grid
+    distances : (p_c - p) / p_c, falling
+    rtol : of the certified leak rates
+    report : told of each point
+
+    Raises
+    ------
+    NotConverged
+        If a contact or the linear solver fails.
+    """
+    from fem_seal.flow import leak_rate
+
+    points = []
+    for distance in distances:
+        report(f"saddle on {closing.samples}", f"{distance:.2g} from closing")
+        state = pressed(closing.samples, closing.pressure * (1 - distance))
+        leak = leak_rate(state.gap, viscosity=1 / 12, pressure_drop=1.0, sides=SIDES, rtol=rtol)
+        middle = closing.samples // 2
+        points.append(
+            SaddlePoint(
+                samples=closing.samples,
+                distance=distance,
+                area=state.contact_area_fraction,
+                gap=float(state.gap.values[middle, middle]),
+                lower=leak.lower,
+                upper=leak.upper,
+            )
+        )
+    return tuple(points)
+
+
+def local_exponents(points: Sequence[SaddlePoint]) -> tuple[LocalExponent, ...]:
+    """Exponents between neighbouring points, which all leak."""
+    return tuple(_between(far, near) for far, near in pairwise(points))
+
+
+def _between(far: SaddlePoint, near: SaddlePoint) -> LocalExponent:
+    step = np.log(far.distance / near.distance)
+    half_widths = [0.5 * np.log(point.upper / point.lower) for point in (far, near)]
+    return LocalExponent(
+        distance=float(np.sqrt(far.distance * near.distance)),
+        value=float(np.log(far.leak_rate / near.leak_rate) / step),
+        error=float(sum(half_widths) / step),
+        gap=float(np.log(far.gap / near.gap) / step),
+    )
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Exponent at closing: value ± error, from β + amplitude · distance^power."""
+
+    value: float
+    error: float
+    amplitude: float
+    power: float
+
+
+def limiting_exponent(
+    coarse: Sequence[LocalExponent], fine: Sequence[LocalExponent], trusted: float = TRUSTED
+) -> Limit:
+    """Extrapolate local exponents to ever finer grids, and then to closing.
+
+    Parameters
+    ----------
+    coarse, fine : on n and 2n samples, at the same distances
+    trusted : largest difference of the two at which a pair takes part
+
+    Returns
+    -------
+    Limit; the error adds, in squares, that of the fit and what the extrapolation in n has moved.
+
+    Raises
+    ------
+    InvalidInput
+        If fewer than four pairs can be trusted.
+    """
+    pairs = [(c, f) for c, f in zip(coarse, fine, strict=True) if abs(c.value - f.value) < trusted]
+    if len(pairs) < 4:
+        raise InvalidInput(
+            f"a limit needs four distances at which both grids agree to {trusted:g}, got "
+            f"{len(pairs)}; take more samples"
+        )
+    distance = np.array([f.distance for _, f in pairs])
+    on_fine = np.array([f.value for _, f in pairs])
+    moved = np.array([f.value - c.value for c, f in pairs])
+    (plain, *_), _ = _fit(distance, on_fine)
+    (value, amplitude, power), spread = _fit(distance, on_fine + moved)
+    return Limit(value, float(np.hypot(spread, value - plain)), amplitude, power)
+
+
+def _fit(distance: np.ndarray, exponent: np.ndarray) -> tuple[tuple[float, ...], float]:
+    """Least squares of β + a distance^ω; the three, and the standard error of β."""
+    from scipy.optimize import curve_fit
+
+    found, covariance = curve_fit(
+        lambda x, limit, amplitude, power: limit + amplitude * x**power,
+        distance,
+        exponent,
+        p0=(exponent[-1], 1.0, 0.5),
+    )
+    return tuple(map(float, found)), float(np.sqrt(covariance[0, 0]))

@@ -1,0 +1,160 @@
+"""Percolation thresholds of one surface under one model."""
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.letter.bisection import Bracket, crossings
+from fem_seal.letter.constriction import ConstrictionShare, constriction_share
+from fem_seal.letter.spanning import PAIRS, Criterion, Snapshot, criteria_of
+from fem_seal.letter.surfaces import MODELS, PITCH, Model, RoughCase
+from fem_seal.memory import peak_memory
+from fem_seal.progress import Report, silent
+from fem_seal.topology.lattice import choose
+from fem_seal.topology.percolation import is_sealed
+
+# Of all pairs the one whose geometry the flow solver has, too.
+REFERENCE = "triangulation"
+# Step back from a load at which the last constriction is a matter of the contact's tolerance.
+LESS_LOAD = 0.998
+
+
+@dataclass(frozen=True)
+class Search:
+    """How thresholds are looked for.
+
+    resolution : width of the brackets in A/A0
+    edges : names out of `spanning.EDGES`
+    flow : whether the flow through the last open contact is solved for its constriction
+    """
+
+    resolution: float = 0.002
+    edges: tuple[str, ...] = ("open", "periodic")
+    flow: bool = True
+
+    def __post_init__(self):
+        if not 0 < self.resolution < 1:
+            raise InvalidInput(f"resolution of A/A0 must lie in (0, 1), got {self.resolution}")
+        if not self.edges:
+            raise InvalidInput("name at least one kind of edges")
+        criteria_of(self.edges)
+
+
+@dataclass(frozen=True)
+class SeedThresholds:
+    """Thresholds of one surface under one model.
+
+    brackets : of every criterion
+    constriction : of the last contact seen that leaks between side walls, if it was asked for
+    """
+
+    case: RoughCase
+    model: str
+    seed: int
+    search: Search
+    brackets: tuple[Bracket, ...]
+    constriction: ConstrictionShare | None
+    seconds: float
+    peak_memory_bytes: int
+
+    def of(self, pair: str, edges: str, corrected: bool = False) -> float:
+        """A*/A0 of a pair of connectivities: mean of where the two phases change over.
+
+        Parameters
+        ----------
+        pair : one of `spanning.PAIRS`
+        edges : one that was searched
+        corrected : whether the perimeter correction of the area is applied
+        """
+        return float(np.mean([_area(b, corrected) for b in self._pair(pair, edges)]))
+
+    def between(self, pair: str, edges: str) -> tuple[float, float]:
+        """A/A0 where contact begins to span and where open ceases to."""
+        contact, open_ = self._pair(pair, edges)
+        return _area(contact, False), _area(open_, False)
+
+    def at_threshold(self, edges: str) -> Snapshot:
+        """Snapshot of the reference pair's brackets that lies nearest to A*."""
+        threshold = self.of(REFERENCE, edges)
+        ends = [end for b in self._pair(REFERENCE, edges) for end in (b.before, b.after)]
+        return min(ends, key=lambda end: abs(end.area - threshold))
+
+    def _pair(self, pair: str, edges: str) -> tuple[Bracket, Bracket]:
+        contact, open_ = choose(PAIRS, pair, "pair")
+        found = {bracket.criterion: bracket for bracket in self.brackets}
+        return found[Criterion("contact", contact, edges)], found[Criterion("open", open_, edges)]
+
+
+def _area(bracket: Bracket, corrected: bool) -> float:
+    name = "area_corrected" if corrected else "area"
+    return 0.5 * (getattr(bracket.before, name) + getattr(bracket.after, name))
+
+
+def seed_thresholds(
+    case: RoughCase,
+    model: str,
+    seed: int,
+    search: Search,
+    *,
+    threads: int = 1,
+    report: Report = silent,
+) -> SeedThresholds:
+    """Find the thresholds of one surface.
+
+    Parameters
+    ----------
+    case, seed : the surface
+    model : "bearing" or "elastic"
+    search : how to look
+    threads : of the FFTs
+    report : told of each contact
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown model.
+    NotConverged
+        If a contact or a flow does not converge.
+    """
+    start = perf_counter()
+    pressing = choose(MODELS, model, "model")
+    surface = case.surface(seed)
+    stage = f"{model} {case.name} seed {seed}"
+    brackets = crossings(
+        surface,
+        pressing,
+        criteria_of(search.edges),
+        search.resolution,
+        threads=threads,
+        news=lambda text: report(stage, text),
+    )
+    constriction = None
+    if search.flow and "open" in search.edges:
+        report(stage, "flow through the last open contact")
+        sealing = Criterion("open", "triangulation", "open")
+        last = next(b.before.load for b in brackets if b.criterion == sealing)
+        gap = _last_open(surface, pressing, last, threads)
+        # A wavelength has one constriction; two samples at least, to hold a triangle.
+        constriction = constriction_share(gap, max(case.short, 2) * PITCH)
+    return SeedThresholds(
+        case=case,
+        model=model,
+        seed=seed,
+        search=search,
+        brackets=tuple(brackets),
+        constriction=constriction,
+        seconds=perf_counter() - start,
+        peak_memory_bytes=peak_memory(),
+    )
+
+
+def _last_open(surface: GridField, pressing: Model, load: float, threads: int) -> GridField:
+    """Gap under a load seen open; a little less where a cold start seals it by a sample."""
+    while True:
+        gap = pressing.press(surface, load, None, threads).gap
+        if not is_sealed(gap, "wall", "linear"):
+            return gap
+        load *= LESS_LOAD

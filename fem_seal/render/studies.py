@@ -1,0 +1,190 @@
+"""Figures of the studies, drawn without a screen."""
+
+from collections.abc import Sequence
+from itertools import cycle
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fem_seal.letter.saddle import EXPONENT, SaddlePoint, local_exponents
+from fem_seal.verification.cross_validation import EXACT, Reference, Row
+from fem_seal.verification.trade import Point, Trade
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DPI = 150
+INSIDE = "0.88"
+COLOURS = {"FE": "#b2452b", "P2": "#6b8e23", "adaptive": "#2654a4"}
+MARKERS = {"finite-difference": "s", "uniform": "^", "adaptive": "o"}
+
+
+def _figure(width: float, height: float) -> "Figure":
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=DPI, facecolor="white", layout="constrained")
+
+
+def cross_validation_figure(
+    rows: Sequence[Row], path: Path, title: str, reference: Reference | None = None
+) -> Path:
+    """Draw leak rates over the grid, and the size of their errors over unknowns.
+
+    Parameters
+    ----------
+    rows : of `cross_validation`
+    path : of the picture
+    title : what gap it is
+    reference : certified bracket, drawn as a band; errors below its half-width mean nothing
+
+    Returns
+    -------
+    path
+    """
+    from matplotlib.ticker import ScalarFormatter
+
+    figure = _figure(11, 4.6)
+    rates, errors = figure.subplots(1, 2)
+    truth = rows[0].value / (1 + rows[0].error)
+    for number, name in enumerate(dict.fromkeys(row.method for row in rows)):
+        series = [row for row in rows if row.method == name]
+        style = _style(name, number)
+        rates.plot([row.squares for row in series], [row.value / truth for row in series], **style)
+        shown = [row for row in series if abs(row.error) > EXACT]
+        if shown:
+            x, y = [row.unknowns for row in shown], [abs(row.error) for row in shown]
+            errors.plot(x, y, **style)
+    floor = 0.0
+    if reference is not None:
+        floor = (reference.upper - reference.lower) / (reference.upper + reference.lower)
+        rates.axhspan(reference.lower / truth, reference.upper / truth, color=INSIDE, zorder=0)
+        errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
+    rates.axhline(1, color="0.4", lw=0.8)
+    rates.set_xscale("log", base=2)
+    rates.xaxis.set_major_formatter(ScalarFormatter())
+    rates.set(xlabel="squares along the flow", ylabel="leak rate / reference", title=title)
+    what = "certified bracket shaded" if floor else "true error"
+    errors.set(
+        xscale="log", yscale="log", xlabel="unknowns", ylabel="|error| / reference", title=what
+    )
+    figure.legend(
+        *rates.get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=8
+    )
+    figure.savefig(path)
+    return path
+
+
+def _style(name: str, number: int) -> dict[str, object]:
+    family = name.partition(" ")[0]
+    colour = f"C{number}" if family == "FD" else COLOURS[family]
+    side = next((s for s in ("upper", "lower") if s in name), "")
+    plain = "sDPX*h"[number % 6] if family == "FD" else "o"
+    marker = {"upper": "v", "lower": "^", "": plain}[side]
+    if "cascade" in name:
+        marker = "x"  # lies on the elimination with the same links
+    dash = "--" if side else "-"
+    return {"color": colour, "marker": marker, "ls": dash, "ms": 4, "lw": 1.2, "label": name}
+
+
+def trade_figure(result: Trade, path: Path, title: str) -> Path:
+    """Draw total error against time and against memory, with the Pareto front.
+
+    Parameters
+    ----------
+    result : of `trade`
+    path : of the picture
+    title : which scene, on which machine
+
+    Returns
+    -------
+    path
+    """
+    from matplotlib.ticker import LogFormatterSciNotation
+
+    figure = _figure(11, 4.6)
+    time, memory = figure.subplots(1, 2, sharey=True)
+    for certified, dash in ((True, "-"), (False, "--")):
+        front = result.front(certified)
+        at = [p.seconds for p in front], [p.total_error for p in front]
+        time.plot(*at, dash, color="0.75", lw=4)
+    grids = list(dict.fromkeys(point.samples for point in result.points))
+    shades = dict(zip(grids, _shades(len(grids)), strict=True))
+    for point in result.points:
+        colour = shades[point.samples]
+        style = {"marker": MARKERS[point.flow.method], "color": colour, "ls": "", "ms": 6}
+        time.plot(point.seconds, point.total_error, **style)
+        memory.plot(point.memory_bytes / 1e6, point.total_error, **style)
+    for samples in grids:
+        part = next(p.contact_error for p in result.points if p.samples == samples)
+        for axes in (time, memory):
+            axes.axhline(part, color=shades[samples], ls=":", lw=1)
+    time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
+    time.set_title(f"{title}: Pareto fronts, dashed without bounds")
+    time.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 0.8)))
+    memory.set(xlabel="resident memory [MB]", title="dotted: the contact grid's part")
+    _keys(memory, shades, result.points)
+    figure.savefig(path)
+    return path
+
+
+def _shades(number: int) -> list[tuple[float, ...]]:
+    """Colours from light (coarse) to dark (fine), which keep their order in grey print."""
+    from matplotlib import colormaps
+
+    return [colormaps["plasma"](0.85 * (1 - k / max(number - 1, 1))) for k in range(number)]
+
+
+def _keys(
+    axes: "Axes", shades: dict[tuple[int, int], tuple[float, ...]], points: Sequence[Point]
+) -> None:
+    """Name colours (contact grids) and markers (flow methods) beside the axes."""
+    from matplotlib.lines import Line2D
+
+    entries = [
+        Line2D([], [], color=shade, marker="o", ls="", label=f"contact {nx} x {ny}")
+        for (nx, ny), shade in shades.items()
+    ]
+    for method in dict.fromkeys(point.flow.method for point in points):
+        entries.append(
+            Line2D([], [], color="0.3", marker=MARKERS[method], ls="", label=f"flow {method}")
+        )
+    axes.figure.legend(handles=entries, loc="outside right center", frameon=False, fontsize=8)
+
+
+def saddle_figure(series: Sequence[Sequence[SaddlePoint]], path: Path) -> Path:
+    """Draw leak rates of a closing saddle over the distance, and their local exponents.
+
+    Parameters
+    ----------
+    series : points of each grid
+    path : of the picture
+
+    Returns
+    -------
+    path
+    """
+    figure = _figure(10, 4.4)
+    rates, slopes = figure.subplots(1, 2)
+    for points, marker in zip(series, cycle("osD^v")):
+        label = f"{points[0].samples} samples a period"
+        distance = [point.distance for point in points]
+        style = {"marker": marker, "ms": 4, "lw": 1}
+        rates.plot(distance, [point.leak_rate for point in points], label=label, **style)
+        local = local_exponents(points)
+        at, value = [e.distance for e in local], [e.value for e in local]
+        slopes.errorbar(at, value, [e.error for e in local], capsize=2, **style)
+    near = series[-1][-1]
+    law = [near.leak_rate * (x / near.distance) ** EXPONENT for x in distance]
+    rates.plot(distance, law, "k--", lw=1, label="$(p_c - p)^{69/20}$")
+    slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
+    rates.set(xscale="log", yscale="log", ylabel="leak rate [H³ Δp/(12 η)]")
+    slopes.set(
+        xscale="log",
+        ylabel="$d\\,\\ln Q\\,/\\,d\\,\\ln(p_c - p)$",
+        title="local exponent (dashed: 69/20)",
+    )
+    for axes in (rates, slopes):
+        axes.set_xlabel("distance in load, $(p_c - p)\\,/\\,p_c$")
+    rates.legend(frameon=False, fontsize=8)
+    figure.savefig(path)
+    return path

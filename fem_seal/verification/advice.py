@@ -1,0 +1,52 @@
+"""The outcome of a trade in words."""
+
+from collections.abc import Sequence
+
+from fem_seal.verification.trade import Point, Trade
+
+TARGETS = (0.5, 0.2, 0.1, 0.05, 0.02)
+
+
+def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, ...]:
+    """Say in words which point is the cheapest for each error wanted.
+
+    Parameters
+    ----------
+    result : of `trade`
+    targets : relative errors
+
+    Returns
+    -------
+    A sentence for each target; one for all where the contact grids have told nothing yet.
+    """
+    if result.uncertainty >= 1:
+        return (
+            "nothing to recommend: from one contact grid to the next the leak rate changes so much "
+            f"that its limit is known to {100 * result.uncertainty:.0f} % only; take more samples",
+        )
+    return tuple(_advice(result, target) for target in sorted(targets, reverse=True))
+
+
+def _advice(result: Trade, target: float) -> str:
+    wanted = f"for {100 * target:g} %"
+    good = [point for point in result.points if point.total_error <= target]
+    if not good:
+        least = min(result.points, key=lambda point: point.total_error)
+        return f"{wanted}: nothing tried here; the best is {_describe(least)}"
+    cheapest = min(good, key=lambda point: point.seconds)
+    certified = [point for point in good if point.certified]
+    if not certified:
+        return f"{wanted}: only without bounds, {_describe(cheapest)}"
+    known = min(certified, key=lambda point: point.seconds)
+    if known is cheapest:
+        return f"{wanted}: {_describe(known)}"
+    return f"{wanted}: {_describe(known)}; without bounds of its own {_describe(cheapest)}"
+
+
+def _describe(point: Point) -> str:
+    grid = " x ".join(map(str, point.samples))
+    return (
+        f"contact on {grid}, {point.flow}: about {point.seconds:.2g} s and "
+        f"{point.memory_bytes / 1e6:.0f} MB (contact grid {100 * point.contact_error:.2g} %, "
+        f"flow {100 * point.flow_error:.2g} %)"
+    )

@@ -1,0 +1,240 @@
+"""Every method on the same gap over ever finer grids: who errs high, who low, how fast each heals.
+
+A row is one method on one grid. Linear elements give two rows that are bounds and one that is their
+geometric mean, quadratic ones an upper bound; finite differences give a number, whose error band is
+taken to be its last change. Each number is judged against a reference that no finite difference
+enters: the exact leak rate where it is known, otherwise the narrowest certified bracket of the same
+gap.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite, isnan, log2, nan, prod
+
+from fem_seal.grid import GridField
+from fem_seal.progress import Report, silent
+from fem_seal.tables import shown_as
+from fem_seal.topology.lattice import choose
+from fem_seal.verification.exact_cases import ExactCase
+from fem_seal.verification.methods import METHODS, QUADRATIC, Answer, Setting
+from fem_seal.verification.refined import refined
+
+SMOOTH_ORDER = 2.0  # of linear elements and of central differences, for the energy
+EXACT = 1e-7  # relative error that stands for none: CG stops at 1e-8 of the energy
+
+
+@dataclass(frozen=True)
+class Row:
+    """An answer, judged.
+
+    squares : of the grid along the flow; unknowns : of the solve
+    value : leak rate [m^3/s]; error : relative to the reference
+    band : what the method itself says about its error, relative: the half-width of the bracket,
+        or the last change; None where it says nothing
+    order, expected : of convergence in the spacing, observed and from theory; None where the error
+        is below what the reference can tell, or theory says nothing simple
+    verdict : see `judge`
+    seconds : of CPU time
+    """
+
+    method: str
+    squares: int
+    unknowns: int
+    value: float = shown_as("leak rate [m^3/s]")
+    error: float = shown_as("error/Q")
+    band: float | None = shown_as("band/Q")
+    order: float | None
+    expected: float | None
+    verdict: str
+    seconds: float = shown_as("CPU time [s]")
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The truth, or the narrowest bracket around it."""
+
+    lower: float
+    upper: float
+
+    @property
+    def value(self) -> float:
+        """Geometric mean of the bounds."""
+        return (self.lower * self.upper) ** 0.5
+
+
+def on_exact_case(
+    case: ExactCase,
+    squares: Sequence[int],
+    methods: Sequence[str] = tuple(METHODS),
+    report: Report = silent,
+) -> tuple[Row, ...]:
+    """Every method against a leak rate that is known.
+
+    Parameters
+    ----------
+    case : of `exact_cases.CASES`
+    squares : of the grids along the flow, each twice the one before
+    methods : names in `METHODS`
+    report : called with the grid and the method
+
+    Returns
+    -------
+    Rows, by method and grid; `verdict` says "high", "low" or "exact". The bounds hold for the gap
+    as sampled, so that on a coarse grid both may lie on one side of the true answer.
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown method.
+    """
+    setting = Setting(1 / 12, 1.0, case.sides, case.representation, 0.01)
+    # The adaptive method leaves the grid behind at once: the last one says all.
+    chosen = {n: [m for m in methods if m != "adaptive" or n == max(squares)] for n in squares}
+    series = {n: _geometric_mean(case.gaps(n), setting, chosen[n], report) for n in squares}
+    orders = {QUADRATIC: case.quadratic_order or case.order}
+    rows = _rows(series, Reference(case.exact, case.exact), case.order, orders)
+    return tuple(replace(row, verdict=_side(row.error)) for row in rows)
+
+
+def on_gap(
+    gap: GridField,
+    setting: Setting,
+    grids: int = 3,
+    methods: Sequence[str] = tuple(METHODS),
+    report: Report = silent,
+) -> tuple[tuple[Row, ...], Reference]:
+    """Every method on a gap whose leak rate nobody knows, judged by the certified bracket.
+
+    Parameters
+    ----------
+    gap : [m], leaking; each further grid halves the spacing and changes nothing of the gap
+    setting : fluid, drive, tolerance of the adaptive bracket
+    grids : how many
+    methods : names in `METHODS`; "uniform" or "adaptive" must be among them
+    report : called with the grid and the method
+
+    Returns
+    -------
+    Rows by method and grid, and the bracket they are judged by.
+
+    Raises
+    ------
+    InvalidInput
+        For an unknown method, or values out of range.
+    """
+    series = {}
+    for times in range(grids):
+        # The same gap on every grid: one adaptive answer says all.
+        here = [name for name in methods if times == 0 or name != "adaptive"]
+        fine = refined(gap, setting.representation, times)
+        series[fine.shape[0]] = _answers(fine, setting, here, report)
+    answers = [answer for group in series.values() for answer in group]
+    reference = Reference(
+        max(answer.value for answer in answers if answer.certified == "below"),
+        min(answer.value for answer in answers if answer.certified == "above"),
+    )
+    # The kinks of the gap along the pixels' sides meet at the samples: no simple order there.
+    return tuple(_rows(series, reference, SMOOTH_ORDER, {QUADRATIC: None})), reference
+
+
+def _answers(
+    gap: GridField, setting: Setting, methods: Sequence[str], report: Report
+) -> list[Answer]:
+    answers: list[Answer] = []
+    for name in methods:
+        method = choose(METHODS, name, "method")
+        report(f"grid {gap.shape[0]}", name)
+        answers.extend(method(gap, setting))
+    return answers
+
+
+def _geometric_mean(
+    gaps: Sequence[GridField], setting: Setting, methods: Sequence[str], report: Report
+) -> list[Answer]:
+    """Answers for several gaps as one; bounds of the factors bound the product."""
+    runs = [_answers(gap, setting, methods, report) for gap in gaps]
+    return [
+        replace(
+            group[0],
+            value=prod(answer.value for answer in group) ** (1 / len(group)),
+            unknowns=max(answer.unknowns for answer in group),
+            seconds=sum(answer.seconds for answer in group),
+        )
+        for group in zip(*runs, strict=True)
+    ]
+
+
+def _rows(
+    series: dict[int, list[Answer]],
+    reference: Reference,
+    expected: float | None,
+    orders: dict[str, float | None],
+) -> Iterator[Row]:
+    """Follow each method through the grids; `orders` are those of methods with their own."""
+    names = dict.fromkeys(answer.method for group in series.values() for answer in group)
+    for name in names:
+        seen = [(n, a) for n, group in series.items() for a in group if a.method == name]
+        errors = [answer.value / reference.value - 1 for _, answer in seen]
+        for k, (n, answer) in enumerate(seen):
+            change = abs(answer.value - seen[k - 1][1].value) / answer.value if k else nan
+            band = _half_width(answer, series[n]) or (change if isfinite(change) else None)
+            yield Row(
+                method=name,
+                squares=n,
+                unknowns=answer.unknowns,
+                value=answer.value,
+                error=errors[k],
+                band=band,
+                order=_observed(errors[k - 1], errors[k], reference) if k else None,
+                expected=None if name.startswith("adaptive") else orders.get(name, expected),
+                verdict=judge(answer, band, reference),
+                seconds=answer.seconds,
+            )
+
+
+def _half_width(answer: Answer, group: Sequence[Answer]) -> float | None:
+    """Certified half-width of the finite-element answers; None for finite differences."""
+    family = answer.method.partition(" ")[0]
+    sides = {a.certified: a.value for a in group if a.method.partition(" ")[0] == family}
+    if not {"above", "below"} <= set(sides):
+        return None
+    return (sides["above"] - sides["below"]) / (sides["above"] + sides["below"])
+
+
+def _observed(coarse: float, fine: float, reference: Reference) -> float | None:
+    """Order of convergence between two grids, the finer of half the spacing."""
+    half_width = (reference.upper - reference.lower) / (reference.upper + reference.lower)
+    if not isfinite(coarse * fine) or min(abs(coarse), abs(fine)) <= max(EXACT, half_width):
+        return None
+    return log2(abs(coarse / fine))
+
+
+def judge(answer: Answer, band: float | None, reference: Reference) -> str:
+    """Hold a number and its error band against the certified bracket.
+
+    Returns
+    -------
+    "bound" for bounds; "inside" the bracket; "agrees" if the two bands meet; "disagrees" if they
+    do not, so that one of the two is wrong about its error; "outside" if the number claims
+    nothing about its error, as the first of a series; "not converged" if it has no number.
+    """
+    if isnan(answer.value):
+        return "not converged"
+    if answer.certified:
+        return "bound"
+    room = EXACT * reference.value
+    if reference.lower - room <= answer.value <= reference.upper + room:
+        return "inside"
+    if band is None:
+        return "outside"
+    low, high = answer.value * (1 - band), answer.value * (1 + band)
+    meet = low <= reference.upper and reference.lower <= high
+    return "agrees" if meet else "disagrees"
+
+
+def _side(error: float) -> str:
+    if isnan(error):
+        return "not converged"
+    if abs(error) <= EXACT:
+        return "exact"
+    return "high" if error > 0 else "low"

@@ -1,0 +1,171 @@
+"""Gaps whose leak rate is known exactly, on grids as fine as one likes.
+
+Everywhere Δp = 1 and η = 1/12, so that the film conductivity is K = g³.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.grid import GridField
+from fem_seal.theory import closed_forms
+from fem_seal.verification.refined import refined
+
+WAVE = 0.6  # amplitude of the cosine channels
+PHASES = (1.0, 5.0, 0.2, 3.0)
+RATIO = 10.0  # of the conductivities of the checkerboard
+RADIUS = 0.3  # of the discs, in periods
+SMOOTH = 0.5 * np.log(1e4)  # exponent of the smooth checkerboard, contrast 1e4
+
+
+@dataclass(frozen=True)
+class ExactCase:
+    """A leak rate that is known, and the gaps that approach it.
+
+    gaps : from the number of squares along the flow to the gaps; the geometric mean of their leak
+        rates is compared with `exact`, which serves duality, where it is a product that is known
+    representation, sides : of the gaps
+    exact : leak rate at Δp = 1, η = 1/12
+    order : expected order of convergence of each bound in the spacing; None if not known
+    source : of the exact value, and why this order
+    quadratic_order : of quadratic elements where it is another one; a gap that is only sampled, or
+        a corner, leaves them the order of linear ones
+    """
+
+    gaps: Callable[[int], tuple[GridField, ...]]
+    representation: str
+    sides: str
+    exact: float
+    order: float | None
+    source: str
+    quadratic_order: float | None = None
+
+
+def at_vertices(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.0)) -> GridField:
+    """Samples of function(x, y) at the vertices of mx × my squares over a rectangle."""
+    spacing = (size[0] / shape[0], size[1] / shape[1])
+    i, j = np.meshgrid(*(np.arange(m + 1) for m in shape), indexing="ij")
+    return GridField(np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape), spacing)
+
+
+def at_centres(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.0)) -> GridField:
+    """Samples of function(x, y) at the centres of mx × my squares over a rectangle."""
+    spacing = (size[0] / shape[0], size[1] / shape[1])
+    i, j = np.meshgrid(*(np.arange(m) + 0.5 for m in shape), indexing="ij")
+    return GridField(np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape), spacing)
+
+
+def _wave_across(n: int) -> tuple[GridField, ...]:
+    wave = at_vertices(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * x), (n, n // 2), (1.0, 0.5))
+    return (wave,)
+
+
+def _wave_along(n: int) -> tuple[GridField, ...]:
+    wave = at_vertices(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * y), (n, n))
+    return (wave,)
+
+
+# Gaps of the channel at equal distances, linear between.
+CHANNEL = np.array([1.0, 0.4, 0.9, 0.3, 0.7])
+
+
+def _channel(n: int) -> tuple[GridField, ...]:
+    positions = np.linspace(0, 1, CHANNEL.size)
+    shape = (n, n // 4)
+    return (at_vertices(lambda x, y: np.interp(x, positions, CHANNEL), shape, (1.0, 0.25)),)
+
+
+def _blocks(conductivity: np.ndarray, n: int) -> GridField:
+    """Squares of given conductivity over the unit square, on n × n pixels."""
+    gap = GridField(np.cbrt(conductivity), tuple(1 / m for m in conductivity.shape))
+    return refined(gap, "constant", round(np.log2(n / conductivity.shape[0])))
+
+
+def _checkerboard(n: int) -> tuple[GridField, ...]:
+    return (_blocks(np.array([[1, RATIO], [RATIO, 1]]), n),)
+
+
+def _four_phases(n: int) -> tuple[GridField, ...]:
+    k1, k2, k3, k4 = PHASES
+    return (_blocks(np.array([[k1, k4], [k2, k3]]), n),)
+
+
+def _smooth_checkerboard(n: int) -> tuple[GridField, ...]:
+    def gap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.cbrt(closed_forms.smooth_checkerboard(x, y, SMOOTH))
+
+    return (at_vertices(gap, (n, n)),)
+
+
+def _discs(n: int) -> tuple[GridField, ...]:
+    """A quarter of the cell, whose sides are mirrors."""
+    gap = at_centres(lambda x, y: (np.hypot(x, y) >= RADIUS) * 1.0, (n, n), (0.5, 0.5))
+    return (gap,)
+
+
+def _dual_pair(n: int) -> tuple[GridField, ...]:
+    """Log-normal conductivity on 8 × 8 squares, and its reciprocal turned by a right angle."""
+    log_K = 2 * np.random.default_rng(1).normal(size=(8, 8))
+    return _blocks(np.exp(log_K), n), _blocks(np.exp(-log_K.T), n)
+
+
+def corner_order(ratio: float) -> float:
+    """Order 2a of an energy on uniform meshes around a corner of a checkerboard.
+
+    The flux has the singularity r^(a-1) with a = (4/π) atan √(K1/K2), K1 <= K2.
+    """
+    return 8 / np.pi * float(np.arctan(np.sqrt(min(ratio, 1 / ratio))))
+
+
+CASES: dict[str, ExactCase] = {
+    "cosine-across": ExactCase(
+        *(_wave_across, "linear", "wall"),
+        0.5 * closed_forms.cosine_channel(WAVE, across=True),
+        2.0,
+        "Sommerfeld's integrals; smooth: second order",
+    ),
+    "cosine-along": ExactCase(
+        *(_wave_along, "linear", "wall"),
+        closed_forms.cosine_channel(WAVE, across=False),
+        2.0,
+        "mean of g³; smooth: second order",
+    ),
+    "series-channel": ExactCase(
+        *(_channel, "linear", "wall"),
+        0.25 * closed_forms.piecewise_linear_channel(CHANNEL),
+        2.0,
+        "∫ dx/g³ of the linear gap; its kinks lie on the grid: second order, quadratic 4th",
+        quadratic_order=4.0,
+    ),
+    "checkerboard": ExactCase(
+        *(_checkerboard, "constant", "wall"),
+        closed_forms.checkerboard(1.0, RATIO),
+        corner_order(RATIO),
+        "Keller 1964, Dykhne 1971; corner singularity r^(a-1): order 2a",
+    ),
+    "four-phases": ExactCase(
+        *(_four_phases, "constant", "wall"),
+        closed_forms.four_phase_checkerboard(*PHASES)[0],
+        None,
+        "Mortola and Steffé; Milton 2001",
+    ),
+    "smooth-checkerboard": ExactCase(
+        *(_smooth_checkerboard, "linear", "wall"),
+        1.0,
+        2.0,
+        "duality: exp(A cos 2πx cos 2πy) conducts like 1; smooth: second order",
+    ),
+    "discs": ExactCase(
+        *(_discs, "constant", "wall"),
+        closed_forms.disc_array(np.pi * RADIUS**2),
+        None,
+        "Perrins, McKenzie, McPhedran 1979; steps of the rim: about first order, not smoothly",
+    ),
+    "duality": ExactCase(
+        *(_dual_pair, "constant", "wall"),
+        1.0,
+        None,
+        "Keller 1964: Q_x[K] Q_y[1/K] = 1, here its square root",
+    ),
+}

@@ -1,0 +1,261 @@
+"""What accuracy costs: contact grids × flow methods × tolerances, error against time and memory.
+
+The error of a leak rate has two parts. The flow part is the half-width of the certified bracket,
+or, for finite differences, the distance from the best answer on the same gap. The contact part is
+what the grid of the contact has missed: the same surface under the same load is solved on finer and
+finer grids, and their leak rates are extrapolated.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+from fem_seal.contact.grid_error import extrapolate
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+from fem_seal.memory import peak_memory
+from fem_seal.progress import Report, silent
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+from fem_seal.surface.resampling import resample
+from fem_seal.tables import shown_as
+
+FACTORS = (0.25, 0.5, 1.0, 2.0)
+TOLERANCES = (0.3, 0.1, 0.03)
+LEAST_SAMPLES = 8
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A way to compute the flow; `rtol` is None where the method has no tolerance."""
+
+    method: str
+    rtol: float | None
+
+    def __str__(self) -> str:
+        return self.method if self.rtol is None else f"{self.method}, rtol {self.rtol:g}"
+
+
+@dataclass(frozen=True)
+class Point:
+    """One leak rate, what is wrong with it and what it has cost.
+
+    samples : (nx, ny) of the contact grid
+    flow : the method and its tolerance
+    leak_rate, lower, upper : [m^3/s]; no bounds for finite differences
+    contact_error, flow_error, total_error : relative, the last being the sum
+    seconds : of CPU time, contact and flow; contact_seconds : of the contact alone
+    memory_bytes : largest resident memory of the process meanwhile, libraries included
+    pareto : whether no other point of its kind, with or without bounds, is cheaper and better
+    """
+
+    samples: tuple[int, int]
+    flow: Choice
+    leak_rate: float = shown_as("leak rate [m^3/s]")
+    lower: float | None = shown_as("lower [m^3/s]")
+    upper: float | None = shown_as("upper [m^3/s]")
+    contact_error: float = shown_as("contact error/Q")
+    flow_error: float = shown_as("flow error/Q")
+    total_error: float = shown_as("total error/Q")
+    seconds: float = shown_as("CPU time [s]")
+    contact_seconds: float = shown_as("its contact [s]")
+    memory_bytes: int = shown_as("memory [byte]")
+    pareto: bool = False
+
+    @property
+    def certified(self) -> bool:
+        """Whether the leak rate comes with bounds."""
+        return self.lower is not None
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """A flow solve on one contact grid before it is judged."""
+
+    samples: tuple[int, int]
+    flow: Choice
+    leak: LeakRate
+    seconds: float
+    contact_seconds: float
+    memory_bytes: int
+
+
+@dataclass(frozen=True)
+class Trade:
+    """All points; the extrapolated leak rate that judges them and its relative uncertainty."""
+
+    points: tuple[Point, ...]
+    reference: float
+    uncertainty: float
+
+    def front(self, certified: bool) -> tuple[Point, ...]:
+        """Pareto front in time from cheap to accurate, of the points with or without bounds."""
+        points = (p for p in self.points if p.pareto and p.certified == certified)
+        return tuple(sorted(points, key=lambda p: p.seconds))
+
+
+def trade(
+    scene: Scene,
+    *,
+    factors: Sequence[float] = FACTORS,
+    tolerances: Sequence[float] = TOLERANCES,
+    report: Report = silent,
+) -> Trade:
+    """Compute a scene over contact grids and flow methods.
+
+    Parameters
+    ----------
+    scene : with a surface and a contact; its own flow method and rtol play no part
+    factors : multiples of the scene's samples, at least three that give whole numbers; below 1
+        the surface loses the waves that the coarse grid cannot hold
+    tolerances : rtol of the adaptive method
+    report : called with the point and its latest news
+
+    Returns
+    -------
+    Trade
+
+    Raises
+    ------
+    InvalidInput
+        If the scene gives a gap in place of a surface, fewer than three grids are possible, or the
+        finest contact is sealed.
+    NotConverged
+        If a contact does not reach its tolerance.
+    """
+    surface = Seal(scene, report).surface
+    if surface is None:
+        raise InvalidInput(
+            "a trade needs [surface] and [contact]: the contact of a given gap cannot be solved "
+            "on another grid"
+        )
+    runs: list[_Run] = []
+    shapes = _shapes(surface.shape, factors)
+    _warm_up()
+    for shape in shapes:
+        runs.extend(_on_grid(scene, resample(surface, shape), tolerances, report))
+    return _judged(runs)
+
+
+def _warm_up() -> None:
+    """Load the libraries before the clock runs: they would be charged to the first point."""
+    from fem_seal.flow import leak_rate
+
+    leak_rate(GridField(np.ones((8, 8)), (1.0, 1.0)), viscosity=1.0, pressure_drop=1.0)
+
+
+def _shapes(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:
+    ratios = sorted(Fraction(factor).limit_denominator(1024) for factor in factors)
+    wanted = [tuple(n * ratio for n in shape) for ratio in ratios]
+    whole = [
+        tuple(map(int, samples))
+        for samples in wanted
+        if all(n.denominator == 1 and n >= LEAST_SAMPLES for n in samples)
+    ]
+    if len(whole) < 3:
+        raise InvalidInput(
+            f"a trade needs three contact grids of whole, at least {LEAST_SAMPLES} samples; "
+            f"of {shape} the factors {tuple(factors)} give {len(whole)}"
+        )
+    return whole
+
+
+def _choices(tolerances: Sequence[float]) -> list[Choice]:
+    adaptive = [Choice("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
+    return [Choice("finite-difference", None), Choice("uniform", None), *adaptive]
+
+
+def _on_grid(
+    scene: Scene, surface: GridField, tolerances: Sequence[float], report: Report
+) -> list[_Run]:
+    """Solve the contact once and the flow in every way."""
+    seal = Seal(scene)
+    seal.surface = surface
+    name = " x ".join(map(str, surface.shape))
+    report(f"contact {name}", "")
+    start = process_time()
+    contact = seal.contact
+    contact_seconds = process_time() - start
+    runs = []
+    for choice in _choices(tolerances):
+        report(f"contact {name}", str(choice))
+        # On the grid of the gap alone: a limit of one unknown ends the uniform method there.
+        limits = {"max_unknowns": 1 if choice.method == "uniform" else scene.flow.max_unknowns}
+        flow = scene.flow.model_copy(
+            update={"method": choice.method, "rtol": choice.rtol or scene.flow.rtol, **limits}
+        )
+        seal = Seal(scene.model_copy(update={"flow": flow}))
+        seal.surface, seal.contact = surface, contact
+        _forget_peak()
+        start = process_time()
+        leak = seal.leak_rate
+        spent = contact_seconds + process_time() - start
+        run = _Run(surface.shape, choice, leak, spent, contact_seconds, peak_memory())
+        runs.append(run)
+    return runs
+
+
+def _forget_peak() -> None:
+    """Let the kernel count the largest resident memory anew (proc(5), clear_refs)."""
+    Path("/proc/self/clear_refs").write_text("5")
+
+
+def _width(leak: LeakRate) -> float:
+    """Relative half-width of the bracket; 1 while the lower bound is zero, 0 if sealed."""
+    if leak.state == "sealed":
+        return 0.0
+    return (leak.upper - leak.lower) / (leak.upper + leak.lower)
+
+
+def _judged(runs: Sequence[_Run]) -> Trade:
+    # Tolerances fall: the last adaptive answer on each grid is the best.
+    best = {run.samples: run.leak for run in runs if run.flow.method == "adaptive"}
+    finest = list(best.values())[-1]
+    if finest.state == "sealed":
+        raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
+    limit = extrapolate([leak.value for leak in best.values()])
+    reference = limit.limit if limit.limit > 0 else finest.value
+    uncertainty = max(limit.error / reference, _width(finest))
+    points = [_point(run, best[run.samples].value, reference, uncertainty) for run in runs]
+    return Trade(mark_pareto(points), reference, uncertainty)
+
+
+def _point(run: _Run, here: float, reference: float, uncertainty: float) -> Point:
+    """Split the error of a run; `here` is the best leak rate on the same contact grid."""
+    leak = run.leak
+    contact_error = max(abs(here / reference - 1), uncertainty)
+    certified = leak.lower is not None
+    flow_error = _width(leak) if certified else abs(leak.value - here) / reference
+    return Point(
+        samples=run.samples,
+        flow=run.flow,
+        leak_rate=leak.value,
+        lower=leak.lower,
+        upper=leak.upper,
+        contact_error=contact_error,
+        flow_error=flow_error,
+        total_error=contact_error + flow_error,
+        seconds=run.seconds,
+        contact_seconds=run.contact_seconds,
+        memory_bytes=run.memory_bytes,
+    )
+
+
+def mark_pareto(points: Sequence[Point]) -> tuple[Point, ...]:
+    """Mark the points that no other one of their kind beats in both time and error.
+
+    There are two kinds, with bounds and without: the error of the latter is known only because
+    the former were computed as well.
+    """
+    return tuple(replace(point, pareto=not _beaten(point, points)) for point in points)
+
+
+def _beaten(point: Point, points: Sequence[Point]) -> bool:
+    mine = point.seconds, point.total_error
+    others = ((p.seconds, p.total_error) for p in points if p.certified == point.certified)
+    return any(o[0] <= mine[0] and o[1] <= mine[1] and o != mine for o in others)

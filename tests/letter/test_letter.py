@@ -1,0 +1,367 @@
+"""The letter's figures: known limits of what they plot, and runs that can be taken up again."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from fem_seal.cli import main, parser
+from fem_seal.cli.letter import plan_of
+from fem_seal.letter import campaign, rows
+from fem_seal.letter.campaign import AREAS, Plan, letter
+from fem_seal.letter.cascade_start import cascade_start
+from fem_seal.letter.flow_points import (
+    LINKS,
+    GapDistribution,
+    GridPoint,
+    flow_point,
+    grid_point,
+)
+from fem_seal.letter.page import page
+from fem_seal.letter.persson_curve import SampledSpectrum, persson_curve
+from fem_seal.letter.seed_thresholds import Search
+from fem_seal.letter.surfaces import (
+    MODELS,
+    PITCH,
+    PRESSURE_DROP,
+    SLOPE,
+    VISCOSITY,
+    RoughCase,
+    at_area,
+)
+from fem_seal.surface import Spectrum, rms_slope
+
+# Waves of 8 samples and more: what finite differences and linear elements see is the same gap.
+SMOOTH = RoughCase(64, short=8, long=0.25)
+RTOL = 0.1
+
+
+@cache
+def point(model, area, seed=1):
+    return flow_point(SMOOTH, model, seed, area, rtol=RTOL)
+
+
+def test_first_contact_is_the_same_for_both_models():
+    """No load, no deformation: both gaps are h_max - h."""
+    surface = SMOOTH.surface(1)
+    cut, pressed = (at_area(surface, model, 0.0).gap.values for model in MODELS)
+    np.testing.assert_allclose(cut, pressed, rtol=0, atol=1e-12 * cut.max())
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_leak_falls_as_contact_grows(model):
+    """A gap that is nowhere wider leaks no more: the brackets must fall in order."""
+    points = [point(model, area) for area in (0.0, 0.1, 0.2, 0.3)]
+    for light, heavy in pairwise(points):
+        assert heavy.lower < light.upper
+        assert heavy.value < light.value
+    assert all(p.lower <= p.upper <= p.lower * (1 + 1.1 * RTOL) for p in points)
+
+
+def test_elastic_contact_leaks_less_than_a_cut_of_the_same_area():
+    """The letter's finding far from percolation, beyond both brackets."""
+    for area in (0.1, 0.2, 0.3):
+        assert point("elastic", area).upper < point("bearing", area).lower
+
+
+@pytest.mark.parametrize("area", [0.0, 0.1, 0.2])
+def test_finite_differences_and_finite_elements_agree_within_both_bands(area):
+    """Links enclose each other on every edge, so their leak rates do; that band meets the bracket.
+
+    On this smooth gap, away from percolation; harmonic <= linear-gap <= arithmetic is Rayleigh's
+    monotonicity and always true.
+    """
+    for model in MODELS:
+        found = point(model, area)
+        low, middle, high = (found.finite_difference[links] for links in LINKS)
+        assert low <= middle * (1 + 1e-12) <= high * (1 + 1e-12)
+        assert low <= found.upper
+        assert high >= found.lower
+
+
+def test_bruggeman_describes_the_cut():
+    """Exact to second order in the gap's fluctuation: good to a factor of two at small area.
+
+    The letter calls it very accurate; one surface of 64² has a spread of its own, which the
+    other seeds show: the factor holds for each of three.
+    """
+    for seed in (1, 2, 3):
+        found = point("bearing", 0.1, seed)
+        assert 0.5 < found.gaps.leak_rate(2.0) / found.value < 2
+
+
+def test_bins_do_not_matter():
+    """Bruggeman of the binned gaps against that of all samples.
+
+    Bins are 7 % wide in g, 21 % in g³; a mean of g³ in each leaves an error of the second order,
+    at most (0.21)²/12 = 0.4 %.
+    """
+    from fem_seal.theory.bruggeman import leak_rate
+
+    gap = at_area(SMOOTH.surface(1), "elastic", 0.2).gap
+    binned = GapDistribution.of(gap)
+    assert sum(binned.weights) + binned.contact == pytest.approx(1)
+    for dimension in (2.0, 1.8):
+        exact = leak_rate(
+            gap, viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, dimension=dimension
+        )
+        assert binned.leak_rate(dimension) == pytest.approx(exact, rel=4e-3, abs=0)
+
+
+# Persson's curve.
+
+
+@pytest.mark.parametrize(("short", "hurst"), [(1.0, 0.8), (1.0, 0.4), (1.5, 0.8), (4.0, 0.8)])
+def test_sampled_spectrum_is_that_of_the_grid(short, hurst):
+    """Its <h²>/<h'²> is the sum over the grid's own wave vectors.
+
+    The sum is a midpoint rule over cells of 2π/L; it stands for the integral to the part of the
+    cells that the two circles and the square cut, about 1/(q_l L/2π) = 1/8 of the longest waves
+    for <h²> and 1 % for the slope. Tested: the slope.
+    """
+    case = RoughCase(256, hurst, short)
+    spectrum = SampledSpectrum(case)
+    k = np.fft.fftfreq(case.n, PITCH) * 2 * np.pi
+    q = np.hypot(k[:, None], k[None, :])[np.abs(k) < 3.1 / PITCH][:, np.abs(k) < 3.1 / PITCH]
+    step = 2 * np.pi / (case.n * PITCH)
+    density = Spectrum(hurst, case.long * case.n * PITCH, short * PITCH).density(q)
+    summed = np.sum(q**2 * density) * step**2
+    # The last waves below Nyquist (3.1 of π) are left out of the sum: another 2 %.
+    assert spectrum.mean_square_slope == pytest.approx(summed, rel=0.05)
+
+
+def test_sampled_spectrum_of_a_resolved_surface_is_the_spectrum():
+    case = RoughCase(256, short=4)
+    whole = Spectrum(case.hurst, case.long * case.n * PITCH, case.short * PITCH)
+    assert SampledSpectrum(case).mean_square_slope == pytest.approx(whole.moment(2), rel=1e-6)
+    scaled = SampledSpectrum(case).scaled(SLOPE)
+    assert scaled.mean_square_slope == pytest.approx(SLOPE**2)
+    assert rms_slope(case.surface(1)) == pytest.approx(SLOPE)
+
+
+def test_persson_area_is_an_error_function():
+    """A/A0 = erf(√2 p/(E* h'rms)), and no leak from the threshold on."""
+    from scipy.special import erf
+
+    curve = persson_curve(RoughCase(256, short=4), threshold=0.42, loads=(0.05, 0.1, 0.6))
+    for found in curve:
+        assert found.area == pytest.approx(erf(2**0.5 * found.load), rel=1e-6)
+    assert curve[0].leak_rate > curve[1].leak_rate > 0
+    assert curve[2].leak_rate == 0
+
+
+# The error of the contact grid, and the cascade.
+
+
+def test_contact_grid_error_is_that_of_one_pressure():
+    """Area and leak rate on n and 2n under one pressure; the raw area falls as samples shrink."""
+    found = grid_point(SMOOTH, 1, 0.2, rtol=0.2)
+    assert found.areas[0] == pytest.approx(0.2, rel=2e-3)
+    assert found.areas[1] < found.areas[0]
+    # A tenth of the raw change is left after the perimeter correction (docs/contact.md).
+    raw, corrected = (abs(a[1] - a[0]) for a in (found.areas, found.corrected))
+    assert corrected < 0.5 * raw
+    assert 0 < found.contact_grid_error < 0.5
+
+
+def test_three_contact_grids():
+    """n, 2n and 4n under one pressure: changes fall by 2 or more, and add up with their signs."""
+    found = grid_point(SMOOTH, 1, 0.2, rtol=0.1, factors=(1, 2, 4))
+    first, second, third = found.values
+    assert found.contact_grid_error == pytest.approx(abs(np.log(third / first)), rel=1e-12)
+    assert found.last_change == pytest.approx(abs(np.log(third / second)), rel=1e-12)
+    areas = np.diff(found.areas)
+    assert 2 * abs(areas[1]) < abs(areas[0])
+    # The flow of each is known to a bracket of 10 %; what the contact still misses is below that.
+    assert found.last_change < 0.1
+    (row,) = rows.error_rows([found], {1: first})
+    assert (row.finest_factor, row.last_change) == (4, found.last_change)
+    assert row.current == 1
+
+
+def test_a_grid_that_seals_has_no_finite_error():
+    sealed = GridPoint(SMOOTH, 1, 0.4, 0.1, (1, 2), 1.0, (0.4, 0.4), (0.3, 0.3), (1, 0), (1, 0))
+    assert sealed.contact_grid_error == np.inf
+    (row,) = rows.error_rows([sealed], {1: 2.0})
+    assert row.contact_grid is None
+    assert row.last_change is None
+    assert row.current == 0.5
+
+
+def test_the_cascade_starts_better_than_the_mean_field():
+    """At first contact, 8 samples a wave: bilinear interpolation is of second order, (2π/8)²/8."""
+    start = cascade_start(SMOOTH, "elastic", 0.0)
+    assert start.energy_gain > 1 / (2 * np.pi / 8) ** 2
+    assert start.rms_gain > 1
+
+
+# The whole run.
+
+TINY = Plan(
+    RoughCase(32, short=4, long=0.5),
+    seeds=1,
+    rtol=0.5,
+    search=Search(resolution=0.02, edges=("open",), flow=False),
+    areas={"bearing": (0.1, 0.2), "elastic": (0.1, 0.2)},
+    refined=(0.1,),
+    loads=(0.05, 0.1),
+)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    out = tmp_path_factory.mktemp("letter")
+    return out, *letter(TINY, out)
+
+
+def test_run_leaves_data_beside_every_figure(finished):
+    out, record, data = finished
+    names = {path.name for path in out.iterdir()}
+    wanted = {"letter.json", "fig3.csv", "fig3-persson.csv", "errors.csv", "percolation.csv"}
+    assert wanted <= names
+    assert len([name for name in names if name.startswith(("fig1-", "fig2-"))]) == 4
+    assert json.loads((out / "letter.json").read_text())["peak_decades"] == record.peak_decades
+    assert len(data.currents) == 4
+
+
+def test_numbers_are_over_first_contact(finished):
+    """Normalised currents lie between 0 and 1: every contact leaks less than the first."""
+    _, record, data = finished
+    assert all(0 <= row.lower <= row.value <= row.upper < 1 for row in data.currents)
+    assert record.agreement.compared == sum(row.value > 0 for row in data.currents)
+    assert record.peaks["bearing"] > 0
+
+
+def test_page_says_what_the_record_says(finished):
+    _, record, _ = finished
+    text = page(record)
+    bearing = next(row for row in record.thresholds if row.pair == "triangulation")
+    assert f"| A*/A0, bearing | 0.50 ± 0.02 | {bearing.threshold:.3f} |" in text
+    assert f"10^{record.peak_decades:.2f}" in text
+
+
+def test_a_finished_run_computes_nothing_again(finished, monkeypatch):
+    out, record, _ = finished
+
+    def again(*args, **kwargs):
+        pytest.fail("computed again")
+
+    for name in ("flow_point", "grid_point", "cascade_start"):
+        monkeypatch.setattr(campaign, name, again)
+    monkeypatch.setattr(campaign.pictures, "certified", again)
+    monkeypatch.setattr("fem_seal.letter.percolation.seed_thresholds", again)
+    repeated, _ = letter(TINY, out)
+    assert repeated.agreement == record.agreement
+    assert repeated.thresholds == record.thresholds
+
+
+def test_only_the_missing_point_is_computed(finished, monkeypatch):
+    out, *_ = finished
+    missing = out / "points" / f"flow-bearing-{TINY.case.name}-seed1-A0.2.json"
+    before = json.loads(missing.read_text())
+    missing.unlink()
+    computed = []
+    real = campaign.flow_point
+
+    def counted(case, model, seed, area, **options):
+        computed.append((model, area))
+        return real(case, model, seed, area, **options)
+
+    monkeypatch.setattr(campaign, "flow_point", counted)
+    letter(TINY, out)
+    assert computed == [("bearing", 0.2)]
+    after = json.loads(missing.read_text())
+    # Leak rates are of the order of 1e-15 m³/s: no absolute tolerance. The mesh may differ in the
+    # last digits of its indicators, the bounds then by less than the bracket.
+    assert after["lower"] == pytest.approx(before["lower"], rel=1e-3, abs=0)
+    assert after["area"] == before["area"]
+
+
+def test_parts_left_out_come_with_a_later_run(finished, tmp_path):
+    """Without refined grids and cascade: the same letter but for these; then they are added."""
+    _, record, _ = finished
+    short = replace(TINY, refined=(), cascade=False)
+    bare, data = letter(short, tmp_path)
+    assert bare.errors == bare.cascade == data.errors == []
+    assert not (tmp_path / "errors.csv").exists()
+    assert "cascade" not in page(bare)
+    assert bare.thresholds == record.thresholds
+    whole, _ = letter(TINY, tmp_path)
+    assert len(whole.cascade) == 3
+    assert (tmp_path / "errors.csv").exists()
+
+
+@pytest.mark.render
+def test_figures_are_written(finished, tmp_path, monkeypatch):
+    from fem_seal.render import letter as figures
+
+    monkeypatch.setattr(figures, "PANEL_SIDE", 120)
+    monkeypatch.setattr(figures, "DPI", 50)
+
+    _, _, data = finished
+    paths = [
+        *figures.contact_figure(data.contacts, tmp_path),
+        *figures.flow_figure(data.flows, tmp_path),
+        *figures.current_figure(data.currents, data.persson, tmp_path),
+        *figures.error_figure(data.errors, tmp_path),
+    ]
+    refined = [replace(row, finest_factor=4) for row in data.errors]
+    (tmp_path / "refined").mkdir()
+    paths += figures.error_figure(refined, tmp_path / "refined")
+    assert {path.suffix for path in paths} == {".png", ".pdf"}
+    assert all(path.stat().st_size > 1000 for path in paths)
+
+
+def test_points_and_edges_are_chosen():
+    """The parts of the run at 2048², whose other points are those of any run."""
+    command = "letter --bearing-areas 0.05,0.1 --edges open --no-flow --skip grids cascade"
+    plan = plan_of(parser().parse_args(command.split()))
+    assert plan.areas == {"bearing": (0.05, 0.1), "elastic": AREAS["elastic"]}
+    assert plan.search == Search(edges=("open",), flow=False)
+    assert (plan.refined, plan.cascade) == ((), False)
+    usual = plan_of(parser().parse_args(["letter"]))
+    assert usual == Plan(usual.case)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("--seeds 0", "seeds"),
+        ("--size 4", "at least 8"),
+        ("--short 300", "cut-offs"),
+        ("--rtol -1", "rtol"),
+        ("--elastic-areas 0.2,1.5", "elastic areas must lie in (0, 1)"),
+        ("--bearing-areas 0.4", "the least at most at 0.3"),
+        ("--edges closed", "closed"),
+    ],
+)
+def test_bad_input_is_one_line(options, message, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["letter", *options.split(), "--out", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not out.exists()
+
+
+@pytest.mark.slow
+def test_the_letter_at_a_quarter_of_a_thousand(tmp_path):
+    """n = 256 (minutes): four decades, thresholds in order, Bruggeman's media within a factor.
+
+    Factors: the letter's "very accurate" for cuts is taken as 2, "very good over several decades"
+    for the modified medium as 4, up to 0.8 of the thresholds.
+    """
+    record, _ = letter(Plan(RoughCase(256, short=4.0), seeds=2), tmp_path)
+    found = {
+        row.model: row
+        for row in record.thresholds
+        if (row.pair, row.edges) == ("triangulation", "open")
+    }
+    assert found["bearing"].threshold == pytest.approx(0.5, abs=0.04)
+    assert found["elastic"].threshold < found["bearing"].threshold - 0.03
+    assert record.agreement.decades > 4
+    assert record.agreement.bruggeman_bearing < 2
+    assert record.agreement.modified_measured_elastic < 4

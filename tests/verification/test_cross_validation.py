@@ -1,0 +1,199 @@
+"""Methods side by side: same gap on every grid, true errors of the right sign and order."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.grid import GridField
+from fem_seal.tables import as_csv, as_markdown, as_text
+from fem_seal.verification import methods
+from fem_seal.verification.cross_validation import Reference, judge, on_exact_case, on_gap
+from fem_seal.verification.exact_cases import CASES, corner_order
+from fem_seal.verification.methods import METHODS, Answer, Setting
+from fem_seal.verification.refined import refined
+
+SETTING = Setting(1 / 12, 1.0, "periodic", "linear", 0.05)
+
+
+def rough(n=16, contact=0.3, seed=4):
+    noise = np.random.default_rng(seed).normal(size=(n, n))
+    smooth = sum(np.roll(noise, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1))
+    values = np.maximum(0.0, smooth - np.quantile(smooth, contact))
+    return GridField(values / values.max(), (1.0, 1.0), periodic=True)
+
+
+def upper_and_lower(gap, representation, unknowns):
+    flow = leak_rate(
+        gap,
+        viscosity=1 / 12,
+        pressure_drop=1.0,
+        representation=representation,
+        method="uniform",
+        rtol=1e-6,
+        limits=Limits(unknowns=unknowns),
+    )
+    return flow.levels[-1]
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("shape", [(6, 8), (5, 7)])
+@pytest.mark.parametrize("periodic", [False, True])
+def test_refining_the_samples_changes_nothing(representation, shape, periodic):
+    """The second mesh of the gap is the first of its refinement: the same energies.
+
+    CG stops at a relative energy error of 1e-8 on each, right within a factor of two, and the
+    sharpening of the bounds adds the error's square root times their change, at most 0.3 here.
+    """
+    values = 0.2 + np.random.default_rng(1).random(shape)
+    gap = GridField(values, (1.0, 0.5), periodic)
+    second = upper_and_lower(gap, representation, 4 * values.size)
+    first = upper_and_lower(refined(gap, representation), representation, 1)
+    assert first.unknowns == second.unknowns
+    tolerance = 0.3 * np.sqrt(2e-8)
+    assert first.upper == pytest.approx(second.upper, rel=tolerance)
+    assert first.lower == pytest.approx(second.lower, rel=tolerance)
+
+
+def test_refining_keeps_samples_size_and_contact():
+    gap = rough()
+    fine = refined(gap, "linear", 2)
+    assert fine.shape == (64, 64)
+    assert fine.size == gap.size
+    assert np.array_equal(fine.values[::4, ::4], gap.values)
+    with pytest.raises(InvalidInput, match="linear, constant"):
+        refined(gap, "cubic")
+
+
+def series(rows, method):
+    chosen = [row for row in rows if row.method == method]
+    assert chosen, method
+    return chosen
+
+
+@pytest.mark.parametrize("name", ["cosine-across", "cosine-along", "smooth-checkerboard"])
+def test_smooth_cases_converge_at_second_order(name):
+    """Order 2 in the spacing for both bounds, from sampling and from elements alike."""
+    rows = on_exact_case(CASES[name], (32, 64), ("uniform",))
+    for method in ("FE upper", "FE √(lo·hi)"):
+        coarse, fine = series(rows, method)
+        assert fine.order == pytest.approx(2, abs=0.15), (method, coarse.error, fine.error)
+        assert fine.expected == 2
+
+
+def test_checkerboard_shows_the_order_of_its_corner():
+    """Bounds converge as h^(2a), a = (4/π) atan √(K1/K2) < 1, and enclose √(K1 K2)."""
+    case = CASES["checkerboard"]
+    rows = on_exact_case(case, (16, 32), ("uniform", "harmonic", "arithmetic"))
+    for method, side in (("FE upper", "high"), ("FE lower", "low")):
+        row = series(rows, method)[-1]
+        assert row.verdict == side
+        assert row.order == pytest.approx(case.order, abs=0.05)
+    # Halves in series break every path, halves side by side open every one.
+    assert series(rows, "FD harmonic")[-1].verdict == "low"
+    assert series(rows, "FD arithmetic")[-1].verdict == "high"
+    # Turned by a right angle the board is its own inverse: the geometric mean is exact.
+    assert series(rows, "FE √(lo·hi)")[-1].error == pytest.approx(0, abs=1e-5)
+
+
+def test_quadratic_elements_gain_two_orders_where_the_gap_is_linear_on_the_cells():
+    """Order 2k of an energy, k = 2; around corners and for a gap only sampled as linear ones."""
+    expected = {"series-channel": (64, 4.0), "cosine-across": (32, 2.0), "checkerboard": (32, None)}
+    for name, (squares, order) in expected.items():
+        case = CASES[name]
+        row = series(on_exact_case(case, (squares // 2, squares), ("quadratic",)), "P2 upper")[-1]
+        assert row.verdict == "high"
+        assert row.expected == (order or case.order)
+        assert row.order == pytest.approx(row.expected, abs=0.15)
+
+
+def test_corner_order_in_its_limits():
+    assert corner_order(1.0) == pytest.approx(2.0)  # no corner, second order
+    assert corner_order(1e12) < 1e-5
+    assert corner_order(10.0) == corner_order(0.1)
+
+
+def test_links_that_are_exact_in_series():
+    """Linear-gap links are the closed form of the linear channel; so is the stream function y."""
+    rows = on_exact_case(CASES["series-channel"], (8, 16), ("linear-gap", "harmonic", "uniform"))
+    for method in ("FD linear-gap", "FE lower"):
+        assert {row.verdict for row in series(rows, method)} == {"exact"}
+    assert {row.verdict for row in series(rows, "FD harmonic")} == {"low"}
+    assert {row.verdict for row in series(rows, "FE upper")} == {"high"}
+
+
+@pytest.mark.parametrize("name", sorted(CASES))
+def test_every_method_comes_close_to_every_exact_answer(name):
+    """On 32 squares within 20 %, and nearer than on 8: the cases and their sources fit together.
+
+    Links of the wrong kind for a checkerboard err by up to 12 % there (order 2a = 0.78).
+    """
+    rows = on_exact_case(CASES[name], (8, 32), ("linear-gap", "harmonic", "uniform"))
+    for method in {row.method for row in rows}:
+        coarse, fine = series(rows, method)
+        assert abs(fine.error) < 0.2
+        assert abs(fine.error) <= abs(coarse.error) + 2e-2
+
+
+def test_a_rough_gap_is_judged_by_the_certified_bracket():
+    rows, bracket = on_gap(rough(), SETTING, grids=2)
+    assert bracket.upper / bracket.lower - 1 < 0.06
+    assert {row.method.partition(" ")[0] for row in rows} == {"FD", "FE", "P2", "adaptive"}
+    for row in rows:
+        assert row.verdict in {"bound", "inside", "agrees", "outside", "disagrees"}
+        if row.method.endswith("upper"):
+            assert row.value >= bracket.lower
+        if row.method.endswith("lower"):
+            assert row.value <= bracket.upper
+    # Nobody's number takes part in the bracket but the bounds'.
+    assert bracket.lower in [row.value for row in rows if row.method.endswith("lower")]
+
+
+def test_the_judge():
+    reference = Reference(0.99, 1.01)
+    answer = Answer("FD harmonic", 0.8, "", 9, 0.0)
+    assert judge(answer, None, reference) == "outside"
+    assert judge(answer, 0.1, reference) == "disagrees"
+    assert judge(answer, 0.3, reference) == "agrees"
+    assert judge(replace(answer, value=1.0), 0.3, reference) == "inside"
+    assert judge(replace(answer, certified="below"), None, reference) == "bound"
+    assert judge(replace(answer, value=np.nan), None, reference) == "not converged"
+
+
+def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch):
+    """The cascade is stopped after too few steps on the second grid of two."""
+    real = methods.solve
+
+    def failing(gap, *, cascade, **options):
+        if cascade and gap.shape[0] > 16:
+            raise NotConverged("too few steps")
+        return real(gap, cascade=cascade, **options)
+
+    monkeypatch.setattr(methods, "solve", failing)
+    rows, _ = on_gap(rough(), SETTING, grids=2, methods=("cascade", "linear-gap", "adaptive"))
+    first, second = series(rows, "FD linear-gap, cascade")
+    # Where it converges it is the number of the elimination, to its tolerance of 1e-8.
+    assert first.value == pytest.approx(series(rows, "FD linear-gap")[0].value, rel=1e-7)
+    assert (second.verdict, second.band, second.order) == ("not converged", None, None)
+
+
+def test_an_unknown_method_lists_those_there_are():
+    with pytest.raises(InvalidInput, match=", ".join(METHODS)):
+        on_gap(rough(), SETTING, 1, ("adaptive", "magic"))
+
+
+def test_tables_hold_every_cell():
+    rows = on_exact_case(CASES["cosine-along"], (8,), ("harmonic",))
+    header, line = csv.reader(as_csv(rows).splitlines())
+    assert float(line[header.index("value")]) == rows[0].value
+    assert line[header.index("band")] == ""
+    assert len(as_text(rows).splitlines()) == 2
+    assert as_text(rows, ("method",)) == "method\nFD harmonic"
+    # People read units, programs the names of the fields.
+    assert as_text(rows, ("value", "order")).splitlines()[0] == "leak rate [m^3/s]  order"
+    assert as_markdown(rows).splitlines()[1].startswith("| ---")
+    with pytest.raises(InvalidInput, match="nothing"):
+        as_csv([])

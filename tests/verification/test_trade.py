@@ -1,0 +1,153 @@
+"""What accuracy costs: the split of the error, the front and the words."""
+
+from dataclasses import replace
+
+import pytest
+from project import write_toml
+
+from fem_seal import cli
+from fem_seal.errors import InvalidInput
+from fem_seal.scene import Scene
+from fem_seal.verification.advice import recommend
+from fem_seal.verification.trade import Choice, Point, Trade, mark_pareto, trade
+
+
+def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
+    bounds = (None, None) if method == "finite-difference" else (0.9, 1.1)
+    total = contact + flow
+    return Point(
+        samples, Choice(method, None), 1.0, *bounds, contact, flow, total, seconds, 0.1, 10**8
+    )
+
+
+@pytest.fixture(scope="module")
+def traded():
+    """A smooth wavy surface of 16 waves of 4 samples, far from percolation."""
+    scene = {
+        "surface": {
+            "kind": "self-affine",
+            "shape": [32, 32],
+            "size": ["32 um", "32 um"],
+            "hurst": 0.8,
+            "long_wavelength": "16 um",
+            "short_wavelength": "8 um",
+            "rms_slope": 0.1,
+            "seed": 1,
+        },
+        "solid": {"contact_modulus": "10 MPa"},
+        "contact": {"pressure": "50 kPa"},
+        "fluid": {"viscosity": "1 mPa s"},
+        "flow": {"pressure_drop": "1 bar", "sides": "periodic"},
+    }
+    return trade(Scene.from_mapping(scene), factors=(0.5, 1, 2), tolerances=(0.2, 0.05))
+
+
+def test_every_grid_is_computed_in_every_way(traded):
+    combinations = {(p.samples[0], str(p.flow)) for p in traded.points}
+    assert len(combinations) == len(traded.points) == 3 * 4
+    assert {samples for samples, _ in combinations} == {16, 32, 64}
+
+
+def test_flow_part_is_the_bracket_and_obeys_the_tolerance(traded):
+    """(upper - lower) / √(lower upper) <= rtol is a half-width of rtol/2 at most."""
+    for p in traded.points:
+        assert p.total_error == pytest.approx(p.contact_error + p.flow_error)
+        if p.flow.method == "adaptive":
+            assert p.flow_error <= p.flow.rtol / 2
+            assert p.flow_error == pytest.approx((p.upper - p.lower) / (p.upper + p.lower))
+
+
+def test_contact_part_is_shared_by_all_flows_on_a_grid_and_falls(traded):
+    parts = {}
+    for p in traded.points:
+        parts.setdefault(p.samples, set()).add(p.contact_error)
+    assert all(len(shared) == 1 for shared in parts.values())
+    coarse, *_, fine = (shared.pop() for shared in parts.values())
+    assert fine < coarse
+    assert fine >= traded.uncertainty
+
+
+def test_brackets_of_one_contact_overlap(traded):
+    """All certified methods speak about the same gap."""
+    for samples in {p.samples for p in traded.points}:
+        bounded = [p for p in traded.points if p.samples == samples and p.lower is not None]
+        assert max(p.lower for p in bounded) <= min(p.upper for p in bounded)
+
+
+def test_time_and_memory_were_measured(traded):
+    for p in traded.points:
+        assert p.seconds >= p.contact_seconds > 0
+        assert 1e7 < p.memory_bytes < 1e10
+
+
+def test_front():
+    """Beaten is who is dearer and worse; the two kinds are not compared with each other."""
+    points = mark_pareto(
+        [
+            point(1, 0.1, 0.2),
+            point(2, 0.1, 0.3),
+            point(3, 0.1, 0.05),
+            point(0.5, 0.1, 0.01, "finite-difference"),
+        ]
+    )
+    assert [p.pareto for p in points] == [True, False, True, True]
+    result = Trade(points, 1.0, 0.01)
+    assert [p.seconds for p in result.front(certified=True)] == [1, 3]
+    assert [p.seconds for p in result.front(certified=False)] == [0.5]
+
+
+def test_recommendation():
+    """The cheapest point that keeps the error, the one with bounds first; or what is missing."""
+    cheap = point(0.5, 0.1, 0.01, "finite-difference")
+    points = (point(1, 0.1, 0.2), point(3, 0.1, 0.05), cheap)
+    half, sixth, tenth = recommend(Trade(points, 1.0, 0.01), (0.05, 0.16, 0.5))
+    assert half.startswith("for 50 %: contact on 8 x 8, adaptive: about 1 s and 100 MB")
+    assert "without bounds of its own" in half
+    assert sixth.startswith("for 16 %: contact on 8 x 8, adaptive: about 3 s")
+    assert "nothing tried here" in tenth
+    assert "contact grid 10 %, flow 1 %" in tenth
+    only = recommend(Trade((cheap,), 1.0, 0.01), (0.2,))[0]
+    assert only.startswith("for 20 %: only without bounds")
+    best = replace(cheap, lower=0.9, upper=1.1)
+    assert "without bounds" not in recommend(Trade((best,), 1.0, 0.01), (0.2,))[0]
+
+
+def test_no_recommendation_before_the_grids_converge():
+    """The least of errors above 100 % may be that of a coarse grid that happens to be sealed."""
+    (said,) = recommend(Trade((point(1, 7.3, 0.1),), 1.0, 7.3), (0.2, 0.1))
+    assert said.startswith("nothing to recommend")
+    assert "730 %" in said
+
+
+def test_what_cannot_be_traded(small_scene, tmp_path):
+    scene = Scene.from_mapping(small_scene)
+    with pytest.raises(InvalidInput, match="three contact grids"):
+        trade(scene, factors=(0.3, 1))
+    pressed = small_scene | {"contact": {"area_fraction": 0.9}}
+    with pytest.raises(InvalidInput, match="sealed"):
+        trade(Scene.from_mapping(pressed), factors=(0.25, 0.5, 1), tolerances=(0.5,))
+
+
+def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
+    path = write_toml(tmp_path / "scene.toml", small_scene)
+    assert cli.main(["study", "trade", str(path), "--out", str(tmp_path / "trade")]) == 0
+    said = capsys.readouterr().out
+    assert (tmp_path / "trade" / "advice.txt").read_text().strip() in said
+    assert sorted(p.name for p in (tmp_path / "trade").iterdir()) == [
+        "advice.txt",
+        "trade.csv",
+        "trade.png",
+    ]
+    out = str(tmp_path / "cross")
+    assert cli.main(["study", "cross-validation", str(path), "--grids", "2", "--out", out]) == 0
+    assert "certified: [" in capsys.readouterr().out
+    assert {p.suffix for p in (tmp_path / "cross").iterdir()} == {".csv", ".png"}
+    out = str(tmp_path / "exact")
+    assert cli.main(["study", "exact", "cosine-along", "--grids", "1", "--out", out]) == 0
+    assert "exactly 1.54" in capsys.readouterr().out
+    assert cli.main(["study", "exact", "sine", "--out", out]) == 2
+    occupied = tmp_path / "file"
+    occupied.touch()
+    assert cli.main(["study", "exact", "cosine-along", "--out", str(occupied)]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert cli.main(["study", "exact", "--grids", "0", "--out", out]) == 2
