@@ -1,1 +1,1 @@
-"""Which open points hang together, whether they join inlet and outlet, and where it is tightest."""
+"""Topology of a gap: connected clusters, percolation, critical constriction and pockets."""

@@ -11,10 +11,14 @@ from fem_seal.topology.lattice import DUAL_CONNECTIVITY, choose
 
 @dataclass(frozen=True, eq=False)
 class SeamLinks:
-    """Pairs of neighbouring clusters on the two sides of a periodic seam.
+    """Pairs of clusters that neighbour each other across a periodic seam.
 
-    first, second : (m,) labels, > 0
-    shift : (m, 2) int, seams crossed along each axis on the way from first to second
+    Attributes
+    ----------
+    first, second : (m,) int
+        Labels of the two clusters, > 0.
+    shift : (m, 2) int
+        Seams crossed along each axis on the way from `first` to `second`: -1, 0 or 1.
     """
 
     first: np.ndarray
@@ -25,7 +29,7 @@ class SeamLinks:
 def label(
     mask: np.ndarray, connectivity: str, periodic: tuple[bool, bool] = (False, False)
 ) -> tuple[np.ndarray, int]:
-    """Give each connected cluster of a mask a number.
+    """Number the connected clusters of a mask.
 
     Parameters
     ----------
@@ -33,12 +37,15 @@ def label(
     connectivity : "4", "8" or "triangulation"
         The triangulation has the 4 neighbours and, in pixel (i, j), the diagonal
         (i, j)-(i+1, j+1) if i + j is even, (i+1, j)-(i, j+1) if it is odd.
-    periodic : along each axis, whether the last sample neighbours the first
+    periodic : (bool, bool)
+        Along each axis, whether the last sample neighbours the first.
 
     Returns
     -------
-    labels : (nx, ny) int; 0 outside the mask, 1..count inside
-    count : number of clusters
+    labels : (nx, ny) int
+        0 outside the mask, 1 to `count` inside.
+    count : int
+        Number of clusters.
 
     Raises
     ------
@@ -51,7 +58,7 @@ def label(
 
 
 def label_inside(mask: np.ndarray, connectivity: str) -> tuple[np.ndarray, int]:
-    """Label the clusters of a mask without any periodic seam (see `label`)."""
+    """Number the clusters of a mask that has no periodic seam; arguments as in `label`."""
     from scipy import ndimage
 
     choose(DUAL_CONNECTIVITY, connectivity, "connectivity")
@@ -65,19 +72,19 @@ def label_inside(mask: np.ndarray, connectivity: str) -> tuple[np.ndarray, int]:
 
 
 def sizes(labels: np.ndarray, count: int) -> np.ndarray:
-    """Sites in each cluster.
+    """Number of sites in each cluster.
 
     Returns
     -------
-    (count + 1,) int; entry k belongs to label k, entry 0 is zero.
+    (count + 1,) int; entry k belongs to label k, entry 0 (outside the mask) is 0.
     """
-    number = np.bincount(labels.ravel(), minlength=count + 1)
-    number[0] = 0
-    return number
+    sites = np.bincount(labels.ravel(), minlength=count + 1)
+    sites[0] = 0
+    return sites
 
 
 def largest(labels: np.ndarray, count: int) -> np.ndarray:
-    """Mask of the largest cluster (the first of equals); empty if there is none.
+    """Mask of the largest cluster: of equally large ones the first, empty without clusters.
 
     Parameters
     ----------
@@ -91,44 +98,48 @@ def largest(labels: np.ndarray, count: int) -> np.ndarray:
 
 
 def touching(labels: np.ndarray, count: int, *lines: np.ndarray) -> np.ndarray:
-    """Mask of the clusters that have a site on every one of the given lines.
+    """Mask of the clusters that have a site on each of several lines.
 
     Parameters
     ----------
     labels, count : from `label`
-    lines : label arrays, e.g. labels[0] and labels[-1]
+    lines : int arrays
+        Labels along each line: `labels[0]` and `labels[-1]` for inlet and outlet.
 
     Returns
     -------
     (nx, ny) bool
     """
-    chosen = np.ones(count + 1, dtype=bool)
+    touches_all = np.ones(count + 1, dtype=bool)
     for line in lines:
-        on_line = np.zeros(count + 1, dtype=bool)
-        on_line[line] = True
-        chosen &= on_line
-    chosen[0] = False
-    return chosen[labels]
+        touches = np.zeros(count + 1, dtype=bool)
+        touches[line] = True
+        touches_all &= touches
+    touches_all[0] = False
+    return touches_all[labels]
 
 
 def _diagonals(labels: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Label pairs at the two ends of every diagonal of the triangulation."""
+    """Pairs of different labels at the two ends of the diagonals of the triangulation.
+
+    Each step handles the diagonals whose pixels (i, j) share the parity of i and of j.
+    """
     for i, j in ((0, 0), (1, 1)):
-        yield _ends(labels[i:-1:2, j:-1:2], labels[i + 1 :: 2, j + 1 :: 2])
+        yield _different(labels[i:-1:2, j:-1:2], labels[i + 1 :: 2, j + 1 :: 2])
     for i, j in ((0, 1), (1, 0)):
-        yield _ends(labels[i + 1 :: 2, j:-1:2], labels[i:-1:2, j + 1 :: 2])
+        yield _different(labels[i + 1 :: 2, j:-1:2], labels[i:-1:2, j + 1 :: 2])
 
 
-def _ends(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of different, non-empty labels at equal places of two arrays."""
-    both = (a > 0) & (b > 0) & (a != b)
-    return a[both], b[both]
+def _different(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Labels (m,), (m,) at the places where two label arrays name two different clusters."""
+    differ = (a > 0) & (b > 0) & (a != b)
+    return a[differ], b[differ]
 
 
 def _merge(
     labels: np.ndarray, count: int, pairs: Iterator[tuple[np.ndarray, np.ndarray]]
 ) -> tuple[np.ndarray, int]:
-    """Join labelled clusters along pairs of labels and number them anew."""
+    """Join the clusters of each pair of labels into one; return the new labels and count."""
     from scipy import sparse
 
     first, second = (np.concatenate(ends) for ends in zip(*pairs, strict=True))
@@ -143,30 +154,35 @@ def _merge(
 
 
 def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool]) -> SeamLinks:
-    """Neighbouring clusters across the periodic seams, with the seams crossed.
+    """Pairs of clusters that neighbour each other across the periodic seams.
 
     Parameters
     ----------
-    labels : (nx, ny) int from `label_inside`
+    labels : (nx, ny) int
+        From `label_inside`.
     connectivity, periodic : as in `label`
 
     Returns
     -------
-    SeamLinks; the links of a cluster to itself are kept, they tell windings.
+    SeamLinks
+        Links of a cluster to itself are included: such a cluster winds around the cell.
     """
     shape = np.array(labels.shape)
-    start, stop = _rim_edges(*labels.shape, connectivity)
+    start, stop = _last_edges(*labels.shape, connectivity)
     wraps = (start == shape) | (stop == shape)
     shift = (stop == shape).astype(int) - (start == shape)
     keep = wraps.any(axis=1) & shift.any(axis=1) & (~wraps | np.array(periodic)).all(axis=1)
     first = labels[tuple((start[keep] % shape).T)]
     second = labels[tuple((stop[keep] % shape).T)]
-    full = (first > 0) & (second > 0)
-    return SeamLinks(first[full], second[full], shift[keep][full])
+    in_mask = (first > 0) & (second > 0)
+    return SeamLinks(first[in_mask], second[in_mask], shift[keep][in_mask])
 
 
-def _rim_edges(nx: int, ny: int, connectivity: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return both ends (m, 2) of the edges of the last row and column of pixels; n stands for 0."""
+def _last_edges(nx: int, ny: int, connectivity: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return both ends, (m, 2) each, of the edges of the last row and column of pixels.
+
+    Row nx stands for row 0 across the seam, column ny for column 0.
+    """
     i = np.concatenate([np.full(ny, nx - 1), np.arange(nx - 1)])
     j = np.concatenate([np.arange(ny), np.full(nx - 1, ny - 1)])
     even = (i + j) % 2 == 0
@@ -184,6 +200,6 @@ def _rim_edges(nx: int, ny: int, connectivity: str) -> tuple[np.ndarray, np.ndar
         (rising, (0, 0), (1, 1)),
         (falling, (1, 0), (0, 1)),
     )
-    start = np.concatenate([corner[chosen] + a for chosen, a, _ in edges])
-    stop = np.concatenate([corner[chosen] + b for chosen, _, b in edges])
+    start = np.concatenate([corner[pixels] + a for pixels, a, _ in edges])
+    stop = np.concatenate([corner[pixels] + b for pixels, _, b in edges])
     return start, stop

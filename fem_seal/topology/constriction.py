@@ -1,4 +1,14 @@
-"""The critical constriction: the tightest place on the widest path from inlet to outlet."""
+"""The critical constriction: the tightest place on the widest path from inlet to outlet.
+
+Its gap g_c is a maximum over the open paths P from inlet to outlet,
+
+    g_c = max over P of (min over P of g) = max {h : the points with g >= h join inlet and outlet},
+
+and it is found by bisection over the values h of the gap's samples. The second form is exact for
+the gap as represented: the set {g >= h} of a piecewise linear gap is connected in the same way as
+the vertices it contains. Near percolation the leak rate is governed by this one place (W. B. Dapp,
+M. H. Müser, Sci. Rep. 6, 19513 (2016)).
+"""
 
 from dataclasses import dataclass
 
@@ -14,8 +24,12 @@ from fem_seal.topology.percolation import spans
 class Constriction:
     """The tightest place of the widest path.
 
-    gap : largest height that a thin plate crossing from inlet to outlet may have [m]
-    position : (x, y) where the gap has that value [m]
+    Attributes
+    ----------
+    gap : float
+        Critical gap g_c [m]: a flat plate of this height still passes from inlet to outlet.
+    position : (x, y)
+        A point of the path where the gap is g_c [m].
     """
 
     gap: float
@@ -25,21 +39,17 @@ class Constriction:
 def critical_constriction(gap: GridField, sides: str, representation: str) -> Constriction | None:
     """Bottleneck of the widest path from inlet to outlet.
 
-    Bisection over the sorted gaps for the largest h at which the points with gap >= h still join
-    inlet and outlet. Exact for the gap as represented: the set {gap >= h} of a piecewise linear
-    gap is connected in the same way as the vertices it contains. Near percolation this one place
-    governs the leak rate (W. B. Dapp, M. H. Müser, Sci. Rep. 6, 19513 (2016)).
-
     Parameters
     ----------
-    gap : gap in metres, zero in contact
+    gap : GridField
+        Gap [m], zero in contact.
     sides : "wall" or "periodic"
     representation : "linear" or "constant"
 
     Returns
     -------
-    Constriction, or None if the gap is sealed. Where several points share the critical gap one of
-    those on the widest path is given.
+    Constriction, or None if the gap is sealed. Where several points of the widest path have the
+    critical gap, the first in the order of the samples is returned.
 
     Raises
     ------
@@ -50,7 +60,7 @@ def critical_constriction(gap: GridField, sides: str, representation: str) -> Co
     candidates = np.unique(sites.gap[sites.open])
     if candidates.size == 0 or not spans(sites.open, sites.connectivity, sides):
         return None
-    # A path has to leave the inlet and reach the outlet: no bottleneck is wider than those.
+    # Every path starts on the inlet and ends on the outlet: their largest gaps bound g_c.
     widest = min(sites.gap[0].max(), sites.gap[-1].max())
     spanning, blocked = 0, int(np.searchsorted(candidates, widest, side="right"))
     while blocked - spanning > 1:
@@ -66,8 +76,8 @@ def critical_constriction(gap: GridField, sides: str, representation: str) -> Co
 
 
 def _tightest_site(sites: Lattice, critical: float) -> tuple[int, int]:
-    """First site of the critical gap inside the clusters that just join inlet and outlet."""
+    """First site with the critical gap in the clusters of {g >= g_c} that join the two ends."""
     labels, count = clusters.label(sites.gap >= critical, sites.connectivity, sites.periodic)
-    joined = clusters.touching(labels, count, labels[0], labels[-1])
-    i, j = np.unravel_index(np.argmax(joined & (sites.gap == critical)), joined.shape)
+    spanning = clusters.touching(labels, count, labels[0], labels[-1])
+    i, j = np.unravel_index(np.argmax(spanning & (sites.gap == critical)), spanning.shape)
     return int(i), int(j)

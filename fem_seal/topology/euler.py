@@ -1,4 +1,4 @@
-"""Euler characteristic of a mask: pieces minus holes."""
+"""Euler characteristic χ = vertices - edges + faces of a mask: its pieces minus their holes."""
 
 import numpy as np
 
@@ -9,18 +9,20 @@ from fem_seal.topology.lattice import choose
 def euler_characteristic(
     mask: np.ndarray, connectivity: str, periodic: tuple[bool, bool] = (False, False)
 ) -> int:
-    """Vertices minus edges plus faces of the complex that a mask spans.
+    """Vertices minus edges plus faces of the cell complex that a mask spans.
 
-    On a plane domain it equals the number of connected pieces minus the number of their holes
-    (K. R. Mecke, Lect. Notes Phys. 554, 111 (2000)); "Swiss cheese" is negative.
+    In the plane it equals the number of connected pieces minus the number of their holes
+    (K. R. Mecke, Lect. Notes Phys. 554, 111 (2000)): negative for a "Swiss cheese".
 
     Parameters
     ----------
     mask : (nx, ny) bool
     connectivity : "4", "8" or "triangulation", see `clusters.label`
-        "8" takes the union of closed pixels, "4" and "triangulation" the points of the mask with
-        the edges, full pixels and triangles between them.
-    periodic : along each axis, whether the last sample neighbours the first
+        For "8" the complex is the union of the closed pixels of the mask; for "4" and
+        "triangulation" it consists of the points of the mask, the edges between them, and the
+        pixels or triangles whose corners are all in the mask.
+    periodic : (bool, bool)
+        Along each axis, whether the last sample neighbours the first.
 
     Returns
     -------
@@ -36,27 +38,28 @@ def euler_characteristic(
     if mask.ndim != 2:
         raise InvalidInput(f"a mask must be two-dimensional, got shape {mask.shape}")
     for axis, wraps in enumerate(periodic):
-        mask = np.concatenate([mask, mask.take([0], axis) if wraps else _void(mask, axis)], axis)
+        first = mask.take([0], axis)
+        mask = np.concatenate([mask, first if wraps else np.zeros_like(first)], axis)
     return count(mask)
 
 
-def _void(mask: np.ndarray, axis: int) -> np.ndarray:
-    return np.zeros_like(mask.take([0], axis))
-
-
-def _count(*ends: np.ndarray) -> int:
-    """Count the places where all the given masks hold."""
-    return int(np.count_nonzero(np.logical_and.reduce(ends)))
+def _count(*masks: np.ndarray) -> int:
+    """Count the places where all masks are true."""
+    return int(np.count_nonzero(np.logical_and.reduce(masks)))
 
 
 def _of_points(mask: np.ndarray) -> int:
-    """Points, 4-neighbour edges, full pixels; the last row and column only close these."""
+    """Points minus edges between 4-neighbours plus full pixels."""
     a, b, c, d = _corners(mask)
     return _count(a) - _count(a, b) - _count(a, c) + _count(a, b, c, d)
 
 
 def _of_closed_pixels(mask: np.ndarray) -> int:
-    """Nerve of the closed pixels: a simplex for every set of them that shares a corner."""
+    """Euler characteristic of the nerve of the closed pixels.
+
+    The nerve has one simplex for every set of pixels that share a corner, so that χ alternates
+    over sets of one, two, three and four pixels; by the nerve theorem it is that of their union.
+    """
     a, b, c, d = _corners(mask)
     pairs = _count(a, b) + _count(a, c) + _count(a, d) + _count(b, c)
     triples = _count(a, b, c) + _count(a, b, d) + _count(a, c, d) + _count(b, c, d)
@@ -64,7 +67,7 @@ def _of_closed_pixels(mask: np.ndarray) -> int:
 
 
 def _of_triangulation(mask: np.ndarray) -> int:
-    """Vertices, edges and triangles of the alternating triangulation."""
+    """Vertices minus edges plus triangles of the alternating triangulation."""
     a, b, c, d = _corners(mask)
     even = np.add.outer(np.arange(a.shape[0]), np.arange(a.shape[1])) % 2 == 0
     edges = _count(a, b) + _count(a, c) + _count(a, d, even) + _count(b, c, ~even)
@@ -74,7 +77,7 @@ def _of_triangulation(mask: np.ndarray) -> int:
 
 
 def _corners(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return samples (i, j), (i+1, j), (i, j+1), (i+1, j+1) of every pixel."""
+    """Corners (i, j), (i+1, j), (i, j+1), (i+1, j+1) of every pixel, each an array of pixels."""
     return mask[:-1, :-1], mask[1:, :-1], mask[:-1, 1:], mask[1:, 1:]
 
 

@@ -1,4 +1,4 @@
-"""The sites of a gap and who neighbours whom: what "open" and "connected" mean for each choice.
+"""Lattice of a gap: its sites, and which sites are neighbours, for each representation.
 
 In two dimensions a phase spans from inlet to outlet exactly when its complement does not span
 across, provided the two phases use a dual pair of connectivities. The pairs are 4 with 8, and
@@ -17,24 +17,27 @@ from fem_seal.grid import GridField
 
 Choice = TypeVar("Choice")
 
-# The connectivity of the complement that makes "exactly one of the two spans" true.
+# For each connectivity of a phase that of its complement, so that exactly one of the two spans.
 DUAL_CONNECTIVITY = {"4": "8", "8": "4", "triangulation": "triangulation"}
 
 # Connectivity of the open points; contact has the dual one.
 OPEN_CONNECTIVITY = {"linear": "triangulation", "constant": "4"}
 
-# Whether y = 0 and y = Ly are the same line.
+# For each choice of sides, whether y = 0 and y = Ly are the same line.
 SIDES = {"wall": False, "periodic": True}
 
 
 def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
-    """Look a named choice up.
+    """Look up the value that a name stands for.
 
     Parameters
     ----------
-    registry : the values by name
-    name : the name asked for
-    field : what is being chosen, for the message
+    registry : mapping
+        The values by name.
+    name : str
+        Name of the value.
+    field : str
+        Name of the input that makes the choice, for the message.
 
     Returns
     -------
@@ -43,7 +46,7 @@ def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
     Raises
     ------
     InvalidInput
-        If there is no such name; the message lists those that exist.
+        If the name is not in the registry; the message lists the names that are.
     """
     if name not in registry:
         raise InvalidInput(f"{field} = {name!r} is unknown; choose from {', '.join(registry)}")
@@ -52,13 +55,20 @@ def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """The sites of a gap with their neighbourhood, each physical point standing once.
+    """The sites of a gap and their neighbourhood; every physical point is one site.
 
-    gap : (mx, my) float [m]; row 0 is the inlet, row mx - 1 the outlet
-    connectivity : of the open sites, "triangulation" or "4"
-    periodic : along each axis, whether the last site neighbours the first
-    origin, spacing : [m]; site [i, j] sits at origin + (i dx, j dy)
-    seam : whether the samples repeat column 0 after the last column of `gap`
+    Attributes
+    ----------
+    gap : (mx, my) float
+        Gap at the sites [m]; row 0 is the inlet, row mx - 1 the outlet.
+    connectivity : "triangulation" or "4"
+        Connectivity of the open sites; contact has the dual one.
+    periodic : (bool, bool)
+        Along each axis, whether the last site neighbours the first.
+    origin, spacing : (float, float)
+        Site [i, j] sits at origin + (i dx, j dy) [m].
+    seam : bool
+        Whether the gap's samples repeat column 0 after the last column of sites.
     """
 
     gap: np.ndarray
@@ -74,7 +84,7 @@ class Lattice:
         return self.gap > 0
 
     def on_samples(self, field: np.ndarray) -> np.ndarray:
-        """Give back a field of the sites on the samples they came from (seam column restored)."""
+        """Field of the sites on the samples of the gap: column 0 repeated at a seam."""
         return np.concatenate([field, field[:, :1]], axis=1) if self.seam else field
 
 
@@ -83,20 +93,21 @@ def lattice(gap: GridField, sides: str, representation: str) -> Lattice:
 
     Parameters
     ----------
-    gap : gap in metres, >= 0, zero in contact
+    gap : GridField
+        Gap [m], >= 0, zero in contact.
     sides : "wall" or "periodic"
     representation : "linear" or "constant"
 
     Returns
     -------
-    Lattice; linear: the sites are gap.vertices(), without their last column if the sides are
-    periodic (it repeats the first).
+    Lattice; the sites of a linear gap are gap.vertices(), without the last column if the sides
+    are periodic, since it repeats the first.
 
     Raises
     ------
     InvalidInput
-        For an unknown choice, a negative gap, or periodic sides of a linear gap that is neither
-        periodic nor has equal first and last columns.
+        If a choice is unknown, the gap is negative, or the sides are periodic while a linear gap
+        is neither periodic nor has equal first and last columns.
     """
     periodic_sides = choose(SIDES, sides, "sides")
     connectivity = choose(OPEN_CONNECTIVITY, representation, "representation")

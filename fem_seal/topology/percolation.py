@@ -1,4 +1,7 @@
-"""Whether a phase joins inlet and outlet or winds around a periodic cell; sealed or not."""
+"""Percolation: whether a phase spans from inlet to outlet or winds around a periodic cell.
+
+A gap is sealed, and its leak rate exactly 0, when its open phase does not span.
+"""
 
 from collections import deque
 
@@ -37,20 +40,22 @@ def winds(
 ) -> bool:
     """Whether a closed path inside the mask goes around the periodic cell along an axis.
 
-    Each cluster's pieces are given the number of seams crossed on the way to them; a piece
-    reached with two different numbers closes a path around the cell (J. Machta, Y. S. Choi,
-    A. Lucke, T. Schweizer, L. M. Chayes, Phys. Rev. E 54, 1332 (1996)).
+    Every cluster of the cell cut open at its seams gets a winding number: the seams crossed, with
+    sign, on the way to it. A cluster reached with two different numbers closes a path around the
+    cell (J. Machta, Y. S. Choi, A. Lucke, T. Schweizer, L. M. Chayes, Phys. Rev. E 54, 1332
+    (1996)).
 
     Parameters
     ----------
     mask : (nx, ny) bool
     connectivity : "4", "8" or "triangulation", see `clusters.label`
     axis : 0 (along the flow) or 1 (around the seal)
-    periodic : along each axis, whether the last sample neighbours the first
+    periodic : (bool, bool)
+        Along each axis, whether the last sample neighbours the first.
 
     Returns
     -------
-    bool; always False along an axis that is not periodic.
+    bool; False along an axis that is not periodic.
 
     Raises
     ------
@@ -68,20 +73,26 @@ def winds(
 
 
 def _has_inconsistent_loop(neighbours: dict[int, list[tuple[int, int]]]) -> bool:
-    """Walk over a graph with steps on its links; True if some loop does not add up to zero."""
-    crossed: dict[int, int] = {}
+    """Whether the steps along some loop of a graph do not add up to zero.
+
+    Parameters
+    ----------
+    neighbours : dict
+        For each cluster its linked clusters, each with the step to it: the seams crossed.
+    """
+    winding: dict[int, int] = {}
     for root in neighbours:
-        if root in crossed:
+        if root in winding:
             continue
-        crossed[root] = 0
+        winding[root] = 0
         queue = deque([root])
         while queue:
-            here = queue.popleft()
-            for there, step in neighbours[here]:
-                if there not in crossed:
-                    crossed[there] = crossed[here] + step
-                    queue.append(there)
-                elif crossed[there] != crossed[here] + step:
+            cluster = queue.popleft()
+            for neighbour, step in neighbours[cluster]:
+                if neighbour not in winding:
+                    winding[neighbour] = winding[cluster] + step
+                    queue.append(neighbour)
+                elif winding[neighbour] != winding[cluster] + step:
                     return True
     return False
 
@@ -91,11 +102,13 @@ def is_sealed(gap: GridField, sides: str, representation: str) -> bool:
 
     Parameters
     ----------
-    gap : gap in metres, zero in contact
+    gap : GridField
+        Gap [m], zero in contact.
     sides : "wall" or "periodic"
-    representation : "linear" (open vertices of the triangulation; exact for the piecewise linear
-        gap, which is positive in the star of every open vertex) or "constant" (open pixels,
-        joined through their edges)
+    representation : "linear" or "constant"
+        Linear: open vertices joined along the edges of the triangulation; exact for the piecewise
+        linear gap, which is positive on all triangles around an open vertex. Constant: open pixels
+        joined through their common sides.
 
     Returns
     -------
@@ -111,7 +124,7 @@ def is_sealed(gap: GridField, sides: str, representation: str) -> bool:
 
 
 def carrying(gap: GridField, sides: str, representation: str) -> np.ndarray:
-    """Open samples that are connected to both inlet and outlet; only these can carry flow.
+    """Mask of the open samples connected to both inlet and outlet: no others carry flow.
 
     Parameters
     ----------
@@ -119,8 +132,8 @@ def carrying(gap: GridField, sides: str, representation: str) -> np.ndarray:
 
     Returns
     -------
-    bool array of the shape of gap.vertices() (linear) or gap.values (constant); empty where
-    the gap is sealed.
+    bool array of the shape of gap.vertices() (linear) or gap.values (constant); all False if the
+    gap is sealed.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Fluid trapped in pockets of the gap that reach neither inlet nor outlet."""
+"""Pockets: open parts of the gap connected to neither inlet nor outlet, which trap fluid."""
 
 import numpy as np
 
@@ -8,11 +8,12 @@ from fem_seal.topology.lattice import Lattice, lattice
 
 
 def trapped(gap: GridField, sides: str, representation: str) -> np.ndarray:
-    """Open samples in pockets, which are connected to neither inlet nor outlet.
+    """Mask of the open samples in pockets.
 
     Parameters
     ----------
-    gap : gap in metres, zero in contact
+    gap : GridField
+        Gap [m], zero in contact.
     sides : "wall" or "periodic"
     representation : "linear" or "constant"
 
@@ -30,7 +31,10 @@ def trapped(gap: GridField, sides: str, representation: str) -> np.ndarray:
 
 
 def trapped_volume(gap: GridField, sides: str, representation: str) -> float:
-    """Volume of the pockets [m^3], exact for the gap as represented.
+    """Volume of fluid in the pockets, exact for the gap as represented.
+
+    Sum of g_i ∫ φ_i dA over the sites i in pockets; φ_i is the hat function of vertex i (linear)
+    or 1 on pixel i (constant).
 
     Parameters
     ----------
@@ -38,7 +42,7 @@ def trapped_volume(gap: GridField, sides: str, representation: str) -> float:
 
     Returns
     -------
-    float
+    float [m^3]
 
     Raises
     ------
@@ -51,6 +55,7 @@ def trapped_volume(gap: GridField, sides: str, representation: str) -> float:
 
 
 def _trapped_sites(sites: Lattice) -> np.ndarray:
+    """(mx, my) bool: open sites whose cluster has no site on the inlet or the outlet."""
     labels, count = clusters.label(sites.open, sites.connectivity, sites.periodic)
     at_an_end = np.zeros(count + 1, dtype=bool)
     at_an_end[labels[0]] = True
@@ -59,13 +64,14 @@ def _trapped_sites(sites: Lattice) -> np.ndarray:
 
 
 def _site_areas(sites: Lattice) -> np.ndarray:
-    """Integral of each site's nodal function, in pixels: 1 or a third of its triangles' area."""
+    """∫ φ_i dA of every site in pixel areas: 1, or a third of the area of the site's triangles."""
     mx, my = sites.gap.shape
     if sites.connectivity != "triangulation":
         return np.ones((mx, my))
     pixels = (mx - 1, my if sites.seam else my - 1)
     even = np.add.outer(np.arange(pixels[0]), np.arange(pixels[1])) % 2 == 0
-    rising = np.where(even, 1 / 3, 1 / 6)  # corners on the diagonal belong to both triangles
+    # A corner on the pixel's diagonal belongs to both of its triangles, each half a pixel.
+    rising = np.where(even, 1 / 3, 1 / 6)
     falling = np.where(even, 1 / 6, 1 / 3)
     area = np.zeros((mx, pixels[1] + 1))
     area[:-1, :-1] += rising

@@ -1,4 +1,8 @@
-"""The widest ways around a periodic cell."""
+"""Widest path around a periodic cell.
+
+Its tightest gap is the largest h at which the sites with g >= h wind around the cell, the periodic
+counterpart of `topology.constriction`; bisection over the values of the samples finds it.
+"""
 
 import numpy as np
 
@@ -9,21 +13,22 @@ from fem_seal.topology.percolation import winds
 
 
 def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
-    """Gap at each site of a cell that is periodic in both directions, every point once.
+    """Gap at the sites of a cell that is periodic in both directions; every point is one site.
 
     Parameters
     ----------
-    gap : gap [m]
+    gap : GridField
+        Gap [m], zero in contact.
     representation : "linear" or "constant"
 
     Returns
     -------
-    (nx, ny) [m]
+    (nx, ny) float [m]
 
     Raises
     ------
     InvalidInput
-        If the gap is not periodic.
+        If the gap is not periodic in both directions.
     """
     choose(OPEN_CONNECTIVITY, representation, "representation")
     if gap.periodic:
@@ -39,26 +44,32 @@ def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
 
 
 def widest_winding(gap: GridField, representation: str, axis: int) -> float:
-    """Height of the highest plate that can be carried around the cell along an axis [m].
+    """Tightest gap of the widest closed path that goes around the cell along an axis.
 
     Parameters
     ----------
-    gap : gap [m], periodic in both directions
+    gap : GridField
+        Gap [m], zero in contact, periodic in both directions.
     representation : "linear" or "constant"
     axis : 0 or 1
 
     Returns
     -------
-    float; 0 if the open part of the gap does not wind around that way.
+    float [m]; 0 if the open part of the gap does not wind around the cell along this axis.
+
+    Raises
+    ------
+    InvalidInput
+        As in `periodic_sites`.
     """
     sites = periodic_sites(gap, representation)
     connectivity = OPEN_CONNECTIVITY[representation]
     heights = np.unique(sites[sites > 0])
-    below, above = -1, len(heights)
-    while above - below > 1:
-        middle = (below + above) // 2
+    winding, blocked = -1, len(heights)
+    while blocked - winding > 1:
+        middle = (winding + blocked) // 2
         if winds(sites >= heights[middle], connectivity, axis):
-            below = middle
+            winding = middle
         else:
-            above = middle
-    return float(heights[below]) if below >= 0 else 0.0
+            blocked = middle
+    return float(heights[winding]) if winding >= 0 else 0.0

@@ -1,8 +1,8 @@
-"""The neighbourhoods written out pixel by pixel, for tests to compare with."""
+"""Neighbour pairs of each connectivity written out pixel by pixel, as a reference for tests."""
 
 
 def edges(shape, connectivity, periodic):
-    """All neighbour pairs, pixel by pixel, straight from the definition."""
+    """All pairs of neighbouring sites of a grid, from the definition of the connectivity."""
     nx, ny = shape
     for i in range(nx):
         for j in range(ny):

@@ -1,4 +1,4 @@
-"""Clusters against a slow walk over neighbours written out one by one."""
+"""Clusters against a flood fill over the neighbour pairs of `slow_reference`."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,8 @@ CONNECTIVITIES = ("4", "8", "triangulation")
 masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=9))
 
 
-def slow_label(mask, connectivity, periodic):
+def flood_fill(mask, connectivity, periodic):
+    """Labels and their number, as `clusters.label` defines them."""
     neighbours = {}
     for a, b in edges(mask.shape, connectivity, periodic):
         if mask[a] and mask[b]:
@@ -29,20 +30,20 @@ def slow_label(mask, connectivity, periodic):
         labels[start] = count
         stack = [start]
         while stack:
-            for there in neighbours.get(stack.pop(), []):
-                if not labels[there]:
-                    labels[there] = count
-                    stack.append(there)
+            for site in neighbours.get(stack.pop(), []):
+                if not labels[site]:
+                    labels[site] = count
+                    stack.append(site)
     return labels, count
 
 
 @given(masks, st.sampled_from(CONNECTIVITIES), st.tuples(st.booleans(), st.booleans()))
-def test_same_partition_as_a_slow_walk(mask, connectivity, periodic):
+def test_labels_are_those_of_a_flood_fill(mask, connectivity, periodic):
     labels, count = clusters.label(mask, connectivity, periodic)
-    expected, expected_count = slow_label(mask, connectivity, periodic)
+    expected, expected_count = flood_fill(mask, connectivity, periodic)
     assert count == expected_count
     assert np.array_equal(labels > 0, mask)
-    # Equal partitions: the label pairs are a one-to-one map.
+    # The two partitions are equal if the pairs of their labels form a one-to-one map.
     pairs = {pair for pair in zip(labels.ravel(), expected.ravel(), strict=True) if pair[0]}
     assert len(pairs) == count
     assert set(labels.ravel()) - {0} == set(range(1, count + 1))
@@ -70,17 +71,17 @@ def test_sizes_and_largest():
     assert np.array_equal(np.argwhere(clusters.largest(labels, count)), [[0, 2], [0, 3], [1, 2]])
 
 
-def test_largest_of_nothing_is_empty():
+def test_an_empty_mask_has_no_largest_cluster():
     labels, count = clusters.label(np.zeros((3, 4), bool), "8")
     assert count == 0
     assert not clusters.largest(labels, count).any()
 
 
-def test_unknown_connectivity_lists_the_known():
+def test_unknown_connectivity_is_refused_and_the_known_are_listed():
     with pytest.raises(InvalidInput, match=r"'6'.*4, 8, triangulation"):
         clusters.label(np.ones((2, 2), bool), "6")
 
 
-def test_mask_must_be_flat():
+def test_mask_must_be_two_dimensional():
     with pytest.raises(InvalidInput, match="two-dimensional"):
         clusters.label(np.ones(3, bool), "4")

@@ -14,7 +14,7 @@ from fem_seal.grid import GridField
 from fem_seal.topology.constriction import critical_constriction
 from fem_seal.topology.pockets import trapped, trapped_volume
 
-# Relative alone: the default absolute tolerance of 1e-12 would pass any film in SI units.
+# No absolute tolerance: pytest's default of 1e-12 would accept any volume or gap in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 levels = hnp.arrays(
@@ -25,7 +25,7 @@ levels = hnp.arrays(
 
 
 def slow_bottleneck(h, connectivity, periodic):
-    """Widest path by Dijkstra's algorithm with "min along the path" for a length."""
+    """Widest path by Dijkstra's algorithm, the length of a path being its smallest gap."""
     neighbours = {}
     for a, b in edges(h.shape, connectivity, periodic):
         neighbours.setdefault(a, []).append(b)
@@ -34,52 +34,51 @@ def slow_bottleneck(h, connectivity, periodic):
     heapq.heapify(heap)
     done = set()
     while heap:
-        width, here = heapq.heappop(heap)
-        if here in done:
+        width, site = heapq.heappop(heap)
+        if site in done:
             continue
-        done.add(here)
-        if here[0] == h.shape[0] - 1:
+        done.add(site)
+        if site[0] == h.shape[0] - 1:
             return -width
-        for there in neighbours.get(here, []):
-            heapq.heappush(heap, (max(width, -h[there]), there))
+        for neighbour in neighbours.get(site, []):
+            heapq.heappush(heap, (max(width, -h[neighbour]), neighbour))
     raise AssertionError("every grid is connected")
 
 
 @given(levels, st.sampled_from(["wall", "periodic"]), st.sampled_from(["linear", "constant"]))
-def test_widest_path_equals_dijkstra(h, sides, representation):
+def test_critical_constriction_is_the_bottleneck_of_dijkstras_path(h, sides, representation):
     gap = GridField(h, (1.0, 1.0), periodic=True)
     connectivity, sites = "4", h
     if representation == "linear":
         sites = gap.vertices()[:, :-1] if sides == "periodic" else gap.vertices()
         connectivity = "triangulation"
     expected = slow_bottleneck(sites, connectivity, (False, sides == "periodic"))
-    found = critical_constriction(gap, sides, representation)
+    constriction = critical_constriction(gap, sides, representation)
     if expected == 0:
-        assert found is None
+        assert constriction is None
         return
-    assert found.gap == expected
+    assert constriction.gap == expected
     half = 0.5 if representation == "constant" else 0.0
-    i, j = (round(c - half) for c in found.position)
+    i, j = (round(c - half) for c in constriction.position)
     assert sites[i, j] == expected
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_place_and_width_of_a_saddle(representation):
-    """gap = g0 + x²-y² type saddle between two contacts: the constriction is the saddle point."""
+def test_gap_and_position_of_a_saddle(representation):
+    """gap = max(0, 0.2 + x² - 2y²): the constriction is the saddle point at the centre."""
     x = np.linspace(-1, 1, 41)[:, None]
     y = np.linspace(-1, 1, 41)[None, :]
     h = np.maximum(0.0, 0.2 + x**2 - 2 * y**2)
     gap = GridField(h, (0.05, 0.05))
-    found = critical_constriction(gap, "wall", representation)
-    assert found.gap == approx(0.2, abs=1e-12)
+    constriction = critical_constriction(gap, "wall", representation)
+    assert constriction.gap == approx(0.2, abs=1e-12)
     shift = 0.025 if representation == "constant" else 0.0
-    assert found.position == approx((1 + shift, 1 + shift))
+    assert constriction.position == approx((1 + shift, 1 + shift))
 
 
-def test_uniform_gap_is_its_own_constriction():
-    assert critical_constriction(
-        GridField(np.full((3, 4), 2e-6), (1, 1)), "wall", "linear"
-    ).gap == (2e-6)
+def test_critical_gap_of_a_uniform_gap_is_that_gap():
+    gap = GridField(np.full((3, 4), 2e-6), (1, 1))
+    assert critical_constriction(gap, "wall", "linear").gap == 2e-6
 
 
 def test_trapped_volume_of_one_vertex():
@@ -96,11 +95,11 @@ def test_trapped_volume_of_one_vertex():
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_pocket_of_a_uniform_gap_holds_gap_times_area(sides, representation):
-    """Two contact lines at distance m: the P1 gap falls linearly to them over one pixel each."""
+    """Between two contact lines the P1 gap is uniform but falls to 0 over the last pixels."""
     h = np.full((12, 8), 1e-6)
     h[2] = h[9] = 0
     gap = GridField(h, (1.0, 1.0), periodic=True)
-    exact = 8 * 6 * 1e-6  # 5 full rows of pixels and two half ones; as pixels, 6 rows
+    exact = 8 * 6 * 1e-6  # linear: 5 rows of pixels and 2 half rows; constant: 6 rows
     assert trapped_volume(gap, sides, representation) == approx(exact, rel=1e-13)
     assert trapped(gap, sides, representation).sum() == 6 * (9 if representation == "linear" else 8)
 

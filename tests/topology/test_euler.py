@@ -1,4 +1,4 @@
-"""Euler characteristic: pieces minus holes, additivity, symmetry."""
+"""Euler characteristic: pieces minus holes, sum over both phases of a torus, simple shapes."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, ma
 
 @given(masks, st.sampled_from(CONNECTIVITIES))
 def test_pieces_minus_holes(mask, connectivity):
-    """A hole is a cluster of the complement, in the dual connectivity, that is not outside."""
+    """Holes are the clusters of the complement, in the dual connectivity, but the outer one."""
     pieces = clusters.label(mask, connectivity)[1]
     # Two rows of padding keep the parity of the triangulation's diagonals.
     outside = np.pad(~mask, 2, constant_values=True)
@@ -27,7 +27,7 @@ def test_pieces_minus_holes(mask, connectivity):
 
 @given(masks, st.sampled_from(CONNECTIVITIES))
 def test_two_phases_of_a_torus_cancel(mask, connectivity):
-    """The torus has Euler characteristic 0, and dual complexes of the two phases share it.
+    """A torus has Euler characteristic 0, and so has the sum of the dual complexes on it.
 
     Even sides, so that the diagonals still alternate across the seams; at least four samples,
     so that no two neighbours are neighbours twice.
@@ -39,7 +39,7 @@ def test_two_phases_of_a_torus_cancel(mask, connectivity):
     assert total == 0
 
 
-def test_named_shapes():
+def test_disc_ring_torus_and_cheese():
     disc = np.ones((5, 5), bool)
     ring = disc.copy()
     ring[2, 2] = False

@@ -1,4 +1,4 @@
-"""Critical constriction on any triangles, against the grid's own answer and plain enumeration."""
+"""Critical constriction on any mesh, against that of the grid and against all simple paths."""
 
 from itertools import pairwise
 
@@ -30,25 +30,25 @@ def test_pixel_triangulation_has_the_constriction_of_its_grid(nx, ny, contact, s
     i, j = np.indices((nx, ny))
     points = np.stack([i.ravel(), j.ravel()], axis=1).astype(float)
     inlet, outlet = points[:, 0] == 0, points[:, 0] == nx - 1
-    found = mesh_constriction(gap.ravel(), points, pixel_edges(nx, ny), inlet, outlet)
+    constriction = mesh_constriction(gap.ravel(), points, pixel_edges(nx, ny), inlet, outlet)
     expected = critical_constriction(GridField(gap, (1.0, 1.0)), "wall", "linear")
-    assert (found is None) == (expected is None)
-    if found is not None:
-        assert found.gap == expected.gap
-        x, y = (int(c) for c in found.position)
-        assert gap[x, y] == found.gap
+    assert (constriction is None) == (expected is None)
+    if constriction is not None:
+        assert constriction.gap == expected.gap
+        x, y = (int(c) for c in constriction.position)
+        assert gap[x, y] == constriction.gap
 
 
 def test_every_path_of_a_small_graph():
-    """All simple paths of the complete graph of six vertices with some edges taken away."""
+    """All simple paths of random graphs of six vertices."""
     rng = np.random.default_rng(5)
     for _ in range(20):
         gap = rng.permutation(6) / 5.0  # one contact
         edges = np.array([(a, b) for a in range(6) for b in range(a) if rng.random() < 0.5])
         ends = np.arange(6)
         best = widest_path(gap, edges, 0, 5)
-        found = mesh_constriction(gap, np.zeros((6, 2)), edges, ends == 0, ends == 5)
-        assert (found.gap if found else 0.0) == best
+        constriction = mesh_constriction(gap, np.zeros((6, 2)), edges, ends == 0, ends == 5)
+        assert (constriction.gap if constriction else 0.0) == best
 
 
 def widest_path(gap, edges, start, end) -> float:
@@ -66,8 +66,8 @@ def widest_path(gap, edges, start, end) -> float:
 
 
 @pytest.mark.parametrize("open_end", [0, 2])
-def test_a_path_has_to_leave_and_to_arrive(open_end):
-    """Contact all over one end seals, whatever lies between."""
+def test_contact_on_the_whole_inlet_or_outlet_seals(open_end):
+    """A path has to start on the inlet and end on the outlet."""
     gap = np.ones(3)
     gap[2 - open_end] = 0.0
     ends = np.arange(3)

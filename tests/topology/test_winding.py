@@ -1,4 +1,4 @@
-"""The widest way around a periodic cell."""
+"""The widest path around a periodic cell."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from fem_seal.topology.percolation import winds
 from fem_seal.topology.winding import periodic_sites, widest_winding
 
 
-def test_a_slot_winds_one_way_only():
+def test_a_slot_winds_along_one_axis_only():
     values = np.zeros((8, 10))
     values[:, 3:5] = np.linspace(1, 2, 8)[:, None]
     gap = GridField(values, (1.0, 1.0), periodic=True)
@@ -19,7 +19,7 @@ def test_a_slot_winds_one_way_only():
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_it_is_the_height_at_which_the_way_opens(representation):
+def test_sites_wind_at_the_widest_gap_and_not_above_it(representation):
     values = np.random.default_rng(3).random((12, 14))
     gap = GridField(values, (1.0, 1.0), periodic=True)
     connectivity = {"linear": "triangulation", "constant": "4"}[representation]
@@ -29,7 +29,7 @@ def test_it_is_the_height_at_which_the_way_opens(representation):
         assert not winds(values > height, connectivity, axis)
 
 
-def test_every_point_stands_once():
+def test_every_point_is_one_site():
     values = np.random.default_rng(1).random((5, 6))
     gap = GridField(values, (1.0, 1.0), periodic=True)
     np.testing.assert_array_equal(periodic_sites(gap, "linear"), values)
