@@ -17,6 +17,7 @@ ORDER = [
     *(
         "errors",
         "tables",
+        "registry",
         "digits",
         "grid",
         "leak_rate",

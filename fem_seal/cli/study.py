@@ -133,9 +133,9 @@ def _cross_validation(options: argparse.Namespace) -> int:
 
 
 def _exact(options: argparse.Namespace) -> int:
+    from fem_seal.registry import choose
     from fem_seal.render.studies import cross_validation_figure
     from fem_seal.tables import as_csv, as_text
-    from fem_seal.topology.lattice import choose
     from fem_seal.verification.cross_validation import on_exact_case
     from fem_seal.verification.exact_cases import CASES
 

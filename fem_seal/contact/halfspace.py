@@ -8,6 +8,7 @@ import numpy as np
 from fem_seal.contact.blocks import row_blocks
 from fem_seal.contact.transform import RealTransform
 from fem_seal.errors import InvalidInput
+from fem_seal.registry import choose, require_known
 from fem_seal.surface.waves import multiplicity, wavenumbers
 
 PRECISIONS = {"double": "float64", "mixed": "float32"}
@@ -62,8 +63,7 @@ class Layer:
     def __post_init__(self):
         if not (np.isfinite(self.thickness) and self.thickness > 0):
             raise InvalidInput(f"thickness must be a positive length in m, got {self.thickness}")
-        if self.base not in BASES:
-            raise InvalidInput(f"unknown base {self.base!r}; choose from {', '.join(BASES)}")
+        require_known(BASES, self.base, "base")
         if not -1 < self.poisson_ratio <= 0.5:
             raise InvalidInput(f"poisson_ratio must lie in (-1, 0.5], got {self.poisson_ratio}")
 
@@ -108,13 +108,9 @@ class HalfSpace:
         threads: int = 1,
         precision: str = "mixed",
     ):
-        if precision not in PRECISIONS:
-            raise InvalidInput(
-                f"unknown precision {precision!r}; choose from {', '.join(PRECISIONS)}"
-            )
         self.shape, self.pairs = shape, 0.0
         self.layer, self.threads, self.precision = layer, threads, precision
-        self.steering = np.dtype(PRECISIONS[precision])
+        self.steering = np.dtype(choose(PRECISIONS, precision, "precision"))
         self.exact = RealTransform(shape, "float64", threads)
         self.steer = RealTransform(shape, self.steering.name, threads)
         stiffness = _stiffness(shape, spacing, layer)

@@ -10,6 +10,7 @@ from fem_seal.contact.free_set_cg import free_set_cg
 from fem_seal.contact.polonsky_keer import polonsky_keer
 from fem_seal.contact.problem import Iterate, Iterates, Problem
 from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.registry import require_known
 
 Progress = Callable[[int, float], None]
 
@@ -47,8 +48,7 @@ class Stopping:
     progress: Progress | None = None
 
     def __post_init__(self):
-        if self.solver not in METHODS:
-            raise InvalidInput(f"unknown solver {self.solver!r}; choose from {', '.join(METHODS)}")
+        require_known(METHODS, self.solver, "solver")
         if not SMALLEST_TOLERANCE <= self.tolerance < 1:
             raise InvalidInput(
                 f"tolerance must lie in [{SMALLEST_TOLERANCE}, 1), got {self.tolerance}"

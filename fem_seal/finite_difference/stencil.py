@@ -8,8 +8,9 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.links import LINKS, LinkRule
 from fem_seal.grid import GridField
+from fem_seal.registry import choose
 from fem_seal.topology import clusters
-from fem_seal.topology.lattice import Lattice, choose, lattice
+from fem_seal.topology.lattice import Lattice, lattice
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.mesh.bisection import TooFine
 from fem_seal.mesh.mesh_gap import MeshGap
+from fem_seal.registry import require_known
 
 METHODS = ("adaptive", "uniform")
 NARROWEST = 1e-60  # of the largest gap
@@ -80,8 +81,7 @@ def leak_rate(
     require_positive({"viscosity": viscosity, "pressure_drop": pressure_drop, "rtol": rtol})
     if decide is not None:
         require_positive({"decide": decide})
-    if method not in METHODS:
-        raise InvalidInput(f"method = {method!r} is unknown; choose from {', '.join(METHODS)}")
+    require_known(METHODS, method, "method")
     flow = posed(gap, sides, representation)
     flow.check()
     if flow.sealed:

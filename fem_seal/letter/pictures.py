@@ -9,7 +9,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.letter.flow_points import certified
 from fem_seal.letter.surfaces import RoughCase, at_area
-from fem_seal.topology.lattice import choose
+from fem_seal.registry import choose
 
 CONTACT_AREA, FLOW_AREA = 0.46, 0.2
 SEED = 1

@@ -13,7 +13,7 @@ from fem_seal.letter.spanning import PAIRS, Criterion, Snapshot, criteria_of
 from fem_seal.letter.surfaces import MODELS, PITCH, Model, RoughCase
 from fem_seal.memory import peak_memory
 from fem_seal.progress import Report, silent
-from fem_seal.topology.lattice import choose
+from fem_seal.registry import choose
 from fem_seal.topology.percolation import is_sealed
 
 # Of all pairs the one whose geometry the flow solver has, too.

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.registry import require_known
 from fem_seal.topology.clusters import label, sizes
 from fem_seal.topology.euler import euler_characteristic
-from fem_seal.topology.lattice import DUAL_CONNECTIVITY, choose
+from fem_seal.topology.lattice import DUAL_CONNECTIVITY
 from fem_seal.topology.percolation import spans, winds
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ def criteria_of(edges: Sequence[str]) -> tuple[Criterion, ...]:
         For unknown edges.
     """
     for name in edges:
-        choose(EDGES, name, "edges")
+        require_known(EDGES, name, "edges")
     return tuple(
         Criterion(phase, connectivity, name)
         for name in edges

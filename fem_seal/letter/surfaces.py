@@ -121,7 +121,7 @@ def at_area(surface: GridField, model: str, area_fraction: float, threads: int =
         If the contact does not converge.
     """
     from fem_seal.contact import bearing, solve
-    from fem_seal.topology.lattice import choose
+    from fem_seal.registry import choose
 
     if choose(MODELS, model, "model") is MODELS["bearing"]:
         return bearing(surface, area_fraction=area_fraction)

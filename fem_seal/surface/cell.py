@@ -7,6 +7,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
+from fem_seal.registry import choose
 
 # Fraction of each side over which the Tukey window rises and falls again, together.
 TUKEY_TAPER = 0.25
@@ -66,9 +67,8 @@ def periodic_cell(field: GridField, how: str) -> GridField:
     InvalidInput
         If `how` is unknown.
     """
-    if how not in CELLS:
-        raise InvalidInput(f"unknown make_periodic {how!r}; choose from {', '.join(CELLS)}")
-    return GridField(CELLS[how](field.values), field.spacing, periodic=True)
+    make = choose(CELLS, how, "make_periodic")
+    return GridField(make(field.values), field.spacing, periodic=True)
 
 
 def window(name: str, shape: tuple[int, int]) -> np.ndarray:

@@ -5,6 +5,7 @@ from numpy.polynomial.legendre import legvander
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
+from fem_seal.registry import choose
 
 # Degree of the polynomial in x and y together.
 DEGREES = {"mean": 0, "plane": 1, "quadratic": 2}
@@ -23,9 +24,8 @@ def detrended(found: FieldMap, trend: str) -> FieldMap:
     InvalidInput
         If the trend is unknown or no point is, or a map that repeats would not do so any more.
     """
-    if trend not in DEGREES:
-        raise InvalidInput(f"unknown detrend {trend!r}; choose from {', '.join(DEGREES)}")
-    if found.periodic and DEGREES[trend] > 0:
+    degree = choose(DEGREES, trend, "detrend")
+    if found.periodic and degree > 0:
         raise InvalidInput(
             f"the map repeats, and would have a jump at its seam without its {trend} trend; set "
             "detrend = 'mean', or leave it out"
@@ -33,7 +33,7 @@ def detrended(found: FieldMap, trend: str) -> FieldMap:
     known = ~np.isnan(found.values)
     if not known.any():
         raise InvalidInput(f"all {known.size} points are missing")
-    values = found.values - _polynomial(found.values, known, DEGREES[trend])
+    values = found.values - _polynomial(found.values, known, degree)
     return FieldMap(values, found.spacing, found.periodic)
 
 

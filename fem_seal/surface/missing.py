@@ -6,6 +6,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
+from fem_seal.registry import require_known
 
 
 def fill(found: FieldMap, method: str, max_missing: float) -> FieldMap:
@@ -28,8 +29,7 @@ def fill(found: FieldMap, method: str, max_missing: float) -> FieldMap:
     InvalidInput
         If more are missing, or all, or a hole cannot be filled so.
     """
-    if method not in METHODS:
-        raise InvalidInput(f"unknown fill {method!r}; choose from {', '.join(METHODS)}")
+    require_known(METHODS, method, "fill")
     missing = np.isnan(found.values)
     fraction = missing.mean()
     if fraction == 1:

@@ -4,6 +4,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
+from fem_seal.registry import require_known
 from fem_seal.surface.spectrum import Spectrum, one_amplitude
 from fem_seal.surface.waves import multiplicity, wavenumbers
 
@@ -56,8 +57,7 @@ def self_affine(
         If the cut-offs do not fit the grid or an argument is out of range.
     """
     kind, wanted = one_amplitude(rms_height, rms_slope)
-    if scaling not in SCALINGS:
-        raise InvalidInput(f"unknown scaling {scaling!r}; choose from {', '.join(SCALINGS)}")
+    require_known(SCALINGS, scaling, "scaling")
     spacing = _spacing(spectrum, shape, size)
     q = wavenumbers(shape, spacing)
     density = _resolved(spectrum, q, shape)

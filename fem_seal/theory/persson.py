@@ -14,8 +14,8 @@ from typing import Protocol
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.registry import choose
 from fem_seal.theory.quadrature import Cumulative, LogGrid, graded_cell, log_grid
-from fem_seal.topology.lattice import choose
 
 # Part of the elastic energy that survives where contact is partial; fitted by Yang and Persson.
 GAMMA = 0.45

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.topology.lattice import DUAL_CONNECTIVITY, choose
+from fem_seal.registry import require_known
+from fem_seal.topology.lattice import DUAL_CONNECTIVITY
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +62,7 @@ def label_inside(mask: np.ndarray, connectivity: str) -> tuple[np.ndarray, int]:
     """Number the clusters of a mask that has no periodic seam; arguments as in `label`."""
     from scipy import ndimage
 
-    choose(DUAL_CONNECTIVITY, connectivity, "connectivity")
+    require_known(DUAL_CONNECTIVITY, connectivity, "connectivity")
     mask = np.asarray(mask, dtype=bool)
     if mask.ndim != 2:
         raise InvalidInput(f"a mask must be two-dimensional, got shape {mask.shape}")

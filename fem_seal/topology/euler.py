@@ -3,7 +3,7 @@
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.topology.lattice import choose
+from fem_seal.registry import choose
 
 
 def euler_characteristic(

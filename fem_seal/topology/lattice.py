@@ -6,16 +6,13 @@ the pixel triangulation with itself: "matching" and "self-matching" lattices in 
 J. W. Essam, J. Math. Phys. 5, 1117 (1964).
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
-
-Choice = TypeVar("Choice")
+from fem_seal.registry import choose
 
 # For each connectivity of a phase that of its complement, so that exactly one of the two spans.
 DUAL_CONNECTIVITY = {"4": "8", "8": "4", "triangulation": "triangulation"}
@@ -25,32 +22,6 @@ OPEN_CONNECTIVITY = {"linear": "triangulation", "constant": "4"}
 
 # For each choice of sides, whether y = 0 and y = Ly are the same line.
 SIDES = {"wall": False, "periodic": True}
-
-
-def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
-    """Look up the value that a name stands for.
-
-    Parameters
-    ----------
-    registry : mapping
-        The values by name.
-    name : str
-        Name of the value.
-    field : str
-        Name of the input that makes the choice, for the message.
-
-    Returns
-    -------
-    The value registered under `name`.
-
-    Raises
-    ------
-    InvalidInput
-        If the name is not in the registry; the message lists the names that are.
-    """
-    if name not in registry:
-        raise InvalidInput(f"{field} = {name!r} is unknown; choose from {', '.join(registry)}")
-    return registry[name]
 
 
 @dataclass(frozen=True, eq=False)

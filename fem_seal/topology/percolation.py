@@ -8,8 +8,9 @@ from collections import deque
 import numpy as np
 
 from fem_seal.grid import GridField
+from fem_seal.registry import choose
 from fem_seal.topology import clusters
-from fem_seal.topology.lattice import SIDES, choose, lattice
+from fem_seal.topology.lattice import SIDES, lattice
 
 
 def spans(mask: np.ndarray, connectivity: str, sides: str = "wall") -> bool:

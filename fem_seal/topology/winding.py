@@ -8,7 +8,8 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
-from fem_seal.topology.lattice import OPEN_CONNECTIVITY, choose
+from fem_seal.registry import require_known
+from fem_seal.topology.lattice import OPEN_CONNECTIVITY
 from fem_seal.topology.percolation import winds
 
 
@@ -30,7 +31,7 @@ def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
     InvalidInput
         If the gap is not periodic in both directions.
     """
-    choose(OPEN_CONNECTIVITY, representation, "representation")
+    require_known(OPEN_CONNECTIVITY, representation, "representation")
     if gap.periodic:
         return gap.values
     values = gap.values

@@ -13,8 +13,8 @@ from math import isfinite, isnan, log2, nan, prod
 
 from fem_seal.grid import GridField
 from fem_seal.progress import Report, silent
+from fem_seal.registry import choose
 from fem_seal.tables import shown_as
-from fem_seal.topology.lattice import choose
 from fem_seal.verification.exact_cases import ExactCase
 from fem_seal.verification.methods import METHODS, QUADRATIC, Answer, Setting
 from fem_seal.verification.refined import refined

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from fem_seal.grid import GridField
-from fem_seal.topology.lattice import choose
+from fem_seal.registry import choose
 
 
 def _halved_pixels(gap: GridField) -> GridField:

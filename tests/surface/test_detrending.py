@@ -56,7 +56,7 @@ def test_higher_orders_stay():
 
 
 def test_bad_arguments():
-    with pytest.raises(InvalidInput, match="unknown detrend 'cubic'; choose from mean, plane"):
+    with pytest.raises(InvalidInput, match="detrend = 'cubic' is unknown; choose from mean, plane"):
         detrended(FieldMap(X, (1, 1), None), "cubic")
     with pytest.raises(InvalidInput, match="all 620 points are missing"):
         detrended(FieldMap(X * np.nan, (1, 1), None), "mean")

@@ -93,7 +93,9 @@ def test_statistics_tell_the_seam():
 
 
 def test_unknown_choice():
-    with pytest.raises(InvalidInput, match="unknown make_periodic 'wrap'; choose from cut, mirror"):
+    with pytest.raises(
+        InvalidInput, match="make_periodic = 'wrap' is unknown; choose from cut"
+    ):
         periodic_cell(PIECE, "wrap")
 
 

@@ -1,0 +1,39 @@
+"""Look up what a name in a scene or an argument stands for."""
+
+from collections.abc import Collection, Mapping
+from typing import TypeVar
+
+from fem_seal.errors import InvalidInput
+
+Choice = TypeVar("Choice")
+
+
+def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
+    """Look up the value that a name stands for.
+
+    Parameters
+    ----------
+    registry : mapping
+        The values by name.
+    name : str
+        Name of the value.
+    field : str
+        Name of the input that makes the choice, for the message.
+
+    Returns
+    -------
+    The value registered under `name`.
+
+    Raises
+    ------
+    InvalidInput
+        If the name is not in the registry; the message lists the names that are.
+    """
+    require_known(registry, name, field)
+    return registry[name]
+
+
+def require_known(names: Collection[str], name: str, field: str) -> None:
+    """Refuse a name that is not one of `names`; as `choose`, where no value is wanted."""
+    if name not in names:
+        raise InvalidInput(f"{field} = {name!r} is unknown; choose from {', '.join(names)}")
