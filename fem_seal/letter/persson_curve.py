@@ -90,13 +90,13 @@ def persson_curve(
     -------
     list of PerssonPoint; the leak rate is 0 from the threshold on
     """
-    from fem_seal.theory.persson import interface
+    from fem_seal.theory.persson import persson_state
     from fem_seal.theory.seal_estimates import effective_film_conductivity
 
     spectrum = SampledSpectrum(case).scaled(SLOPE)
     points = []
     for load in loads:
-        state = interface(
+        state = persson_state(
             spectrum, pressure=load * CONTACT_MODULUS * SLOPE, contact_modulus=CONTACT_MODULUS
         )
         K = effective_film_conductivity(state, viscosity=VISCOSITY, threshold=threshold)

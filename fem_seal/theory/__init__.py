@@ -1,1 +1,1 @@
-"""What can be known of contact and leakage without solving for them: theories and exact answers."""
+"""Theories of contact and leakage, and flow problems whose exact answers are known."""

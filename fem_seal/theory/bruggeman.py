@@ -1,5 +1,13 @@
 """Bruggeman's effective medium in n dimensions, and the letter's modification for elastic contact.
 
+The effective conductivity K of a medium whose local conductivity is k_i on a part w_i of its area,
+and 0 on a part c in contact, solves
+
+    Σ_i w_i (k_i - K) / (k_i + (n - 1) K) - c / (n - 1) = 0,    Σ_i w_i + c = 1.
+
+The left side falls monotonically with K. At K = 0 it is (1 - c) - c/(n - 1), so that a medium with
+c >= (n - 1)/n does not conduct: (n - 1)/n is its percolation threshold.
+
 D. A. G. Bruggeman, Ann. Phys. (Leipzig) 416, 636 (1935); for seals B. Lorenz and B. N. J. Persson,
 Eur. Phys. J. E 31, 159 (2010); the effective dimension is that of W. B. Dapp, A. Lücke, B. N. J.
 Persson and M. H. Müser, Phys. Rev. Lett. 108, 244301 (2012).
@@ -10,7 +18,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
-# Relative contact area at which elastic contact percolates, by the 2012 letter.
+# Relative contact area A*/A0 at which elastic contact percolates, from the 2012 letter.
 ELASTIC_THRESHOLD = 0.42
 
 
@@ -22,26 +30,27 @@ def effective_conductivity(
     contact: float = 0.0,
     rtol: float = 1e-13,
 ) -> np.ndarray:
-    """Conductivity K of the effective medium: mean of (k - K) / (k + (n - 1) K) = 0.
+    """Effective conductivity K of one medium or many, by bisection of ln K.
 
-    The left side falls monotonously with K; its root is found by bisection of ln K, for all media
-    in step. Conductivity ends where the part with k = 0 reaches (n - 1)/n; n = 1 gives the series
-    (harmonic) mean, n to infinity the parallel (arithmetic) mean.
+    Dimension n = 1 gives the series (harmonic) mean, n to infinity the parallel (arithmetic) mean.
 
     Parameters
     ----------
     conductivity : (..., m) float
-        Samples k >= 0 of each medium, or the values of a histogram, along the last axis.
-    dimension : n >= 1
+        Local conductivities k >= 0 of each medium, or the values of a histogram, along the last
+        axis, in any unit.
+    dimension : float
+        Dimension n >= 1.
     weights : (m,) or (..., m) float, optional
-        Parts of the area at each value; equal if left out. Need not be normalised.
-    contact : float in [0, 1]
-        Part of the area in contact (k = 0) that comes on top of the samples.
-    rtol : relative tolerance of K
+        Part of the area at each value, equal if left out; normalised to 1 - `contact` here.
+    contact : float
+        Part c of the whole area in contact, in [0, 1], in addition to samples with k = 0.
+    rtol : float
+        Relative tolerance of K.
 
     Returns
     -------
-    (...) float, exactly 0 where the medium does not percolate.
+    (...) float in the unit of the conductivities; exactly 0 where the medium does not percolate.
 
     Raises
     ------
@@ -69,42 +78,46 @@ def _check(k: np.ndarray, w: np.ndarray, dimension: float, contact: float) -> No
 
 
 def _root(k: np.ndarray, w: np.ndarray, contact: float, n: float, rtol: float) -> np.ndarray:
-    """Bisect ln K between a lower bound of the root and the largest k, which is 1."""
+    """Root K in [0, 1] of Bruggeman's equation for conductivities scaled to a maximum of 1."""
     open_ = k > 0
     w_open = np.where(open_, w, 0.0)
-    closed = contact + np.where(open_, 0.0, w).sum(axis=-1)
-    # What the points with k = 0 take from the sum, the same for every K.
-    pull = closed / (n - 1) if n > 1 else np.where(closed > 0, np.inf, 0.0)
-    beyond_threshold = w_open.sum(axis=-1) - pull
-    conducts = beyond_threshold > 0
-    # (k - K)/(k + (n-1) K) >= 1 - n K/k bounds the root from below. Resistances are relative to the
-    # largest, as that of a denormal k is no number.
-    least = k.min(axis=-1, where=w_open > 0, initial=1.0)
-    relative = np.divide(least[..., None], k, out=np.zeros(w_open.shape), where=w_open > 0)
+    c = contact + np.where(open_, 0.0, w).sum(axis=-1)
+    # The part with k = 0 contributes -c/(n - 1) to the left side, whatever K is.
+    contact_term = c / (n - 1) if n > 1 else np.where(c > 0, np.inf, 0.0)
+    at_zero = w_open.sum(axis=-1) - contact_term  # the left side at K = 0
+    conducts = at_zero > 0
+    # (k - K)/(k + (n-1) K) >= 1 - n K/k gives the lower bound at_zero / (n Σ w/k) of the root. The
+    # sum is taken of w k_min/k, since 1/k overflows for a denormal k.
+    k_min = k.min(axis=-1, where=w_open > 0, initial=1.0)
+    relative = np.divide(k_min[..., None], k, out=np.zeros(w_open.shape), where=w_open > 0)
     resistance = n * (w_open * relative).sum(axis=-1)
-    lowest = np.where(conducts, beyond_threshold * least, 1.0) / np.where(conducts, resistance, 1.0)
+    lowest = np.where(conducts, at_zero * k_min, 1.0) / np.where(conducts, resistance, 1.0)
     low = np.log(np.maximum(lowest, np.finfo(float).tiny))
     high = np.zeros_like(low)
     k_open = np.where(open_ & conducts[..., None], k, 1.0)
     for _ in range(int(np.ceil(np.log2(max(2.0, float((high - low).max()) / rtol))))):
         middle = 0.5 * (low + high)
         K = np.exp(middle)[..., None]
-        too_low = (w_open * (k_open - K) / (k_open + (n - 1) * K)).sum(axis=-1) > pull
+        too_low = (w_open * (k_open - K) / (k_open + (n - 1) * K)).sum(axis=-1) > contact_term
         low, high = np.where(too_low, middle, low), np.where(too_low, high, middle)
     return np.where(conducts, np.exp(0.5 * (low + high)), 0.0)
 
 
 def effective_dimension(contact_area: float, threshold: float = ELASTIC_THRESHOLD) -> float:
-    """Dimension n_eff(A) of the letter: 2 without contact, 1/(1 - A*) at the threshold A*, linear.
+    """Effective dimension n_eff of the letter, which makes the medium percolate at A*.
+
+    It falls linearly in the contact area, from 2 at A = 0 to 1/(1 - A*/A0) at A = A*.
 
     Parameters
     ----------
-    contact_area : A/A0 in [0, 1]
-    threshold : A*/A0 in (0, 1)
+    contact_area : float
+        A/A0 in [0, 1].
+    threshold : float
+        A*/A0 in (0, 1).
 
     Returns
     -------
-    float, >= 1; with threshold 1/2 it is 2 throughout, Bruggeman's own medium.
+    float, >= 1; a threshold of 1/2 gives 2, Bruggeman's own medium, for every contact area.
 
     Raises
     ------
@@ -122,18 +135,22 @@ def effective_dimension(contact_area: float, threshold: float = ELASTIC_THRESHOL
 def leak_rate(
     gap: GridField, *, viscosity: float, pressure_drop: float, dimension: float = 2.0
 ) -> float:
-    """Bruggeman's leak rate of a gap: its samples' distribution, whatever their arrangement.
+    """Leak rate Q = K Δp Ly/Lx of Bruggeman's medium with the gap's distribution of g³/(12 η).
 
     Parameters
     ----------
-    gap : gap in metres, zero in contact
-    viscosity : [Pa s]
-    pressure_drop : along the first axis [Pa]
-    dimension : 2 for Bruggeman's own, `effective_dimension` of the contact area for the letter's
+    gap : GridField
+        Gap g [m], zero in contact. Where its samples lie does not matter.
+    viscosity : float
+        η [Pa s].
+    pressure_drop : float
+        Δp along the first axis [Pa].
+    dimension : float
+        2 for Bruggeman's own medium, `effective_dimension` of the contact area for the letter's.
 
     Returns
     -------
-    Q = K Δp Ly / Lx [m^3/s]
+    float [m^3/s]
 
     Raises
     ------

@@ -1,4 +1,7 @@
-"""Answers known exactly, for any solver of Reynolds' equation; conductivities K in any one unit."""
+"""Exact solutions of Reynolds' equation ∇·(K ∇p) = 0, to test any solver with.
+
+K is the film conductivity; functions that take conductivities return one in the same unit.
+"""
 
 import numpy as np
 
@@ -6,53 +9,65 @@ from fem_seal.errors import InvalidInput
 
 
 def parallel_plates(gap: float, length: float, width: float, viscosity: float) -> float:
-    """Conductance Q/Δp of a uniform gap, width g³ / (12 η length) (Poiseuille).
+    """Conductance Q/Δp = Ly g³/(12 η Lx) of a uniform gap (Poiseuille).
 
     Parameters
     ----------
-    gap, length, width : [m]
-    viscosity : [Pa s]
+    gap, length, width : float
+        g, Lx along the flow, and Ly across it [m].
+    viscosity : float
+        η [Pa s].
 
     Returns
     -------
-    [m^3/(Pa s)]
+    float [m^3/(Pa s)]
     """
     return width * gap**3 / (12 * viscosity * length)
 
 
 def series(conductivity: np.ndarray) -> float:
-    """Conductivity of equal layers across the flow, the harmonic mean; 0 if a layer is closed.
+    """Conductivity of equally thick layers across the flow: the harmonic mean of K.
 
     Parameters
     ----------
     conductivity : (n,) float, >= 0
+
+    Returns
+    -------
+    float; 0 if a layer has K = 0.
     """
     K = np.asarray(conductivity, dtype=float)
     return float(K.size / np.sum(1 / K)) if np.all(K > 0) else 0.0
 
 
 def parallel(conductivity: np.ndarray) -> float:
-    """Conductivity of equal layers along the flow, the arithmetic mean.
+    """Conductivity of equally thick layers along the flow: the arithmetic mean of K.
 
     Parameters
     ----------
     conductivity : (n,) float, >= 0
+
+    Returns
+    -------
+    float
     """
     return float(np.mean(conductivity))
 
 
 def piecewise_linear_channel(gap: np.ndarray) -> float:
-    """Cubed gap 1/<g⁻³> of a channel whose gap is linear between equidistant samples.
+    """Cube of the equivalent uniform gap, 1/<g⁻³>, of a channel whose gap varies along the flow.
 
-    ∫ g⁻³ over an interval from a to b is (a + b)/(2 a² b²) of its length.
+    The gap is linear between equidistant samples; where it goes from a to b, the mean of g⁻³ is
+    (a + b)/(2 a² b²).
 
     Parameters
     ----------
-    gap : (n,) float [m], n >= 2
+    gap : (n,) float
+        Samples of the gap [m], n >= 2.
 
     Returns
     -------
-    [m^3]; 0 if a sample is in contact.
+    float [m^3]; 0 if a sample is in contact.
     """
     g = np.asarray(gap, dtype=float)
     if not np.all(g > 0):
@@ -62,13 +77,15 @@ def piecewise_linear_channel(gap: np.ndarray) -> float:
 
 
 def cosine_channel(amplitude: float, *, across: bool) -> float:
-    """Conductivity of the gap 1 + a cos(kx) over that of the gap 1, in whole wavelengths.
+    """Conductivity of the gap 1 + a cos(kx) over that of the gap 1, for whole wavelengths.
 
     Parameters
     ----------
-    amplitude : a in [0, 1]
-    across : True: the wave crests lie across the flow, 1/<g⁻³> = (1 - a²)^(5/2) / (1 + a²/2)
-        (A. Sommerfeld's integrals of 1904); False: along it, <g³> = 1 + 3 a²/2
+    amplitude : float
+        a in [0, 1].
+    across : bool
+        True: the wave crests lie across the flow, 1/<g⁻³> = (1 - a²)^(5/2) / (1 + a²/2) (integrals
+        of A. Sommerfeld, Z. Math. Phys. 50, 97 (1904)). False: along it, <g³> = 1 + 3 a²/2.
 
     Returns
     -------
@@ -88,8 +105,16 @@ def cosine_channel(amplitude: float, *, across: bool) -> float:
 def checkerboard(K1: float, K2: float) -> float:
     """Conductivity √(K1 K2) of a checkerboard of two phases.
 
-    Or of any medium that looks the same with 1 and 2 swapped:
-    J. B. Keller, J. Math. Phys. 5, 548 (1964); A. M. Dykhne, Sov. Phys. JETP 32, 63 (1971).
+    It holds for every isotropic two-phase medium that swapping the phases leaves unchanged
+    (J. B. Keller, J. Math. Phys. 5, 548 (1964); A. M. Dykhne, Sov. Phys. JETP 32, 63 (1971)).
+
+    Parameters
+    ----------
+    K1, K2 : float, >= 0
+
+    Returns
+    -------
+    float
     """
     return float(np.sqrt(K1) * np.sqrt(K2))
 
@@ -104,6 +129,10 @@ def four_phase_checkerboard(K1: float, K2: float, K3: float, K4: float) -> tuple
     Parameters
     ----------
     K1, K2, K3, K4 : float, > 0
+
+    Returns
+    -------
+    (float, float)
     """
     total = K1 + K2 + K3 + K4
     triples = K2 * K3 * K4 + K1 * K3 * K4 + K1 * K2 * K4 + K1 * K2 * K3
@@ -114,19 +143,22 @@ def four_phase_checkerboard(K1: float, K2: float, K3: float, K4: float) -> tuple
 
 
 def smooth_checkerboard(x: np.ndarray, y: np.ndarray, amplitude: float) -> np.ndarray:
-    """Conductivity field exp(A cos 2πx cos 2πy), which as a whole conducts exactly like K = 1.
+    """Conductivity field K = exp(A cos 2πx cos 2πy), whose effective conductivity is exactly 1.
 
-    A shift by half a period turns K into 1/K, and by Keller's duality a medium and its reciprocal
-    conduct like K and 1/K. Planes x = 0 and x = 1 are mirrors, fit for inlet and outlet.
+    A shift by half a period turns K into 1/K, while by Keller's duality the effective conductivity
+    of 1/K is the reciprocal of that of K. The lines x = 0 and x = 1 are lines of mirror symmetry,
+    hence isobars, so that they can serve as inlet and outlet.
 
     Parameters
     ----------
-    x, y : float arrays, in periods
-    amplitude : A, any; the contrast is exp(2 A)
+    x, y : float arrays
+        Coordinates in periods.
+    amplitude : float
+        A; the contrast is exp(2 A).
 
     Returns
     -------
-    float array of the shape of x and y together
+    float array of the shape to which x and y broadcast
     """
     return np.exp(amplitude * np.cos(2 * np.pi * x) * np.cos(2 * np.pi * y))
 
@@ -135,12 +167,13 @@ def disc_array(area_fraction: float) -> float:
     """Conductivity around impermeable discs in a square array, over that without discs.
 
     Rayleigh's method to the order of W. T. Perrins, D. R. McKenzie and R. C. McPhedran, Proc. R.
-    Soc. Lond. A 369, 207 (1979). Against the full series it is too large by 7e-6 at f = 0.50,
-    7e-4 at 0.64 and 2 % at 0.72; touching discs (π/4) seal.
+    Soc. Lond. A 369, 207 (1979). It exceeds the full series by 7e-6 at f = 0.50, 7e-4 at 0.64 and
+    2 % at 0.72; at f = π/4 the discs touch and seal.
 
     Parameters
     ----------
-    area_fraction : f in [0, π/4)
+    area_fraction : float
+        f in [0, π/4).
 
     Returns
     -------
@@ -159,36 +192,52 @@ def disc_array(area_fraction: float) -> float:
 
 
 def dilute_discs(area_fraction: float) -> float:
-    """Conductivity (1 - f)/(1 + f) around few impermeable discs: Maxwell, exact to order f².
+    """Conductivity (1 - f)/(1 + f) around sparse impermeable discs (Maxwell), over that without.
 
-    Also the upper bound of Z. Hashin and S. Shtrikman, J. Appl. Phys. 33, 3125 (1962), for every
-    isotropic arrangement of contact of area fraction f.
+    It is also the upper bound of Z. Hashin and S. Shtrikman, J. Appl. Phys. 33, 3125 (1962), for
+    every isotropic arrangement of contact of area fraction f.
 
     Parameters
     ----------
-    area_fraction : f in [0, 1]
+    area_fraction : float
+        f in [0, 1].
+
+    Returns
+    -------
+    float
     """
     return (1 - area_fraction) / (1 + area_fraction)
 
 
 def annulus(conductivity: float, inner_radius: float, outer_radius: float) -> float:
-    """Conductance Q/Δp = 2π K / ln(r_out/r_in) of a ring between two circles.
+    """Conductance Q/Δp = 2π K / ln(r_out/r_in) of the film between two concentric circles.
 
     Parameters
     ----------
-    conductivity : K [m^3/(Pa s)]
-    inner_radius, outer_radius : [m]
+    conductivity : float
+        K [m^3/(Pa s)].
+    inner_radius, outer_radius : float
+        r_in and r_out [m].
+
+    Returns
+    -------
+    float [m^3/(Pa s)]
     """
     return 2 * np.pi * conductivity / float(np.log(outer_radius / inner_radius))
 
 
 def lognormal(mean_log_conductivity: float) -> float:
-    """Conductivity exp<ln K> of an isotropic log-normal medium in the plane, of infinite size.
+    """Conductivity exp<ln K> of an infinite isotropic log-normal medium in the plane.
 
     G. Matheron, Éléments pour une théorie des milieux poreux (Masson, Paris, 1967).
 
     Parameters
     ----------
-    mean_log_conductivity : <ln K>, K in the unit of the result
+    mean_log_conductivity : float
+        <ln K>, with K in the unit of the result.
+
+    Returns
+    -------
+    float
     """
     return float(np.exp(mean_log_conductivity))

@@ -1,7 +1,19 @@
 """Persson's contact mechanics: area, mean gap and gap distribution from the power spectrum alone.
 
-Magnification ζ = q/q_l: at ζ only roughness of wavenumbers up to ζ q_l is seen. C(q) is the
-isotropic spectrum, <h²> = 2π ∫ q C dq; E* the contact modulus; p0 the nominal pressure.
+At magnification ζ only roughness of wavenumbers between q0, the smallest, and ζ q0 is resolved; q1
+is the largest wavenumber. C(q) is the isotropic spectrum, <h²> = 2π ∫ q C dq; E* the contact
+modulus; p0 the nominal pressure; A0 the nominal area. With
+
+    w(q, ζ) = (π ∫_{ζq0}^q q'³ C(q') dq')^(-1/2)    and    p(ζ) = p0 A0/A(ζ)
+
+the contact area, the mean gap over the area in contact at ζ, the mean gap of the area that leaves
+contact between ζ and ζ + dζ, and the distribution of the gap are
+
+    A(ζ)/A0 = erf(w(ζ q0, 1) p0/E*),
+    ū(ζ) = √π ∫_{ζq0}^{q1} dq q² C w ∫_{p(ζ)}^∞ dp'/p' [γ + 3(1-γ) erf²(wp'/E*)] exp(-(wp'/E*)²),
+    u1(ζ) = ū + ū' A/A' = d(A ū)/dA,
+    P(u) = ∫ (-dA/A0) (2π s²)^(-1/2) {exp(-(u - u1)²/2s²) + exp(-(u + u1)²/2s²)}.
+
 Sources: contact area, B. N. J. Persson, J. Chem. Phys. 115, 3840 (2001); mean gap, C. Yang and
 B. N. J. Persson, J. Phys.: Condens. Matter 20, 215214 (2008); gap distribution, A. Almqvist,
 C. Campañá, N. Prodanov and B. N. J. Persson, J. Mech. Phys. Solids 59, 2355 (2011).
@@ -17,34 +29,42 @@ from fem_seal.errors import InvalidInput
 from fem_seal.registry import choose
 from fem_seal.theory.quadrature import Cumulative, LogGrid, graded_cell, log_grid
 
-# Part of the elastic energy that survives where contact is partial; fitted by Yang and Persson.
+# γ: reduction of the elastic energy where contact is partial, fitted by Yang and Persson.
 GAMMA = 0.45
-# Where less than this part of A0 opens, its mean gap is 0/0 to rounding and left at zero. (Towards
-# ζ = 1 the theory's u1 grows without limit while the area that opens vanishes faster.)
+# Steps of magnification in which less than this part of A0 opens get u1 = 0, since Δ(A ū)/ΔA is 0/0
+# to rounding there. (Towards ζ = 1, u1 diverges, but the area that opens vanishes faster.)
 SMALLEST_AREA = 1e-12
 
 
 class IsotropicSpectrum(Protocol):
-    """What is asked of a spectrum; `fem_seal.surface.spectrum.Spectrum` is one."""
+    """Isotropic power spectrum, as `fem_seal.surface.spectrum.Spectrum` is one."""
 
     @property
     def wavenumbers(self) -> tuple[float, ...]:
-        """Where C(q) begins, has kinks, and ends, in order [1/m]."""
+        """Smallest wavenumber, kinks of C(q), and largest wavenumber, ascending [1/m]."""
 
     def density(self, q: np.ndarray) -> np.ndarray:
         """C(q) [m^4]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Interface:
-    """Persson's picture of one interface under one pressure, magnification by magnification.
+class PerssonState:
+    """Contact at one pressure on a ladder of n + 1 magnifications, in Persson's theory.
 
-    q : (n + 1,) largest wavenumber seen [1/m]; the last is the full resolution
-    area : (n + 1,) A(ζ)/A0, from 1 downwards
-    mean_gap : (n + 1,) mean gap over the contact seen at ζ [m]; zero at full resolution
-    opened_area : (n,) part of A0 that opens between neighbouring magnifications
-    opened_gap : (n,) mean gap of what opens there [m]
-    unseen_rms : (n,) rms height of the roughness not yet seen there [m]
+    Attributes
+    ----------
+    q : (n + 1,) float
+        Largest wavenumber ζ q0 resolved [1/m]; q1, the full resolution, comes last.
+    area : (n + 1,) float
+        A(ζ)/A0, falling from 1.
+    mean_gap : (n + 1,) float
+        ū(ζ), mean gap over the area in contact at ζ [m]; 0 at full resolution.
+    opened_area : (n,) float
+        Part of A0 that leaves contact between neighbouring magnifications.
+    opened_gap : (n,) float
+        u1, mean gap of that area [m].
+    unseen_rms : (n,) float
+        Rms height of the roughness not resolved there, of wavenumbers from ζ q0 to q1 [m].
     """
 
     q: np.ndarray
@@ -56,12 +76,14 @@ class Interface:
 
 
 def contact_area(pressure: float, contact_modulus: float, mean_square_slope: float) -> float:
-    """A/A0 = erf(√2 p0 / (E* h'rms)).
+    """Relative contact area A/A0 = erf(√2 p0 / (E* h'rms)).
 
     Parameters
     ----------
-    pressure, contact_modulus : [Pa]
-    mean_square_slope : h'rms² of the roughness that is seen, 2π ∫ q³ C dq
+    pressure, contact_modulus : float
+        p0 and E* [Pa].
+    mean_square_slope : float
+        h'rms² = 2π ∫ q³ C dq of the resolved roughness.
 
     Returns
     -------
@@ -72,39 +94,42 @@ def contact_area(pressure: float, contact_modulus: float, mean_square_slope: flo
     return float(erf(np.sqrt(2 / mean_square_slope) * pressure / contact_modulus))
 
 
-def interface(
+def persson_state(
     spectrum: IsotropicSpectrum,
     *,
     pressure: float,
     contact_modulus: float,
     gamma: float = GAMMA,
     cells_per_octave: int = 12,
-) -> Interface:
-    """Contact area, mean gap and opened gap at all magnifications.
+) -> PerssonState:
+    """Contact area, mean gap and gap of the opened area at all magnifications.
 
     Parameters
     ----------
-    spectrum : C(q) with its range
-    pressure : p0 [Pa], > 0
-    contact_modulus : E* [Pa], > 0
-    gamma : γ of the mean gap
-    cells_per_octave : resolution in ln ζ
+    spectrum : IsotropicSpectrum
+        C(q) with its range of wavenumbers.
+    pressure : float
+        p0 [Pa], > 0.
+    contact_modulus : float
+        E* [Pa], > 0.
+    gamma : float
+        γ of the mean gap.
+    cells_per_octave : int
+        Magnifications in every factor of two.
 
     Returns
     -------
-    Interface
+    PerssonState
 
     Raises
     ------
     InvalidInput
-        If a pressure is not positive.
+        If the pressure or the modulus is not positive.
 
     Notes
     -----
-    ū(ζ) = √π ∫_{ζq0}^{q1} dq q² C w ∫_{p(ζ)}^∞ dp'/p' [γ + 3(1-γ) erf²(w p'/E*)] exp(-(w p'/E*)²),
-    w(q, ζ) = (π ∫_{ζq0}^q q'³ C dq')^(-1/2), p(ζ) = p0 A0/A(ζ). The inner integral depends on
-    w p(ζ)/E* alone. What opens between ζ and ζ + dζ has the mean gap u1 = ū + ū' A/A', that is
-    d(A ū)/dA, taken here from the volumes A ū at both ends.
+    The inner integral of ū depends on w p(ζ)/E* alone (`inner_integral`). The derivative d(A ū)/dA
+    of u1 is the quotient of the differences between neighbouring magnifications.
     """
     from scipy.special import erf, erfc
 
@@ -115,20 +140,20 @@ def interface(
     slopes = grid.cumulative(lambda q: _half_slope_density(spectrum, q))
     heights = grid.cumulative(lambda q: 2 * np.pi * q * spectrum.density(q))
     strain = pressure / contact_modulus
-    # At ζ = 1 no slope is seen and contact is complete.
+    # At ζ = 1 no roughness is resolved and contact is complete.
     scaled_pressure = strain / np.sqrt(slopes.at_edges[1:])
     area = np.concatenate([[1.0], erf(scaled_pressure)])
     opened_area = np.diff(erfc(scaled_pressure), prepend=0.0)
     mean_gap = _mean_gap(spectrum, grid, slopes, strain / area, gamma)
-    something = opened_area > SMALLEST_AREA
+    opens = opened_area > SMALLEST_AREA
     opened_gap = np.zeros_like(opened_area)
-    np.divide(-np.diff(area * mean_gap), opened_area, out=opened_gap, where=something)
+    np.divide(-np.diff(area * mean_gap), opened_area, out=opened_gap, where=opens)
     unseen = heights.at_edges[-1] - 0.5 * (heights.at_edges[1:] + heights.at_edges[:-1])
-    return Interface(grid.edges, area, mean_gap, opened_area, opened_gap, np.sqrt(unseen))
+    return PerssonState(grid.edges, area, mean_gap, opened_area, opened_gap, np.sqrt(unseen))
 
 
 def _half_slope_density(spectrum: IsotropicSpectrum, q: np.ndarray) -> np.ndarray:
-    """π q³ C, whose integral is half the mean square slope and w^-2."""
+    """π q³ C(q), whose integral is w⁻², half the mean square slope."""
     return np.pi * q**3 * spectrum.density(q)
 
 
@@ -139,12 +164,12 @@ def _mean_gap(
     strain: np.ndarray,
     gamma: float,
 ) -> np.ndarray:
-    """ū at every edge of the grid, from p(ζ)/E* = strain there.
+    """Mean gap ū(ζ) at every edge ζ q0 of the grid, where strain is p(ζ)/E*.
 
-    w(q, ζ) has a root singularity at the lower end, where the cell is graded.
+    w(q, ζ) is singular like (q - ζq0)^(-1/2): the cell next to ζ q0 gets graded quadrature points.
     """
 
-    def summed(q: np.ndarray, weights: np.ndarray, slope: np.ndarray, k: int) -> float:
+    def integral(q: np.ndarray, weights: np.ndarray, slope: np.ndarray, k: int) -> float:
         w = 1 / np.sqrt(slope)
         return np.sum(
             weights * q**2 * spectrum.density(q) * w * inner_integral(w * strain[k], gamma)
@@ -156,20 +181,22 @@ def _mean_gap(
         slope = (_half_slope_density(spectrum, inner[..., 0]) * inner[..., 1]).sum(axis=-1)
         rest = slice(k + 1, None)
         beyond = slopes.at_nodes[rest] - slopes.at_edges[k]
-        gap[k] = summed(q, weights, slope, k)
-        gap[k] += summed(grid.nodes[rest], grid.weights[rest], beyond, k)
+        gap[k] = integral(q, weights, slope, k)
+        gap[k] += integral(grid.nodes[rest], grid.weights[rest], beyond, k)
     return np.sqrt(np.pi) * gap
 
 
 def inner_integral(x: np.ndarray, gamma: float = GAMMA) -> np.ndarray:
     """∫_x^∞ dt/t [γ + 3(1-γ) erf²(t)] exp(-t²), the inner integral of the mean gap.
 
-    The first part is γ E1(x²)/2; the second is smooth down to x = 0 and taken by Gauss-Legendre.
+    The part with γ is γ E1(x²)/2; the other is smooth down to x = 0 and integrated by the
+    Gauss-Legendre rule.
 
     Parameters
     ----------
     x : float array, > 0
-    gamma : γ
+    gamma : float
+        γ
 
     Returns
     -------
@@ -177,7 +204,7 @@ def inner_integral(x: np.ndarray, gamma: float = GAMMA) -> np.ndarray:
     """
     from scipy.special import erf, exp1
 
-    far = 7.0  # exp(-49) is beyond rounding
+    far = 7.0  # upper limit: exp(-7²) is below rounding
     t, weights = np.polynomial.legendre.leggauss(40)
     near = np.minimum(x, far)[..., None]
     t = near + 0.5 * (t + 1) * (far - near)
@@ -186,29 +213,35 @@ def inner_integral(x: np.ndarray, gamma: float = GAMMA) -> np.ndarray:
 
 
 def _almqvist(opened_gap: np.ndarray, unseen_rms: np.ndarray) -> np.ndarray:
+    """Width s = h_rms(ζ)."""
     return unseen_rms
 
 
 def _afferrante(opened_gap: np.ndarray, unseen_rms: np.ndarray) -> np.ndarray:
+    """Width s with 1/s² = 1/h_rms(ζ)² + 1/u1²."""
     return unseen_rms * opened_gap / np.hypot(unseen_rms, opened_gap)
 
 
-# Width s of the gap's scatter about u1. "almqvist": s = h_rms(ζ); "afferrante": 1/s² = 1/h_rms² +
-# 1/u1² (L. Afferrante, F. Bottiglione, C. Putignano, B. N. J. Persson, G. Carbone, Tribol. Lett.
-# 66, 75 (2018)).
+# Width s of the scatter of the gap about u1: "almqvist" is that of the paper of 2011 cited above,
+# "afferrante" that of L. Afferrante, F. Bottiglione, C. Putignano, B. N. J. Persson and G. Carbone,
+# Tribol. Lett. 66, 75 (2018).
 SCATTERS = {"almqvist": _almqvist, "afferrante": _afferrante}
 
 
-def gap_distribution(state: Interface, gap: np.ndarray, *, scatter: str = "almqvist") -> np.ndarray:
-    """Probability density P(u) of the gap u > 0; contact adds a delta function of weight A/A0.
+def gap_distribution(
+    state: PerssonState, gap: np.ndarray, *, scatter: str = "almqvist"
+) -> np.ndarray:
+    """Probability density P(u) of the gap u > 0.
 
-    P(u) = Σ ΔA/A0 (2π s²)^(-1/2) {exp(-(u - u1)²/2s²) + exp(-(u + u1)²/2s²)}.
+    The area in contact is not part of it: it adds a delta function of weight A/A0 at u = 0.
 
     Parameters
     ----------
-    state : from `interface`
-    gap : (m,) gaps u >= 0 [m]
-    scatter : one of SCATTERS
+    state : PerssonState
+    gap : (m,) float
+        Gaps u >= 0 [m].
+    scatter : "almqvist" or "afferrante"
+        Width s of the scatter, see `SCATTERS`.
 
     Returns
     -------
@@ -220,13 +253,13 @@ def gap_distribution(state: Interface, gap: np.ndarray, *, scatter: str = "almqv
         For an unknown scatter.
     """
     s = scatter_width(state, scatter)
-    counts = (state.opened_area > 0) & (s > 0)
-    u1, s, part = (v[counts] for v in (state.opened_gap, s, state.opened_area))
+    opens = (state.opened_area > 0) & (s > 0)
+    u1, s, part = (v[opens] for v in (state.opened_gap, s, state.opened_area))
     u = np.asarray(gap, dtype=float)[..., None]
     bells = np.exp(-0.5 * ((u - u1) / s) ** 2) + np.exp(-0.5 * ((u + u1) / s) ** 2)
     return bells @ (part / (np.sqrt(2 * np.pi) * s))
 
 
-def scatter_width(state: Interface, scatter: str) -> np.ndarray:
-    """Width s of the gap's scatter about u1, (n,) [m]; see SCATTERS."""
+def scatter_width(state: PerssonState, scatter: str) -> np.ndarray:
+    """Width s (n,) [m] of the scatter of the gap about u1; for the names see `SCATTERS`."""
     return choose(SCATTERS, scatter, "scatter")(state.opened_gap, state.unseen_rms)

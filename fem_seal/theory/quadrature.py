@@ -1,4 +1,4 @@
-"""Gauss-Legendre quadrature over wavenumbers, in equal steps of ln q between kinks."""
+"""Gauss-Legendre quadrature of ∫ f(q) dq over wavenumbers, in cells of equal length in ln q."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 
-# Points in each cell; integrates polynomials in ln q of degree 7.
+# Quadrature points in each cell: exact for polynomials of degree 7 in ln q.
 POINTS = 4
 # Halvings of a cell towards an integrable singularity at its lower edge.
 HALVINGS = 60
@@ -16,9 +16,14 @@ HALVINGS = 60
 
 @dataclass(frozen=True, eq=False)
 class Cumulative:
-    """A running integral from the lowest wavenumber.
+    """Integral from the lowest wavenumber up to each edge and each quadrature point.
 
-    at_edges : (n + 1,) at the cells' edges; at_nodes : (n, POINTS) at the quadrature points
+    Attributes
+    ----------
+    at_edges : (n + 1,) float
+        Integral up to the edges of the cells.
+    at_nodes : (n, POINTS) float
+        Integral up to the quadrature points.
     """
 
     at_edges: np.ndarray
@@ -29,8 +34,12 @@ class Cumulative:
 class LogGrid:
     """Cells in ln q with their quadrature points.
 
-    edges : (n + 1,) [1/m]
-    nodes, weights : (n, POINTS) [1/m], for integrals dq
+    Attributes
+    ----------
+    edges : (n + 1,) float
+        Wavenumbers that bound the cells [1/m].
+    nodes, weights : (n, POINTS) float
+        Quadrature points and weights of ∫ f dq [1/m].
     """
 
     edges: np.ndarray
@@ -42,7 +51,12 @@ class LogGrid:
 
         Parameters
         ----------
-        integrand : function of q [1/m], vectorised, smooth inside cells
+        integrand : callable
+            Vectorised function of q [1/m], smooth inside each cell.
+
+        Returns
+        -------
+        Cumulative
         """
         whole = (integrand(self.nodes) * self.weights).sum(axis=1)
         at_edges = np.concatenate([[0.0], np.cumsum(whole)])
@@ -56,8 +70,11 @@ def log_grid(wavenumbers: tuple[float, ...], cells_per_octave: int) -> LogGrid:
 
     Parameters
     ----------
-    wavenumbers : beginning, kinks and end, in order [1/m]; equal ones count once
-    cells_per_octave : cells in every factor of two
+    wavenumbers : tuple of float
+        Smallest wavenumber, kinks of the integrand, and largest wavenumber, ascending [1/m].
+        Repeated values count once.
+    cells_per_octave : int
+        Cells in every factor of two.
 
     Returns
     -------
@@ -87,19 +104,22 @@ def graded_cell(start: float, stop: float) -> tuple[np.ndarray, np.ndarray, np.n
 
     Parameters
     ----------
-    start, stop : the cell [1/m]
+    start, stop : float
+        Edges of the cell [1/m].
 
     Returns
     -------
-    nodes, weights : (m,) for integrals dq
-    inner : (m, POINTS, 2) nodes and weights of integrals from `start` to each node
+    nodes, weights : (m,) float
+        Quadrature points and weights of ∫ f dq over the cell [1/m].
+    inner : (m, POINTS, 2) float
+        Points [..., 0] and weights [..., 1] of the integrals from `start` to each node.
     """
     t, gauss = np.polynomial.legendre.leggauss(POINTS)
     t, gauss = 0.5 * (t + 1), 0.5 * gauss
     halves = np.log(stop / start) * 0.5 ** np.arange(HALVINGS)
     low, span = 0.5 * halves[:, None], 0.5 * halves[:, None]
     low[-1], span[-1] = 0.0, halves[-1]
-    above = (low + span * t).ravel()  # ln(q / start), never by subtraction
+    above = (low + span * t).ravel()  # ln(q / start); a difference of logs would cancel near 0
     nodes = start * np.exp(above)
     weights = (span * gauss).ravel() * nodes
     inner = start * np.exp(above[:, None] * t)
@@ -107,7 +127,7 @@ def graded_cell(start: float, stop: float) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def _gauss(start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights (..., POINTS) for ∫ dq from start to stop, Gaussian in ln q."""
+    """Points and weights (..., POINTS) of ∫ f dq from start to stop, by the Gauss rule in ln q."""
     t, weights = np.polynomial.legendre.leggauss(POINTS)
     span = np.log(stop / start)[..., None]
     nodes = start[..., None] * np.exp(0.5 * (t + 1) * span)

@@ -1,4 +1,8 @@
-"""Leak rates from Persson's contact mechanics: Bruggeman's medium and the critical junction."""
+"""Leak rates from Persson's contact mechanics: critical junction and modified Bruggeman medium.
+
+critical junction:  Q ≈ Δp u1(ζ_c)³ / (12 η),    A(ζ_c) = A*,
+effective medium:   Q = K Δp Ly/Lx,   K of `bruggeman` for k = u³/(12 η) distributed as P(u).
+"""
 
 from dataclasses import dataclass
 
@@ -10,20 +14,25 @@ from fem_seal.theory.bruggeman import (
     effective_conductivity,
     effective_dimension,
 )
-from fem_seal.theory.persson import Interface, scatter_width
+from fem_seal.theory.persson import PerssonState, scatter_width
 
-# Points of each normal distribution in Bruggeman's integral, and its extent in widths.
+# Samples of each normal distribution in Bruggeman's integral, and its extent in widths s.
 SAMPLES = 65
 SPREAD = 8.0
 
 
 @dataclass(frozen=True)
 class CriticalJunction:
-    """The last constriction a percolating channel passes, in Persson's picture.
+    """The tightest constriction of the first channel that percolates, in Persson's theory.
 
-    q : wavenumber seen when the open area percolates [1/m]
-    gap : mean gap u1 of what opens there [m]
-    conductance : gap³/(12 η), of one square constriction [m^3/(Pa s)]
+    Attributes
+    ----------
+    q : float
+        Wavenumber ζ_c q0 at whose resolution the open area percolates [1/m].
+    gap : float
+        Mean gap u1(ζ_c) of the area that opens there [m].
+    conductance : float
+        u1³/(12 η) of one square constriction [m^3/(Pa s)].
     """
 
     q: float
@@ -32,22 +41,24 @@ class CriticalJunction:
 
 
 def critical_junction(
-    state: Interface, *, viscosity: float, threshold: float = ELASTIC_THRESHOLD
+    state: PerssonState, *, viscosity: float, threshold: float = ELASTIC_THRESHOLD
 ) -> CriticalJunction | None:
-    """Estimate the leak rate's order of magnitude: Q ≈ Δp u1(ζ_c)³ / (12 η), A(ζ_c) = A*.
+    """Critical junction, which gives the order of magnitude of the leak rate.
 
-    B. N. J. Persson and C. Yang, J. Phys.: Condens. Matter 20, 315011 (2008). A nominal contact
-    of Ly/Lx squares has as many of them side by side.
+    B. N. J. Persson and C. Yang, J. Phys.: Condens. Matter 20, 315011 (2008). A nominal contact of
+    Ly/Lx squares has Ly/Lx such junctions side by side.
 
     Parameters
     ----------
-    state : from `persson.interface`
-    viscosity : [Pa s]
-    threshold : A*/A0 at which contact percolates
+    state : PerssonState
+    viscosity : float
+        η [Pa s].
+    threshold : float
+        A*/A0 at which contact percolates.
 
     Returns
     -------
-    CriticalJunction, or None where the contact percolates at every magnification: sealed.
+    CriticalJunction, or None if contact percolates at full resolution: the seal is tight.
 
     Raises
     ------
@@ -68,25 +79,28 @@ def critical_junction(
 
 
 def effective_film_conductivity(
-    state: Interface,
+    state: PerssonState,
     *,
     viscosity: float,
     threshold: float = ELASTIC_THRESHOLD,
     scatter: str = "almqvist",
 ) -> float:
-    """Film conductivity by the letter's modified Bruggeman medium on Persson's gap distribution.
+    """Film conductivity K of the letter's modified Bruggeman medium for Persson's gaps.
 
     Parameters
     ----------
-    state : from `persson.interface`
-    viscosity : [Pa s]
-    threshold : A*/A0; 1/2 gives Bruggeman's own medium
-    scatter : one of `persson.SCATTERS`
+    state : PerssonState
+    viscosity : float
+        η [Pa s].
+    threshold : float
+        A*/A0; 1/2 gives Bruggeman's own medium.
+    scatter : "almqvist" or "afferrante"
+        Width of the scatter of the gap, see `persson.SCATTERS`.
 
     Returns
     -------
-    K [m^3/(Pa s)]; the leak rate is K Δp Ly/Lx. Exactly 0 where the contact area reaches the
-    threshold.
+    float [m^3/(Pa s)]; exactly 0 where the contact area reaches the threshold. The leak rate is
+    K Δp Ly/Lx.
 
     Raises
     ------
@@ -96,7 +110,7 @@ def effective_film_conductivity(
     contact = float(state.area[-1])
     dimension = effective_dimension(contact, threshold)
     s = scatter_width(state, scatter)
-    # |u1 + s z| with z normal is distributed as the two bells of P(u) together.
+    # With z standard normal, |u1 + s z| has the density of the two bells of P(u) together.
     z = np.linspace(-SPREAD, SPREAD, SAMPLES)
     u = np.abs(state.opened_gap[:, None] + s[:, None] * z)
     normal = np.exp(-0.5 * z**2)

@@ -1,4 +1,4 @@
-"""Bruggeman's medium: its equation, its limits and its percolation threshold."""
+"""Bruggeman's effective medium: its equation, limits and percolation threshold."""
 
 from functools import partial
 
@@ -11,7 +11,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.theory.bruggeman import effective_conductivity, effective_dimension, leak_rate
 
-# Relative alone: the default absolute tolerance of 1e-12 would pass any film in SI units.
+# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 dimensions = st.floats(1.05, 6.0)
@@ -45,10 +45,10 @@ def test_percolation_at_n_minus_one_over_n(n):
     assert effective_conductivity(k, dimension=n, contact=threshold - 1e-3) > 0
 
 
-def test_closed_samples_equal_a_contact_weight():
+def test_samples_in_contact_equal_a_contact_weight():
     k = np.random.default_rng(1).lognormal(size=60)
-    closed = effective_conductivity(np.concatenate([k, np.zeros(40)]))
-    assert closed == approx(effective_conductivity(k, contact=0.4), rel=1e-12)
+    with_zeros = effective_conductivity(np.concatenate([k, np.zeros(40)]))
+    assert with_zeros == approx(effective_conductivity(k, contact=0.4), rel=1e-12)
 
 
 def test_histogram_equals_its_samples():
@@ -84,19 +84,19 @@ def test_weak_disorder_to_second_order():
 
 @pytest.mark.parametrize("least", [1e-30, 1e-250, 1e-310, 5e-324])
 @pytest.mark.parametrize("n", [1.0, 1.5, 1.72])
-def test_parts_that_hardly_conduct(least, n):
-    """Half of the area hardly conducts: like contact if that seals, and no warning of overflow.
+def test_denormal_conductivities_act_like_contact(least, n):
+    """Part of the area has k -> 0: it acts like contact and raises no overflow.
 
-    Persson's gap distribution has such parts, whose cubes are denormal.
+    Persson's gap distribution has such parts, whose cubed gaps are denormal.
     """
     few, many = (np.array([1.0] * (10 - closed) + [least] * closed) for closed in (1, 9))
     with np.errstate(all="raise", under="ignore"):
         assert effective_conductivity(many, dimension=n, contact=0.5) == 0.0
-        found = effective_conductivity(few, dimension=n)
-    beyond = n - 1 - n * 0.1
-    # Two phases, k -> 0: K = 1 - n/(n - 1) of the closed part, or as little as the closed one.
-    wanted = beyond / (n - 1) if beyond > 0 else 0.0
-    assert found == pytest.approx(wanted, rel=1e-12, abs=20 * max(least, np.finfo(float).tiny))
+        K = effective_conductivity(few, dimension=n)
+    # A part c = 0.1 with k -> 0: K = 1 - c n/(n - 1), or K -> 0 beyond the threshold.
+    exact = max(0.0, 1 - 0.1 * n / (n - 1)) if n > 1 else 0.0
+    tiny = 20 * max(least, np.finfo(float).tiny)
+    assert pytest.approx(exact, rel=1e-12, abs=tiny) == K
 
 
 def test_many_media_at_once():

@@ -1,4 +1,4 @@
-"""The closed forms themselves, by quadrature, by series, in limits and by each other."""
+"""Closed forms against quadrature, series, limits, finite differences and one another."""
 
 from functools import partial
 from itertools import pairwise
@@ -15,7 +15,7 @@ from fem_seal.finite_difference import solve
 from fem_seal.grid import GridField
 from fem_seal.theory import closed_forms
 
-# Relative alone: the default absolute tolerance of 1e-12 would pass any film in SI units.
+# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 conductivity = st.floats(1e-3, 1e3)
@@ -49,8 +49,8 @@ def test_piecewise_linear_channel_by_quadrature():
 
 
 @given(conductivity, conductivity)
-def test_four_phases_contain_layers_and_the_checkerboard(a, b):
-    """Equal neighbours give layers across or along the flow; equal diagonals √(K1 K2)."""
+def test_four_phases_include_layers_and_the_checkerboard(a, b):
+    """Equal neighbours are layers across or along the flow; equal diagonals a checkerboard."""
     series, parallel = closed_forms.series([a, b]), closed_forms.parallel([a, b])
     assert closed_forms.four_phase_checkerboard(a, b, b, a) == approx((series, parallel))
     assert closed_forms.four_phase_checkerboard(a, a, b, b) == approx((parallel, series))
@@ -69,9 +69,8 @@ def test_four_phases_obey_duality(a, b, c, d):
 def test_four_phases_against_finite_differences():
     """Corner singularities are mild at this contrast: the error falls by about 4 per doubling.
 
-    The mirrored quarter cell makes x = 1/4 and 3/4 isobars only for the checkerboard, so that the
-    cell with periodic sides is driven in x between planes where the medium is cut: compared on
-    many cells in a row, where the two ends' effect dies out as 1/length.
+    Inlet and outlet are no isobars of the periodic medium, so that they disturb the flow near
+    them. The difference between six and three cells in a row is free of this end effect.
     """
     K = (1.0, 1.5, 2.0, 1.2)
     exact, _ = closed_forms.four_phase_checkerboard(*K)
@@ -89,12 +88,12 @@ def test_four_phases_against_finite_differences():
             links="harmonic",
         )
         resistance.append(1 / flow.value)
-    # Three more cells of 16 × 16 pixels add the resistance of the bulk alone.
+    # The resistance added by three cells of 16 × 16 pixels is that of the periodic medium.
     assert 3 / (resistance[1] - resistance[0]) == approx(exact, rel=1e-3)
 
 
 def rayleigh(f, order=24):
-    """Rayleigh's multipole equations for a square array of impermeable discs, not truncated early.
+    """Conductivity of a square array of impermeable discs: Rayleigh's equations to high order.
 
     Around a disc the pressure is Σ (A_l r^l + B_l r^-l) cos lθ with A_l = B_l a^-2l at its rim;
     A_l = δ_l1 - Σ_m C(m + l - 1, l) S_(m+l) B_m with the lattice sums S_n, and K = 1 - 2π B_1.
@@ -124,7 +123,7 @@ def test_disc_array_against_the_full_multipole_series(radius, tolerance):
     assert closed_forms.disc_array(f) == approx(rayleigh(f), rel=tolerance)
 
 
-def test_few_discs_do_not_feel_their_arrangement():
+def test_sparse_discs_conduct_alike_in_any_arrangement():
     f = 0.01
     dilute = closed_forms.dilute_discs(f)
     assert closed_forms.disc_array(f) == approx(dilute, abs=f**4)
@@ -153,7 +152,7 @@ def test_parallel_plates_in_si():
     assert closed_forms.parallel_plates(1e-6, 1e-3, 1e-3, 1e-3) == approx(1e-18 / 12e-3)
 
 
-def test_smooth_checkerboard_is_its_own_reciprocal_half_a_period_on():
+def test_smooth_checkerboard_shifted_by_half_a_period_is_its_reciprocal():
     x, y = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 7), indexing="ij")
     K = closed_forms.smooth_checkerboard(x, y, 3.0)
     assert closed_forms.smooth_checkerboard(x + 0.5, y, 3.0) * K == approx(np.ones((9, 7)))

@@ -1,4 +1,4 @@
-"""Persson's theory in its known limits: full contact, light load, energy, normalisation, units."""
+"""Persson's theory: full contact, light load, energy balance, normalisation, units."""
 
 from functools import partial
 from itertools import pairwise
@@ -15,12 +15,12 @@ from fem_seal.theory.persson import (
     contact_area,
     gap_distribution,
     inner_integral,
-    interface,
+    persson_state,
 )
 from fem_seal.theory.quadrature import graded_cell, log_grid
 from fem_seal.theory.seal_estimates import critical_junction, effective_film_conductivity
 
-# Relative alone: the default absolute tolerance of 1e-12 would pass any film in SI units.
+# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 E_STAR = 1e7
@@ -28,8 +28,8 @@ ROUGH = Spectrum(0.8, 1e-4, 1e-6).scaled(rms_slope=0.1)
 ROLLOFF = Spectrum(0.4, 1e-4, 2e-6, rolloff_wavelength=2e-5).scaled(rms_height=3e-7)
 
 
-def at(strain, spectrum=ROUGH, **options):
-    return interface(spectrum, pressure=strain * E_STAR, contact_modulus=E_STAR, **options)
+def state_at(strain, spectrum=ROUGH, **options):
+    return persson_state(spectrum, pressure=strain * E_STAR, contact_modulus=E_STAR, **options)
 
 
 def moment(spectrum, power):
@@ -48,14 +48,14 @@ def moment(spectrum, power):
 @pytest.mark.parametrize("strain", [1e-6, 1e-3, 0.03])
 def test_area_law_at_full_resolution(spectrum, strain):
     """A/A0 = erf(√2 p0/(E* h'rms)); the quadrature is good to about 1e-9 between kinks."""
-    state = at(strain, spectrum)
+    state = state_at(strain, spectrum)
     exact = erf(np.sqrt(2) * strain / spectrum.rms_slope)
     assert state.area[-1] == approx(exact, rel=1e-8)
     assert contact_area(strain * E_STAR, E_STAR, spectrum.rms_slope**2) == approx(exact)
 
 
 def test_area_falls_with_magnification_and_grows_with_load():
-    light, heavy = at(1e-3), at(1e-2)
+    light, heavy = state_at(1e-3), state_at(1e-2)
     for state in (light, heavy):
         assert state.area[0] == 1
         assert (np.diff(state.area) <= 0).all()
@@ -65,11 +65,11 @@ def test_area_falls_with_magnification_and_grows_with_load():
 def test_light_load_is_proportional():
     """A/A0 → √(8/π) p0/(E* h'rms)."""
     strain = 1e-7
-    assert at(strain).area[-1] == approx(np.sqrt(8 / np.pi) * strain / 0.1, rel=1e-7)
+    assert state_at(strain).area[-1] == approx(np.sqrt(8 / np.pi) * strain / 0.1, rel=1e-7)
 
 
 def test_full_contact_closes_the_gap():
-    state = at(1.0)
+    state = state_at(1.0)
     assert state.area[-1] == 1
     assert state.mean_gap[0] < 1e-30
     assert effective_film_conductivity(state, viscosity=1e-3) == 0
@@ -92,25 +92,25 @@ def elastic_energy(spectrum, strain):
     def half_slope_density(q):
         return np.pi * q**3 * spectrum.density(q)
 
-    def summed(q, weights, slope):
+    def integral(q, weights, slope):
         P = erf(strain / np.sqrt(slope))
         W = P * (GAMMA + (1 - GAMMA) * P**2)
         return np.pi / 2 * np.sum(q**2 * spectrum.density(q) * W * weights)
 
     # At light load W falls from 1 within a small part of the first cell.
     q, weights, inner = graded_cell(*grid.edges[:2])
-    first = summed(q, weights, (half_slope_density(inner[..., 0]) * inner[..., 1]).sum(axis=-1))
+    first = integral(q, weights, (half_slope_density(inner[..., 0]) * inner[..., 1]).sum(axis=-1))
     slopes = grid.cumulative(half_slope_density).at_nodes
-    return first + summed(grid.nodes[1:], grid.weights[1:], slopes[1:])
+    return first + integral(grid.nodes[1:], grid.weights[1:], slopes[1:])
 
 
 @pytest.mark.parametrize("spectrum", [ROUGH, ROLLOFF])
 @pytest.mark.parametrize("strain", [1e-4, 3e-3, 0.02])
-def test_pressing_does_the_work_that_the_elastic_energy_takes_up(spectrum, strain):
+def test_work_of_the_pressure_is_stored_as_elastic_energy(spectrum, strain):
     """p0 = -dU/dū: the mean gap follows from the energy. Centred differences, O(step²) = 1e-6."""
     step = 1e-3
     low, high = strain * (1 - step), strain * (1 + step)
-    work = -strain * (at(high, spectrum).mean_gap[0] - at(low, spectrum).mean_gap[0])
+    work = -strain * (state_at(high, spectrum).mean_gap[0] - state_at(low, spectrum).mean_gap[0])
     stored = elastic_energy(spectrum, high) - elastic_energy(spectrum, low)
     assert work == approx(stored, rel=1e-5)
 
@@ -129,35 +129,35 @@ def test_mean_gap_is_logarithmic_at_light_load():
     root = np.sqrt(slopes)
     middle = np.sqrt(grid.edges[1:] * grid.edges[:-1])
     u0 = GAMMA * np.sqrt(np.pi) * np.sum(2 * np.diff(root) / (np.pi * middle))
-    fall = at(1e-7).mean_gap[0] - at(np.e * 1e-7).mean_gap[0]
+    fall = state_at(1e-7).mean_gap[0] - state_at(np.e * 1e-7).mean_gap[0]
     assert fall == approx(u0, rel=1e-3)
     assert 0.3 < u0 / ROUGH.rms_height < 0.5  # Persson, PRL 99, 125502 (2007): about 0.4
 
 
 @pytest.mark.parametrize("strain", [1e-4, 3e-3])
 def test_opened_gaps_hold_the_whole_volume(strain):
-    """Σ ΔA u1 = ū: every volume lies where some magnification opened it."""
-    state = at(strain)
+    """Σ ΔA u1 = ū: the volume of the gap is that above the areas opened at all magnifications."""
+    state = state_at(strain)
     assert state.opened_area.sum() == approx(1 - state.area[-1], rel=1e-12)
     volume = np.sum(state.opened_area * state.opened_gap)
     assert volume == approx(state.mean_gap[0], rel=1e-9)
     assert (state.opened_gap >= 0).all()
 
 
-def test_each_magnification_is_an_interface_of_its_own():
-    """What is unseen at ζ presses on A(ζ) with p0 A0/A(ζ): a spectrum cut at ζ q0, loaded so."""
-    state = at(3e-3)
+def test_contact_at_a_magnification_equals_contact_of_the_remaining_spectrum():
+    """The area in contact at ζ has the roughness of q > ζ q0 and the pressure p0 A0/A(ζ)."""
+    state = state_at(3e-3)
     for k in (10, 40):
         cut = replace_range(ROUGH, state.q[k])
-        inner = at(3e-3 / state.area[k], cut)
+        inner = state_at(3e-3 / state.area[k], cut)
         assert inner.mean_gap[0] == approx(state.mean_gap[k], rel=1e-6)
-        following = replace_range(ROUGH, state.q[k + 1])
-        unseen = np.sqrt((cut.rms_height**2 + following.rms_height**2) / 2)
+        next_cut = replace_range(ROUGH, state.q[k + 1])
+        unseen = np.sqrt((cut.rms_height**2 + next_cut.rms_height**2) / 2)
         assert state.unseen_rms[k] == approx(unseen, rel=1e-8)
 
 
 def replace_range(spectrum, lowest):
-    """The same power law from a larger wavenumber on."""
+    """The same power law with a larger smallest wavenumber."""
     q_long = spectrum.wavenumbers[0]
     plateau = spectrum.plateau * (lowest / q_long) ** (-2 - 2 * spectrum.hurst)
     return Spectrum(spectrum.hurst, 2 * np.pi / lowest, spectrum.short_wavelength, plateau=plateau)
@@ -167,43 +167,43 @@ def replace_range(spectrum, lowest):
 @pytest.mark.parametrize("strain", [1e-4, 0.01, 0.03])
 def test_gap_distribution_adds_up_to_the_open_area(strain, scatter):
     """∫ P du = 1 - A/A0. The bells narrow to 1e-36 m at full resolution: trapezoidal in ln u."""
-    state = at(strain, ROLLOFF)
+    state = state_at(strain, ROLLOFF)
     u = np.geomspace(1e-42, 1e-3, 8000)
     total = np.sum(gap_distribution(state, u, scatter=scatter) * u) * np.log(u[1] / u[0])
     assert total == approx(1 - state.area[-1], rel=1e-3)
 
 
-def test_resolution_in_magnification_is_enough():
-    """Halving the cells changes the mean gap by the quadrature's error, 1e-7, and the
-    conductivity by that of one u1 for each step of magnification."""
-    coarse, fine = at(3e-3), at(3e-3, cells_per_octave=24)
+def test_resolution_in_magnification_is_sufficient():
+    """Halving the cells: the mean gap changes by the quadrature error, 1e-7; the conductivity
+    more, since each step of magnification has a single u1."""
+    coarse, fine = state_at(3e-3), state_at(3e-3, cells_per_octave=24)
     assert coarse.mean_gap[0] == approx(fine.mean_gap[0], rel=1e-7)
     K = [effective_film_conductivity(s, viscosity=1e-3) for s in (coarse, fine)]
     assert K[0] == approx(K[1], rel=1e-2)
 
 
-def test_units_do_not_matter():
-    """All lengths ×10, moduli ×7: the same areas, gaps ×10, conductivities ×1000."""
+def test_scaling_of_lengths_and_moduli():
+    """Lengths × 10 and moduli × 7 leave areas, multiply gaps by 10 and conductivities by 1000."""
     large = Spectrum(0.8, 1e-3, 1e-5).scaled(rms_slope=0.1)
-    state = at(3e-3)
-    scaled = interface(large, pressure=7 * 3e-3 * E_STAR, contact_modulus=7 * E_STAR)
+    state = state_at(3e-3)
+    scaled = persson_state(large, pressure=7 * 3e-3 * E_STAR, contact_modulus=7 * E_STAR)
     assert scaled.area == approx(state.area, rel=1e-9)
     assert scaled.mean_gap == approx(10 * state.mean_gap, rel=1e-9)
     K, K_large = (effective_film_conductivity(s, viscosity=1e-3) for s in (state, scaled))
     assert K_large == approx(1000 * K, rel=1e-6)
 
 
-def test_far_apart_the_film_is_a_pair_of_plates():
+def test_light_load_gives_parallel_plates():
     """At vanishing load ū ≫ h_rms and K → ū³/12η, to second order in h_rms/ū."""
-    state = at(1e-30)
+    state = state_at(1e-30)
     ratio = effective_film_conductivity(state, viscosity=1 / 12) / state.mean_gap[0] ** 3
     assert ratio == approx(1, abs=3 * (ROUGH.rms_height / state.mean_gap[0]) ** 2)
 
 
-def test_leakage_ends_at_the_threshold():
-    """Area 0.42 lies at p = erfinv(0.42) E* h'/√2; leakage falls with load and ends there."""
+def test_leak_rate_falls_with_load_to_zero_at_the_threshold():
+    """A/A0 = 0.42 is reached at p0 = erfinv(0.42) E* h'rms/√2."""
     strains = np.array([1e-4, 1e-3, 1e-2, 0.0275, 0.0285])
-    states = [at(s) for s in strains]
+    states = [state_at(s) for s in strains]
     assert states[-2].area[-1] < 0.42 < states[-1].area[-1]
     K = [effective_film_conductivity(s, viscosity=1e-3) for s in states]
     assert all(a > b for a, b in pairwise(K))
@@ -213,22 +213,22 @@ def test_leakage_ends_at_the_threshold():
 
 
 def test_critical_junction_sits_where_the_open_area_percolates():
-    state = at(0.01)
+    state = state_at(0.01)
     junction = critical_junction(state, viscosity=1e-3)
     area = np.interp(np.log(junction.q), np.log(state.q), state.area)
     assert area == approx(0.42, abs=1e-3)
     assert junction.conductance == approx(junction.gap**3 / 12e-3)
-    assert critical_junction(at(0.03), viscosity=1e-3) is None
-    assert critical_junction(at(0.012), viscosity=1e-3).gap < junction.gap
+    assert critical_junction(state_at(0.03), viscosity=1e-3) is None
+    assert critical_junction(state_at(0.012), viscosity=1e-3).gap < junction.gap
 
 
 def test_bad_input():
     with pytest.raises(InvalidInput, match="pressure must be a positive"):
-        at(-1.0)
+        state_at(-1.0)
     with pytest.raises(InvalidInput, match=r"scatter = 'wide'.*almqvist, afferrante"):
-        gap_distribution(at(1e-3), np.zeros(1), scatter="wide")
+        gap_distribution(state_at(1e-3), np.zeros(1), scatter="wide")
     with pytest.raises(InvalidInput, match="threshold"):
-        critical_junction(at(1e-3), viscosity=1e-3, threshold=1.0)
+        critical_junction(state_at(1e-3), viscosity=1e-3, threshold=1.0)
     with pytest.raises(InvalidInput, match="ascending"):
         log_grid((2.0, 1.0), 4)
     with pytest.raises(InvalidInput, match="no range"):
