@@ -8,6 +8,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.grid import GridField
 from fem_seal.quantities.aperture import HydraulicAperture, hydraulic_aperture
 from fem_seal.quantities.constriction import Constriction, constriction, constriction_on_mesh
+from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold, threshold_of_cut, threshold_of_pressure
 from fem_seal.quantities.verdict import Shown, Verdict, verdict
@@ -41,16 +42,23 @@ def quantities(seal: Seal) -> Quantities | None:
         return Quantities(**{name: QUANTITIES[name](seal) for name in wanted})
 
 
-def verdict_of(seal: Seal) -> Verdict | None:
-    """Hold the leak rate against the scene's limit; None if the scene needs no flow."""
+def verdict_of(seal: Seal, budget: ErrorBudget | None) -> Verdict | None:
+    """Hold the leak rate against the scene's limit; None if the scene needs no flow.
+
+    Parameters
+    ----------
+    seal : whose leak rate is judged
+    budget : of the leak rate, from `error_budget`
+    """
     scene = seal.scene
     if not scene.needs_flow:
         return None
     limit = scene.limit
     shown = shown_in(seal)
     if limit is None:
-        return verdict(seal.leak_rate, shown, None, None)
-    return verdict(seal.leak_rate, shown, limit.leak_rate, limit.volume_rate(scene.drive))
+        return verdict(seal.leak_rate, shown, None, None, budget)
+    allowed = limit.volume_rate(scene.drive)
+    return verdict(seal.leak_rate, shown, limit.leak_rate, allowed, budget)
 
 
 def shown_in(seal: Seal) -> Shown:

@@ -1,10 +1,17 @@
 """The verdict: what the bounds say about a limit, and what it would take if they say nothing."""
 
 from dataclasses import dataclass
-from math import log, sinh, sqrt
+from math import expm1, log, sinh, sqrt
 
 from fem_seal.digits import bracket_digits, rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate
+from fem_seal.quantities.error_budget import (
+    CONTACT_GRID,
+    ErrorBudget,
+    Uncertainty,
+    beside_flow,
+    combined,
+)
 from fem_seal.units import Rate
 
 # Below this no refinement is worth naming; the estimate is not known so well.
@@ -15,9 +22,9 @@ LEAST_RTOL = 1e-6
 class Verdict:
     """A decision and its reasons.
 
-    decision : "sealed"; "leaking", where no limit is given; "within limit" (upper bound <= limit),
-        "above limit" (lower bound > limit), "undecided"
-    sentence : the decision in words
+    decision : "sealed"; "leaking", where no limit is given; "within limit" (highest leak rate that
+        the error budget leaves <= limit), "above limit" (lowest one > limit), "undecided"
+    sentence : the decision in words, with what was counted and what is not covered
     limit : of the leak rate, as given; None without one
     needed_rtol, needed_unknowns : estimates of what would decide an undecided one, else None. The
         truth is taken to be √(lower upper), and brackets to narrow as one over the unknowns.
@@ -59,9 +66,13 @@ class Shown:
 
 
 def verdict(
-    leak: LeakRate, shown: Shown, limit: Rate | None, limit_solved: float | None
+    leak: LeakRate,
+    shown: Shown,
+    limit: Rate | None,
+    limit_solved: float | None,
+    budget: ErrorBudget = (),
 ) -> Verdict:
-    """Hold the bounds of a leak rate against a limit.
+    """Hold the bounds of a leak rate, widened by the error budget, against a limit.
 
     Parameters
     ----------
@@ -69,35 +80,56 @@ def verdict(
     shown : the unit for the sentence
     limit : as given, or None
     limit_solved : the same for the solved leak rate [m³/s]
+    budget : what makes the leak rate uncertain; its entry of the flow is that of `leak`
     """
     given = None if limit is None else f"{limit.number:g} {limit.unit.name}"
+    rest = beside_flow(budget)
+    open_points = _not_covered(rest)
     if leak.state == "sealed":
-        return Verdict("sealed", "sealed: no open path joins inlet and outlet", given)
+        return _of_sealed(shown, given, limit_solved, rest)
     if limit is None:
-        return Verdict("leaking", f"leaking {shown.between(leak)}; no limit was given")
+        sentence = f"leaking {shown.between(leak)}; no limit was given{open_points}"
+        return Verdict("leaking", sentence)
     allowed = f"{shown.text(limit_solved)} allowed"
-    if leak.upper <= limit_solved:
-        share = rounded_up(100 * leak.upper / limit_solved)
-        most = f"at most {shown.at_most(leak.upper)}, {share} %"
-        return Verdict("within limit", f"within limit: {most} of the {allowed}", given)
-    if leak.lower > limit_solved:
-        times = rounded_down(leak.lower / limit_solved)
-        least = f"at least {shown.at_least(leak.lower)}, {times} times"
-        return Verdict("above limit", f"above limit: {least} the {allowed}", given)
-    rtol, unknowns = what_would_decide(leak, limit_solved)
-    sentence = f"undecided: {shown.between(leak)}, {allowed}; {_wish(leak, rtol, unknowns)}"
+    counting = _counting(rest)
+    low, high = _range(leak, rest)
+    if high is not None and high <= limit_solved:
+        share = rounded_up(100 * high / limit_solved)
+        most = f"at most {shown.at_most(high)}, {share} %"
+        sentence = f"within limit: {most} of the {allowed}{counting}{open_points}"
+        return Verdict("within limit", sentence, given)
+    if low is not None and low > limit_solved:
+        times = rounded_down(low / limit_solved)
+        least = f"at least {shown.at_least(low)}, {times} times"
+        sentence = f"above limit: {least} the {allowed}{counting}{open_points}"
+        return Verdict("above limit", sentence, given)
+    rtol, unknowns = what_would_decide(leak, limit_solved, *combined(rest))
+    wish = _wish(leak, rtol, unknowns, limit_solved, rest)
+    sentence = f"undecided: {shown.between(leak)}, {allowed}{counting}; {wish}{open_points}"
     return Verdict("undecided", sentence, given, rtol, unknowns)
 
 
-def what_would_decide(leak: LeakRate, limit: float) -> tuple[float | None, int | None]:
+def what_would_decide(
+    leak: LeakRate, limit: float, lower: float | None = 1.0, upper: float | None = 1.0
+) -> tuple[float | None, int | None]:
     """Tolerance, and unknowns, at which the bounds would part from the limit; None if unknown.
 
-    With a leak rate of √(lower upper) a bracket as wide as twice ln(limit / leak rate), that is
-    rtol = 2 sinh |ln(limit / leak rate)|, just touches the limit.
+    With a leak rate of Q = √(lower upper) and the factors of the other uncertainties, a bracket of
+    the flow with ln(upper / lower) = 2 w just touches the limit L where Q e^w (upper factor) = L or
+    Q e^-w (lower factor) = L; (upper - lower) / √(lower upper) is 2 sinh w then.
+
+    Parameters
+    ----------
+    leak : with bounds; limit : [m³/s]
+    lower, upper : factors of all uncertainties beside the flow; None where a side is open
     """
     if leak.lower == 0:
         return None, None
-    needed = 2 * sinh(abs(log(limit / sqrt(leak.lower * leak.upper))))
+    distance = log(limit / sqrt(leak.lower * leak.upper))
+    half_widths = [distance - log(upper)] if upper is not None else []
+    if lower:
+        half_widths.append(log(lower) - distance)
+    needed = 2 * sinh(max(half_widths, default=0.0))
     if needed < LEAST_RTOL:
         return None, None
     reached = (leak.upper - leak.lower) / sqrt(leak.lower * leak.upper)
@@ -105,9 +137,86 @@ def what_would_decide(leak: LeakRate, limit: float) -> tuple[float | None, int |
     return needed, max(round(leak.unknowns * reached / needed), leak.unknowns)
 
 
-def _wish(leak: LeakRate, rtol: float | None, unknowns: int | None) -> str:
+def _range(leak: LeakRate, rest: ErrorBudget) -> tuple[float | None, float | None]:
+    """Lowest and highest leak rate [m³/s] that all counted entries leave; None where open."""
+    lower, upper = combined(rest)
+    return (
+        None if lower is None else leak.lower * lower,
+        None if upper is None else leak.upper * upper,
+    )
+
+
+def _of_sealed(shown: Shown, given: str | None, limit: float | None, rest: ErrorBudget) -> Verdict:
+    """Verdict of a gap without an open path, which an entry of the budget may open all the same."""
+    opened = [entry for entry in rest if _opens(entry)]
+    sentence = "no open path joins inlet and outlet"
+    if limit is None or not opened:
+        return Verdict("sealed", f"sealed: {sentence}{_not_covered(rest)}", given)
+    rates = [entry.upper_rate for entry in opened]
+    if None not in rates and max(rates) <= limit:
+        # Each rate was computed with the other reasons left out.
+        most = f"sealed as computed, and at most {shown.at_most(max(rates))}"
+        sentence = f"within limit: {most} with {_names(opened)}, {shown.text(limit)} allowed"
+        return Verdict("within limit", sentence + _not_covered(rest), given)
+    sentence = f"undecided: {sentence} as computed, but {_sentences(opened)}"
+    return Verdict("undecided", sentence + _not_covered(rest), given)
+
+
+def _opens(entry: Uncertainty) -> bool:
+    """Whether an entry may let a sealed gap leak."""
+    return entry.upper_rate is not None or (entry.lower is not None and entry.upper is None)
+
+
+def _wish(
+    leak: LeakRate,
+    rtol: float | None,
+    unknowns: int | None,
+    limit: float,
+    rest: ErrorBudget,
+) -> str:
+    """Say what would decide an undecided verdict."""
     if leak.lower == 0:
         return "there is no lower bound yet, allow more unknowns, time or memory"
-    if rtol is None:
-        return "the best estimate is the limit itself"
-    return f"flow.rtol = {rtol:.2g} might decide, with about {float(unknowns):.2g} unknowns"
+    counted = [entry for entry in rest if entry.counted]
+    if [entry.name for entry in counted] == [CONTACT_GRID]:
+        # A total error chooses flow.rtol itself.
+        total = expm1(abs(log(limit / sqrt(leak.lower * leak.upper))))
+        if total > LEAST_RTOL:
+            return f"accuracy.total = {total:.2g} might decide"
+    if rtol is not None:
+        return f"flow.rtol = {rtol:.2g} might decide, with about {float(unknowns):.2g} unknowns"
+    if _open(rest):
+        return _sentences(_open(rest))
+    if counted:
+        return f"no flow.rtol decides it while {_names(counted)} may change the leak rate so much"
+    return "the best estimate is the limit itself"
+
+
+def _open(rest: ErrorBudget) -> list[Uncertainty]:
+    """Entries that leave a side open."""
+    return [entry for entry in rest if entry.counted and None in (entry.lower, entry.upper)]
+
+
+def _counting(rest: ErrorBudget) -> str:
+    """Name what was counted beside the bounds of the flow."""
+    both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]
+    if not both:
+        return ""
+    words = (
+        f"{entry.name} ({entry.kind}, {entry.lower:.3g} to {entry.upper:.3g} times)"
+        for entry in both
+    )
+    return f", counting {' and '.join(words)}"
+
+
+def _not_covered(rest: ErrorBudget) -> str:
+    names = [entry.name for entry in rest if entry.kind == "not covered"]
+    return f"; not covered: {', '.join(names)}" if names else ""
+
+
+def _names(entries: list[Uncertainty]) -> str:
+    return " and ".join(entry.name for entry in entries)
+
+
+def _sentences(entries: list[Uncertainty]) -> str:
+    return "; ".join(entry.sentence for entry in entries)

@@ -9,10 +9,11 @@ from tempfile import TemporaryDirectory
 
 from fem_seal.digits import rounded_down, rounded_up
 from fem_seal.leak_rate import Level, rate_text
+from fem_seal.quantities.error_budget import combined
 from fem_seal.render.aside import written_aside
 from fem_seal.render.report_page import PAGE
 from fem_seal.results import Result
-from fem_seal.results.words import summary_of
+from fem_seal.results.words import factor_words, summary_of
 
 CAPTIONS = {
     "flow": "Where it leaks: flow density on a logarithmic scale.",
@@ -54,6 +55,7 @@ def report(folder: str | Path) -> Path:
         summary=_table(summary_of(result)),
         pictures="\n".join(_figures(folder, result)) or NO_PICTURES,
         scene=_table(flat(scene)),
+        uncertain=_budget(result),
         levels=_levels(levels),
         numbers=_table(flat(numbers)),
         provenance=_table(flat(provenance)),
@@ -73,7 +75,7 @@ def verdict(result: Result) -> str:
         sentence = "Sealed: no open path joins inlet and outlet, the leak rate is zero."
     else:
         sentence = f"Leaking: {rate_text(leak.value, leak.lower, leak.upper, leak.unit)}."
-    if result.verdict and result.verdict.limit and result.state != "sealed":
+    if result.verdict and result.verdict.limit and result.verdict.decision != "sealed":
         sentence += f" Verdict: {result.verdict.sentence}."
     if not result.converged:
         sentence += f" What was asked for was not reached: {result.reason}."
@@ -123,6 +125,20 @@ def _levels(levels: list[dict]) -> str:
         texts = (str(k), str(level["unknowns"]), *bounds, f"{half_width:.2g} %", seconds)
         rows.append(_cells("td", texts))
     return '<table class="levels">\n' + "\n".join(rows) + "\n</table>"
+
+
+def _budget(result: Result) -> str:
+    """What makes the leak rate uncertain, one entry a line."""
+    if not result.error_budget:
+        return "<p>This result holds no error budget.</p>"
+    rows = [_cells("th", ("", "", "times the value", ""))]
+    for entry in result.error_budget:
+        factors = factor_words(entry.lower, entry.upper) if entry.counted else ""
+        rows.append(_cells("td", (entry.name, entry.kind, factors, entry.sentence)))
+    if any(entry.counted for entry in result.error_budget):
+        total = factor_words(*combined(result.error_budget))
+        rows.append(_cells("td", ("together", "", total, "the products of the factors")))
+    return "<table>\n" + "\n".join(rows) + "\n</table>"
 
 
 def _cells(tag: str, texts: Iterable[str]) -> str:

@@ -32,6 +32,8 @@ summary { cursor: pointer; font-size: 1.1rem; margin-top: 1rem; }
 <h1>$title</h1>
 <p class="verdict">$verdict</p>
 $summary
+<h2>What makes the leak rate uncertain</h2>
+$uncertain
 <h2>Pictures</h2>
 <section class="pictures">
 $pictures

@@ -18,6 +18,7 @@ from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import LeakRate
 from fem_seal.memory import peak_memory
+from fem_seal.quantities.error_budget import Uncertainty, error_budget
 from fem_seal.quantities.of_seal import Quantities, quantities, verdict_of
 from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.quantities.tensor import ConductivityTensor
@@ -125,6 +126,8 @@ class Result(Record):
     leak_rate_shown: RateRecord | None = None
     gas: GasRecord | None = None
     verdict: Verdict | None = None
+    error_budget: tuple[Uncertainty, ...] | None = None
+    cautions: tuple[str, ...] = ()
     quantities: Quantities | None = None
     converged: bool
     reason: str
@@ -184,6 +187,7 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = N
     leak = seal.leak_rate if seal.scene.needs_flow else None
     sealed = seal.sealed
     named = quantities(seal)
+    budget = error_budget(seal)
     stages = dict(seal.seconds)
     total = sum(stages.values()) if started is None else perf_counter() - started
     return Result(
@@ -196,7 +200,8 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = N
         preparation=StepRecord.all_of(seal),
         gas=GasRecord.of(seal),
         leak_rate_shown=RateRecord.shown(seal),
-        verdict=verdict_of(seal),
+        verdict=verdict_of(seal, budget),
+        error_budget=budget,
         quantities=named,
         files=files,
         seconds=stages | {"total": total},

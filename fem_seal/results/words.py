@@ -1,9 +1,10 @@
 """Verdict, units and quantities of a result in words, for the terminal and for the report."""
 
-from fem_seal.digits import bracket_digits, readable, with_prefix
+from fem_seal.digits import bracket_digits, readable, rounded_down, rounded_up, with_prefix
 from fem_seal.leak_rate import rate_text
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
+from fem_seal.quantities.error_budget import ErrorBudget, combined
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold
 from fem_seal.results.preparation import preparation_words
@@ -41,12 +42,34 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
     lines.extend(lines_of(result))
     if result.accuracy:
         lines.append(("accuracy", accuracy_words(result.accuracy)))
+    if result.error_budget:
+        lines.append(("errors", budget_words(result.error_budget)))
     if result.gap_slope is not None and result.gap_slope > STEEP:
         lines.append(("slope", slope_words(result.gap_slope)))
     lines.append(("contact", contact_words(result)))
     memory = result.peak_memory_bytes / 1e6
     lines.append(("cost", f"{result.seconds['total']:.1f} s, {memory:.0f} MB"))
     return lines
+
+
+def budget_words(budget: ErrorBudget) -> str:
+    """Factors of what is counted, one by one and together, and the names of what is not covered."""
+    counted = [entry for entry in budget if entry.counted]
+    parts = [f"{e.name} {factor_words(e.lower, e.upper)} ({e.kind})" for e in counted]
+    if len(counted) > 1:
+        parts.append(f"together {factor_words(*combined(budget))}")
+    named = ", ".join(entry.name for entry in budget if entry.kind == "not covered")
+    words = f"{', '.join(parts)} times the value" if parts else ""
+    return "; ".join(filter(None, (words, named and f"not covered: {named}")))
+
+
+def factor_words(lower: float | None, upper: float | None) -> str:
+    """Say a lower and an upper factor, rounded outwards; None is open."""
+    if lower is None and upper is None:
+        return "anything"
+    if lower is None or upper is None:
+        return f"{rounded_down(lower)} or more" if upper is None else f"{rounded_up(upper)} or less"
+    return f"{rounded_down(lower)} to {rounded_up(upper)}"
 
 
 def flow_words(result: Result) -> str:

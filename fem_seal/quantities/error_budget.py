@@ -1,0 +1,155 @@
+"""The error budget: everything that makes a leak rate uncertain, in one list.
+
+result.json, the verdict, the printed words and the report all show this list. To add an entry, write
+a function `(Seal) -> Uncertainty | None` and put it into `SOURCES`.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from math import isfinite, prod
+from typing import Literal
+
+from fem_seal.leak_rate import LeakRate
+from fem_seal.seal import Seal
+
+FLOW, CONTACT_GRID = "flow", "contact grid"
+
+Kind = Literal["guaranteed", "estimated", "not covered"]
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """One reason why the true leak rate may differ from the computed one.
+
+    name : of the reason, such as "contact grid"
+    kind : "guaranteed": a theorem gives the factors; "estimated": they are an estimate; "not
+        covered": nothing is known, or nothing on a side whose factor is None
+    sentence : what the entry means, in plain words
+    lower, upper : the true leak rate is at least `lower` times and at most `upper` times the
+        computed one, as far as this reason goes. Both None: the entry is named and counted
+        nowhere. One None: the leak rate is open on that side, and no verdict may rely on it
+    caution : whether the user is warned of it
+    upper_rate : of a sealed contact, where no factor has a meaning: what leaks at most for this
+        reason [m³/s]
+    """
+
+    name: str
+    kind: Kind
+    sentence: str
+    lower: float | None = None
+    upper: float | None = None
+    caution: bool = False
+    upper_rate: float | None = None
+
+    @property
+    def counted(self) -> bool:
+        """Whether a verdict counts the entry."""
+        return self.lower is not None or self.upper is not None
+
+
+ErrorBudget = tuple[Uncertainty, ...]
+
+
+def error_budget(seal: Seal) -> ErrorBudget | None:
+    """List what makes the leak rate of a seal uncertain; None if the scene needs no flow."""
+    if not seal.scene.needs_flow:
+        return None
+    entries = (source(seal) for source in SOURCES)
+    return tuple(entry for entry in entries if entry is not None)
+
+
+def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]:
+    """Multiply the lower factors and the upper factors of all counted entries.
+
+    The errors multiply: true over computed leak rate is the product of one ratio for each entry.
+    If each ratio keeps its own bounds, the product keeps the product of the bounds, whether or not
+    the errors have a common cause. (A root of summed squares would be narrower, but wants
+    independent errors.)
+
+    Parameters
+    ----------
+    budget : entries
+
+    Returns
+    -------
+    (lower, upper); None where a counted entry leaves the side open.
+    """
+    counted = [entry for entry in budget if entry.counted]
+    lowers = [entry.lower for entry in counted]
+    uppers = [entry.upper for entry in counted]
+    return (
+        None if None in lowers else prod(lowers),
+        None if None in uppers else prod(uppers),
+    )
+
+
+def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
+    """List all entries but the bracket of the flow, which the bounds of the leak rate hold."""
+    return tuple(entry for entry in budget if entry.name != FLOW)
+
+
+def _flow(seal: Seal) -> Uncertainty:
+    return of_flow(seal.leak_rate)
+
+
+def of_flow(leak: LeakRate) -> Uncertainty:
+    """Entry of the bounds of the flow through the gap as it is represented."""
+    if leak.state == "sealed":
+        sentence = "no open path joins inlet and outlet of the gap as it is represented"
+        return Uncertainty(FLOW, "guaranteed", sentence, 1.0, 1.0)
+    if leak.lower is None:
+        sentence = "finite differences give no bounds; finite elements do"
+        return Uncertainty(FLOW, "not covered", sentence)
+    sentence = "bounds of the flow through the gap as it is represented"
+    return Uncertainty(
+        FLOW, "guaranteed", sentence, leak.lower / leak.value, leak.upper / leak.value
+    )
+
+
+def _contact_grid(seal: Seal) -> Uncertainty | None:
+    if seal.scene.contact is None:
+        return None
+    if seal.choice is None:
+        sentence = (
+            "what a finer grid of the contact would change was not computed; accuracy.total in "
+            "place of flow.rtol estimates it"
+        )
+        return Uncertainty(CONTACT_GRID, "not covered", sentence)
+    error = seal.choice.contact_error
+    if not isfinite(error):
+        sentence = (
+            "the coarser grids of the contact differ too much from the last one to say what a "
+            "finer one would change"
+        )
+        return Uncertainty(CONTACT_GRID, "not covered", sentence)
+    sentence = "what a finer grid of the contact would change, from how coarser ones differ"
+    return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
+
+
+def _given_gap(seal: Seal) -> Uncertainty | None:
+    if seal.scene.gap is None:
+        return None
+    sentence = "the gap is given, and its own error is not known"
+    return Uncertainty("given gap", "not covered", sentence)
+
+
+def _one_patch(seal: Seal) -> Uncertainty | None:
+    if seal.scene.shape is not None and seal.scene.shape.own_gap:
+        return None
+    sentence = "this is one piece of one rough surface; others leak more or less"
+    return Uncertainty("one patch", "not covered", sentence)
+
+
+def _model(seal: Seal) -> Uncertainty:
+    contact = seal.scene.contact
+    solid = {
+        None: "",
+        "gfmd": ", and a linear elastic contact without friction and adhesion",
+        "bearing": ", and a surface that is cut at a plane",
+    }[contact and contact.model]
+    sentence = f"Reynolds' equation for a thin film between smooth slopes{solid}"
+    return Uncertainty("model", "not covered", sentence)
+
+
+Source = Callable[[Seal], Uncertainty | None]
+SOURCES: tuple[Source, ...] = (_flow, _contact_grid, _given_gap, _one_patch, _model)

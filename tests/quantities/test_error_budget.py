@@ -1,0 +1,179 @@
+"""The error budget: one list, counted by the verdict, and shown wherever a result is."""
+
+import json
+from math import log1p
+
+import numpy as np
+import pytest
+
+from fem_seal import job
+from fem_seal.leak_rate import LeakRate
+from fem_seal.quantities.error_budget import (
+    Uncertainty,
+    combined,
+    error_budget,
+    of_flow,
+)
+from fem_seal.quantities.verdict import Shown, verdict, what_would_decide
+from fem_seal.render.report import report
+from fem_seal.results import Result, summarise
+from fem_seal.results.words import budget_words, summary_of
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+from fem_seal.units import Rate
+
+LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)
+SHOWN = Shown("m^3/s", 1.0)
+FLOW = of_flow(LEAK)
+GRID = Uncertainty("contact grid", "estimated", "a finer grid", 0.8, 1.25)
+SLIP = Uncertainty("slip", "not covered", "the gas slips", 1.0, None, caution=True)
+MODEL = Uncertainty("model", "not covered", "Reynolds")
+
+
+def judged(limit, *entries, leak=LEAK):
+    return verdict(leak, SHOWN, Rate.parse(limit), limit, (of_flow(leak), *entries))
+
+
+def test_products_enclose_errors_of_any_dependence():
+    """Any ratios within their factors multiply to one within the product, also fully dependent."""
+    rng = np.random.default_rng(1)
+    lowers, uppers = 1 - rng.random(4), 1 + rng.random(4)
+    entries = [Uncertainty("", "estimated", "", a, b) for a, b in zip(lowers, uppers, strict=True)]
+    low, high = combined(entries)
+    shares = rng.random((1000, 4))
+    shares[:500] = shares[:500, :1]  # one common cause
+    products = np.prod(lowers + shares * (uppers - lowers), axis=1)
+    assert products.min() >= low
+    assert products.max() <= high
+    # And no narrower factors would do: all errors may be at their ends together.
+    assert combined(entries) == pytest.approx((lowers.prod(), uppers.prod()), rel=1e-14)
+
+
+def test_an_open_side_stays_open():
+    assert combined([FLOW, SLIP, MODEL]) == (pytest.approx(0.5), None)
+    assert combined([MODEL]) == (1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("limit", "decision"),
+    [
+        (5.001e-10, "within limit"),  # 4e-10 × 1.25
+        (4.999e-10, "undecided"),
+        (0.801e-10, "undecided"),  # 1e-10 × 0.8
+        (0.799e-10, "above limit"),
+    ],
+)
+def test_verdict_counts_every_entry_with_a_number(limit, decision):
+    """The bounds of the flow alone would decide all four but at the limit itself."""
+    found = judged(limit, GRID, MODEL)
+    assert found.decision == decision
+    assert "counting contact grid (estimated, 0.8 to 1.25 times)" in found.sentence
+    assert "not covered: model" in found.sentence
+
+
+def test_open_above_only_above_limit_stands():
+    """What may only add to the leak rate leaves "above limit" as it was, and nothing else."""
+    assert judged(0.9e-10, SLIP).decision == "above limit"
+    for limit in (4e-10, 1.0):
+        found = judged(limit, SLIP)
+        assert found.decision == "undecided"
+        assert "the gas slips" in found.sentence
+        assert found.needed_rtol is None
+
+
+def test_open_below_only_within_limit_stands():
+    suction = Uncertainty("fluid pressure", "not covered", "it closes", None, 1.0)
+    assert judged(4e-10, suction).decision == "within limit"
+    assert judged(0.9e-10, suction).decision == "undecided"
+
+
+def test_what_would_decide_with_other_factors():
+    """A bracket of the advised width around √(lower upper), times the factors, ends at the limit."""
+    limit = 3e-10
+    rtol, _ = what_would_decide(LEAK, limit, 0.8, 1.25)
+    half = np.arcsinh(rtol / 2)
+    assert 2e-10 * np.exp(half) * 1.25 == pytest.approx(limit, rel=1e-12)
+    # 2e-10 × 1.25 and 2e-10 × 0.8 lie on both sides of 2.4e-10: no width is narrow enough.
+    assert what_would_decide(LEAK, 2.4e-10, 0.8, 1.25) == (None, None)
+    lift = Uncertainty("fluid pressure", "estimated", "it opens", 1.0, 1.5, caution=True)
+    assert "no flow.rtol decides it while fluid pressure" in judged(2.4e-10, lift).sentence
+    # The contact grid's part is narrowed by a smaller total error: ln(1 + total) = ln(2.4/2).
+    assert "accuracy.total = 0.2 might decide" in judged(2.4e-10, GRID).sentence
+
+
+def test_a_sealed_gap_that_may_open():
+    sealed = LeakRate.sealed("adaptive")
+    assert judged(1e-10, MODEL, leak=sealed).decision == "sealed"
+    assert judged(1e-10, SLIP, leak=sealed).decision == "undecided"
+    lift = Uncertainty("fluid pressure", "estimated", "it opens", caution=True, upper_rate=2e-10)
+    assert judged(2e-10, lift, leak=sealed).decision == "within limit"
+    assert judged(1.9e-10, lift, leak=sealed).decision == "undecided"
+
+
+def rough(total=None, limit=None, **flow):
+    """A rough contact of 32² samples, with a total error or a tolerance of the flow."""
+    scene = {
+        "surface": {
+            **{"kind": "self-affine", "shape": [32, 32], "size": [3.2e-5, 3.2e-5]},
+            **{"hurst": 0.8, "long_wavelength": 1.6e-5, "short_wavelength": 8e-6},
+            **{"rms_slope": 0.1, "seed": 1},
+        },
+        "solid": {"contact_modulus": "600 MPa"},
+        "contact": {"area_fraction": 0.1},
+        "fluid": {"viscosity": 1e-3},
+        "flow": {"pressure_drop": 1e5, "sides": "periodic", **flow},
+        "output": {"products": ["leak_rate"]},
+    }
+    if total:
+        scene["accuracy"] = {"total": total}
+    if limit:
+        scene["limit"] = {"leak_rate": limit}
+    return Scene.from_mapping(scene)
+
+
+def test_contact_error_counts_in_the_verdict(tmp_path):
+    """A limit just above the bounds of the flow: the contact grid's error leaves it open."""
+    free = Seal(rough(total=0.3))
+    leak, error = free.leak_rate, free.choice.contact_error
+    assert error > 0.001
+    near = leak.upper * (1 + 0.5 * error)
+    assert summarise(Seal(rough(0.3, limit=near))).verdict.decision == "undecided"
+    far = leak.upper * (1 + 1.01 * error)
+    folder = tmp_path / "out"
+    result = job.run(rough(0.3, limit=far), folder)
+    assert result.verdict.decision == "within limit"
+    # One list wherever the result is shown.
+    assert Result.from_folder(folder).error_budget == result.error_budget
+    grid = next(entry for entry in result.error_budget if entry.name == "contact grid")
+    assert (grid.kind, grid.upper) == ("estimated", pytest.approx(1 + error))
+    assert "contact grid" in dict(summary_of(result))["errors"]
+    page = report(folder).read_text(encoding="utf-8")
+    assert grid.sentence in page
+    # ln(1 + total) is shared by contact grid and flow: what is counted together keeps the total.
+    low, high = combined(result.error_budget)
+    assert max(log1p(high - 1), -log1p(low - 1)) <= log1p(0.3) * (1 + 1e-9)
+
+
+def test_budget_of_a_scene():
+    """Without [accuracy] the contact grid is named as not covered; a gap is given and its own."""
+    names = {entry.name: entry for entry in error_budget(Seal(rough(rtol=0.5)))}
+    assert names["flow"].kind == "guaranteed"
+    assert names["contact grid"].kind == "not covered"
+    assert {"one patch", "model"} <= names.keys()
+    by_differences = error_budget(Seal(rough(method="finite-difference")))
+    assert not any(entry.counted for entry in by_differences)
+    assert budget_words(by_differences).startswith("not covered: flow, contact grid")
+    contact = rough().output.model_copy(update={"products": ("contact",)})
+    assert error_budget(Seal(rough().model_copy(update={"output": contact}))) is None
+
+
+def test_an_older_result_still_reads_and_reports(tmp_path):
+    """A folder from before the error budget was written."""
+    folder = tmp_path / "out"
+    result = job.run(rough(rtol=0.5), folder)
+    older = result.model_dump(mode="json", by_alias=True)
+    for key in ("error_budget", "cautions"):
+        older.pop(key)
+    (folder / "result.json").write_text(json.dumps(older))
+    assert Result.from_folder(folder).error_budget is None
+    assert "holds no error budget" in report(folder).read_text(encoding="utf-8")
