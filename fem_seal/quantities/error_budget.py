@@ -1,7 +1,7 @@
 """The error budget: everything that makes a leak rate uncertain, in one list.
 
-result.json, the verdict, the printed words and the report all show this list. To add an entry, write
-a function `(Seal) -> Uncertainty | None` and put it into `SOURCES`.
+result.json, the verdict, the printed words and the report all show this list. To add an entry,
+write a function `(Seal) -> Uncertainty | None` and put it into `SOURCES`.
 """
 
 from collections.abc import Callable, Iterable

@@ -88,7 +88,7 @@ def test_open_below_only_within_limit_stands():
 
 
 def test_what_would_decide_with_other_factors():
-    """A bracket of the advised width around √(lower upper), times the factors, ends at the limit."""
+    """A bracket of the advised width, times the factors, ends at the limit."""
     limit = 3e-10
     rtol, _ = what_would_decide(LEAK, limit, 0.8, 1.25)
     half = np.arcsinh(rtol / 2)
