@@ -42,14 +42,14 @@ class ExactCase:
     quadratic_order: float | None = None
 
 
-def at_vertices(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.0)) -> GridField:
+def vertex_gap(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.0)) -> GridField:
     """Samples of function(x, y) at the vertices of mx × my squares over a rectangle."""
     spacing = (size[0] / shape[0], size[1] / shape[1])
     i, j = np.meshgrid(*(np.arange(m + 1) for m in shape), indexing="ij")
     return GridField(np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape), spacing)
 
 
-def at_centres(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.0)) -> GridField:
+def pixel_gap(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.0)) -> GridField:
     """Samples of function(x, y) at the centres of mx × my squares over a rectangle."""
     spacing = (size[0] / shape[0], size[1] / shape[1])
     i, j = np.meshgrid(*(np.arange(m) + 0.5 for m in shape), indexing="ij")
@@ -57,12 +57,12 @@ def at_centres(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1
 
 
 def _wave_across(n: int) -> tuple[GridField, ...]:
-    wave = at_vertices(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * x), (n, n // 2), (1.0, 0.5))
+    wave = vertex_gap(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * x), (n, n // 2), (1.0, 0.5))
     return (wave,)
 
 
 def _wave_along(n: int) -> tuple[GridField, ...]:
-    wave = at_vertices(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * y), (n, n))
+    wave = vertex_gap(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * y), (n, n))
     return (wave,)
 
 
@@ -73,41 +73,41 @@ CHANNEL = np.array([1.0, 0.4, 0.9, 0.3, 0.7])
 def _channel(n: int) -> tuple[GridField, ...]:
     positions = np.linspace(0, 1, CHANNEL.size)
     shape = (n, n // 4)
-    return (at_vertices(lambda x, y: np.interp(x, positions, CHANNEL), shape, (1.0, 0.25)),)
+    return (vertex_gap(lambda x, y: np.interp(x, positions, CHANNEL), shape, (1.0, 0.25)),)
 
 
-def _blocks(conductivity: np.ndarray, n: int) -> GridField:
+def block_gap(conductivity: np.ndarray, n: int) -> GridField:
     """Squares of given conductivity over the unit square, on n × n pixels."""
     gap = GridField(np.cbrt(conductivity), tuple(1 / m for m in conductivity.shape))
     return refined(gap, "constant", round(np.log2(n / conductivity.shape[0])))
 
 
 def _checkerboard(n: int) -> tuple[GridField, ...]:
-    return (_blocks(np.array([[1, RATIO], [RATIO, 1]]), n),)
+    return (block_gap(np.array([[1, RATIO], [RATIO, 1]]), n),)
 
 
 def _four_phases(n: int) -> tuple[GridField, ...]:
     k1, k2, k3, k4 = PHASES
-    return (_blocks(np.array([[k1, k4], [k2, k3]]), n),)
+    return (block_gap(np.array([[k1, k4], [k2, k3]]), n),)
 
 
 def _smooth_checkerboard(n: int) -> tuple[GridField, ...]:
     def gap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return np.cbrt(closed_forms.smooth_checkerboard(x, y, SMOOTH))
 
-    return (at_vertices(gap, (n, n)),)
+    return (vertex_gap(gap, (n, n)),)
 
 
 def _discs(n: int) -> tuple[GridField, ...]:
     """A quarter of the cell, whose sides are mirrors."""
-    gap = at_centres(lambda x, y: (np.hypot(x, y) >= RADIUS) * 1.0, (n, n), (0.5, 0.5))
+    gap = pixel_gap(lambda x, y: (np.hypot(x, y) >= RADIUS) * 1.0, (n, n), (0.5, 0.5))
     return (gap,)
 
 
 def _dual_pair(n: int) -> tuple[GridField, ...]:
     """Log-normal conductivity on 8 × 8 squares, and its reciprocal turned by a right angle."""
     log_K = 2 * np.random.default_rng(1).normal(size=(8, 8))
-    return _blocks(np.exp(log_K), n), _blocks(np.exp(-log_K.T), n)
+    return block_gap(np.exp(log_K), n), block_gap(np.exp(-log_K.T), n)
 
 
 def corner_order(ratio: float) -> float:

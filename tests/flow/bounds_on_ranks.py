@@ -4,7 +4,7 @@ import json
 import sys
 
 import numpy as np
-from gaps import FLUID
+from sample_gaps import FLUID
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow import Limits, leak_rate

@@ -1,4 +1,4 @@
-"""Gaps the flow tests share, and the fluid in which film conductivity is simply gap³."""
+"""Gaps on meshes, discrete problems and their solutions that the flow tests share."""
 
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix
@@ -10,37 +10,6 @@ from fem_seal.flow.linear import Minimum
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import NestedMesh, uniform_mesh
-
-FLUID = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³/(12 η) = g³, Δp = 1
-
-
-def vertex_gap(function, shape: tuple[int, int], size=(1.0, 1.0)) -> GridField:
-    """Samples of function(x, y) at the vertices of mx × my pixels over a rectangle."""
-    spacing = (size[0] / shape[0], size[1] / shape[1])
-    i, j = np.meshgrid(*(np.arange(m + 1) for m in shape), indexing="ij")
-    values = np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape)
-    return GridField(values, spacing)
-
-
-def pixel_gap(function, shape: tuple[int, int], size=(1.0, 1.0)) -> GridField:
-    """Samples of function(x, y) at the centres of mx × my pixels over a rectangle."""
-    spacing = (size[0] / shape[0], size[1] / shape[1])
-    i, j = np.meshgrid(*(np.arange(m) + 0.5 for m in shape), indexing="ij")
-    values = np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape)
-    return GridField(values, spacing)
-
-
-def rough_gap(shape: tuple[int, int], contact: float, seed: int, smooth: int = 1) -> GridField:
-    """Random samples averaged over (2 smooth + 1)² neighbours, cut off at a contact area."""
-    rng = np.random.default_rng(seed)
-    noise = rng.normal(size=shape)
-    total = sum(
-        np.roll(noise, (i, j), (0, 1))
-        for i in range(-smooth, smooth + 1)
-        for j in range(-smooth, smooth + 1)
-    )
-    gap = np.maximum(0.0, total - np.quantile(total, contact))
-    return GridField(gap / gap.max(), (1.0, 1.0), periodic=True)
 
 
 def represented(

@@ -3,11 +3,13 @@ the next begins must not show in the bounds."""
 
 import numpy as np
 import pytest
-from gaps import FLUID, level_problem, represented, rough_gap, solved, vertex_gap
+from gaps import level_problem, represented, solved
+from sample_gaps import FLUID, rough_gap
 
 from fem_seal.flow import Limits, leak_rate, sharpening
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.level import LevelProblem
+from fem_seal.verification.exact_cases import vertex_gap
 
 
 def sharpened(problem: LevelProblem) -> tuple[float, float]:

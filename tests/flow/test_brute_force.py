@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from brute_force import bounds_by_brute_force
-from gaps import FLUID
+from sample_gaps import FLUID
 
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField

@@ -5,7 +5,8 @@ With η = 1/12 the film conductivity is gap³.
 
 import numpy as np
 import pytest
-from gaps import represented, rough_gap
+from gaps import represented
+from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fenicsx import MPI

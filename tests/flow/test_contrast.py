@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from gaps import FLUID
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from sample_gaps import FLUID
 
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField

@@ -5,22 +5,16 @@ estimates the relative energy error as `tolerance` (1e-8 unless said), right wit
 two. Enclosure must hold whatever the second one is, and is tested without any tolerance.
 """
 
-from itertools import combinations
-
 import numpy as np
 import pytest
-from gaps import (
-    FLUID,
-    level_problem,
-    pixel_gap,
-    plain_bounds,
-    represented,
-    rough_gap,
-    vertex_gap,
-)
+from gaps import level_problem, plain_bounds, represented
+from sample_gaps import FLUID, rough_gap, striped_gap
 
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
+from fem_seal.theory import closed_forms
+from fem_seal.theory.closed_forms import disc_array
+from fem_seal.verification.exact_cases import pixel_gap, vertex_gap
 
 METHODS = ["uniform", "adaptive"]
 SIDES = ["wall", "periodic"]
@@ -306,17 +300,6 @@ def test_checkerboard_cell(sides, method):
     assert encloses(flow, np.sqrt(0.1))
 
 
-def four_phases(k1: float, k2: float, k3: float, k4: float) -> float:
-    """K_xx of quadrants k1 k2 k3 k4 in cyclic order, k1 and k4 on the side of the inlet.
-
-    Mortola and Steffé's formula, proved by Milton (J. Math. Phys. 42, 4873 (2001)) and by Craster
-    and Obnosov (SIAM J. Appl. Math. 61, 1839 (2001)).
-    """
-    k = (k1, k2, k3, k4)
-    triples = sum(np.prod(c) for c in combinations(k, 3))
-    return np.sqrt(triples * (k1 + k4) * (k2 + k3) / (sum(k) * (k1 + k2) * (k3 + k4)))
-
-
 @pytest.mark.parametrize("phases", [(1, 1.5, 2, 1.2), (1, 5, 0.2, 3), (1, 1, 4, 4), (1, 4, 4, 1)])
 @pytest.mark.parametrize("method", METHODS)
 def test_four_phase_checkerboard(phases, method):
@@ -324,18 +307,9 @@ def test_four_phase_checkerboard(phases, method):
     k1, k2, k3, k4 = phases
     gap = GridField(np.cbrt(np.array([[k1, k4], [k2, k3]])), (0.5, 0.5))
     flow = solve(gap, 1500, 5e-3, method, representation="constant")
-    assert encloses(flow, four_phases(*phases))
+    assert encloses(flow, closed_forms.four_phase_checkerboard(*phases)[0])
     if method == "adaptive":
         assert flow.converged
-
-
-def disc_array(radius: float) -> float:
-    """Square array of impermeable discs, unit period (Perrins, McKenzie, McPhedran 1979).
-
-    Their formula, truncated after f^8; what is missing is far below the blur of the pixels.
-    """
-    f = np.pi * radius**2
-    return 1 - 2 * f / (1 + f - 0.305827 * f**4 / (1 - 1.402958 * f**8) - 0.013362 * f**8)
 
 
 @pytest.mark.parametrize("radius", [0.2, 0.35])
@@ -354,7 +328,7 @@ def test_disc_array(radius, representation, sides):
         make(gap, (n, n)), 6000, 0.02, "adaptive", sides=sides, representation=representation
     )
     blur = np.sqrt(2) / n if representation == "linear" else np.sqrt(0.5) / n
-    assert encloses(flow, disc_array(radius + blur), disc_array(radius - blur))
+    assert encloses(flow, *(disc_array(np.pi * r**2) for r in (radius + blur, radius - blur)))
     assert flow.converged
 
 
@@ -369,7 +343,7 @@ def test_disc_array_in_the_limit_of_fine_pixels():
         flow = solve(
             pixel_gap(gap, (n, n), (0.5, 0.5)), 4000, 2e-3, "adaptive", representation="constant"
         )
-        errors.append(abs(flow.value / disc_array(0.3) - 1))
+        errors.append(abs(flow.value / disc_array(np.pi * 0.3**2) - 1))
     # The disc's radius is blurred by half a pixel diagonal; dQ/dr · r/Q is below 2 at r = 0.3.
     assert errors[0] < 2 * np.sqrt(0.5) / 32 / 0.3
     assert errors[1] < 2 * np.sqrt(0.5) / 128 / 0.3
@@ -542,15 +516,14 @@ def test_shapes_of_linear_gaps(shape, periodic):
     assert flow.converged
 
 
-def stripes(low: float) -> np.ndarray:
-    return np.where(np.arange(8) % 4 < 2, 1.0, low)
+CHANNELS = np.arange(8) % 4 < 2  # of conductivity 1; the others 1/contrast
 
 
 @pytest.mark.parametrize("sides", SIDES)
 @pytest.mark.parametrize("contrast", [1e15, 1e30, 1e60])
 def test_extreme_contrast_in_parallel(sides, contrast):
     """Channels of conductivity 1 and 1/contrast side by side."""
-    gap = GridField(np.repeat(stripes(contrast ** (-1 / 3))[None], 6, axis=0), (1.0, 1.0))
+    gap = striped_gap(np.where(CHANNELS, 1.0, 1 / contrast), 6, along=True)
     flow = solve(gap, 200, 0.1, "adaptive", representation="constant", sides=sides)
     assert encloses(flow, 4 * (1 + 1 / contrast) / 6)
     assert flow.converged
@@ -560,7 +533,7 @@ def test_extreme_contrast_in_parallel(sides, contrast):
 @pytest.mark.parametrize("contrast", [1e6, 1e12, 1e15, 1e30, 1e60])
 def test_high_contrast_in_series(sides, contrast):
     """The same across the flow: the pressure drop in the wide part gets below rounding."""
-    gap = GridField(np.repeat(stripes(contrast ** (-1 / 3))[:, None], 6, axis=1), (1.0, 1.0))
+    gap = striped_gap(np.where(CHANNELS, 1.0, 1 / contrast), 6, along=False)
     flow = solve(gap, 200, 0.1, "adaptive", representation="constant", sides=sides)
     assert encloses(flow, 6 / (4 * (1 + contrast)))
     assert flow.converged

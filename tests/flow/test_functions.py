@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gaps import rough_gap
+from sample_gaps import rough_gap
 
 from fem_seal.fenicsx import MPI, fem, ufl, vector_functionspace
 from fem_seal.flow import Limits, flow_functions, leak_rate

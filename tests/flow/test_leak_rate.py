@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 import pytest
-from gaps import FLUID, rough_gap, vertex_gap
+from sample_gaps import FLUID, rough_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.flow import Limits, Tuning, leak_rate
@@ -12,6 +12,7 @@ from fem_seal.flow.averages import mean_cube
 from fem_seal.flow.course import LONG, MOST_UNKNOWNS
 from fem_seal.grid import GridField
 from fem_seal.memory import available_memory
+from fem_seal.verification.exact_cases import vertex_gap
 
 METHODS = ["uniform", "adaptive"]
 GAP = rough_gap((16, 16), 0.3, 6)

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from gaps import FLUID, level_problem, represented, rough_gap
+from gaps import level_problem, represented
+from sample_gaps import FLUID, rough_gap
 from triangulations import square_with_hole
 
 from fem_seal.fenicsx import MPI

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gaps import FLUID
+from sample_gaps import FLUID
 
 from fem_seal.flow import Tuning, leak_rate
 from fem_seal.grid import GridField

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sample_gaps import rough_gap
 
 from fem_seal.errors import NotConverged
 from fem_seal.flow import Limits, leak_rate, linear
@@ -14,12 +15,6 @@ def unit(gap, spacing=(1.0, 1.0), periodic=False, **choices):
     return quadratic_upper(
         GridField(gap, spacing, periodic), viscosity=1 / 12, pressure_drop=1.0, **choices
     )
-
-
-def rough(n, contact, seed=3):
-    noise = np.random.default_rng(seed).normal(size=(n, n))
-    smooth = sum(np.roll(noise, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1))
-    return np.maximum(0.0, smooth - np.quantile(smooth, contact))
 
 
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
@@ -48,7 +43,7 @@ def test_quadrature_is_exact():
 @pytest.mark.parametrize(("contact", "representation"), [(0.2, "linear"), (0.2, "constant")])
 def test_between_the_truth_and_linear_elements(sides, contact, representation):
     """Quadratic functions contain the linear ones, and all are admissible (Dirichlet)."""
-    gap = rough(16, contact)
+    gap = rough_gap((16, 16), contact, 3).values
     choices = {"sides": sides, "representation": representation}
     quadratic = unit(gap, periodic=True, **choices).value
     setting = {"viscosity": 1 / 12, "pressure_drop": 1.0, **choices}
@@ -61,7 +56,7 @@ def test_between_the_truth_and_linear_elements(sides, contact, representation):
 
 def test_scales_and_mirrors():
     """Q ~ g³ Δp/η; the mirror across the flow changes nothing but the diagonals' order."""
-    gap = rough(9, 0.2)
+    gap = rough_gap((9, 9), 0.2, 3).values
     leak = unit(gap)
     scaled = quadratic_upper(GridField(3e-6 * gap, (1e-6, 1e-6)), viscosity=1e-3, pressure_drop=1e5)
     assert scaled.value == pytest.approx(leak.value * 2.7e-17 * 1e5 / 12e-3, rel=1e-7, abs=0)
@@ -80,4 +75,4 @@ def test_sealed_needs_no_solve():
 def test_what_does_not_converge_says_so(monkeypatch):
     monkeypatch.setattr(linear, "MAX_ITERATIONS", 1)
     with pytest.raises(NotConverged, match="after 1 iterations"):
-        unit(rough(16, 0.2))
+        unit(rough_gap((16, 16), 0.2, 3).values)

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from gaps import everything, represented, rough_gap
+from gaps import everything, represented
+from sample_gaps import rough_gap
 
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients

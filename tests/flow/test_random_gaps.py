@@ -3,9 +3,10 @@
 from collections import deque
 
 import numpy as np
-from gaps import FLUID, represented
+from gaps import represented
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from sample_gaps import FLUID
 
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.unknowns import dual_unknowns, open_cells

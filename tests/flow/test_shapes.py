@@ -7,9 +7,10 @@ turns bounds for polygons into bounds for circles, and exact answers must lie be
 
 import numpy as np
 import pytest
-from gaps import FLUID, rough_gap, solved
+from gaps import solved
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sample_gaps import FLUID, rough_gap
 from triangulations import (
     ends_of_square,
     grid_mesh,

@@ -2,16 +2,8 @@
 
 import numpy as np
 import pytest
-from gaps import (
-    Random,
-    everything,
-    level_problem,
-    plain_bounds,
-    represented,
-    rough_gap,
-    solved,
-    stiffness,
-)
+from gaps import Random, everything, level_problem, plain_bounds, represented, solved, stiffness
+from sample_gaps import rough_gap
 from scipy.sparse.linalg import spsolve
 
 from fem_seal.flow import sharpening

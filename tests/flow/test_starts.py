@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from gaps import level_problem, represented, rough_gap
+from gaps import level_problem, represented
+from sample_gaps import rough_gap
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gaps import level_problem, represented, rough_gap
+from gaps import level_problem, represented
+from sample_gaps import rough_gap
 
 from fem_seal.flow.adapt import Strategy, _mark, _Solved, part_of_a_step
 from fem_seal.flow.level import Stream

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from gaps import FLUID, rough_gap
+from sample_gaps import FLUID, rough_gap
 
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField

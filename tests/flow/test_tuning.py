@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
-from gaps import FLUID, represented, rough_gap, vertex_gap
+from gaps import represented
+from sample_gaps import FLUID, rough_gap
 
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh
+from fem_seal.verification.exact_cases import vertex_gap
 
 SIDES = ["wall", "periodic"]
 REPRESENTATIONS = ["linear", "constant"]

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.flow import Limits, leak_rate
@@ -17,13 +18,7 @@ from fem_seal.verification.methods import METHODS, Answer, Setting
 from fem_seal.verification.refined import refined
 
 SETTING = Setting(1 / 12, 1.0, "periodic", "linear", 0.05)
-
-
-def rough(n=16, contact=0.3, seed=4):
-    noise = np.random.default_rng(seed).normal(size=(n, n))
-    smooth = sum(np.roll(noise, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1))
-    values = np.maximum(0.0, smooth - np.quantile(smooth, contact))
-    return GridField(values / values.max(), (1.0, 1.0), periodic=True)
+GAP = rough_gap((16, 16), 0.3, 4)
 
 
 def upper_and_lower(gap, representation, unknowns):
@@ -59,7 +54,7 @@ def test_refining_the_samples_changes_nothing(representation, shape, periodic):
 
 
 def test_refining_keeps_samples_size_and_contact():
-    gap = rough()
+    gap = GAP
     fine = refined(gap, "linear", 2)
     assert fine.shape == (64, 64)
     assert fine.size == gap.size
@@ -139,7 +134,7 @@ def test_every_method_comes_close_to_every_exact_answer(name):
 
 
 def test_a_rough_gap_is_judged_by_the_certified_bracket():
-    rows, bracket = on_gap(rough(), SETTING, grids=2)
+    rows, bracket = on_gap(GAP, SETTING, grids=2)
     assert bracket.upper / bracket.lower - 1 < 0.06
     assert {row.method.partition(" ")[0] for row in rows} == {"FD", "FE", "P2", "adaptive"}
     for row in rows:
@@ -173,7 +168,7 @@ def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch):
         return real(gap, cascade=cascade, **options)
 
     monkeypatch.setattr(methods, "solve", failing)
-    rows, _ = on_gap(rough(), SETTING, grids=2, methods=("cascade", "linear-gap", "adaptive"))
+    rows, _ = on_gap(GAP, SETTING, grids=2, methods=("cascade", "linear-gap", "adaptive"))
     first, second = series(rows, "FD linear-gap, cascade")
     # Where it converges it is the number of the elimination, to its tolerance of 1e-8.
     assert first.value == pytest.approx(series(rows, "FD linear-gap")[0].value, rel=1e-7)
@@ -182,7 +177,7 @@ def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch):
 
 def test_an_unknown_method_lists_those_there_are():
     with pytest.raises(InvalidInput, match=", ".join(METHODS)):
-        on_gap(rough(), SETTING, 1, ("adaptive", "magic"))
+        on_gap(GAP, SETTING, 1, ("adaptive", "magic"))
 
 
 def test_tables_hold_every_cell():
