@@ -8,12 +8,20 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.errors import MissingPackage
+from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
-from fem_seal.results.arrays import CONTACT_FILE, FLOW_FILE, write_contact, write_flow, write_mesh
+from fem_seal.results.arrays import (
+    CONTACT_FILE,
+    FLOW_FILE,
+    MESH_FILE,
+    read_mesh,
+    write_contact,
+    write_flow,
+    write_mesh,
+)
 from fem_seal.results.folder import make_aside, writing
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Flow, Scene
@@ -24,7 +32,12 @@ if TYPE_CHECKING:
 
 
 def run(
-    scene: Scene, out: str | Path, *, overwrite: bool = False, report: Report = silent
+    scene: Scene,
+    out: str | Path,
+    *,
+    overwrite: bool = False,
+    report: Report = silent,
+    trust: bool = False,
 ) -> Result:
     """Compute the products of a scene and write them into a folder.
 
@@ -35,6 +48,7 @@ def run(
         the mesh where they are products
     overwrite : whether another scene's result may be replaced
     report : called with the stage and its latest news
+    trust : whether gmsh may run a .geo file that is not the package's own, with your rights
 
     Returns
     -------
@@ -51,7 +65,7 @@ def run(
     require_packages(scene)
     folder = parallel.on_root(lambda: ResultFolder(out, Provenance.of(scene), overwrite))
     with folder if parallel.is_root() else nullcontext():
-        seal = Seal(scene, report)
+        seal = Seal(scene, report, trust=trust)
         if scene.needs_flow:
             seal.leak_rate  # noqa: B018 (all processes solve before the first one writes)
         files = parallel.on_root(lambda: _write_products(seal, folder.aside))
@@ -82,21 +96,29 @@ def draw(folder: str | Path, report: Report = silent) -> tuple[str, ...]:
     require_gl()
     folder = Path(folder)
     result = Result.from_folder(folder)
-    scene = result.scene()
-    seal = Seal(scene)
-    if (folder / CONTACT_FILE).is_file():
-        seal.grid_gap = read_contact(folder)[0]
+    gap, flow = _gap_of(result, folder), result.flow()
     leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
     report("pictures", "")
     with ResultFolder(folder, result.provenance) as aside:
-        names = draw_pictures(seal.gap, leak, scene.flow, aside.aside)
+        names = draw_pictures(gap, leak, flow, aside.aside)
         files = tuple(sorted({*result.files, *names}))
         aside.add(names, result.model_copy(update={"files": files}))
     return names
 
 
+def _gap_of(result: Result, folder: Path) -> "GridField | MeshGap":
+    """Gap of a result, from its own arrays wherever it has some; nothing is computed or run."""
+    if (folder / MESH_FILE).is_file():
+        return read_mesh(folder)
+    if (folder / CONTACT_FILE).is_file():
+        return read_contact(folder)[0]
+    if "gap" not in result.provenance.scene:
+        raise InvalidInput(f"{folder} holds neither {CONTACT_FILE} nor {MESH_FILE}; run it again")
+    return Seal(result.scene()).grid_gap
+
+
 def mesh(
-    scene: Scene, out: str | Path, report: Report = silent
+    scene: Scene, out: str | Path, report: Report = silent, *, trust: bool = False
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Write and draw the mesh of a scene's shape.
 
@@ -105,6 +127,7 @@ def mesh(
     scene : with a shape
     out : folder of mesh.vtu, shape.png and gap.png
     report : called with the stage and its latest news
+    trust : whether gmsh may run a .geo file that is not the package's own, with your rights
 
     Returns
     -------
@@ -117,7 +140,7 @@ def mesh(
     """
     pictures = scene.output.model_copy(update={"products": ("pictures",)})
     require_packages(scene.model_copy(update={"output": pictures}))
-    gap = Seal(scene, report).gap
+    gap = Seal(scene, report, trust=trust).gap
     return gap.summary(), parallel.on_root(lambda: _write_mesh(gap, scene, Path(out).absolute()))
 
 

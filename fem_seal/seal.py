@@ -16,6 +16,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
+from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import CONTACTS, FLOWS, made_surface, prepared_surface
 
 if TYPE_CHECKING:
@@ -38,18 +39,29 @@ class Seal:
     ----------
     scene : what is to be computed
     report : called with the stage and its latest news
+    trust : whether gmsh may run a .geo file that is not the package's own
+
+    Raises
+    ------
+    InvalidInput
+        If the scene names such a file without `trust`, or is no Scene.
     """
 
     contact_start: np.ndarray | None = None  # a pressure [Pa] near the contact's saves iterations
 
-    def __init__(self, scene: Scene, report: Report = silent):
+    def __init__(self, scene: Scene, report: Report = silent, *, trust: bool = False):
         if not isinstance(scene, Scene):
             raise InvalidInput(
                 f"a Seal is made of a Scene, not of a {type(scene).__name__}; "
                 "Scene.from_file(path) reads one"
             )
+        if isinstance(scene.shape, MeshFile) and scene.shape.needs_gmsh:
+            from fem_seal.mesh.geometry import require_trust
+
+            require_trust(scene.shape.path, trust)
         self.scene = scene
         self.report = report
+        self.trust = trust
         self.seconds: dict[str, float] = {}
 
     @contextmanager
@@ -138,7 +150,7 @@ class Seal:
 
         grid = None if shape.own_gap else self.grid_gap
         with self.timed("shape"):
-            return parallel.on_root(lambda: shaped_gap(shape, grid))
+            return parallel.on_root(lambda: shaped_gap(shape, grid, trust=self.trust))
 
     @cached_property
     def grid_gap(self) -> GridField:

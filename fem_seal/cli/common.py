@@ -39,6 +39,15 @@ def add_scene(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_trust(command: argparse.ArgumentParser) -> None:
+    """Take the user's word that a geometry may be run; no scene file can give it."""
+    command.add_argument(
+        "--trust",
+        action="store_true",
+        help="let gmsh run the scene's .geo file, a program with your rights",
+    )
+
+
 def add_output(command: argparse.ArgumentParser, default: str) -> None:
     """Take a result folder."""
     command.add_argument("--out", type=Path, metavar="DIR", help=f"result folder ({default})")
@@ -47,13 +56,13 @@ def add_output(command: argparse.ArgumentParser, default: str) -> None:
     )
 
 
-def run_and_print(scene: "Scene", out: Path, overwrite: bool) -> int:
+def run_and_print(scene: "Scene", out: Path, overwrite: bool, trust: bool = False) -> int:
     """Run a scene into a folder, print its result and give the exit status."""
     from fem_seal.job import run
     from fem_seal.progress import Display
 
     with Display(parallel.is_root()) as report:
-        result = run(scene, out, overwrite=overwrite, report=report)
+        result = run(scene, out, overwrite=overwrite, report=report, trust=trust)
     return print_result(result, out)
 
 

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.common import add_command, add_scene, say
+from fem_seal.cli.common import add_command, add_scene, add_trust, say
 from fem_seal.errors import InvalidInput
 
 
@@ -16,6 +16,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "fem-seal mesh demos/scenes/flange.toml",
     )
     add_scene(command)
+    add_trust(command)
     command.add_argument(
         "--out", type=Path, metavar="DIR", help="folder of the files (results/NAME for NAME.toml)"
     )
@@ -36,6 +37,6 @@ def _mesh(options: argparse.Namespace) -> int:
         )
     out = options.out or Path("results") / options.scene.stem
     with Display(parallel.is_root()) as report:
-        lines, names = mesh(scene, out, report)
+        lines, names = mesh(scene, out, report, trust=options.trust)
     say("\n".join([*lines, f"result     {', '.join(names)} in {out}"]))
     return 0

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.common import add_command, add_output, add_scene, run_and_print
+from fem_seal.cli.common import add_command, add_output, add_scene, add_trust, run_and_print
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -15,6 +15,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "fem-seal run demos/scenes/first.toml --set flow.rtol=0.02",
     )
     add_scene(command)
+    add_trust(command)
     add_output(command, "results/NAME for NAME.toml")
     command.set_defaults(command=_run)
 
@@ -24,4 +25,4 @@ def _run(options: argparse.Namespace) -> int:
 
     scene = Scene.from_file(options.scene, options.overrides)
     out = options.out or Path("results") / options.scene.stem
-    return run_and_print(scene, out, options.overwrite)
+    return run_and_print(scene, out, options.overwrite, options.trust)

@@ -5,7 +5,7 @@ import csv
 from pathlib import Path
 
 from fem_seal import parallel
-from fem_seal.cli.common import add_command, add_output, add_scene, say
+from fem_seal.cli.common import add_command, add_output, add_scene, add_trust, say
 from fem_seal.errors import NotConverged
 
 
@@ -18,6 +18,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "fem-seal sweep demos/scenes/first.toml --vary contact.pressure=0.1MPa,0.2MPa",
     )
     add_scene(command)
+    add_trust(command)
     command.add_argument(
         "--vary",
         action="append",
@@ -43,6 +44,7 @@ def _sweep(options: argparse.Namespace) -> int:
             overrides=options.overrides,
             overwrite=options.overwrite,
             report=report,
+            trust=options.trust,
         )
     say("\n".join(_points(out / TABLE_FILE)))
     say(f"{tally.points} points, {tally.computed} of them computed now, in {out}/sweep.csv")

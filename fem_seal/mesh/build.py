@@ -1,44 +1,37 @@
 """From the [shape] of a scene to a mesh with a gap."""
 
-import sysconfig
-from pathlib import Path
+from functools import partial
 
-from fem_seal.errors import MissingPackage
 from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.grid import GridField
 from fem_seal.mesh.channel_sizes import channel_sizes
 from fem_seal.mesh.checks import labelled
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
 from fem_seal.mesh.gap_source import CartesianGrid, Formula, GapSource, PolarGrid, Uniform
-from fem_seal.mesh.geometry import Rectangle, SizeField, mesh_geometry
+from fem_seal.mesh.geometry import SOURCES, mesh_geometry
 from fem_seal.mesh.mesh_gap import MeshGap
 from fem_seal.mesh.shape import shape_mesh
 from fem_seal.scene.shape import MeshFile, Shape
 
-# The sources of the built-in shapes: beside the package, or where an installed one has them.
-_FOLDERS = (
-    Path(__file__).parents[2] / "meshes",
-    Path(sysconfig.get_path("data")) / "share" / "fem_seal" / "meshes",
-)
 
-
-def shaped_gap(shape: Shape, grid: GridField | None) -> MeshGap:
+def shaped_gap(shape: Shape, grid: GridField | None, *, trust: bool = False) -> MeshGap:
     """Mesh a shape and interpolate its gap.
 
     Parameters
     ----------
     shape : section of the scene
     grid : the gap, where the section itself does not say it
+    trust : whether to run a .geo file that is not the package's own
 
     Raises
     ------
     InvalidInput
-        If the geometry or mesh cannot be used or the gap does not fit it.
+        If the geometry or mesh cannot be used or is not trusted, or the gap does not fit it.
     MissingPackage
         If gmsh is needed and missing.
     """
     source = gap_source(shape, grid)
-    triangles = _triangles(shape, source)
+    triangles = _triangles(shape, source, trust)
     # What gmsh has just made is right whichever way its surfaces are turned.
     name = shape.path.name if isinstance(shape, MeshFile) else shape.kind
     mesh = shape_mesh(*labelled(triangles, name, reorient=shape.needs_gmsh or shape.reorient))
@@ -57,26 +50,16 @@ def gap_source(shape: Shape, grid: GridField | None) -> GapSource:
 GRIDS = {"cartesian": CartesianGrid, "polar": PolarGrid}
 
 
-def _triangles(shape: Shape, source: GapSource) -> Triangles:
+def _triangles(shape: Shape, source: GapSource, trust: bool) -> Triangles:
     sizes = None
     if shape.smallest_size is not None:
-
-        def sizes(rectangle: Rectangle) -> SizeField:
-            return channel_sizes(source, rectangle, shape.smallest_size, shape.mesh_size)
-
+        sizes = partial(
+            channel_sizes, source, smallest=shape.smallest_size, largest=shape.mesh_size
+        )
     if not isinstance(shape, MeshFile):
-        return mesh_geometry(_source(shape.source), shape.numbers(), 1.0, GroupNames(), sizes)
+        return mesh_geometry(SOURCES / shape.source, shape.numbers(), 1.0, GroupNames(), sizes)
     unit = length_in_metres(shape.unit, "lengths of the mesh")
     names = GroupNames(shape.inlet, shape.outlet, shape.wall)
     if shape.needs_gmsh:
-        return mesh_geometry(shape.path, {}, unit, names, sizes, shape.mesh_size)
+        return mesh_geometry(shape.path, {}, unit, names, sizes, shape.mesh_size, trust=trust)
     return read_triangles(shape.path, unit, names)
-
-
-def _source(name: str) -> Path:
-    for folder in _FOLDERS:
-        if (folder / name).is_file():
-            return folder / name
-    raise MissingPackage(
-        f"the geometry source meshes/{name} is not installed; install fem_seal from its checkout"
-    )

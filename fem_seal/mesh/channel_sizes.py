@@ -3,7 +3,7 @@
 import numpy as np
 
 from fem_seal.mesh.gap_source import GapSource
-from fem_seal.mesh.geometry import Rectangle, SizeField
+from fem_seal.mesh.gmsh_process import Rectangle, SizeField
 
 NARROW = 0.1  # of the mean gap: what is lower bounds a channel
 GROWTH = 0.5  # edge length over the distance to the nearest bank of a channel

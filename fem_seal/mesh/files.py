@@ -79,7 +79,11 @@ def read_triangles(
         If .xdmf is read without h5py.
     """
     source = source or path
-    mesh = _read(path, source)
+    return triangles_of(read_file(path, source), source, unit, names)
+
+
+def triangles_of(mesh: "meshio.Mesh", source: Path, unit: float, names: GroupNames) -> Triangles:
+    """Triangles and groups of a mesh that has been read; see `read_triangles`."""
     types = {block.type for block in mesh.cells if len(block.data)}
     if types & {"triangle6", "line3", "triangle7", "triangle10", "line4"}:
         raise InvalidInput(
@@ -97,7 +101,7 @@ def read_triangles(
             "physical group as well if its curves have some"
         )
     points, cells = mesh.points, mesh.get_cells_type("triangle").astype(np.int64)
-    _check_indices(source, len(points), [block.data for block in mesh.cells])
+    check_indices(source, len(points), [block.data for block in mesh.cells])
     xy = _plane(source, points, cells) * unit
     edges = {group: _edges(source, mesh, getattr(names, group)) for group in _GROUPS}
     for group in ("inlet", "outlet"):
@@ -112,9 +116,11 @@ def read_triangles(
 _GROUPS = ("inlet", "outlet", "wall")
 
 
-def _read(path: Path, source: Path) -> "meshio.Mesh":
+def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
+    """Read a .msh, .vtu or .xdmf file, whatever cells it has; see `read_triangles`."""
     import meshio
 
+    source = source or path
     readers: dict[str, Callable[[str], meshio.Mesh]] = {
         ".msh": meshio.gmsh.read,
         ".vtu": meshio.vtu.read,
@@ -143,7 +149,8 @@ def _read(path: Path, source: Path) -> "meshio.Mesh":
         ) from None
 
 
-def _check_indices(source: Path, count: int, blocks: list[np.ndarray]) -> None:
+def check_indices(source: Path, count: int, blocks: list[np.ndarray]) -> None:
+    """Refuse cells that name points which the file does not have."""
     for data in blocks:
         if len(data) and not 0 <= data.min() <= data.max() < count:
             raise InvalidInput(

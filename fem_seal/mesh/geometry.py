@@ -1,53 +1,64 @@
-"""Meshing by gmsh: a .geo file with its numbers set, and a size field that follows the gap."""
+"""Meshing by gmsh: a .geo file with its numbers set, and a size field that follows the gap.
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+A .geo file is a program: it can run shell commands and write files. The package's own sources,
+recognised by their content, are run as they are; any other one only if the user trusts it. gmsh
+always works in a process of its own (`gmsh_process`), so that Ctrl-C, a crash or an endless loop
+in it ends with one sentence and leaves nothing behind.
+"""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping
+from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import ModuleType
-
-import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
+from fem_seal.mesh.gmsh_process import ERROR_FILE, JOB_FILE, MESH_FILE, Job, Sizes
 
-MOST_EDGES = 1e5  # along the longer side
-
-
-@dataclass(frozen=True)
-class Rectangle:
-    """x0 <= x <= x1, y0 <= y <= y1 [m]."""
-
-    x0: float
-    x1: float
-    y0: float
-    y1: float
+# Geometries of the package, beside its modules; also in a wheel and in an editable install.
+SOURCES = Path(__file__).with_name("sources")
+LONGEST = 600.0  # seconds for a geometry that is not the package's own
+_LOG_FILE = "log.txt"
+# By these a process takes itself for one of those that mpirun started.
+_OF_MPIRUN = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_")
 
 
-@dataclass(frozen=True, eq=False)
-class SizeField:
-    """Wanted edge lengths on a rectangular raster, linear between its points.
+def own_source(geo: Path) -> bytes | None:
+    """Content of a .geo file if it is one of the package's own sources, else None."""
+    content = geo.read_bytes()
+    return content if any(content == own.read_bytes() for own in SOURCES.glob("*.geo")) else None
 
-    sizes : (nx, ny) [m], at least 2 x 2
-    origin : (x0, y0) [m] of sizes[0, 0]; spacing : (dx, dy) [m]
+
+def require_trust(geo: Path, trust: bool) -> bytes | None:
+    """Refuse a .geo file that is neither the package's own nor trusted.
+
+    Parameters
+    ----------
+    geo : geometry source
+    trust : whether the user has said on the command line, or in Python, to run it
+
+    Returns
+    -------
+    Content of the file if it is the package's own, else None.
+
+    Raises
+    ------
+    InvalidInput
+        If it must not be run.
     """
-
-    sizes: np.ndarray
-    origin: tuple[float, float]
-    spacing: tuple[float, float]
-
-    def __call__(self, x: float, y: float) -> float:
-        """Edge length [m] at a point; outside the raster that of its rim."""
-        nx, ny = self.sizes.shape
-        s = min(max((x - self.origin[0]) / self.spacing[0], 0.0), nx - 1.0)
-        t = min(max((y - self.origin[1]) / self.spacing[1], 0.0), ny - 1.0)
-        i, j = min(int(s), nx - 2), min(int(t), ny - 2)
-        s, t = s - i, t - j
-        a, b, c, d = self.sizes[i : i + 2, j : j + 2].ravel().tolist()
-        return (1 - s) * ((1 - t) * a + t * b) + s * ((1 - t) * c + t * d)
-
-
-Sizes = Callable[[Rectangle], SizeField]
+    own = own_source(geo)
+    if own is None and not trust:
+        raise InvalidInput(
+            f"{geo} is a program that gmsh would run with your rights; if you trust it, say "
+            "--trust (in Python: trust=True), or mesh it in gmsh and name the .msh file"
+        )
+    return own
 
 
 def mesh_geometry(
@@ -57,93 +68,86 @@ def mesh_geometry(
     names: GroupNames,
     sizes: Sizes | None = None,
     largest: float | None = None,
+    *,
+    trust: bool = False,
+    longest: float = LONGEST,
 ) -> Triangles:
-    """Run a .geo file through gmsh.
+    """Run a .geo file through gmsh, in a process of its own.
 
     Parameters
     ----------
     geo : geometry source; it names the groups by Physical Curve
-    numbers : values of its DefineConstant
+    numbers : values of its DefineConstant, for the package's own sources
     unit : length of its unit [m]
     names : of the groups
-    sizes : gives, for the rectangle of the geometry, edge lengths that are not to be exceeded
+    sizes : gives, for the rectangle of the geometry, edge lengths that are not to be exceeded; it
+        is pickled
     largest : edge length [m] that is not to be exceeded anywhere
+    trust : whether to run a file that is not the package's own
+    longest : time [s] that such a file may take
 
     Raises
     ------
     InvalidInput
-        If gmsh finds an error in the file, or what `files.read_triangles` says of its mesh.
+        If the file is neither the package's own nor trusted, if gmsh finds an error in it, crashes
+        on it or takes too long, or what `files.read_triangles` says of its mesh.
     MissingPackage
         If gmsh is not installed.
     """
-    gmsh = _gmsh()
-    with TemporaryDirectory(prefix="fem-seal-") as folder:
-        mesh = Path(folder) / f"{geo.stem}.msh"
-        # gmsh keeps the constants of one file for the next of the same process.
-        lines = ["Delete Variables;", *(f"{name} = {value!r};" for name, value in numbers.items())]
-        start = Path(folder) / "start.geo"
-        start.write_text("\n".join([*lines, f'Include "{geo.absolute()}";\n']), encoding="utf-8")
-        gmsh.initialize(["gmsh"], readConfigFiles=False)
-        try:
-            gmsh.option.setNumber("General.Terminal", 0)
-            # Errors are read from the log: gmsh would raise them as bare exceptions.
-            gmsh.option.setNumber("General.AbortOnError", 0)
-            gmsh.logger.start()
-            gmsh.open(str(start))
-            _refuse_errors(gmsh, geo)
-            if largest is not None:
-                _refuse_tiny_edges(gmsh, geo, largest / unit)
-                gmsh.option.setNumber("Mesh.MeshSizeMax", largest / unit)
-            if sizes is not None:
-                _set_sizes(gmsh, sizes, unit)
-            gmsh.model.mesh.generate(2)
-            _refuse_errors(gmsh, geo)
-            gmsh.write(str(mesh))
-        finally:
-            gmsh.logger.stop()
-            gmsh.finalize()
-        if not mesh.exists():
+    own = require_trust(geo, trust)
+    if not find_spec("gmsh"):
+        raise MissingPackage(NO_GMSH)
+    with TemporaryDirectory(prefix="fem-seal-") as name:
+        folder = Path(name)
+        job = Job(str(geo.absolute()), own, dict(numbers), unit, sizes, largest)
+        (folder / JOB_FILE).write_bytes(pickle.dumps(job))
+        _run(folder, geo, None if own else longest)
+        if not (folder / MESH_FILE).exists():
             raise InvalidInput(f"gmsh has made no mesh of {geo}: does it have a surface?")
-        return read_triangles(mesh, unit, names, source=geo)
+        return read_triangles(folder / MESH_FILE, unit, names, source=geo)
 
 
-def _gmsh() -> ModuleType:
-    try:
-        import gmsh
-    except (ModuleNotFoundError, OSError) as error:
-        raise MissingPackage(
-            f"meshing needs gmsh ({error}); on Debian: apt-get install python3-gmsh, elsewhere: "
-            "pip install gmsh"
-        ) from None
-    return gmsh
+NO_GMSH = (
+    "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: "
+    "pip install gmsh"
+)
 
 
-def _refuse_errors(gmsh: ModuleType, geo: Path) -> None:
-    errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
-    if errors:
-        text = errors[0].removeprefix("Error").lstrip(" :")
-        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        raise InvalidInput(f"gmsh cannot mesh {geo}: {text}{more}")
-
-
-def _refuse_tiny_edges(gmsh: ModuleType, geo: Path, edge: float) -> None:
-    """Refuse edges of which gmsh would never see the end."""
-    x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(-1, -1)
-    extent = max(x1 - x0, y1 - y0)
-    if edge * MOST_EDGES < extent:
-        raise InvalidInput(
-            f"mesh_size is {edge / extent:.0e} of the extent of {geo}; choose at least "
-            f"{1 / MOST_EDGES:.0e} of it"
+def _run(folder: Path, geo: Path, longest: float | None) -> None:
+    """Let a process mesh the job of a folder; InvalidInput if it does not end well."""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(_OF_MPIRUN)}
+    # The process finds this package wherever it is, and nothing in the current folder.
+    package = str(Path(__file__).parents[2])
+    paths = [package, *filter(None, [environment.get("PYTHONPATH")])]
+    environment["PYTHONPATH"] = os.pathsep.join(paths)
+    command = [sys.executable, "-P", "-m", "fem_seal.mesh.gmsh_process"]
+    with (folder / _LOG_FILE).open("wb") as log:
+        # A session of its own can be ended whole, with whatever a geometry has started.
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+            start_new_session=True,
         )
-
-
-def _set_sizes(gmsh: ModuleType, sizes: Sizes, unit: float) -> None:
-    x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(-1, -1)
-    field = sizes(Rectangle(x0 * unit, x1 * unit, y0 * unit, y1 * unit))
-
-    def size(dim: int, tag: int, x: float, y: float, z: float, *given: float) -> float:
-        return field(x * unit, y * unit) / unit
-
-    # Newer versions of gmsh also hand over the size they would take.
-    gmsh.model.mesh.setSizeCallback(size)
-    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        try:
+            status = process.wait(longest)
+        except subprocess.TimeoutExpired:
+            raise InvalidInput(
+                f"gmsh has not meshed {geo} within {longest:g} s; mesh it in gmsh and name the "
+                ".msh file"
+            ) from None
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    if (folder / ERROR_FILE).exists():
+        raise InvalidInput((folder / ERROR_FILE).read_text(encoding="utf-8"))
+    if status:
+        lines = (folder / _LOG_FILE).read_text(encoding="utf-8", errors="replace").splitlines()
+        why = f"signal {-status}" if status < 0 else "".join(lines[-1:])
+        raise InvalidInput(
+            f"gmsh has crashed on {geo} ({why}); mesh it in gmsh and name the .msh file"
+        )

@@ -1,5 +1,6 @@
 """The arrays of a result folder: contact.npz and flow.vtu."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
+from fem_seal.field_file.containers import read_npz
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
@@ -43,10 +45,10 @@ def read_contact(folder: str | Path) -> tuple[GridField, GridField | None]:
     """Gap [m] and pressure [Pa] of a result folder, to the last digit."""
     path = Path(folder) / CONTACT_FILE
     gap = load_gap(path)
-    with np.load(path) as arrays:
-        if "pressure" not in arrays.files:
-            return gap, None
-        return gap, GridField(arrays["pressure"], gap.spacing, gap.periodic)
+    arrays = read_npz(path, ("pressure",)).variables
+    if "pressure" not in arrays:
+        return gap, None
+    return gap, GridField(arrays["pressure"].values, gap.spacing, gap.periodic)
 
 
 def write_flow(folder: Path, field: FlowField) -> str:
@@ -105,26 +107,73 @@ def write_mesh(folder: Path, gap: "MeshGap") -> str:
     return MESH_FILE
 
 
+def read_mesh(folder: str | Path) -> "MeshGap":
+    """Gap on the mesh of a shape, as `write_mesh` has left it in a folder.
+
+    Raises
+    ------
+    InvalidInput
+        If mesh.vtu is missing or damaged.
+    """
+    from scipy.spatial import cKDTree
+
+    from fem_seal.mesh.checks import labelled
+    from fem_seal.mesh.files import GroupNames, read_file, triangles_of
+    from fem_seal.mesh.mesh_gap import MeshGap
+    from fem_seal.mesh.shape import shape_mesh
+
+    path = Path(folder) / MESH_FILE
+    file = read_file(path)
+    triangles = triangles_of(file, path, 1.0, GroupNames())
+    gap = _array(file.point_data, "gap", (len(triangles.xy),), path)
+    mesh = shape_mesh(*labelled(triangles, path.name, reorient=False))
+    # Cutting the mesh open again has doubled some points and may have numbered all anew.
+    distance, at = cKDTree(triangles.xy).query(mesh.xy)
+    if distance.any():
+        raise InvalidInput(f"{path} is not as fem_seal writes it; run the scene again")
+    return MeshGap(mesh, gap[at])
+
+
+def _array(
+    arrays: Mapping[str, np.ndarray], name: str, shape: tuple[int, ...], path: Path
+) -> np.ndarray:
+    """Array of finite real numbers out of a VTK file, of which the first columns are taken."""
+    values = arrays.get(name)
+    if (
+        values is None
+        or values.dtype.kind not in "iuf"
+        or values.ndim != len(shape)
+        or any(n < k for n, k in zip(values.shape, shape, strict=True))
+        or len(values) != shape[0]
+        or not np.isfinite(values).all()
+    ):
+        raise InvalidInput(f"{path} is not as fem_seal writes it: no whole array {name!r}")
+    return values[tuple(slice(k) for k in shape)].astype(float)
+
+
 def read_flow(folder: str | Path) -> FlowField:
     """Flow of a result folder, to the last digit.
 
     Raises
     ------
     InvalidInput
-        If the folder has no flow.vtu: `output.products` did not name "mesh".
+        If the folder has no flow.vtu, as `output.products` did not name "mesh", or a damaged one.
     """
-    import meshio
+    from fem_seal.mesh.files import check_indices, read_file
 
     path = Path(folder) / FLOW_FILE
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist; name 'mesh' in output.products to have it")
-    mesh = meshio.read(path)
+    mesh = read_file(path)
+    cells = mesh.get_cells_type("triangle")
+    check_indices(path, len(mesh.points), [cells])
+    flux = {name: parts[0] for name, parts in mesh.cell_data.items()}
     return FlowField(
-        points=mesh.points[:, :2],
-        cells=mesh.cells_dict["triangle"],
-        gap=mesh.point_data["gap"],
-        pressure=mesh.point_data["pressure"],
-        flux=mesh.cell_data["flux"][0][:, :2],
+        points=mesh.points[:, :2].astype(float),
+        cells=cells,
+        gap=_array(mesh.point_data, "gap", (len(mesh.points),), path),
+        pressure=_array(mesh.point_data, "pressure", (len(mesh.points),), path),
+        flux=_array(flux, "flux", (len(cells), 2), path),
     )
 
 

@@ -9,9 +9,9 @@ from math import isfinite
 from pathlib import Path
 from platform import python_version
 from time import perf_counter
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState, GapState
@@ -26,12 +26,27 @@ from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.record import Record
-from fem_seal.scene import Scene
+from fem_seal.scene import Flow, Scene
+from fem_seal.scene.messages import explain
 from fem_seal.seal import Seal
 
 RESULT_FILE = "result.json"
 _PACKAGES = ("fem_seal", "fenics-dolfinx", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista")
 _PACKAGES += ("h5py", "SurfaceTopography")
+
+
+def _beside(name: str) -> str:
+    """Name of a file beside result.json.
+
+    Old files are removed when a result is replaced: one that came from elsewhere must not name
+    files of other folders.
+    """
+    if name in ("", "..") or name != Path(name).name or "\0" in name:
+        raise ValueError("should be the name of a file in the folder")
+    return name
+
+
+FileName = Annotated[str, AfterValidator(_beside)]
 
 
 class Bounds(Record):
@@ -145,7 +160,7 @@ class Result(Record):
     levels: tuple[LevelRecord, ...]
     accuracy: AccuracyRecord | None = None
     preparation: tuple[StepRecord, ...] | None = None
-    files: tuple[str, ...]
+    files: tuple[FileName, ...]
     seconds: dict[str, float]
     peak_memory_bytes: int
     provenance: Provenance
@@ -168,6 +183,13 @@ class Result(Record):
             raise InvalidInput(
                 f"{path} is not a result of this version: {where}: {first['msg']}"
             ) from None
+
+    def flow(self) -> Flow:
+        """Section [flow] of the scene that gave this result."""
+        try:
+            return Flow.model_validate(self.provenance.scene.get("flow", {}))
+        except ValidationError as error:
+            raise InvalidInput(f"scene of the result: {explain(error, Flow)}") from None
 
     def scene(self) -> Scene:
         """Rebuild the scene that gave this result."""

@@ -37,7 +37,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
             rate = rate_text(leak.value, leak.lower, leak.upper, leak.unit)
         lines.append(("leak rate", rate))
         lines.append(("flow", flow_words(result)))
-        if result.gap_is_periodic and result.provenance.scene["flow"]["sides"] == "wall":
+        if result.gap_is_periodic and result.flow().sides == "wall":
             lines.append(("sides", WALLS))
     lines.extend(lines_of(result))
     if result.accuracy:
@@ -75,8 +75,8 @@ def factor_words(lower: float | None, upper: float | None) -> str:
 def flow_words(result: Result) -> str:
     """Method, size and, on a grid, the sides: a leak rate between walls is another one."""
     text = f"{result.method}, {result.unknowns} unknowns"
-    scene = result.provenance.scene
-    return text if "shape" in scene else f"{text}, {scene['flow']['sides']} sides"
+    shaped = "shape" in result.provenance.scene
+    return text if shaped else f"{text}, {result.flow().sides} sides"
 
 
 def contact_words(result: Result) -> str:

@@ -33,6 +33,7 @@ def sweep(
     overrides: Sequence[str] = (),
     overwrite: bool = False,
     report: Report = silent,
+    trust: bool = False,
 ) -> Tally:
     """Compute the points of a sweep that its folder does not hold yet.
 
@@ -44,6 +45,7 @@ def sweep(
     overrides : of the scene, for all points
     overwrite : whether another sweep may be replaced
     report : called with the point and its latest news
+    trust : whether gmsh may run a .geo file that is not the package's own
 
     Returns
     -------
@@ -68,7 +70,7 @@ def sweep(
     missing = [values for values in points if values not in table.rows]
     for number, values in enumerate(missing, start=1):
         name = f"{number}/{len(missing)} {', '.join(map('{}={}'.format, keys, values))}"
-        table.rows[values] = _compute(points[values], name, report, path_of_contacts).cells()
+        table.rows[values] = _compute(points[values], name, report, path_of_contacts, trust).cells()
         parallel.on_root(table.write)
     converged = COLUMNS.index("converged")
     failed = sum(table.rows[values][converged] != "True" for values in points)
@@ -85,14 +87,14 @@ def _origin(scene: Scene, keys: tuple[str, ...]) -> Provenance:
     return origin.model_copy(update={"scene": shared, "seed": None})
 
 
-def _compute(scene: Scene, name: str, report: Report, contacts: ContactPath) -> Row:
+def _compute(scene: Scene, name: str, report: Report, contacts: ContactPath, trust: bool) -> Row:
     """Numbers of one point; pictures and meshes are for single runs."""
 
     def news(stage: str, detail: str) -> None:
         report(f"{name}: {stage}", detail)
 
     numbers = scene.output.model_copy(update={"products": _numbers(scene)})
-    seal = Seal(scene.model_copy(update={"output": numbers}), news)
+    seal = Seal(scene.model_copy(update={"output": numbers}), news, trust=trust)
     contacts.lead(seal)
     try:
         row = Row.of(summarise(seal))

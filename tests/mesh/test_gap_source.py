@@ -8,7 +8,7 @@ from fem_seal.expression import FUNCTIONS, evaluate
 from fem_seal.grid import GridField
 from fem_seal.mesh.channel_sizes import channel_sizes
 from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, Uniform
-from fem_seal.mesh.geometry import Rectangle, SizeField
+from fem_seal.mesh.gmsh_process import Rectangle, SizeField
 
 POINTS = np.random.default_rng(1).uniform(-1, 1, (50, 2))
 X, Y = POINTS.T

@@ -1,0 +1,159 @@
+"""The process in which gmsh works: reads a job in the current folder and leaves a mesh there.
+
+`geometry.mesh_geometry` starts it. Whatever can be explained is left as a sentence in ERROR_FILE.
+"""
+
+import ctypes
+import pickle
+import signal
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+
+JOB_FILE, MESH_FILE, ERROR_FILE = "job.pickle", "mesh.msh", "error.txt"
+SOURCE_FILE, START_FILE = "source.geo", "start.geo"
+MOST_EDGES = 1e5  # along the longer side
+_DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """x0 <= x <= x1, y0 <= y <= y1 [m]."""
+
+    x0: float
+    x1: float
+    y0: float
+    y1: float
+
+
+@dataclass(frozen=True, eq=False)
+class SizeField:
+    """Wanted edge lengths on a rectangular raster, linear between its points.
+
+    sizes : (nx, ny) [m], at least 2 x 2
+    origin : (x0, y0) [m] of sizes[0, 0]; spacing : (dx, dy) [m]
+    """
+
+    sizes: np.ndarray
+    origin: tuple[float, float]
+    spacing: tuple[float, float]
+
+    def __call__(self, x: float, y: float) -> float:
+        """Edge length [m] at a point; outside the raster that of its rim."""
+        nx, ny = self.sizes.shape
+        s = min(max((x - self.origin[0]) / self.spacing[0], 0.0), nx - 1.0)
+        t = min(max((y - self.origin[1]) / self.spacing[1], 0.0), ny - 1.0)
+        i, j = min(int(s), nx - 2), min(int(t), ny - 2)
+        s, t = s - i, t - j
+        a, b, c, d = self.sizes[i : i + 2, j : j + 2].ravel().tolist()
+        return (1 - s) * ((1 - t) * a + t * b) + s * ((1 - t) * c + t * d)
+
+
+Sizes = Callable[[Rectangle], SizeField]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One geometry to be meshed.
+
+    path : of the .geo file, for messages
+    content : of the package's own source, which is run in place of the file; None runs the file
+    numbers : values of the constants of `content`
+    unit : length of the geometry's unit [m]
+    sizes, largest : edge lengths that are not to be exceeded, by place and anywhere [m]
+    """
+
+    path: str
+    content: bytes | None
+    numbers: Mapping[str, float]
+    unit: float
+    sizes: Sizes | None
+    largest: float | None
+
+
+def mesh(job: Job, folder: Path) -> None:
+    """Mesh a job's geometry into MESH_FILE of a folder.
+
+    Raises
+    ------
+    InvalidInput
+        If gmsh finds an error in the geometry, or `largest` is tiny.
+    """
+    import gmsh
+
+    gmsh.initialize(["gmsh"], readConfigFiles=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    # Errors are read from the log: gmsh would raise them as bare exceptions.
+    gmsh.option.setNumber("General.AbortOnError", 0)
+    gmsh.logger.start()
+    gmsh.open(str(_start(job, folder)))
+    _refuse_errors(gmsh, job.path)
+    if job.largest is not None:
+        _refuse_tiny_edges(gmsh, job.path, job.largest / job.unit)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", job.largest / job.unit)
+    if job.sizes is not None:
+        _set_sizes(gmsh, job.sizes, job.unit)
+    gmsh.model.mesh.generate(2)
+    _refuse_errors(gmsh, job.path)
+    gmsh.write(str(folder / MESH_FILE))
+
+
+def _start(job: Job, folder: Path) -> Path:
+    """File that gmsh opens: the user's, or one that sets the constants of the package's own."""
+    if job.content is None:
+        return Path(job.path)
+    (folder / SOURCE_FILE).write_bytes(job.content)
+    lines = [*(f"{name} = {value!r};" for name, value in job.numbers.items())]
+    (folder / START_FILE).write_text("\n".join([*lines, f'Include "{SOURCE_FILE}";\n']))
+    return folder / START_FILE
+
+
+def _refuse_errors(gmsh: ModuleType, geo: str) -> None:
+    errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
+    if errors:
+        text = errors[0].removeprefix("Error").lstrip(" :")
+        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        raise InvalidInput(f"gmsh cannot mesh {geo}: {text}{more}")
+
+
+def _refuse_tiny_edges(gmsh: ModuleType, geo: str, edge: float) -> None:
+    """Refuse edges of which gmsh would never see the end."""
+    x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(-1, -1)
+    extent = max(x1 - x0, y1 - y0)
+    if edge * MOST_EDGES < extent:
+        raise InvalidInput(
+            f"mesh_size is {edge / extent:.0e} of the extent of {geo}; choose at least "
+            f"{1 / MOST_EDGES:.0e} of it"
+        )
+
+
+def _set_sizes(gmsh: ModuleType, sizes: Sizes, unit: float) -> None:
+    x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(-1, -1)
+    field = sizes(Rectangle(x0 * unit, x1 * unit, y0 * unit, y1 * unit))
+
+    def size(dim: int, tag: int, x: float, y: float, z: float, *given: float) -> float:
+        return field(x * unit, y * unit) / unit
+
+    # Newer versions of gmsh also hand over the size they would take.
+    gmsh.model.mesh.setSizeCallback(size)
+    gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+
+
+def main(folder: Path) -> None:
+    """Mesh the job of a folder."""
+    # A killed parent must not leave gmsh running.
+    ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    job = pickle.loads((folder / JOB_FILE).read_bytes())
+    try:
+        mesh(job, folder)
+    except InvalidInput as error:
+        (folder / ERROR_FILE).write_text(str(error), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path())

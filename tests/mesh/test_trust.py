@@ -1,0 +1,187 @@
+"""A .geo file of a stranger is a program: it runs only where the user has said so."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from mesh_files import scene_of
+from project import ROOT, write_toml
+
+from fem_seal import run
+from fem_seal.cli import main
+from fem_seal.errors import InvalidInput
+from fem_seal.job import draw
+from fem_seal.mesh.files import GroupNames
+from fem_seal.mesh.geometry import mesh_geometry
+from fem_seal.scene import Scene
+
+STRIP = (ROOT / "meshes" / "strip.geo").read_text()
+
+
+def hostile(path, mark):
+    """Geometry that leaves a mark in each way by which gmsh writes or starts what it is told to."""
+    path.write_text(
+        f'{STRIP}\nSystemCall "touch {mark}-call";\nPrintf("x") > "{mark}-print";\n'
+        f'Mesh 2;\nSave "{mark}-save.msh";\n'
+    )
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    hostile(tmp_path / "stranger.geo", tmp_path / "mark")
+    data = scene_of(tmp_path / "stranger.geo", gap=1e-6)
+    write_toml(tmp_path / "scene.toml", data)
+    return tmp_path
+
+
+def marks(folder):
+    return sorted(path.name for path in folder.glob("mark*"))
+
+
+def command(name, folder):
+    """Command line that meshes the scene."""
+    vary = ["--vary", "shape.gap=1e-6,2e-6"] if name == "sweep" else []
+    return [name, str(folder / "scene.toml"), "--out", str(folder / "out"), *vary]
+
+
+@pytest.mark.parametrize("name", ["run", "mesh", "sweep"])
+def test_a_strangers_geometry_is_not_run(name, folder, capsys):
+    """One sentence, status 2, nothing run and nothing written."""
+    assert main(command(name, folder)) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "stranger.geo is a program that gmsh would run with your rights" in error
+    assert "--trust" in error
+    assert sorted(path.name for path in folder.iterdir()) == ["scene.toml", "stranger.geo"]
+
+
+def test_no_word_of_the_scene_is_trust(folder, capsys):
+    for place in ("shape.trust", "trust.geo", "flow.trust"):
+        assert main([*command("run", folder), "--set", f"{place}=true"]) == 2
+        assert "is not a known key" in capsys.readouterr().err
+    assert marks(folder) == []
+
+
+@pytest.mark.parametrize("name", ["run", "mesh", "sweep"])
+def test_with_trust_it_runs(name, folder):
+    """All three marks are made, which shows that the tests above would see them."""
+    assert main([*command(name, folder), "--trust"]) == 0
+    assert marks(folder) == ["mark-call", "mark-print", "mark-save.msh"]
+
+
+def test_trust_in_python(folder):
+    scene = Scene.from_file(folder / "scene.toml")
+    with pytest.raises(InvalidInput, match="trust=True"):
+        run(scene, folder / "out")
+    assert run(scene, folder / "out", trust=True).converged
+
+
+def test_drawing_a_received_result_runs_nothing(folder):
+    """Its geometry is a stranger's by now, or is not there any more; mesh.vtu is enough."""
+    (folder / "stranger.geo").write_text(STRIP)
+    products = ["--set", 'output.products=["leak_rate", "mesh", "pictures"]']
+    assert main([*command("run", folder), "--trust", *products]) == 0
+    before = {name: (folder / "out" / name).read_bytes() for name in ("shape.png", "gap.png")}
+    for exists in (True, False):
+        for name in before:
+            (folder / "out" / name).unlink()
+        hostile(folder / "stranger.geo", folder / "mark")
+        if not exists:
+            (folder / "stranger.geo").unlink()
+        assert set(draw(folder / "out")) == {"shape.png", "gap.png", "flow.png"}
+        assert main(["report", str(folder / "out")]) == 0
+        assert marks(folder) == []
+        assert {name: (folder / "out" / name).read_bytes() for name in before} == before
+
+
+def test_a_result_without_its_mesh_is_not_meshed_again(folder, capsys):
+    assert main([*command("run", folder), "--trust"]) == 0
+    for path in (folder / "out" / "mesh.vtu", *folder.glob("mark*")):
+        path.unlink()
+    assert main(["render", str(folder / "out")]) == 2
+    assert "mesh.vtu" in capsys.readouterr().err
+    assert marks(folder) == []
+
+
+def test_own_geometry_is_known_by_its_content(tmp_path):
+    """Wherever a copy lies and whatever it is called; one more character makes it a stranger's."""
+    copy = tmp_path / "copy.geo"
+    shutil.copy(ROOT / "meshes" / "flange.geo", copy)
+    assert len(mesh_geometry(copy, {}, 1e-3, GroupNames()).cells) > 100
+    copy.write_text(copy.read_text() + "\n")
+    with pytest.raises(InvalidInput, match="is a program"):
+        mesh_geometry(copy, {}, 1e-3, GroupNames())
+
+
+def test_path_that_is_itself_a_program(tmp_path):
+    """A quote in the name of a file ends no string of another geometry."""
+    mark = tmp_path / "mark"
+    inner = f'x"; SystemCall "touch mark"; Include "{ROOT.name}'
+    geo = tmp_path / f"{inner}.geo".replace("/", "-")
+    geo.write_text(STRIP + "// a stranger's\n")
+    assert len(mesh_geometry(geo, {}, 1.0, GroupNames(), trust=True).cells) > 10
+    geo.write_text(STRIP)
+    assert len(mesh_geometry(geo, {}, 1.0, GroupNames()).cells) > 10
+    assert not mark.exists()
+
+
+def test_geometry_without_end(tmp_path):
+    geo = tmp_path / "endless.geo"
+    geo.write_text("x = 0;\nFor i In {0:1000000000000}\n  x = x + 1;\nEndFor\n")
+    with pytest.raises(InvalidInput, match=r"endless.geo within 1 s; mesh it in gmsh"):
+        mesh_geometry(geo, {}, 1.0, GroupNames(), trust=True, longest=1.0)
+
+
+def test_geometry_that_kills_gmsh(tmp_path):
+    geo = tmp_path / "fatal.geo"
+    geo.write_text('SystemCall "kill -SEGV $PPID";\n')
+    with pytest.raises(InvalidInput, match=r"crashed on .*fatal.geo \(signal 11\)"):
+        mesh_geometry(geo, {}, 1.0, GroupNames(), trust=True)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_within_gmsh(number, folder):
+    """Status 130, one sentence, and nothing left: no process, no temporary folder, no result."""
+    scratch, started = folder / "scratch", folder / "started"
+    scratch.mkdir()
+    (folder / "stranger.geo").write_text(
+        f'SystemCall "echo $$ > {started}.part; mv {started}.part {started}; exec sleep 600";\n'
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-m", "fem_seal", *command("mesh", folder), "--trust"],
+        env=os.environ | {"TMPDIR": str(scratch), "PYTHONPATH": str(ROOT)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 60
+    while not started.exists():
+        assert time.monotonic() < deadline
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(number)
+    assert process.wait(60) == 130
+    assert process.stderr.read().splitlines() == [
+        "fem-seal: interrupted; nothing half-written is left"
+    ]
+    assert list(scratch.iterdir()) == []
+    assert not (folder / "out").exists()
+    sleeper = int(started.read_text())
+    while alive(sleeper):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def alive(number):
+    """Whether a process runs, and is not just waiting for somebody to take note of its end."""
+    try:
+        status = Path(f"/proc/{number}/stat").read_text()
+    except OSError:
+        return False
+    return status.rsplit(")", 1)[1].split()[0] != "Z"
