@@ -1,8 +1,14 @@
-"""The letter's cascade of grids: each half as coarse as the last, its pressure the next guess.
+"""The letter's cascade of grids: each halves the spacing of the last and starts from its pressure.
 
-On a coarse grid the conductivity of a block is Bruggeman's effective medium of its sub-points
-(W. B. Dapp et al., Phys. Rev. Lett. 108, 244301 (2012)); the pressure is relaxed, interpolated to
-the next grid, and relaxed again, down to the samples themselves.
+On every grid the network equations Σ_b c_ab (p_b - p_a) = 0 of `solver` are relaxed. On a coarse
+grid a cell is a block of samples; its conductivity K is that of Bruggeman's effective medium of
+them,
+
+    mean over the block of (g³ - K)/(g³ + K) = 0,
+
+and c_ab puts the halves of two neighbouring cells in series. The pressure is interpolated to the
+next grid and relaxed again, down to the samples themselves (W. B. Dapp et al., Phys. Rev. Lett.
+108, 244301 (2012)).
 """
 
 from dataclasses import dataclass
@@ -13,14 +19,15 @@ from fem_seal.finite_difference.relaxation import energy, relax
 from fem_seal.finite_difference.stencil import FlowGrid, Network
 from fem_seal.theory.bruggeman import effective_conductivity
 
-# Blocks along the shorter side of the coarsest grid.
+# Least number of cells along the shorter side of the coarsest grid.
 COARSEST = 4
-# Relative conductivity of blocks that Bruggeman closes; a guess has to be defined there too.
+# Least conductivity of a cell over the largest: the guess must be defined in cells with K = 0 too.
 CLOSED_BLOCK = 1e-6
-# Tolerances of what is only a first guess for the next grid.
+# Tolerances on the coarse grids, whose pressure is only a first guess for the next grid: of the
+# effective conductivity, and of the energy.
 BLOCK_RTOL = 1e-3
 GUESS_TOL = 1e-6
-# Tolerance of what stands for the exact pressure.
+# Tolerance of the energy of the pressure taken as exact in `initial_error`.
 EXACT_TOL = 1e-12
 
 
@@ -28,9 +35,14 @@ EXACT_TOL = 1e-12
 class CoarseGrid:
     """Cells of a coarse grid, each a block of samples.
 
-    conductivity : (cx, cy) [m^3/(Pa s)]
-    edges_x, edges_y : (cx + 1,), (cy + 1,) [m]
-    periodic : whether y = 0 and y = Ly are the same line
+    Attributes
+    ----------
+    conductivity : (cx, cy) float
+        Effective conductivity of the cells, in units of the largest g³.
+    edges_x, edges_y : (cx + 1,), (cy + 1,) float
+        Coordinates of the sides of the cells [m].
+    periodic : bool
+        Whether y = 0 and y = Ly are the same line.
     """
 
     conductivity: np.ndarray
@@ -39,30 +51,34 @@ class CoarseGrid:
     periodic: bool
 
     def network(self) -> Network:
-        """Links between cell centres, each cell in series with its neighbour, and to the ends."""
+        """Links between the centres of neighbouring cells, and to the two ends."""
         K, dx, dy = self.conductivity, np.diff(self.edges_x), np.diff(self.edges_y)
         half_x = 0.5 * dx[:, None] / (K * dy)
         half_y = 0.5 * dy / (K * dx[:, None])
         x = 1 / np.concatenate([half_x[:1], half_x[:-1] + half_x[1:], half_x[-1:]])
-        beyond = np.roll(half_y, -1, axis=1) if self.periodic else half_y[:, 1:]
-        y = 1 / ((half_y if self.periodic else half_y[:, :-1]) + beyond)
+        next_y = np.roll(half_y, -1, axis=1) if self.periodic else half_y[:, 1:]
+        y = 1 / ((half_y if self.periodic else half_y[:, :-1]) + next_y)
         return Network(x, np.pad(y, ((1, 1), (0, 0))), self.periodic)
 
     def nodes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates of the network's nodes along x (the two ends included) and y [m]."""
+        """Coordinates of the nodes along x, with the two ends, and along y [m]."""
         centres_x, centres_y = (0.5 * (e[:-1] + e[1:]) for e in (self.edges_x, self.edges_y))
         return np.concatenate([self.edges_x[:1], centres_x, self.edges_x[-1:]]), centres_y
 
 
 @dataclass(frozen=True)
 class InitialError:
-    """How good first guesses are at the finest grid, against the converged pressure.
+    """Errors of two first guesses on the finest grid, relative to the converged pressure.
 
-    Energy excess is (energy of the guess - Q) / Q at unit pressure drop; rms is the root mean
-    square pressure error over the carrying nodes, in units of the pressure drop.
+    The energy excess is (energy of the guess - Q) / Q at unit pressure drop. The rms error is the
+    root mean square error of the pressure over the carrying nodes, in units of the pressure drop.
 
-    mean_field_energy, mean_field_rms : of the uniform gradient
-    cascade_energy, cascade_rms : of the cascade's guess
+    Attributes
+    ----------
+    mean_field_energy, cascade_energy : float
+        Energy excess of the uniform pressure gradient and of the cascade's guess.
+    mean_field_rms, cascade_rms : float
+        Rms error of the uniform pressure gradient and of the cascade's guess.
     """
 
     mean_field_energy: float
@@ -72,26 +88,28 @@ class InitialError:
 
     @property
     def energy_reduction(self) -> float:
-        """Mean-field energy excess over the cascade's."""
+        """Ratio of the energy excesses, uniform gradient to cascade."""
         return self.mean_field_energy / self.cascade_energy
 
     @property
     def rms_reduction(self) -> float:
-        """Mean-field pressure error over the cascade's."""
+        """Ratio of the rms errors, uniform gradient to cascade."""
         return self.mean_field_rms / self.cascade_rms
 
 
 def coarse_grid(grid: FlowGrid, block: int) -> CoarseGrid:
-    """Coarsen a gap's samples by Bruggeman's effective medium.
+    """Group the samples of a gap into blocks, each a cell of Bruggeman's effective medium.
 
     Parameters
     ----------
-    grid : the finest grid
-    block : samples along the side of a block; the last blocks may be smaller
+    grid : FlowGrid
+        The finest grid.
+    block : int
+        Samples along the side of a block; the last blocks may be smaller.
 
     Returns
     -------
-    CoarseGrid; conductivity in units of the largest cubed gap.
+    CoarseGrid
     """
     sites = grid.sites
     cubes = (sites.gap / sites.gap.max()) ** 3
@@ -110,7 +128,7 @@ def coarse_grid(grid: FlowGrid, block: int) -> CoarseGrid:
 
 
 def _block_edges(grid: FlowGrid, axis: int, block: int) -> np.ndarray:
-    """Where blocks of samples begin and end [m]; samples on the rim stand for half a pixel."""
+    """Coordinates [m] of the sides of the blocks; a vertex on the boundary has half a pixel."""
     count, spacing = grid.sites.gap.shape[axis], grid.sites.spacing[axis]
     first = grid.sites.origin[axis] - 0.5 * spacing
     edges = first + spacing * np.append(np.arange(0, count, block), count)
@@ -118,15 +136,16 @@ def _block_edges(grid: FlowGrid, axis: int, block: int) -> np.ndarray:
 
 
 def first_guess(grid: FlowGrid) -> np.ndarray:
-    """Pressure that the cascade brings to the finest grid.
+    """Pressure that the cascade yields on the finest grid, before it is relaxed there.
 
     Parameters
     ----------
-    grid : the finest grid
+    grid : FlowGrid
+        The finest grid.
 
     Returns
     -------
-    (mx, my) float, from 1 at the inlet to 0 at the outlet
+    (mx, my) float, from 1 at the inlet to 0 at the outlet.
 
     Raises
     ------
@@ -155,17 +174,18 @@ def _interpolate(
     new_y: np.ndarray,
     period: float | None,
 ) -> np.ndarray:
-    """Bilinear interpolation from nodes (x, y); constant beyond the outermost y, or periodic."""
+    """Bilinear interpolation from nodes (x, y); beyond the last nodes y constant or periodic."""
     along_x = np.array([np.interp(new_x, x, column) for column in values.T])
     return np.array([np.interp(new_y, y, row, period=period) for row in along_x.T])
 
 
 def initial_error(grid: FlowGrid) -> InitialError:
-    """Compare the cascade's guess with the uniform gradient, both against the converged pressure.
+    """Errors of the cascade's guess and of the uniform pressure gradient.
 
     Parameters
     ----------
-    grid : the finest grid, leaking
+    grid : FlowGrid
+        The finest grid, not sealed.
 
     Returns
     -------

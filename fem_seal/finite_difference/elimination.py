@@ -1,9 +1,14 @@
-"""Conductance of the grid between inlet and outlet by eliminating its nodes, at any contrast.
+"""Conductance of the network between inlet and outlet by elimination of its nodes, at any contrast.
 
-Iterations with incomplete factors or Jacobi scaling fail on gaps near percolation, where links
-differ by 1e15 and more; star-mesh elimination keeps the relative accuracy of every link. The order
-is nested dissection (A. George, SIAM J. Numer. Anal. 10, 345 (1973)): some 10 n^3 multiplications
-for n x n open nodes, nearly all of them in matrix products, and memory for a few n x n matrices.
+Eliminating node a replaces its links c_ab by links between its neighbours,
+
+    c_bd += c_ab c_ad / Σ_e c_ae    for all neighbours b, d of a    (`star_mesh`),
+
+until one link joins inlet and outlet: the conductance. Iterations with incomplete factors or Jacobi
+scaling fail on gaps near percolation, where conductances differ by 1e15 and more; this elimination
+keeps the relative accuracy of every link. The nodes are ordered by nested dissection (A. George,
+SIAM J. Numer. Anal. 10, 345 (1973)): about 10 n³ multiplications for n × n open nodes, nearly all
+in matrix products, and the memory of a few n × n matrices.
 """
 
 from collections.abc import Callable
@@ -15,18 +20,22 @@ from fem_seal.finite_difference.star_mesh import star_mesh
 from fem_seal.finite_difference.stencil import Network
 from fem_seal.finite_difference.tiles import TILE, Pixels, rim, tile_links, whole_tiles
 
-# Tiles along the side of a chunk, which bounds the memory of the batch.
+# Tiles along the side of a rectangle reduced in one batch; bounds the memory of the batch.
 CHUNK = 4
-# Node numbers of the two ends, whatever their position.
+# Numbers of the nodes that stand for the whole inlet and the whole outlet.
 INLET, OUTLET = -2, -1
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """What is left of a part of the network: its outer nodes and the links between them.
+    """A part of the network after its inner nodes have been eliminated.
 
-    nodes : (N,) int, sorted, without repetition; INLET and OUTLET come first
-    links : (N, N) float; the diagonal has no meaning
+    Attributes
+    ----------
+    nodes : (N,) int
+        Numbers of the outer nodes, sorted, without repetition; INLET and OUTLET come first.
+    links : (N, N) float
+        Conductances between them; the diagonal has no meaning.
     """
 
     nodes: np.ndarray
@@ -38,7 +47,8 @@ def conductance(network: Network) -> float:
 
     Parameters
     ----------
-    network : links of the grid, >= 0
+    network : Network
+        Links of the grid, >= 0.
 
     Returns
     -------
@@ -53,24 +63,27 @@ def conductance(network: Network) -> float:
     if pixels.seam:
         columns = pixels.x.shape[1]
         at_seam = (piece.nodes >= 0) & (piece.nodes % columns == columns - 1)
-        names = np.where(at_seam, piece.nodes - columns + 1, piece.nodes)
-        piece = _contract(names, piece.links)
-    # Joined to nothing, it keeps its two ends alone.
-    nothing = Piece(piece.nodes[:0], piece.links[:0, :0])
-    piece = _join(piece, nothing, lambda nodes: nodes < 0)
+        numbers = np.where(at_seam, piece.nodes - columns + 1, piece.nodes)
+        piece = _contract(numbers, piece.links)
+    # Joining the piece to an empty one eliminates all nodes but its two ends.
+    empty = Piece(piece.nodes[:0], piece.links[:0, :0])
+    piece = _join(piece, empty, lambda nodes: nodes < 0)
     return float(piece.links[0, 1] * largest)
 
 
 def _dissect(
     pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int], tiles: np.ndarray | None = None
 ) -> Piece:
-    """Eliminate all inner nodes of a rectangle of tiles, halves first, separator last.
+    """Eliminate the inner nodes of a rectangle of tiles: of its two halves, then between them.
 
     Parameters
     ----------
-    pixels : the network
-    rows, columns : first and last + 1 tile along each axis
-    tiles : (rows, columns, N, N) links of the tiles, once the rectangle is small enough
+    pixels : Pixels
+        The network.
+    rows, columns : (int, int)
+        First tile and last tile + 1 along each axis.
+    tiles : (rows, columns, N, N) float, optional
+        Links of the tiles; computed once the rectangle is at most CHUNK tiles long.
     """
     extent = rows[1] - rows[0], columns[1] - columns[0]
     if tiles is None and max(extent) <= CHUNK:
@@ -92,11 +105,13 @@ def _dissect(
 
 
 def _join(a: Piece, b: Piece, outer: Callable[[np.ndarray], np.ndarray]) -> Piece:
-    """Put two pieces side by side, where links between the same nodes add up.
+    """Join two pieces, adding their links between the same nodes, and eliminate inner nodes.
 
     Parameters
     ----------
-    outer : tells of nodes (N,) which are to stay (N,) bool; the others are eliminated
+    a, b : Piece
+    outer : callable
+        Maps node numbers (N,) to (N,) bool: True for the nodes that are not eliminated.
     """
     nodes = np.union1d(a.nodes, b.nodes)
     kept = outer(nodes)
@@ -106,29 +121,29 @@ def _join(a: Piece, b: Piece, outer: Callable[[np.ndarray], np.ndarray]) -> Piec
     for piece in (a, b):
         own = place[np.searchsorted(nodes, piece.nodes)]
         links[np.ix_(own, own)] += piece.links
-    left = star_mesh(links[None], int(np.count_nonzero(~kept)))
-    return _linked(nodes[kept], left[0])
+    reduced = star_mesh(links[None], int(np.count_nonzero(~kept)))
+    return _without_isolated(nodes[kept], reduced[0])
 
 
 def _contract(nodes: np.ndarray, links: np.ndarray) -> Piece:
-    """Make a piece of nodes (N,) in any order; those of one name become one."""
+    """Make a piece of nodes (N,) in any order; nodes with the same number become one."""
     order = np.argsort(nodes, kind="stable")
-    names, first = np.unique(nodes[order], return_index=True)
+    numbers, first = np.unique(nodes[order], return_index=True)
     rows = np.add.reduceat(links[np.ix_(order, order)], first, axis=0)
-    return _linked(names, np.add.reduceat(rows, first, axis=1))
+    return _without_isolated(numbers, np.add.reduceat(rows, first, axis=1))
 
 
-def _linked(nodes: np.ndarray, links: np.ndarray) -> Piece:
-    """Make a piece without the nodes that have no link left, contact and dried-up pockets."""
+def _without_isolated(nodes: np.ndarray, links: np.ndarray) -> Piece:
+    """Make a piece without the nodes that have no link: contact, and eliminated pockets."""
     np.fill_diagonal(links, 0.0)
-    alive = links.any(axis=1) | (nodes < 0)
-    return Piece(nodes[alive], links[np.ix_(alive, alive)])
+    linked = links.any(axis=1) | (nodes < 0)
+    return Piece(nodes[linked], links[np.ix_(linked, linked)])
 
 
 def _on_rim(
     pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int], nodes: np.ndarray
 ) -> np.ndarray:
-    """Which nodes of a rectangle of tiles have links outside it, or are an end."""
+    """(N,) bool: nodes of a rectangle of tiles that have links outside it, or are an end."""
     i, j = np.divmod(nodes, pixels.x.shape[1])
     last = pixels.tiles[1]
     left = (j == columns[0] * TILE) & (columns[0] > 0 or pixels.seam)
@@ -137,10 +152,10 @@ def _on_rim(
 
 
 def _tile_piece(pixels: Pixels, row: int, column: int, links: np.ndarray) -> Piece:
-    """Name the nodes of one tile; those at the ends become one each."""
+    """Number the nodes of one tile; all nodes on the inlet become one, so on the outlet."""
     i, j = np.array(rim(TILE, TILE)).T
     i, j = i + row * TILE, j + column * TILE
-    names = i * pixels.x.shape[1] + j
-    names[i == 0] = INLET
-    names[i == pixels.x.shape[0]] = OUTLET
-    return _contract(names, links)
+    numbers = i * pixels.x.shape[1] + j
+    numbers[i == 0] = INLET
+    numbers[i == pixels.x.shape[0]] = OUTLET
+    return _contract(numbers, links)

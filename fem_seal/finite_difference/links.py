@@ -1,7 +1,7 @@
-"""What a link between two neighbouring samples conducts: the mean of the cubed gap along it.
+"""Mean of g³ along the link between two neighbouring samples with gaps a and b.
 
 The rules differ where the gap changes much from one sample to the next. For a gap that is linear
-between its samples only "linear-gap" is exact in series, 1 / mean(g^-3).
+along the link, the resistance of the link is that of the mean of g⁻³: rule "linear-gap".
 """
 
 from collections.abc import Callable
@@ -12,17 +12,17 @@ LinkRule = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def arithmetic(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(a³ + b³) / 2: the two ends' halves side by side."""
+    """(a³ + b³) / 2: halves of gaps a and b in parallel."""
     return 0.5 * (a**3 + b**3)
 
 
 def harmonic(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """2 a³ b³ / (a³ + b³): the two ends' halves in series; exact for a stepwise gap."""
+    """2 a³ b³ / (a³ + b³): halves of gaps a and b in series; exact for a stepwise gap."""
     return _half_harmonic_mean(a**3, b**3)
 
 
 def geometric(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Cube of the geometric mean gap, (a b)^(3/2)."""
+    """(a b)^(3/2): cube of the geometric mean of the gaps."""
     return (np.sqrt(a) * np.sqrt(b)) ** 3
 
 
@@ -32,12 +32,12 @@ def linear_gap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def mean_gap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Cube of the gap half-way, ((a + b) / 2)³."""
+    """((a + b) / 2)³: cube of the gap half-way along the link."""
     return (0.5 * (a + b)) ** 3
 
 
 def _half_harmonic_mean(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """2 u v / (u + v), zero where both are; u / (u + v) first, so that nothing underflows."""
+    """2 u v / (u + v), zero where u = v = 0; u / (u + v) comes first, as u v could underflow."""
     total = u + v
     return 2 * np.divide(u, total, out=np.zeros_like(total), where=total > 0) * v
 

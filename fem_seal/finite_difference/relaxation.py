@@ -1,7 +1,15 @@
 """Relaxation of the pressure on the grid: conjugate gradients with Jacobi scaling.
 
-Simple and its own code path. Near percolation it needs very many steps or fails, and says so;
-`elimination` does not.
+Solves Σ_b c_ab (p_b - p_a) = 0 at every free node a, that is A p = b on the free nodes, where A is
+the matrix of the network and b comes from p = 1 at the inlet and p = 0 at the outlet. D is the
+diagonal of A. Each step of the method of M. R. Hestenes and E. Stiefel, J. Res. Nat. Bur. Stand.
+49, 409 (1952)
+
+    α = (r·z)/(d·A d),   p += α d,   r -= α A d,   z = D⁻¹ r,   d = z + (r·z)/(r·z)_before d
+
+lowers the energy Σ c (Δp)² by α (r·z). It is simple and shares no code with `elimination`. Near
+percolation it needs very many steps or raises NotConverged; `elimination` is exact to rounding
+there too.
 """
 
 from collections import deque
@@ -16,24 +24,30 @@ from fem_seal.finite_difference.stencil import Network
 if TYPE_CHECKING:
     from scipy import sparse
 
-# Energy decreases summed over this many steps estimate the error left before them (G. H. Golub,
-# Z. Strakoš, Numer. Algorithms 8, 241 (1994)); long, because Jacobi scaling has plateaus.
+# The decrease of the energy over this many steps estimates its error before them (G. H. Golub,
+# Z. Strakoš, Numer. Algorithms 8, 241 (1994)); many steps, because Jacobi scaling has plateaus.
 DELAY = 100
-# Steps allowed for each node along the flow and across it together.
+# Limit on the number of steps, for a grid of mx × my nodes, over mx + my.
 STEPS_PER_NODE = 100
-# Where few nodes are left the recursion ends at the exact pressure long before DELAY steps; its
-# residual then falls on until it underflows. Rounding left it behind 170 decades before.
+# Few free nodes are solved exactly in fewer than DELAY steps; the recursive residual then goes on
+# to fall until it underflows. Stop where r·z has fallen by this factor, far below rounding.
 EXHAUSTED = 1e-200
 
 
 @dataclass(frozen=True, eq=False)
 class Relaxed:
-    """A relaxed pressure and how it was reached.
+    """A pressure with its energy and fluxes, after some steps of conjugate gradients.
 
-    pressure : (mx, my) float, 1 at the inlet, 0 at the outlet
-    energy : dissipation at unit pressure drop, which is the leak rate's conductance
-    inflow, outflow : flux through inlet and outlet at unit pressure drop
-    iterations : steps of conjugate gradients
+    Attributes
+    ----------
+    pressure : (mx, my) float
+        p, from 1 at the inlet to 0 at the outlet.
+    energy : float
+        Dissipation at unit pressure drop, which is the conductance Q/Δp [m^3/(Pa s)].
+    inflow, outflow : float
+        Flux through inlet and outlet at unit pressure drop [m^3/(Pa s)].
+    iterations : int
+        Steps of conjugate gradients.
     """
 
     pressure: np.ndarray
@@ -44,18 +58,19 @@ class Relaxed:
 
 
 def energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) -> float:
-    """Dissipation of a pressure field, the sum of c (Δp)² over the carrying links.
+    """Dissipation Σ c_ab (p_a - p_b)² of a pressure field over the carrying links.
 
     Parameters
     ----------
-    network : links
+    network : Network
     pressure : (mx, my) float
-    carrying : (mx, my) bool, nodes joined to both ends
+    carrying : (mx, my) bool
+        Nodes connected to both inlet and outlet.
 
     Returns
     -------
-    float; never below the conductance if the pressure is 1 at the inlet and 0 at the outlet
-    (Dirichlet's principle).
+    float [m^3/(Pa s)] at unit pressure drop; at least the conductance if p is 1 at the inlet and 0
+    at the outlet (Dirichlet's principle).
     """
     along_x, along_y = _links_between(network, carrying)
     drop_x, drop_y = np.diff(pressure, axis=0), _differences_y(network, pressure)
@@ -69,15 +84,19 @@ def relax(
     tol: float,
     max_iterations: int | None = None,
 ) -> Relaxed:
-    """Solve for the pressure from a given start.
+    """Relax the pressure from a first guess.
 
     Parameters
     ----------
-    network : links
-    carrying : (mx, my) bool, nodes joined to both ends
-    start : (mx, my) float, first guess; its first and last rows are set to 1 and 0
-    tol : relative tolerance of the energy; inflow and outflow then agree to sqrt(tol)
-    max_iterations : STEPS_PER_NODE (mx + my) if left out
+    network : Network
+    carrying : (mx, my) bool
+        Nodes connected to both inlet and outlet.
+    start : (mx, my) float
+        First guess of p; its first and last rows are replaced by 1 and 0.
+    tol : float
+        Relative tolerance of the energy; inflow and outflow then agree to sqrt(tol).
+    max_iterations : int, optional
+        Limit on the number of steps; STEPS_PER_NODE (mx + my) if left out.
 
     Returns
     -------
@@ -86,57 +105,59 @@ def relax(
     Raises
     ------
     NotConverged
-        If the tolerance is not met within the steps allowed.
+        If the tolerance is not met within the limit.
     """
     mx, my = network.shape
-    allowed = STEPS_PER_NODE * (mx + my) if max_iterations is None else max_iterations
+    limit = STEPS_PER_NODE * (mx + my) if max_iterations is None else max_iterations
     pressure = np.array(start, dtype=float)
     pressure[0], pressure[-1] = 1.0, 0.0
     matrix, free = _laplacian(network, carrying), _free_nodes(carrying)
     p = pressure.ravel()
-    inner = matrix[free][:, free]
-    diagonal = inner.diagonal()
-    residual = -(matrix @ np.where(carrying.ravel(), p, 0.0))[free]
-    scaled = residual / diagonal
-    direction, norm = scaled.copy(), float(residual @ scaled)
-    exhausted = EXHAUSTED * norm
+    A = matrix[free][:, free]
+    D = A.diagonal()
+    r = -(matrix @ np.where(carrying.ravel(), p, 0.0))[free]  # b - A p
+    z = r / D
+    d, rz = z.copy(), float(r @ z)
+    exhausted = EXHAUSTED * rz
     decreases: deque[float] = deque(maxlen=DELAY)
     state = _state(network, pressure, carrying, 0)
-    for step in range(1, allowed + 1):
-        if norm <= exhausted:
+    for step in range(1, limit + 1):
+        if rz <= exhausted:
             return _state(network, pressure, carrying, step - 1)
-        image = inner @ direction
-        length = norm / float(direction @ image)
-        p[free] += length * direction
-        residual -= length * image
-        scaled = residual / diagonal
-        decreases.append(length * norm)
-        norm, previous = float(residual @ scaled), norm
-        direction = scaled + (norm / previous) * direction
-        if len(decreases) == DELAY and step % (DELAY // 4) == 0 and norm > 0:
+        Ad = A @ d
+        alpha = rz / float(d @ Ad)
+        p[free] += alpha * d
+        r -= alpha * Ad
+        z = r / D
+        decreases.append(alpha * rz)
+        rz, rz_before = float(r @ z), rz
+        d = z + (rz / rz_before) * d
+        if len(decreases) == DELAY and step % (DELAY // 4) == 0 and rz > 0:
             state = _state(network, pressure, carrying, step)
             if sum(decreases) <= tol * state.energy and _conserves(state, np.sqrt(tol)):
                 return state
-    raise _not_converged(state, allowed, sum(decreases), len(decreases), tol)
+    raise _not_converged(state, limit, sum(decreases), len(decreases), tol)
 
 
 def _not_converged(
-    state: Relaxed, allowed: int, decrease: float, steps: int, tol: float
+    state: Relaxed, limit: int, decrease: float, steps: int, tol: float
 ) -> NotConverged:
-    """Say how far from its tolerance the relaxation is; `decrease` of the last `steps` steps."""
+    """Error with the decrease of the energy over the last steps, and the fluxes at the ends."""
     return NotConverged(
-        f"Jacobi-scaled conjugate gradients: after {allowed} steps the energy still falls by "
-        f"{decrease / state.energy:.1e} of itself in {steps} steps (wanted {tol:.1e}) and inflow "
-        f"and outflow are {state.inflow:.6e} and {state.outflow:.6e}; use cascade = False, which "
-        "eliminates the nodes instead"
+        f"Jacobi-scaled conjugate gradients: after {limit} steps the energy still falls by "
+        f"{decrease / state.energy:.1e} of itself in {steps} steps (tolerance {tol:.1e}) and "
+        f"inflow and outflow are {state.inflow:.6e} and {state.outflow:.6e}; "
+        "use cascade = False, which eliminates the nodes instead"
     )
 
 
 def _conserves(state: Relaxed, rtol: float) -> bool:
+    """Whether inflow and outflow agree to a relative tolerance."""
     return abs(state.inflow - state.outflow) <= rtol * state.energy
 
 
 def _state(network: Network, pressure: np.ndarray, carrying: np.ndarray, steps: int) -> Relaxed:
+    """Energy and fluxes of a pressure after so many steps."""
     along_x, _ = _links_between(network, carrying)
     flux = -along_x * np.diff(pressure, axis=0)
     total = energy(network, pressure, carrying)
@@ -144,7 +165,7 @@ def _state(network: Network, pressure: np.ndarray, carrying: np.ndarray, steps: 
 
 
 def _links_between(network: Network, carrying: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Conductances along x and y with the links of other nodes closed."""
+    """Conductances along x and y; links that do not join two carrying nodes are set to zero."""
     along_x = np.where(carrying[:-1] & carrying[1:], network.x, 0.0)
     if network.periodic:
         return along_x, np.where(carrying & np.roll(carrying, -1, axis=1), network.y, 0.0)
@@ -152,30 +173,31 @@ def _links_between(network: Network, carrying: np.ndarray) -> tuple[np.ndarray, 
 
 
 def _differences_y(network: Network, field: np.ndarray) -> np.ndarray:
+    """Differences of a field of the nodes along the links in the y direction."""
     if network.periodic:
         return np.roll(field, -1, axis=1) - field
     return np.diff(field, axis=1)
 
 
 def _free_nodes(carrying: np.ndarray) -> np.ndarray:
-    """Flat numbers of the nodes whose pressure is unknown."""
+    """Flat indices of the carrying nodes between the two ends, whose pressure is unknown."""
     inner = carrying.copy()
     inner[[0, -1]] = False
     return np.flatnonzero(inner)
 
 
 def _laplacian(network: Network, carrying: np.ndarray) -> "sparse.csr_matrix":
-    """Matrix of the network on all nodes: row sums zero, no entry for closed links."""
+    """Matrix of the network on all nodes: Σ_b c_ab on the diagonal, -c_ab off it."""
     from scipy import sparse
 
     number = np.arange(carrying.size).reshape(carrying.shape)
     along_x, along_y = _links_between(network, carrying)
-    beyond_y = np.roll(number, -1, axis=1) if network.periodic else number[:, 1:]
-    before_y = number if network.periodic else number[:, :-1]
-    a = np.concatenate([number[:-1].ravel(), before_y.ravel()])
-    b = np.concatenate([number[1:].ravel(), beyond_y.ravel()])
+    start_y = number if network.periodic else number[:, :-1]
+    stop_y = np.roll(number, -1, axis=1) if network.periodic else number[:, 1:]
+    a = np.concatenate([number[:-1].ravel(), start_y.ravel()])
+    b = np.concatenate([number[1:].ravel(), stop_y.ravel()])
     c = np.concatenate([along_x.ravel(), along_y.ravel()])
     a, b, c = a[c > 0], b[c > 0], c[c > 0]
-    ones = (number.size, number.size)
-    links = sparse.coo_matrix((np.tile(c, 2), (np.r_[a, b], np.r_[b, a])), shape=ones).tocsr()
+    shape = (number.size, number.size)
+    links = sparse.coo_matrix((np.tile(c, 2), (np.r_[a, b], np.r_[b, a])), shape=shape).tocsr()
     return sparse.diags(np.asarray(links.sum(axis=1)).ravel()) - links

@@ -1,4 +1,12 @@
-"""Leak rate by finite differences, the answer to hold the finite elements against."""
+"""Leak rate by finite differences, an answer independent of the finite elements.
+
+Reynolds' equation ∇·(K ∇p) = 0, K = g³/(12 η), becomes a network of resistors: at every node a
+between inlet (p = p_in) and outlet (p = p_out)
+
+    Σ_b c_ab (p_b - p_a) = 0,    c_ab = mean of K along the link a-b × its width / its length,
+
+and the leak rate is Q = C Δp, C the conductance of the network between its two ends.
+"""
 
 import numpy as np
 
@@ -12,7 +20,8 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.topology.percolation import is_sealed
 
 METHOD = "finite-difference"
-LEAST_SIZE = 1e-200  # of K Δp, m³/s; leaves a hundred decades for narrow passages
+# Smallest K Δp of the largest gap [m³/s]: leaves 100 decades for narrower places.
+LEAST_FLUX = 1e-200
 
 
 def solve(
@@ -26,25 +35,32 @@ def solve(
     tol: float = 1e-8,
     cascade: bool = False,
 ) -> LeakRate:
-    """Solve ∇·(g³/12η ∇p) = 0 by central differences on the gap's samples.
+    """Leak rate of a gap by central differences on its samples.
 
     Parameters
     ----------
-    gap : gap in metres, zero in contact; the fluid flows along the first axis
-    viscosity : η [Pa s], > 0
-    pressure_drop : Δp from inlet to outlet [Pa], > 0
+    gap : GridField
+        Gap g [m], zero in contact; the fluid flows along the first axis.
+    viscosity : float
+        η [Pa s], > 0.
+    pressure_drop : float
+        Δp = p_in - p_out [Pa], > 0.
     sides : "wall" or "periodic"
-    representation : "linear" (nodes at the vertices) or "constant" (at the pixels' centres)
-    links : mean of the cubed gap between two nodes, one of `links.LINKS`; "linear-gap" is exact
-        for a linear gap in series, "harmonic" for a stepwise one
-    tol : relative tolerance of the leak rate where it is iterated, that is with the cascade
-    cascade : False: eliminate the nodes, right to rounding at any contrast. True: the letter's
-        cascade of grids, each relaxed from the coarser one's pressure.
+    representation : "linear" or "constant"
+        Nodes at the vertices, or at the centres of the pixels.
+    links : str
+        Mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear gap
+        that varies along the flow only, "harmonic" for a stepwise one.
+    tol : float
+        Relative tolerance of the leak rate; used with the cascade only.
+    cascade : bool
+        False: eliminate the nodes, exact to rounding at any contrast. True: the letter's cascade
+        of grids; the relaxation on each grid starts from the pressure of the coarser one.
 
     Returns
     -------
-    LeakRate without bounds; sealed gaps are reported without a solve. `converged` is False where
-    the gap is open only along a diagonal of its triangulation, which no link follows.
+    LeakRate without bounds; a sealed gap needs no solve. `converged` is False if the gap is open
+    only along diagonals of its triangulation, which no link follows.
 
     Raises
     ------
@@ -63,7 +79,7 @@ def solve(
             raise InvalidInput(f"{name} must be a positive number, got {value}")
     if is_sealed(gap, sides, representation):
         return LeakRate.sealed(METHOD)
-    _check_size(float(gap.values.max()), viscosity, pressure_drop)
+    _check_flux(float(gap.values.max()), viscosity, pressure_drop)
     grid = flow_grid(gap, viscosity, sides, representation, links)
     if not grid.carrying.any():
         return LeakRate(
@@ -79,11 +95,11 @@ def solve(
     return _eliminated(grid, pressure_drop)
 
 
-def _check_size(highest: float, viscosity: float, pressure_drop: float) -> None:
-    """InvalidInput if the leak rate of a square as high as the largest gap [m] is no number."""
+def _check_flux(highest: float, viscosity: float, pressure_drop: float) -> None:
+    """Raise InvalidInput if a square of the largest gap [m] over- or underflows in K Δp."""
     with np.errstate(over="ignore", under="ignore"):
-        size = np.float64(highest) ** 3 / (12 * viscosity) * pressure_drop
-    if not LEAST_SIZE < size < 1 / LEAST_SIZE:
+        flux = np.float64(highest) ** 3 / (12 * viscosity) * pressure_drop
+    if not LEAST_FLUX < flux < 1 / LEAST_FLUX:
         raise InvalidInput(
             f"a gap of {highest:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has a "
             "leak rate beyond double precision; check the units"
@@ -91,7 +107,7 @@ def _check_size(highest: float, viscosity: float, pressure_drop: float) -> None:
 
 
 def _eliminated(grid: FlowGrid, pressure_drop: float) -> LeakRate:
-    """Eliminate all nodes; conservation is built in, as one conductance joins the two ends."""
+    """Leak rate by elimination. One conductance joins the two ends, so that inflow = outflow."""
     flux = conductance(grid.network) * pressure_drop
     return LeakRate(
         state="leaking",
@@ -104,13 +120,13 @@ def _eliminated(grid: FlowGrid, pressure_drop: float) -> LeakRate:
 
 
 def _relaxed(grid: FlowGrid, pressure_drop: float, tol: float) -> LeakRate:
-    """Take the dissipation for the leak rate: its error is the square of the pressure's."""
-    state = relax(grid.network, grid.carrying, first_guess(grid), tol)
+    """Leak rate by the cascade: Q Δp is the dissipation, with the square of the error of p."""
+    relaxed = relax(grid.network, grid.carrying, first_guess(grid), tol)
     return LeakRate(
         state="leaking",
         method=METHOD,
-        value=state.energy * pressure_drop,
+        value=relaxed.energy * pressure_drop,
         unknowns=grid.unknowns,
-        inflow=state.inflow * pressure_drop,
-        outflow=state.outflow * pressure_drop,
+        inflow=relaxed.inflow * pressure_drop,
+        outflow=relaxed.outflow * pressure_drop,
     )

@@ -1,10 +1,14 @@
 """Elimination of nodes from networks of resistors without a subtraction.
 
-Eliminating a node turns the star of its links c_a into a mesh: every two neighbours a, b gain a
-link c_a c_b / sum(c). Only positive numbers are added, multiplied and divided, nothing is ever
-subtracted, so that every link keeps its relative accuracy whatever the contrast: the rule of
-W. K. Grassmann, M. I. Taksar and D. P. Heyman, Oper. Res. 33, 1107 (1985), whose entrywise error
-bound is due to C. A. O'Cinneide, Numer. Math. 65, 109 (1993).
+Eliminating a node turns the star of its links c_a into a mesh: any two of its neighbours a, b gain
+a link
+
+    c_ab += c_a c_b / Σ_e c_e.
+
+Positive numbers are added, multiplied and divided, and none is subtracted, so that every link keeps
+its relative accuracy at any contrast. This is the elimination of W. K. Grassmann, M. I. Taksar and
+D. P. Heyman, Oper. Res. 33, 1107 (1985); its entrywise error bound is due to C. A. O'Cinneide,
+Numer. Math. 65, 109 (1993).
 """
 
 from collections.abc import Iterator
@@ -12,11 +16,11 @@ from itertools import pairwise
 
 import numpy as np
 
-# Nodes eliminated together; their joint effect on the others is one matrix product.
+# Nodes eliminated together; one matrix product then updates the links of all other nodes.
 PANEL = 128
-# Within a panel, nodes eliminated one by one before the next ones hear of them.
+# Up to so many nodes of a panel are eliminated one by one, more by halves.
 FEW = 4
-# Side of the blocks updated together; blocks below the diagonal are mirrored instead.
+# Side of the blocks in which links are updated; blocks below the diagonal are mirrored instead.
 BLOCK = 256
 
 
@@ -27,83 +31,90 @@ def star_mesh(links: np.ndarray, eliminated: int) -> np.ndarray:
     ----------
     links : (batch, N, N) float, >= 0
         Symmetric conductances; the diagonals are never read. Overwritten.
-    eliminated : number of leading nodes to eliminate
+    eliminated : int
+        Number of leading nodes to eliminate.
 
     Returns
     -------
-    (batch, N - eliminated, N - eliminated) float; a view into `links`.
+    (batch, N - eliminated, N - eliminated) float
+        Links between the remaining nodes; a view into `links`.
     """
     size = links.shape[1]
     for start in range(0, eliminated, PANEL):
         stop = min(start + PANEL, eliminated)
         width = stop - start
         rows = links[:, start:stop, start:].copy()
-        shares = np.zeros_like(rows)
-        _eliminate_panel(rows, shares, 0, width)
+        ratios = np.zeros_like(rows)
+        _eliminate_panel(rows, ratios, 0, width)
         columns = np.ascontiguousarray(rows[:, :, width:].transpose(0, 2, 1))
         for top, bottom in _blocks(stop, size):
             upper = columns[:, top - stop : bottom - stop]
             for left, right in _blocks(top, size):
                 links[:, top:bottom, left:right] += (
-                    upper @ shares[:, :, left - start : right - start]
+                    upper @ ratios[:, :, left - start : right - start]
                 )
     for top, bottom in _blocks(eliminated, size):
         links[:, bottom:, top:bottom] = links[:, top:bottom, bottom:].transpose(0, 2, 1)
     return links[:, eliminated:, eliminated:]
 
 
-def _eliminate_panel(rows: np.ndarray, shares: np.ndarray, first: int, last: int) -> None:
-    """Eliminate nodes first..last of a panel, halves of many, one by one if few.
+def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int) -> None:
+    """Eliminate the nodes `first` to `last` - 1 of a panel, by halves or, if few, one by one.
 
     Parameters
     ----------
-    rows : (batch, width, N) links of the panel's nodes to themselves and all that come after;
-        those from `first` on know of all nodes before. Updated up to `last`.
-    shares : (batch, width, N) links over the sum of their row, zero where not read; filled
+    rows : (batch, width, N) float
+        Links of the nodes of the panel to one another and to all later nodes. Rows from `first` on
+        include the effect of all nodes before `first`. Rows up to `last` are updated.
+    ratios : (batch, width, N) float
+        Links c_a over the sum of their star when it was eliminated; these rows are filled in.
     """
     if last - first > FEW:
         middle = (first + last) // 2
-        _eliminate_panel(rows, shares, first, middle)
-        seen = np.ascontiguousarray(rows[:, first:middle, middle:last].transpose(0, 2, 1))
-        rows[:, middle:last, middle:] += seen @ shares[:, first:middle, middle:]
-        _eliminate_panel(rows, shares, middle, last)
+        _eliminate_panel(rows, ratios, first, middle)
+        columns = np.ascontiguousarray(rows[:, first:middle, middle:last].transpose(0, 2, 1))
+        rows[:, middle:last, middle:] += columns @ ratios[:, first:middle, middle:]
+        _eliminate_panel(rows, ratios, middle, last)
         return
     for a in range(first, last):
-        own = rows[:, a, a + 1 :]
-        total = own.sum(axis=1, keepdims=True)
-        np.divide(own, total, out=shares[:, a, a + 1 :], where=total > 0)
+        star = rows[:, a, a + 1 :]
+        total = star.sum(axis=1, keepdims=True)
+        np.divide(star, total, out=ratios[:, a, a + 1 :], where=total > 0)
         for b in range(a + 1, last):
-            rows[:, b, b + 1 :] += own[:, b - a - 1, None] * shares[:, a, b + 1 :]
+            rows[:, b, b + 1 :] += star[:, b - a - 1, None] * ratios[:, a, b + 1 :]
 
 
 def star_mesh_in_step(links: np.ndarray, eliminated: int) -> np.ndarray:
-    """Eliminate the leading nodes of many small networks, one node of all of them at a time.
+    """Eliminate the leading nodes of many small networks, each node in all networks at once.
 
     Parameters
     ----------
-    links : (N, N, batch) float, >= 0, as in `star_mesh`
+    links : (N, N, batch) float, >= 0
+        Symmetric conductances; the diagonals are never read. Overwritten.
+    eliminated : int
+        Number of leading nodes to eliminate.
 
     Returns
     -------
     (N - eliminated, N - eliminated, batch) float; a view into `links`.
     """
     for a in range(eliminated):
-        own = links[a, a + 1 :]
-        total = own.sum(axis=0)
-        shares = np.divide(own, total, out=np.zeros_like(own), where=total > 0)
-        for b in range(len(own) - 1):
-            links[a + 1 + b, a + 2 + b :] += own[b] * shares[b + 1 :]
-    left = links[eliminated:, eliminated:]
-    for a in range(len(left) - 1):
-        left[a + 1 :, a] = left[a, a + 1 :]
-    return left
+        star = links[a, a + 1 :]
+        total = star.sum(axis=0)
+        ratios = np.divide(star, total, out=np.zeros_like(star), where=total > 0)
+        for b in range(len(star) - 1):
+            links[a + 1 + b, a + 2 + b :] += star[b] * ratios[b + 1 :]
+    remaining = links[eliminated:, eliminated:]
+    for a in range(len(remaining) - 1):
+        remaining[a + 1 :, a] = remaining[a, a + 1 :]
+    return remaining
 
 
 def _blocks(start: int, stop: int) -> Iterator[tuple[int, int]]:
-    """Cut start..stop into blocks of columns, for work on the upper triangle alone.
+    """Cut the range from start to stop into blocks, to update the upper triangle alone.
 
-    Blocks end at multiples of BLOCK wherever they start: a diagonal block is then updated as a
-    whole at every step, and what lies below the diagonal blocks is what has to be mirrored.
+    Blocks end at multiples of BLOCK wherever the range starts, so that the diagonal blocks are the
+    same at every step and are always updated as a whole; the blocks below them are mirrored.
     """
     edges = [start, *range(start // BLOCK * BLOCK + BLOCK, stop, BLOCK), stop]
     yield from pairwise(edges)

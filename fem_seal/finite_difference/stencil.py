@@ -1,4 +1,8 @@
-"""The five-point stencil as a network of resistors between neighbouring samples."""
+"""The five-point stencil as a network of resistors between neighbouring samples.
+
+The conductance of a link is the mean of K = g³/(12 η) along it, by one of the rules of `links`,
+times its width across over its length.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,11 +21,16 @@ from fem_seal.topology.lattice import Lattice, lattice
 class Network:
     """Conductances between neighbouring nodes of an (mx, my) grid.
 
-    x : (mx - 1, my), node (i, j) to (i + 1, j) [m^3/(Pa s)]
-    y : (mx, my - 1) with walls, (mx, my) periodic: node (i, j) to (i, j + 1), the last to column 0
-    periodic : whether column my - 1 is linked to column 0
+    The nodes of row 0 have the pressure of the inlet, those of row mx - 1 that of the outlet.
 
-    The nodes of row 0 are held at the inlet's pressure, those of row mx - 1 at the outlet's.
+    Attributes
+    ----------
+    x : (mx - 1, my) float
+        Conductance of the link from node (i, j) to (i + 1, j) [m^3/(Pa s)].
+    y : (mx, my - 1) float with walls, (mx, my) with periodic sides
+        Conductance of the link from node (i, j) to (i, j + 1), or from the last column to column 0.
+    periodic : bool
+        Whether column my - 1 is linked to column 0.
     """
 
     x: np.ndarray
@@ -36,13 +45,20 @@ class Network:
 
 @dataclass(frozen=True, eq=False)
 class FlowGrid:
-    """A gap's samples joined by links, with the places of the nodes.
+    """Network of a gap's samples with the coordinates of its nodes.
 
-    sites : samples of the gap
-    network : links between them and to the two ends
-    open : (mx, my) bool, nodes that are not in contact
-    nodes_x : (mx,) coordinates along the flow, from 0 to Lx [m]
-    size : (Lx, Ly) [m]
+    Attributes
+    ----------
+    sites : Lattice
+        Samples of the gap.
+    network : Network
+        Links between the samples, and to the two ends.
+    open : (mx, my) bool
+        Nodes that are not in contact.
+    nodes_x : (mx,) float
+        Coordinates of the nodes along the flow, from 0 to Lx [m].
+    size : (Lx, Ly)
+        Lengths of the rectangle [m].
     """
 
     sites: Lattice
@@ -53,13 +69,13 @@ class FlowGrid:
 
     @cached_property
     def carrying(self) -> np.ndarray:
-        """(mx, my) bool: nodes that a chain of links joins to both ends."""
+        """(mx, my) bool: open nodes that chains of links join to both ends."""
         labels, count = clusters.label(self.open, "4", self.sites.periodic)
         return clusters.touching(labels, count, labels[0], labels[-1])
 
     @property
     def unknowns(self) -> int:
-        """Number of carrying nodes whose pressure is not given."""
+        """Number of carrying nodes between the two ends, whose pressure is unknown."""
         return int(np.count_nonzero(self.carrying[1:-1]))
 
 
@@ -70,12 +86,16 @@ def flow_grid(
 
     Parameters
     ----------
-    gap : gap in metres, zero in contact; points in contact have no links
-    viscosity : [Pa s]
+    gap : GridField
+        Gap [m], zero in contact; points in contact have no links.
+    viscosity : float
+        η [Pa s].
     sides : "wall" or "periodic"
-    representation : "linear": nodes are the vertices, links on walls have half the width;
-        "constant": nodes are the pixels' centres, with half links to inlet and outlet
-    links : name of the rule, see `links.LINKS`
+    representation : "linear" or "constant"
+        Linear: nodes are the vertices, and links along walls have half the width. Constant: nodes
+        are the centres of the pixels, and links to inlet and outlet have half the length.
+    links : str
+        Name of the rule, see `links.LINKS`.
 
     Returns
     -------
@@ -84,7 +104,7 @@ def flow_grid(
     Raises
     ------
     InvalidInput
-        For an unknown choice, a negative gap, or fewer samples than span an area.
+        If a choice is unknown, the gap is negative, or a linear gap has a single row or column.
     """
     rule = choose(LINKS, links, "links")
     sites = lattice(gap, sides, representation)
@@ -93,11 +113,12 @@ def flow_grid(
 
 
 def _between(rule: LinkRule, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Mean cubed gap of the links from a to b; contact at either end closes them."""
+    """Mean of g³ along the links from a to b, zero if either end is in contact."""
     return np.where((a > 0) & (b > 0), rule(a, b), 0.0)
 
 
 def _along_y(sites: Lattice, rule: LinkRule) -> np.ndarray:
+    """Mean of g³ along the links in the y direction, shaped as `Network.y`."""
     g = sites.gap
     if sites.periodic[1]:
         return _between(rule, g, np.roll(g, -1, axis=1))
@@ -105,7 +126,7 @@ def _along_y(sites: Lattice, rule: LinkRule) -> np.ndarray:
 
 
 def _vertex_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
-    """Links between vertices; each is as wide as the two half pixels beside it."""
+    """Links between vertices; the width of each is that of the two half pixels beside it."""
     g = sites.gap
     if g.shape[0] < 2 or (g.shape[1] < 2 and not sites.periodic[1]):
         raise InvalidInput(
@@ -124,7 +145,7 @@ def _vertex_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
 
 
 def _centre_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
-    """Links between pixel centres, and over half a pixel to the ends."""
+    """Links between the centres of pixels, and of half the length to inlet and outlet."""
     g = sites.gap
     dx, dy = sites.spacing
     inner = _between(rule, g[:-1], g[1:])

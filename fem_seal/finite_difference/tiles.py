@@ -1,4 +1,4 @@
-"""The network cut into square tiles of pixels, all brought down to their rim in step."""
+"""The network cut into square tiles of pixels, whose inner nodes are eliminated tile by tile."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -10,20 +10,27 @@ from fem_seal.finite_difference.stencil import Network
 
 # Pixels along the side of a tile, a power of two.
 TILE = 32
-# Up to this many inner nodes, blocks are eliminated node by node in step.
+# Blocks with up to so many inner nodes are eliminated by `star_mesh_in_step`.
 IN_STEP = 7
-# Numbers of the blocks that are worked on together, which stay in the cache.
+# Floats of the blocks eliminated together, so that they fit into the cache of the processor.
 WORKING_SET = 2**19
-# Links that stand for "the same point": relative to the largest, far below rounding.
+# Conductance, relative to the largest, of links that make two nodes one: their resistance is far
+# below rounding.
 SHORT_CIRCUIT = 1e20
 
 
 @dataclass(frozen=True, eq=False)
 class Pixels:
-    """A network on whole tiles of pixels, each link standing on one edge.
+    """A network of nx × ny pixels, both multiples of TILE, with a link on every edge of a pixel.
 
-    x : (tiles TILE, ny + 1), y : (nx + 1, ny) conductances of the edges along x and y
-    seam : whether the first and the last column of nodes are the same
+    Attributes
+    ----------
+    x : (nx, ny + 1) float
+        Conductances of the edges along x, relative to the largest.
+    y : (nx + 1, ny) float
+        Conductances of the edges along y.
+    seam : bool
+        Whether the first and the last column of nodes are the same.
     """
 
     x: np.ndarray
@@ -39,7 +46,17 @@ class Pixels:
 def whole_tiles(network: Network, largest: float) -> Pixels:
     """Scale the links to at most 1 and pad the grid to whole tiles.
 
-    The outlet, and the seam of periodic sides, are carried to the padded edge by short circuits.
+    Short circuits join the outlet, and the seam of periodic sides, to the padded boundary.
+
+    Parameters
+    ----------
+    network : Network
+    largest : float
+        Largest conductance of its links.
+
+    Returns
+    -------
+    Pixels
     """
     x, y = network.x / largest, network.y / largest
     if network.periodic:
@@ -55,11 +72,17 @@ def whole_tiles(network: Network, largest: float) -> Pixels:
 
 
 def tile_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) -> np.ndarray:
-    """Links between the rim nodes of each tile, all tiles in step.
+    """Links between the rim nodes of each tile after its inner nodes have been eliminated.
+
+    Parameters
+    ----------
+    pixels : Pixels
+    rows, columns : (int, int)
+        First tile and last tile + 1 along each axis.
 
     Returns
     -------
-    (rows, columns, N, N), N = 4 TILE
+    (rows, columns, N, N) float, N = 4 TILE rim nodes in the order of `rim`
     """
     blocks = _pixel_links(pixels, rows, columns)
     size = (1, 1)
@@ -71,11 +94,11 @@ def tile_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) 
 
 
 def _pixel_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) -> np.ndarray:
-    """Links of each pixel: its two lower edges, and the upper ones on the last row and column.
+    """Links of each pixel: its two lower edges, and the upper ones in the last row and column.
 
     Returns
     -------
-    (4, 4, pixels), in the order of `_halves_first`
+    (4, 4, pixels) float, pixels in the order of `_halves_first`
     """
     (i0, i1), (j0, j1) = np.multiply(rows, TILE), np.multiply(columns, TILE)
     links = np.zeros((4, 4, i1 - i0, j1 - j0))
@@ -96,11 +119,11 @@ def _pixel_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]
 
 
 def _halves_first(links: np.ndarray) -> np.ndarray:
-    """Put pixels (N, N, nx, ny) in the order (N, N, pixels) in which they will be merged.
+    """Order pixels (N, N, nx, ny) as (N, N, pixels) with neighbours half the list apart.
 
-    The two halves that are merged next are always the first and the second half of the list: the
-    lowest bit of the row number goes first, that of the column number next, and so on; the number
-    of the tile goes last.
+    Every merge joins the first half of the list to the second. The index in the list therefore has
+    as its highest bit the lowest bit of the row number, then the lowest bit of the column number,
+    and so on; the number of the tile comes last.
     """
     levels = TILE.bit_length() - 1
     nodes, (nx, ny) = links.shape[0], links.shape[2:]
@@ -112,16 +135,18 @@ def _halves_first(links: np.ndarray) -> np.ndarray:
 
 
 def _merge_in_step(blocks: np.ndarray, size: tuple[int, int], axis: int) -> np.ndarray:
-    """Join the first half of the blocks to the second and eliminate what becomes inner.
+    """Join the first half of the blocks to the second and eliminate the nodes between them.
 
     Parameters
     ----------
-    blocks : (N, N, batch) links between rim nodes of blocks of `size` pixels
-    axis : along which the second half adjoins the first
+    blocks : (N, N, batch) float
+        Links between the rim nodes of blocks of `size` pixels.
+    axis : int
+        Axis along which the blocks of the second half follow those of the first.
 
     Returns
     -------
-    (N', N', batch / 2)
+    (N', N', batch / 2) float, links between the rim nodes of the joined blocks
     """
     first, second, total, inner = _merge_plan(size, axis)
     half = blocks.shape[2] // 2
@@ -153,9 +178,14 @@ Run = tuple[slice, slice]
 def _merge_plan(
     size: tuple[int, int], axis: int
 ) -> tuple[tuple[Run, ...], tuple[Run, ...], int, int]:
-    """Where the two blocks' rim nodes go in the joint list, its length, and how many are inner.
+    """Order of the nodes of two joined blocks: inner nodes first, then the rim.
 
-    Places come as runs (nodes of the block, places) that follow one another in both.
+    Returns
+    -------
+    first, second : tuples of (slice, slice)
+        For each run of consecutive rim nodes of a block, its nodes and their places in the order.
+    total, inner : int
+        Number of nodes of the joined blocks, and of inner nodes among them.
     """
     step = (size[0], 0) if axis == 0 else (0, size[1])
     outer = rim(size[0] + step[0], size[1] + step[1])
@@ -168,7 +198,7 @@ def _merge_plan(
 
 
 def _runs(places: list[int]) -> tuple[Run, ...]:
-    """Cut 0..len(places) where the places do not follow one another."""
+    """Runs of consecutive places: (slice of the list, slice of the places) for each run."""
     cuts = [k for k in range(1, len(places)) if places[k] != places[k - 1] + 1]
     ends = zip([0, *cuts], [*cuts, len(places)], strict=True)
     return tuple((slice(a, b), slice(places[a], places[a] + b - a)) for a, b in ends)
@@ -176,7 +206,7 @@ def _runs(places: list[int]) -> tuple[Run, ...]:
 
 @cache
 def rim(nx: int, ny: int) -> list[tuple[int, int]]:
-    """Nodes on the rim of a block of nx by ny pixels, side by side."""
+    """Nodes (i, j) on the rim of a block of nx × ny pixels, one side after the other."""
     sides = (
         [(i, j) for i in (0, nx) for j in range(ny + 1)],
         [(i, j) for j in (0, ny) for i in range(1, nx)],

@@ -1,7 +1,11 @@
 """Leak rates from Persson's contact mechanics: critical junction and modified Bruggeman medium.
 
-critical junction:  Q ≈ Δp u1(ζ_c)³ / (12 η),    A(ζ_c) = A*,
-effective medium:   Q = K Δp Ly/Lx,   K of `bruggeman` for k = u³/(12 η) distributed as P(u).
+The critical junction gives the order of magnitude of the leak rate of a square,
+
+    Q ≈ Δp u1(ζ_c)³ / (12 η)    with    A(ζ_c) = A*,
+
+and the effective medium Q = K Δp Ly/Lx, where K solves the equation of `bruggeman` with local
+conductivities u³/(12 η) of gaps u that have the density P(u) of `persson`.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The letter's cascade: coarse conductivities, coarse pressures, and how good the guess is."""
+"""The letter's cascade: coarse conductivities and pressures, and the error of its first guess."""
 
 from functools import partial
 from itertools import pairwise
@@ -19,7 +19,7 @@ from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
 from fem_seal.theory.bruggeman import effective_conductivity
 
-# Relative alone: the default absolute tolerance of 1e-12 would pass any film in SI units.
+# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 
@@ -38,7 +38,7 @@ def wavy(n):
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("block", [2, 4, 8])
 def test_coarse_grids_cover_the_rectangle(sides, representation, block):
-    """Whatever the block, and with 13 × 10 samples that it does not divide."""
+    """For blocks of any size, with 13 × 10 samples, of which none of them is a divisor."""
     fine = grid(np.ones((13, 10)), sides, representation, (2.0, 3.0))
     coarse = coarse_grid(fine, block)
     assert coarse.edges_x[[0, -1]] == approx([0, 26])
@@ -48,7 +48,7 @@ def test_coarse_grids_cover_the_rectangle(sides, representation, block):
     assert conductance(coarse.network()) == approx(30 / 26, rel=BLOCK_RTOL)
 
 
-def test_coarse_conductivity_is_bruggemans_of_the_sub_points():
+def test_coarse_conductivity_is_bruggemans_of_the_samples():
     g = np.random.default_rng(0).uniform(0, 1, (12, 12)) * (
         np.random.default_rng(1).random((12, 12)) > 0.2
     )
@@ -59,7 +59,7 @@ def test_coarse_conductivity_is_bruggemans_of_the_sub_points():
     )
 
 
-def test_guess_of_a_uniform_film_is_the_answer():
+def test_guess_of_a_uniform_film_is_the_exact_pressure():
     fine = grid(np.ones((32, 32)))
     exact = np.broadcast_to(1 - fine.nodes_x[:, None] / 32, fine.carrying.shape)
     # The coarse relaxations stop at 1e-6 of the energy, 1e-3 of the pressure.
@@ -70,8 +70,8 @@ def test_guess_of_a_uniform_film_is_the_answer():
 def test_guess_improves_with_resolution(sides):
     """Bilinear interpolation: pressure to second order, hence the energy to fourth.
 
-    The mean field stays where it is, so that the gain is a matter of how well the shortest wave is
-    resolved, ten times and more for each doubling, and passes three orders of magnitude.
+    The energy of the uniform gradient does not change, so that the ratio of the two grows by ten
+    times and more for each doubling, to over three orders of magnitude.
     """
     errors = [initial_error(grid(wavy(n), sides)) for n in (32, 64, 128)]
     order = np.log2([a.cascade_energy / b.cascade_energy for a, b in pairwise(errors)])
@@ -80,8 +80,8 @@ def test_guess_improves_with_resolution(sides):
     assert errors[2].energy_reduction > 1000
 
 
-def test_no_guess_is_below_the_leak_rate():
-    """Dirichlet's principle, with contact and both kinds of start."""
+def test_energy_of_any_guess_exceeds_the_leak_rate():
+    """Dirichlet's principle, with contact, for the uniform gradient and the cascade."""
     g = np.maximum(0, wavy(32) - 0.75)
     assert 0.02 < np.mean(g == 0) < 0.4
     fine = grid(g)
@@ -93,8 +93,8 @@ def test_no_guess_is_below_the_leak_rate():
 
 
 @pytest.mark.parametrize(("seed", "deviation"), [(5, 2), (32, 4), (0, 1)])
-def test_relaxation_of_few_nodes_ends_at_the_exact_pressure(seed, deviation):
-    """A grid of few nodes is solved exactly before the error estimate has its first value."""
+def test_relaxation_of_few_nodes_reaches_the_exact_pressure(seed, deviation):
+    """A small grid is solved exactly before the error estimate has its first value."""
     log_K = deviation * np.random.default_rng(seed).normal(size=(4, 4))
     gap = GridField(np.cbrt(np.exp(log_K)), (0.25, 0.25))
     relaxed, eliminated = (
@@ -108,5 +108,5 @@ def test_relaxation_of_few_nodes_ends_at_the_exact_pressure(seed, deviation):
         ).value
         for cascade in (True, False)
     )
-    # The relaxation promises 1e-8; at the exact pressure only rounding is left.
+    # Better than the tolerance 1e-8 of the relaxation: only rounding is left.
     assert relaxed == approx(eliminated)

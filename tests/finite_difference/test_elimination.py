@@ -14,7 +14,7 @@ from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.star_mesh import star_mesh, star_mesh_in_step
 from fem_seal.finite_difference.stencil import Network
 
-# Relative alone: the default absolute tolerance of 1e-12 would pass any film in SI units.
+# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 EPS = np.finfo(float).eps
@@ -28,13 +28,13 @@ def random_network(shape, periodic, rng, decades=0.0):
 
 
 def assembled_conductance(network):
-    """Kirchhoff's laws as one sparse system, solved by SuperLU."""
+    """Conductance from Kirchhoff's laws as one sparse system, solved by SuperLU."""
     mx, my = network.shape
     number = np.arange(mx * my).reshape(mx, my)
-    beyond = np.roll(number, -1, axis=1) if network.periodic else number[:, 1:]
-    before = number if network.periodic else number[:, :-1]
-    a = np.concatenate([number[:-1].ravel(), before.ravel()])
-    b = np.concatenate([number[1:].ravel(), beyond.ravel()])
+    start_y = number if network.periodic else number[:, :-1]
+    stop_y = np.roll(number, -1, axis=1) if network.periodic else number[:, 1:]
+    a = np.concatenate([number[:-1].ravel(), start_y.ravel()])
+    b = np.concatenate([number[1:].ravel(), stop_y.ravel()])
     c = np.concatenate([network.x.ravel(), network.y.ravel()])
     links = sparse.coo_matrix((c, (a, b)), shape=(mx * my,) * 2).tocsr()
     links = links + links.T
@@ -57,7 +57,7 @@ def test_star_becomes_the_mesh_of_kennelly():
 
 
 def schur_links(links, eliminated):
-    """The links that Kirchhoff's laws leave between the other nodes, by a dense solve."""
+    """Links between the remaining nodes from the Schur complement, by a dense solve."""
     laplacian = np.diag(links.sum(axis=1)) - links
     inner, cross = laplacian[:eliminated, :eliminated], laplacian[:eliminated, eliminated:]
     left = laplacian[eliminated:, eliminated:] - cross.T @ np.linalg.solve(inner, cross)
@@ -126,7 +126,7 @@ def test_many_tiles_keep_a_separable_network_exact():
 
 
 def series_parallel(network):
-    """Exact rational conductance of a ladder of two columns: eliminate by hand from the outlet."""
+    """Exact rational conductance of a ladder of two columns, reduced row by row from the outlet."""
     x = [[Fraction(v) for v in row] for row in network.x.tolist()]
     y = [Fraction(v) for (v,) in network.y.tolist()]
     # Three terminals: the nodes a, b of the current row and the outlet.
@@ -150,7 +150,7 @@ def series_parallel(network):
 def test_relative_accuracy_at_any_contrast(length, seed, decades):
     """Links over up to 200 decades, against exact rational arithmetic.
 
-    Every number is reached by fewer than 100 additions, products and quotients of positives.
+    Tolerance: every conductance is the result of fewer than 100 operations on positive numbers.
     """
     network = random_network((length + 1, 2), False, np.random.default_rng(seed), decades)
     assert conductance(network) == approx(series_parallel(network), rel=100 * EPS)
@@ -162,8 +162,8 @@ def test_no_chain_of_links_is_exactly_zero():
     assert conductance(network) == 0.0
 
 
-def test_one_link_left_is_found_among_closed_ones():
-    """A single snake through 40 × 40 nodes: resistances in series."""
+def test_single_path_through_a_grid_without_links():
+    """One bent path through 40 × 40 nodes: resistances in series."""
     x, y = np.zeros((39, 40)), np.zeros((40, 39))
     x[:20, 3] = 2.0
     y[20, 3:35] = 1e-20

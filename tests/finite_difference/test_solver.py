@@ -1,4 +1,4 @@
-"""Leak rates by finite differences against exact answers, orders stated first."""
+"""Leak rates by finite differences against exact solutions, with the order of convergence."""
 
 from functools import partial
 
@@ -15,7 +15,7 @@ from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
 from fem_seal.theory.closed_forms import smooth_checkerboard
 
-# Relative alone: the default absolute tolerance of 1e-12 would pass any film in SI units.
+# No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 FLUID = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # so that K = g³
@@ -83,8 +83,8 @@ def test_gap_of_y_only_is_the_sum_of_its_columns(representation):
 def test_cosine_channel_converges_at_second_order(links, order):
     """g = 1 + a cos 2πx: Q = (1 - a²)^{5/2} / (1 + a²/2) (Sommerfeld), Lx = Ly = 1.
 
-    All rules but one differ from it by the trapezoidal or a midpoint sum of g^-3 over a period
-    plus a term in g'², second order; a = 0.9 keeps 64 points from being exact already.
+    The mean of g^-3 by the trapezoidal or midpoint rule is exact to rounding over a period; all
+    rules but one add a term in g'² of second order. With a = 0.9 it shows at these resolutions.
     """
     a, n = 0.9, np.array([128, 256, 512])
     exact = (1 - a**2) ** 2.5 / (1 + a**2 / 2)
@@ -93,7 +93,7 @@ def test_cosine_channel_converges_at_second_order(links, order):
         g = 1 + a * np.cos(2 * np.pi * np.arange(k + 1) / k)
         error.append(abs(leak(np.repeat(g[:, None], 2, 1), (1 / k, 1.0), links=links) / exact - 1))
     if links == "harmonic":
-        # Σ over vertices of g^-3: the periodic trapezoidal rule, better than any order.
+        # Σ over vertices of g^-3, the trapezoidal rule over a period: exponential convergence.
         assert error[0] < 1e-5
         assert error[1] < 1e-11
     else:
@@ -104,10 +104,10 @@ def test_cosine_channel_converges_at_second_order(links, order):
 @pytest.mark.parametrize("sides", SIDES)
 @pytest.mark.parametrize("links", RULES)
 def test_smooth_checkerboard_converges_at_second_order(links, sides):
-    """K = exp(A cos 2πx cos 2πy) conducts exactly like K = 1, as half a period turns K into 1/K.
+    """K = exp(A cos 2πx cos 2πy) conducts exactly like K = 1 (Keller-Dykhne duality).
 
-    (Keller-Dykhne.) Inlet and outlet are lines of mirror symmetry, so that they are isobars of the
-    periodic cell as well.
+    A shift by half a period turns K into 1/K. Inlet and outlet are lines of mirror symmetry, hence
+    isobars of the periodic medium.
     """
     A, n = 4.0, np.array([32, 64, 128])
     error = []
@@ -117,7 +117,7 @@ def test_smooth_checkerboard_converges_at_second_order(links, sides):
         g = np.exp(A * np.outer(c, c) / 3)
         error.append(abs(leak(g, (1 / k, 1 / k), sides=sides, links=links) - 1))
     if links == "geometric":
-        # ln of a link = A cos(π/n) cos cos at its middle: the network is its own shifted dual.
+        # ln c = A cos(π/n) cos 2πx cos 2πy at the middle of a link: the network is its own dual.
         assert max(error) < 1e-12
     else:
         observed = np.log2(np.array(error[:-1]) / error[1:])
@@ -126,10 +126,11 @@ def test_smooth_checkerboard_converges_at_second_order(links, sides):
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("finer", [(1, 3), (3, 1)])
-def test_oblong_samples_see_the_same_medium(finer, representation):
+def test_leak_rate_does_not_depend_on_the_aspect_of_the_pixels(finer, representation):
     """The smooth checkerboard of contrast e^4 on a unit square, 96 × 32 or 32 × 96 samples.
 
-    Second order in the larger spacing, (2π/32)² A/24 < 1 %; links of the wrong aspect: 9 times off.
+    Error of second order in the larger spacing, (2π/32)² A/24 < 1 %. Links with dx and dy swapped
+    would be wrong by a factor of 9.
     """
     nx, ny = (32 * f for f in finer)
     offset = 0.0 if representation == "linear" else 0.5
@@ -140,7 +141,7 @@ def test_oblong_samples_see_the_same_medium(finer, representation):
 
 
 def lognormal(n, seed):
-    """Smooth random ln K that is not symmetric in any way, on vertices."""
+    """Smooth random ln K without symmetry at the (n + 1)² vertices."""
     rng = np.random.default_rng(seed)
     x, y = np.meshgrid(*2 * (np.linspace(0, 1, n + 1),), indexing="ij")
     waves = rng.normal(size=(4, 4))
@@ -216,15 +217,15 @@ def test_extreme_contrast_is_resolved():
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("sides", SIDES)
-def test_sealed_gap_needs_no_solve(representation, sides):
+def test_sealed_gap_has_no_leak_rate_and_no_unknowns(representation, sides):
     g = np.ones((8, 6))
     g[4] = 0
     flow = solve(GridField(g, (1, 1), True), sides=sides, representation=representation, **FLUID)
     assert (flow.state, flow.value, flow.unknowns) == ("sealed", 0.0, 0)
 
 
-def test_diagonal_channel_is_said_not_to_be_seen():
-    """Open along a diagonal only: not sealed, but without a chain of links."""
+def test_channel_along_a_diagonal_is_reported_as_not_converged():
+    """A gap open along a diagonal only is not sealed, but no chain of links joins the ends."""
     flow = solve(GridField(np.eye(5), (1, 1)), sides="wall", **FLUID)
     assert flow.state == "leaking"
     assert not flow.converged
@@ -232,8 +233,8 @@ def test_diagonal_channel_is_said_not_to_be_seen():
 
 
 @pytest.mark.parametrize("links", RULES)
-def test_contact_points_carry_nothing(links):
-    """Of two columns one is cut by a contact sample, which some rules would conduct across."""
+def test_contact_points_carry_no_flow(links):
+    """A contact sample cuts one of two columns; the mean of g³ across it need not be zero."""
     g = np.zeros((7, 5))
     g[:, 0] = g[:, 2] = 1
     g[3, 2] = 0
@@ -251,7 +252,7 @@ def test_one_row_and_one_column_of_pixels(sides, links):
     assert q == approx(1 / np.sum(g**-3.0), rel=1e-13)
 
 
-def test_a_linear_gap_has_to_span_an_area():
+def test_a_linear_gap_needs_two_rows_and_columns():
     with pytest.raises(InvalidInput, match="at least 2 samples"):
         leak(np.ones((1, 7)))
     assert leak(np.ones((1, 7)), periodic=True) == approx(7, rel=1e-13)
@@ -260,7 +261,7 @@ def test_a_linear_gap_has_to_span_an_area():
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("sides", SIDES)
 def test_cascade_agrees_with_elimination_and_conserves(representation, sides):
-    """Two ways to the same network's flow: the energy to tol, the flux through the ends to √tol."""
+    """Both solve the same network: the energies agree to tol, inflow and outflow to √tol."""
     s = np.sin(2 * np.pi * np.arange(48) / 48)
     c = np.roll(s, 5)
     g = np.maximum(0, np.outer(s, c) + 0.5 * np.add.outer(c, s**3) + 0.5)
@@ -285,8 +286,8 @@ def test_bad_input_is_refused():
         solve(gap, sides="slit", **FLUID)
 
 
-def test_relaxation_that_does_not_converge_says_so():
-    """Ten steps of conjugate gradients cannot carry news over 40 rows."""
+def test_relaxation_that_does_not_converge_raises():
+    """Each step of conjugate gradients reaches one row further: ten cannot cross 40 rows."""
     g = random_gap(1, (40, 40), contact=0.2)
     grid = flow_grid(GridField(g, (1, 1)), 1 / 12, "wall", "constant", "harmonic")
     with pytest.raises(NotConverged, match="after 10 steps"):
