@@ -1,7 +1,8 @@
 # make demo   install what is missing and run the first scene
 # make test   install what is missing and run the tests
+# make limits install what is missing, try the extremes and write docs/limits.md
 # make setup  install what is missing
-.PHONY: demo test setup clean
+.PHONY: demo test limits setup clean
 
 # One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
 export OMP_NUM_THREADS ?= 1
@@ -18,6 +19,9 @@ demo: .venv/ready
 
 test: .venv/ready
 	.venv/bin/python -m pytest
+
+limits: .venv/ready
+	.venv/bin/python tests/extremes/limits_page.py docs/limits.md
 
 setup: .venv/ready
 

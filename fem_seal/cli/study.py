@@ -1,4 +1,4 @@
-"""fem-seal study: methods side by side, what accuracy costs, and where the limits are."""
+"""fem-seal study: methods side by side, what accuracy costs, and how a saddle closes."""
 
 import argparse
 from collections.abc import Callable, Iterable
@@ -18,7 +18,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "study",
-        "methods side by side, price of accuracy, limits",
+        "methods side by side, price of accuracy, a closing saddle",
         "fem-seal study trade demos/scenes/first.toml (fem-seal study trade --help says more)",
     )
     studies = command.add_subparsers(
@@ -45,13 +45,11 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         help="of one period; at least two grids, each twice as fine (64 128 256)",
     )
     saddle.set_defaults(command=_saddle)
-    extremes = _study(studies, "extremes", "what is right, refused or limited at the extremes")
-    extremes.set_defaults(command=_extremes)
 
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
     study = studies.add_parser(name, help=purpose, description=purpose)
-    default = "results/limits.md" if name == "extremes" else f"results/{name}"
+    default = f"results/{name}"
     study.add_argument(
         "--out",
         type=Path,
@@ -202,16 +200,3 @@ def _saddle(options: argparse.Namespace) -> int:
     limit = limiting_exponent(*exponents[-2:])
     say(f"at closing: {limit.value:.3f} ± {limit.error:.3f}; published {EXPONENT}")
     return 0
-
-
-def _extremes(options: argparse.Namespace) -> int:
-    from fem_seal.verification.extremes import as_page, examine
-
-    _make(options.out.parent)
-    findings = _watched(examine)
-    options.out.write_text(as_page(findings), encoding="utf-8")
-    broken = [finding for finding in findings if finding.verdict == "broken"]
-    for finding in broken:
-        say(f"broken: {finding.extreme}: {finding.found}")
-    say(f"{len(findings)} extremes, {len(broken)} broken, in {options.out}")
-    return 1 if broken else 0

@@ -1,0 +1,41 @@
+"""The adaptive leak rate of the extremes, and what its bounds must always fulfil."""
+
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+
+MOST_UNKNOWNS = 6000
+# Relative, of bounds in other units or by another order of the same sums: rounding of the input,
+# times the contrast that CG sees.
+ROUNDING = 1e-9
+
+
+def adaptive(
+    gap: GridField,
+    *,
+    representation: str = "linear",
+    sides: str = "wall",
+    rtol: float = 0.05,
+    viscosity: float = 1 / 12,
+    pressure_drop: float = 1.0,
+    unknowns: int = MOST_UNKNOWNS,
+) -> LeakRate:
+    """Adaptive bracket at K = g³; one that stays wider than `rtol` must say why."""
+    leak = leak_rate(
+        gap,
+        viscosity=viscosity,
+        pressure_drop=pressure_drop,
+        representation=representation,
+        sides=sides,
+        rtol=rtol,
+        limits=Limits(unknowns=unknowns),
+    )
+    assert leak.converged or leak.reason
+    assert not leak.converged or leak.state == "sealed" or leak.lower > 0
+    return leak
+
+
+def assert_enclosed(leak: LeakRate, exact: float) -> None:
+    """The bounds of every level hold the exact leak rate."""
+    for level in leak.levels:
+        assert level.lower <= exact <= level.upper

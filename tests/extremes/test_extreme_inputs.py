@@ -1,0 +1,163 @@
+"""Arrays and numbers as they come from elsewhere: layouts, types, values that are not finite."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from extreme_gaps import adaptive
+from sample_gaps import rough_gap
+
+from fem_seal.errors import InvalidInput
+from fem_seal.gap_file import load_gap
+from fem_seal.grid import GridField
+from fem_seal.scene import Scene
+
+PART = "Input"
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+LAST_DIGITS = 1e-13  # sums may differ with the alignment of the arrays
+NOT_POSITIVE = (0.0, -1.0, np.inf, np.nan)
+
+# --- arrays --------------------------------------------------------------------------------------
+
+
+def frozen(values, folder):
+    copy = values.copy()
+    copy.setflags(write=False)
+    return copy
+
+
+def mapped(values, folder):
+    np.save(folder / "gap.npy", values)
+    return np.load(folder / "gap.npy", mmap_mode="r")
+
+
+LAYOUTS = {
+    "Fortran order": lambda values, folder: np.asfortranarray(values),
+    "read-only": frozen,
+    "strided": lambda values, folder: np.repeat(values, 2, 0)[::2],
+    "memory-mapped": mapped,
+}
+
+
+@pytest.fixture(scope="module")
+def single():
+    """A rough gap in single precision, and its leak rate in double."""
+    values = rough_gap((16, 16), 0.3, 4).values.astype(np.float32)
+    return values, adaptive(GridField(values.astype(float), (1.0, 1.0), periodic=True))
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_array_layouts(layout, single, tmp_path, show):
+    """Single precision in other layouts of memory."""
+    values, reference = single
+    array = LAYOUTS[layout](values, tmp_path)
+    writeable = array.flags.writeable
+    leak = adaptive(GridField(array, (1.0, 1.0), periodic=True))
+    assert (leak.lower, leak.upper) == pytest.approx(
+        (reference.lower, reference.upper), rel=LAST_DIGITS, abs=0
+    )
+    assert array.flags.writeable == writeable
+    show("right", "the same bounds to the last digits")
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf], ids=str)
+def test_not_finite(bad, show):
+    """Values of a gap that are not finite."""
+    with pytest.raises(InvalidInput, match="1 of 4 grid values are not finite") as error:
+        GridField(np.array([[1.0, bad], [1, 1]]), (1, 1))
+    show("refused", str(error.value))
+
+
+def negative_gap():
+    gap = np.ones((4, 4))
+    gap[1, 2] = -1e-9
+    return gap
+
+
+def test_negative_gap(show):
+    """A negative gap in an array."""
+    gap = GridField(negative_gap(), (1.0, 1.0))
+    with pytest.raises(InvalidInput, match="gap is negative") as error:
+        adaptive(gap)
+    show("refused", str(error.value))
+
+
+def test_negative_gap_in_a_file(tmp_path, monkeypatch, show):
+    """A negative gap in a file."""
+    monkeypatch.chdir(tmp_path)
+    np.savez("gap.npz", gap=negative_gap(), spacing=(1.0, 1.0))
+    with pytest.raises(InvalidInput, match=r"gap\.npz is negative at 1 of 16 samples") as error:
+        load_gap(Path("gap.npz"))
+    show("refused", str(error.value))
+
+
+@pytest.mark.parametrize("shape", [(0, 4), (4,), (2, 2, 2)], ids=["empty", "line", "volume"])
+def test_shapes(shape, show):
+    """Arrays that are empty, or not two-dimensional."""
+    with pytest.raises(InvalidInput, match="needs a two-dimensional array") as error:
+        GridField(np.ones(shape), (1, 1))
+    show("refused", str(error.value))
+
+
+@pytest.mark.parametrize("spacing", NOT_POSITIVE, ids=str)
+def test_spacings(spacing, show):
+    """Spacings of samples that are no length."""
+    with pytest.raises(InvalidInput, match="spacing") as error:
+        GridField(np.ones((4, 4)), (1.0, spacing))
+    show("refused", str(error.value))
+
+
+# --- numbers -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "bad"),
+    [
+        pytest.param(name, bad, id=f"{name} {bad}")
+        for name in ("viscosity", "pressure_drop", "rtol")
+        for bad in NOT_POSITIVE
+    ],
+)
+def test_flow_numbers(name, bad, show):
+    """Viscosity, pressure drop and tolerance that are not positive numbers."""
+    with pytest.raises(InvalidInput, match=f"{name} = {bad} must be a positive number") as error:
+        adaptive(GridField(np.ones((4, 4)), (1.0, 1.0)), **{name: bad})
+    show("refused", str(error.value))
+
+
+def test_sides_that_do_not_repeat(show):
+    """Periodic sides of a gap that does not repeat."""
+    gap = GridField(1 + np.random.default_rng(0).random((4, 4)), (1.0, 1.0))
+    with pytest.raises(InvalidInput, match="needs a periodic gap") as error:
+        adaptive(gap, sides="periodic")
+    show("refused", str(error.value))
+
+
+SPECTRA = {
+    "hurst 0": ({"hurst": 0}, "surface.hurst"),
+    "hurst 1.5": ({"hurst": 1.5}, "surface.hurst"),
+    "cut-offs out of order": ({"short_wavelength": "20 um"}, "wavelength"),
+    "waves below the grid": ({"short_wavelength": "0.5 um"}, "short_wavelength"),
+    "waves beyond the cell": ({"long_wavelength": "100 um"}, "long_wavelength"),
+    "slope infinite": ({"rms_slope": float("inf")}, "rms_slope"),
+}
+
+
+@pytest.mark.parametrize("case", SPECTRA)
+def test_scene_spectra(case, small_scene, show):
+    """Scenes whose surface cannot be."""
+    change, message = SPECTRA[case]
+    small_scene["surface"] |= change
+    with pytest.raises(InvalidInput, match=message) as error:
+        Scene.from_mapping(small_scene)
+    show("refused", str(error.value))
+
+
+@pytest.mark.parametrize("area", [-0.1, 1.0, float("nan")], ids=str)
+def test_scene_areas(area, small_scene, show):
+    """Scenes of contact areas outside [0, 1)."""
+    small_scene["contact"]["area_fraction"] = area
+    with pytest.raises(InvalidInput, match=r"contact\.area_fraction") as error:
+        Scene.from_mapping(small_scene)
+    show("refused", str(error.value))
