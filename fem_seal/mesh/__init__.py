@@ -1,1 +1,1 @@
-"""Triangulations: the nested family of the pixel grid and its refinement by bisection."""
+"""Triangulations: nested meshes of a grid, meshes of shapes, and their refinement by bisection."""

@@ -1,4 +1,4 @@
-"""From the [shape] of a scene to a mesh with a gap."""
+"""From the [shape] section of a scene to a mesh with a gap."""
 
 from functools import partial
 
@@ -19,9 +19,16 @@ def shaped_gap(shape: Shape, grid: GridField | None, *, trust: bool = False) -> 
 
     Parameters
     ----------
-    shape : section of the scene
-    grid : the gap, where the section itself does not say it
-    trust : whether to run a .geo file that is not the package's own
+    shape : Shape
+        Section of the scene.
+    grid : GridField or None
+        Samples of the gap, if the section gives neither a number nor a formula.
+    trust : bool
+        Whether to run a .geo file that is not one of the package's own.
+
+    Returns
+    -------
+    MeshGap
 
     Raises
     ------
@@ -32,14 +39,14 @@ def shaped_gap(shape: Shape, grid: GridField | None, *, trust: bool = False) -> 
     """
     source = gap_source(shape, grid)
     triangles = _triangles(shape, source, trust)
-    # What gmsh has just made is right whichever way its surfaces are turned.
+    # A mesh that gmsh has made is valid in either orientation of its surfaces.
     name = shape.path.name if isinstance(shape, MeshFile) else shape.kind
     mesh = shape_mesh(*labelled(triangles, name, reorient=shape.needs_gmsh or shape.reorient))
     return MeshGap(mesh, source(mesh.xy))
 
 
 def gap_source(shape: Shape, grid: GridField | None) -> GapSource:
-    """Gap of a shape as a function of place."""
+    """Gap of a shape as a function of position; arguments as in `shaped_gap`."""
     if shape.gap is not None:
         return Uniform(shape.gap)
     if shape.gap_expression is not None:

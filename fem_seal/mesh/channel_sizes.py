@@ -1,28 +1,34 @@
-"""Mesh sizes that follow the width of the channels: small between contacts, large in the open."""
+"""Mesh sizes that follow the width of the channels: small in narrow channels, else large."""
 
 import numpy as np
 
 from fem_seal.mesh.gap_source import GapSource
 from fem_seal.mesh.gmsh_process import Rectangle, SizeField
 
-NARROW = 0.1  # of the mean gap: what is lower bounds a channel
-GROWTH = 0.5  # edge length over the distance to the nearest bank of a channel
-FINEST_RASTER = 1500  # points along the longer side
+NARROW = 0.1  # a channel ends where the gap falls below this part of its mean
+GROWTH = 0.5  # growth of the edge length with the distance to the nearest bank of a channel
+FINEST_RASTER = 1500  # largest number of points along the longer side
 
 
 def channel_sizes(
     gap: GapSource, rectangle: Rectangle, smallest: float, largest: float
 ) -> SizeField:
-    """Edge lengths min(largest, smallest + d/2), d the distance to where a channel ends.
+    """Edge lengths min(largest, smallest + d/2), d the distance to the nearest bank of a channel.
 
-    A channel of width w, between places where the gap is below a tenth of its mean, is thus cut
-    into triangles no larger than w/4 + `smallest`; contact patches get coarser inside as well.
+    The banks are the lines where the gap is a tenth of its mean. Edges in a channel of width w are
+    thus no longer than w/4 + `smallest`; contact patches get coarse triangles inside as well.
 
     Parameters
     ----------
-    gap : the gap
-    rectangle : that holds the shape
-    smallest, largest : edge lengths [m]
+    gap : GapSource
+    rectangle : Rectangle
+        Bounding box of the shape.
+    smallest, largest : float
+        Edge lengths [m].
+
+    Returns
+    -------
+    SizeField
     """
     from scipy.ndimage import distance_transform_edt
 
@@ -34,12 +40,12 @@ def channel_sizes(
     points = np.stack([i.ravel(), j.ravel()], axis=1) * spacing + (rectangle.x0, rectangle.y0)
     heights = gap.anywhere(points).reshape(counts)
     heights = np.where(np.isfinite(heights), heights, 0.0)
-    wide = heights > NARROW * heights.mean()
+    channel = heights > NARROW * heights.mean()
     distance = np.full(counts, np.inf)
-    for side in (wide, ~wide):
-        # Without a bank there is nothing to be near to.
-        if not side.all():
-            inside = distance_transform_edt(side, sampling=spacing)
-            distance = np.where(side, inside, distance)
+    for region in (channel, ~channel):
+        # A region that covers the whole rectangle has no bank: its distance stays infinite.
+        if not region.all():
+            to_bank = distance_transform_edt(region, sampling=spacing)
+            distance = np.where(region, to_bank, distance)
     sizes = np.minimum(smallest + GROWTH * distance, largest)
     return SizeField(sizes, (rectangle.x0, rectangle.y0), tuple(spacing))

@@ -1,4 +1,4 @@
-"""Cutting a ring open, so that it is a strip whose two sides are one line."""
+"""Cutting a ring open into a strip, whose two sides (the banks of the cut) are one line."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -10,85 +10,107 @@ from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP
 def shortest_path(
     cells: np.ndarray, sides: np.ndarray, start: np.ndarray, end: np.ndarray
 ) -> np.ndarray | None:
-    """Fewest edges inside the mesh from one loop of vertices to another.
+    """Path of fewest inner edges from one boundary loop of the mesh to another.
 
-    The path avoids all other boundaries. As it is the shortest, no edge of the mesh but its own
-    joins two of its vertices, and this stays so under bisection.
+    The path avoids all other boundaries. Because it is the shortest, no other edge of the mesh
+    joins two of its vertices, and bisection does not change this.
 
     Parameters
     ----------
-    cells, sides : of the mesh
-    start, end : vertices of the two loops
+    cells : (C, 3) int
+    sides : (C, 3) int8
+        Labels of the sides.
+    start, end : (m,) int
+        Vertices of the two loops.
 
     Returns
     -------
-    (n,) vertices, or None if there is no such path.
+    (n,) int, the vertices of the path, or None if there is no such path.
     """
     count = int(cells.max()) + 1
     cell, side = np.nonzero(sides == INSIDE)
     edges = np.stack([cells[cell, (side + 1) % 3], cells[cell, (side + 2) % 3]], axis=1)
-    on_rim = np.zeros(count, dtype=bool)
-    rim_cell, rim_side = np.nonzero(sides != INSIDE)
-    on_rim[cells[rim_cell, (rim_side + 1) % 3]] = True
-    allowed = ~on_rim
+    allowed = np.ones(count, dtype=bool)
+    boundary_cell, boundary_side = np.nonzero(sides != INSIDE)
+    allowed[cells[boundary_cell, (boundary_side + 1) % 3]] = False
     allowed[start], allowed[end] = True, True
     edges = edges[allowed[edges].all(axis=1)]
-    # The path leaves from anywhere on the first loop: an extra node stands before all of it.
+    # The path may start at any vertex of the first loop: an extra node is linked to all of them.
     source = np.stack([np.full(len(start), count), start], axis=1)
     links = np.concatenate([edges, source])
     shape = (count + 1,) * 2
     graph = coo_array((np.ones(len(links), dtype=np.int8), tuple(links.T)), shape=shape).tocsr()
-    order, before = breadth_first_order(graph, count, directed=False)
+    order, predecessor = breadth_first_order(graph, count, directed=False)
     reached = order[np.isin(order, end)]
     if reached.size == 0:
         return None
     path = [reached[0]]
-    while before[path[-1]] != count:
-        path.append(before[path[-1]])
+    while predecessor[path[-1]] != count:
+        path.append(predecessor[path[-1]])
     return np.array(path[::-1])
 
 
 def cut_open(
     xy: np.ndarray, cells: np.ndarray, sides: np.ndarray, path: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Part the cells along a path of edges from the inlet's loop to the outlet's.
+    """Separate the cells on both sides of a path from the loop of the inlet to that of the outlet.
 
-    Seen from the inlet the cells on the left keep the vertices of the path (BOTTOM), those on the
-    right get copies (TOP), so that ψ grows to the left of the flow as it does in a strip.
+    Seen from the inlet, the cells on the left keep the vertices of the path (BOTTOM) and those on
+    the right get copies (TOP), so that ψ grows to the left of the flow as it does in a strip.
 
     Parameters
     ----------
-    xy, cells, sides : of the mesh
-    path : (n,) int, vertices of `shortest_path`
+    xy : (V, 2) float [m]
+    cells : (C, 3) int
+    sides : (C, 3) int8
+        Labels of the sides.
+    path : (n,) int
+        Vertices of the path, from `shortest_path`.
 
     Returns
     -------
-    xy, cells, sides, twin : of the mesh with the copies
+    xy, cells, sides : of the mesh with n vertices more
+    twin : (V + n,) int
+        For each copy the vertex it copies, else the vertex itself.
     """
-    place = np.full(len(xy), -1)
-    place[path] = np.arange(len(path))
-    near = np.flatnonzero((place[cells] >= 0).any(axis=1))
-    of = cells[near]
-    slot = np.arange(3 * len(near)).reshape(-1, 3)
-    ends = of[:, [[1, 2], [2, 0], [0, 1]]]
-    along = place[ends[:, :, 1]] - place[ends[:, :, 0]]
-    on_path = (place[ends] >= 0).all(axis=2) & (np.abs(along) == 1)
+    index = np.full(len(xy), -1)  # of each vertex in the path
+    index[path] = np.arange(len(path))
+    adjacent = np.flatnonzero((index[cells] >= 0).any(axis=1))
+    corner = cells[adjacent]
+    slot = np.arange(3 * len(adjacent)).reshape(-1, 3)
+    ends = corner[:, [[1, 2], [2, 0], [0, 1]]]
+    along = index[ends[:, :, 1]] - index[ends[:, :, 0]]
+    on_path = (index[ends] >= 0).all(axis=2) & (np.abs(along) == 1)
     left, right = on_path & (along == 1), on_path & (along == -1)
     sides = sides.copy()
-    for which, label in ((left, BOTTOM), (right, TOP)):
-        cell, side = np.nonzero(which)
-        sides[near[cell], side] = label
-    bank = _joined_corners(slot, ends, on_path)
-    corners = slot[np.arange(len(near))[:, None, None], [[1, 2], [2, 0], [0, 1]]]
-    to_right = np.isin(bank, bank[corners[right].ravel()]).reshape(-1, 3) & (place[of] >= 0)
+    for bank, label in ((left, BOTTOM), (right, TOP)):
+        cell, side = np.nonzero(bank)
+        sides[adjacent[cell], side] = label
+    component = _joined_corners(slot, ends, on_path)
+    side_slots = slot[np.arange(len(adjacent))[:, None, None], [[1, 2], [2, 0], [0, 1]]]
+    on_right = np.isin(component, component[side_slots[right].ravel()]).reshape(-1, 3)
     cells = cells.copy()
-    cells[near] = np.where(to_right, len(xy) + place[of], of)
+    cells[adjacent] = np.where(on_right & (index[corner] >= 0), len(xy) + index[corner], corner)
     twin = np.concatenate([np.arange(len(xy)), path])
     return np.concatenate([xy, xy[path]]), cells, sides, twin
 
 
 def _joined_corners(slot: np.ndarray, ends: np.ndarray, on_path: np.ndarray) -> np.ndarray:
-    """Component of each corner slot: corners at one vertex, joined through sides off the path."""
+    """Connected component of each corner, where sides off the path join corners at one vertex.
+
+    Parameters
+    ----------
+    slot : (n, 3) int
+        Numbers of the corners of n cells.
+    ends : (n, 3, 2) int
+        Vertices at the ends of their sides.
+    on_path : (n, 3) bool
+        Sides on the path, which join nothing.
+
+    Returns
+    -------
+    (3 n,) int
+    """
     cell, side = np.nonzero(~on_path)
     edge = ends[cell, side]
     pair = np.stack([slot[cell, (side + 1) % 3], slot[cell, (side + 2) % 3]], axis=1)

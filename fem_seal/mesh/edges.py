@@ -1,7 +1,7 @@
-"""Edges of triangles, and the two sides of each: found on the first mesh, then carried along.
+"""Edges of triangles and their sides: numbered on the first mesh, then updated by bisection.
 
-A side is an edge seen from one of its cells. Sides 2 e and 2 e + 1 belong to edge e, so that the
-edge of a side is half its number, and what is on the other side is one bit away.
+A side is an edge seen from one of its cells. Edge e has the sides 2 e and 2 e + 1: the edge of side
+s is s >> 1, and its other side is s ^ 1.
 """
 
 from dataclasses import dataclass
@@ -13,10 +13,14 @@ from fem_seal.mesh.grouping import parts, stable_order
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """The edges of C cells.
+    """The E edges of C cells.
 
-    ends : (E, 2) int32, vertices of each edge
-    sides : (C, 3) int32, number of the side opposite each corner: 2 e or 2 e + 1 of edge e
+    Attributes
+    ----------
+    ends : (E, 2) int32
+        Vertices at the ends of each edge.
+    sides : (C, 3) int32
+        Number of the side opposite each corner: 2 e or 2 e + 1 for edge e.
     """
 
     ends: np.ndarray
@@ -24,17 +28,17 @@ class Edges:
 
     @property
     def of_cell(self) -> np.ndarray:
-        """(C, 3) int32, the edge opposite each corner."""
+        """(C, 3) int32: the edge opposite each corner."""
         return self.sides >> 1
 
     def cells(self) -> np.ndarray:
-        """(2 E,) int32, the cell of each side, -1 of one that lies outside."""
+        """(2 E,) int32: the cell of each side, -1 for the outer side of a boundary edge."""
         of_side = np.full(2 * len(self.ends), -1, dtype=np.int32)
         of_side[self.sides] = np.arange(len(self.sides), dtype=np.int32)[:, None]
         return of_side
 
     def slots(self) -> np.ndarray:
-        """(E, 2) int32, the two sides of each edge as 3 cell + corner, -1 for one outside."""
+        """(E, 2) int32: both sides of each edge as 3 cell + corner, -1 for an outer side."""
         of_side = np.full(2 * len(self.ends), -1, dtype=np.int32)
         of_side[self.sides.ravel()] = np.arange(self.sides.size, dtype=np.int32)
         return of_side.reshape(-1, 2)
@@ -45,11 +49,19 @@ def find_edges(ends: np.ndarray, count: int) -> Edges:
 
     Parameters
     ----------
-    ends : (C, 3, 2) int, the two vertices of each side of each cell, the same for both cells
-    count : number of vertices
+    ends : (C, 3, 2) int
+        Vertices at the ends of each side of each cell; on a seam those of the twin at the bottom,
+        so that the two sides of an edge have the same vertices.
+    count : int
+        Number of vertices.
+
+    Returns
+    -------
+    Edges
     """
-    low, high = (some(ends[..., 0], ends[..., 1]).ravel() for some in (np.minimum, np.maximum))
-    # Large arrays go as soon as they have been used: while a mesh is made the last one is there.
+    low = np.minimum(ends[..., 0], ends[..., 1]).ravel()
+    high = np.maximum(ends[..., 0], ends[..., 1]).ravel()
+    # Free large arrays after their last use: the coarser mesh still takes memory at this point.
     del ends
     order = stable_order(high, count)
     order = _picked(order, stable_order(_picked(low, order), count))
@@ -62,8 +74,8 @@ def find_edges(ends: np.ndarray, count: int) -> Edges:
 
 
 def _picked(values: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """values[places], for which NumPy would first make all the places 64 bits long."""
-    found = np.empty(len(places), dtype=values.dtype)
+    """values[places] in parts, because NumPy converts all indices to 64 bits at once."""
+    picked = np.empty(len(places), dtype=values.dtype)
     for part in parts(0, len(places), 1 << 16):
-        found[part] = values[places[part]]
-    return found
+        picked[part] = values[places[part]]
+    return picked

@@ -1,7 +1,7 @@
-"""Where the gap of a shape comes from: a number, a formula, or samples on a grid.
+"""Gap of a shape as a function of position: a number, a formula, or samples on a grid.
 
-Samples are interpolated linearly on the pixel triangles of `nested`, whose diagonals alternate,
-so that a gap of exactly 0 stays exactly 0, and at a mesh vertex on a sample the sample is found.
+Samples are interpolated linearly on the pixel triangles of `nested`, whose diagonals alternate. A
+vertex of the mesh that lies on a sample gets exactly its value, so that contact stays exactly 0.
 """
 
 from dataclasses import dataclass
@@ -12,14 +12,19 @@ from fem_seal.errors import InvalidInput
 from fem_seal.expression import evaluate
 from fem_seal.grid import GridField
 
-OUTSIDE = 1e-6  # of a sample: rounding by which a vertex may miss the grid
-ROUNDING = 1e-6  # of a pixel: meshes of gmsh are no more exact than 1e-9
-UNIT_SUSPECTED = 200  # mesh and grid whose extents differ by more are not of one unit
+OUTSIDE = 1e-6  # of a pixel: a vertex may lie so far outside the grid by rounding
+ROUNDING = 1e-6  # of a pixel: coordinates written by gmsh are accurate to 1e-9 at best
+UNIT_SUSPECTED = 200  # ratio of the extents of mesh and grid beyond which their units must differ
 
 
 @dataclass(frozen=True)
 class Uniform:
-    """The same gap [m] everywhere."""
+    """A uniform gap.
+
+    Parameters
+    ----------
+    gap : float [m]
+    """
 
     gap: float
 
@@ -32,7 +37,13 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula in x, y, r and theta; see `expression.evaluate`."""
+    """A gap [m] by a formula in x, y, r and theta.
+
+    Parameters
+    ----------
+    text : str
+        The formula, see `expression.evaluate`.
+    """
 
     text: str
 
@@ -45,10 +56,14 @@ class Formula:
 
 @dataclass(frozen=True, eq=False)
 class CartesianGrid:
-    """Samples at origin + (i dx, j dy).
+    """Samples of a gap at origin + (i dx, j dy).
 
-    samples : (nx, ny) [m], with the repeated rows of a periodic gap
-    origin, spacing : [m]
+    Parameters
+    ----------
+    samples : (nx, ny) float
+        Gap [m]; a periodic gap repeats its first row and column at the end.
+    origin, spacing : (float, float)
+        First sample (x0, y0) and distances (dx, dy) [m].
     """
 
     samples: np.ndarray
@@ -57,7 +72,7 @@ class CartesianGrid:
 
     @classmethod
     def of(cls, gap: GridField, origin: tuple[float, float] = (0.0, 0.0)) -> "CartesianGrid":
-        """Grid of a gap."""
+        """Grid of a gap with its first sample at `origin` [m]."""
         return cls(gap.vertices(), origin, gap.spacing)
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
@@ -66,26 +81,33 @@ class CartesianGrid:
         Raises
         ------
         InvalidInput
-            If a point lies beyond the samples.
+            If a point lies outside the grid.
         """
         covered = max((n - 1) * d for n, d in zip(self.samples.shape, self.spacing, strict=True))
         _same_extent(np.ptp(points, axis=0).max(), covered)
         return _linear(self.samples, _within(points, self._steps(points), self.samples.shape))
 
     def anywhere(self, points: np.ndarray) -> np.ndarray:
-        """The same, with the value of the rim beyond it."""
+        """Gap (n,) [m] at points (n, 2) [m], extended constantly beyond the grid."""
         return _linear(self.samples, _clipped(self._steps(points), self.samples.shape))
 
     def _steps(self, points: np.ndarray) -> np.ndarray:
+        """Positions (n, 2) of points in units of the spacing, from the first sample."""
         return (points - self.origin) / self.spacing
 
 
 @dataclass(frozen=True, eq=False)
 class PolarGrid:
-    """Samples at radius r0 + i dr and angle theta0 + j dtheta around the origin.
+    """Samples of a gap at radius r0 + i dr and angle theta0 + j dtheta around the point (0, 0).
 
-    samples : (nr, ntheta) [m]; a full turn repeats its first angle
-    origin : (r0 [m], theta0 [rad]); spacing : (dr [m], dtheta [rad])
+    Parameters
+    ----------
+    samples : (nr, ntheta) float
+        Gap [m]; a full turn repeats its first angle at the end.
+    origin : (float, float)
+        r0 [m] and theta0 [rad].
+    spacing : (float, float)
+        dr [m] and dtheta [rad].
     """
 
     samples: np.ndarray
@@ -94,7 +116,16 @@ class PolarGrid:
 
     @classmethod
     def of(cls, gap: GridField, origin: tuple[float, float]) -> "PolarGrid":
-        """Grid of a gap; ntheta · dtheta = 2π is a full turn.
+        """Grid of a gap whose first axis is the radius and second the angle.
+
+        It is a full turn, and closed, if ntheta · dtheta = 2π.
+
+        Parameters
+        ----------
+        gap : GridField
+            Gap [m], with spacing (dr [m], dtheta [rad]).
+        origin : (float, float)
+            r0 [m] and theta0 [rad].
 
         Raises
         ------
@@ -113,19 +144,26 @@ class PolarGrid:
         return cls(samples, origin, (gap.spacing[0], dtheta))
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Gap (n,) [m] at points (n, 2) [m]; InvalidInput if one lies beyond the samples."""
-        # A sector may be small against its radius, but not beside it.
+        """Gap (n,) [m] at points (n, 2) [m].
+
+        Raises
+        ------
+        InvalidInput
+            If a point lies outside the grid.
+        """
+        # Compare radii, not extents: a narrow sector is small against its radius in any unit.
         outer = self.origin[0] + (self.samples.shape[0] - 1) * self.spacing[0]
         _same_extent(np.hypot(*points.T).max(), outer)
         return _linear(self.samples, _within(points, self._steps(points), self.samples.shape))
 
     def anywhere(self, points: np.ndarray) -> np.ndarray:
-        """The same, with the value of the rim beyond it."""
+        """Gap (n,) [m] at points (n, 2) [m], extended constantly beyond the grid."""
         return _linear(self.samples, _clipped(self._steps(points), self.samples.shape))
 
     def _steps(self, points: np.ndarray) -> np.ndarray:
+        """Positions (n, 2) of points in units of the spacing, from the first sample."""
         radius = np.hypot(*points.T)
-        # An angle a rounding error before the first sample is not a turn away from it.
+        # An angle that rounding puts just before theta0 must not become almost a full turn.
         slack = OUTSIDE * self.spacing[1]
         angle = np.mod(np.arctan2(points[:, 1], points[:, 0]) - self.origin[1] + slack, 2 * np.pi)
         return np.stack([radius - self.origin[0], angle - slack], axis=1) / self.spacing
@@ -135,7 +173,7 @@ GapSource = Uniform | Formula | CartesianGrid | PolarGrid
 
 
 def _same_extent(mesh: float, covered: float) -> None:
-    """Refuse a mesh in other units than the grid."""
+    """Raise InvalidInput if the extents [m] of mesh and grid suggest different units."""
     ratio = mesh / covered
     if not 1 / UNIT_SUSPECTED < ratio < UNIT_SUSPECTED:
         raise InvalidInput(
@@ -145,7 +183,7 @@ def _same_extent(mesh: float, covered: float) -> None:
 
 
 def _within(points: np.ndarray, steps: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Steps (n, 2) of points in the grid, rounding taken away; points beyond it are refused."""
+    """Positions (n, 2) in the grid, clipped by rounding; InvalidInput if a point is outside."""
     last = np.array(shape) - 1
     out = ((steps < -OUTSIDE) | (steps > last + OUTSIDE)).any(axis=1)
     if out.any():
@@ -163,17 +201,24 @@ def _clipped(steps: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 
 def _linear(samples: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Linear interpolation on the pixel triangles whose diagonals alternate."""
+    """Linear interpolation on the pixel triangles, whose diagonals alternate.
+
+    Parameters
+    ----------
+    samples : (nx, ny) float
+    steps : (n, 2) float
+        Positions in units of the spacing.
+    """
     i, j = np.minimum(steps.astype(int), np.array(samples.shape) - 2).T
     s, t = steps[:, 0] - i, steps[:, 1] - j
     even = (i + j) % 2 == 0
-    # From sw to ne where i + j is even: the weights of sw, se, nw and ne around the point.
+    # Weights of the corners sw, se, nw, ne of the pixel; its diagonal rises where i + j is even.
     rising = [1 - np.maximum(s, t), np.maximum(s - t, 0), np.maximum(t - s, 0), np.minimum(s, t)]
-    far = np.maximum(s + t - 1, 0)
-    falling = [np.maximum(1 - s - t, 0), s - far, t - far, far]
+    ne = np.maximum(s + t - 1, 0)
+    falling = [np.maximum(1 - s - t, 0), s - ne, t - ne, ne]
     weights = np.where(even, rising, falling)
-    # A vertex that lies on a sample or a side but for rounding must not see past it: a gap of
-    # 0 there would open a path as narrow as the rounding.
+    # A point on a sample or on the side of a triangle must not get a rounding error of the next
+    # sample: in contact that would open a channel as narrow as the rounding error.
     weights[weights < ROUNDING] = 0
     corners = [samples[i, j], samples[i + 1, j], samples[i, j + 1], samples[i + 1, j + 1]]
     return (weights * corners).sum(axis=0) / weights.sum(axis=0)

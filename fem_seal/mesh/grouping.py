@@ -1,4 +1,4 @@
-"""Arrays in parts, and sorting small whole numbers by counting, in linear time."""
+"""Slices of large arrays, and a stable sort of small integers in linear time."""
 
 from collections.abc import Iterator
 
@@ -12,16 +12,17 @@ def parts(begin: int, end: int, at_once: int) -> Iterator[slice]:
 
 
 def stable_order(keys: np.ndarray, count: int) -> np.ndarray:
-    """Indices (n,) int32 that sort `keys`, equal ones in the order given.
+    """Indices (n,) int32 that sort `keys`; equal keys keep their order.
 
     Parameters
     ----------
     keys : (n,) int, 0 ≤ key < count
+    count : int
 
     Notes
     -----
-    SciPy turns a matrix stored by rows into one stored by columns by counting; with one entry a
-    row, in the column of its key, the row numbers then stand in the order wanted.
+    Row i of a sparse matrix has its single entry in column keys[i]. SciPy converts it from row to
+    column storage by a counting sort, which lists the rows by their keys.
     """
     n = len(keys)
     ones, starts = np.ones(n, dtype=np.int8), np.arange(n + 1, dtype=np.int32)

@@ -1,4 +1,4 @@
-"""Which cells of a mesh were halved, and how values on the cells follow."""
+"""The cells of a mesh that were halved, and how values on the cells are carried to the halves."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,13 +8,20 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Halvings:
-    """What became of C cells (a, b, c) that were halved step by step: C' of them.
+    """How C cells (a, b, c) became C' cells by halving, step by step.
 
-    steps : of each the cells that give place to their first halves (middle, a, b), and the numbers
-        of their second halves (middle, c, a), which follow those of all cells before
-    order : (C',) int32, numbers of the cells as they stand in the new mesh: in place of their
-        parents, so that what is near in the mesh is near in memory
-    parent : (C',) int32, the old cell each new cell lies in
+    While the cells are halved, a first half (m, a, b) takes the number of its parent, and a second
+    half (m, c, a) gets a new number after those of all cells before it.
+
+    Attributes
+    ----------
+    steps : tuple of ((n,) int, (n,) int)
+        For each step the cells that were halved, and the numbers of their second halves.
+    order : (C',) int32
+        For each cell of the new mesh its number while halving. In the new mesh the parts of a cell
+        take its place, so that neighbours in the mesh are neighbours in memory.
+    parent : (C',) int32
+        For each cell of the new mesh the old cell that contains it.
     """
 
     steps: tuple[tuple[np.ndarray, np.ndarray], ...]
@@ -23,9 +30,9 @@ class Halvings:
 
     @classmethod
     def of(cls, steps: Sequence[tuple[np.ndarray, np.ndarray]], count: int) -> "Halvings":
-        """Put the halves of `count` cells in order."""
+        """Order the parts of `count` cells after all steps."""
         total = count + sum(len(second) for _, second in steps)
-        # How many cells each one becomes, and then, step by step, how many its first half does.
+        # Parts of each cell; the second loop turns it, step by step, into those of its first half.
         size = np.ones(total, dtype=np.int32)
         for cut, second in reversed(steps):
             size[cut] += size[second]
@@ -44,9 +51,18 @@ class Halvings:
         values: np.ndarray,
         halves: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
     ) -> np.ndarray:
-        """Values (C, ...) of the old cells as values (C', ...) of the new ones.
+        """Carry values of the old cells to the new ones.
 
-        halves : makes of the values (n, ...) of some cells those of their halves
+        Parameters
+        ----------
+        values : (C, ...)
+            Values of the old cells.
+        halves : callable
+            Maps values (n, ...) of cells to those of their first and of their second halves.
+
+        Returns
+        -------
+        (C', ...)
         """
         carried = np.empty((len(self.order), *values.shape[1:]), dtype=values.dtype)
         carried[: len(values)] = values

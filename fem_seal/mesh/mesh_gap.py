@@ -18,8 +18,9 @@ class MeshGap:
 
     Parameters
     ----------
-    mesh : of the shape
-    values : (V,) [m], >= 0 and 0 in contact, equal at twins
+    mesh : TriangleMesh
+    values : (V,) float
+        Gap at the vertices [m], >= 0, 0 in contact, and equal at twins.
 
     Raises
     ------
@@ -32,14 +33,14 @@ class MeshGap:
 
     def __post_init__(self):
         bad = ~np.isfinite(self.values)
-        word = "not finite"
+        fault = "not finite"
         if not bad.any():
-            bad, word = self.values < 0, "negative; contact is a gap of exactly 0"
+            bad, fault = self.values < 0, "negative; contact is a gap of exactly 0"
         if bad.any():
             x, y = self.mesh.xy[np.argmax(bad)]
             raise InvalidInput(
                 f"the gap at {np.count_nonzero(bad)} of {bad.size} vertices of the mesh, the first "
-                f"of them x = {x:.6g} m, y = {y:.6g} m, is {word}"
+                f"of them x = {x:.6g} m, y = {y:.6g} m, is {fault}"
             )
 
     @cached_property
@@ -47,16 +48,16 @@ class MeshGap:
         """The critical constriction, None if no open path joins inlet and outlet."""
         mesh = self.mesh
         edges = mesh.twin[mesh.edges[0]]
-        # A cut that starts where inlet and wall meet leaves only one of the twins on the inlet.
+        # If a cut starts where inlet and wall meet, only one of the two twins is on an inlet side.
         inlet, outlet = (np.isin(mesh.twin, mesh.twin[end]) for end in (mesh.inlet, mesh.outlet))
         return mesh_constriction(self.values, mesh.xy, edges, inlet, outlet)
 
     @property
     def contact_area_fraction(self) -> float:
         """Area of the triangles with a gap of 0 over the area of the shape."""
-        shut = (self.values[self.mesh.cells] == 0).all(axis=1)
+        in_contact = (self.values[self.mesh.cells] == 0).all(axis=1)
         areas = self.mesh.doubled_areas()
-        return float(areas[shut].sum() / areas.sum())
+        return float(areas[in_contact].sum() / areas.sum())
 
     @property
     def mean(self) -> float:
@@ -65,7 +66,7 @@ class MeshGap:
         return float((areas * self.values[self.mesh.cells].mean(axis=1)).sum() / areas.sum())
 
     def summary(self) -> tuple[str, ...]:
-        """Lines for people: what the mesh and the gap on it are."""
+        """Lines of text that describe the mesh and the gap on it."""
         length = partial(with_prefix, unit="m")
         mesh, areas = self.mesh, self.mesh.doubled_areas()
         (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)

@@ -1,14 +1,14 @@
 """The nested family: right isosceles triangles on and between the samples of a grid.
 
-A square of the grid is cut along one diagonal, and the diagonals alternate like the fields of a
-chessboard, so that they join the vertices (i, j) with i + j even. Halving every triangle twice,
-each time from the right angle to the middle of the hypotenuse, gives the same pattern on squares
-half as wide. Meshes of squares 2^k samples wide, the pixel triangulation itself (k = 0) and all
-that lies below it are therefore nested, and so is every mix of them that bisection makes. A gap
-that is linear on the pixel triangles is linear on all triangles at or below the pixel.
+Every square of the grid is cut along one diagonal. The diagonals alternate and join the vertices
+(i, j) with i + j even. Halving every triangle twice, each time from the right angle to the middle
+of the hypotenuse, gives the same pattern on squares half as wide. Therefore the meshes of squares
+2^k pixels wide are nested, for k > 0, for the pixel triangulation (k = 0) and below it, and so are
+the mixtures of them that bisection makes. A gap that is linear on the pixel triangles is linear on
+all triangles at or below pixel size.
 
-Vertices carry integer coordinates in units of 2^-DEPTH pixels: which square a triangle belongs to
-is index arithmetic, never a search.
+Vertices have integer coordinates in units of 2^-DEPTH pixels, so that the pixel of a triangle
+follows from integer arithmetic, without a search.
 """
 
 from dataclasses import dataclass, replace
@@ -20,24 +20,31 @@ from fem_seal.errors import FemSealError
 from fem_seal.mesh.edges import Edges, find_edges
 from fem_seal.mesh.halvings import Halvings
 
-DEPTH = 24  # bisection can go on to 2^-24 pixels
+DEPTH = 24  # bisection is possible down to 2^-24 pixels
 PIXEL = 1 << DEPTH
 
 
 class TooFine(FemSealError):
-    """A triangle would become narrower than the coordinates can hold."""
+    """Bisection would need triangles narrower than the coordinates can resolve."""
 
 
 @dataclass(frozen=True, eq=False)
 class NestedMesh:
-    """A mesh of the nested family over a rectangle of (mx, my) pixel squares.
+    """A mesh of the nested family over a rectangle of (mx, my) pixels.
 
-    xy : (V, 2) int64, vertex coordinates in units of 2^-DEPTH pixels
-    cells : (C, 3) int32, the vertex with the right angle first, then the ends of the hypotenuse
-    squares : (mx, my), number of pixel squares along each axis
-    twin : (V,) int32; with periodic sides the vertex at y = 0 that is the same point as a vertex
-        at y = my, else each vertex itself
-    carried_edges : if they are known already
+    Parameters
+    ----------
+    xy : (V, 2) int64
+        Coordinates of the vertices in units of 2^-DEPTH pixels.
+    cells : (C, 3) int32
+        Vertices of the triangles: the right angle first, then the ends of the hypotenuse.
+    squares : (int, int)
+        Number of pixels (mx, my) along each axis.
+    twin : (V,) int32
+        With periodic sides, for a vertex at y = my the one at y = 0 that is the same point; for all
+        other vertices the vertex itself.
+    carried_edges : Edges, optional
+        Edges of the mesh, if bisection has already made them.
     """
 
     xy: np.ndarray
@@ -48,7 +55,7 @@ class NestedMesh:
 
     @cached_property
     def periodic(self) -> bool:
-        """Whether the sides y = 0 and y = my are one line."""
+        """Whether the sides y = 0 and y = my are the same line."""
         return not np.array_equal(self.twin, np.arange(len(self.twin)))
 
     @property
@@ -72,21 +79,21 @@ class NestedMesh:
         return self.xy[:, 1] == self.squares[1] * PIXEL
 
     def ends_of_sides(self) -> np.ndarray:
-        """(C, 3, 2) vertices at the ends of the sides opposite to corner 0 (longest), 1, 2."""
+        """(C, 3, 2) vertices at the ends of the sides opposite corners 0 (hypotenuse), 1 and 2."""
         return self.cells[:, [[1, 2], [2, 0], [0, 1]]]
 
     @cached_property
     def numbered_edges(self) -> Edges:
-        """The edges; one on a periodic side and its twin are one, with the vertices at y = 0."""
-        return self.carried_edges or find_edges(self._ends_of_lines(), len(self.xy))
+        """Edges; edges at y = my of periodic sides are those at y = 0, with the vertices there."""
+        return self.carried_edges or find_edges(self._ends_of_edges(), len(self.xy))
 
     @property
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (E, 2) of each edge, and the edges (C, 3) opposite to the corners."""
+        """Vertices (E, 2) of each edge, and the edges (C, 3) opposite the corners."""
         return self.numbered_edges.ends, self.numbered_edges.of_cell
 
-    def _ends_of_lines(self) -> np.ndarray:
-        """(C, 3, 2) ends of the sides, of one on a periodic side those of its twin at y = 0."""
+    def _ends_of_edges(self) -> np.ndarray:
+        """(C, 3, 2) ends of the sides; at y = my of periodic sides those of the twin at y = 0."""
         ends = self.ends_of_sides()
         if self.periodic:
             on_side = self.top[ends].all(axis=2)
@@ -96,22 +103,22 @@ class NestedMesh:
     def points(
         self, spacing: tuple[float, float], vertices: np.ndarray | None = None
     ) -> np.ndarray:
-        """Coordinates (V, 2) or (..., 2) [m] of all or some vertices, for the pixel size [m]."""
+        """Coordinates (..., 2) [m] of vertices (...), or (V, 2) of all, for the pixel size [m]."""
         xy = self.xy if vertices is None else self.xy.take(vertices, axis=0)
         points = np.empty(xy.shape)
-        # NumPy takes three times as long for the two coordinates of a vertex after each other.
+        # One axis at a time: NumPy takes three times as long for both axes in one product.
         for axis, size in enumerate(spacing):
             np.multiply(xy[..., axis], size / PIXEL, out=points[..., axis])
         return points
 
     @staticmethod
     def midpoints(xy: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Middles (n, 2) of the edges between `ends` (n, 2), vertices at `xy`.
+        """Middles (n, 2) of the edges between vertices `ends` (n, 2) with coordinates `xy`.
 
         Raises
         ------
         TooFine
-            If one lies between the integer coordinates.
+            If a middle has no integer coordinates.
         """
         doubled = xy.take(ends[:, 0], axis=0) + xy.take(ends[:, 1], axis=0)
         if (doubled & 1).any():
@@ -119,7 +126,7 @@ class NestedMesh:
         return doubled >> 1
 
     def can_halve_twice(self) -> np.ndarray:
-        """(C,) bool: all sides have a middle in integer coordinates."""
+        """(C,) bool: the middles of all sides have integer coordinates."""
         odd = self.xy & 1
         if not odd.any():
             return np.ones(len(self.cells), dtype=bool)
@@ -129,15 +136,15 @@ class NestedMesh:
     def halved(
         self, xy: np.ndarray, cells: np.ndarray, twin: np.ndarray, edges: Edges, halvings: Halvings
     ) -> "NestedMesh":
-        """The mesh that bisection has made of this one; `halvings` do not matter here."""
+        """Mesh with the arrays that bisection made; its parts need no labels from `halvings`."""
         return NestedMesh(xy, cells, self.squares, twin, edges)
 
     def part(self, cells: np.ndarray) -> "NestedMesh":
-        """Some cells (n,), with all vertices."""
+        """Mesh of the cells (n,) alone, with all vertices."""
         return replace(self, cells=self.cells[cells], carried_edges=None)
 
     def sides_on_top(self) -> np.ndarray:
-        """(C, 3) bool: sides at y = my, if that is the same line as y = 0."""
+        """(C, 3) bool: sides at y = my if the sides are periodic, else none."""
         return self.top[self.ends_of_sides()].all(axis=2) & self.periodic
 
     def wall_ties(self) -> list[np.ndarray]:
@@ -155,7 +162,7 @@ class NestedMesh:
         return on_wall
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure and stream function (V,) of a uniform gap."""
+        """Pressure and stream function (V,) of a uniform gap, to start the first solve from."""
         x, y = (self.xy / self.xy.max(axis=0)).T
         return 1 - x, y.copy()
 
@@ -163,19 +170,23 @@ class NestedMesh:
         """(C,) float: area of each triangle in pixels."""
         start, end = (self.xy.take(self.cells[:, k], axis=0) for k in (1, 2))
         extent = np.abs(start - end) / PIXEL
-        # A hypotenuse (s, s) has legs s; a hypotenuse (s, 0) stands s/2 below the right angle.
+        # A hypotenuse (s, s) has legs s and area s²/2; a hypotenuse (s, 0) height s/2 and area
+        # s²/4.
         diagonal = extent.min(axis=1) > 0
         return np.where(diagonal, extent[:, 0] ** 2 / 2, extent.max(axis=1) ** 2 / 4)
 
 
 def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:
-    """Squares `width` pixels wide, each cut along its alternating diagonal.
+    """Mesh of squares `width` pixels wide, cut along their alternating diagonals.
 
     Parameters
     ----------
-    squares : (mx, my), pixel squares along each axis, multiples of `width`
-    width : a power of two
-    periodic_sides : the sides y = 0 and y = my are one line
+    squares : (int, int)
+        Pixels (mx, my) along each axis, multiples of `width`.
+    width : int
+        A power of two.
+    periodic_sides : bool
+        Whether the sides y = 0 and y = my are the same line.
 
     Returns
     -------
@@ -197,9 +208,18 @@ def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> 
 
 
 def coarsest_width(squares: tuple[int, int], at_least: int = 8) -> int:
-    """Width in pixels of the coarsest nested squares that leave `at_least` of them on each side.
+    """Width in pixels of the squares of the coarsest nested mesh.
 
-    Grids whose sides have no factor 2 start at the pixel (width 1).
+    Parameters
+    ----------
+    squares : (int, int)
+        Pixels (mx, my) along each axis.
+    at_least : int
+        Least number of squares along each axis.
+
+    Returns
+    -------
+    int, a power of two; 1 if mx or my is odd.
     """
     width = 1
     while all(m % (2 * width) == 0 and m // (2 * width) >= at_least for m in squares):

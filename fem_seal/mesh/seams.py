@@ -1,7 +1,8 @@
 """Seams of a cell that is periodic in both directions, on meshes of the nested family.
 
-The mesh itself is that of a rectangle. What makes it a torus is that opposite sides have vertices
-at the same places, which `matched` takes care of, and that these are one point, which `seams` says.
+The mesh is that of a rectangle. It becomes a torus when opposite sides have vertices at the same
+positions (`unmatched` marks the cells to halve until they do) and each such pair is one point
+(`seams`).
 """
 
 from dataclasses import dataclass
@@ -13,10 +14,15 @@ from fem_seal.mesh.nested import NestedMesh
 
 @dataclass(frozen=True, eq=False)
 class Seams:
-    """Which vertices are one point of the torus.
+    """Vertices that are the same point of the torus.
 
-    twin : (V,) int, the vertex with x < Lx and y < Ly that is the same point
-    copy : (V, 2) int8, which copy of the cell the vertex belongs to: 1 at x = Lx, at y = Ly
+    Attributes
+    ----------
+    twin : (V,) int
+        For each vertex the one with x < Lx and y < Ly that is the same point.
+    copy : (V, 2) int8
+        Periodic copy of the cell that the vertex belongs to, along each axis: 1 at x = Lx and at
+        y = Ly, else 0.
     """
 
     twin: np.ndarray
@@ -24,53 +30,56 @@ class Seams:
 
 
 def seams(mesh: NestedMesh) -> Seams:
-    """Pair the vertices of opposite sides; they must match (see `unmatched`)."""
+    """Pair the vertices of opposite sides, which must match (see `unmatched`)."""
     twin = np.arange(len(mesh.xy))
     for low, high, along in _sides(mesh):
         order = low[np.argsort(mesh.xy[low, along])]
         twin[high] = order[np.searchsorted(mesh.xy[order, along], mesh.xy[high, along])]
-    # A corner has a twin along either axis, which has one along the other.
+    # The corner (Lx, Ly) is paired with (Lx, 0), and that with (0, 0).
     twin = twin[twin]
     return Seams(twin, np.stack([mesh.outlet, mesh.top], axis=1).astype(np.int8))
 
 
 def unmatched(mesh: NestedMesh) -> np.ndarray:
-    """Cells (C,) bool whose side on the boundary has vertices opposite where it has none."""
+    """(C,) bool: cells whose boundary side has a vertex of the opposite side inside it."""
     marked = np.zeros(len(mesh.cells), dtype=bool)
     for low, high, along in _sides(mesh):
-        for own, other in ((low, high), (high, low)):
+        for side, opposite in ((low, high), (high, low)):
             on_side = np.zeros(len(mesh.xy), dtype=bool)
-            on_side[own] = True
+            on_side[side] = True
             touching = np.flatnonzero(on_side[mesh.cells].sum(axis=1) == 2)
-            place = np.where(
-                on_side[mesh.cells[touching]], mesh.xy[mesh.cells[touching], along], -1
-            )
-            end = place.max(axis=1)
-            start = np.where(place < 0, end[:, None], place).min(axis=1)
-            there = np.sort(mesh.xy[other, along])
-            between = np.searchsorted(there, end, "left") - np.searchsorted(there, start, "right")
-            marked[touching[between > 0]] = True
+            corners = mesh.cells[touching]
+            position = np.where(on_side[corners], mesh.xy[corners, along], -1)
+            end = position.max(axis=1)
+            start = np.where(position < 0, end[:, None], position).min(axis=1)
+            facing = np.sort(mesh.xy[opposite, along])
+            inside = np.searchsorted(facing, end, "left") - np.searchsorted(facing, start, "right")
+            marked[touching[inside > 0]] = True
     return marked
 
 
 def _sides(mesh: NestedMesh) -> tuple[tuple[np.ndarray, np.ndarray, int], ...]:
-    """Vertices of each pair of opposite sides, and the axis that runs along them."""
+    """Vertices of each pair of opposite sides, and the axis along them."""
     left, right, low, high = map(np.flatnonzero, (mesh.inlet, mesh.outlet, mesh.bottom, mesh.top))
     return (left, right, 1), (low, high, 0)
 
 
 def seam_pairs(mesh: NestedMesh, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Join sides of cells across the seams.
+    """Pair the sides of cells that are the same edge of the torus.
 
     Parameters
     ----------
-    mesh : with matching seams
-    slots : (n,) of boundary sides, as 3 cell + side
+    mesh : NestedMesh
+        Vertices of opposite sides match.
+    slots : (n,) int
+        Boundary sides, as 3 cell + side.
 
     Returns
     -------
-    pairs : (m, 2), the slot at x = Lx or y = Ly first, then the one at 0
-    jump : (m, 2) int, the seam crossed from the first to the second
+    pairs : (m, 2) int
+        The slot at x = Lx or y = Ly, and the one at x = 0 or y = 0.
+    jump : (m, 2) int
+        The seam crossed from the first to the second: (1, 0) or (0, 1).
     """
     corner = mesh.cells[slots // 3]
     side = slots % 3
@@ -87,5 +96,5 @@ def seam_pairs(mesh: NestedMesh, slots: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def squares_across(mesh: NestedMesh) -> int:
-    """Edges along the shorter side, at least so many as vertices allow telling apart."""
+    """Number of edges along the side of the rectangle that has fewer."""
     return min(len(np.flatnonzero(side)) - 1 for side in (mesh.inlet, mesh.bottom))

@@ -1,9 +1,10 @@
-"""From labelled triangles to a shape that can be solved: its loops, its side walls, its cut.
+"""From labelled triangles to a shape on which the flow can be solved: loops, side walls, cut.
 
-Two arrangements of inlet and outlet have one leak rate and a stream function that knows its jump:
-both on one boundary, where the two stretches of wall between them are the side walls, ψ = 0 and
-ψ = 1; or on two different boundaries, as in a ring, which is cut open along a path of edges from
-one to the other, across which ψ jumps by 1. All other walls are islands with an unknown ψ.
+The stream function ψ needs to know where it is 0 and 1. Two arrangements of inlet and outlet allow
+this. On the same boundary loop, the two stretches of wall between them are the side walls, ψ = 0
+and ψ = 1. On two different loops, as in a ring, the mesh is cut open along a path of edges from one
+to the other, across which ψ jumps by 1. All other walls are islands, on each of which ψ is an
+unknown constant.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fem_seal.errors import InvalidInput
 from fem_seal.mesh.bisection import bisect
-from fem_seal.mesh.checks import place
+from fem_seal.mesh.checks import coordinates
 from fem_seal.mesh.cut import cut_open, shortest_path
 from fem_seal.mesh.triangles import (
     BOTTOM,
@@ -32,14 +33,16 @@ NAMES = {INLET: "inlet", OUTLET: "outlet"}
 
 
 def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> TriangleMesh:
-    """Find the walls of a shape and cut it open if it must be.
+    """Find the side walls of a shape, or cut it open if it is a ring.
 
     Parameters
     ----------
-    xy : (V, 2) float [m], every vertex in some cell
-    cells : (C, 3) int, counterclockwise, conforming
-    sides : (C, 3) int8, for the side opposite each corner INLET, OUTLET, ISLAND (any wall) or
-        INSIDE
+    xy : (V, 2) float
+        Coordinates of the vertices [m]; each belongs to a cell.
+    cells : (C, 3) int
+        Conforming triangles, counterclockwise.
+    sides : (C, 3) int8
+        Label of the side opposite each corner: INLET, OUTLET, ISLAND (any wall) or INSIDE.
 
     Returns
     -------
@@ -48,8 +51,8 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
     Raises
     ------
     InvalidInput
-        If the mesh is not one piece, touches itself in a point, or inlet or outlet are missing,
-        in several pieces, or touch each other.
+        If the mesh is not in one piece or touches itself in a point, or if inlet and outlet touch
+        each other, or one of them is missing or in several pieces.
     """
     _require_one_piece(len(xy), cells)
     loops = _Loops(xy, cells, sides)
@@ -57,7 +60,7 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
     touching = np.intersect1d(inlet.vertices, outlet.vertices)
     if touching.size:
         raise InvalidInput(
-            f"inlet and outlet of the mesh touch at {place(xy[touching[0]])}, where the flow "
+            f"inlet and outlet of the mesh touch at {coordinates(xy[touching[0]])}, where the flow "
             "would be infinite; put a stretch of wall between them"
         )
     sides, twin = sides.copy(), np.arange(len(xy))
@@ -74,6 +77,7 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
 
 
 def _require_one_piece(count: int, cells: np.ndarray) -> None:
+    """Raise InvalidInput if `count` vertices are not all connected by cells."""
     pairs = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]]])
     graph = coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
     pieces, _ = connected_components(graph, directed=False)
@@ -86,10 +90,16 @@ def _require_one_piece(count: int, cells: np.ndarray) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """An uninterrupted stretch of one label on one loop.
+    """Consecutive sides with the same label on a boundary loop.
 
-    loop : number of the loop; start : index of its first side; length : sides
-    vertices : all its vertices
+    Attributes
+    ----------
+    loop : int
+        Number of the loop.
+    start, length : int
+        Index of the first side in the loop, and number of sides.
+    vertices : (n,) int
+        Vertices of the sides.
     """
 
     loop: int
@@ -99,7 +109,7 @@ class _Piece:
 
 
 class _Loops:
-    """The boundary as closed loops of sides, each walked with the shape on the left."""
+    """The boundary as closed loops of sides, in the direction that has the shape on its left."""
 
     def __init__(self, xy: np.ndarray, cells: np.ndarray, sides: np.ndarray):
         cell, side = np.nonzero(sides != INSIDE)
@@ -108,38 +118,39 @@ class _Loops:
         twice = np.flatnonzero(np.diff(tail[order]) == 0)
         if twice.size:
             raise InvalidInput(
-                f"the mesh touches itself in the single point {place(xy[tail[order[twice[0]]]])}; "
-                "join the two sides by an edge, or part them"
+                f"the mesh touches itself in the single point "
+                f"{coordinates(xy[tail[order[twice[0]]]])}; join the two sides by an edge, or part "
+                "them"
             )
-        following = order[np.searchsorted(tail[order], head)]
-        self.loops: list[np.ndarray] = []  # indices of sides, in order
-        unseen = np.ones(len(tail), dtype=bool)
+        successor = order[np.searchsorted(tail[order], head)]
+        self.loops: list[np.ndarray] = []  # for each loop its sides in order, as indices
+        unvisited = np.ones(len(tail), dtype=bool)
         for start in range(len(tail)):
-            loop, at = [], start
-            while unseen[at]:
-                unseen[at] = False
-                loop.append(at)
-                at = following[at]
+            loop, current = [], start
+            while unvisited[current]:
+                unvisited[current] = False
+                loop.append(current)
+                current = successor[current]
             if loop:
                 self.loops.append(np.array(loop))
         self._cell, self._side, self._tail, self._head = cell, side, tail, head
         self._label = sides[cell, side]
 
     def vertices(self, loop: int) -> np.ndarray:
-        """Vertices of a loop."""
+        """Vertices of a loop, in order."""
         return self._tail[self.loops[loop]]
 
     def only_piece(self, label: int) -> _Piece:
-        """The stretch of sides with this label; there must be just one."""
+        """Consecutive sides with this label; InvalidInput if there are none or several pieces."""
         pieces = []
         for number, loop in enumerate(self.loops):
-            has = self._label[loop] == label
-            starts = np.flatnonzero(has & ~np.roll(has, 1))
-            if has.all():
+            labelled = self._label[loop] == label
+            starts = np.flatnonzero(labelled & ~np.roll(labelled, 1))
+            if labelled.all():
                 starts = np.array([0])
-            on = loop[has]
-            ends = np.concatenate([self._tail[on], self._head[on]])
-            pieces += [_Piece(number, start, int(has.sum()), ends) for start in starts]
+            sides = loop[labelled]
+            ends = np.concatenate([self._tail[sides], self._head[sides]])
+            pieces += [_Piece(number, start, int(labelled.sum()), ends) for start in starts]
         if not pieces:
             raise InvalidInput(f"the mesh has no {NAMES[label]}: no boundary edge belongs to it")
         if len(pieces) > 1:
@@ -150,7 +161,7 @@ class _Loops:
         return pieces[0]
 
     def wall_after(self, piece: _Piece) -> tuple[np.ndarray, np.ndarray]:
-        """Cells and sides of the wall that follows a piece along its loop."""
+        """Cells and sides of the wall that follows a piece on its loop."""
         onwards = np.roll(self.loops[piece.loop], -(piece.start + piece.length))
         is_wall = self._label[onwards] == ISLAND
         wall = onwards[: len(onwards) if is_wall.all() else np.argmin(is_wall)]
@@ -165,10 +176,14 @@ def _cut(
     inlet: _Piece,
     outlet: _Piece,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Cut from the loop of the inlet to that of the outlet; gives xy, cells, sides and twin.
+    """Cut the mesh from the loop of the inlet to that of the outlet.
 
-    Where every way runs through vertices of other walls all cells are halved first, which puts
-    vertices inside all of them in the end.
+    If every path runs through vertices of other walls, all cells are halved until one does not:
+    halving adds vertices in the interior.
+
+    Returns
+    -------
+    xy, cells, sides, twin : as in `cut_open`
     """
     while True:
         path = shortest_path(cells, sides, loops.vertices(inlet.loop), loops.vertices(outlet.loop))
@@ -184,9 +199,9 @@ def _cut(
 
 
 def _ends_apart(mesh: TriangleMesh) -> TriangleMesh:
-    """Halve wall sides whose two ends lie on the inlet, or on the outlet.
+    """Halve wall sides with both ends on the inlet, or both on the outlet.
 
-    A boundary edge with both ends on the inlet is then an inlet edge, which the flow relies on.
+    Afterwards a boundary edge with both ends on the inlet is an inlet edge, as `flow` assumes.
     """
     while True:
         wall = mesh.sides >= BOTTOM

@@ -1,12 +1,13 @@
-"""Meshes of arbitrary straight triangles: what `nested` is to a grid, this is to any shape.
+"""Meshes of arbitrary straight triangles: the counterpart of `nested` for any shape.
 
-The role of every boundary edge (inlet, outlet, wall) is a label of a cell's side, not of its
-vertices: in a corner of the shape an edge inside may have both ends on the same wall. Sides along
-which the mesh was cut open, so that it can close upon itself (a ring), are labelled as the side
-walls of a strip are; `periodic` says which of the two they are.
+The role of a boundary edge (inlet, outlet, wall) is a label of a side of a cell, not of vertices:
+in a corner of the shape an inner edge may have both ends on the same wall. The two banks of a cut
+that opens a ring have the same labels as the side walls of a strip, BOTTOM and TOP; `periodic`
+tells the two cases apart.
 
-Refinement is the newest-vertex bisection of the nested family, started from the longest edges. A
-gap that is linear on the cells is linear on their halves, and the shape stays the polygon it is.
+Refinement is the newest-vertex bisection of the nested family; it starts with the longest edges. A
+gap that is linear on the cells is linear on their halves, and the shape keeps its polygonal
+boundary.
 """
 
 from dataclasses import dataclass, replace
@@ -18,22 +19,32 @@ from fem_seal.mesh.edges import Edges, find_edges
 from fem_seal.mesh.halvings import Halvings
 from fem_seal.mesh.nested import TooFine
 
-# Labels of sides. BOTTOM and TOP: the two side walls (ψ = 0 and ψ = 1) of a shape whose inlet and
-# outlet lie on one boundary, else the two banks of the cut. ISLAND: a wall whose ψ is unknown.
+# Labels of sides. BOTTOM and TOP are the two side walls (ψ = 0 and ψ = 1) of a shape whose inlet
+# and outlet lie on the same boundary loop, else the two banks of the cut. ISLAND is a wall with
+# unknown ψ.
 INSIDE, INLET, OUTLET, BOTTOM, TOP, ISLAND = range(6)
 
-NARROWEST = 2.0**-40  # of the whole mesh: bisection ends where coordinates would round
+NARROWEST = 2.0**-40  # shortest edge to halve over the largest coordinate, which rounds at 2^-53
 
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
-    """Triangles of any shape, counterclockwise.
+    """A conforming mesh of triangles, counterclockwise.
 
-    xy : (V, 2) float [m]
-    cells : (C, 3) int32, the vertex opposite the edge that is halved first, then the ends of it
-    sides : (C, 3) int8, label of the side opposite each corner
-    twin : (V,) int32, of a vertex on the TOP bank of a cut the one on the BOTTOM bank, else itself
-    carried_edges : if they are known already
+    Parameters
+    ----------
+    xy : (V, 2) float
+        Coordinates of the vertices [m].
+    cells : (C, 3) int32
+        Vertices of the triangles: first that opposite the edge that is halved next, then the ends
+        of this edge.
+    sides : (C, 3) int8
+        Label of the side opposite each corner.
+    twin : (V,) int32
+        For a vertex on the TOP bank of a cut the one on the BOTTOM bank at the same point; for all
+        other vertices the vertex itself.
+    carried_edges : Edges, optional
+        Edges of the mesh, if bisection has already made them.
     """
 
     xy: np.ndarray
@@ -44,7 +55,7 @@ class TriangleMesh:
 
     @cached_property
     def periodic(self) -> bool:
-        """Whether the mesh was cut open, so that the BOTTOM and the TOP sides are one line."""
+        """Whether the mesh was cut open, so that BOTTOM and TOP sides are the same line."""
         return not np.array_equal(self.twin, np.arange(len(self.twin)))
 
     @cached_property
@@ -68,22 +79,23 @@ class TriangleMesh:
         return self._vertices_of(TOP)
 
     def _vertices_of(self, label: int) -> np.ndarray:
-        on = np.zeros(len(self.xy), dtype=bool)
-        on[self.side_ends(self.sides == label)] = True
-        return on
+        """(V,) bool, vertices of the sides with a label."""
+        on_side = np.zeros(len(self.xy), dtype=bool)
+        on_side[self.side_ends(self.sides == label)] = True
+        return on_side
 
     def ends_of_sides(self) -> np.ndarray:
-        """(C, 3, 2) vertices at the ends of the sides opposite to corner 0, 1 and 2."""
+        """(C, 3, 2) vertices at the ends of the sides opposite corners 0, 1 and 2."""
         return self.cells[:, [[1, 2], [2, 0], [0, 1]]]
 
-    def side_ends(self, which: np.ndarray) -> np.ndarray:
-        """(n, 2) vertices at the ends of the sides that `which` (C, 3) bool selects."""
-        cell, side = np.nonzero(which)
+    def side_ends(self, selected: np.ndarray) -> np.ndarray:
+        """(n, 2) vertices at the ends of the selected sides (C, 3) bool."""
+        cell, side = np.nonzero(selected)
         corners = np.stack([(side + 1) % 3, (side + 2) % 3], axis=1)
         return self.cells[cell[:, None], corners]
 
     def groups(self) -> tuple[tuple[str, np.ndarray], ...]:
-        """Names of the boundary groups, each with its edges (n, 2)."""
+        """Names of the boundary groups, each with the vertices (n, 2) of its edges."""
         walls = [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP]
         labels = (("inlet", [INLET]), ("outlet", [OUTLET]), ("wall", walls))
         return tuple((name, self.side_ends(np.isin(self.sides, label))) for name, label in labels)
@@ -103,21 +115,21 @@ class TriangleMesh:
 
     @cached_property
     def numbered_edges(self) -> Edges:
-        """The edges; one of the TOP bank and its twin are one, with the vertices at BOTTOM."""
-        return self.carried_edges or find_edges(self._ends_of_lines(), len(self.xy))
+        """Edges; edges of the TOP bank of a cut are those of the BOTTOM bank, with its vertices."""
+        return self.carried_edges or find_edges(self._ends_of_edges(), len(self.xy))
 
     @property
     def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (E, 2) of each edge, and the edges (C, 3) opposite to the corners."""
+        """Vertices (E, 2) of each edge, and the edges (C, 3) opposite the corners."""
         return self.numbered_edges.ends, self.numbered_edges.of_cell
 
-    def _ends_of_lines(self) -> np.ndarray:
-        """(C, 3, 2) ends of the sides, of one on the TOP bank those of its twin."""
+    def _ends_of_edges(self) -> np.ndarray:
+        """(C, 3, 2) ends of the sides; on the TOP bank of a cut those of the twin."""
         ends = self.ends_of_sides()
         return np.where(self.sides_on_top()[:, :, None], self.twin[ends], ends)
 
     def points(self, scale: float | np.ndarray, vertices: np.ndarray | None = None) -> np.ndarray:
-        """Coordinates (V, 2) or (..., 2) of all or some vertices, times `scale`."""
+        """Coordinates (..., 2) of vertices (...), or (V, 2) of all, times `scale`."""
         return (self.xy if vertices is None else self.xy.take(vertices, axis=0)) * scale
 
     def doubled_areas(self) -> np.ndarray:
@@ -128,59 +140,66 @@ class TriangleMesh:
 
     @staticmethod
     def midpoints(xy: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Middles (n, 2) of the edges between `ends` (n, 2), vertices at `xy`.
+        """Middles (n, 2) [m] of the edges between vertices `ends` (n, 2) with coordinates `xy`.
 
         Raises
         ------
         TooFine
-            If an edge is so short that its middle is a matter of rounding.
+            If an edge is so short that rounding would move its middle.
         """
         a, b = xy[ends[:, 0]], xy[ends[:, 1]]
-        whole = np.abs(xy).max()
-        if (np.abs(a - b).max(axis=1, initial=0.0) < NARROWEST * whole).any():
-            raise TooFine(f"triangles below 2^-40 of the mesh ({whole:.3g} m) would be needed")
+        largest = np.abs(xy).max()
+        if (np.abs(a - b).max(axis=1, initial=0.0) < NARROWEST * largest).any():
+            raise TooFine(f"triangles below 2^-40 of the mesh ({largest:.3g} m) would be needed")
         return (a + b) / 2
 
     def can_halve_twice(self) -> np.ndarray:
-        """(C,) bool: all sides have a middle."""
+        """(C,) bool, all True: here the middle of a side always has coordinates."""
         return np.ones(len(self.cells), dtype=bool)
 
     def halved(
         self, xy: np.ndarray, cells: np.ndarray, twin: np.ndarray, edges: Edges, halvings: Halvings
     ) -> "TriangleMesh":
-        """The mesh that bisection has made of this one; only labels are left to be carried."""
+        """Mesh with the arrays that bisection made, and the labels carried to the halves."""
         return TriangleMesh(xy, cells, halvings.carried(self.sides, _halved_labels), twin, edges)
 
     def part(self, cells: np.ndarray) -> "TriangleMesh":
-        """Some cells (n,), with all vertices."""
+        """Mesh of the cells (n,) alone, with all vertices."""
         sides = self.sides[cells]
         return replace(self, cells=self.cells[cells], sides=sides, carried_edges=None)
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure and stream function (V,) to start the first solve from."""
+        """Pressure, by the distances to inlet and outlet, and stream function 0, (V,) each.
+
+        The first solve starts from them.
+        """
         from scipy.spatial import cKDTree
 
-        far = [cKDTree(self.xy[end]).query(self.xy)[0] for end in (self.inlet, self.outlet)]
-        pressure = far[1] / (far[0] + far[1])
-        return pressure, np.zeros(len(self.xy))
+        to_inlet, to_outlet = (
+            cKDTree(self.xy[end]).query(self.xy)[0] for end in (self.inlet, self.outlet)
+        )
+        return to_outlet / (to_inlet + to_outlet), np.zeros(len(self.xy))
 
 
 def _halved_labels(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Labels of the sides of both halves: an old side, half of the first one, the new one."""
-    first, b, c = sides.T
-    inside = np.full_like(first, INSIDE)
-    return np.stack([c, first, inside], axis=1), np.stack([b, inside, first], axis=1)
+    """Labels (n, 3) of the sides of the first and of the second halves of cells.
+
+    Each half has one side of its parent, half of the side that was cut, and the new inner side.
+    """
+    cut, b, c = sides.T
+    inside = np.full_like(cut, INSIDE)
+    return np.stack([c, cut, inside], axis=1), np.stack([b, inside, cut], axis=1)
 
 
 def longest_edge_first(xy: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Which corner of each triangle (C,) is opposite its longest edge; the first one of equals."""
+    """Corner (C,) of each triangle opposite its longest edge; the first of equally long ones."""
     corner = xy[cells]
     opposite = corner[:, [2, 0, 1]] - corner[:, [1, 2, 0]]
     length = (opposite**2).sum(axis=2)
-    # Equal up to rounding, the same edge must be chosen by both of its cells if it can be.
+    # Edges that are equal up to rounding count as equal, so that rounding cannot decide.
     return np.argmax(length > length.max(axis=1, keepdims=True) * (1 - 1e-9), axis=1)
 
 
 def turned(values: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Rows (C, 3) turned so that entry `first` (C,) comes first, the order kept."""
+    """Rows (C, 3) rotated cyclically so that entry `first` (C,) comes first."""
     return np.take_along_axis(values, (first[:, None] + np.arange(3)) % 3, axis=1)

@@ -1,4 +1,4 @@
-"""Bisection keeps meshes conforming, nested and alike on both periodic sides."""
+"""Bisection keeps meshes conforming, nested, and equal on both periodic sides."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh, uniform_mesh
 
 
 def refined(squares, periodic, seed, steps=5, part=0.2) -> list:
-    """Meshes and refinements of `steps` random markings."""
+    """(mesh, marked cells, refinement) for `steps` random markings, one after the other."""
     rng = np.random.default_rng(seed)
     mesh = uniform_mesh(squares, 1, periodic)
     history = []
@@ -24,7 +24,7 @@ def refined(squares, periodic, seed, steps=5, part=0.2) -> list:
 
 
 def edge_table(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Edges as pairs of coordinates (E, 4), and in how many cells each is."""
+    """Edges as pairs of coordinates (E, 4), and the number of cells (E,) at each."""
     ends = mesh.xy[mesh.cells[:, [[1, 2], [2, 0], [0, 1]]]].reshape(-1, 2, 2)
     swap = (ends[:, 0, 0] > ends[:, 1, 0]) | (
         (ends[:, 0, 0] == ends[:, 1, 0]) & (ends[:, 0, 1] > ends[:, 1, 1])
@@ -34,16 +34,16 @@ def edge_table(mesh: NestedMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def assert_conforming(mesh: NestedMesh) -> None:
-    """Every edge has two cells, except on the rim, which it covers exactly once."""
+    """Every inner edge has two cells; boundary edges have one and cover the boundary once."""
     assert len(np.unique(mesh.xy, axis=0)) == len(mesh.xy)
     table, cells = edge_table(mesh)
     mx, my = (m * PIXEL for m in mesh.squares)
-    on_rim = np.zeros(len(table), dtype=bool)
+    on_boundary = np.zeros(len(table), dtype=bool)
     for axis, value in [(0, 0), (0, mx), (1, 0), (1, my)]:
-        on_rim |= (table[:, axis] == value) & (table[:, axis + 2] == value)
-    assert (cells[on_rim] == 1).all()
-    assert (cells[~on_rim] == 2).all()
-    length = np.abs(table[on_rim, 2:] - table[on_rim, :2]).sum()
+        on_boundary |= (table[:, axis] == value) & (table[:, axis + 2] == value)
+    assert (cells[on_boundary] == 1).all()
+    assert (cells[~on_boundary] == 2).all()
+    length = np.abs(table[on_boundary, 2:] - table[on_boundary, :2]).sum()
     assert length == 2 * (mx + my)  # integers: no tolerance
     assert mesh.relative_areas().sum() == mesh.squares[0] * mesh.squares[1]  # dyadic: exact
 
@@ -54,12 +54,12 @@ MANY = settings(max_examples=30, deadline=None)
 
 @MANY
 @given(SHAPES, st.booleans(), st.integers(0, 10**6))
-def test_conforming(squares, periodic, seed):
+def test_refined_meshes_are_conforming(squares, periodic, seed):
     for mesh, marked, step in refined(squares, periodic, seed):
         assert_conforming(step.mesh)
         halves = np.bincount(step.parent, minlength=len(mesh.cells))
         assert (halves[marked] >= 2).all()
-        # A triangle may be halved, and its halves once more: never deeper in one step.
+        # One step halves a triangle and possibly its halves, but no further.
         assert halves.min() >= 1
         assert halves.max() <= 4
         assert np.array_equal(step.mesh.xy[: len(mesh.xy)], mesh.xy)
@@ -81,28 +81,26 @@ def test_children_lie_in_their_parents(squares, periodic, seed):
         weights = np.concatenate([1 - inside.sum(axis=2, keepdims=True), inside], axis=2)
         units = [np.tile(row, (len(mesh.cells), 1)) for row in np.eye(3)]
         prolonged = np.stack([step.prolong(unit) for unit in units], axis=2)
-        # They are 0, 1/4, 1/2, 3/4 or 1, and what `prolong` makes of them (solve: 1e-12).
+        # `prolong` yields the same weights; 1e-12 is the error of `solve`.
         assert np.abs(weights - prolonged).max() < 1e-12
         assert np.isin(prolonged, [0, 0.25, 0.5, 0.75, 1]).all()
 
 
 @MANY
 @given(SHAPES, st.booleans(), st.integers(0, 10**6))
-def test_linear_functions_are_carried_exactly(squares, periodic, seed):
-    """Dyadic weights times integers: prolongation and midpoints lose no digit."""
+def test_linear_functions_are_prolonged_exactly(squares, periodic, seed):
+    """Without tolerance: the weights are dyadic and the values are integers."""
     for mesh, _, step in refined(squares, periodic, seed, steps=3):
         linear = mesh.xy @ [3, -5] + 7
-        there = step.mesh.xy @ [3, -5] + 7
-        assert np.array_equal(
-            step.prolong(linear[mesh.cells].astype(float)), there[step.mesh.cells]
-        )
-        assert np.array_equal(step.at_vertices(linear.astype(float)), there)
+        fine = step.mesh.xy @ [3, -5] + 7
+        assert np.array_equal(step.prolong(linear[mesh.cells].astype(float)), fine[step.mesh.cells])
+        assert np.array_equal(step.at_vertices(linear.astype(float)), fine)
 
 
 @pytest.mark.parametrize("squares", [(4, 1), (3, 2), (5, 3), (2, 4), (1, 1)])
 @pytest.mark.parametrize("seed", range(5))
 def test_periodic_sides_are_refined_alike(squares, seed):
-    """The two lines are one: the same points, the same edges, each edge between two cells."""
+    """The two sides have the same vertices and edges, and each edge there has two cells."""
     for mesh, _, step in refined(squares, True, seed, steps=6, part=0.15):
         fine = step.mesh
         top, bottom = fine.xy[fine.top, 0], fine.xy[fine.bottom, 0]
@@ -122,26 +120,26 @@ def test_periodic_sides_are_refined_alike(squares, seed):
 
 @MANY
 @given(SHAPES, st.booleans(), st.integers(0, 10**6))
-def test_edges_are_carried(squares, periodic, seed):
-    """Those carried along are those that a search among all sides finds, whatever their numbers."""
+def test_edges_updated_by_bisection_equal_edges_numbered_anew(squares, periodic, seed):
+    """Apart from the order of their numbers."""
     for _, _, step in refined(squares, periodic, seed):
-        carried, found = step.mesh.numbered_edges, replace(step.mesh, carried_edges=None).edges
-        assert np.array_equal(np.sort(carried.ends[carried.of_cell]), found[0][found[1]])
-        of_found = np.zeros(len(found[0]), dtype=np.int32)
-        of_found[found[1]] = carried.of_cell
-        assert np.array_equal(np.sort(of_found), np.arange(len(carried.ends)))
-        assert np.array_equal(of_found[found[1]], carried.of_cell)
-        # Each side has a number of its own, by which its cell is found.
-        slots = carried.slots().ravel()
-        assert np.array_equal(slots[carried.sides.ravel()], np.arange(carried.sides.size))
-        assert np.count_nonzero(slots >= 0) == carried.sides.size
+        updated = step.mesh.numbered_edges
+        ends, of_cell = replace(step.mesh, carried_edges=None).edges
+        assert np.array_equal(np.sort(updated.ends[updated.of_cell]), ends[of_cell])
+        number = np.zeros(len(ends), dtype=np.int32)
+        number[of_cell] = updated.of_cell
+        assert np.array_equal(np.sort(number), np.arange(len(updated.ends)))
+        assert np.array_equal(number[of_cell], updated.of_cell)
+        # The number of a side leads back to its cell.
+        slots = updated.slots().ravel()
+        assert np.array_equal(slots[updated.sides.ravel()], np.arange(updated.sides.size))
+        assert np.count_nonzero(slots >= 0) == updated.sides.size
 
 
 @MANY
 @given(SHAPES, st.booleans(), st.integers(0, 10**6))
-def test_many_times_at_once(squares, periodic, seed):
-    """Halving by several rounds in one call makes the cells of one round after the other, in the
-    same order, and carries the same functions to them."""
+def test_several_halvings_in_one_call_equal_one_call_for_each(squares, periodic, seed):
+    """They make the same cells in the same order, and carry the same functions to them."""
     rng = np.random.default_rng(seed)
     mesh = refined(squares, periodic, seed, steps=2)[-1][2].mesh
     times = rng.choice(5, len(mesh.cells), p=[0.8, 0.05, 0.05, 0.05, 0.05])
@@ -183,8 +181,8 @@ def test_marking_next_to_one_side_refines_the_other():
     assert np.array_equal(np.sort(mesh.xy[mesh.top, 0]), np.sort(mesh.xy[mesh.bottom, 0]))
 
 
-def test_depth_ends_with_an_error_and_no_sooner():
-    """Corners lie on multiples of 2^-DEPTH pixels: 2 DEPTH halvings of the area, then no more."""
+def test_bisection_below_the_resolution_of_coordinates_raises():
+    """Coordinates are multiples of 2^-DEPTH pixels, which allows 2 DEPTH halvings of the area."""
     mesh = uniform_mesh((1, 1), 1, periodic_sides=False)
     for _ in range(2 * DEPTH):
         marked = np.zeros(len(mesh.cells), dtype=bool)

@@ -1,4 +1,4 @@
-"""The gap of a shape: formulas that only compute, grids that are found where they should be."""
+"""The gap of a shape by formulas and by samples on grids; mesh sizes that follow it."""
 
 import numpy as np
 import pytest
@@ -42,15 +42,15 @@ def test_formulas(text, expected):
         *("1" * 1001, "(" * 500 + "x" + ")" * 500, "-" * 998 + "x"),
     ],
 )
-def test_what_is_no_formula(text):
-    """One sentence for anything but arithmetic; nothing of it is run."""
+def test_only_arithmetic_is_evaluated(text):
+    """Everything else is refused in one sentence, and not run."""
     with pytest.raises(InvalidInput) as error:
         evaluate(text, POINTS)
     assert "\n" not in str(error.value)
 
 
-def test_large_powers_end_at_infinity():
-    """Integers of Python would grow until the memory is full."""
+def test_large_powers_overflow_to_infinity():
+    """With the integers of Python they would fill the memory."""
     assert np.isinf(evaluate("9**9**9**9", POINTS)).all()
 
 
@@ -64,12 +64,12 @@ def test_large_powers_end_at_infinity():
         ("1" + "0" * 400, np.inf),
     ],
 )
-def test_constants_are_no_exceptions(text, expected):
-    """Where a formula has no value it gives none, also where no variable is in it."""
+def test_constant_formulas_without_a_value_raise_no_error(text, expected):
+    """Division by zero gives inf or nan, with or without variables in the formula."""
     np.testing.assert_array_equal(evaluate(text, POINTS), expected)
 
 
-def test_every_function_is_named_by_its_numpy_self():
+def test_functions_equal_those_of_numpy_with_their_name():
     for name, (function, count) in FUNCTIONS.items():
         arguments = [np.array([0.3]), np.array([0.2])][:count]
         numpy_name = {"max": "maximum", "min": "minimum"}.get(name, name)
@@ -77,15 +77,15 @@ def test_every_function_is_named_by_its_numpy_self():
 
 
 def test_a_cartesian_grid_is_linear_on_its_pixel_triangles():
-    """Against the same function sampled more finely, which `GridField.refined` makes exactly."""
+    """Compared with `GridField.refined`, which samples the same function exactly."""
     rng = np.random.default_rng(2)
     gap = GridField(rng.uniform(0, 1, (5, 4)), (0.5, 0.25))
     fine = gap.refined().refined()
     i, j = np.indices(fine.shape)
     steps = np.stack([i.ravel(), j.ravel()], axis=1)
-    places = steps * fine.spacing + np.array([3.0, -1.0])
-    found = CartesianGrid.of(gap, (3.0, -1.0))(places)
-    np.testing.assert_allclose(found, fine.values.ravel(), atol=1e-15)
+    points = steps * fine.spacing + np.array([3.0, -1.0])
+    values = CartesianGrid.of(gap, (3.0, -1.0))(points)
+    np.testing.assert_allclose(values, fine.values.ravel(), atol=1e-15)
 
 
 def test_a_periodic_grid_repeats_its_first_samples():
@@ -103,27 +103,28 @@ def test_contact_stays_exactly_zero():
 
 @pytest.mark.parametrize("start", [0.0, 0.7, -1.0])
 def test_a_polar_grid_closes_after_a_full_turn(start):
-    """A function linear in radius and in cos(angle) sampled 720 times: the error is the chord's,
-    r (dtheta)²/8, and there is no seam anywhere."""
+    """r (2 + cos(angle)) sampled at 720 angles: the interpolation error is r (dtheta)²/8 at every
+    angle, also where the turn closes."""
     n = 720
     r = 1 + np.arange(4) * 0.5
     theta = start + 2 * np.pi * np.arange(n) / n
     gap = GridField(r[:, None] * (2 + np.cos(theta)), (0.5, 2 * np.pi / n))
     radius, angle = np.random.default_rng(4).uniform((1, -7), (2.5, 7), (500, 2)).T
     points = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
-    found = PolarGrid.of(gap, (1.0, start))(points)
-    bound = 2.5 * (2 * np.pi / n) ** 2 / 8 + 0.5 * 2 * np.pi / n / 4  # and the cross term's
-    assert np.abs(found - radius * (2 + np.cos(angle))).max() < bound
+    values = PolarGrid.of(gap, (1.0, start))(points)
+    cross_term = 0.5 * 2 * np.pi / n / 4
+    bound = 2.5 * (2 * np.pi / n) ** 2 / 8 + cross_term
+    assert np.abs(values - radius * (2 + np.cos(angle))).max() < bound
 
 
-def test_between_the_last_and_the_first_angle():
+def test_interpolation_between_the_last_and_the_first_angle():
     gap = GridField(np.tile(np.arange(8.0), (2, 1)), (1.0, np.pi / 4))
     between = -np.pi / 8  # halfway from the eighth sample, 7, to the first, 0
     point = 1.5 * np.array([[np.cos(between), np.sin(between)]])
     assert PolarGrid.of(gap, (1.0, 0.0))(point) == pytest.approx([3.5])
 
 
-def test_a_polar_sector_ends():
+def test_points_outside_a_polar_sector_are_refused():
     gap = GridField(np.ones((3, 5)), (0.5, 0.1))
     grid = PolarGrid.of(gap, (1.0, 0.0))
     assert grid(np.array([[1.0, 0.0], [np.cos(0.4), np.sin(0.4)]])) == pytest.approx([1, 1])

@@ -20,7 +20,7 @@ def areas(mesh) -> np.ndarray:
 
 
 def sorted_triangles(mesh) -> np.ndarray:
-    """Each triangle as its sorted corners, the triangles sorted: a picture of the mesh."""
+    """Triangles as sorted corners, in sorted order, to compare meshes with."""
     x = mesh.xy[mesh.cells]
     keys = np.sort(x[..., 0] * (1 << 40) + x[..., 1], axis=1)
     return keys[np.lexsort(keys.T)]
@@ -52,8 +52,8 @@ def test_diagonals_join_even_vertices(width):
 
 
 @pytest.mark.parametrize(("squares", "width"), [((4, 8), 4), ((6, 2), 2), ((3, 5), 1)])
-def test_two_halvings_give_the_pattern_of_squares_half_as_wide(squares, width):
-    """Below the pixel the pattern is that of a grid with twice the samples."""
+def test_two_halvings_give_the_mesh_of_squares_half_as_wide(squares, width):
+    """Below pixel size it is the pixel triangulation of a grid with twice the samples."""
     fine = uniform_mesh(squares, width, periodic_sides=False)
     for _ in range(2):
         fine = bisect(fine, np.ones(len(fine.cells), dtype=bool)).mesh
@@ -69,7 +69,7 @@ def test_two_halvings_give_the_pattern_of_squares_half_as_wide(squares, width):
 
 
 def test_sides_and_pixels():
-    """Named sides hold the vertices of their line; halving halves the area."""
+    """inlet, outlet, bottom and top are the vertices of their lines; halving halves the areas."""
     mesh = uniform_mesh((4, 8), 2, periodic_sides=True)
     x = mesh.points((3e-6, 1e-6))
     assert x.max(axis=0) == pytest.approx((12e-6, 8e-6), rel=1e-15, abs=0)

@@ -1,4 +1,4 @@
-"""Seams: opposite sides match after any refinement, and each point of the torus is one."""
+"""Seams: opposite sides match after any refinement, and pairs of vertices are one point."""
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ def refined(squares=(6, 4), rounds=4, seed=0):
     mesh = uniform_mesh(squares, 1, periodic_sides=False)
     for _ in range(rounds):
         mesh = bisect(mesh, rng.random(len(mesh.cells)) < 0.2).mesh
-        while (missing := unmatched(mesh)).any():
-            mesh = bisect(mesh, missing).mesh
+        while (marked := unmatched(mesh)).any():
+            mesh = bisect(mesh, marked).mesh
     return mesh
 
 
@@ -23,7 +23,7 @@ def test_uniform_meshes_match():
     assert not unmatched(uniform_mesh((5, 7), 1, periodic_sides=False)).any()
 
 
-def test_a_vertex_on_one_side_only_is_noticed():
+def test_a_vertex_on_one_side_only_marks_the_opposite_cell():
     mesh = uniform_mesh((4, 4), 1, periodic_sides=False)
     while mesh.xy[mesh.inlet].shape[0] == 5:
         touching = mesh.inlet[mesh.cells].sum(axis=1) == 2
@@ -36,21 +36,21 @@ def test_a_vertex_on_one_side_only_is_noticed():
 @pytest.mark.parametrize("squares", [(6, 4), (5, 5)])
 def test_twins_are_whole_cells_apart(squares):
     mesh = refined(squares)
-    found = seams(mesh)
-    apart = mesh.xy - mesh.xy[found.twin]
-    np.testing.assert_array_equal(apart, found.copy * np.array(squares) * PIXEL)
-    assert not found.copy[found.twin].any()
+    torus = seams(mesh)
+    distance = mesh.xy - mesh.xy[torus.twin]
+    np.testing.assert_array_equal(distance, torus.copy * np.array(squares) * PIXEL)
+    assert not torus.copy[torus.twin].any()
     corner = (mesh.outlet & mesh.top).nonzero()[0]
-    assert (mesh.xy[found.twin[corner]] == 0).all()
+    assert (mesh.xy[torus.twin[corner]] == 0).all()
 
 
 def test_every_side_on_a_seam_has_a_partner():
     mesh = refined()
     _, of_cell = mesh.edges
-    alone = np.flatnonzero((np.bincount(of_cell.ravel())[of_cell] == 1).ravel())
-    pairs, jump = seam_pairs(mesh, alone)
-    np.testing.assert_array_equal(np.sort(pairs.ravel()), alone)
-    # The torus has no boundary: V - E + F = 0, points and sides of both banks counted once.
+    boundary = np.flatnonzero((np.bincount(of_cell.ravel())[of_cell] == 1).ravel())
+    pairs, jump = seam_pairs(mesh, boundary)
+    np.testing.assert_array_equal(np.sort(pairs.ravel()), boundary)
+    # Euler characteristic of a torus: V - E + F = 0, counting vertices and edges of a seam once.
     points = len(np.unique(seams(mesh).twin))
     edges = int(of_cell.max()) + 1 - len(pairs)
     assert points - edges + len(mesh.cells) == 0

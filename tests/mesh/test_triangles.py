@@ -1,4 +1,4 @@
-"""Meshes of any shape: bisection keeps the function, the polygon and the labels of its rim."""
+"""Meshes of any shape: bisection keeps the gap, the polygon and the labels of its boundary."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ MESHES = {
 
 
 def refined(mesh, seed, steps=4, part=0.3):
-    """Refinements of random markings."""
+    """Refinements by random markings, one after the other."""
     rng = np.random.default_rng(seed)
     for _ in range(steps):
         step = bisect(mesh, rng.random(len(mesh.cells)) < part)
@@ -48,10 +48,10 @@ def lengths(mesh) -> dict[int, float]:
 @pytest.mark.parametrize("name", MESHES)
 @pytest.mark.parametrize("seed", range(3))
 def test_bisection_keeps_shape_labels_and_gap(name, seed):
-    """Areas, lengths of every label, Σ|T|K and Σ|T|/K: sums of the same terms up to rounding."""
+    """Areas, boundary lengths, Σ|T| K and Σ|T|/K do not change, up to the rounding of sums."""
     mesh = MESHES[name]()
     values = random_gap(mesh, seed, contact=0.0).values
-    area, rim = mesh.doubled_areas().sum(), lengths(mesh)
+    area, boundary = mesh.doubled_areas().sum(), lengths(mesh)
     K, R = (
         (mesh.doubled_areas() * m(values[mesh.cells])).sum() for m in (mean_cube, mean_inverse_cube)
     )
@@ -61,7 +61,7 @@ def test_bisection_keeps_shape_labels_and_gap(name, seed):
         areas = fine.doubled_areas()
         assert areas.min() > 0
         assert areas.sum() == pytest.approx(area, rel=1e-13, abs=0)
-        assert lengths(fine) == pytest.approx(rim, rel=1e-13, abs=0)
+        assert lengths(fine) == pytest.approx(boundary, rel=1e-13, abs=0)
         assert (areas * mean_cube(values[fine.cells])).sum() == pytest.approx(K, rel=1e-13, abs=0)
         R_fine = (areas * mean_inverse_cube(values[fine.cells])).sum()
         assert R_fine == pytest.approx(R, rel=1e-13, abs=0)
@@ -69,11 +69,11 @@ def test_bisection_keeps_shape_labels_and_gap(name, seed):
 
 
 def assert_conforming(mesh) -> None:
-    """Sides inside and on a cut have two cells; those on the rim one, and a label."""
+    """Edges inside and on a cut have two cells; labelled boundary edges have one."""
     of_cell = mesh.numbered_edges.of_cell
-    found = replace(mesh, carried_edges=None).numbered_edges
-    carried = np.sort(mesh.numbered_edges.ends[of_cell])
-    np.testing.assert_array_equal(carried, found.ends[found.of_cell])
+    anew = replace(mesh, carried_edges=None).numbered_edges
+    updated = np.sort(mesh.numbered_edges.ends[of_cell])
+    np.testing.assert_array_equal(updated, anew.ends[anew.of_cell])
     count = np.bincount(of_cell.ravel())[of_cell]
     banks = (BOTTOM, TOP) if mesh.periodic else ()
     two = (mesh.sides == INSIDE) | np.isin(mesh.sides, banks)
@@ -86,8 +86,8 @@ def assert_conforming(mesh) -> None:
 
 
 def test_longest_edges_are_halved_first():
-    """And the smallest angle of their descendants stays above half of the first one (Rosenberg
-    and Stenger, Math. Comp. 29, 390 (1975))."""
+    """The smallest angle then stays bounded from below under refinement (I. G. Rosenberg and
+    F. Stenger, Math. Comp. 29, 390 (1975))."""
 
     def smallest_angle(mesh):
         corner = mesh.xy[mesh.cells]
@@ -102,7 +102,8 @@ def test_longest_edges_are_halved_first():
     first = smallest_angle(mesh)
     for step in refined(mesh, 3, steps=3, part=1.0):
         mesh = step.mesh
-        assert smallest_angle(mesh) > first / 4  # newest vertices: four classes of shapes
+        # Newest-vertex bisection makes triangles of at most four similarity classes.
+        assert smallest_angle(mesh) > first / 4
 
 
 def test_corner_values_are_prolonged_as_linear_functions():
@@ -115,7 +116,7 @@ def test_corner_values_are_prolonged_as_linear_functions():
         mesh = step.mesh
 
 
-def test_too_fine_is_said():
+def test_bisection_below_rounding_raises():
     mesh = scattered_square(4, 0)
     tiny = replace(mesh, xy=mesh.xy * 2.0**-45 + 1)
     with pytest.raises(TooFine, match=r"2\^-40"):
@@ -123,7 +124,7 @@ def test_too_fine_is_said():
 
 
 def test_a_ring_is_cut_along_one_path():
-    """The banks run from inlet to outlet; cells to the left of the way keep its vertices."""
+    """The path runs from inlet to outlet; the cells on its left keep its vertices."""
     mesh = ring(4, 13)
     assert mesh.periodic
     low = mesh.side_ends(mesh.sides == BOTTOM)
@@ -137,7 +138,7 @@ def test_a_ring_is_cut_along_one_path():
     assert (np.hypot(*mesh.xy[high[:, 1]].T) < np.hypot(*mesh.xy[high[:, 0]].T)).all()
 
 
-def test_side_walls_of_a_strip_are_told_apart():
+def test_side_walls_of_a_strip_are_bottom_and_top():
     mesh = grid_mesh((4, 3), (2.0, 1.0))
     assert not mesh.periodic
     assert (mesh.xy[mesh.bottom, 1] == 0).all()
@@ -147,14 +148,14 @@ def test_side_walls_of_a_strip_are_told_apart():
 
 
 def test_a_ring_of_one_layer_can_be_cut():
-    """All its vertices lie on the rim."""
+    """All its vertices lie on the boundary."""
     mesh = ring(1, 6)
     assert mesh.periodic
     assert_conforming(mesh)
 
 
-def test_a_cut_that_finds_no_way_makes_room():
-    """A ring of islands with no vertex between them: all ways inside pass vertices of walls."""
+def test_cells_are_halved_until_there_is_a_path_to_cut():
+    """A ring of islands without a vertex between them: every path meets vertices of walls."""
     xy, cells, _ = ring_parts(3, 8, 1.0, 4.0)
     radius, angle = np.hypot(*xy[cells].mean(axis=1).T), np.arctan2(*xy[cells].mean(axis=1).T)
     sector = np.floor(angle / (np.pi / 4)).astype(int)
@@ -171,8 +172,8 @@ def test_a_cut_that_finds_no_way_makes_room():
 
 
 @pytest.mark.parametrize("wall", range(5))
-def test_a_wall_between_two_ends_of_the_inlet_cannot_pass_for_inlet(wall):
-    """Flow takes a rim side with both ends on the inlet for inlet."""
+def test_a_wall_edge_never_has_both_ends_on_the_inlet(wall):
+    """`flow` takes a boundary edge with both ends on the inlet for an inlet edge."""
     xy, cells, sides = ring_parts(2, 5, 1.0, 2.0)
     sides[tuple(np.argwhere(sides == INLET)[wall])] = ISLAND
     mesh = shape_mesh(xy, cells, sides)
@@ -209,7 +210,7 @@ def test_arrangements_without_one_inlet_and_one_outlet(label, words):
         shape_mesh(*relabelled(label))
 
 
-def test_pieces_and_single_points_of_touch():
+def test_meshes_in_pieces_or_touching_in_a_point_are_refused():
     xy, cells, sides = relabelled(lambda p: np.where(p[:, 0] < 1e-9, INLET, OUTLET))
     apart = (np.concatenate([xy, xy + 5]), np.concatenate([cells, cells + len(xy)]))
     with pytest.raises(InvalidInput, match="2 pieces that share no vertex"):
