@@ -1,10 +1,30 @@
 """The errors users meet. Each message names the field, the value, what is allowed and the mend."""
 
+LONGEST_MESSAGE = 2000  # characters; a value that a message quotes may be a whole file
+
+
+def printable(text: str) -> str:
+    """Text for a terminal, with everything escaped that a terminal might obey.
+
+    The names and texts of files are strangers' words: an escape sequence in them could rewrite the
+    screen. Ends of lines stay.
+    """
+    return "".join(
+        letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1] for letter in text
+    )
+
 
 class FemSealError(Exception):
-    """Any failure that fem_seal can explain in one sentence."""
+    """Any failure that fem_seal can explain in one sentence, which is one printable line."""
 
     exit_status = 1
+
+    def __str__(self) -> str:
+        text = printable(" ".join(super().__str__().splitlines()))
+        if len(text) <= LONGEST_MESSAGE:
+            return text
+        half = LONGEST_MESSAGE // 2
+        return f"{text[:half]} … {text[-half:]}"
 
 
 class InvalidInput(FemSealError):

@@ -8,7 +8,7 @@ from functools import cache
 from types import TracebackType
 from typing import TYPE_CHECKING, NoReturn, TypeVar
 
-from fem_seal.errors import FemSealError
+from fem_seal.errors import FemSealError, printable
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -83,8 +83,8 @@ def fail(message: str, status: int) -> int:
     -------
     `status`, in a single process; many are ended here.
     """
-    # The name of a file may hold an end of line.
-    message = " ".join(message.splitlines())
+    # The name of a file may hold an end of line, or worse.
+    message = printable(" ".join(message.splitlines()))
     if _world() is None:
         print(message, file=sys.stderr)  # noqa: T201 (the one line of a failed command)
         return status

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from threading import Event, Thread
 from types import TracebackType
 
+from fem_seal.errors import printable
+
 # (stage, detail), such as ("contact", "iteration 40, residual 3e-05")
 Report = Callable[[str, str], None]
 
@@ -30,7 +32,7 @@ class Display:
 
     def __call__(self, stage: str, detail: str) -> None:
         """Take the news; a `Report`."""
-        self._line = f"{stage}: {detail}" if detail else stage
+        self._line = printable(f"{stage}: {detail}" if detail else stage)
 
     def __enter__(self) -> "Display":
         if self._shown:

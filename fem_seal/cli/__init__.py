@@ -26,7 +26,7 @@ from fem_seal.cli import (
     surface,
     sweep,
 )
-from fem_seal.errors import FemSealError, InvalidInput
+from fem_seal.errors import FemSealError, InvalidInput, printable
 
 COMMANDS = (run, leak, sweep, report, render, surface, mesh, study, percolation, letter, doctor)
 INTERRUPTED = 130
@@ -36,7 +36,8 @@ class _Parser(argparse.ArgumentParser):
     """One line for a wrong command line, like for any other bad input."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(InvalidInput.exit_status, f"{self.prog}: {message}; see {self.prog} --help\n")
+        text = printable(" ".join(message.splitlines()))
+        self.exit(InvalidInput.exit_status, f"{self.prog}: {text}; see {self.prog} --help\n")
 
 
 def parser() -> argparse.ArgumentParser:

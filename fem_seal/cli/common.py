@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.errors import NotConverged
+from fem_seal.errors import NotConverged, printable
 
 if TYPE_CHECKING:
     from fem_seal.results import Result
@@ -78,7 +78,7 @@ def print_result(result: "Result", out: Path | None) -> int:
 def say(text: str) -> None:
     """Print to standard output, from the first process only."""
     if parallel.is_root():
-        print(text, flush=True)  # noqa: T201 (the output of the command)
+        print(printable(text), flush=True)  # noqa: T201 (the output of the command)
 
 
 def summary(result: "Result", out: Path | None) -> list[str]:

@@ -1,17 +1,30 @@
 """Opening npz, npy, NetCDF and HDF5 files."""
 
+import lzma
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tokenize import TokenError
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 from zipfile import BadZipFile
 
 import numpy as np
+from numpy.lib.format import (
+    MAGIC_PREFIX,
+    read_array_header_1_0,
+    read_array_header_2_0,
+    read_magic,
+)
 
 from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.field_file.hdf5 import (
+    memory_to_read,
+    refuse_data_elsewhere,
+    refuse_large_data_set,
+)
 from fem_seal.field_file.named_arrays import NamedArrays, Variable
+from fem_seal.memory import refuse_too_large
 
 if TYPE_CHECKING:
     import h5py
@@ -21,7 +34,7 @@ if TYPE_CHECKING:
 # cutting files off at every length and by flipping bytes.
 BROKEN = (
     *(OSError, ValueError, EOFError, LookupError, TypeError, RuntimeError),
-    *(BadZipFile, zlib.error, TokenError),
+    *(BadZipFile, zlib.error, lzma.LZMAError, TokenError),
 )
 
 HDF5 = b"\x89HDF"
@@ -44,21 +57,46 @@ def whole(path: Path, what: str) -> Iterator[None]:
 def read_npz(path: Path, wanted: Iterable[str]) -> NamedArrays:
     """Read the arrays of an npz that are wanted; their lengths are metres unless it says more."""
     with whole(path, "npz"), path.open("rb") as file:
-        loaded = np.load(file, allow_pickle=False)
-        if not isinstance(loaded, np.lib.npyio.NpzFile):
+        if file.read(len(MAGIC_PREFIX)) == MAGIC_PREFIX:
             raise InvalidInput(f"{path} holds one array without lengths; rename it to .npy")
-        found = {name: Variable(loaded[name]) for name in wanted if name in loaded.files}
-        # Tamaas has no units, whereas our own files are in metres.
-        return NamedArrays(path, found, tuple(loaded.files), {}, si="attrs" not in found)
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as loaded:
+            # An empty archive is given back as one as well; anything else was pickled, and refused.
+            present = [name for name in wanted if name in loaded.files]
+            found = {name: Variable(_npz_array(loaded, name, path)) for name in present}
+            # Tamaas has no units, whereas our own files are in metres.
+            return NamedArrays(path, found, tuple(loaded.files), {}, si="attrs" not in found)
+
+
+def _npz_array(loaded: "np.lib.npyio.NpzFile", name: str, path: Path) -> np.ndarray:
+    """One array of an npz, if it and the size that the archive declares fit into memory."""
+    what = f"{name} in {path}"
+    inside = loaded.zip.namelist()
+    member = loaded.zip.getinfo(f"{name}.npy" if f"{name}.npy" in inside else name)
+    refuse_too_large(member.file_size, what)
+    with loaded.zip.open(member) as file:
+        _refuse_large_array(file, what)
+    return loaded[name]
 
 
 def read_npy(path: Path) -> np.ndarray:
     """Read the one array of an npy."""
     with whole(path, "npy"), path.open("rb") as file:
-        loaded = np.load(file, allow_pickle=False)
-        if not isinstance(loaded, np.ndarray):
+        if file.read(2) == b"PK":
             raise InvalidInput(f"{path} holds many arrays; rename it to .npz")
-        return loaded
+        file.seek(0)
+        _refuse_large_array(file, str(path))
+        file.seek(0)
+        return np.load(file, allow_pickle=False)
+
+
+def _refuse_large_array(file: IO[bytes], what: str) -> None:
+    """Weigh an array by its npy header; ValueError if it has none."""
+    version = read_magic(file)
+    # Version 3 differs from 2 in the encoding of names alone.
+    read = read_array_header_1_0 if version == (1, 0) else read_array_header_2_0
+    shape, _, dtype = read(file)
+    refuse_too_large(memory_to_read(shape, dtype), what)
 
 
 def read_netcdf(path: Path, wanted: Iterable[str]) -> NamedArrays:
@@ -67,6 +105,9 @@ def read_netcdf(path: Path, wanted: Iterable[str]) -> NamedArrays:
         return read_hdf5(path, wanted)
     from scipy.io import netcdf_file
 
+    # SciPy reads all arrays, and by the sizes that the file declares.
+    with whole(path, "NetCDF"):
+        refuse_too_large(2 * path.stat().st_size, str(path))
     with whole(path, "NetCDF"), netcdf_file(path, mmap=False, maskandscale=True) as file:
         held = {name: file.variables[name] for name in wanted if name in file.variables}
         found = {name: _netcdf_variable(held[name], f"{name} in {path}") for name in held}
@@ -84,6 +125,7 @@ def read_hdf5(path: Path, wanted: Iterable[str]) -> NamedArrays:
         ) from None
 
     with whole(path, "HDF5"), h5py.File(path, "r") as file:
+        refuse_data_elsewhere(file, path)
         held = tuple(name for name in file if _holds_data(file[name]))
         found = {n: _data_set(file[n], f"{n} in {path}") for n in wanted if n in held}
         return NamedArrays(path, found, held, dict(file.attrs))
@@ -104,6 +146,7 @@ def _netcdf_variable(variable: "netcdf_variable", what: str) -> Variable:
 
 
 def _data_set(dataset: "h5py.Dataset", what: str) -> Variable:
+    refuse_large_data_set(dataset, what)
     values = dataset[()]
     attributes = dict(dataset.attrs)
     about = _numbers_about(values, attributes, what)

@@ -2,17 +2,21 @@
 
 import struct
 import warnings
+import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import ParseError
-from zipfile import BadZipFile
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.field_file.hdf5 import memory_to_read, refuse_data_elsewhere
 from fem_seal.field_file.recorded import Recorded
+from fem_seal.memory import refuse_too_large
 
 if TYPE_CHECKING:
     from SurfaceTopography.IO.Reader import ChannelInfo, ReaderBase
@@ -20,7 +24,14 @@ if TYPE_CHECKING:
 # What parsers of binary formats raise where a file ends early or holds nonsense.
 _BROKEN = (
     *(OSError, EOFError, ValueError, TypeError, LookupError, AttributeError, AssertionError),
-    *(ArithmeticError, NotImplementedError, struct.error, BadZipFile, ParseError),
+    *(
+        ArithmeticError,
+        NotImplementedError,
+        struct.error,
+        zipfile.BadZipFile,
+        zlib.error,
+        ParseError,
+    ),
 )
 
 
@@ -41,8 +52,11 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
     """
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist")
+    _refuse_bombs(path)
     with _readable(path), _open(path) as reader:
         info = _channel(reader, channel, path)
+        if info.nb_grid_pts is not None:
+            refuse_too_large(memory_to_read(info.nb_grid_pts, np.dtype(float)), str(path))
         # A missing size must be given to the reader, or it refuses; what we give is not used.
         given = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
         topography = reader.topography(channel_index=info.index, **given)
@@ -50,6 +64,23 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
         spacing = None if given else tuple(float(d) for d in topography.pixel_size)
         unit = topography.unit
         return Recorded(values, unit, spacing, unit, bool(topography.is_periodic) or None)
+
+
+def _refuse_bombs(path: Path) -> None:
+    """Look into archives and HDF5 before a reader believes them.
+
+    Several formats are zip archives (x3p) or HDF5 (datx) under another name.
+    """
+    if zipfile.is_zipfile(path):
+        with _readable(path), zipfile.ZipFile(path) as archive:
+            unpacked = sum(member.file_size for member in archive.infolist())
+        refuse_too_large(unpacked, f"the archive {path}, unpacked,")
+    if find_spec("h5py"):
+        import h5py
+
+        if h5py.is_hdf5(path):
+            with _readable(path), h5py.File(path, "r") as file:
+                refuse_data_elsewhere(file, path)
 
 
 @contextmanager

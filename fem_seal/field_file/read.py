@@ -12,6 +12,7 @@ from fem_seal.field_file.instruments import read_instrument
 from fem_seal.field_file.named_arrays import NamedArrays, interpret, wanted_names
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text import read_text
+from fem_seal.memory import within_available_memory
 
 # Under which arrays are looked for unless the scene names one: ours, then those of reynoldsflow
 # and of the contact mechanics challenge (Müser et al., Tribol. Lett. 65, 118 (2017)).
@@ -40,7 +41,8 @@ def read_map(path: str | Path, names: Names, stated: Stated | None = None) -> Fi
     path, stated = Path(path), stated or Stated()
     names = (stated.array,) if stated.array is not None else names
     reader = READERS.get(path.suffix.lower(), _instrument)
-    recorded = reader(path, names)
+    with within_available_memory(str(path)):
+        recorded = reader(path, names)
     infinite = np.count_nonzero(np.isinf(recorded.values))
     if infinite:
         raise InvalidInput(f"{infinite} of {recorded.values.size} values of {path} are infinite")

@@ -15,11 +15,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.etree.ElementTree import ParseError
+from xml.etree import ElementTree
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.field_file.hdf5 import refuse_data_elsewhere
+from fem_seal.memory import within_available_memory
 
 if TYPE_CHECKING:
     import meshio
@@ -30,7 +32,8 @@ _PLANE_CELLS = {"triangle", "line", "vertex"}
 # What meshio and the libraries below it raise on files that are cut off or are something else.
 _UNREADABLE = (
     *(ValueError, IndexError, KeyError, TypeError, AttributeError, AssertionError, EOFError),
-    *(OverflowError, struct.error, zlib.error, binascii.Error, ParseError),
+    *(OverflowError, struct.error, zlib.error, binascii.Error),
+    *(ElementTree.ParseError, RecursionError),
 )
 
 
@@ -133,7 +136,13 @@ def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
         )
     try:
         # meshio prints its doubts; ours are said in one sentence below.
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+            within_available_memory(str(source)),
+        ):
+            if ending == ".xdmf":
+                _refuse_data_elsewhere(path)
             return readers[ending](str(path))
     except ModuleNotFoundError as error:
         raise MissingPackage(
@@ -147,6 +156,25 @@ def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
         raise InvalidInput(
             f"{source} is not a whole {ending} mesh ({reason}); write it again"
         ) from None
+
+
+def _refuse_data_elsewhere(path: Path) -> None:
+    """Refuse an .xdmf whose arrays are not in it, nor in an HDF5 file beside it.
+
+    It could name any file of the reader's machine otherwise.
+    """
+    for item in ElementTree.parse(path).iter("DataItem"):
+        form, text = item.get("Format"), (item.text or "").strip()
+        name = text.partition(":")[0]
+        if form == "Binary" or (form == "HDF" and name != Path(name).name):
+            raise InvalidInput(
+                f"{path} takes data from {name}; only an HDF5 file in the same folder is read"
+            )
+        if form == "HDF" and (path.parent / name).is_file():
+            import h5py
+
+            with h5py.File(path.parent / name, "r") as file:
+                refuse_data_elsewhere(file, path.parent / name)
 
 
 def check_indices(source: Path, count: int, blocks: list[np.ndarray]) -> None:

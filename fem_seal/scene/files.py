@@ -6,6 +6,10 @@ from typing import Any
 
 from fem_seal.errors import InvalidInput
 
+# A key of n dotted parts takes tomllib n² steps. A scene has a dozen numbers with a dot.
+MOST_DOTS = 2000
+DEEPEST = 10  # tables and lists inside each other; scenes need four
+
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Tables of a TOML file; InvalidInput if it is missing or not TOML."""
@@ -15,19 +19,41 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InvalidInput(f"{path} is not a TOML scene file: it is not UTF-8 text") from None
     except OSError as error:
         raise InvalidInput(f"cannot read the scene file {path}: {error.strerror}") from None
+    if (dots := _dots(text)) > MOST_DOTS:
+        raise InvalidInput(
+            f"{path} is not a TOML scene file: {dots} dots outside comments; a scene has few"
+        )
     try:
-        return tomllib.loads(text)
+        return _shallow(tomllib.loads(text), path)
     except RecursionError:
         raise InvalidInput(f"{path} is not a TOML scene file: it is nested too deeply") from None
     except ValueError as error:  # of TOML, or of a number with thousands of digits
         raise InvalidInput(f"{path} is not a TOML scene file: {error}") from None
 
 
+def _dots(text: str) -> int:
+    """Count dots outside of whole lines of comment."""
+    return sum(line.count(".") for line in text.splitlines() if not line.lstrip().startswith("#"))
+
+
+def _shallow(data: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Tables of a scene, unless they are nested deeper than any scene is."""
+    level: list[object] = [data]
+    for _ in range(DEEPEST):
+        tables = [item for item in level if isinstance(item, dict)]
+        lists = [item for item in level if isinstance(item, list)]
+        level = [value for table in tables for value in table.values()]
+        level += [value for values in lists for value in values]
+        if not level:
+            return data
+    raise InvalidInput(f"{path} is not a TOML scene file: it is nested too deeply")
+
+
 def parse_assignment(assignment: str) -> tuple[tuple[str, ...], str]:
     """Split "flow.rtol=0.02" into ("flow", "rtol") and "0.02"."""
     name, equals, text = assignment.partition("=")
     keys = tuple(part.strip() for part in name.split("."))
-    if not equals or len(keys) < 2 or not all(keys):
+    if not equals or not 2 <= len(keys) <= DEEPEST or not all(keys):
         raise InvalidInput(f"{assignment!r} is not of the form section.key=value")
     return keys, text.strip()
 

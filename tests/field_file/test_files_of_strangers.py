@@ -1,0 +1,274 @@
+"""A file is data: it reads no other file, takes no memory that is not there, obeys no terminal."""
+
+import zipfile
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from project import ROOT, write_toml
+
+from fem_seal import cli
+from fem_seal.errors import InvalidInput, printable
+from fem_seal.field_file import GAP_NAMES, Stated, read_map
+from fem_seal.field_file.hdf5 import refuse_large_data_set
+from fem_seal.memory import available_memory, within_available_memory
+from fem_seal.mesh.files import GroupNames, read_triangles
+
+GAP = np.linspace(1e-6, 2e-6, 12).reshape(4, 3)
+SAID = Stated(unit="m", size=(4e-6, 3e-6))
+
+
+@pytest.fixture
+def secret(tmp_path):
+    """A file of the reader's own that nothing must read, as HDF5 and as plain bytes."""
+    (tmp_path / "secret").mkdir()
+    with h5py.File(tmp_path / "secret" / "own.h5", "w") as file:
+        file["gap"] = GAP
+    GAP.tofile(tmp_path / "secret" / "own.bin")
+    return tmp_path / "secret"
+
+
+def external_link(file, secret):
+    file["gap"] = h5py.ExternalLink(str(secret / "own.h5"), "/gap")
+
+
+def soft_link_to_an_external_one(file, secret):
+    file["inner/gap"] = h5py.ExternalLink(str(secret / "own.h5"), "/gap")
+    file["gap"] = h5py.SoftLink("/inner/gap")
+
+
+def external_folder(file, secret):
+    file["inner"] = h5py.ExternalLink(str(secret / "own.h5"), "/")
+    file["gap"] = h5py.SoftLink("/inner/gap")
+
+
+def virtual(file, secret):
+    layout = h5py.VirtualLayout(GAP.shape, GAP.dtype)
+    layout[...] = h5py.VirtualSource(str(secret / "own.h5"), "gap", GAP.shape)
+    file.create_virtual_dataset("gap", layout)
+
+
+def raw(file, secret):
+    file.create_dataset(
+        "gap", GAP.shape, GAP.dtype, external=[(str(secret / "own.bin"), 0, GAP.nbytes)]
+    )
+
+
+ELSEWHERE = (external_link, soft_link_to_an_external_one, external_folder, virtual, raw)
+
+
+@pytest.mark.parametrize("ending", ["h5", "nc"])
+@pytest.mark.parametrize("put", ELSEWHERE)
+def test_data_in_other_files(put, ending, secret, tmp_path):
+    """Each would read the other file: h5py alone does."""
+    path = tmp_path / f"stranger.{ending}"
+    with h5py.File(path, "w") as file:
+        put(file, secret)
+    with h5py.File(path) as file:
+        np.testing.assert_array_equal(file["gap"][()], GAP)
+    with pytest.raises(InvalidInput, match=r"stranger.* other files, which is not followed"):
+        read_map(path, GAP_NAMES, SAID)
+
+
+def test_link_within_the_file(tmp_path):
+    with h5py.File(tmp_path / "own.h5", "w") as file:
+        file["inner/heights"] = GAP
+        file["gap"] = h5py.SoftLink("/inner/heights")
+    np.testing.assert_array_equal(read_map(tmp_path / "own.h5", GAP_NAMES, SAID).values, GAP)
+
+
+XDMF = """<Xdmf Version="3.0"><Domain><Grid><Geometry GeometryType="XY">
+<DataItem DataType="Float" Dimensions="4 3" Format="{}" Precision="8">{}</DataItem></Geometry>
+<Topology TopologyType="Triangle"><DataItem DataType="Int" Dimensions="1 3" Format="XML"
+Precision="8">0 1 2</DataItem></Topology></Grid></Domain></Xdmf>"""
+
+
+@pytest.mark.parametrize(
+    ("form", "place"), [("Binary", "secret/own.bin"), ("HDF", "secret/own.h5:/gap")]
+)
+def test_xdmf_of_other_folders(form, place, secret, tmp_path):
+    path = tmp_path / "stranger.xdmf"
+    for name in (place, str(tmp_path / place)):
+        path.write_text(XDMF.format(form, name))
+        with pytest.raises(InvalidInput, match=r"only an HDF5 file in the same folder is read"):
+            read_triangles(path, 1.0, GroupNames())
+
+
+def test_xdmf_beside_a_file_of_links(secret, tmp_path):
+    with h5py.File(tmp_path / "beside.h5", "w") as file:
+        external_link(file, secret)
+    (tmp_path / "a.xdmf").write_text(XDMF.format("HDF", "beside.h5:/gap"))
+    with pytest.raises(InvalidInput, match=r"gap in .*beside.h5 is a link to other files"):
+        read_triangles(tmp_path / "a.xdmf", 1.0, GroupNames())
+
+
+HUGE = (1 << 25, 1 << 25)  # 2^53 bytes as float64: no machine has 9 petabytes
+
+
+def huge_npy(path):
+    with path.open("wb") as file:
+        header = {"descr": "<f8", "fortran_order": False, "shape": HUGE}
+        np.lib.format.write_array_header_1_0(file, header)
+
+
+def huge_npz(path):
+    huge_npy(path.with_suffix(".npy"))
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.write(path.with_suffix(".npy"), "gap.npy")
+    path.with_suffix(".npy").unlink()
+
+
+def bomb(path, name="gap.npy"):
+    """Archive with a member that claims to unpack to a pebibyte."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(name, b"\x93NUMPY\x02\x00\xff\xff\xff\xff")
+        archive.filelist[0].file_size = 1 << 50
+
+
+def huge_hdf5(path):
+    with h5py.File(path, "w") as file:
+        file.create_dataset("gap", HUGE, "f8", chunks=(64, 64))
+
+
+def huge_mask(path):
+    with h5py.File(path, "w") as file:
+        file["gap"] = GAP
+        file.create_dataset("mask", HUGE, "i1", chunks=(64, 64))
+
+
+LARGE = {
+    "a.npy": huge_npy,
+    "a.npz": huge_npz,
+    "bomb.npz": bomb,
+    "a.h5": huge_hdf5,
+    "a.nc": huge_hdf5,
+    "mask.h5": huge_mask,
+    "a.x3p": bomb,
+    "a.anything": bomb,
+}
+
+
+@pytest.mark.parametrize("name", LARGE)
+def test_size_is_weighed_before_memory_is_asked_for(name, tmp_path):
+    LARGE[name](tmp_path / name)
+    with pytest.raises(InvalidInput, match=rf"{name}.* would take .* GB of memory, and "):
+        read_map(tmp_path / name, GAP_NAMES, SAID)
+
+
+def test_chunks_count_as_well(tmp_path):
+    """HDF5 reads a chunk whole: this one takes 64 MB, and as much again as float64, for a byte."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        size = 1 << 23
+        file.create_dataset("gap", (1, 1), "f8", maxshape=(None, None), chunks=(1, size))
+        refuse_large_data_set(file["gap"], "gap", available=16 * size)
+        with pytest.raises(InvalidInput, match="gap would take"):
+            refuse_large_data_set(file["gap"], "gap", available=16 * size - 1)
+
+
+def test_libraries_that_believe_a_file():
+    """What they allocate beyond the memory there is fails at once, and only inside."""
+    size = 2 * available_memory()
+    said = pytest.raises(InvalidInput, match=r"reading a\.dat would take more memory")
+    with said, within_available_memory("a.dat"):
+        np.empty(size, dtype=np.uint8)
+    with within_available_memory("a.dat"):
+        np.empty(1 << 20)
+
+
+@given(st.text())
+def test_printable(text):
+    """Nothing that a terminal obeys is left; what can be printed is as it was."""
+    shown = printable(text)
+    assert all(letter.isprintable() or letter == "\n" for letter in shown)
+    assert printable(shown) == shown
+    if text.isprintable():
+        assert shown == text
+
+
+EVIL = "\x1b]0;owned\x07\x1b[2J\r\u202e\x9b31m"
+
+
+def evil_name(folder):
+    return folder / f"a{EVIL}\n.npz", {"gap": GAP}, []
+
+
+def evil_array(folder):
+    return folder / "a.npz", {f"gap{EVIL}": GAP}, []
+
+
+def evil_unit(folder):
+    return folder / "a.npz", {"gap": GAP, "spacing": (1, 1), "unit": EVIL}, []
+
+
+def evil_option(folder):
+    return folder / "a.npz", {"gap": GAP, "spacing": (1, 1)}, ["--sides", EVIL]
+
+
+def evil_number(folder):
+    return folder / "a.npz", {"gap": GAP, "spacing": (1, 1)}, ["--rtol", EVIL]
+
+
+@pytest.mark.parametrize("case", [evil_name, evil_array, evil_unit, evil_option, evil_number])
+def test_terminal_obeys_no_file(case, tmp_path, capsys):
+    path, arrays, options = case(tmp_path)
+    with path.open("wb") as file:
+        np.savez(file, **arrays)
+    with pytest.raises(SystemExit) as end:
+        raise SystemExit(cli.main(["leak", str(path), *options]))
+    said = capsys.readouterr()
+    assert end.value.code == 2
+    assert said.out == ""
+    assert said.err.endswith("\n")
+    assert said.err[:-1].isprintable()
+    assert "\\x1b]0;owned\\x07" in said.err
+
+
+def test_output_obeys_no_file(tmp_path, capsys):
+    """What ends well is printed by another way."""
+    path = tmp_path / f"a{EVIL}.npz"
+    np.savez(path, gap=GAP, spacing=(1e-6, 1e-6))
+    out = tmp_path / f"out{EVIL}"
+    options = ["--method", "finite-difference", "--out", str(out)]
+    assert cli.main(["leak", str(path), *options]) == 0
+    said = capsys.readouterr().out
+    assert "\\x1b]0;owned" in said
+    assert said.replace("\n", "").isprintable()
+
+
+DEEP = ".".join(["a"] * 50_000)
+SCENES = {
+    "key": f"{DEEP} = 1\n",
+    "table": f"[{DEEP}]\n",
+    "quoted": ".".join(['"="'] * 50_000) + " = 1\n",
+    "inline table": f"x = {{ {DEEP} = 1 }}\n",
+    "tables inside each other": "x = " + "{a = " * 200 + "1" + "}" * 200,
+    "lists inside each other": "x = " + "[" * 200 + "]" * 200,
+}
+
+
+@pytest.mark.parametrize("case", SCENES)
+def test_deep_scene(case, tmp_path, capsys):
+    (tmp_path / "scene.toml").write_text(SCENES[case])
+    assert cli.main(["run", str(tmp_path / "scene.toml")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "scene.toml is not a TOML scene file" in said
+
+
+@pytest.mark.parametrize("option", ["--set", "--vary"])
+def test_deep_key_of_an_option(option, small_scene, tmp_path, capsys):
+    write_toml(tmp_path / "scene.toml", small_scene)
+    command = "sweep" if option == "--vary" else "run"
+    assert cli.main([command, str(tmp_path / "scene.toml"), option, f"{DEEP}=1"]) == 2
+    said = capsys.readouterr().err
+    assert len(said) < 2500  # one sentence, not 50 000 parts of one
+    assert "is not of the form section.key=value" in said
+
+
+def test_scenes_of_the_package_are_far_below_the_limit_of_dots():
+    from fem_seal.scene.files import MOST_DOTS
+
+    for path in (ROOT / "demos" / "scenes").glob("*.toml"):
+        assert path.read_text().count(".") < MOST_DOTS / 20
