@@ -9,6 +9,7 @@ import numpy as np
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import read_npz
+from fem_seal.files import write_npz
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
@@ -37,7 +38,7 @@ def write_contact(folder: Path, contact: GapState) -> str:
     arrays = {"gap": gap.values, "spacing": np.array(gap.spacing), "periodic": gap.periodic}
     if isinstance(contact, ContactState):
         arrays["pressure"] = contact.pressure.values
-    np.savez(folder / CONTACT_FILE, **arrays)
+    write_npz(folder / CONTACT_FILE, arrays)
     return CONTACT_FILE
 
 

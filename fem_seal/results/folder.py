@@ -1,64 +1,73 @@
 """The result folder: whole or not there, and never another scene's by accident."""
 
 import os
-import shutil
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
 from fem_seal.errors import InvalidInput
+from fem_seal.files import locked_folder, staging_folder, to_disk, writing
+from fem_seal.results.arrays import CONTACT_FILE, FLOW_FILE
 from fem_seal.results.result import RESULT_FILE, Provenance, Result
 
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turn what the disk refuses into an InvalidInput that names the folder."""
-    try:
-        yield
-    except OSError as error:
-        raise InvalidInput(
-            f"the output folder {path} cannot be written: {error.strerror}"
-        ) from None
-
-
-def make_aside(path: Path) -> Path:
-    """Make a temporary folder for what will move into `path`.
-
-    It lies on the same disk, so that moving is one step, and in a folder that is there already,
-    so that a failed run does not even leave an empty one.
-    """
-    path = path.absolute()
-    ancestor = next(folder for folder in (path, *path.parents) if folder.exists())
-    return Path(tempfile.mkdtemp(prefix=".fem-seal-", dir=ancestor))
+# The staged files of a finished run, on their way into the folder. A run that is killed while it
+# moves them leaves this folder, and the next one moves the rest.
+MOVING = ".fem-seal.moving"
+_OLD_RESULT = "replaced-result.json"
 
 
 class ResultFolder:
-    """A folder being filled: everything is written aside and moved in by `commit`.
+    """A folder being filled: everything is staged and moved in by `commit`.
 
-    Use it in a `with` statement; leaving without `commit`, by an error or Ctrl-C, leaves
-    nothing behind.
+    Use it in a `with` statement, which keeps other runs out of the folder. Leaving without
+    `commit`, by an error or Ctrl-C, leaves what was there before.
 
     Parameters
     ----------
-    path : the folder; it and its parents are made by `commit`
+    path : the folder; it and its parents are made where they are missing
     provenance : of the result to come
-    overwrite : whether another scene's result may be replaced
+    overwrite : whether another scene's result, or files of unknown origin, may be replaced
+    names : of the files that the run may write, beside result.json
 
-    Raises
-    ------
-    InvalidInput
-        If the folder cannot be written or holds another scene's result.
+    Attributes
+    ----------
+    staged : folder to write the files into; there inside the `with` statement only
     """
 
-    def __init__(self, path: str | Path, provenance: Provenance, overwrite: bool = False):
+    staged: Path
+
+    def __init__(
+        self,
+        path: str | Path,
+        provenance: Provenance,
+        overwrite: bool = False,
+        names: Iterable[str] = (),
+    ):
         self.path = Path(path).absolute()
-        with writing(self.path):
-            self._refuse_other_scene(provenance, overwrite)
-            self.aside = make_aside(self.path)
+        self._provenance = provenance
+        self._overwrite = overwrite
+        self._names = frozenset(names)
+        self._open = ExitStack()
 
     def __enter__(self) -> "ResultFolder":
+        """Lock the folder and finish what a killed run has left.
+
+        Raises
+        ------
+        InvalidInput
+            If the folder cannot be written, is in use, holds another scene's result or files of
+            unknown origin that the run would replace, or if it would replace its own input.
+        """
+        if self.path.exists() and not self.path.is_dir():
+            raise InvalidInput(f"the output folder {self.path} is a file; choose another --out")
+        with ExitStack() as opening:
+            opening.enter_context(locked_folder(self.path))
+            with writing(self.path):
+                self._move_in()
+            self._refuse_to_replace()
+            self.staged = opening.enter_context(staging_folder(self.path))
+            self._open = opening.pop_all()
         return self
 
     def __exit__(
@@ -67,59 +76,86 @@ class ResultFolder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        shutil.rmtree(self.aside, ignore_errors=True)
+        with self._open, writing(self.path):
+            self._move_in()  # what an interrupt has kept `commit` from moving
 
     def commit(self, result: Result) -> None:
-        """Replace what the folder held by the new result.
+        """Move the staged files into the folder, in place of those that the last result names.
 
         Parameters
         ----------
-        result : its `files` are in `aside` already
+        result : names all files of the folder: the staged ones, and old ones that stay
 
         Raises
         ------
         InvalidInput
             If the folder cannot be written after all.
         """
-        self._move_in(result.files, result, replaced=self._old_files())
-
-    def add(self, names: tuple[str, ...], result: Result) -> None:
-        """Put more files beside those that are there.
-
-        Parameters
-        ----------
-        names : of the new files, in `aside` already
-        result : that names all files, old and new
-        """
-        self._move_in(names, result, replaced=())
-
-    def _move_in(self, names: tuple[str, ...], result: Result, replaced: tuple[str, ...]) -> None:
-        """Move files in; result.json goes last and marks the folder as whole."""
         with writing(self.path):
-            (self.aside / RESULT_FILE).write_text(result.to_json(), encoding="utf-8")
-            self.path.mkdir(parents=True, exist_ok=True)
-            (self.path / RESULT_FILE).unlink(missing_ok=True)
-            for name in replaced:
-                (self.path / name).unlink(missing_ok=True)
-            for name in (*names, RESULT_FILE):
-                os.replace(self.aside / name, self.path / name)  # noqa: PTH105 (must be atomic)
+            (self.staged / RESULT_FILE).write_text(result.to_json(), encoding="utf-8")
+            for path in self.staged.iterdir():
+                to_disk(path)
+            # From here on the new result is whole: whatever happens, it will be moved in.
+            self.staged.rename(self.path / MOVING)
+            self._move_in()
 
-    def _refuse_other_scene(self, provenance: Provenance, overwrite: bool) -> None:
-        if self.path.exists() and not self.path.is_dir():
-            raise InvalidInput(f"the output folder {self.path} is a file; choose another --out")
-        if overwrite or not (self.path / RESULT_FILE).exists():
+    def _move_in(self) -> None:
+        """Move files from the folder MOVING, where there is one; result.json goes last.
+
+        Each step may be repeated, so that a run may be killed between any two of them.
+        """
+        moving = self.path / MOVING
+        if not moving.is_dir():
             return
-        if not Result.from_folder(self.path).provenance.same_scene(provenance):
-            raise InvalidInput(
-                f"{self.path} holds the result of another scene; "
-                "choose another --out, or replace it with --overwrite"
-            )
+        new, old = moving / RESULT_FILE, moving / _OLD_RESULT
+        if new.exists():
+            if (self.path / RESULT_FILE).exists() and not old.exists():
+                os.replace(self.path / RESULT_FILE, old)  # noqa: PTH105 (must be atomic)
+            for name in set(_files_of(old)).difference(_files_of(new)):
+                (self.path / name).unlink(missing_ok=True)
+            for path in moving.iterdir():
+                if path not in (new, old):
+                    os.replace(path, self.path / path.name)  # noqa: PTH105
+            os.replace(new, self.path / RESULT_FILE)  # noqa: PTH105
+            to_disk(self.path)
+        old.unlink(missing_ok=True)
+        moving.rmdir()
 
-    def _old_files(self) -> tuple[str, ...]:
-        """List what the last run left; what a user has put beside it stays."""
-        if not (self.path / RESULT_FILE).exists():
-            return ()
-        try:
-            return Result.from_folder(self.path).files
-        except InvalidInput:
-            return ()  # --overwrite of a damaged result: its other files are not known to be ours
+    def _refuse_to_replace(self) -> None:
+        there = (self.path / RESULT_FILE).exists()
+        replaced = {*self._names, *(_files_of(self.path / RESULT_FILE) if there else ())}
+        for name in self._provenance.inputs:
+            path = Path(name).absolute()
+            if path.parent == self.path and path.name in replaced:
+                raise InvalidInput(
+                    f"the input {path} lies in the output folder and would be replaced; "
+                    "choose another --out"
+                )
+        if self._overwrite:
+            return
+        if there:
+            if not Result.from_folder(self.path).provenance.same_scene(self._provenance):
+                raise InvalidInput(
+                    f"{self.path} holds the result of another scene; "
+                    "choose another --out, or replace it with --overwrite"
+                )
+            return
+        # `fem-seal mesh` leaves pictures and a mesh without a result: those may be replaced.
+        for name in self._names.intersection((CONTACT_FILE, FLOW_FILE)):
+            if (self.path / name).exists():
+                raise InvalidInput(
+                    f"{self.path} holds a file {name} that belongs to no result; "
+                    "choose another --out, or replace it with --overwrite"
+                )
+
+
+def _files_of(result: Path) -> tuple[str, ...]:
+    """Names of the files of a result; those that a user has put beside them are not in it."""
+    if not result.exists():
+        return ()
+    try:
+        names = Result.model_validate_json(result.read_bytes()).files
+    except ValueError:
+        return ()  # --overwrite of a damaged result: its other files are not known to be ours
+    # A result from elsewhere must not name files of other folders, which would be removed.
+    return tuple(name for name in names if Path(name).name == name)

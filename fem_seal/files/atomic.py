@@ -1,0 +1,124 @@
+"""Writing that leaves a whole file or none."""
+
+import os
+import shutil
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from fem_seal.errors import InvalidInput
+from fem_seal.files.owner import clear_abandoned, staging_name
+
+
+@contextmanager
+def writing(path: Path, what: str = "the output folder") -> Iterator[None]:
+    """Turn an error of the disk into an InvalidInput that names what could not be written.
+
+    Parameters
+    ----------
+    path : file or folder that the body writes
+    what : names its kind in the message
+    """
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error) or type(error).__name__
+        # A library may fail on a file elsewhere, such as one in a full temporary folder.
+        elsewhere = isinstance(error.filename, str) and not _below(error.filename, path)
+        place = f" ({error.filename})" if elsewhere else ""
+        raise InvalidInput(f"{what} {path} cannot be written: {reason}{place}") from None
+
+
+def _below(filename: str, path: Path) -> bool:
+    return Path(filename).absolute().is_relative_to(path.absolute().parent)
+
+
+@contextmanager
+def atomic_write(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
+    """Give a staging path in the folder of `path`; rename it to `path` if the body succeeds.
+
+    Parameters
+    ----------
+    path : of the final file; its suffix is also that of the staging file, since writers choose
+        the format by it
+    durable : flush the file to the disk before it is renamed, so that a power cut leaves the old
+        or the new file; tables and pictures that can be made again do not need it
+
+    Raises
+    ------
+    InvalidInput
+        If the folder does not exist, cannot be written to, or the disk is full.
+    """
+    path = Path(path)
+    if not path.parent.is_dir() or not os.access(path.parent, os.W_OK):
+        raise InvalidInput(f"cannot write {path}: {path.parent} is not a folder one can write to")
+    clear_abandoned(path.parent)
+    staged = path.with_name(staging_name(path.suffix))
+    with writing(path, "the file"):
+        try:
+            yield staged
+            if durable:
+                to_disk(staged)
+            os.replace(staged, path)  # noqa: PTH105 (must be atomic)
+            if durable:
+                to_disk(path.parent)
+        finally:
+            with suppress(OSError):
+                staged.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str, *, durable: bool = True) -> None:
+    """Write a file as `atomic_write` does, making its folder where it is missing.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be written.
+    """
+    with writing(path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_write(path, durable=durable) as staged:
+        staged.write_text(text, encoding="utf-8")
+
+
+def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = False) -> None:
+    """Write arrays as `numpy.savez` does, which on a full disk prints a traceback of its own.
+
+    Parameters
+    ----------
+    path : of the file, usually one that is staged
+    arrays : by name
+    compressed : as `numpy.savez_compressed`
+    """
+    import numpy as np
+
+    kind = zipfile.ZIP_DEFLATED if compressed else zipfile.ZIP_STORED
+    # `with` closes the archive where the error is met; savez leaves it to the garbage collector.
+    with zipfile.ZipFile(path, "w", kind) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
+
+
+@contextmanager
+def staging_folder(folder: Path) -> Iterator[Path]:
+    """Make a temporary folder inside `folder`, so that moving files into `folder` is a rename."""
+    staged = folder / staging_name()
+    with writing(folder):
+        staged.mkdir()
+    try:
+        yield staged
+    finally:
+        shutil.rmtree(staged, ignore_errors=True)
+
+
+def to_disk(path: Path) -> None:
+    """Flush a file, or the entries of a folder, to the disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        # A file system that cannot flush folders (some network ones) is no reason to fail.
+        with suppress(OSError if path.is_dir() else ()):
+            os.fsync(handle)
+    finally:
+        os.close(handle)

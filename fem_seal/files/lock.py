@@ -1,0 +1,153 @@
+"""The lock of a folder: one run, or any number of sweeps, and nobody else.
+
+The kernel's flock ends with its process, however that ends, so that no lock is ever stale; over
+NFS Linux turns it into a lock of the server. PyPI's filelock was considered: it knows no shared
+locks and no owner to name in the message. Where the system has no flock, the names in the file
+are the lock, less strictly: two that start within the same instant may both take it.
+"""
+
+import errno
+import json
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
+from pathlib import Path
+
+from fem_seal.errors import InvalidInput
+from fem_seal.files.atomic import writing
+from fem_seal.files.owner import Owner, clear_abandoned, now, this_process
+
+try:
+    import fcntl
+except ModuleNotFoundError:  # Windows
+    fcntl = None
+
+LOCK_FILE = ".fem-seal.lock"
+_NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
+# One who leaves a shared lock holds it alone for the instant in which it removes the file.
+_TRIALS, _PAUSE = 5, 0.05
+
+
+@contextmanager
+def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
+    """Hold a folder, making it where it is missing, and clear what killed runs left in it.
+
+    Folders that were made here and stay empty are removed at the end.
+
+    Parameters
+    ----------
+    folder : to be written into
+    shared : others may hold it with `shared` at the same time
+
+    Raises
+    ------
+    InvalidInput
+        If another process holds the folder, which is named, or the folder cannot be written.
+    """
+    folder = folder.absolute()
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    path = folder / LOCK_FILE
+    handle = None
+    try:
+        with writing(folder):
+            handle = _acquire(path, shared)
+        clear_abandoned(folder)
+        yield
+    finally:
+        if handle is not None:
+            _release(path, handle)
+        for made in missing:
+            with suppress(OSError):  # it holds something, or was not made after all
+                made.rmdir()
+
+
+def _acquire(path: Path, shared: bool) -> int:
+    """Open and lock the file; names of its owners are in it, one a line."""
+    for trial in range(_TRIALS):
+        if trial:
+            time.sleep(_PAUSE)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+        except FileNotFoundError:
+            continue  # one who left has just removed the folder
+        try:
+            if _lock(handle, path, shared) and _is_file(handle, path):
+                if not shared:
+                    os.ftruncate(handle, 0)
+                os.write(handle, _signature())
+                return handle
+        except BaseException:
+            os.close(handle)
+            raise
+        os.close(handle)
+    raise InvalidInput(
+        f"the folder {path.parent} is in use by {_holder(path)}; wait until it has ended, or "
+        "choose another --out"
+    )
+
+
+def _lock(handle: int, path: Path, shared: bool) -> bool:
+    """Whether the lock was free."""
+    if fcntl is None:
+        return shared or not _others(path)
+    try:
+        fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError as error:
+        if error.errno not in _NO_LOCKS:
+            raise
+        return shared or not _others(path)
+    return True
+
+
+def _others(path: Path) -> bool:
+    """Whether another process that is not known to have ended has signed the file."""
+    return any(owner != this_process() for owner, _ in _living(path))
+
+
+def _is_file(handle: int, path: Path) -> bool:
+    """Whether the open file still has its name: the last owner may have removed it meanwhile."""
+    with suppress(FileNotFoundError):
+        return os.path.samestat(os.fstat(handle), path.stat())
+    return False
+
+
+def _release(path: Path, handle: int) -> None:
+    """Let go; the last one removes the file."""
+    try:
+        if _lock(handle, path, shared=False):
+            path.unlink(missing_ok=True)
+    except OSError:
+        pass  # the folder is gone or full; the lock ends with its handle
+    finally:
+        os.close(handle)
+
+
+def _signature() -> bytes:
+    return json.dumps({**asdict(this_process()), "since": now()}).encode() + b"\n"
+
+
+def _living(path: Path) -> list[tuple[Owner, str]]:
+    """Owners that have signed the file and are not known to have ended, with their times."""
+    living = []
+    with suppress(OSError):
+        for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+            with suppress(ValueError, TypeError, KeyError):
+                signed = json.loads(line)
+                owner = Owner(str(signed["place"]), int(signed["process"]), int(signed["start"]))
+                if not owner.gone():
+                    living.append((owner, str(signed["since"])))
+    return living
+
+
+def _holder(path: Path) -> str:
+    """Name the first owner."""
+    living = _living(path)
+    if not living:
+        return "another process"
+    owner, since = living[0]
+    return f"process {owner.process} on {owner.host} since {since}"

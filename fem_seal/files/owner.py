@@ -1,0 +1,112 @@
+"""The process that owns a staging file or a lock, and whether it still runs."""
+
+import os
+import re
+import secrets
+import shutil
+import socket
+import time
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+PREFIX = ".fem-seal-"
+# prefix, host and namespace, process, start, random part with the suffix of the final file.
+_NAME = re.compile(rf"{re.escape(PREFIX)}(.+)-(\d+)-(\d+)-[0-9a-f]+(\.\w+)?")
+
+
+@dataclass(frozen=True)
+class Owner:
+    """A process, told apart from any later one that gets its number.
+
+    place : host name and process namespace; containers of one host count processes apart
+    process : its number
+    start : clock ticks between the start of the machine and that of the process; 0 where
+        the system does not say
+    """
+
+    place: str
+    process: int
+    start: int
+
+    def gone(self) -> bool:
+        """Whether the process has ended; False for another host's, of which nothing is known."""
+        if self.place != _place():
+            return False
+        try:
+            os.kill(self.process, 0)
+        except ProcessLookupError:
+            return True
+        except PermissionError:
+            pass  # another user's process
+        return self.start != 0 and _start_of(self.process) not in (0, self.start)
+
+    @property
+    def host(self) -> str:
+        """Host name."""
+        return self.place.rpartition("+")[0]
+
+
+@cache
+def _own(process: int) -> Owner:
+    return Owner(_place(), process, max(_start_of(process), 0))
+
+
+def this_process() -> Owner:
+    """Owner of what is written now."""
+    return _own(os.getpid())
+
+
+@cache
+def _place() -> str:
+    try:
+        namespace = os.stat("/proc/self/ns/pid").st_ino
+    except OSError:
+        namespace = 0  # a system without process namespaces
+    return f"{re.sub('[^A-Za-z0-9.-]', '_', socket.gethostname())}+{namespace}"
+
+
+def _start_of(process: int) -> int:
+    """Start of a running process; 0 if the system does not say, -1 if it is a zombie."""
+    try:
+        text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return 0
+    # The second field is the program's name in brackets, which may hold spaces and brackets.
+    fields = text.rpartition(")")[2].split()
+    return -1 if fields[0] in ("Z", "X") else int(fields[19])
+
+
+def staging_name(suffix: str = "") -> str:
+    """Make a new name for a staging file or folder of this process."""
+    owner = this_process()
+    token = secrets.token_hex(4)
+    return f"{PREFIX}{owner.place}-{owner.process}-{owner.start}-{token}{suffix}"
+
+
+def owner_of(name: str) -> Owner | None:
+    """Owner of a staging file or folder, None if the name is not that of one."""
+    match = _NAME.fullmatch(name)
+    return match and Owner(match[1], int(match[2]), int(match[3]))
+
+
+def clear_abandoned(folder: Path) -> None:
+    """Remove the staging files and folders that ended processes of this host left in a folder."""
+    try:
+        names = [entry.name for entry in os.scandir(folder) if entry.name.startswith(PREFIX)]
+    except OSError:
+        return  # no such folder, hence nothing to clear
+    for name in names:
+        owner = owner_of(name)
+        if owner is None or not owner.gone():
+            continue
+        path = folder / name
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def now() -> str:
+    """Local time with its zone, for people."""
+    return time.strftime("%Y-%m-%d %H:%M:%S %z")
