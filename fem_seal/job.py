@@ -1,14 +1,15 @@
 """run: one scene to one result folder; draw: pictures of a folder that is there."""
 
-from contextlib import nullcontext
+from collections.abc import Iterator
+from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
-from shutil import rmtree
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
 from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.files import locked_folder, staging_folder, writing
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report, silent
@@ -22,7 +23,6 @@ from fem_seal.results.arrays import (
     write_flow,
     write_mesh,
 )
-from fem_seal.results.folder import make_aside, writing
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Flow, Scene
 from fem_seal.seal import Seal
@@ -63,12 +63,16 @@ def run(
     """
     start = perf_counter()
     require_packages(scene)
-    folder = parallel.on_root(lambda: ResultFolder(out, Provenance.of(scene), overwrite))
-    with folder if parallel.is_root() else nullcontext():
+    folder = ResultFolder(out, Provenance.of(scene), overwrite, _names(scene))
+    with ExitStack() as held:
+        # `and None`: the folder, open in the first process, is nothing to send to the others.
+        parallel.on_root(lambda: held.enter_context(folder) and None)
         seal = Seal(scene, report, trust=trust)
+        # All processes compute before the first one writes.
         if scene.needs_flow:
-            seal.leak_rate  # noqa: B018 (all processes solve before the first one writes)
-        files = parallel.on_root(lambda: _write_products(seal, folder.aside))
+            seal.leak_rate  # noqa: B018
+        seal.gap  # noqa: B018
+        files = parallel.on_root(lambda: _write_products(seal, folder.staged))
         result = summarise(seal, files, start)
         parallel.on_root(lambda: folder.commit(result))
     return result
@@ -95,14 +99,15 @@ def draw(folder: str | Path, report: Report = silent) -> tuple[str, ...]:
 
     require_gl()
     folder = Path(folder)
-    result = Result.from_folder(folder)
-    gap, flow = _gap_of(result, folder), result.flow()
-    leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
-    report("pictures", "")
-    with ResultFolder(folder, result.provenance) as aside:
-        names = draw_pictures(gap, leak, flow, aside.aside)
+    with ResultFolder(folder, Result.from_folder(folder).provenance) as target:
+        result = Result.from_folder(folder)
+        gap, flow = _gap_of(result, folder), result.flow()
+        leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
+        report("pictures", "")
+        with writing(folder):
+            names = draw_pictures(gap, leak, flow, target.staged)
         files = tuple(sorted({*result.files, *names}))
-        aside.add(names, result.model_copy(update={"files": files}))
+        target.commit(result.model_copy(update={"files": files}))
     return names
 
 
@@ -145,16 +150,12 @@ def mesh(
 
 
 def _write_mesh(gap: "MeshGap", scene: Scene, out: Path) -> tuple[str, ...]:
-    with writing(out):
-        aside = make_aside(out)
-        try:
-            pictures = draw_pictures(gap, None, scene.flow, aside)
-            names = tuple(sorted((write_mesh(aside, gap), *pictures)))
-            out.mkdir(parents=True, exist_ok=True)
-            for name in names:
-                (aside / name).replace(out / name)
-        finally:
-            rmtree(aside, ignore_errors=True)
+    with locked_folder(out), staging_folder(out) as staged, writing(out):
+        names = tuple(
+            sorted((write_mesh(staged, gap), *draw_pictures(gap, None, scene.flow, staged)))
+        )
+        for name in names:
+            (staged / name).replace(out / name)
     return names
 
 
@@ -221,16 +222,30 @@ def require_packages(scene: Scene) -> None:
 def _write_products(seal: Seal, folder: Path) -> tuple[str, ...]:
     names: list[str] = []
     leak = seal.leak_rate if seal.scene.needs_flow else None
-    if seal.contact is not None:
-        names.append(write_contact(folder, seal.contact))
-    if seal.scene.shape is not None:
-        names.append(write_mesh(folder, seal.gap))
-    if "mesh" in seal.scene.output.products and leak.field is not None:
-        names.append(write_flow(folder, leak.field))
-    if "pictures" in seal.scene.output.products:
-        with seal.timed("pictures"):
-            names.extend(draw_pictures(seal.gap, leak, seal.scene.flow, folder))
+    gap, contact = seal.gap, seal.contact
+    with writing(folder.parent):
+        if contact is not None:
+            names.append(write_contact(folder, contact))
+        if seal.scene.shape is not None:
+            names.append(write_mesh(folder, gap))
+        if "mesh" in seal.scene.output.products and leak.field is not None:
+            names.append(write_flow(folder, leak.field))
+        if "pictures" in seal.scene.output.products:
+            with seal.timed("pictures"):
+                names.extend(draw_pictures(gap, leak, seal.scene.flow, folder))
     return tuple(sorted(names))
+
+
+def _names(scene: Scene) -> Iterator[str]:
+    """Names of the files that a run of the scene may write, beside result.json."""
+    if scene.contact is not None:
+        yield CONTACT_FILE
+    if scene.shape is not None:
+        yield MESH_FILE
+    if "mesh" in scene.output.products:
+        yield FLOW_FILE
+    if "pictures" in scene.output.products:
+        yield from ("contact.png", "flow.png", "gap.png", "shape.png")
 
 
 def _drawable(result: Result, folder: Path) -> LeakRate:

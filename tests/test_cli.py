@@ -429,7 +429,7 @@ def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
     # Tests that a shell runs in the background ignore SIGINT, and their children would, too.
     heard = partial(signal.signal, end, signal.SIG_DFL)
     process = command("run", "scene.toml", "--out", "out", preexec_fn=heard)
-    while not list(tmp_path.glob(".fem-seal-*")) and process.poll() is None:
+    while not list(tmp_path.glob("out/.fem-seal-*")) and process.poll() is None:
         time.sleep(0.02)
     time.sleep(0.2)
     process.send_signal(end)

@@ -1,7 +1,10 @@
 """The result folder: whole or not there, read back to the last digit, never another scene's."""
 
 import json
+import os
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -222,29 +225,95 @@ def test_nothing_half_written(scene, spy, tmp_path, monkeypatch, failure, existi
     assert {path.name for path in tmp_path.iterdir()} == ({"out"} if existing else set())
 
 
-def test_interrupted_move_leaves_no_result_that_looks_whole(scene, spy, tmp_path, monkeypatch):
-    job.run(scene, tmp_path)
-    moves = []
+@pytest.mark.parametrize("stops", range(1, 9))
+@pytest.mark.parametrize("ends", ["interrupted", "killed"])
+def test_a_move_that_is_cut_short_is_finished(scene, small_scene, spy, tmp_path, stops, ends):
+    """Once all files are staged the new result is in, at the end of this run or by the next."""
+    other = changed(small_scene, "contact", area_fraction=0.2)
+    job.run(scene, tmp_path / "new")
+    job.run(other, tmp_path / "out")
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    steps = []
 
-    def second_fails(source, target):
-        moves.append(target)
-        if len(moves) == 2:
-            raise KeyboardInterrupt
-        source.rename(target)
+    def step(function):
+        def counted(*arguments, **options):
+            steps.append(arguments)
+            if ends == "killed" and len(steps) >= stops:
+                raise Killed
+            if len(steps) == stops:
+                raise KeyboardInterrupt
+            return function(*arguments, **options)
 
-    monkeypatch.setattr("os.replace", second_fails)
-    with pytest.raises(KeyboardInterrupt):
+        return counted
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in ((os, "replace"), (Path, "rename"), (Path, "unlink"), (Path, "rmdir")):
+            patch.setattr(module, name, step(getattr(module, name)))
+        with suppress(Killed, KeyboardInterrupt):
+            job.run(scene, tmp_path / "out", overwrite=True)
+    # Whoever reads now sees the old result, the new one or none, and never parts of both.
+    seen = content(tmp_path / "out")
+    if "result.json" in seen:
+        whole = Result.from_folder(tmp_path / "out")
+        assert whole.provenance.scene["contact"]["area_fraction"] in (0.1, 0.2)
+        alike = scene if whole.scene() == scene else other
+        assert np.array_equal(read_contact(tmp_path / "out")[0].values, Seal(alike).gap.values)
+    with ResultFolder(tmp_path / "out", Provenance.of(scene), overwrite=True):
+        pass
+    after = content(tmp_path / "out")
+    assert set(after) == {"contact.npz", "result.json", "notes.txt"}
+    kept = scene if Result.from_folder(tmp_path / "out").scene() == scene else other
+    assert np.array_equal(read_contact(tmp_path / "out")[0].values, Seal(kept).gap.values)
+    if ends == "interrupted" and stops > 1:
+        assert kept == scene
+
+
+class Killed(BaseException):
+    """Stands for kill -9: nothing on the disk changes from here on."""
+
+
+def test_a_folder_in_use_is_refused_and_its_user_named(scene, small_scene, spy, tmp_path):
+    with ResultFolder(tmp_path / "out", Provenance.of(scene)):
+        with pytest.raises(InvalidInput, match=rf"in use by process {os.getpid()} on .* since 20"):
+            job.run(changed(small_scene, "contact", area_fraction=0.2), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_foreign_file_is_not_replaced_unless_overwritten(scene, spy, tmp_path):
+    (tmp_path / "contact.npz").write_text("mine")
+    with pytest.raises(InvalidInput, match="contact.npz that belongs to no result"):
         job.run(scene, tmp_path)
-    assert set(content(tmp_path)) == {"contact.npz"}
-    with pytest.raises(InvalidInput, match="cannot read the result"):
-        Result.from_folder(tmp_path)
+    assert content(tmp_path) == {"contact.npz": b"mine"}
+    job.run(scene, tmp_path, overwrite=True)
+    assert Result.from_folder(tmp_path).files == ("contact.npz",)
+
+
+def test_a_run_does_not_replace_its_input(scene, small_scene, spy, tmp_path):
+    job.run(scene, tmp_path / "out")
+    before = content(tmp_path)
+    sections = {key: small_scene[key] for key in ("fluid", "flow", "output")}
+    leak = Scene.from_mapping({**sections, "gap": {"path": str(tmp_path / "out" / "contact.npz")}})
+    with pytest.raises(InvalidInput, match="lies in the output folder and would be replaced"):
+        job.run(leak, tmp_path / "out", overwrite=True)
+    assert content(tmp_path) == before
+
+
+def test_a_result_names_no_files_of_other_folders(scene, small_scene, spy, tmp_path):
+    """A folder from elsewhere may say so; what it names is not removed."""
+    job.run(scene, tmp_path / "out")
+    (tmp_path / "precious").write_text("mine")
+    result = Result.from_folder(tmp_path / "out")
+    hostile = result.model_copy(update={"files": ("../precious", str(tmp_path / "precious"))})
+    (tmp_path / "out" / "result.json").write_text(hostile.to_json())
+    job.run(scene, tmp_path / "out", overwrite=True)
+    assert (tmp_path / "precious").read_text() == "mine"
 
 
 @pytest.mark.parametrize("place", ["file", "file/below", "/proc/here", "x" * 300])
 def test_folder_that_cannot_be_written(scene, tmp_path, place):
     (tmp_path / "file").touch()
     with pytest.raises(InvalidInput, match=r"output folder .*(is a file|cannot be written)"):
-        ResultFolder(tmp_path / place, Provenance.of(scene))
+        ResultFolder(tmp_path / place, Provenance.of(scene)).__enter__()
     assert set(content(tmp_path)) == {"file"}
 
 
@@ -254,9 +323,9 @@ def test_damaged_result(scene, tmp_path, text):
     with pytest.raises(InvalidInput, match="not a result of this version"):
         Result.from_folder(tmp_path)
     with pytest.raises(InvalidInput, match="not a result of this version"):
-        ResultFolder(tmp_path, Provenance.of(scene))
+        ResultFolder(tmp_path, Provenance.of(scene)).__enter__()
     with ResultFolder(tmp_path, Provenance.of(scene), overwrite=True) as folder:
-        assert folder.aside.is_dir()
+        assert folder.staged.is_dir()
 
 
 def test_words_of_a_preparation():

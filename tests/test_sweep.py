@@ -1,6 +1,9 @@
 """Sweeps: rows are those of single runs, done points are kept, another sweep is refused."""
 
 import csv
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,11 +11,15 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
+from fem_seal.files import locked_folder
+from fem_seal.results import summarise
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
 from fem_seal.steps import FLOWS
 from fem_seal.sweep import Axis
 from fem_seal.sweep.contact_path import ContactPath
+
+LEFT = {"points", "sweep.csv", "sweep.json"}
 
 
 @pytest.fixture(autouse=True)
@@ -141,7 +148,7 @@ def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
     assert all(" m^3/s, " in line and line.endswith("% in contact") for line in points)
     assert run("--vary", "contact.area_fraction=0.12,0.1", "--out", "out") == 0
     assert len(solves) == 6
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"sweep.csv", "sweep.json"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == LEFT
 
 
 def test_point_that_does_not_converge(tmp_path, capsys):
@@ -166,13 +173,98 @@ def test_another_sweep_is_refused(tmp_path, capsys):
     assert next(iter(rows(tmp_path / "out")[0])) == "flow.rtol"
 
 
-@pytest.mark.parametrize("damage", ["sweep.csv", "sweep.json"])
-def test_damaged_sweep(tmp_path, damage):
-    vary = ("--vary", "contact.area_fraction=0.1", "--out", "out")
+def test_damaged_sweep(tmp_path):
+    vary = ("--vary", "contact.area_fraction=0.1,0.2", "--out", "out")
     assert run(*vary) == 0
-    (tmp_path / "out" / damage).write_text("")
+    table = (tmp_path / "out" / "sweep.csv").read_text()
+    (tmp_path / "out" / "sweep.json").write_text("")
     assert run(*vary) == 2
     assert run(*vary, "--overwrite") == 0
+    # The table is made from the points; one that is damaged is computed again.
+    (tmp_path / "out" / "sweep.csv").write_text("")
+    next((tmp_path / "out" / "points").iterdir()).write_text('{"values": ["0.1"]}')
+    assert run(*vary) == 0
+    assert timeless(rows(tmp_path / "out")) == timeless(csv.DictReader(table.splitlines()))
+
+
+def timeless(table):
+    """Rows without what differs from run to run."""
+    kept = [dict(row) for row in table]
+    for row in kept:
+        del row["seconds"], row["peak_memory_bytes"]
+    return kept
+
+
+def test_a_damaged_input_file_is_a_row(small_scene, tmp_path, capsys):
+    """The others are computed, and the row is tried again once the file is whole."""
+    heights = np.random.default_rng(1).normal(0, 1e-7, (16, 16))
+    for name in "abc":
+        np.savez(f"{name}.npz", heights=heights, spacing=[1e-6, 1e-6])
+    whole = Path("b.npz").read_bytes()
+    Path("b.npz").write_bytes(whole[:100])
+    small_scene["surface"] = {"kind": "file", "path": "a.npz"}
+    small_scene["flow"]["sides"] = "wall"
+    write_toml(tmp_path / "scene.toml", small_scene)
+    vary = ("--vary", "surface.path=a.npz,b.npz,c.npz", "--out", "out")
+    assert run(*vary) == 3
+    assert "1 of 3 points failed" in capsys.readouterr().err
+    first, damaged, last = rows(tmp_path / "out")
+    assert (damaged["converged"], damaged["leak_rate"]) == ("False", "")
+    assert "b.npz" in damaged["reason"]
+    assert first["leak_rate"] == last["leak_rate"] != ""
+    Path("b.npz").write_bytes(whole)
+    assert run(*vary) == 0
+    assert "1 of them computed now" in capsys.readouterr().out
+    assert [row["leak_rate"] for row in rows(tmp_path / "out")] == 3 * [first["leak_rate"]]
+
+
+def test_a_changed_input_file_is_computed_again(small_scene, tmp_path, capsys):
+    heights = np.random.default_rng(1).normal(0, 1e-7, (16, 16))
+    small_scene["surface"] = {"kind": "file", "path": "a.npz"}
+    small_scene["flow"]["sides"] = "wall"
+    write_toml(tmp_path / "scene.toml", small_scene)
+    leaks = []
+    for factor in (1, 2):
+        np.savez("a.npz", heights=factor * heights, spacing=[1e-6, 1e-6])
+        assert run("--vary", "surface.path=a.npz", "--out", "out") == 0
+        (row,) = rows(tmp_path / "out")
+        leaks.append(float(row["leak_rate"]))
+    assert leaks[1] > leaks[0]
+
+
+def test_two_sweeps_into_one_folder_lose_no_row(tmp_path):
+    """At the same time, each with points of its own and one of both."""
+    areas = (["0.05", "0.1", "0.15", "0.2"], ["0.2", "0.25", "0.3", "0.35"])
+    code = "import sys; from fem_seal.cli import main; sys.exit(main())"
+    both = [
+        subprocess.Popen(
+            [sys.executable, "-c", code, "sweep", "scene.toml", "--out", "out"]
+            + ["--vary", f"contact.area_fraction={','.join(values)}"]
+        )
+        for values in areas
+    ]
+    assert [process.wait(60) for process in both] == [0, 0]
+    found = [row["contact.area_fraction"] for row in rows(tmp_path / "out")]
+    assert sorted(found) == sorted({*areas[0], *areas[1]})
+    assert {path.name for path in (tmp_path / "out").iterdir()} == LEFT
+
+
+def test_a_run_does_not_go_into_the_folder_of_a_sweep(tmp_path, capsys):
+    with locked_folder(tmp_path / "out", shared=True):
+        assert cli.main(["run", "scene.toml", "--out", "out"]) == 2
+        assert run("--vary", "flow.rtol=0.1", "--out", "out", "--overwrite") == 2
+        assert capsys.readouterr().err.count("is in use by process") == 2
+        assert run("--vary", "flow.rtol=0.1", "--out", "out") == 0
+
+
+def test_table_has_the_quantities(tmp_path):
+    products = 'output.products=["leak_rate", "trapped_volume", "hydraulic_aperture"]'
+    assert run("--set", products, "--vary", "contact.area_fraction=0.1,0.2", "--out", "out") == 0
+    keys = ["contact.area_fraction=0.2", products]
+    quantities = summarise(Seal(Scene.from_file("scene.toml", keys))).quantities
+    row = rows(tmp_path / "out")[1]
+    assert float(row["trapped_volume"]) == quantities.trapped_volume
+    assert float(row["hydraulic_aperture.value"]) == quantities.hydraulic_aperture.value
 
 
 @pytest.mark.parametrize(

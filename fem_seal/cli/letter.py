@@ -95,9 +95,9 @@ def _letter(options: argparse.Namespace) -> int:
     require_one_process("letter")
     # DOLFINx 0.5 to 0.7 must be loaded before VTK.
     from fem_seal import fenicsx  # noqa: F401
+    from fem_seal.files import locked_folder, write_text
     from fem_seal.letter.campaign import letter
     from fem_seal.letter.page import page
-    from fem_seal.letter.store import write_whole
     from fem_seal.progress import Display
     from fem_seal.render import letter as figures
     from fem_seal.render.offscreen import require_gl
@@ -105,10 +105,10 @@ def _letter(options: argparse.Namespace) -> int:
     require_gl()
     plan = plan_of(options)
     out = options.out or Path("results") / f"letter-{options.size}"
-    with Display() as report:
+    with locked_folder(out, shared=True), Display() as report:
         record, data = letter(plan, out, report)
         report("figures", "")
-        write_whole(out / "letter.md", page(record))
+        write_text(out / "letter.md", page(record))
         paths = [
             *figures.contact_figure(data.contacts, out),
             *figures.flow_figure(data.flows, out),

@@ -102,6 +102,7 @@ def _percolation(options: argparse.Namespace) -> int:
 
     require_one_process("percolation")
     seeds = seeds_up_to(options.seeds)
+    from fem_seal.files import locked_folder
     from fem_seal.letter.percolation import TABLE_FILE, percolation
     from fem_seal.letter.surfaces import RoughCase
     from fem_seal.progress import Display
@@ -112,11 +113,11 @@ def _percolation(options: argparse.Namespace) -> int:
         for n, hurst, short, long in product(options.n, options.hurst, options.short, options.long)
     ]
     search = search_of(options)
-    with Display() as report:
+    with locked_folder(options.out, shared=True), Display() as report:
         study = percolation(
             cases, seeds, options.out, search=search, threads=options.threads, report=report
         )
-    threshold_figure(study.rows, options.out)
+        threshold_figure(study.rows, options.out)
     say("\n".join(map(line, study.rows)))
     say(f"{len(study.seeds)} surfaces in {options.out}/{TABLE_FILE} and thresholds.png")
     return 0

@@ -12,6 +12,8 @@ from fem_seal.errors import InvalidInput
 if TYPE_CHECKING:
     from fem_seal.scene import Scene
 
+Command = Callable[[argparse.Namespace], int]
+
 
 def add(subparsers: argparse._SubParsersAction) -> None:
     """Add the command and its studies."""
@@ -27,14 +29,14 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     cross = _study(studies, "cross-validation", "every method on one gap over ever finer grids")
     add_scene(cross)
     cross.add_argument("--grids", type=int, default=3, metavar="N", help="each twice as fine (3)")
-    cross.set_defaults(command=_cross_validation)
+    cross.set_defaults(command=_alone(_cross_validation))
     exact = _study(studies, "exact", "every method where the leak rate is known exactly")
     exact.add_argument("cases", nargs="*", metavar="CASE", help="all if left out")
     exact.add_argument("--grids", type=int, default=4, metavar="N", help="8, 16, … squares (4)")
-    exact.set_defaults(command=_exact)
+    exact.set_defaults(command=_alone(_exact))
     trade = _study(studies, "trade", "error against time: contact grids, methods, tolerances")
     add_scene(trade)
-    trade.set_defaults(command=_trade)
+    trade.set_defaults(command=_alone(_trade))
     saddle = _study(studies, "saddle", "how the leak rate of one closing saddle vanishes")
     saddle.add_argument(
         "--samples",
@@ -44,7 +46,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         metavar="N",
         help="of one period; at least two grids, each twice as fine (64 128 256)",
     )
-    saddle.set_defaults(command=_saddle)
+    saddle.set_defaults(command=_alone(_saddle))
 
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
@@ -61,17 +63,22 @@ def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argp
 
 
 def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
+    from fem_seal.files import write_text
+
     for name, text in texts:
-        (folder / name).write_text(text, encoding="utf-8")
+        write_text(folder / name, text)
 
 
-def _make(folder: Path) -> None:
-    """Make the folder before the work and not after it, if it can be written."""
-    from fem_seal.results.folder import make_aside, writing
+def _alone(command: Command) -> Command:
+    """Let a study have its folder for itself; one that cannot be written is said at once."""
 
-    with writing(folder):
-        make_aside(folder).rmdir()
-        folder.mkdir(parents=True, exist_ok=True)
+    def locked(options: argparse.Namespace) -> int:
+        from fem_seal.files import locked_folder
+
+        with locked_folder(options.out):
+            return command(options)
+
+    return locked
 
 
 def _grids(options: argparse.Namespace) -> int:
@@ -117,7 +124,6 @@ def _cross_validation(options: argparse.Namespace) -> int:
     setting = Setting(
         scene.fluid.viscosity, scene.drive.pressure_drop, flow.sides, flow.representation, flow.rtol
     )
-    _make(options.out)
     rows, bracket = _watched(lambda report: on_gap(seal.gap, setting, grids, report=report))
     _write(options.out, [("cross_validation.csv", as_csv(rows))])
     cross_validation_figure(rows, options.out / "cross_validation.png", options.scene.stem, bracket)
@@ -139,7 +145,6 @@ def _exact(options: argparse.Namespace) -> int:
 
     squares = [8 * 2**k for k in range(_grids(options))]
     cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
-    _make(options.out)
     for name, case in cases.items():
         rows = _watched(lambda report, case=case: on_exact_case(case, squares, report=report))
         _write(options.out, [(f"{name}.csv", as_csv(rows))])
@@ -157,7 +162,6 @@ def _trade(options: argparse.Namespace) -> int:
     from fem_seal.verification.trade import trade
 
     scene = _scene(options)
-    _make(options.out)
     result = _watched(lambda report: trade(scene, report=report))
     advice = "\n".join(recommend(result))
     _write(options.out, [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")])
@@ -187,7 +191,6 @@ def _saddle(options: argparse.Namespace) -> int:
             f"--samples must be two grids or more, each twice as fine, from {LEAST_SAMPLES} on, "
             f"got {samples}"
         )
-    _make(options.out)
     series = []
     for n in samples:
         closing = closing_pressure(n)

@@ -1,12 +1,15 @@
 """fem-seal sweep: a scene over the values of some of its fields."""
 
 import argparse
-import csv
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fem_seal import parallel
 from fem_seal.cli.common import add_command, add_output, add_scene, add_trust, say
 from fem_seal.errors import NotConverged
+
+if TYPE_CHECKING:
+    from fem_seal.sweep import Point
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -33,47 +36,44 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 def _sweep(options: argparse.Namespace) -> int:
     from fem_seal.progress import Display
     from fem_seal.sweep import Axis, sweep
-    from fem_seal.sweep.table import TABLE_FILE
 
     out = options.out or Path("results") / f"{options.scene.stem}-sweep"
+    axes = [Axis.parse(text) for text in options.vary]
     with Display(parallel.is_root()) as report:
         tally = sweep(
             options.scene,
-            [Axis.parse(text) for text in options.vary],
+            axes,
             out,
             overrides=options.overrides,
             overwrite=options.overwrite,
             report=report,
             trust=options.trust,
         )
-    say("\n".join(_points(out / TABLE_FILE)))
+    names = [
+        ", ".join(f"{axis.key}={value}" for axis, value in zip(axes, point.values, strict=True))
+        for point in tally.table
+    ]
+    width = max(map(len, names), default=0)
+    for name, point in zip(names, tally.table, strict=True):
+        say(f"{name:{width}}  {_words(point)}")
     say(f"{tally.points} points, {tally.computed} of them computed now, in {out}/sweep.csv")
-    if tally.not_converged:
-        message = f"{tally.not_converged} points did not converge; column reason says why"
-        return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
+    if tally.failed:
+        message = f"{tally.failed} of {tally.points} points failed or did not converge"
+        return parallel.fail(
+            f"fem-seal: {message}; column reason says why", NotConverged.exit_status
+        )
     return 0
 
 
-def _points(path: Path) -> list[str]:
-    """One line a point of the table, for people."""
-    from fem_seal.sweep.table import COLUMNS
-
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    names = [", ".join(f"{k}={v}" for k, v in row.items() if k not in COLUMNS) for row in rows]
-    width = max(map(len, names), default=0)
-    return [f"{name:{width}}  {_found(row)}" for name, row in zip(names, rows, strict=True)]
-
-
-def _found(row: dict[str, str]) -> str:
+def _words(point: "Point") -> str:
+    """Say what a point amounts to, for people."""
     from fem_seal.leak_rate import rate_text
 
-    if not row["state"]:
-        return f"not converged: {row['reason']}"
-    area = f"{100 * float(row['contact_area_fraction']):.3g} % in contact"
-    if row["state"] == "sealed" or not row["leak_rate"]:
-        return f"{row['state']}, {area}"
-    value, lower, upper = (
-        float(row[name]) if row[name] else None for name in ("leak_rate", "lower", "upper")
-    )
-    return f"{row['decision']}, {rate_text(value, lower, upper, 'm^3/s')}, {area}"
+    numbers = point.numbers
+    if not numbers["state"]:
+        return f"no result: {numbers['reason']}"
+    area = f"{100 * numbers['contact_area_fraction']:.3g} % in contact"
+    if numbers["state"] == "sealed" or numbers["leak_rate"] is None:
+        return f"{numbers['state']}, {area}"
+    rate = rate_text(numbers["leak_rate"], numbers["lower"], numbers["upper"], "m^3/s")
+    return f"{numbers['decision']}, {rate}, {area}"

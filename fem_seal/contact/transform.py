@@ -3,11 +3,13 @@
 import contextlib
 import json
 import os
-import tempfile
 from functools import cache
 from pathlib import Path
 
 import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.files import write_text
 
 # Below this many samples planning by trial costs more than the solves it would speed up.
 MEASURED_FROM = 256 * 256
@@ -78,8 +80,6 @@ def _save_wisdom() -> None:
 
     path = wisdom_path()
     # A cache folder that cannot be written must not stop a computation.
-    with contextlib.suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False) as file:
-            json.dump([text.decode() for text in pyfftw.export_wisdom()], file)
-        Path(file.name).replace(path)
+    with contextlib.suppress(OSError, InvalidInput):
+        wisdom = [text.decode() for text in pyfftw.export_wisdom()]
+        write_text(path, json.dumps(wisdom), durable=False)

@@ -7,6 +7,7 @@ process on which host made it, so that the next run can clear away what a killed
 
 from fem_seal.files.atomic import (
     atomic_write,
+    create_text,
     staging_folder,
     to_disk,
     write_npz,
@@ -19,6 +20,7 @@ from fem_seal.files.owner import clear_abandoned
 __all__ = [
     "atomic_write",
     "clear_abandoned",
+    "create_text",
     "locked_folder",
     "staging_folder",
     "to_disk",

@@ -82,6 +82,30 @@ def write_text(path: Path, text: str, *, durable: bool = True) -> None:
         staged.write_text(text, encoding="utf-8")
 
 
+def create_text(path: Path, text: str) -> None:
+    """Write a file, unless it is there already; of many who try at once one succeeds.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be written.
+    """
+    staged = path.with_name(staging_name(path.suffix))
+    with writing(path, "the file"), suppress(FileExistsError):
+        try:
+            staged.write_text(text, encoding="utf-8")
+            to_disk(staged)
+            try:
+                path.hardlink_to(staged)
+            except PermissionError:
+                # A file system without hard links: whole, but of two at once the later stays.
+                if not path.exists():
+                    os.replace(staged, path)  # noqa: PTH105 (must be atomic)
+        finally:
+            with suppress(OSError):
+                staged.unlink(missing_ok=True)
+
+
 def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = False) -> None:
     """Write arrays as `numpy.savez` does, which on a full disk prints a traceback of its own.
 

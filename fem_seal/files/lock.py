@@ -47,11 +47,12 @@ def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
         If another process holds the folder, which is named, or the folder cannot be written.
     """
     folder = folder.absolute()
-    missing = [path for path in (folder, *folder.parents) if not path.exists()]
     path = folder / LOCK_FILE
+    missing: list[Path] = []
     handle = None
     try:
         with writing(folder):
+            missing += [path for path in (folder, *folder.parents) if not path.exists()]
             handle = _acquire(path, shared)
         clear_abandoned(folder)
         yield
@@ -73,16 +74,17 @@ def _acquire(path: Path, shared: bool) -> int:
             handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
         except FileNotFoundError:
             continue  # one who left has just removed the folder
+        held = False
         try:
             if _lock(handle, path, shared) and _is_file(handle, path):
                 if not shared:
                     os.ftruncate(handle, 0)
                 os.write(handle, _signature())
+                held = True
                 return handle
-        except BaseException:
-            os.close(handle)
-            raise
-        os.close(handle)
+        finally:
+            if not held:
+                os.close(handle)
     raise InvalidInput(
         f"the folder {path.parent} is in use by {_holder(path)}; wait until it has ended, or "
         "choose another --out"

@@ -60,7 +60,7 @@ def this_process() -> Owner:
 @cache
 def _place() -> str:
     try:
-        namespace = os.stat("/proc/self/ns/pid").st_ino
+        namespace = Path("/proc/self/ns/pid").stat().st_ino
     except OSError:
         namespace = 0  # a system without process namespaces
     return f"{re.sub('[^A-Za-z0-9.-]', '_', socket.gethostname())}+{namespace}"

@@ -36,7 +36,8 @@ def percolation(
     Parameters
     ----------
     cases, seeds, models : all combinations are computed
-    out : folder of percolation.json, percolation.csv and a file for each surface in points/
+    out : folder of a file for each surface in points/, and of percolation.json and
+        percolation.csv, which hold all surfaces of the folder, by whatever run
     search, threads, report : as in `seed_thresholds`
 
     Returns
@@ -67,7 +68,19 @@ def percolation(
             ]
             done.extend(points)
             rows.extend(threshold_rows(points))
-    study = Study(rows, done)
-    write_json(out / JSON_FILE, study)
-    write_table(out / TABLE_FILE, rows)
-    return study
+    _gather(store, search, out)
+    return Study(rows, done)
+
+
+def _gather(store: PointStore[SeedThresholds], search: Search, out: Path) -> None:
+    """Write the tables of all points of one search that the folder holds, by any writer."""
+    before: list[SeedThresholds] | None = None
+    # Repeated until nothing has come meanwhile: the last table then misses no finished point.
+    while (points := [p for p in store.there("threshold-*") if p.search == search]) != before:
+        before = points
+        ensembles: dict[tuple[RoughCase, str], list[SeedThresholds]] = {}
+        for point in points:
+            ensembles.setdefault((point.case, point.model), []).append(point)
+        rows = [row for ensemble in ensembles.values() for row in threshold_rows(ensemble)]
+        write_json(out / JSON_FILE, Study(rows, points))
+        write_table(out / TABLE_FILE, rows)

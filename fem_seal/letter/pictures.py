@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_seal.files import atomic_write, write_npz
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.letter.flow_points import certified
@@ -78,12 +79,8 @@ def load_flow(path: Path) -> FlowPicture:
 
 
 def _save(path: Path, arrays: dict[str, object]) -> None:
-    aside = path.with_name(f".{path.name}.part.npz")
-    try:
-        np.savez_compressed(aside, **arrays)
-        aside.replace(path)
-    finally:
-        aside.unlink(missing_ok=True)
+    with atomic_write(path) as staged:
+        write_npz(staged, arrays, compressed=True)
 
 
 def decades(flows: dict[str, FlowPicture], what: str) -> float:

@@ -1,8 +1,8 @@
 """Points of a study in files of their own: whole or not there, never computed twice."""
 
 import csv
-import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, fields
 from io import StringIO
 from pathlib import Path
@@ -11,33 +11,15 @@ from typing import Generic, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from fem_seal.errors import InvalidInput
-from fem_seal.results.folder import writing
+from fem_seal.files import write_text
 
 Point = TypeVar("Point")
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file aside and move it into place, so that it is whole at every moment.
-
-    Raises
-    ------
-    InvalidInput
-        If the folder cannot be written.
-    """
-    with writing(path.parent):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        aside = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
-            aside.write_text(text, encoding="utf-8")
-            os.replace(aside, path)  # noqa: PTH105 (must be atomic)
-        finally:
-            aside.unlink(missing_ok=True)
 
 
 def write_json(path: Path, record: object) -> None:
     """Write a dataclass, or nested containers of them, as JSON."""
     adapter = TypeAdapter(type(record))
-    write_whole(path, adapter.dump_json(record, indent=1).decode() + "\n")
+    write_text(path, adapter.dump_json(record, indent=1).decode() + "\n")
 
 
 def write_table(path: Path, rows: Sequence[object]) -> None:
@@ -47,7 +29,7 @@ def write_table(path: Path, rows: Sequence[object]) -> None:
     writer.writerow([field.name for field in fields(rows[0])])
     for row in rows:
         writer.writerow(["" if cell is None else cell for cell in asdict(row).values()])
-    write_whole(path, text.getvalue())
+    write_text(path, text.getvalue())
 
 
 class PointStore(Generic[Point]):
@@ -82,7 +64,7 @@ class PointStore(Generic[Point]):
         path = self.folder / f"{name}.json"
         if not path.exists():
             point = compute()
-            write_whole(path, self._points.dump_json(point, indent=1).decode() + "\n")
+            write_text(path, self._points.dump_json(point, indent=1).decode() + "\n")
             return point
         try:
             point = self._points.validate_json(path.read_bytes())
@@ -91,3 +73,14 @@ class PointStore(Generic[Point]):
         if not same(point):
             raise InvalidInput(f"{path} was computed with other settings; choose another --out")
         return point
+
+    def there(self, pattern: str) -> list[Point]:
+        """Points of the folder, by this writer or others, whose names match a glob.
+
+        A file that cannot be read is left out: whoever needs its point is told by `point`.
+        """
+        points = []
+        for path in sorted(self.folder.glob(f"{pattern}.json")):
+            with suppress(ValidationError):
+                points.append(self._points.validate_json(path.read_bytes()))
+        return points

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
+from fem_seal.files import atomic_write
 from fem_seal.leak_rate import Level
-from fem_seal.render.aside import written_aside
 from fem_seal.render.bounds import draw_bounds
 
 FRAMES_PER_SECOND = 2
@@ -38,9 +38,9 @@ def bounds_animation(levels: Sequence[Level], path: str | Path) -> Path:
     figure = Figure(figsize=(7.5, 3.4), facecolor="white", layout="constrained")
     draw_bounds(figure, levels)
     frames = sum(level.upper > 0 for level in levels)
-    with written_aside(path) as aside:
+    with atomic_write(path, durable=False) as staged:
         writer = PillowWriter(fps=FRAMES_PER_SECOND)
-        with writer.saving(figure, str(aside), dpi=DPI):
+        with writer.saving(figure, str(staged), dpi=DPI):
             for seen in range(1, frames + 1):
                 figure.clear()
                 draw_bounds(figure, levels, seen)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.files import atomic_write
 from fem_seal.leak_rate import Level
-from fem_seal.render.aside import written_aside
 from fem_seal.render.page import DPI, FONT_POINTS, FORMATS
 
 if TYPE_CHECKING:
@@ -52,8 +52,8 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
     with matplotlib.rc_context({"font.size": FONT_POINTS, "svg.fonttype": "path"}):
         figure = Figure(figsize=(7.5, 3.4), dpi=DPI, facecolor="white", layout="constrained")
         draw_bounds(figure, levels)
-        with written_aside(path) as aside:
-            figure.savefig(aside, dpi=DPI)
+        with atomic_write(path, durable=False) as staged:
+            figure.savefig(staged, dpi=DPI)
     return path
 
 

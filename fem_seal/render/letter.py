@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.files import atomic_write
 from fem_seal.grid import GridField
 from fem_seal.letter.pictures import FlowPicture
 from fem_seal.letter.rows import CurrentRow, ErrorRow, PerssonRow
-from fem_seal.render.aside import written_aside
 from fem_seal.render.contact import CONTACT_KEY, contact_panel
 from fem_seal.render.flow import CONTACT, FLOW_COLOURS, NO_FLOW, flow_panel
 from fem_seal.render.offscreen import Scale, Window
@@ -222,6 +222,6 @@ def _plots(
         draw(figure)
         for suffix in FORMATS:
             paths.append(folder / f"{name}.{suffix}")
-            with written_aside(paths[-1]) as aside:
-                figure.savefig(aside, dpi=DPI)
+            with atomic_write(paths[-1], durable=False) as staged:
+                figure.savefig(staged, dpi=DPI)
     return paths

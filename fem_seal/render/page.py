@@ -9,7 +9,7 @@ import numpy as np
 
 from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
-from fem_seal.render.aside import written_aside
+from fem_seal.files import atomic_write
 from fem_seal.render.colours import colour_map
 from fem_seal.render.offscreen import Scale, Window
 
@@ -104,8 +104,8 @@ def write_page(
                 _add_bar(figure, scale, above_key[-1])
         if key:
             _add_key(figure, key, columns)
-        with written_aside(path) as aside:
-            figure.savefig(aside, dpi=DPI)
+        with atomic_write(path, durable=False) as staged:
+            figure.savefig(staged, dpi=DPI)
     return path
 
 

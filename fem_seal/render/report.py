@@ -8,9 +8,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fem_seal.digits import rounded_down, rounded_up
+from fem_seal.files import atomic_write
 from fem_seal.leak_rate import Level, rate_text
 from fem_seal.quantities.error_budget import combined
-from fem_seal.render.aside import written_aside
 from fem_seal.render.report_page import PAGE
 from fem_seal.results import Result
 from fem_seal.results.words import factor_words, summary_of
@@ -61,8 +61,8 @@ def report(folder: str | Path) -> Path:
         provenance=_table(flat(provenance)),
     )
     path = folder / "report.html"
-    with written_aside(path) as aside:
-        aside.write_text(text, encoding="utf-8")
+    with atomic_write(path, durable=False) as staged:
+        staged.write_text(text, encoding="utf-8")
     return path
 
 

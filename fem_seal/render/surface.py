@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.digits import readable, with_error
+from fem_seal.files import atomic_write
 from fem_seal.grid import GridField
-from fem_seal.render.aside import written_aside
 from fem_seal.render.page import DPI, FONT_POINTS
 from fem_seal.surface import SpectrumFit
 
@@ -38,8 +38,8 @@ def surface_figure(field: GridField, fit: SpectrumFit | None, path: str | Path) 
         draw_heights(figure, all_axes[0], field)
         if fit is not None:
             draw_spectrum(all_axes[1], fit)
-        with written_aside(path) as aside:
-            figure.savefig(aside, dpi=DPI)
+        with atomic_write(path, durable=False) as staged:
+            figure.savefig(staged, dpi=DPI)
 
 
 def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:

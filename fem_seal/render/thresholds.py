@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.files import atomic_write
 from fem_seal.letter.seed_thresholds import REFERENCE
 from fem_seal.letter.threshold_rows import ThresholdRow
-from fem_seal.render.aside import written_aside
 from fem_seal.render.page import DPI, FONT_POINTS
 from fem_seal.theory.bruggeman import ELASTIC_THRESHOLD
 
@@ -78,8 +78,8 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
         _draw(figure, shown)
         for suffix in FORMATS:
             paths.append(folder / f"thresholds.{suffix}")
-            with written_aside(paths[-1]) as aside:
-                figure.savefig(aside, dpi=DPI)
+            with atomic_write(paths[-1], durable=False) as staged:
+                figure.savefig(staged, dpi=DPI)
     return paths
 
 

@@ -59,8 +59,9 @@ class ResultFolder:
             If the folder cannot be written, is in use, holds another scene's result or files of
             unknown origin that the run would replace, or if it would replace its own input.
         """
-        if self.path.exists() and not self.path.is_dir():
-            raise InvalidInput(f"the output folder {self.path} is a file; choose another --out")
+        with writing(self.path):
+            if self.path.exists() and not self.path.is_dir():
+                raise InvalidInput(f"the output folder {self.path} is a file; choose another --out")
         with ExitStack() as opening:
             opening.enter_context(locked_folder(self.path))
             with writing(self.path):

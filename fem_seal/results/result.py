@@ -118,7 +118,7 @@ class Provenance(Record):
         return cls(
             scene=scene.to_mapping(),
             seed=getattr(scene.surface, "seed", None),
-            inputs={str(path): _digest(path) for path in _input_files(scene)},
+            inputs={str(path): digest(path) for path in input_files(scene)},
             versions={"python": python_version()} | dict(_versions()),
             processes=parallel.processes(),
             date=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -292,14 +292,16 @@ def _versions() -> Iterator[tuple[str, str]]:
             continue  # the contact half works without FEniCSx and PyVista
 
 
-def _input_files(scene: Scene) -> list[Path]:
+def input_files(scene: Scene) -> list[Path]:
+    """Files that a scene reads."""
     sections = (scene.surface, scene.gap, scene.shape)
     return [section.path for section in sections if hasattr(section, "path")]
 
 
-def _digest(path: Path) -> str:
+def digest(path: Path) -> str:
+    """SHA-256 of the content of a file."""
     with path.open("rb") as file:
-        digest = sha256()
+        content = sha256()
         while block := file.read(1 << 20):
-            digest.update(block)
-    return digest.hexdigest()
+            content.update(block)
+    return content.hexdigest()

@@ -1,28 +1,46 @@
-"""The points of a sweep, one after the other."""
+"""The points of a sweep, chain after chain."""
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
 from fem_seal import parallel
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.errors import InvalidInput
+from fem_seal.files import locked_folder
 from fem_seal.progress import Report, silent
-from fem_seal.results.result import Provenance, summarise
+from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
 from fem_seal.sweep.axis import Axis
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.table import COLUMNS, Row, Table
+from fem_seal.sweep.point import Point, compute, name_of, numbers_only
+from fem_seal.sweep.store import SweepFolder
 
 
 @dataclass(frozen=True)
 class Tally:
-    """How many points there are, were computed now, and did not converge now or before."""
+    """How a sweep has ended.
+
+    points : how many there are; computed : how many of them now
+    failed : how many have no result, or one that a limit has cut short
+    table : all points of the folder, those of this sweep first
+    """
 
     points: int
     computed: int
-    not_converged: int
+    failed: int
+    table: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A point to compute: the file it goes into, its values and its scene."""
+
+    name: str
+    values: tuple[str, ...]
+    scene: Scene
 
 
 def sweep(
@@ -41,7 +59,8 @@ def sweep(
     ----------
     path : scene file
     axes : fields and their values; all combinations are computed
-    out : folder of sweep.csv, with a column for each axis and those of `Row`
+    out : folder of points/, with a file for each finished point, and of sweep.csv, the table of
+        all points that are there; any number of sweeps may write into it at once
     overrides : of the scene, for all points
     overwrite : whether another sweep may be replaced
     report : called with the point and its latest news
@@ -49,7 +68,8 @@ def sweep(
 
     Returns
     -------
-    Tally. A point that does not converge has a row that says so, and the sweep goes on.
+    Tally. A point that fails has a row that says why, and the sweep goes on. A point that did not
+    converge is kept; one that failed otherwise, by a damaged file say, is tried again next time.
 
     Raises
     ------
@@ -60,49 +80,77 @@ def sweep(
     keys = tuple(axis.key for axis in axes)
     if not keys or len(set(keys)) < len(keys):
         raise InvalidInput(f"a sweep needs fields to vary, each once; got {', '.join(keys)}")
-    points = {
-        values: Scene.from_file(path, [*overrides, *map("{}={}".format, keys, values)])
-        for values in product(*(axis.values for axis in axes))
-    }
-    origin = _origin(next(iter(points.values())), keys)
-    table = parallel.on_root(lambda: Table.opened(out, keys, origin, overwrite))
-    path_of_contacts = ContactPath()
-    missing = [values for values in points if values not in table.rows]
-    for number, values in enumerate(missing, start=1):
-        name = f"{number}/{len(missing)} {', '.join(map('{}={}'.format, keys, values))}"
-        table.rows[values] = _compute(points[values], name, report, path_of_contacts, trust).cells()
-        parallel.on_root(table.write)
-    converged = COLUMNS.index("converged")
-    failed = sum(table.rows[values][converged] != "True" for values in points)
-    return Tally(len(points), len(missing), failed)
+    tasks = []
+    for values in product(*(axis.values for axis in axes)):
+        scene = Scene.from_file(path, [*overrides, *map("{}={}".format, keys, values)])
+        Seal(scene, trust=trust)  # refuses a geometry that may not be run
+        tasks.append(Task(name_of(scene), values, scene))
+    folder = SweepFolder(out, keys)
+    with ExitStack() as held:
+        parallel.on_root(lambda: _open(held, folder, _origin(tasks[0].scene, keys), overwrite))
+        computed = _compute_all(tasks, folder, report, trust)
+        table = parallel.on_root(lambda: folder.gather([task.name for task in tasks]))
+    names = {task.values for task in tasks}
+    failed = sum(point.values in names and not point.converged for point in table)
+    return Tally(len(tasks), computed, failed, tuple(table))
+
+
+def _open(held: ExitStack, folder: SweepFolder, origin: Provenance, overwrite: bool) -> None:
+    if overwrite:
+        with locked_folder(folder.path):
+            folder.clear()
+    held.enter_context(locked_folder(folder.path, shared=True))
+    folder.open(origin)
 
 
 def _origin(scene: Scene, keys: tuple[str, ...]) -> Provenance:
     """What all points share: the scene without the fields that vary."""
     origin = Provenance.of(scene)
     shared = {
-        section: {name: value for name, value in given.items() if f"{section}.{name}" not in keys}
-        for section, given in origin.scene.items()
+        section: {name: value for name, value in fields.items() if f"{section}.{name}" not in keys}
+        for section, fields in origin.scene.items()
     }
-    return origin.model_copy(update={"scene": shared, "seed": None})
+    varied = [getattr(scene, key.removesuffix(".path")).path for key in keys if _names_file(key)]
+    inputs = {path: digest for path, digest in origin.inputs.items() if Path(path) not in varied}
+    return origin.model_copy(update={"scene": shared, "inputs": inputs, "seed": None})
 
 
-def _compute(scene: Scene, name: str, report: Report, contacts: ContactPath, trust: bool) -> Row:
-    """Numbers of one point; pictures and meshes are for single runs."""
-
-    def news(stage: str, detail: str) -> None:
-        report(f"{name}: {stage}", detail)
-
-    numbers = scene.output.model_copy(update={"products": _numbers(scene)})
-    seal = Seal(scene.model_copy(update={"output": numbers}), news, trust=trust)
-    contacts.lead(seal)
-    try:
-        row = Row.of(summarise(seal))
-        contacts.follow(seal)
-        return row
-    except NotConverged as error:
-        return Row(converged=False, reason=str(error))
+def _names_file(key: str) -> bool:
+    return key in ("surface.path", "gap.path", "shape.path")
 
 
-def _numbers(scene: Scene) -> tuple[str, ...]:
-    return ("contact", "leak_rate") if scene.needs_flow else ("contact",)
+def chains(tasks: Sequence[Task]) -> list[list[Task]]:
+    """Group the points by their surface: each hands surface and contact on to the next."""
+    groups: dict[str, list[Task]] = {}
+    for task in tasks:
+        groups.setdefault(repr((task.scene.surface, task.scene.gap)), []).append(task)
+    return list(groups.values())
+
+
+def _compute_all(tasks: Sequence[Task], folder: SweepFolder, report: Report, trust: bool) -> int:
+    """Compute what the folder does not hold; count it."""
+    missing = parallel.on_root(lambda: [t for t in tasks if folder.point(t.name) is None])
+    computed = 0
+    for chain in chains(missing):
+        contacts = ContactPath()
+        for task in chain:
+            # Another sweep into the folder may have computed the point meanwhile.
+            if parallel.on_root(lambda t=task: folder.point(t.name)) is not None:
+                continue
+            computed += 1
+            label = ", ".join(map("{}={}".format, folder.keys, task.values))
+            head = f"{computed}/{len(missing)} {label}"
+            seal = Seal(numbers_only(task.scene), _under(head, report), trust=trust)
+            point = compute(seal, task.values, contacts)
+            parallel.on_root(lambda t=task, p=point: _keep(folder, t.name, p, tasks))
+    return computed
+
+
+def _keep(folder: SweepFolder, name: str, point: Point, tasks: Sequence[Task]) -> None:
+    folder.write(name, point)
+    folder.gather([task.name for task in tasks])
+
+
+def _under(head: str, report: Report) -> Report:
+    """Name the point before each stage."""
+    return lambda stage, detail: report(f"{head}: {stage}", detail)

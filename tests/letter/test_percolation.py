@@ -16,7 +16,6 @@ from fem_seal.contact.state import GapState
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.grid import GridField
 from fem_seal.letter import percolation as study
-from fem_seal.letter import store as stores
 from fem_seal.letter.bisection import crossings
 from fem_seal.letter.constriction import constriction_share
 from fem_seal.letter.percolation import percolation
@@ -265,7 +264,7 @@ def test_a_write_that_fails_leaves_nothing(tmp_path, monkeypatch):
     def full(*args):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(stores.os, "replace", full)
+    monkeypatch.setattr(os, "replace", full)
     with pytest.raises(InvalidInput, match="No space left"):
         run_tiny(tmp_path, [1])
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]

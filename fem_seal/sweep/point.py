@@ -1,0 +1,177 @@
+"""One point of a sweep: its numbers, and the name of the file that keeps them."""
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from fem_seal import __version__
+from fem_seal.errors import InvalidInput, MissingPackage, NotConverged
+from fem_seal.results.result import Result, digest, input_files, summarise
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+from fem_seal.sweep.contact_path import ContactPath
+
+Number = str | float | int | bool | None
+
+# Columns that every point has, empty where the scene does not give them. SI units.
+COLUMNS = (
+    *("state", "decision", "leak_rate", "lower", "upper"),
+    *("contact_area_fraction", "mean_gap", "mean_pressure", "kkt_residual"),
+    *("unknowns", "converged", "reason", "seconds", "peak_memory_bytes"),
+)
+# Parts of a result that are no numbers of the point, or are in COLUMNS under another name.
+_LEFT_OUT = {
+    *("schema_version", "leak_rate", "verdict", "levels", "files", "seconds", "provenance"),
+    *("preparation", "error_budget"),
+}
+# Products that are files and not numbers.
+_FILES = ("mesh", "pictures")
+
+
+@dataclass(frozen=True)
+class Point:
+    """A finished point.
+
+    values : of the axes, as text
+    numbers : by column; those of COLUMNS first
+    version : of fem_seal
+    again : whether the next sweep tries again, since the reason may have gone
+    finished : date and time
+    """
+
+    values: tuple[str, ...]
+    numbers: dict[str, Number]
+    version: str = __version__
+    again: bool = False
+    finished: str = field(default_factory=lambda: datetime.now(UTC).isoformat())
+
+    def to_json(self) -> str:
+        """Text of its file; floats in full."""
+        return json.dumps(vars(self), indent=1) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> "Point":
+        """Read what `to_json` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the text is anything else.
+        """
+        data = json.loads(text)
+        if not isinstance(data, dict) or set(data) != set(cls.__dataclass_fields__):
+            raise ValueError("not a point of a sweep")
+        values, numbers = data["values"], data["numbers"]
+        whole = (
+            isinstance(values, list)
+            and all(isinstance(value, str) for value in values)
+            and isinstance(numbers, dict)
+            and all(isinstance(number, Number) for number in numbers.values())
+            and set(COLUMNS) <= set(numbers)
+        )
+        if not whole:
+            raise ValueError("not a point of a sweep")
+        version, again, finished = str(data["version"]), bool(data["again"]), str(data["finished"])
+        return cls(tuple(values), numbers, version, again, finished)
+
+    @property
+    def converged(self) -> bool:
+        """Whether it has a result that no limit has cut short."""
+        return self.numbers["converged"] is True
+
+
+def numbers_only(scene: Scene) -> Scene:
+    """Leave out the products that are files: pictures and meshes are for single runs."""
+    products = [name for name in scene.output.products if name not in _FILES]
+    if scene.needs_flow and "leak_rate" not in products:
+        products.append("leak_rate")
+    output = scene.output.model_copy(update={"products": tuple(products)})
+    return scene.model_copy(update={"output": output})
+
+
+def name_of(scene: Scene) -> str:
+    """Name of the file of a point: a hash of its scene, its input files and the version."""
+    inputs = [_digest(path, *_stamp(path)) for path in input_files(scene)]
+    what = {"scene": numbers_only(scene).to_mapping(), "inputs": inputs, "version": __version__}
+    return sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    """Size and time of a file; a missing one gives its point a name as well, and an error."""
+    try:
+        status = path.stat()
+    except OSError:
+        return -1, 0
+    return status.st_size, status.st_mtime_ns
+
+
+@lru_cache
+def _digest(path: Path, size: int, time: int) -> str:
+    try:
+        return digest(path)
+    except OSError:
+        return "unreadable"
+
+
+def compute(seal: Seal, values: tuple[str, ...], contacts: ContactPath) -> Point:
+    """Compute a point; one that fails has its reason in place of numbers.
+
+    Parameters
+    ----------
+    seal : of a scene of `numbers_only`
+    values : of the axes, as text
+    contacts : hands the surface and the contact on from point to point
+
+    Raises
+    ------
+    MissingPackage
+        If no point can be computed on this machine.
+    """
+    try:
+        contacts.lead(seal)
+        numbers = dict(_numbers(summarise(seal)))
+        contacts.follow(seal)
+    except MissingPackage:
+        raise
+    except NotConverged as error:
+        return Point(values, _failed(str(error)))
+    except InvalidInput as error:
+        return Point(values, _failed(str(error)), again=True)
+    except (MemoryError, OSError) as error:
+        return Point(values, _failed(str(error) or type(error).__name__), again=True)
+    return Point(values, numbers)
+
+
+def _failed(reason: str) -> dict[str, Number]:
+    one_line = " ".join(reason.split())
+    return dict.fromkeys(COLUMNS) | {"converged": False, "reason": one_line}
+
+
+def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
+    leak = result.leak_rate
+    own = {
+        "decision": result.verdict.decision if result.verdict else None,
+        "leak_rate": leak.value if leak else None,
+        "lower": leak.lower if leak else None,
+        "upper": leak.upper if leak else None,
+        "seconds": result.seconds["total"],
+    }
+    for name in COLUMNS:
+        yield name, own[name] if name in own else getattr(result, name)
+    rest = result.model_dump(exclude=_LEFT_OUT.union(COLUMNS))
+    quantities = rest.pop("quantities", None) or {}
+    yield from _flat(rest | quantities)
+
+
+def _flat(parts: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Number]]:
+    """Numbers and words of nested parts, under names such as gas.mass_rate.value."""
+    for name, part in parts.items():
+        if isinstance(part, Mapping):
+            yield from _flat(part, f"{head}{name}.")
+        elif part is not None and isinstance(part, Number):
+            yield f"{head}{name}", part
