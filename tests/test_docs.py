@@ -8,6 +8,7 @@ from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
 import pytest
+from fem_seal.sweep.table import COLUMNS
 from project import ROOT
 from pydantic import BaseModel
 
@@ -15,7 +16,6 @@ from fem_seal import cli
 from fem_seal.render import __all__ as pictures
 from fem_seal.results import Result
 from fem_seal.scene import Scene
-from fem_seal.sweep.table import COLUMNS
 
 PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")

@@ -238,8 +238,10 @@ def test_two_sweeps_into_one_folder_lose_no_row(tmp_path):
     code = "import sys; from fem_seal.cli import main; sys.exit(main())"
     both = [
         subprocess.Popen(
-            [sys.executable, "-c", code, "sweep", "scene.toml", "--out", "out"]
-            + ["--vary", f"contact.area_fraction={','.join(values)}"]
+            [
+                *(sys.executable, "-c", code, "sweep", "scene.toml", "--out", "out"),
+                *("--vary", f"contact.area_fraction={','.join(values)}"),
+            ]
         )
         for values in areas
     ]
