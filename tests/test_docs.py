@@ -8,7 +8,6 @@ from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
 import pytest
-from fem_seal.sweep.table import COLUMNS
 from project import ROOT
 from pydantic import BaseModel
 
@@ -16,6 +15,7 @@ from fem_seal import cli
 from fem_seal.render import __all__ as pictures
 from fem_seal.results import Result
 from fem_seal.scene import Scene
+from fem_seal.sweep.point import COLUMNS
 
 PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -126,15 +127,42 @@ def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = Fa
 
 
 @contextmanager
-def staging_folder(folder: Path) -> Iterator[Path]:
-    """Make a temporary folder inside `folder`, so that moving files into `folder` is a rename."""
+def staging_folder(folder: Path, what: str = "the output folder") -> Iterator[Path]:
+    """Make a temporary folder inside `folder`, so that moving files into `folder` is a rename.
+
+    Parameters
+    ----------
+    folder : cleared of what killed processes have left
+    what : names its kind in the message
+
+    Raises
+    ------
+    InvalidInput
+        If `folder` cannot be written to.
+    """
+    clear_abandoned(folder)
     staged = folder / staging_name()
-    with writing(folder):
-        staged.mkdir()
+    with writing(folder, what):
+        staged.mkdir(mode=0o700)
     try:
         yield staged
     finally:
         shutil.rmtree(staged, ignore_errors=True)
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Make a folder in the system's temporary one; OSErrors of the body are said of that one.
+
+    Raises
+    ------
+    InvalidInput
+        If the temporary folder is full or cannot be written to.
+    """
+    parent = Path(tempfile.gettempdir())
+    what = "the temporary folder (TMPDIR names another)"
+    with staging_folder(parent, what) as folder, writing(parent, what):
+        yield folder
 
 
 def to_disk(path: Path) -> None:

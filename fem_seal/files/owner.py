@@ -6,6 +6,7 @@ import secrets
 import shutil
 import socket
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -91,7 +92,7 @@ def owner_of(name: str) -> Owner | None:
 
 
 def clear_abandoned(folder: Path) -> None:
-    """Remove the staging files and folders that ended processes of this host left in a folder."""
+    """Remove what ended processes of this host and this user have left staged in a folder."""
     try:
         names = [entry.name for entry in os.scandir(folder) if entry.name.startswith(PREFIX)]
     except OSError:
@@ -101,10 +102,18 @@ def clear_abandoned(folder: Path) -> None:
         if owner is None or not owner.gone():
             continue
         path = folder / name
+        with suppress(OSError):
+            if path.lstat().st_uid != _user():
+                continue  # in a temporary folder that many share
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
         else:
-            path.unlink(missing_ok=True)
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+
+
+def _user() -> int:
+    return os.getuid() if hasattr(os, "getuid") else 0  # Windows has no such numbers
 
 
 def now() -> str:

@@ -15,9 +15,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.files import temporary_folder
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
 from fem_seal.mesh.gmsh_process import ERROR_FILE, JOB_FILE, MESH_FILE, Job, Sizes
 
@@ -97,14 +97,26 @@ def mesh_geometry(
     own = require_trust(geo, trust)
     if not find_spec("gmsh"):
         raise MissingPackage(NO_GMSH)
-    with TemporaryDirectory(prefix="fem-seal-") as name:
-        folder = Path(name)
+    with temporary_folder() as folder:
         job = Job(str(geo.absolute()), own, dict(numbers), unit, sizes, largest)
         (folder / JOB_FILE).write_bytes(pickle.dumps(job))
         _run(folder, geo, None if own else longest)
         if not (folder / MESH_FILE).exists():
             raise InvalidInput(f"gmsh has made no mesh of {geo}: does it have a surface?")
+        _refuse_cut_off(folder / MESH_FILE, geo)
         return read_triangles(folder / MESH_FILE, unit, names, source=geo)
+
+
+def _refuse_cut_off(mesh: Path, geo: Path) -> None:
+    """Refuse a mesh that ends early: gmsh does not say when the disk is full."""
+    with mesh.open("rb") as file:
+        file.seek(max(0, mesh.stat().st_size - 100))
+        end = file.read().rstrip().rpartition(b"\n")[2]
+    if not end.startswith(b"$End"):
+        raise InvalidInput(
+            f"gmsh could not write the whole mesh of {geo} to {mesh.parent}: is the disk full? "
+            "TMPDIR names another temporary folder"
+        )
 
 
 NO_GMSH = (

@@ -5,10 +5,9 @@ import html
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from fem_seal.digits import rounded_down, rounded_up
-from fem_seal.files import atomic_write
+from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.leak_rate import Level, rate_text
 from fem_seal.quantities.error_budget import combined
 from fem_seal.render.report_page import PAGE
@@ -163,8 +162,8 @@ def _bounds(result: Result) -> bytes:
     from fem_seal.render.bounds import bounds_plot
 
     levels = [Level(one.unknowns, one.cells, one.lower, one.upper) for one in result.levels]
-    with TemporaryDirectory() as scratch:
-        return bounds_plot(levels, Path(scratch) / "bounds.png").read_bytes()
+    with temporary_folder() as scratch:
+        return bounds_plot(levels, scratch / "bounds.png").read_bytes()
 
 
 def _figure(name: Path, picture: bytes) -> str:
