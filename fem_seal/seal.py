@@ -121,11 +121,21 @@ class Seal:
         self, surface: GridField, rtol: float, contact: "GapState | None" = None
     ) -> "Seal":
         """Same scene on another grid of the surface, with a tolerance of the flow alone."""
-        seal = Seal(self.scene.with_tolerance(rtol), self.report)
+        seal = Seal(self.scene.with_tolerance(rtol), self.report, trust=self.trust)
         seal.surface = surface
         if contact is not None:
             seal.contact = contact
         return seal
+
+    def pressed_by(self, pressure: float) -> "Seal":
+        """Same surface, contact grid and tolerance of the flow under another mean pressure [Pa]."""
+        rtol = self.scene.flow.rtol if self.choice is None else self.choice.rtol
+        contact = self.scene.contact.model_copy(update={"pressure": pressure})
+        scene = self.scene.with_tolerance(rtol).model_copy(update={"contact": contact})
+        other = Seal(scene, self.report, trust=self.trust)
+        other.surface = self.surface
+        other.contact_start = self.contact.pressure.values
+        return other
 
     @cached_property
     def contact(self) -> "GapState | None":

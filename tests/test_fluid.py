@@ -8,7 +8,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive
 from fem_seal.results import summarise
 from fem_seal.results.words import lines_of
-from fem_seal.scene import Scene
+from fem_seal.scene import Limit, Scene
 from fem_seal.seal import Seal
 
 VISCOSITY, TEMPERATURE, MOLAR_MASS = 1.8e-5, 293.15, 0.029
@@ -142,14 +142,33 @@ def test_constriction_takes_of_a_gas_what_it_takes_of_a_liquid(gap_scene):
     assert 0.3 < shares[0] < 1
 
 
-@pytest.mark.parametrize(("height", "slips"), [(1e-6, False), (1e-7, True)])
-def test_caution_where_the_gas_slips(gap_scene, height, slips):
-    """Mean free path at 1.75 bar: 38 nm, a tenth of 0.38 um."""
-    gap = np.full((5, 5), height)
-    scene = Scene.from_mapping(gap_scene(gap, products=["constriction"]))
-    words = dict(lines_of(summarise(Seal(scene))))
-    assert ("caution" in words) is slips
-    assert "mean free path 3" in words["gas"]
+@pytest.mark.parametrize(("rtol", "slips"), [(0.07, False), (0.03, True)])
+def test_caution_where_the_gas_slips(gap_scene, rtol, slips):
+    """Mean free path at 1.75 bar: 38 nm; 6 Kn = 0.023 at a gap of 10 um, against rtol/2."""
+    flow = {"inlet_pressure": P_IN, "outlet_pressure": P_OUT, "rtol": rtol}
+    gap = np.full((5, 5), 1e-5)
+    gap[0, 0] = 0.0
+    result = summarise(Seal(Scene.from_mapping(gap_scene(gap, flow=flow))))
+    words = lines_of(result)
+    assert any("slip of the gas" in text for label, text in words if label == "caution") is slips
+    assert "mean free path 3" in dict(words)["gas"]
+    entry = next(entry for entry in result.error_budget if entry.name == "slip")
+    kn = result.gas.mean_free_path / 1e-5
+    assert (entry.lower, entry.upper) == (1.0, None if slips else pytest.approx(1 + 6 * kn))
+
+
+@pytest.mark.parametrize(
+    ("part", "decision"), [(10.0, "undecided"), (1.01, "undecided"), (0.99, "above limit")]
+)
+def test_verdict_of_a_gas_that_slips(gap_scene, part, decision):
+    """No slip is a lower bound: below a limit nothing is certain, above it all stands."""
+    gap = np.full((5, 5), 1e-7)
+    scene = Scene.from_mapping(gap_scene(gap))
+    limit = Limit(leak_rate=part * Seal(scene).leak_rate.value)
+    found = summarise(Seal(scene.model_copy(update={"limit": limit}))).verdict
+    assert found.decision == decision
+    assert "not covered" in found.sentence
+    assert "slip" in found.sentence
 
 
 BAD = {

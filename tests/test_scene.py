@@ -343,6 +343,9 @@ INSTEAD = {
     "mean_gap": ["contact.pressure="],
     "inlet_pressure": ["flow.pressure_drop=", "flow.outlet_pressure=1 bar"],
     "outlet_pressure": ["flow.pressure_drop=", "flow.inlet_pressure=2 bar"],
+    "ambient_pressure": [
+        *("flow.pressure_drop=", "flow.inlet_pressure=2 bar", "flow.outlet_pressure=1 bar"),
+    ],
     "molar_mass": [*AS_GAS, "fluid.temperature=20 degC"],
     "temperature": [*AS_GAS, "fluid.molar_mass=29 g/mol"],
     "reference_temperature": [*AS_GAS, "fluid.molar_mass=29 g/mol", "fluid.temperature=20 degC"],

@@ -1,16 +1,15 @@
 """The error budget: everything that makes a leak rate uncertain, in one list.
 
-result.json, the verdict, the printed words and the report all show this list. To add an entry,
-write a function `(Seal) -> Uncertainty | None` and put it into `SOURCES`.
+result.json, the verdict, the printed words and the report all show this list, which
+`uncertainties.error_budget` makes.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from math import isfinite, prod
+from math import prod
 from typing import Literal
 
 from fem_seal.leak_rate import LeakRate
-from fem_seal.seal import Seal
 
 FLOW, CONTACT_GRID = "flow", "contact grid"
 
@@ -29,8 +28,8 @@ class Uncertainty:
         computed one, as far as this reason goes. Both None: the entry is named and counted
         nowhere. One None: the leak rate is open on that side, and no verdict may rely on it
     caution : whether the user is warned of it
-    upper_rate : of a sealed contact, where no factor has a meaning: what leaks at most for this
-        reason [m³/s]
+    upper_rate : what leaks at most for this reason [m³/s], where it was computed; all that counts
+        of a sealed contact, whose leak rate of 0 no factor can raise
     """
 
     name: str
@@ -48,14 +47,6 @@ class Uncertainty:
 
 
 ErrorBudget = tuple[Uncertainty, ...]
-
-
-def error_budget(seal: Seal) -> ErrorBudget | None:
-    """List what makes the leak rate of a seal uncertain; None if the scene needs no flow."""
-    if not seal.scene.needs_flow:
-        return None
-    entries = (source(seal) for source in SOURCES)
-    return tuple(entry for entry in entries if entry is not None)
 
 
 def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]:
@@ -88,10 +79,6 @@ def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
     return tuple(entry for entry in budget if entry.name != FLOW)
 
 
-def _flow(seal: Seal) -> Uncertainty:
-    return of_flow(seal.leak_rate)
-
-
 def of_flow(leak: LeakRate) -> Uncertainty:
     """Entry of the bounds of the flow through the gap as it is represented."""
     if leak.state == "sealed":
@@ -104,52 +91,3 @@ def of_flow(leak: LeakRate) -> Uncertainty:
     return Uncertainty(
         FLOW, "guaranteed", sentence, leak.lower / leak.value, leak.upper / leak.value
     )
-
-
-def _contact_grid(seal: Seal) -> Uncertainty | None:
-    if seal.scene.contact is None:
-        return None
-    if seal.choice is None:
-        sentence = (
-            "what a finer grid of the contact would change was not computed; accuracy.total in "
-            "place of flow.rtol estimates it"
-        )
-        return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    error = seal.choice.contact_error
-    if not isfinite(error):
-        sentence = (
-            "the coarser grids of the contact differ too much from the last one to say what a "
-            "finer one would change"
-        )
-        return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    sentence = "what a finer grid of the contact would change, from how coarser ones differ"
-    return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
-
-
-def _given_gap(seal: Seal) -> Uncertainty | None:
-    if seal.scene.gap is None:
-        return None
-    sentence = "the gap is given, and its own error is not known"
-    return Uncertainty("given gap", "not covered", sentence)
-
-
-def _one_patch(seal: Seal) -> Uncertainty | None:
-    if seal.scene.shape is not None and seal.scene.shape.own_gap:
-        return None
-    sentence = "this is one piece of one rough surface; others leak more or less"
-    return Uncertainty("one patch", "not covered", sentence)
-
-
-def _model(seal: Seal) -> Uncertainty:
-    contact = seal.scene.contact
-    solid = {
-        None: "",
-        "gfmd": ", and a linear elastic contact without friction and adhesion",
-        "bearing": ", and a surface that is cut at a plane",
-    }[contact and contact.model]
-    sentence = f"Reynolds' equation for a thin film between smooth slopes{solid}"
-    return Uncertainty("model", "not covered", sentence)
-
-
-Source = Callable[[Seal], Uncertainty | None]
-SOURCES: tuple[Source, ...] = (_flow, _contact_grid, _given_gap, _one_patch, _model)

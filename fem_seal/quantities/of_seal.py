@@ -11,6 +11,7 @@ from fem_seal.quantities.constriction import Constriction, constriction, constri
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold, threshold_of_cut, threshold_of_pressure
+from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Shown, Verdict, verdict
 from fem_seal.seal import Seal
 from fem_seal.steps import elastic_contact
@@ -42,17 +43,18 @@ def quantities(seal: Seal) -> Quantities | None:
         return Quantities(**{name: QUANTITIES[name](seal) for name in wanted})
 
 
-def verdict_of(seal: Seal, budget: ErrorBudget | None) -> Verdict | None:
+def verdict_of(seal: Seal, budget: ErrorBudget | None = None) -> Verdict | None:
     """Hold the leak rate against the scene's limit; None if the scene needs no flow.
 
     Parameters
     ----------
     seal : whose leak rate is judged
-    budget : of the leak rate, from `error_budget`
+    budget : of the leak rate; made here if left out
     """
     scene = seal.scene
     if not scene.needs_flow:
         return None
+    budget = error_budget(seal) if budget is None else budget
     limit = scene.limit
     shown = shown_in(seal)
     if limit is None:

@@ -148,23 +148,18 @@ def _range(leak: LeakRate, rest: ErrorBudget) -> tuple[float | None, float | Non
 
 def _of_sealed(shown: Shown, given: str | None, limit: float | None, rest: ErrorBudget) -> Verdict:
     """Verdict of a gap without an open path, which an entry of the budget may open all the same."""
-    opened = [entry for entry in rest if _opens(entry)]
+    opened = [entry for entry in rest if entry.counted and entry.upper is None]
     sentence = "no open path joins inlet and outlet"
     if limit is None or not opened:
         return Verdict("sealed", f"sealed: {sentence}{_not_covered(rest)}", given)
     rates = [entry.upper_rate for entry in opened]
-    if None not in rates and max(rates) <= limit:
-        # Each rate was computed with the other reasons left out.
-        most = f"sealed as computed, and at most {shown.at_most(max(rates))}"
+    _, upper = combined(entry for entry in rest if entry not in opened)
+    if len(rates) == 1 and None not in rates and rates[0] * upper <= limit:
+        most = f"sealed as computed, and at most {shown.at_most(rates[0] * upper)}"
         sentence = f"within limit: {most} with {_names(opened)}, {shown.text(limit)} allowed"
         return Verdict("within limit", sentence + _not_covered(rest), given)
     sentence = f"undecided: {sentence} as computed, but {_sentences(opened)}"
     return Verdict("undecided", sentence + _not_covered(rest), given)
-
-
-def _opens(entry: Uncertainty) -> bool:
-    """Whether an entry may let a sealed gap leak."""
-    return entry.upper_rate is not None or (entry.lower is not None and entry.upper is None)
 
 
 def _wish(

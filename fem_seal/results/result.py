@@ -18,15 +18,18 @@ from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import LeakRate
 from fem_seal.memory import peak_memory
-from fem_seal.quantities.error_budget import Uncertainty, error_budget
+from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.quantities.of_seal import Quantities, quantities, verdict_of
+from fem_seal.quantities.remarks import cautions
 from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.quantities.tensor import ConductivityTensor
+from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.record import Record
 from fem_seal.scene import Flow, Scene
+from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain
 from fem_seal.seal import Seal
 
@@ -193,7 +196,8 @@ class Result(Record):
 
     def scene(self) -> Scene:
         """Rebuild the scene that gave this result."""
-        return Scene.from_mapping(self.provenance.scene, source="scene of the result")
+        scene = with_ambient_pressure(self.provenance.scene)
+        return Scene.from_mapping(scene, source="scene of the result")
 
 
 def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = None) -> Result:
@@ -224,6 +228,7 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = N
         leak_rate_shown=RateRecord.shown(seal),
         verdict=verdict_of(seal, budget),
         error_budget=budget,
+        cautions=cautions(seal, budget),
         quantities=named,
         files=files,
         seconds=stages | {"total": total},

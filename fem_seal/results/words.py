@@ -11,10 +11,6 @@ from fem_seal.results.preparation import preparation_words
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.result import AccuracyRecord, Result
 
-# Knudsen number from which slip at the walls adds more than half the flow without it.
-SLIP = 0.1
-SLIPS = "the gas slips at the walls, which is not modelled, and more of it leaks"
-STEEP = 1.0  # slope from which a film is none, and a unit more likely wrong
 WALLS = (
     "walls, though the gap is periodic, and walls make it leak less; --sides periodic (flow.sides "
     "in a scene) joins them"
@@ -44,8 +40,6 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
         lines.append(("accuracy", accuracy_words(result.accuracy)))
     if result.error_budget:
         lines.append(("errors", budget_words(result.error_budget)))
-    if result.gap_slope is not None and result.gap_slope > STEEP:
-        lines.append(("slope", slope_words(result.gap_slope)))
     lines.append(("contact", contact_words(result)))
     memory = result.peak_memory_bytes / 1e6
     lines.append(("cost", f"{result.seconds['total']:.1f} s, {memory:.0f} MB"))
@@ -88,14 +82,6 @@ def contact_words(result: Result) -> str:
     return f"{text}, mean pressure {with_prefix(result.mean_pressure, 'Pa')}"
 
 
-def slope_words(slope: float) -> str:
-    """Caution that the gap is no thin film."""
-    return (
-        f"{slope:.2g} (rms) of the gap, where contact and film want slopes well below 1: are "
-        "heights and spacing in the same unit?"
-    )
-
-
 def accuracy_words(accuracy: AccuracyRecord) -> str:
     """What was chosen to keep the total error."""
     contact, flow = (
@@ -125,15 +111,10 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
         lines.append(("gas", gas_words(result.gas)))
     if result.provenance.scene.get("limit"):
         lines.append(("verdict", result.verdict.sentence))
+    lines.extend(("caution", caution) for caution in result.cautions)
     found = result.quantities
     if found is None:
         return lines
-    if found.constriction and result.gas:
-        knudsen = result.gas.mean_free_path / found.constriction.gap
-        if knudsen > SLIP:
-            lines.append(
-                ("caution", f"mean free path {knudsen:.2g} times the tightest gap: {SLIPS}")
-            )
     if found.constriction:
         lines.append(("tightest", constriction_words(found.constriction)))
     if found.threshold:

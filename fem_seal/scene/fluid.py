@@ -1,7 +1,8 @@
 """The section of the fluid: a liquid, or an isothermal ideal gas."""
 
+from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -11,6 +12,7 @@ from fem_seal.scene.sections import Pressure, Section, Viscosity
 from fem_seal.units import to_si
 
 if TYPE_CHECKING:
+    from fem_seal.scene.scene import Scene
     from fem_seal.scene.sections import Flow
 
 Temperature = Annotated[float, BeforeValidator(partial(to_si, unit="K")), Field(gt=0)]
@@ -18,6 +20,8 @@ MolarMass = Annotated[float, BeforeValidator(partial(to_si, unit="kg/mol")), Fie
 
 # Normal conditions of DIN 1343.
 NORMAL_TEMPERATURE, NORMAL_PRESSURE = 273.15, 101325.0
+# An outlet below this is not taken for the ambient pressure [Pa].
+ATMOSPHERIC = 1e5
 _NEEDED_BY_GAS = ("molar_mass", "temperature")
 _OF_GAS = (*_NEEDED_BY_GAS, "reference_temperature", "reference_pressure")
 
@@ -56,6 +60,54 @@ def drive(fluid: Fluid, flow: "Flow") -> Drive:
         If the pressures given are too few, too many or of the wrong kind for the fluid.
     """
     return _DRIVES[fluid.kind](fluid, flow)
+
+
+def gauge_pressures(flow: "Flow") -> tuple[float, float]:
+    """Pressures of inlet and outlet above that on the back of the solid [Pa].
+
+    Left out, the ambient pressure is the outlet's.
+    """
+    if flow.pressure_drop is not None:
+        return flow.pressure_drop, 0.0
+    ambient = flow.ambient_pressure
+    ambient = flow.outlet_pressure if ambient is None else ambient
+    return flow.inlet_pressure - ambient, flow.outlet_pressure - ambient
+
+
+def check_ambient(scene: "Scene") -> None:
+    """Refuse an ambient pressure that contradicts the scene, or that cannot be guessed."""
+    flow = scene.flow
+    if flow.ambient_pressure is not None and flow.pressure_drop is not None:
+        raise ContradictionError(
+            "flow.ambient_pressure goes with flow.inlet_pressure and flow.outlet_pressure; with "
+            "flow.pressure_drop the outlet is at ambient pressure: leave it out"
+        )
+    elastic = scene.contact is not None and scene.contact.model == "gfmd"
+    if elastic and _ambient_is_open(flow.outlet_pressure, flow.ambient_pressure):
+        raise ContradictionError(
+            f"flow.ambient_pressure is missing: flow.outlet_pressure = {flow.outlet_pressure:g} Pa "
+            "is below 1 bar, and the pressure above that on the back of the solid carries part of "
+            "the load; give it, such as '1 bar' or, if all is in a vacuum, the outlet's"
+        )
+
+
+def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Name the ambient pressure in the mapping of a scene from before it had to be named.
+
+    Parameters
+    ----------
+    scene : as `Scene.to_mapping` gives it, in SI units
+    """
+    flow = scene.get("flow", {})
+    outlet = flow.get("outlet_pressure")
+    if not _ambient_is_open(outlet, flow.get("ambient_pressure")):
+        return scene
+    return {**scene, "flow": {**flow, "ambient_pressure": outlet}}
+
+
+def _ambient_is_open(outlet: float | None, ambient: float | None) -> bool:
+    """Whether the outlet is too near a vacuum to be taken for the ambient pressure."""
+    return ambient is None and outlet is not None and outlet < ATMOSPHERIC * (1 - 1e-9)
 
 
 def _liquid(fluid: Fluid, flow: "Flow") -> LiquidDrive:

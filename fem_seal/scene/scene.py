@@ -10,7 +10,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.fluid import Drive
 from fem_seal.scene.accuracy import Accuracy, check_accuracy
 from fem_seal.scene.files import override, read_toml
-from fem_seal.scene.fluid import Fluid, drive
+from fem_seal.scene.fluid import Fluid, check_ambient, drive, gauge_pressures
 from fem_seal.scene.limit import Limit, check_rates, refuse_rates
 from fem_seal.scene.measured import FileSurface, Gap
 from fem_seal.scene.messages import ContradictionError, explain
@@ -111,6 +111,11 @@ class Scene(Section):
         return drive(self.fluid, self.flow)
 
     @property
+    def gauge_pressures(self) -> tuple[float, float]:
+        """Pressures of inlet and outlet above ambient [Pa]; for scenes that need the flow."""
+        return gauge_pressures(self.flow)
+
+    @property
     def deciding_rate(self) -> float | None:
         """Solved leak rate [m^3/s] whose exceeding is to be decided; None without one."""
         if self.limit is None or not self.limit.decide:
@@ -126,6 +131,7 @@ class Scene(Section):
             if self.fluid is None:
                 raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
             check_rates(self, self.drive)
+            check_ambient(self)
         else:
             refuse_rates(self)
         if "conductivity_tensor" in self.output.products:

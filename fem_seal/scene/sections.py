@@ -188,6 +188,9 @@ class Flow(Section):
     pressure_drop: Pressure | None = Field(None, description="inlet minus outlet; of a liquid")
     inlet_pressure: Pressure | None = Field(None, description="absolute; with outlet_pressure")
     outlet_pressure: Load | None = Field(None, description="absolute, 0 is vacuum")
+    ambient_pressure: Load | None = Field(
+        None, description="absolute, on the back of the solid; the outlet's if left out"
+    )
     sides: Literal["wall", "periodic"] = Field("wall", description="at y = 0 and y = Ly")
     # Both energies are known to the tolerance of their solver, 1e-8.
     rtol: Number = Field(0.05, ge=1e-9, description="(upper - lower) / sqrt(lower upper) wanted")

@@ -11,9 +11,9 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.quantities.error_budget import (
     Uncertainty,
     combined,
-    error_budget,
     of_flow,
 )
+from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Shown, verdict, what_would_decide
 from fem_seal.render.report import report
 from fem_seal.results import Result, summarise
@@ -105,7 +105,7 @@ def test_a_sealed_gap_that_may_open():
     sealed = LeakRate.sealed("adaptive")
     assert judged(1e-10, MODEL, leak=sealed).decision == "sealed"
     assert judged(1e-10, SLIP, leak=sealed).decision == "undecided"
-    lift = Uncertainty("fluid pressure", "estimated", "it opens", caution=True, upper_rate=2e-10)
+    lift = Uncertainty("fluid pressure", "estimated", "it opens", 1.0, None, True, upper_rate=2e-10)
     assert judged(2e-10, lift, leak=sealed).decision == "within limit"
     assert judged(1.9e-10, lift, leak=sealed).decision == "undecided"
 

@@ -1,0 +1,135 @@
+"""What the pressure of the fluid, which a dry contact leaves out, may do to the leak rate.
+
+The fluid carries part of the load and opens the film. For an elastic half-space under the total
+load P per area and any fluid pressure between p_out and p_in above ambient, the leak rate lies
+between those of the dry contacts under P - p_out and P - p_in: a comparison principle orders the
+gaps, and the flow grows with the gap. A grid keeps this to rounding only, so that it is called an
+estimate here.
+"""
+
+from fem_seal.digits import rounded_up, with_prefix
+from fem_seal.errors import NotConverged
+from fem_seal.leak_rate import LeakRate
+from fem_seal.quantities.error_budget import Uncertainty
+from fem_seal.seal import Seal
+
+NAME = "fluid pressure"
+# Part of the contact pressure below which the fluid's pressure is not worth a word.
+NEGLIGIBLE = 1e-3
+
+
+def fluid_pressure(seal: Seal) -> Uncertainty | None:
+    """Say what the fluid's pressure may change; None without an elastic contact or if it is low.
+
+    With a limit, the dry contact under the load that the fluid's pressure leaves to the solid is
+    solved, with its flow, if the dry contact keeps the limit: it may not keep it when lifted. The
+    same the other way round for an outlet below ambient, which presses the solids together.
+    """
+    contact = seal.scene.contact
+    if contact is None or contact.model != "gfmd":
+        return None
+    inlet, outlet = seal.scene.gauge_pressures
+    load = seal.contact.mean_pressure if contact.pressure is None else contact.pressure
+    lifts, presses = (pressure > NEGLIGIBLE * load for pressure in (inlet, -outlet))
+    if not lifts and not presses:
+        return None
+    if contact.pressure is None:
+        return _of_other_loads(seal, max(inlet, -outlet), load)
+    words = []
+    lower, upper, upper_rate = 1.0, 1.0, None
+    if lifts:
+        words.append(
+            f"the fluid's pressure, up to {_pressure(inlet)} above ambient, is "
+            f"{_ratio(inlet, load)} the contact pressure, carries that part of the load and opens "
+            "the film: more leaks than through the dry contact"
+        )
+        if load <= inlet:
+            upper = None
+            words.append(
+                "the seal would lift off, since the fluid's pressure is no less than the contact "
+                f"pressure of {_pressure(load)}"
+            )
+        else:
+            opened = _when_opened(seal, load - inlet)
+            if opened is not None:
+                upper_rate = opened.upper
+                words.append(
+                    f"under the {_pressure(load - inlet)} that are left for the solid, at most "
+                    f"{rounded_up(opened.upper)} m^3/s"
+                )
+            upper = _upper_factor(seal.leak_rate, opened)
+    if presses:
+        words.append(
+            f"an outlet {_pressure(-outlet)} below ambient adds {_ratio(-outlet, load)} the "
+            "contact pressure and closes the film: less leaks than through the dry contact"
+        )
+        lower = _when_closed(seal, load - outlet)
+    kind = "not covered" if None in (lower, upper) else "estimated"
+    return Uncertainty(NAME, kind, "; ".join(words), lower, upper, True, upper_rate)
+
+
+def _when_opened(seal: Seal, pressure: float) -> LeakRate | None:
+    """Leak rate of the dry contact at `pressure`; None where it decides nothing.
+
+    That is without a limit, or if the dry contact may be above it.
+    """
+    limit = _limit(seal)
+    if limit is None or seal.leak_rate.upper > limit:
+        return None
+    return _leak_under(seal, pressure)
+
+
+def _upper_factor(dry: LeakRate, opened: LeakRate | None) -> float | None:
+    """Ratio of the upper bounds, so that its product with the flow's factor is the second bound.
+
+    None where it is unknown, or where a sealed contact opens.
+    """
+    if opened is None:
+        return None
+    if dry.state == "sealed":
+        return 1.0 if opened.state == "sealed" else None
+    return max(1.0, opened.upper / dry.upper)
+
+
+def _when_closed(seal: Seal, pressure: float) -> float | None:
+    """Lower factor from the dry contact at `pressure`; None where it decides nothing."""
+    dry, limit = seal.leak_rate, _limit(seal)
+    if dry.state == "sealed":
+        return 1.0
+    if limit is None or dry.lower <= limit:
+        return None
+    leak = _leak_under(seal, pressure)
+    return None if leak is None else min(1.0, leak.lower / dry.lower)
+
+
+def _limit(seal: Seal) -> float | None:
+    limit = seal.scene.limit
+    return None if limit is None else limit.volume_rate(seal.scene.drive)
+
+
+def _leak_under(seal: Seal, pressure: float) -> LeakRate | None:
+    """Leak rate of the dry contact under another pressure [Pa]; None if it does not converge."""
+    with seal.timed(NAME):
+        try:
+            return seal.pressed_by(pressure).leak_rate
+        except NotConverged:
+            return None
+
+
+def _of_other_loads(seal: Seal, pressure: float, load: float) -> Uncertainty:
+    """Entry of a contact that is given by its area or its mean gap: no load is carried in part."""
+    kept = "contact area" if seal.scene.contact.mean_gap is None else "mean gap"
+    sentence = (
+        f"the fluid's pressure, up to {_pressure(pressure)} from ambient, is "
+        f"{_ratio(pressure, load)} the contact pressure and bends the solids; the film is that of "
+        f"a dry contact with the {kept} of the scene"
+    )
+    return Uncertainty(NAME, "not covered", sentence, caution=True)
+
+
+def _ratio(pressure: float, load: float) -> str:
+    return f"{pressure / load:.2g} times" if load > 0 else "infinitely many times"
+
+
+def _pressure(pressure: float) -> str:
+    return with_prefix(pressure, "Pa")

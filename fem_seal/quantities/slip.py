@@ -1,0 +1,45 @@
+"""What slip at the walls, which the flow of a gas leaves out, may add to its leak rate."""
+
+from fem_seal import parallel
+from fem_seal.digits import with_prefix
+from fem_seal.fluid import GasDrive
+from fem_seal.quantities.error_budget import Uncertainty
+from fem_seal.seal import Seal
+from fem_seal.topology.constriction import critical_constriction
+
+
+def slip(seal: Seal) -> Uncertainty | None:
+    """Estimate the slip of a gas at the critical constriction; None for a liquid or a sealed gap.
+
+    To first order slip multiplies the flow through a channel of height g by 1 + 6 Kn, Kn = λ/g, λ
+    the mean free path at the mean pressure (E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167
+    (1997)). It only adds to the leak rate: without slip the lower bound stands. Up to half the
+    tolerance of the flow it counts as an estimate; above that the leak rate is open upwards, since
+    first order is too low itself and wider places slip less.
+    """
+    drive = seal.scene.drive
+    if seal.sealed or not isinstance(drive, GasDrive):
+        return None
+    path = drive.mean_free_path(seal.scene.fluid.viscosity)
+    tightest = _tightest_gap(seal)
+    added = 6 * path / tightest
+    rtol = seal.scene.flow.rtol if seal.choice is None else seal.choice.rtol
+    sentence = (
+        f"slip of the gas at the walls is not computed and adds about {100 * added:.2g} % to the "
+        f"flow at the tightest place (mean free path {with_prefix(path, 'm')} at the mean "
+        f"pressure, gap {with_prefix(tightest, 'm')})"
+    )
+    if added <= rtol / 2:
+        return Uncertainty("slip", "estimated", sentence, 1.0, 1 + added)
+    sentence += ": the upper bound does not hold for this gas, the lower one does"
+    return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
+
+
+def _tightest_gap(seal: Seal) -> float:
+    """Gap at the critical constriction of a seal that leaks [m]."""
+    if seal.scene.shape is not None:
+        return seal.gap.constriction.gap
+    flow = seal.scene.flow
+    return parallel.on_root(
+        lambda: critical_constriction(seal.gap, flow.sides, flow.representation).gap
+    )

@@ -1,0 +1,172 @@
+"""The fluid's pressure on a dry contact: cautions, the other end of the load, and lift-off."""
+
+import json
+
+import pytest
+
+from fem_seal import job
+from fem_seal.errors import InvalidInput
+from fem_seal.results import Result, summarise
+from fem_seal.results.words import lines_of
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+
+LOAD = 9e6  # Pa
+DROP = 1e6  # Pa
+
+
+def scene(limit=None, load=None, flow=None, products=("leak_rate",), **solid):
+    """A rough contact of 32² samples under water."""
+    mapping = {
+        "surface": {
+            **{"kind": "self-affine", "shape": [32, 32], "size": [3.2e-5, 3.2e-5]},
+            **{"hurst": 0.8, "long_wavelength": 1.6e-5, "short_wavelength": 8e-6},
+            **{"rms_slope": 0.1, "seed": 1},
+        },
+        "solid": {"contact_modulus": 6e8, **solid},
+        "contact": {"pressure": LOAD} if load is None else load,
+        "fluid": {"viscosity": 1e-3},
+        "flow": {"sides": "periodic", "rtol": 0.2, **(flow or {"pressure_drop": DROP})},
+        "output": {"products": list(products)},
+    }
+    if limit:
+        mapping["limit"] = {"leak_rate": limit}
+    return Scene.from_mapping(mapping)
+
+
+def entry(result, name="fluid pressure"):
+    return next((entry for entry in result.error_budget if entry.name == name), None)
+
+
+def leak_at(load, flow=None):
+    """Bounds of the dry contact under a load."""
+    return Seal(scene(load={"pressure": load}, flow=flow)).leak_rate
+
+
+@pytest.mark.parametrize(("drop", "warned"), [(1.01e-3 * LOAD, True), (0.99e-3 * LOAD, False)])
+def test_caution_from_a_thousandth_of_the_contact_pressure(drop, warned):
+    result = summarise(Seal(scene(flow={"pressure_drop": drop})))
+    said = [text for label, text in lines_of(result) if label == "caution"]
+    assert any("0.001 times the contact pressure" in text for text in said) is warned
+    assert (entry(result) is not None) is warned
+    # Without a limit nothing more is computed, and the leak rate is open upwards.
+    assert "fluid pressure" not in result.seconds
+    if warned:
+        assert (entry(result).lower, entry(result).upper) == (1.0, None)
+
+
+def test_verdict_against_the_other_end_of_the_load():
+    """The dry contacts under P and P - (p_in - ambient): a limit between their leak rates is open.
+
+    Where the limit is above both the verdict stands, and so it does where it is below the first.
+    """
+    dry, opened = leak_at(LOAD), leak_at(LOAD - DROP)
+    assert opened.lower > 1.5 * dry.upper  # or the cases below would not be three
+    within = summarise(Seal(scene(limit=1.05 * opened.upper)))
+    assert within.verdict.decision == "within limit"
+    assert "counting fluid pressure (estimated" in within.verdict.sentence
+    between = summarise(Seal(scene(limit=1.1 * dry.upper)))
+    assert between.verdict.decision == "undecided"
+    above = summarise(Seal(scene(limit=0.9 * dry.lower)))
+    assert above.verdict.decision == "above limit"
+    # The second contact is solved only where it may decide.
+    for result, solved in ((within, True), (between, True), (above, False)):
+        assert ("fluid pressure" in result.seconds) is solved
+    # Upper factor times upper bound is the upper bound of the opened contact; both runs differ by
+    # their starts, within the certificate of the contact.
+    assert entry(within).upper * within.leak_rate.upper == pytest.approx(opened.upper, rel=1e-2)
+
+
+@pytest.mark.parametrize("load", [0.5 * DROP, DROP])
+def test_lift_off(load):
+    """P ≤ p_in - ambient: more may leak than any number here says; "above limit" stands."""
+    dry = leak_at(load)
+    result = summarise(Seal(scene(limit=100 * dry.upper, load={"pressure": load})))
+    assert result.verdict.decision == "undecided"
+    assert "lift off" in result.verdict.sentence
+    assert any("lift off" in caution for caution in result.cautions)
+    above = summarise(Seal(scene(limit=0.5 * dry.lower, load={"pressure": load})))
+    assert above.verdict.decision == "above limit"
+
+
+def test_a_sealed_contact_that_the_fluid_opens():
+    """Sealed when dry, leaking at the other end of the load: what leaks there is judged."""
+    load, drop = {"pressure": 6e7}, {"pressure_drop": 5.1e7}
+    opened = leak_at(LOAD, flow=drop)  # 6e7 - 5.1e7
+    free = summarise(Seal(scene(load=load, flow=drop)))
+    assert free.verdict.decision == "sealed"
+    assert free.cautions
+    within = summarise(Seal(scene(1.05 * opened.upper, load, drop)))
+    assert within.verdict.decision == "within limit"
+    open_ = summarise(Seal(scene(0.9 * opened.lower, load, drop)))
+    assert open_.verdict.decision == "undecided"
+    # And one that stays sealed at that end.
+    slight = summarise(Seal(scene(opened.lower, load, {"pressure_drop": 1e6})))
+    assert slight.verdict.decision == "sealed"
+    assert (entry(slight).lower, entry(slight).upper) == (1.0, 1.0)
+
+
+def test_an_outlet_below_ambient_closes_the_film():
+    """From 1 bar to vacuum against 10 bar on the back: the load is P + 9 to 10 bar in truth."""
+    flow = {"inlet_pressure": 1e5, "outlet_pressure": 0, "ambient_pressure": 1e6}
+    dry, closed = leak_at(LOAD, flow), leak_at(LOAD + 1e6, flow)
+    assert closed.upper < dry.lower / 1.5
+    assert summarise(Seal(scene(1.01 * dry.upper, flow=flow))).verdict.decision == "within limit"
+    assert summarise(Seal(scene(0.99 * dry.lower, flow=flow))).verdict.decision == "undecided"
+    assert summarise(Seal(scene(0.9 * closed.lower, flow=flow))).verdict.decision == "above limit"
+
+
+def test_gauge_pressures_alone_matter():
+    """All absolute pressures raised alike: the same entry."""
+    budgets = []
+    for shift in (1e5, 2e6):
+        flow = {"inlet_pressure": DROP + shift, "outlet_pressure": shift}
+        budgets.append(entry(summarise(Seal(scene(flow=flow)))))
+    drop = entry(summarise(Seal(scene())))
+    assert budgets == [drop, drop]
+
+
+@pytest.mark.parametrize("load", [{"area_fraction": 0.1}, {"mean_gap": 2e-7}])
+def test_loads_other_than_a_pressure_are_named_only(load):
+    """They are kept whatever the fluid carries: no number, a caution with the ratio."""
+    result = summarise(Seal(scene(limit=1.0, load=load)))
+    assert (entry(result).lower, entry(result).upper) == (None, None)
+    assert entry(result).sentence in result.cautions
+    assert result.verdict.decision == "within limit"
+    assert "fluid pressure" in result.verdict.sentence
+
+
+def test_with_a_total_error():
+    """[accuracy] chooses grid and tolerance, and the opened contact is solved on that grid."""
+    plain = scene(limit=1.0)
+    mapping = plain.to_mapping()
+    mapping["flow"].pop("rtol")
+    result = summarise(Seal(Scene.from_mapping({**mapping, "accuracy": {"total": 0.3}})))
+    names = [entry.name for entry in result.error_budget if entry.upper is not None]
+    assert names == ["flow", "contact grid", "fluid pressure"]
+
+
+VACUUM = {"inlet_pressure": "1 bar", "outlet_pressure": 0}
+
+
+def test_ambient_pressure_is_named_where_it_cannot_be_guessed():
+    with pytest.raises(InvalidInput, match="ambient_pressure is missing"):
+        scene(flow=VACUUM)
+    with pytest.raises(InvalidInput, match="leave it out"):
+        scene(flow={"pressure_drop": 1e5, "ambient_pressure": 1e5})
+    assert scene(flow={**VACUUM, "ambient_pressure": "1 bar"}).gauge_pressures == (0.0, -1e5)
+    assert scene(flow={**VACUUM, "ambient_pressure": 0}).gauge_pressures == (1e5, 0.0)
+    # Without an elastic contact it changes nothing, and need not be named.
+    given = {"model": "bearing", "area_fraction": 0.1}
+    assert scene(load=given, flow=VACUUM).flow.ambient_pressure is None
+
+
+def test_an_older_result_without_ambient_pressure_is_rebuilt(tmp_path):
+    """Its outlet in a vacuum was taken for the ambient; its scene still reads."""
+    folder = tmp_path / "out"
+    job.run(scene(flow={**VACUUM, "ambient_pressure": 0}), folder)
+    file = folder / "result.json"
+    older = json.loads(file.read_text())
+    older["provenance"]["scene"]["flow"].pop("ambient_pressure")
+    file.write_text(json.dumps(older))
+    assert Result.from_folder(folder).scene().gauge_pressures == (1e5, 0.0)
