@@ -1,11 +1,11 @@
-"""Pictures of a seal, drawn off screen, and the report that gathers them (`report.report`).
+"""Pictures of a seal, drawn off screen, and the report that contains them (`report.report`).
 
-The names below load what they need when first used: importing this package costs nothing.
+The modules of the names below, and PyVista or matplotlib, are imported when a name is first used.
 """
 
 from importlib import import_module
 
-_HOME = {
+_MODULE_OF = {
     "bounds_animation": "animation",
     "bounds_plot": "bounds",
     "contact_picture": "contact",
@@ -16,10 +16,10 @@ _HOME = {
     "require_gl": "offscreen",
 }
 
-__all__ = sorted(_HOME)
+__all__ = sorted(_MODULE_OF)
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOME:
+    if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    return getattr(import_module(f"{__name__}.{_MODULE_OF[name]}"), name)

@@ -1,4 +1,4 @@
-"""The bounds closing, level by level, as an animated GIF."""
+"""Animated GIF of the bounds of the leak rate, level by level."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,21 +13,24 @@ DPI = 100
 
 
 def bounds_animation(levels: Sequence[Level], path: str | Path) -> Path:
-    """Write one frame per level of the plot of `bounds_plot`, all with the same axes.
+    """Write the plot of `bounds_plot` with one frame per level, all with the same axes.
 
     Parameters
     ----------
-    levels : refinement history, at least one level with a positive upper bound
-    path : .gif
+    levels : sequence of Level
+        Refinement history, at least one level with a positive upper bound.
+    path : str or Path
+        The file, .gif.
 
     Returns
     -------
-    path
+    Path of the file.
 
     Raises
     ------
     InvalidInput
-        If there is nothing to plot, or the path is no .gif or cannot be written.
+        If no level has a positive upper bound, or the path does not end in .gif or cannot be
+        written.
     """
     path = Path(path)
     if path.suffix != ".gif":
@@ -41,8 +44,8 @@ def bounds_animation(levels: Sequence[Level], path: str | Path) -> Path:
     with atomic_write(path, durable=False) as staged:
         writer = PillowWriter(fps=FRAMES_PER_SECOND)
         with writer.saving(figure, str(staged), dpi=DPI):
-            for seen in range(1, frames + 1):
+            for count in range(1, frames + 1):
                 figure.clear()
-                draw_bounds(figure, levels, seen)
+                draw_bounds(figure, levels, count)
                 writer.grab_frame()
     return path

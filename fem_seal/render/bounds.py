@@ -1,4 +1,4 @@
-"""How the bounds of the leak rate close as the mesh grows."""
+"""Plot of the bounds of the leak rate, and of their relative half-width, against unknowns."""
 
 import math
 from collections.abc import Sequence
@@ -18,30 +18,32 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
-# Labelled multiples of a decade on axes that span less than so much.
+# Axes that span less than a factor have labels at these multiples of the decades.
 _STEPS = ((30, (1, 2, 5)), (300, (1, 3)), (math.inf, (1,)))
 
 
 def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
     """Plot the bounds, and the half-width of the bracket, against unknowns on logarithmic axes.
 
-    Levels whose lower bound is still zero have no place on a logarithmic axis: their upper bound
-    is drawn, the lower is left out and their half-width is 1. The thin line falls like 1/unknowns,
-    the optimal rate of adaptive linear elements for an energy.
+    A lower bound of zero cannot be drawn on a logarithmic axis: of such a level the plot shows the
+    upper bound, and the relative half-width 1. The thin line is proportional to 1/unknowns, the
+    optimal rate of adaptive linear elements for an energy.
 
     Parameters
     ----------
-    levels : refinement history, at least one level with a positive upper bound
-    path : .png, .pdf or .svg
+    levels : sequence of Level
+        Refinement history, at least one level with a positive upper bound.
+    path : str or Path
+        The file, .png, .pdf or .svg.
 
     Returns
     -------
-    path
+    Path of the file.
 
     Raises
     ------
     InvalidInput
-        If there is nothing to plot or the path cannot be written.
+        If no level has a positive upper bound, or the path cannot be written.
     """
     path = Path(path)
     if path.suffix not in FORMATS:
@@ -57,14 +59,17 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
     return path
 
 
-def draw_bounds(figure: "Figure", levels: Sequence[Level], seen: int | None = None) -> None:
+def draw_bounds(figure: "Figure", levels: Sequence[Level], count: int | None = None) -> None:
     """Draw the two axes of `bounds_plot` into a matplotlib figure.
 
     Parameters
     ----------
-    figure : matplotlib Figure, empty
-    levels : all levels; they set the limits of the axes
-    seen : number of levels drawn; None draws all
+    figure : matplotlib Figure
+        Without axes.
+    levels : sequence of Level
+        All levels, which set the limits of the axes.
+    count : int, optional
+        Number of levels to draw; all if left out.
     """
     levels = [level for level in levels if level.upper > 0]
     if not levels:
@@ -74,25 +79,27 @@ def draw_bounds(figure: "Figure", levels: Sequence[Level], seen: int | None = No
         )
     rates, widths = figure.subplots(1, 2)
     _limits(rates, widths, levels)
-    drawn = levels[:seen]
+    drawn = levels[:count]
     unknowns = np.array([level.unknowns for level in drawn], dtype=float)
     upper = np.array([level.upper for level in drawn])
     lower = np.array([level.lower for level in drawn])
-    sure = lower > 0
-    rates.fill_between(unknowns[sure], lower[sure], upper[sure], color="0.88", linewidth=0)
+    bounded = lower > 0
+    rates.fill_between(unknowns[bounded], lower[bounded], upper[bounded], color="0.88", linewidth=0)
     rates.plot(unknowns, upper, "v-", color=UPPER, markersize=4, label="upper bound")
-    rates.plot(unknowns[sure], lower[sure], "^-", color=LOWER, markersize=4, label="lower bound")
+    rates.plot(
+        unknowns[bounded], lower[bounded], "^-", color=LOWER, markersize=4, label="lower bound"
+    )
     rates.set(xlabel="unknowns", ylabel="leak rate Q [m³/s]")
     rates.legend(frameon=False)
     half_width = np.array([level.half_width for level in drawn])
-    open_yet = half_width > 0
-    widths.plot(unknowns[open_yet], half_width[open_yet], "o-", color=HALF_WIDTH, markersize=4)
+    positive = half_width > 0
+    widths.plot(unknowns[positive], half_width[positive], "o-", color=HALF_WIDTH, markersize=4)
     _optimal_rate(widths, levels)
     widths.set(xlabel="unknowns", ylabel="half-width of the bracket / mean")
 
 
 def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
-    """Logarithmic axes that hold all levels, and so stay fixed in an animation."""
+    """Set logarithmic axes with the limits of all levels, so that animations keep them."""
     unknowns = np.array([level.unknowns for level in levels], dtype=float)
     values = np.array([[level.lower, level.upper] for level in levels])
     half_width = np.array([level.half_width for level in levels])
@@ -100,14 +107,14 @@ def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
     for axes, numbers in shown:
         axes.set(xscale="log", xlim=(unknowns.min() / 1.3, unknowns.max() * 1.3))
         _label(axes.xaxis)
-        if numbers.size == 0:  # bounds that meet exactly leave no half-width to show
+        if numbers.size == 0:  # all half-widths are 0: the bounds are equal
             continue
         axes.set(yscale="log", ylim=(numbers.min() / 1.6, numbers.max() * 1.6))
         _label(axes.yaxis)
 
 
 def _label(axis: "Axis") -> None:
-    """Label enough ticks of a logarithmic axis: whole decades alone may be one, or none."""
+    """Label at least two ticks of a logarithmic axis, on which decades alone may be too few."""
     from matplotlib.ticker import (
         LogFormatterSciNotation,
         LogLocator,
@@ -130,6 +137,7 @@ def _label(axis: "Axis") -> None:
 
 
 def _optimal_rate(axes: "Axes", levels: Sequence[Level]) -> None:
+    """Draw the line ∝ 1/unknowns through the last level."""
     last = levels[-1]
     if last.half_width == 0:
         return

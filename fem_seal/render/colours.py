@@ -1,7 +1,7 @@
-"""Colour maps that leave room for contact, also in print without colour.
+"""Colour maps that tell contact apart, also in print without colour.
 
-A map spans only a part of matplotlib's, so that its lightest colour is darker than contact (light
-grey), which in turn is darker than white.
+Each map is a part of one of matplotlib's. Its lightest colour is darker than the light grey of
+contact, which is darker than white.
 """
 
 from functools import cache
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 CONTACT_COLOUR = (214, 217, 221)
 WHITE = (255, 255, 255)
 
-# Name of ours: matplotlib's and the part of it that is used.
+# For each name the map of matplotlib, and the part of it that is used.
 _PARTS = {
     "flow": ("magma_r", 0.22, 1.0),
     "gap": ("viridis", 0.0, 0.8),
@@ -26,9 +26,16 @@ _STEPS = 256
 
 @cache
 def colour_map(name: str) -> "Colormap":
-    """Give the map of a name: "flow", "gap", "pressure" or one of matplotlib's.
+    """Colour map by its name; values below its scale are white.
 
-    Numbers below a scale are white.
+    Parameters
+    ----------
+    name : str
+        "flow", "gap", "pressure", or the name of a map of matplotlib.
+
+    Returns
+    -------
+    matplotlib Colormap
     """
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap

@@ -1,4 +1,4 @@
-"""Contact and open domains in the manner of the letter's Fig. 1 (PRL 108, 244301, 2012)."""
+"""Picture of contact and open domains, like Fig. 1 of the letter (PRL 108, 244301, 2012)."""
 
 from pathlib import Path
 
@@ -11,7 +11,8 @@ from fem_seal.render.tiles import Mosaic, mosaic
 from fem_seal.topology.clusters import label, largest
 from fem_seal.topology.lattice import DUAL_CONNECTIVITY, Lattice
 
-# In print without colour the largest patch is the darker, the largest channel the lighter grey.
+# Chosen so that in print without colour the largest channel is a lighter grey than the largest
+# patch.
 CONTACT_KEY = (
     Swatch("other contact", (0, 0, 0)),
     Swatch("largest contact patch", (38, 84, 164)),
@@ -21,19 +22,19 @@ CONTACT_KEY = (
 
 
 def contact_classes(sites: Lattice) -> np.ndarray:
-    """Give each site the number of its entry in CONTACT_KEY.
+    """Index in CONTACT_KEY of every site.
 
-    Contact and open sites are connected by a dual pair of connectivities, so that at most one of
-    the two largest clusters can bar the way of the other.
+    Contact and open sites have a dual pair of connectivities, so that at most one of the two
+    largest clusters spans.
 
     Parameters
     ----------
-    sites : from `fem_seal.topology.lattice.lattice`
+    sites : Lattice
 
     Returns
     -------
-    uint8 array of the shape of sites.gap: 0 contact, 1 largest contact patch, 2 open,
-    3 largest open channel
+    uint8 array of the shape of sites.gap
+        0 contact, 1 largest contact patch, 2 open, 3 largest open channel.
     """
     classes = np.where(sites.open, np.uint8(2), np.uint8(0))
     phases = (
@@ -60,8 +61,9 @@ def contact_panel(
 
 
 def _layer(view: Mosaic) -> Tiles:
+    """Tiles in the colours of CONTACT_KEY."""
     classes = view.sites.on_samples(contact_classes(view.sites))
-    return view.shares(classes, np.array([s.colour for s in CONTACT_KEY]))
+    return view.mean_colours(classes, np.array([s.colour for s in CONTACT_KEY]))
 
 
 def contact_picture(
@@ -72,24 +74,29 @@ def contact_picture(
     representation: str = "linear",
     window: Window | None = None,
 ) -> Path:
-    """Picture of the contact (gap exactly 0) and the open domains with the largest of each.
+    """Picture of contact (gap exactly 0) and open domains, the largest of each in colour.
 
     Parameters
     ----------
-    gap : gap [m]
-    path : .png, .pdf or .svg
-    sides : "wall" or "periodic"; clusters join across periodic sides
-    representation : "linear" (samples are vertices) or "constant" (samples fill pixels)
-    window : part of the seal to show, [m]; None shows all. Clusters are those of the whole seal.
+    gap : GridField
+        Gap [m].
+    path : str or Path
+        The file, .png, .pdf or .svg.
+    sides : "wall" or "periodic"
+        Clusters are connected across periodic sides.
+    representation : "linear" or "constant"
+        Samples are vertices, or fill pixels.
+    window : Window, optional
+        Part of the seal to show [m]; all if left out. Clusters are those of the whole seal.
 
     Returns
     -------
-    path
+    Path of the file.
 
     Raises
     ------
     InvalidInput
-        For an unknown choice, a window outside the seal, or a path that cannot be written.
+        If a choice is unknown, the window is outside the seal, or the path cannot be written.
     MissingPackage
         If no OpenGL library is installed.
     """

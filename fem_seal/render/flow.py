@@ -1,7 +1,7 @@
-"""Pictures of the flow on the solver's own triangles: flow density, pressure, mesh.
+"""Pictures of the flow on the triangles of the solver: flow density, pressure, mesh.
 
-Flow density is the volume per second and width, |j| = K |grad p| [m^2/s], constant on a triangle;
-the logarithmic colours follow the letter's Fig. 2 (PRL 108, 244301, 2012).
+The flow density |j| = K |∇p| [m²/s] is the volume per time and width, constant on a triangle. Its
+logarithmic colour scale follows Fig. 2 of the letter (PRL 108, 244301, 2012).
 """
 
 from pathlib import Path
@@ -19,7 +19,7 @@ from fem_seal.render.tiles import mosaic
 
 FLOW_COLOURS = "flow"
 PRESSURE_COLOURS = "pressure"
-DECADES = 4
+DECADES = 4  # length of the colour bar
 CONTACT = Swatch("contact", CONTACT_COLOUR)
 NO_FLOW = Swatch("open, weaker flow or none", WHITE)
 NOT_REACHED = Swatch("open, not reached", WHITE)
@@ -27,12 +27,20 @@ EDGES = (0, 0, 0)
 
 
 def flow_of(leak: LeakRate) -> FlowField:
-    """Give the flow field of a leak rate.
+    """Flow field of a leak rate.
+
+    Parameters
+    ----------
+    leak : LeakRate
+
+    Returns
+    -------
+    FlowField
 
     Raises
     ------
     InvalidInput
-        If the seal is sealed or the solver was not asked for its field.
+        If the gap is sealed, or the solver did not keep its field.
     """
     if leak.state == "sealed":
         raise InvalidInput("the seal is sealed: there is no flow to draw; draw the contact instead")
@@ -44,23 +52,29 @@ def flow_of(leak: LeakRate) -> FlowField:
 
 
 def flow_density(field: FlowField) -> np.ndarray:
-    """|j| on each triangle, (C,) [m^2/s]."""
+    """Flow density |j| (C,) [m^2/s] on each triangle."""
     return np.linalg.norm(field.flux, axis=1)
 
 
 def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
-    """One logarithmic scale for all the fields, ending at the next 1, 2 or 5 above the peak.
+    """One logarithmic scale for all fields; it ends at the next 1, 2 or 5 above the peak.
 
     Parameters
     ----------
-    fields : flow fields to be compared
-    decades : length of the bar at most, weaker flow is white; where there is none the bar is
-        shorter, but has one decade at least
+    *fields : FlowField
+        The fields to compare.
+    decades : int
+        Largest length of the bar; weaker flow is white. The bar is shorter if no flow is as weak,
+        but at least one decade long.
+
+    Returns
+    -------
+    Scale
 
     Raises
     ------
     InvalidInput
-        If nothing flows.
+        If the flow density is zero everywhere.
     """
     density = np.concatenate([flow_density(field) for field in fields])
     peak = density.max(initial=0.0)
@@ -75,20 +89,20 @@ def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
 
 
 def _step_above(number: float) -> float:
-    """Next 1, 2 or 5 of a decade, from the number on."""
+    """Smallest 1, 2 or 5 times a power of ten that is not below the number."""
     decade = 10.0 ** np.floor(np.log10(number))
     return next(step * decade for step in (1, 2, 5, 10) if number <= step * decade * (1 + 1e-9))
 
 
 def flow_triangles(field: FlowField, scale: Scale) -> Triangles:
-    """Flow density on the triangles of a field."""
-    # Zero flow has no logarithm: it is below the scale, as all weak flow is.
+    """Triangles of a field in the colours of its flow density."""
+    # Zero has no logarithm: draw it like all flow that is below the scale.
     values = np.maximum(flow_density(field), 0.1 * scale.low)
     return Triangles(field.points, field.cells, values, scale)
 
 
 def pressure_scale(field: FlowField) -> tuple[Scale, float]:
-    """Scale of the pressure in its readable unit, and the factor from pascal to it."""
+    """Scale of the pressure in a readable unit, and the factor from pascal to this unit."""
     low, high = float(field.pressure.min()), float(field.pressure.max())
     factor, unit = readable(max(abs(low), abs(high)), "Pa")
     return Scale(f"pressure [{unit}]", low * factor, high * factor, False, PRESSURE_COLOURS), factor
@@ -104,9 +118,9 @@ def _panel(
 ) -> Panel:
     """Draw contact over the flow, but under the edges of a mesh."""
     view = mosaic(gap, "wall", representation, window, long_side)
-    # Cells wider than a pixel of the gap reach over contact, which certainly carries no flow.
+    # Triangles wider than a pixel extend over contact, which carries no flow: hide that part.
     palette = np.array([(*CONTACT.colour, 255), (*CONTACT.colour, 0)])
-    contact = view.shares((view.samples > 0).astype(np.uint8), palette)
+    contact = view.mean_colours((view.samples > 0).astype(np.uint8), palette)
     layers = [contact, flow] if isinstance(flow, Mesh) else [flow, contact]
     return Panel(draw(layers, view.window, long_side), view.window, title)
 
@@ -135,25 +149,31 @@ def flow_picture(
     scale: Scale | None = None,
     window: Window | None = None,
 ) -> Path:
-    """Picture of the flow density on a logarithmic scale, with the contact.
+    """Picture of the flow density on a logarithmic scale, with contact in grey.
 
     Parameters
     ----------
-    leak : leak rate with its flow field
-    gap : gap [m] the flow runs through
-    path : .png, .pdf or .svg
-    representation : of the gap in the solver, "linear" or "constant"
-    scale : from `flow_scale`, to compare pictures; None spans DECADES down from the peak
-    window : part of the seal to show [m]; None shows all
+    leak : LeakRate
+        Leak rate with its flow field.
+    gap : GridField
+        Gap [m] through which the fluid flows.
+    path : str or Path
+        The file, .png, .pdf or .svg.
+    representation : "linear" or "constant"
+        Representation of the gap in the solver.
+    scale : Scale, optional
+        From `flow_scale`, to compare pictures; if left out it spans DECADES below the peak.
+    window : Window, optional
+        Part of the seal to show [m]; all if left out.
 
     Returns
     -------
-    path
+    Path of the file.
 
     Raises
     ------
     InvalidInput
-        If the seal is sealed, the field is missing, or the path cannot be written.
+        If the gap is sealed, the field is missing, or the path cannot be written.
     MissingPackage
         If no OpenGL library is installed.
     """
@@ -187,10 +207,10 @@ def mesh_picture(
     representation: str = "linear",
     window: Window | None = None,
 ) -> Path:
-    """Picture of the mesh that carried the flow, its edges over the contact.
+    """Picture of the edges of the mesh on which the flow was solved, with contact in grey.
 
-    Beside the whole mesh stands the surroundings of its strongest flow, where adaptive meshes are
-    finest; a `window` is drawn alone. Arguments as in `flow_picture`.
+    One panel shows the whole mesh, a second one the part around the strongest flow, where adaptive
+    meshes are finest. With a `window` there is one panel. Arguments as in `flow_picture`.
     """
     field = flow_of(leak)
     fine, bold = (Mesh(field.points, field.cells, EDGES, line) for line in (0.5, 0.8))
@@ -199,16 +219,16 @@ def mesh_picture(
     else:
         whole = _panel(gap, fine, representation, None, LONG_SIDE, "whole seal")
         peak = peak_window(field, whole.window)
-        near = _panel(gap, bold, representation, peak, LONG_SIDE, "around the strongest flow")
-        panels = [whole, near]
+        detail = _panel(gap, bold, representation, peak, LONG_SIDE, "around the strongest flow")
+        panels = [whole, detail]
     return write_page([panels], path, key=(CONTACT,))
 
 
-def peak_window(field: FlowField, whole: Window, share: float = 1 / 8) -> Window:
-    """Window of a share of each side of the seal, around the triangle of strongest flow."""
+def peak_window(field: FlowField, whole: Window, part: float = 1 / 8) -> Window:
+    """Window around the triangle of strongest flow, a part of each side of the seal long."""
     strongest = field.cells[np.argmax(flow_density(field))]
     centre = field.points[strongest].mean(axis=0)
-    half = 0.5 * share * np.array([whole.x1, whole.y1])
+    half = 0.5 * part * np.array([whole.x1, whole.y1])
     centre = np.clip(centre, half, np.array([whole.x1, whole.y1]) - half)
     (x0, y0), (x1, y1) = centre - half, centre + half
     return Window(x0, x1, y0, y1)

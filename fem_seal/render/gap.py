@@ -1,4 +1,4 @@
-"""The gap as a map, contact set apart from the narrowest open places."""
+"""Picture of the gap, in which contact differs in colour from the smallest open gap."""
 
 from pathlib import Path
 
@@ -14,33 +14,40 @@ from fem_seal.render.tiles import Mosaic, mosaic
 
 GAP_COLOURS = "gap"
 CONTACT = Swatch("contact (gap = 0)", CONTACT_COLOUR)
-CLOSED = Scale("gap", 0.0, 1.0)  # of nothing: no open place takes a colour of it
-SHOWN = 0.999  # of the area lies within the bar: a few deep valleys do not darken all the rest
+# Any scale will do for a gap that is 0 everywhere, which has no open sample to colour.
+CLOSED = Scale("gap", 0.0, 1.0)
+# Part of the area whose gap lies within the bar, so that few deep valleys do not set the scale.
+SHOWN = 0.999
 
 
 def gap_scale(gap: GridField, highest: float | None = None) -> tuple[Scale, float]:
-    """Choose the unit from the data: colours from zero to the gap that SHOWN of the area is below.
+    """Linear scale from zero in a readable unit.
 
     Parameters
     ----------
-    gap : gap [m]
-    highest : upper end of the bar [m]; None takes it from the data
+    gap : GridField
+        Gap [m].
+    highest : float, optional
+        Upper end of the bar [m]; if left out, the gap that is not exceeded on the part SHOWN of
+        the area.
 
     Returns
     -------
-    scale : in the readable unit
-    factor : multiplies metres to give that unit
+    scale : Scale
+        In the readable unit.
+    factor : float
+        Readable units per metre.
 
     Raises
     ------
     InvalidInput
-        If the gap is zero everywhere, so that there is nothing to scale by.
+        If the gap is zero everywhere.
     """
     deepest = float(gap.values.max())
     if deepest <= 0:
         raise InvalidInput("the gap is zero everywhere: there is no open place to draw")
     if highest is None:
-        # Where less than the rest of the area is open at all, only the deepest gap is a scale.
+        # The quantile is 0 if less than 1 - SHOWN of the area is open; use the largest gap then.
         highest = float(np.quantile(gap.values, SHOWN)) or deepest
     factor, unit = readable(highest, "m")
     beyond = "max" if deepest > highest else "neither"
@@ -58,21 +65,21 @@ def gap_panel(
     title: str = "",
 ) -> Panel:
     """Draw the gap on a scale from `gap_scale`; see `gap_picture` for the arguments."""
-    # Colours of the samples do not depend on who neighbours whom across the sides.
+    # The colours of samples do not depend on the sides.
     view = mosaic(gap, "wall", representation, window, long_side)
     tiles = view.tiles(_colours(view, scale, factor))
     return Panel(draw([tiles], view.window, long_side), view.window, title)
 
 
 def _colours(view: Mosaic, scale: Scale, factor: float) -> np.ndarray:
-    """Each tile: its mean open gap, and grey in the share that is contact."""
+    """Colours of the tiles: that of the mean open gap, mixed with grey by the part in contact."""
     samples = view.crop(view.samples)
-    mean, share = view.mean(samples), view.mean(samples > 0)
-    open_mean = np.divide(mean, share, out=np.zeros_like(mean), where=share > 0) * factor
+    mean, open_part = view.mean(samples), view.mean(samples > 0)
+    open_mean = np.divide(mean, open_part, out=np.zeros_like(mean), where=open_part > 0) * factor
     position = (open_mean - scale.low) / (scale.high - scale.low)
     colours = 255 * colour_map(scale.colours)(position)[:, :, :3]
     contact = np.array(CONTACT.colour, dtype=float)
-    return share[:, :, None] * colours + (1 - share)[:, :, None] * contact
+    return open_part[:, :, None] * colours + (1 - open_part)[:, :, None] * contact
 
 
 def gap_picture(
@@ -83,26 +90,31 @@ def gap_picture(
     highest: float | None = None,
     window: Window | None = None,
 ) -> Path:
-    """Picture of the gap, in nm, µm or mm as suits it, with contact in grey.
+    """Picture of the gap in a readable unit (nm, µm or mm), with contact in grey.
 
-    A gap that is closed everywhere has no bar: all is contact.
+    A gap that is 0 everywhere has no colour bar.
 
     Parameters
     ----------
-    gap : gap [m]
-    path : .png, .pdf or .svg
-    representation : "linear" (samples are vertices) or "constant" (samples fill pixels)
-    highest : upper end of the bar [m], to compare pictures; None takes it from the data
-    window : part of the seal to show [m]; None shows all
+    gap : GridField
+        Gap [m].
+    path : str or Path
+        The file, .png, .pdf or .svg.
+    representation : "linear" or "constant"
+        Samples are vertices, or fill pixels.
+    highest : float, optional
+        Upper end of the bar [m], to compare pictures; if left out, as in `gap_scale`.
+    window : Window, optional
+        Part of the seal to show [m]; all if left out.
 
     Returns
     -------
-    path
+    Path of the file.
 
     Raises
     ------
     InvalidInput
-        If the window leaves the seal, or the path cannot be written.
+        If the window extends beyond the seal, or the path cannot be written.
     MissingPackage
         If no OpenGL library is installed.
     """

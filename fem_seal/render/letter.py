@@ -1,4 +1,4 @@
-"""The figures of the 2012 letter from the data of `fem_seal.letter`, as PNG and PDF."""
+"""Figures of the 2012 letter from the data of `fem_seal.letter`, as PNG and PDF."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -22,25 +22,27 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "pdf")
 PANEL_SIDE = 700
-# Part of each side that the lower row of Figs. 1 and 2 magnifies.
+# Part of each side of the cell that the lower row of Figs. 1 and 2 shows magnified.
 MAGNIFIED = 0.25
 DECADES = 4
-# Told apart by shape and grey value as well as by colour.
+# The colours of models also differ in their grey values; seeds differ in the marker.
 BEARING, ELASTIC, PERSSON = "#b2452b", "#1f4e9e", "#444444"
 MARKERS = ("o", "s", "^", "D", "v", "p", "h", "<", ">", "*")
 
 
 def contact_figure(contacts: dict[str, GridField], folder: Path) -> list[Path]:
-    """Fig. 1: contact and open domains by model; below, a part magnified.
+    """Draw Fig. 1: contact and open domains of each model, and a part magnified below.
 
     Parameters
     ----------
-    contacts : gap [m] by model
-    folder : of fig1.png and fig1.pdf
+    contacts : dict of GridField
+        Gap [m] by model.
+    folder : Path
+        Folder for fig1.png and fig1.pdf.
 
     Returns
     -------
-    The files.
+    list of Path, the files
     """
     whole = [
         contact_panel(gap, sides="periodic", long_side=PANEL_SIDE, title=_title(model, gap))
@@ -54,16 +56,18 @@ def contact_figure(contacts: dict[str, GridField], folder: Path) -> list[Path]:
 
 
 def flow_figure(flows: dict[str, FlowPicture], folder: Path) -> list[Path]:
-    """Fig. 2: flow density by model, each on a scale of its own peak; below, a part magnified.
+    """Draw Fig. 2: flow density of each model over its peak, and a part magnified below.
 
     Parameters
     ----------
-    flows : by model
-    folder : of fig2.png and fig2.pdf
+    flows : dict of FlowPicture
+        Flow by model.
+    folder : Path
+        Folder for fig2.png and fig2.pdf.
 
     Returns
     -------
-    The files.
+    list of Path, the files
     """
     scale = Scale("flow density / peak", 10.0**-DECADES, 1.0, True, FLOW_COLOURS, "min")
     whole, parts = [], []
@@ -84,29 +88,34 @@ def _title(model: str, gap: GridField) -> str:
 
 
 def _part(gap: GridField) -> Window:
+    """Window of the magnified part, at the centre of the cell."""
     Lx, Ly = gap.size
     low, high = 0.5 * (1 - MAGNIFIED), 0.5 * (1 + MAGNIFIED)
     return Window(low * Lx, high * Lx, low * Ly, high * Ly)
 
 
 def _pages(folder: Path, name: str, write: Callable[[Path], Path]) -> list[Path]:
+    """Write a page in every format; return the files."""
     return [write(folder / f"{name}.{suffix}") for suffix in FORMATS]
 
 
 def current_figure(
     currents: Sequence[CurrentRow], persson: Sequence[PerssonRow], folder: Path
 ) -> list[Path]:
-    """Fig. 3: current over that at first contact against contact area.
+    """Draw Fig. 3: leak rate over that at first contact, against contact area.
 
     Parameters
     ----------
-    currents : points of both models and all seeds; sealed ones have no place on the axis
-    persson : Persson's prediction with the modified Bruggeman medium
-    folder : of fig3.png and fig3.pdf
+    currents : sequence of CurrentRow
+        Points of both models and all seeds; sealed ones are not on the logarithmic axis.
+    persson : sequence of PerssonRow
+        Persson's prediction with the modified Bruggeman medium.
+    folder : Path
+        Folder for fig3.png and fig3.pdf.
 
     Returns
     -------
-    The files.
+    list of Path, the files
     """
 
     def draw(figure: "Figure") -> None:
@@ -138,22 +147,23 @@ def current_figure(
 
 
 def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -> None:
-    """Certified brackets as error bars, finite differences as crosses with their own band."""
+    """Draw brackets as error bars, finite differences as crosses with the band of their links."""
     label, fd_label = f"{model}, certified finite elements", f"{model}, finite differences"
     for seed, marker in zip(sorted({row.seed for row in rows}), MARKERS * 9, strict=False):
-        some = [row for row in rows if row.seed == seed and row.value > 0]
-        area = [row.area for row in some]
-        value = np.array([row.value for row in some])
-        bars = value - [row.lower for row in some], [row.upper for row in some] - value
+        points = [row for row in rows if row.seed == seed and row.value > 0]
+        area = [row.area for row in points]
+        value = np.array([row.value for row in points])
+        bars = value - [row.lower for row in points], [row.upper for row in points] - value
         style = {"color": colour, "markersize": 5, "markerfacecolor": "white", "capsize": 2}
         axes.errorbar(area, value, yerr=bars, fmt=marker, label=label, **style)
-        wet = [row for row in some if row.harmonic > 0]
-        middle = np.array([row.linear_gap for row in wet])
-        band = middle - [row.harmonic for row in wet], [row.arithmetic for row in wet] - middle
+        leaking = [row for row in points if row.harmonic > 0]
+        middle = np.array([row.linear_gap for row in leaking])
+        lower = middle - [row.harmonic for row in leaking]
+        upper = [row.arithmetic for row in leaking] - middle
         axes.errorbar(
-            [row.area + 0.003 for row in wet],
+            [row.area + 0.003 for row in leaking],  # beside the bracket, not over it
             middle,
-            yerr=band,
+            yerr=(lower, upper),
             fmt="x",
             color=colour,
             alpha=0.55,
@@ -165,7 +175,7 @@ def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -
 
 
 def _lines(axes: "Axes", rows: Sequence[CurrentRow], medium: str, colour: str) -> None:
-    """Bruggeman's medium, the mean of the logarithms over seeds."""
+    """Draw Bruggeman's medium, as geometric mean over the seeds."""
     areas = sorted({round(row.area, 2) for row in rows})
     x, y = [], []
     for area in areas:
@@ -178,16 +188,18 @@ def _lines(axes: "Axes", rows: Sequence[CurrentRow], medium: str, colour: str) -
 
 
 def error_figure(errors: Sequence[ErrorRow], folder: Path) -> list[Path]:
-    """Error of the contact grid beside the half-width of the certified bracket.
+    """Draw the error of the contact grid and the relative half-width of the bracket.
 
     Parameters
     ----------
-    errors : at least one row
-    folder : of errors.png and errors.pdf
+    errors : sequence of ErrorRow
+        At least one row.
+    folder : Path
+        Folder for errors.png and errors.pdf.
 
     Returns
     -------
-    The files.
+    list of Path, the files
     """
 
     def draw(figure: "Figure") -> None:
@@ -213,6 +225,7 @@ def error_figure(errors: Sequence[ErrorRow], folder: Path) -> list[Path]:
 def _plots(
     folder: Path, name: str, size: tuple[float, float], draw: Callable[["Figure"], None]
 ) -> list[Path]:
+    """Write a figure of a size [inch] in every format; return the files."""
     import matplotlib
     from matplotlib.figure import Figure
 

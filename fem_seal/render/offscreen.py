@@ -1,8 +1,8 @@
 """Drawing without a screen: the only module that imports PyVista.
 
-A drawing is a stack of layers seen through a window of the seal. Everything is mapped from metres
-to picture pixels before VTK sees it, so a gap of nanometres on a metre of flange meets the same
-camera and the same clipping planes as any other.
+A drawing is a stack of layers inside a window of the seal. All coordinates are converted from
+metres to pixels before VTK gets them, so that camera and clipping planes are the same for a flange
+of a metre and a patch of a micrometre.
 """
 
 import ctypes.util
@@ -21,11 +21,11 @@ from fem_seal.render.colours import WHITE, colour_map
 if TYPE_CHECKING:
     import pyvista
 
-LONG_SIDE = 1200  # pixels
-SHORT_SIDE = 240  # below this a strip cannot be read; it is stretched instead and says so
-SUPERSAMPLING = 2  # each pixel is the mean of so many squared, which smooths all edges alike
+LONG_SIDE = 1200  # length of the longer side [pixel]
+SHORT_SIDE = 240  # least length of the shorter side [pixel]; narrower strips are stretched to it
+SUPERSAMPLING = 2  # each pixel is the mean of SUPERSAMPLING² drawn ones, which smooths edges
 
-# VTK's render windows and the library each one opens at run time.
+# VTK's render windows with the OpenGL library that each loads at run time.
 GL_LIBRARIES = {
     "vtkEGLRenderWindow": "EGL",
     "vtkOSOpenGLRenderWindow": "OSMesa",
@@ -59,14 +59,21 @@ class Window:
 
 @dataclass(frozen=True)
 class Scale:
-    """How numbers become colours; the field and its bar share one scale.
+    """Colour scale of a quantity, for the field and for its colour bar.
 
-    label : what is shown and its unit, "gap [µm]"
-    low, high : the numbers at the ends of the bar; larger ones take the colour of its end, smaller
-        ones are white
-    logarithmic : equal ratios, not equal differences, are equal steps of colour
-    colours : name of a map of `fem_seal.render.colours`
-    beyond : ends of the bar beyond which there are numbers: "neither", "min", "max" or "both"
+    Parameters
+    ----------
+    label : str
+        Quantity and unit, "gap [µm]".
+    low, high : float
+        Values at the ends of the bar. Larger values have the colour of its end, smaller ones are
+        white.
+    logarithmic : bool
+        Whether equal ratios (True) or equal differences are equal steps of colour.
+    colours : str
+        Name of a map of `fem_seal.render.colours`.
+    beyond : "neither", "min", "max" or "both"
+        Ends of the bar beyond which there are values.
     """
 
     label: str
@@ -88,9 +95,13 @@ class Scale:
 
 @dataclass(frozen=True, eq=False)
 class Tiles:
-    """Equal rectangles of one colour each, filling the window `extent`.
+    """Equal rectangles of one colour each that fill a window.
 
+    Parameters
+    ----------
     colours : (nx, ny, 3) uint8, or (nx, ny, 4) with opacity
+    extent : Window
+        The window [m].
     """
 
     colours: np.ndarray
@@ -99,11 +110,18 @@ class Tiles:
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """Triangles coloured by a number per cell or per point.
+    """Triangles coloured by values on cells or at points.
 
-    points : (N, 2) [m]; cells : (C, 3) int
-    values : (C,) constant on cells, or (N,) linear on cells
-    scale : of the values
+    Parameters
+    ----------
+    points : (N, 2) float
+        Coordinates [m].
+    cells : (C, 3) int
+        Corners of the triangles.
+    values : (C,) or (N,) float
+        Values that are constant on cells, or at points and linear on cells.
+    scale : Scale
+        Colour scale of the values.
     """
 
     points: np.ndarray
@@ -114,10 +132,18 @@ class Triangles:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles in one colour, their edges or all of them.
+    """Triangles in one colour, drawn as edges or filled.
 
-    points : (N, 2) [m]; cells : (C, 3) int
-    colour : 0..255; line : width of the edges [pixel], 0 fills the triangles
+    Parameters
+    ----------
+    points : (N, 2) float
+        Coordinates [m].
+    cells : (C, 3) int
+        Corners of the triangles.
+    colour : (int, int, int)
+        Red, green, blue, 0..255.
+    line : float
+        Width of the edges [pixel]; 0 fills the triangles.
     """
 
     points: np.ndarray
@@ -127,26 +153,29 @@ class Mesh:
 
 
 def require_gl() -> None:
-    """Choose a render window that works without a screen; VTK kills the process if there is none.
+    """Choose a render window that works without a screen.
+
+    Without its OpenGL library VTK would end the process.
 
     Raises
     ------
     MissingPackage
         If the OpenGL library of the window is not installed.
     """
-    wanted = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW")
-    if wanted is not None and wanted not in GL_LIBRARIES:
+    chosen = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW")
+    if chosen is not None and chosen not in GL_LIBRARIES:
         raise InvalidInput(
-            f"VTK_DEFAULT_OPENGL_WINDOW = {wanted!r} is not known; unset it or choose from "
+            f"VTK_DEFAULT_OPENGL_WINDOW = {chosen!r} is not known; unset it or choose from "
             f"{', '.join(GL_LIBRARIES)}"
         )
     offscreen = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
-    for window in offscreen if wanted is None else (wanted,):
+    candidates = (chosen,) if chosen else offscreen
+    for window in candidates:
         if ctypes.util.find_library(GL_LIBRARIES[window]):
-            # Set also when nothing else would do: without it VTK first complains about a missing X.
+            # Set it also if it is VTK's own choice: unset, VTK first prints a warning about X.
             os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = window
             return
-    missing = " or ".join(f"lib{GL_LIBRARIES[w]}" for w in (offscreen if not wanted else (wanted,)))
+    missing = " or ".join(f"lib{GL_LIBRARIES[window]}" for window in candidates)
     raise MissingPackage(
         f"pictures need the OpenGL library {missing}, which is not installed; on Debian: "
         "apt-get install libegl1"
@@ -155,7 +184,7 @@ def require_gl() -> None:
 
 def _import_pyvista() -> ModuleType:
     require_gl()
-    # DOLFINx 0.5 to 0.7 leave RTLD_GLOBAL on; VTK loaded after that dies in libstdc++'s symbols.
+    # DOLFINx 0.5 to 0.7 leave RTLD_GLOBAL set; VTK loaded after that crashes on libstdc++ symbols.
     if "dolfinx" in sys.modules and sys.getdlopenflags() & os.RTLD_GLOBAL:
         raise MissingPackage(
             "dolfinx was imported before fem_seal could make it safe for VTK; put "
@@ -169,13 +198,15 @@ def _import_pyvista() -> ModuleType:
 def draw(
     layers: Sequence[Tiles | Triangles | Mesh], window: Window, long_side: int = LONG_SIDE
 ) -> np.ndarray:
-    """Draw the layers, later ones over earlier ones, through a fixed parallel camera.
+    """Draw layers, later ones over earlier ones, in parallel projection.
 
     Parameters
     ----------
-    layers : Tiles, Triangles or Mesh
-    window : the rectangle that fills the picture exactly
-    long_side : pixels of the longer side
+    layers : sequence of Tiles, Triangles and Mesh
+    window : Window
+        The rectangle [m] that fills the picture exactly.
+    long_side : int
+        Length of the longer side [pixel].
 
     Returns
     -------
@@ -215,7 +246,7 @@ def draw(
 
 @dataclass(frozen=True)
 class _Map:
-    """Metres of the window to pixels of the picture, at a depth that puts later layers in front."""
+    """Map from metres in the window to pixels; the depth puts later layers in front."""
 
     window: Window
     width: int
@@ -236,7 +267,7 @@ def _draw_tiles(
     corners = np.array([[e.x0, e.y0], [e.x1, e.y0], [e.x1, e.y1], [e.x0, e.y1]])
     plane = vista.PolyData(to_pixels(corners), faces=[4, 0, 1, 2, 3])
     plane.active_texture_coordinates = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
-    # A texture costs two triangles where cells would cost millions; rows of an image run downwards.
+    # A texture needs two triangles, cells would need millions. Rows of an image run downwards.
     texture = vista.Texture(np.ascontiguousarray(tiles.colours.transpose(1, 0, 2)[::-1]))
     texture.interpolate = False
     texture.mipmap = False

@@ -1,4 +1,4 @@
-"""Pictures of seals of any shape: mesh, gap, and flow on the triangles they were computed on."""
+"""Pictures of a film of any shape on the triangles of its mesh: mesh, gap and flow."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from fem_seal.mesh.mesh_gap import MeshGap
     from fem_seal.mesh.triangles import TriangleMesh
 
-MARGIN = 0.02  # of the longer side, around the shape
+MARGIN = 0.02  # white margin around the shape, over its longer side
 GAP_COLOURS = "gap"
-# In print without colour the inlet is the darker grey.
+# In print without colour the inlet is a darker grey than the outlet.
 INLET, OUTLET = Swatch("inlet", (200, 30, 30)), Swatch("outlet", (70, 160, 255))
-RIM = 4.0  # width of their lines [pixel]
 WALL = Swatch("wall", (0, 0, 0))
-RIMS = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
+BOUNDARY_WIDTH = 4.0  # of the lines of inlet, outlet and walls [pixel]
+BOUNDARIES = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
 
 
 def mesh_picture(gap: "MeshGap", path: str | Path) -> Path:
@@ -36,12 +36,14 @@ def mesh_picture(gap: "MeshGap", path: str | Path) -> Path:
 
     Parameters
     ----------
-    gap : on its mesh
-    path : .png, .pdf or .svg
+    gap : MeshGap
+        Gap [m] on its mesh.
+    path : str or Path
+        The file, .png, .pdf or .svg.
 
     Returns
     -------
-    path
+    Path of the file.
 
     Raises
     ------
@@ -51,44 +53,45 @@ def mesh_picture(gap: "MeshGap", path: str | Path) -> Path:
         If no OpenGL library is installed.
     """
     mesh = gap.mesh
-    layers = [*_contact_of(gap), Mesh(mesh.xy, mesh.cells, EDGES, 0.5), *_rims(mesh)]
+    layers = [*_contact_of(gap), Mesh(mesh.xy, mesh.cells, EDGES, 0.5), *_boundaries(mesh)]
     return write_page([[_panel(layers, mesh)]], path, key=_key(gap))
 
 
 def gap_picture(gap: "MeshGap", path: str | Path) -> Path:
-    """Picture of the gap, linear on each triangle; contact is grey. See `mesh_picture`."""
+    """Picture of the gap, linear on each triangle, with contact in grey; see `mesh_picture`."""
     mesh, highest = gap.mesh, float(gap.values.max())
     factor, unit = readable(highest, "m")
     scale = Scale(f"gap [{unit}]", 0.0, (highest or 1.0) * factor, False, GAP_COLOURS)
     values = Triangles(mesh.xy, mesh.cells, gap.values * factor, scale)
-    layers = [values, *_contact_of(gap), *_rims(mesh)]
+    layers = [values, *_contact_of(gap), *_boundaries(mesh)]
     return write_page([[_panel(layers, mesh)]], path, scale=scale, key=_key(gap))
 
 
 def flow_picture(leak: LeakRate, gap: "MeshGap", path: str | Path) -> Path:
-    """Picture of the flow density on a logarithmic scale. See `mesh_picture`."""
+    """Picture of the flow density on a logarithmic scale; see `mesh_picture`."""
     field: FlowField = flow_of(leak)
     scale = flow_scale(field)
-    layers = [*_contact_of(gap), flow_triangles(field, scale), *_rims(gap.mesh)]
+    layers = [*_contact_of(gap), flow_triangles(field, scale), *_boundaries(gap.mesh)]
     panel = _panel(layers, gap.mesh)
     key = (*_key(gap), NO_FLOW) if scale.beyond == "min" or _pockets(gap, field) else _key(gap)
     return write_page([[panel]], path, scale=scale, key=key)
 
 
 def _pockets(gap: "MeshGap", field: FlowField) -> bool:
-    """Whether some of what is open carries no flow at all."""
+    """Whether a part of the open area carries no flow: the field covers less than that area."""
     open_cells = (gap.values[gap.mesh.cells] > 0).any(axis=1)
     open_area = _area(gap.mesh.xy, gap.mesh.cells[open_cells])
     return _area(field.points, field.cells) < (1 - 1e-9) * open_area
 
 
 def _area(points: np.ndarray, cells: np.ndarray) -> float:
+    """Total area of triangles (C, 3) with corners at points (N, 2)."""
     first, second = (points[cells[:, k]] - points[cells[:, 0]] for k in (1, 2))
     return 0.5 * float(np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum())
 
 
 def draw_shape(gap: "MeshGap", leak: LeakRate | None, folder: Path) -> tuple[str, ...]:
-    """Draw mesh, gap and, where there is a field of it, flow; gives the names of the PNG."""
+    """Draw mesh, gap and, if the leak rate has a field, flow; return the names of the files."""
     mesh_picture(gap, folder / "shape.png")
     gap_picture(gap, folder / "gap.png")
     if leak is None or leak.field is None:
@@ -105,21 +108,21 @@ def _panel(layers: list[Triangles | Mesh], mesh: "TriangleMesh") -> Panel:
 
 
 def _contact_of(gap: "MeshGap") -> list[Mesh]:
-    """Triangles without a gap; no layer if there are none."""
-    shut = (gap.values[gap.mesh.cells] == 0).all(axis=1)
-    return [Mesh(gap.mesh.xy, gap.mesh.cells[shut], CONTACT.colour, 0)] if shut.any() else []
+    """Layer of the triangles in contact; empty list if there are none."""
+    in_contact = gap.mesh.cells[(gap.values[gap.mesh.cells] == 0).all(axis=1)]
+    return [Mesh(gap.mesh.xy, in_contact, CONTACT.colour, 0)] if len(in_contact) else []
 
 
-def _rims(mesh: "TriangleMesh") -> list[Mesh]:
-    """Inlet, outlet and walls as thick lines: triangles squeezed into their edge."""
+def _boundaries(mesh: "TriangleMesh") -> list[Mesh]:
+    """Inlet, outlet and walls as thick lines: edges of degenerate triangles (a, b, b)."""
     return [
-        Mesh(mesh.xy, ends[:, [0, 1, 1]], RIMS[name].colour, RIM)
+        Mesh(mesh.xy, ends[:, [0, 1, 1]], BOUNDARIES[name].colour, BOUNDARY_WIDTH)
         for name, ends in mesh.groups()
         if len(ends)
     ]
 
 
 def _key(gap: "MeshGap") -> tuple[Swatch, ...]:
-    """Entries for what there is."""
-    rims = [RIMS[name] for name, ends in gap.mesh.groups() if len(ends)]
-    return (*rims, CONTACT) if _contact_of(gap) else tuple(rims)
+    """Entries of the key for the boundaries and the contact that the picture shows."""
+    boundaries = [BOUNDARIES[name] for name, ends in gap.mesh.groups() if len(ends)]
+    return (*boundaries, CONTACT) if _contact_of(gap) else tuple(boundaries)

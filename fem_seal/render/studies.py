@@ -1,4 +1,4 @@
-"""Figures of the studies, drawn without a screen."""
+"""Figures of method comparison, price of accuracy and closing saddle."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -28,18 +28,22 @@ def _figure(width: float, height: float) -> "Figure":
 def cross_validation_figure(
     rows: Sequence[Row], path: Path, title: str, reference: Reference | None = None
 ) -> Path:
-    """Draw leak rates over the grid, and the size of their errors over unknowns.
+    """Draw leak rates against the grid, and the magnitude of their errors against unknowns.
 
     Parameters
     ----------
-    rows : of `cross_validation`
-    path : of the picture
-    title : what gap it is
-    reference : certified bracket, drawn as a band; errors below its half-width mean nothing
+    rows : sequence of Row
+        From `cross_validation`.
+    path : Path
+        The file.
+    title : str
+        Name of the gap.
+    reference : Reference, optional
+        Certified bracket, drawn as a band; errors below its half-width cannot be resolved.
 
     Returns
     -------
-    path
+    Path of the file.
     """
     from matplotlib.ticker import ScalarFormatter
 
@@ -63,9 +67,9 @@ def cross_validation_figure(
     rates.set_xscale("log", base=2)
     rates.xaxis.set_major_formatter(ScalarFormatter())
     rates.set(xlabel="squares along the flow", ylabel="leak rate / reference", title=title)
-    what = "certified bracket shaded" if floor else "true error"
+    caption = "certified bracket shaded" if floor else "true error"
     errors.set(
-        xscale="log", yscale="log", xlabel="unknowns", ylabel="|error| / reference", title=what
+        xscale="log", yscale="log", xlabel="unknowns", ylabel="|error| / reference", title=caption
     )
     figure.legend(
         *rates.get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=8
@@ -75,29 +79,32 @@ def cross_validation_figure(
 
 
 def _style(name: str, number: int) -> dict[str, object]:
+    """Colour by family of methods, marker by kind of bound."""
     family = name.partition(" ")[0]
     colour = f"C{number}" if family == "FD" else COLOURS[family]
     side = next((s for s in ("upper", "lower") if s in name), "")
     plain = "sDPX*h"[number % 6] if family == "FD" else "o"
     marker = {"upper": "v", "lower": "^", "": plain}[side]
     if "cascade" in name:
-        marker = "x"  # lies on the elimination with the same links
+        marker = "x"  # visible on top of the equal value by elimination
     dash = "--" if side else "-"
     return {"color": colour, "marker": marker, "ls": dash, "ms": 4, "lw": 1.2, "label": name}
 
 
 def trade_figure(result: Trade, path: Path, title: str) -> Path:
-    """Draw total error against time and against memory, with the Pareto front.
+    """Draw total error against CPU time and against memory, with the Pareto front.
 
     Parameters
     ----------
-    result : of `trade`
-    path : of the picture
-    title : which scene, on which machine
+    result : Trade
+    path : Path
+        The file.
+    title : str
+        Scene and machine.
 
     Returns
     -------
-    path
+    Path of the file.
     """
     from matplotlib.ticker import LogFormatterSciNotation
 
@@ -105,8 +112,8 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
     time, memory = figure.subplots(1, 2, sharey=True)
     for certified, dash in ((True, "-"), (False, "--")):
         front = result.front(certified)
-        at = [p.seconds for p in front], [p.total_error for p in front]
-        time.plot(*at, dash, color="0.75", lw=4)
+        seconds, errors = [p.seconds for p in front], [p.total_error for p in front]
+        time.plot(seconds, errors, dash, color="0.75", lw=4)
     grids = list(dict.fromkeys(point.samples for point in result.points))
     shades = dict(zip(grids, _shades(len(grids)), strict=True))
     for point in result.points:
@@ -152,16 +159,18 @@ def _keys(
 
 
 def saddle_figure(series: Sequence[Sequence[SaddlePoint]], path: Path) -> Path:
-    """Draw leak rates of a closing saddle over the distance, and their local exponents.
+    """Draw leak rates of a closing saddle against the distance in load, and local exponents.
 
     Parameters
     ----------
-    series : points of each grid
-    path : of the picture
+    series : sequence of sequences of SaddlePoint
+        Points of each grid.
+    path : Path
+        The file.
 
     Returns
     -------
-    path
+    Path of the file.
     """
     figure = _figure(10, 4.4)
     rates, slopes = figure.subplots(1, 2)
@@ -171,10 +180,10 @@ def saddle_figure(series: Sequence[Sequence[SaddlePoint]], path: Path) -> Path:
         style = {"marker": marker, "ms": 4, "lw": 1}
         rates.plot(distance, [point.leak_rate for point in points], label=label, **style)
         local = local_exponents(points)
-        at, value = [e.distance for e in local], [e.value for e in local]
-        slopes.errorbar(at, value, [e.error for e in local], capsize=2, **style)
-    near = series[-1][-1]
-    law = [near.leak_rate * (x / near.distance) ** EXPONENT for x in distance]
+        centre, value = [e.distance for e in local], [e.value for e in local]
+        slopes.errorbar(centre, value, [e.error for e in local], capsize=2, **style)
+    last = series[-1][-1]
+    law = [last.leak_rate * (x / last.distance) ** EXPONENT for x in distance]
     rates.plot(distance, law, "k--", lw=1, label="$(p_c - p)^{69/20}$")
     slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
     rates.set(xscale="log", yscale="log", ylabel="leak rate [H³ Δp/(12 η)]")

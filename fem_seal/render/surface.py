@@ -1,4 +1,4 @@
-"""A surface before it is pressed: its heights, and its spectrum with what was fitted to it."""
+"""Figure of a surface before it is pressed: heights, and spectrum with its fitted power law."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,9 +23,12 @@ def surface_figure(field: GridField, fit: SpectrumFit | None, path: str | Path) 
 
     Parameters
     ----------
-    field : heights [m] as they are pressed
-    fit : of its spectrum; None leaves that panel out
-    path : of the picture; the ending chooses the format
+    field : GridField
+        Heights [m] as they are pressed.
+    fit : SpectrumFit or None
+        Fit of their spectrum; None omits the panel of the spectrum.
+    path : str or Path
+        The file; its suffix chooses the format.
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -43,7 +46,7 @@ def surface_figure(field: GridField, fit: SpectrumFit | None, path: str | Path) 
 
 
 def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:
-    """Heights about their mean as colours; the flow runs to the right."""
+    """Draw the heights about their mean in colours, the flow to the right."""
     heights = field.values - field.values.mean()
     scale, unit = readable(float(np.abs(heights).max()), "m")
     length_scale, length_unit = readable(max(n * d for n, d in _sides(field)), "m")
@@ -58,16 +61,16 @@ def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:
 
 
 def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
-    """Rings of the spectrum, the fitted power law and the cut-offs that are seen."""
+    """Draw the ring averages of the spectrum, the fitted power law and its cut-offs."""
     from matplotlib.ticker import LogFormatterSciNotation, LogLocator
 
     rings = fit.spectrum
-    # Roundings far below the power law would only squeeze it.
+    # Omit densities far below the power law, which are rounding errors.
     shown = rings.density > 1e-4 * fit.density.min()
     axes.loglog(rings.wavenumber[shown], rings.density[shown], ".", color=RINGS, label="surface")
     name = f"H = {with_error(fit.hurst, fit.hurst_error)}"
     axes.loglog(fit.wavenumber, fit.density, color=FITTED, label=name)
-    for what, wavelength in (
+    for cut_off, wavelength in (
         ("long cut-off", fit.long_wavelength),
         ("roll-off", fit.rolloff_wavelength),
         ("short cut-off", fit.short_wavelength),
@@ -77,16 +80,17 @@ def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
             axes.axvline(
                 2 * np.pi / wavelength,
                 color=CUT_OFF,
-                linestyle={"long cut-off": "--", "roll-off": ":", "short cut-off": "-."}[what],
+                linestyle={"long cut-off": "--", "roll-off": ":", "short cut-off": "-."}[cut_off],
                 linewidth=1,
-                label=f"{what} {wavelength * scale:.3g} {unit}",
+                label=f"{cut_off} {wavelength * scale:.3g} {unit}",
             )
     axes.set(xlabel="wavenumber q [1/m]", ylabel="spectrum C(q) [m⁴]")
-    # Wavenumbers often span little more than the one decade whose name is all that stands there.
+    # Wavenumbers often span little more than a decade, with a single label at its power of ten.
     axes.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))
     axes.xaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 2.5)))
     axes.legend(fontsize=8, loc="lower left", frameon=False)
 
 
 def _sides(field: GridField) -> zip:
+    """(samples, spacing) along each axis."""
     return zip(field.shape, field.spacing, strict=True)

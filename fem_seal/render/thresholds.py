@@ -1,4 +1,4 @@
-"""Percolation thresholds against the short cut-off: counted, and without what pixels add."""
+"""Figure of percolation thresholds against the short cut-off, with and without pixel correction."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,15 +19,28 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "pdf")
 MARKERS = ("o", "s", "^", "D", "v", "p")
-# Points of equal cut-off stand side by side, this factor apart, in the order of n and H.
+# Points of equal cut-off are drawn side by side, this factor apart, in the order of n and H.
 APART = 1.05
-# What is pale in the figure: Hurst exponents other than the largest.
+# Opacity of points whose Hurst exponent is not the largest.
 PALE = 0.45
 
 
 @dataclass(frozen=True)
 class _Kind:
-    """What is drawn of a row and how; `filled` tells it apart in print without colour."""
+    """A quantity of the rows and the style of its points.
+
+    Attributes
+    ----------
+    name : str
+        Name in the legend.
+    model : str
+        Contact model of the rows to draw.
+    value, spread : str
+        Fields of a row: threshold, and its standard deviation over the seeds.
+    colour : str
+    filled : bool
+        Whether markers are filled, which also shows in print without colour.
+    """
 
     name: str
     model: str
@@ -60,13 +73,15 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
 
     Parameters
     ----------
-    rows : of `fem_seal.letter.percolation`, of one run or several; those of the first edges are
-        drawn
-    folder : of thresholds.png and thresholds.pdf
+    rows : sequence of ThresholdRow
+        From one or several runs of `fem_seal.letter.percolation`. Only rows with the edges of the
+        first row are drawn.
+    folder : Path
+        Folder for thresholds.png and thresholds.pdf.
 
     Returns
     -------
-    The files.
+    list of Path, the files
     """
     import matplotlib
     from matplotlib.figure import Figure
@@ -91,12 +106,12 @@ def _draw(figure: "Figure", rows: Sequence[ThresholdRow]) -> None:
     ensembles = sorted({(row.n, row.hurst) for row in rows})
     steepest = max(row.hurst for row in rows)
     for row in rows:
-        place = ensembles.index((row.n, row.hurst)) - 0.5 * (len(ensembles) - 1)
+        position = ensembles.index((row.n, row.hurst)) - 0.5 * (len(ensembles) - 1)
         marker = MARKERS[sizes.index(row.n) % len(MARKERS)]
         alpha = 1.0 if row.hurst == steepest else PALE
         for kind in KINDS:
             if kind.model == row.model:
-                _point(axes, row, kind, row.short * APART**place, marker, alpha)
+                _point(axes, row, kind, row.short * APART**position, marker, alpha)
     axes.set(xlabel="short cut-off λs [samples]", ylabel="percolation threshold A*/A0")
     axes.set_xscale("log", base=2)
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
@@ -111,11 +126,11 @@ def _draw(figure: "Figure", rows: Sequence[ThresholdRow]) -> None:
 
 
 def _point(
-    axes: "Axes", row: ThresholdRow, kind: _Kind, at: float, marker: str, alpha: float
+    axes: "Axes", row: ThresholdRow, kind: _Kind, x: float, marker: str, alpha: float
 ) -> None:
-    """One mean with its standard error; a single seed has none."""
+    """Draw a mean with its standard error, which is 0 for a single seed."""
     axes.errorbar(
-        [at],
+        [x],
         [getattr(row, kind.value)],
         yerr=[(getattr(row, kind.spread) or 0.0) / np.sqrt(row.seeds)],
         fmt=marker,
@@ -129,7 +144,7 @@ def _point(
 
 
 def _legend(figure: "Figure", sizes: list[int], hursts: list[float]) -> None:
-    """What, by colour and filling; n, by shape; H, by strength."""
+    """Explain colour and filling (quantity), marker (n) and opacity (H) below the figure."""
     from matplotlib.lines import Line2D
 
     def entry(marker: str, colour: str, filled: bool, name: str, alpha: float = 1.0) -> Line2D:

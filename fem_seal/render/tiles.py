@@ -1,4 +1,4 @@
-"""Grid samples as coloured tiles, thinned by block means so that no grid is too large to draw."""
+"""Grid samples as coloured tiles; on large grids a tile is the mean of a block of samples."""
 
 from dataclasses import dataclass
 
@@ -12,11 +12,20 @@ from fem_seal.topology.lattice import Lattice, lattice
 
 @dataclass(frozen=True, eq=False)
 class Mosaic:
-    """Which samples a window shows and how many of them make one tile.
+    """The samples inside a window, and the blocks of samples that make one tile.
 
-    sites : the gap with its neighbourhood; samples : gap on all sites, (mx, my) [m]
-    window : what is seen; first, last : half-open index ranges along each axis
-    block : samples per tile along each axis
+    Attributes
+    ----------
+    sites : Lattice
+        Sites of the gap.
+    samples : (mx, my) float
+        Gap at all samples [m].
+    window : Window
+        Part of the seal to show.
+    first, last : (int, int)
+        First sample inside the window and last sample + 1, along each axis.
+    block : (int, int)
+        Samples per tile along each axis.
     """
 
     sites: Lattice
@@ -27,7 +36,7 @@ class Mosaic:
     block: tuple[int, int]
 
     def crop(self, field: np.ndarray) -> np.ndarray:
-        """Give the samples seen, (kx, ky)."""
+        """Samples (kx, ky) inside the window of a field (mx, my)."""
         return field[self.first[0] : self.last[0], self.first[1] : self.last[1]]
 
     def mean(self, field: np.ndarray) -> np.ndarray:
@@ -35,7 +44,8 @@ class Mosaic:
 
         Parameters
         ----------
-        field : (kx, ky) from `crop`
+        field : (kx, ky) float
+            From `crop`.
 
         Returns
         -------
@@ -45,29 +55,35 @@ class Mosaic:
         for axis, block in enumerate(self.block):
             starts = np.arange(0, field.shape[axis], block)
             total = np.add.reduceat(total, starts, axis=axis, dtype=float)
-            held = np.diff(np.append(starts, field.shape[axis]))
-            number = number * (held[:, None] if axis == 0 else held)
+            count = np.diff(np.append(starts, field.shape[axis]))
+            number = number * (count[:, None] if axis == 0 else count)
         return total / number
 
     def tiles(self, colours: np.ndarray) -> Tiles:
-        """Place tile colours (tiles along x, tiles along y, 3 or 4), 0..255, on the seal."""
+        """Tiles of colours (tiles along x, tiles along y, 3 or 4), 0..255, at their position."""
         (dx, dy), (ox, oy) = self.sites.spacing, self.sites.origin
         x0, y0 = ox + (self.first[0] - 0.5) * dx, oy + (self.first[1] - 0.5) * dy
         nx, ny = colours.shape[:2]
         extent = Window(x0, x0 + nx * self.block[0] * dx, y0, y0 + ny * self.block[1] * dy)
         return Tiles(np.rint(colours).astype(np.uint8), extent)
 
-    def shares(self, classes: np.ndarray, palette: np.ndarray) -> Tiles:
-        """Colour each tile by the mean colour of its samples, so that areas keep their share.
+    def mean_colours(self, classes: np.ndarray, palette: np.ndarray) -> Tiles:
+        """Tiles in the mean colour of their samples, which keeps the area fraction of each class.
 
         Parameters
         ----------
-        classes : (mx, my) uint8, index into the palette
-        palette : (k, 3) colours, or (k, 4) with opacity; 0..255
+        classes : (mx, my) uint8
+            Index of every sample in the palette.
+        palette : (k, 3) or (k, 4)
+            Colours 0..255, or colours with opacity.
+
+        Returns
+        -------
+        Tiles
         """
-        seen = self.crop(classes)
+        cropped = self.crop(classes)
         colours = sum(
-            self.mean(seen == k)[:, :, None] * np.asarray(colour, dtype=float)
+            self.mean(cropped == k)[:, :, None] * np.asarray(colour, dtype=float)
             for k, colour in enumerate(palette)
         )
         return self.tiles(colours)
@@ -84,15 +100,22 @@ def mosaic(
 
     Parameters
     ----------
-    gap : gap [m]
-    sides, representation : as in `fem_seal.topology.lattice`
-    window : part of the seal to show; None shows all
-    long_side : pixels of the longer side
+    gap : GridField
+        Gap [m].
+    sides, representation : as in `fem_seal.topology.lattice.lattice`
+    window : Window, optional
+        Part of the seal to show; all if left out.
+    long_side : int
+        Length of the longer side of the picture in pixels.
+
+    Returns
+    -------
+    Mosaic
 
     Raises
     ------
     InvalidInput
-        If the gap has no area as represented, or the window lies outside it.
+        If a linear gap has a single row or column, or the window extends beyond the seal.
     """
     sites = lattice(gap, sides, representation)
     samples = sites.on_samples(sites.gap)
@@ -103,7 +126,7 @@ def mosaic(
     ends = ((window.x0, window.x1), (window.y0, window.y1))
     for axis, (low, high) in enumerate(ends):
         origin, d, n = sites.origin[axis], sites.spacing[axis], samples.shape[axis]
-        # A tile reaches half a spacing to both sides of its sample.
+        # A sample covers half a spacing on both sides of it.
         i, j = np.floor((np.array([low, high]) - origin) / d + 0.5).astype(int)
         i, j = max(i, 0), min(j + 1, n)
         first.append(i)
@@ -113,23 +136,24 @@ def mosaic(
 
 
 def _rectangle(sites: Lattice, shape: tuple[int, int]) -> Window:
-    """Rectangle of the seal: samples are its vertices (origin 0) or fill pixels of it."""
-    filled = sites.origin[0] > 0
-    if not filled and min(shape) < 2:
+    """Rectangle of the seal, whose samples are vertices (origin 0) or fill pixels."""
+    pixels = sites.origin[0] > 0
+    if not pixels and min(shape) < 2:
         raise InvalidInput(
             f"a gap of {shape[0]} x {shape[1]} vertices has no area to draw; with representation = "
             "'constant' each sample fills a pixel"
         )
-    (dx, dy), (nx, ny) = sites.spacing, (n if filled else n - 1 for n in shape)
+    (dx, dy), (nx, ny) = sites.spacing, (n if pixels else n - 1 for n in shape)
     return Window(0.0, nx * dx, 0.0, ny * dy)
 
 
 def _check_inside(window: Window, whole: Window) -> None:
-    slack = 1e-9 * max(whole.x1, whole.y1)
+    """Raise InvalidInput if a window extends beyond the whole rectangle by more than rounding."""
+    rounding = 1e-9 * max(whole.x1, whole.y1)
     outside = max(
         whole.x0 - window.x0, window.x1 - whole.x1, whole.y0 - window.y0, window.y1 - whole.y1
     )
-    if outside > slack:
+    if outside > rounding:
         raise InvalidInput(
             f"the window x {window.x0:g} to {window.x1:g}, y {window.y0:g} to {window.y1:g} m "
             f"leaves the seal, which is {whole.x1:g} by {whole.y1:g} m"

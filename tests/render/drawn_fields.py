@@ -1,4 +1,4 @@
-"""Synthetic gaps and flows for the pictures, and how to read colours back."""
+"""Synthetic gaps and flows to draw, and the values that belong to drawn colours."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from fem_seal.render.colours import colour_map
 
 
 def smooth_gap(shape, contact_area, seed=0, periodic=True, spacing=(1e-6, 1e-6)):
-    """Bearing contact of a smooth random surface: gap zero on a given share of the samples."""
+    """Gap of a smooth random surface cut so that a part `contact_area` of the samples is 0."""
     rng = np.random.default_rng(seed)
     qx, qy = np.fft.fftfreq(shape[0]), np.fft.rfftfreq(shape[1])
     low_pass = np.hypot(qx[:, None], qy) < 0.08
@@ -37,7 +37,7 @@ def leaking(field):
 
 
 def positions(pixels, colours):
-    """Place of each pixel on a colour map (0..1) and its distance from the map's colours."""
+    """Position (0..1) of each pixel on a colour map, and its distance from the nearest colour."""
     table = 255 * colour_map(colours)(np.linspace(0, 1, 256))[:, :3]
     flat = pixels.reshape(-1, 1, 3).astype(float)
     distance = np.abs(flat - table).max(axis=2)

@@ -1,4 +1,4 @@
-"""The plot of the bounds holds every level, and says nothing where a bound is still zero."""
+"""The plot of the bounds shows every level, except lower bounds and half-widths of zero."""
 
 from itertools import pairwise
 
@@ -26,8 +26,8 @@ LEVELS = tuple(
 
 
 def line(axes, label):
-    (found,) = (artist for artist in axes.lines if artist.get_label() == label)
-    return np.array(found.get_data())
+    (curve,) = (artist for artist in axes.lines if artist.get_label() == label)
+    return np.array(curve.get_data())
 
 
 def test_plotted_data_are_the_levels():
@@ -85,7 +85,7 @@ def test_bad_input_is_refused(tmp_path):
 
 @pytest.mark.parametrize("growth", [1.05, 1.5, 4.0, 8.0, 25.0, 60.0, 150.0, 500.0, 3e4, 3e7])
 def test_axes_have_labels_that_do_not_touch(growth):
-    """Whatever they span: at least two numbers each, none over its neighbour."""
+    """For any span: at least two numbers on each axis, which do not overlap."""
     sizes = [round(1000 * growth ** (k / 3)) for k in range(4)]
     levels = [Level(n, n, 1 - 1 / n, 1 + 10 / n) for n in sizes]
     figure = Figure(figsize=(7.5, 3.4), dpi=DPI, layout="constrained")

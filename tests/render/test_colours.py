@@ -1,4 +1,4 @@
-"""In print without colour, contact is told from everything else."""
+"""In print without colour, contact differs from all other colours."""
 
 import numpy as np
 import pytest
@@ -17,8 +17,8 @@ def lightness(colours):
 @pytest.mark.parametrize(
     "name", [flow.FLOW_COLOURS, flow.PRESSURE_COLOURS, gap.GAP_COLOURS, shape.GAP_COLOURS]
 )
-def test_maps_are_monotonous_and_darker_than_contact(name):
-    """Equal steps keep their order in grey; a tenth of the range sets contact apart."""
+def test_maps_are_monotonic_and_darker_than_contact(name):
+    """The lightness falls along the map and is a tenth of its range below that of contact."""
     shades = lightness(255 * colour_map(name)(np.linspace(0, 1, 256))[:, :3])
     steps = np.diff(shades)
     assert (steps > -1e-3).all() or (steps < 1e-3).all()
@@ -27,9 +27,9 @@ def test_maps_are_monotonous_and_darker_than_contact(name):
 
 
 @pytest.mark.parametrize(
-    "key", [contact.CONTACT_KEY, (*shape.RIMS.values(), flow.CONTACT, flow.NO_FLOW)]
+    "key", [contact.CONTACT_KEY, (*shape.BOUNDARIES.values(), flow.CONTACT, flow.NO_FLOW)]
 )
-def test_entries_of_a_key_are_told_apart_in_grey(key):
+def test_entries_of_a_key_differ_in_grey(key):
     shades = np.sort([lightness(swatch.colour) for swatch in key])
     assert np.diff(shades).min() > 0.1
 

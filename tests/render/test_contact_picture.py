@@ -1,4 +1,4 @@
-"""The contact picture shows the areas, places and clusters that the gap has."""
+"""The contact picture shows areas, positions and clusters of the gap."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ SIDE = 600
 
 
 def area_shares(classes):
-    """Shares of the rectangle when samples are vertices: those on the rim own half a tile."""
+    """Area fractions of the classes of vertices; a vertex on the boundary has half a tile."""
     weights = [np.r_[0.5, np.ones(n - 2), 0.5] for n in classes.shape]
     area = np.outer(*weights)
     return np.array([area[classes == k].sum() for k in range(4)]) / area.sum()
@@ -40,11 +40,11 @@ def test_colours_cover_the_area_shares(sides, area):
     tile = SIDE / 96
     tolerance = 0.5 * unlike_edges(classes) * tile / nearest.size
     assert np.abs(drawn - area_shares(classes)).max() < tolerance
-    assert min(drawn) > 0  # all four kinds are there, so that the comparison says something
+    assert min(drawn) > 0  # all four classes occur, so that the comparison tests each
 
 
 def test_thinned_grid_keeps_the_area_shares():
-    """A block's colour is the mean of its samples', so the mean colour fixes all four shares."""
+    """The colour of a block is the mean of its samples: the mean colour gives all four shares."""
     gap = smooth_gap((1300, 900), 0.4, seed=1)
     sites = lattice(gap, "wall", "linear")
     shares = area_shares(contact_classes(sites))
@@ -58,7 +58,7 @@ def test_thinned_grid_keeps_the_area_shares():
     assert np.abs(drawn - shares).max() < rim * amplification
 
 
-def test_one_contact_sample_is_drawn_in_its_place():
+def test_one_contact_sample_is_drawn_at_its_position():
     """Flow runs along x to the right, y points up: neither flipped nor transposed."""
     values = np.ones((31, 21))
     values[7, 16] = 0.0
@@ -70,11 +70,11 @@ def test_one_contact_sample_is_drawn_in_its_place():
     assert x == pytest.approx(7 / 30 * width, abs=0.5)
     assert y == pytest.approx(16 / 20 * height, abs=0.5)
     tile = (width / 30) * (height / 20)
-    assert len(dark) == pytest.approx(tile, abs=width / 30 + height / 20)  # rim pixels are mixed
+    assert len(dark) == pytest.approx(tile, abs=width / 30 + height / 20)  # pixels on edges
 
 
 def test_clusters_join_across_periodic_sides_only():
-    """Two channels of three rows at the two sides are one channel where the sides are one line."""
+    """Channels along both sides are one channel if the sides are the same line."""
     values = np.ones((12, 12))
     values[:, [3, 4, 9]] = 0.0  # open: 0-2 and 10-11 (5 columns in all), 5-8 (4 columns)
     gap = GridField(values, (1e-6, 1e-6), periodic=True)

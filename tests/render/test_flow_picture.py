@@ -1,4 +1,4 @@
-"""Flow density, pressure and mesh are drawn as they are on the triangles."""
+"""Pictures of flow density, pressure and mesh show the values on the triangles."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ SIDE = 600  # 30 pixels per interval
 
 
 def test_decades_of_flow_are_equal_steps_of_colour():
-    """|j| = 10^(-9 + 4 x/Lx) on a scale of the four decades: place on the map = x/Lx."""
+    """|j| = 10^(-9 + 4 x/Lx) on a scale of the four decades: position on the map = x/Lx."""
     field = structured_flow(20, 10, SIZE, lambda x: 10 ** (-9 + 4 * x))
     scale = Scale("|j|", 1e-9, 1e-5, True, flow.FLOW_COLOURS)
     pixels = flow.flow_panel(field, OPEN, scale, long_side=SIDE).pixels
@@ -66,12 +66,12 @@ def test_bar_is_no_longer_than_the_flow_needs(least, peak, low, high, beyond):
     assert scale.beyond == beyond
 
 
-def test_one_scale_serves_several_fields():
+def test_one_scale_covers_several_fields():
     weak, strong = (structured_flow(4, 4, SIZE, lambda x, q=q: q + 0 * x) for q in (1e-12, 1e-9))
     assert flow.flow_scale(weak, strong).high == pytest.approx(1e-9, rel=1e-9, abs=0)
 
 
-def test_contact_hides_the_cells_that_reach_over_it_and_pockets_stay_white():
+def test_contact_covers_flow_cells_and_pockets_are_white():
     values = np.ones((21, 11))
     values[14:, :] = 0.0
     values[17, 5] = 1.0  # a pocket
@@ -92,7 +92,7 @@ def test_contact_hides_the_cells_that_reach_over_it_and_pockets_stay_white():
 
 
 def test_pressure_is_interpolated_before_it_is_coloured():
-    """One coarse cell from 1 to 0: the colours run through the whole map, not straight across."""
+    """On one cell from 1 to 0 the colours follow the map, not the line between its two ends."""
     field = structured_flow(1, 1, SIZE, lambda x: 1 + 0 * x, lambda x: 1e5 * (1 - x))
     scale, factor = flow.pressure_scale(field)
     assert scale.label == "pressure [kPa]"
@@ -117,13 +117,13 @@ def test_mesh_edges_are_dark_and_cells_are_clear():
     assert pixels[::-1][29:-1:30, 20::30].max() < 150
 
 
-def test_mesh_picture_looks_where_the_flow_is_strongest():
+def test_mesh_picture_has_a_detail_around_the_strongest_flow():
     field = structured_flow(20, 10, SIZE, lambda x: np.where(abs(x - 0.775) < 0.01, 5.0, 1.0))
     whole = Window(0, SIZE[0], 0, SIZE[1])
     window = flow.peak_window(field, whole)
     assert window.x0 < 15.5e-6 < window.x1
     assert window.x1 - window.x0 == pytest.approx(SIZE[0] / 8, rel=1e-9, abs=0)
-    assert window.y0 >= 0  # the strongest cell lies on the rim: the window is moved inside
+    assert window.y0 >= 0  # the strongest cell lies on the boundary: the window is moved inside
 
 
 def test_pictures_are_written(tmp_path):

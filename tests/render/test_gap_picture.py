@@ -1,4 +1,4 @@
-"""Colours of the gap picture are the gap, whatever its unit."""
+"""The colours of the gap picture are those of the gap, in any unit."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from fem_seal.render.tiles import mosaic
 pytestmark = pytest.mark.render
 
 
-def test_tile_colours_give_the_gap_back():
+def test_gap_can_be_recovered_from_tile_colours():
     gap = smooth_gap((40, 24), 0.3, periodic=False)
     scale, factor = gap_scale(gap, highest=float(gap.values.max()))
     pixels = gap_panel(gap, scale, factor, long_side=780).pixels  # 20 pixels per sample
@@ -59,7 +59,7 @@ def test_unit_of_the_bar_follows_the_data():
     assert gap_scale(nano)[0].high == pytest.approx(gap_scale(gap)[0].high / 100)
 
 
-def test_bar_ends_where_the_data_do():
+def test_bar_ends_at_the_quantile_of_the_gap():
     uniform = GridField(np.full((5, 5), 2e-6), (1e-6, 1e-6))
     scale, _ = gap_scale(uniform)
     assert (scale.low, scale.high, scale.beyond) == (0.0, pytest.approx(2.0), "neither")
@@ -71,7 +71,7 @@ def test_bar_ends_where_the_data_do():
 
 
 def test_closed_gap_is_all_contact(tmp_path):
-    """A seal pressed shut is a result as well; only a scale of its gap does not exist."""
+    """A gap of 0 everywhere is drawn, although it has no scale."""
     closed = GridField(np.zeros((5, 5)), (1e-6, 1e-6))
     with Image.open(gap_picture(closed, tmp_path / "gap.png")) as image:
         pixels = np.asarray(image.convert("RGB"))
@@ -80,8 +80,8 @@ def test_closed_gap_is_all_contact(tmp_path):
         gap_scale(closed)
 
 
-def test_huge_grids_become_few_tiles():
-    """At most two tiles per pixel and axis, however many samples."""
+def test_large_grids_become_few_tiles():
+    """At most two tiles per pixel along each axis, for any number of samples."""
     values = np.broadcast_to(np.float64(1e-6), (3000, 2000))
     view = mosaic(GridField(values, (1e-6, 1e-6)), "wall", "linear", long_side=300)
     nx, ny = view.mean(view.crop(view.samples)).shape

@@ -1,4 +1,4 @@
-"""Drawing without a screen: OpenGL is checked first, and FEniCSx in the same process is safe."""
+"""Drawing without a screen: OpenGL is checked first; FEniCSx may run in the same process."""
 
 import ctypes.util
 import os
@@ -32,7 +32,7 @@ def no_window_chosen(monkeypatch):
 
 
 @pytest.mark.usefixtures("no_window_chosen")
-def test_missing_opengl_says_what_to_install(monkeypatch):
+def test_missing_opengl_names_the_package_to_install(monkeypatch):
     install(monkeypatch)
     with pytest.raises(MissingPackage, match=r"libEGL or libOSMesa.*apt-get install libegl1"):
         draw([], SQUARE)
@@ -81,7 +81,7 @@ def test_draws_in_a_process_that_uses_fenicsx():
     assert done.stdout.split()[-1] == "7.0"
 
 
-def test_importing_the_package_costs_nothing():
+def test_importing_the_package_imports_no_drawing_library():
     code = (
         "import sys, fem_seal.render as r\n"
         "heavy = {'pyvista', 'vtk', 'matplotlib', 'scipy', 'numpy'} & set(sys.modules)\n"
@@ -103,7 +103,7 @@ def test_tiles_fill_their_extent_exactly():
 
 
 @pytest.mark.parametrize("length", [1e-12, 1e-3, 1e6])
-def test_drawing_does_not_know_the_unit_of_length(length):
+def test_drawing_does_not_depend_on_the_unit_of_length(length):
     colours = np.zeros((3, 2, 3), dtype=np.uint8)
     colours[1, 0] = 200
     window = Window(0.0, 3 * length, 0.0, 2 * length)
@@ -132,7 +132,7 @@ def test_size_depends_on_the_aspect_alone(window, size):
     assert window.pixels() == size
 
 
-def test_senseless_windows_and_scales_are_refused():
+def test_empty_windows_and_scales_are_refused():
     with pytest.raises(InvalidInput, match="x0 < x1"):
         Window(1.0, 1.0, 0.0, 1.0)
     with pytest.raises(InvalidInput, match="low < high"):

@@ -1,4 +1,4 @@
-"""Pictures of a film of any shape: what their key says is what they show."""
+"""Pictures of a film of any shape: their key names what they show."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ def flow_everywhere(film, density=1.0):
 
 @pytest.fixture
 def keys(monkeypatch):
-    """The keys of the pages that are written, none of them drawn."""
+    """Keys of the pages, which are not drawn."""
     seen = []
     monkeypatch.setattr(shape, "draw", lambda layers, window, side: np.zeros((9, 9, 3), np.uint8))
     monkeypatch.setattr(shape, "write_page", lambda rows, path, *, scale, key: seen.append(key))
@@ -50,7 +50,7 @@ def test_key_names_white_only_where_something_open_is_white(keys, tmp_path):
     assert not any(CONTACT in key for key in keys)
 
 
-def test_key_names_contact_where_there_is_some(keys, tmp_path):
+def test_key_names_contact_if_the_gap_has_contact(keys, tmp_path):
     film = strip({"gap_expression": "max(0, 1e-6 * (x / 0.002 - 1))"})
     shape.flow_picture(leaking(flow_everywhere(film)), film, tmp_path / "flow.png")
     assert CONTACT in keys[0]

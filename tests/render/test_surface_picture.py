@@ -1,4 +1,4 @@
-"""fem-seal surface: the table, the picture, and what has neither power law nor surface."""
+"""fem-seal surface: table and picture, also of surfaces without a power law."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ BLASTED = ROOT / "demos" / "scenes" / "blasted.toml"
 ROUGH = self_affine(Spectrum(0.8, 64e-6, 4e-6), (128, 96), (128e-6, 96e-6), rms_slope=0.1, seed=1)
 
 
-def test_heights_are_where_they_are():
+def test_heights_are_drawn_at_their_position():
     """First axis to the right, about the mean, in readable units."""
     figure = Figure()
     axes = figure.subplots()
@@ -68,7 +68,7 @@ def test_made_surface(capsys):
 
 @pytest.mark.render
 def test_surface_without_a_power_law(tmp_path, capsys):
-    """Grooves of one wave: statistics and heights are shown all the same."""
+    """Grooves of one wave: statistics and heights are shown without a fit."""
     groove = np.sin(2 * np.pi * np.arange(8) / 8)
     np.savez(tmp_path / "a.npz", heights=np.outer(groove, np.ones(8)), spacing=[1, 1])
     scene = {
@@ -84,8 +84,8 @@ def test_surface_without_a_power_law(tmp_path, capsys):
     assert (tmp_path / "a.png").is_file()
 
 
-def test_exponent_of_no_power_law_is_not_told(tmp_path, capsys):
-    """Two waves: a power law is fitted to what is no spectrum, and misses it."""
+def test_no_exponent_is_printed_for_a_poor_fit(tmp_path, capsys):
+    """A power law does not fit the spectrum of two waves."""
     x, y = np.arange(64)[:, None] / 64, np.arange(48) / 48
     waves = np.cos(6 * np.pi * x) * np.cos(8 * np.pi * y) + np.sin(2 * np.pi * (5 * x + 2 * y))
     np.savez(tmp_path / "a.npz", heights=waves, spacing=[1, 1])
