@@ -31,7 +31,7 @@ from fem_seal.contact import solve
 from fem_seal.finite_difference import solve as finite_difference
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import Level
+from fem_seal.leak_rate import Level, relative_width
 from fem_seal.surface import Spectrum, self_affine
 
 WATER = {"viscosity": 1e-3, "pressure_drop": 1e5, "sides": "periodic"}
@@ -133,7 +133,7 @@ def main(out: Path = Path("out"), n: int = 256, rtol: float = 0.02, grids: int =
     lower, upper = max(s.lower for s in levels), min(s.upper for s in levels)
     assert lower <= upper
     best = found.adaptive[-1]
-    assert (best.upper - best.lower) / np.sqrt(best.lower * best.upper) <= rtol
+    assert relative_width(best.lower, best.upper) <= rtol
     early = next(level for level in found.adaptive if 0 < level.half_width < 0.5)
     assert best.half_width * best.unknowns < early.half_width * early.unknowns
     for level in found.adaptive:

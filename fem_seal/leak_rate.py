@@ -8,6 +8,20 @@ from fem_seal.digits import bracket_digits
 from fem_seal.errors import FemSealError
 
 
+def relative_width(lower: float, upper: float) -> float:
+    """Width of a bracket, (upper - lower) / √(lower upper), which `rtol` limits.
+
+    Infinite without a lower bound above zero.
+    """
+    # The product of the two may be below what double precision holds.
+    return (upper / lower - 1) * np.sqrt(lower / upper) if lower > 0 else np.inf
+
+
+def relative_half_width(lower: float, upper: float) -> float:
+    """Half-width of a bracket over its middle, (upper - lower) / (upper + lower); 0 if sealed."""
+    return (upper - lower) / (upper + lower) if upper > 0 else 0.0
+
+
 @dataclass(frozen=True)
 class Level:
     """One mesh of a refinement and the bounds it gave.
@@ -28,8 +42,7 @@ class Level:
     @property
     def half_width(self) -> float:
         """Relative half-width of the bracket, (upper - lower) / (upper + lower)."""
-        total = self.upper + self.lower
-        return (self.upper - self.lower) / total if total > 0 else 0.0
+        return relative_half_width(self.lower, self.upper)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +122,6 @@ def rate_text(value: float, lower: float | None, upper: float | None, unit: str)
     if upper == 0:
         return f"0 {unit}"
     shown, low, high = bracket_digits(value, lower, upper)
-    per_cent = 100 * (upper - lower) / (upper + lower)
+    per_cent = 100 * relative_half_width(lower, upper)
     half_width = f"{per_cent:.2g}" if per_cent < 99 else f"{per_cent:.0f}"
     return f"{shown} {unit}, within [{low}, {high}] (±{half_width} %)"

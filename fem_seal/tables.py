@@ -1,7 +1,7 @@
 """Tables of frozen rows: for people, for spreadsheets and for a page of documentation."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import astuple, field, fields
 from io import StringIO
 from typing import Any
@@ -25,6 +25,15 @@ def _header(rows: Sequence[Any]) -> list[str]:
     return [field.name for field in fields(rows[0])]
 
 
+def csv_text(header: Sequence[object], lines: Iterable[Sequence[object]]) -> str:
+    """Write lines of cells as CSV: floats in full, None as an empty cell."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(["" if cell is None else cell for cell in line] for line in lines)
+    return text.getvalue()
+
+
 def as_csv(rows: Sequence[Any]) -> str:
     """Write dataclasses of one kind as CSV.
 
@@ -36,11 +45,16 @@ def as_csv(rows: Sequence[Any]) -> str:
     -------
     Text with a header; floats in full, None as nothing.
     """
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_header(rows))
-    writer.writerows(["" if cell is None else cell for cell in astuple(row)] for row in rows)
-    return text.getvalue()
+    return csv_text(_header(rows), map(astuple, rows))
+
+
+def aligned(lines: Sequence[Sequence[str]]) -> str:
+    """Write lines of cells, the header first, in columns as wide as their widest cell."""
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
+        for line in lines
+    )
 
 
 def as_text(rows: Sequence[Any], columns: Sequence[str] | None = None) -> str:
@@ -53,22 +67,18 @@ def as_text(rows: Sequence[Any], columns: Sequence[str] | None = None) -> str:
     """
     names = list(columns or _header(rows))
     headers = {cell.name: cell.metadata.get("header", cell.name) for cell in fields(rows[0])}
-    lines = [
-        [headers[name] for name in names],
-        *([_cell(getattr(row, name)) for name in names] for row in rows),
-    ]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
-        for line in lines
+    return aligned(
+        [
+            [headers[name] for name in names],
+            *([_cell(getattr(row, name)) for name in names] for row in rows),
+        ]
     )
 
 
-def as_markdown(rows: Sequence[Any]) -> str:
-    """Write dataclasses of one kind as a table of a Markdown page."""
-    lines = [_header(rows), *([_cell(cell) for cell in astuple(row)] for row in rows)]
-    lines.insert(1, ["---"] * len(lines[0]))
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+def markdown(header: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
+    """Write lines of cells as a table of a Markdown page."""
+    ruled = [header, ["---"] * len(header), *lines]
+    return "\n".join(f"| {' | '.join(line)} |" for line in ruled)
 
 
 def _cell(value: object) -> str:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from fem_seal.cli.common import add_command, add_scene, say
 from fem_seal.errors import InvalidInput
+from fem_seal.tables import aligned
 
 if TYPE_CHECKING:
     from fem_seal.scene import Scene
@@ -47,7 +48,7 @@ def _surface(options: argparse.Namespace) -> int:
         from fem_seal.render.surface import surface_figure
 
         surface_figure(prepared.field, fit, options.out)
-    say("\n".join([*steps_table(prepared), "", *_spectrum_lines(fit, why)]))
+    say("\n".join([steps_table(prepared), "", *_spectrum_lines(fit, why)]))
     return 0
 
 
@@ -64,12 +65,11 @@ def _prepared(scene: "Scene") -> "PreparedSurface":
     return PreparedSurface(field, field, (Step("made", MapStatistics.of(field)),))
 
 
-def steps_table(prepared: "PreparedSurface") -> list[str]:
+def steps_table(prepared: "PreparedSurface") -> str:
     """One line a step: what is left of the map after it."""
     head = ("step", "samples", "missing", "rms height", "rms slope", "seam")
     rows = [head, *((step.name, *_cells(step.statistics)) for step in prepared.steps)]
-    widths = [max(len(row[k]) for row in rows) for k in range(len(head))]
-    return ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) for row in rows]
+    return aligned(rows)
 
 
 def _cells(statistics: "MapStatistics") -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from fem_seal.flow.linear import Minimum
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Marks, doerfler, halvings
 from fem_seal.flow.start import Guess, Start
-from fem_seal.leak_rate import Level
+from fem_seal.leak_rate import Level, relative_width
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
@@ -125,12 +125,6 @@ class _Log:
             self.iterations[name] = solved.iterations
 
 
-def relative_gap(lower: float, upper: float) -> float:
-    """(upper - lower) / √(lower upper), what the tolerance limits; infinite without a lower."""
-    # The product of the two may be below what double precision holds.
-    return (upper / lower - 1) * np.sqrt(lower / upper) if lower > 0 else np.inf
-
-
 def brackets(
     gap: LinearGap | ConstantGap | VertexGap,
     mesh: NestedMesh | TriangleMesh,
@@ -184,7 +178,7 @@ def brackets(
             start = start.refined(gap, twice)
         else:
             found = _guided(problem, guess, found, strategy, log)
-            reached = relative_gap(lower, upper) if found.stream is not None else np.inf
+            reached = relative_width(lower, upper) if found.stream is not None else np.inf
             marks = _mark(problem, found, gain * found.difference, reached, strategy)
             start, guide = Start.after(problem, found.pressure, found.guide), found.guide
             # Two meshes need not be in memory at once.

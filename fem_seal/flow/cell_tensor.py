@@ -15,7 +15,7 @@ from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.leak import require_conducting, require_positive, unit_of_leak_rate
 from fem_seal.flow.limits import Limits
 from fem_seal.flow.marking import doerfler, halvings
-from fem_seal.flow.tensor_bounds import TensorBounds, relative_gap
+from fem_seal.flow.tensor_bounds import TensorBounds, relative_width
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import Refinement, TooFine, bisect
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
@@ -128,7 +128,7 @@ def _refined(
     try:
         for found in _levels(gap, width, strategy, comm, why_stop):
             lower, upper = lower if found.lower is None else found.lower, found.upper
-            levels.append((found.unknowns, relative_gap(lower, upper)))
+            levels.append((found.unknowns, relative_width(lower, upper)))
             if progress is not None:
                 progress(*levels[-1])
             reason = "" if levels[-1][1] <= rtol else found.reason
@@ -214,15 +214,15 @@ def _levels(
         pressures = problem.pressures(guess[:2])
         guide = problem.regularised_streams(guess[2:], tuning.epsilon)
         upper = upper_matrix(pressures)
-        reached = relative_gap(lower_matrix(guide), upper)
+        reached = relative_width(lower_matrix(guide), upper)
         last = not course or GROWTH * problem.unknowns > most
         course.append((problem.unknowns, reached))
         reason, lower = why_stop(course), None
         if last or reason or reached < 2 * strategy.rtol:
             lower = lower_matrix(problem.streams(_by_jumps(guide, guess[2:])))
         yield _Found(lower, upper, problem.unknowns, reason)
-        if lower is not None and np.isfinite(relative_gap(lower, upper)):
-            reached = relative_gap(lower, upper)
+        if lower is not None and np.isfinite(relative_width(lower, upper)):
+            reached = relative_width(lower, upper)
         part = part_of_a_step(reached, strategy)
         shares = problem.shares(pressures, guide, tuning.epsilon)
         times = np.zeros(len(problem.kept), dtype=int)

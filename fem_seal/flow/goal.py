@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from fem_seal.flow.adapt import relative_gap
 from fem_seal.flow.course import Course, out_of_reach
+from fem_seal.leak_rate import relative_width
 
 
 @dataclass(frozen=True)
@@ -14,11 +14,11 @@ class Tolerance:
 
     def reached(self, lower: float, upper: float) -> bool:
         """Whether bounds [m³/s] satisfy it."""
-        return bool(relative_gap(lower, upper) <= self.rtol)
+        return bool(relative_width(lower, upper) <= self.rtol)
 
     def missed(self, lower: float, upper: float) -> str:
         """Say how far bounds [m³/s] are from it."""
-        width = relative_gap(lower, upper)
+        width = relative_width(lower, upper)
         state = f"the bracket is {width:.2g} wide" if lower > 0 else "no lower bound yet"
         return f"{state}, {self.rtol:.2g} was asked for"
 

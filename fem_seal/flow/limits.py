@@ -4,9 +4,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fem_seal.flow.adapt import relative_gap
 from fem_seal.flow.goal import Decision, Tolerance
-from fem_seal.leak_rate import Level
+from fem_seal.leak_rate import Level, relative_width
 from fem_seal.memory import available_memory, peak_memory
 
 USUAL_GROWTH = 2.0  # of an adaptive mesh from level to level, and of the memory at its peak
@@ -68,7 +67,7 @@ class End:
         if limit or not self.doubtful:
             return limit
         # Half as many vertices as cells; unknowns may be fewer, where the pressure is constant.
-        course = [(level.cells // 2, relative_gap(level.lower, level.upper)) for level in levels]
+        course = [(level.cells // 2, relative_width(level.lower, level.upper)) for level in levels]
         words = self.goal.out_of_reach(course)
         return words and (
             f"{words} (the critical constriction is {self.narrowest:.0e} of the largest gap: set "

@@ -54,7 +54,7 @@ def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     return B
 
 
-def relative_gap(lower: np.ndarray, upper: np.ndarray) -> float:
+def relative_width(lower: np.ndarray, upper: np.ndarray) -> float:
     """Largest (u - l)/√(l u) of u = e·upper·e and l = e·lower·e over directions e that flow."""
     values, vectors = np.linalg.eigh(upper)
     flowing = vectors[:, values > 1e-9 * values.max()] / np.sqrt(

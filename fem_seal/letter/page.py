@@ -1,10 +1,11 @@
-"""letter.md: what the letter says beside what came out, as a table."""
+"""letter.md: a table of the letter's statements beside the results of this run."""
 
 from fem_seal.letter.campaign import Letter
 from fem_seal.letter.seed_thresholds import REFERENCE
 from fem_seal.letter.spanning import PAIRS
 from fem_seal.letter.surfaces import MODELS
 from fem_seal.letter.threshold_rows import ThresholdRow
+from fem_seal.tables import markdown
 
 
 def page(record: Letter) -> str:
@@ -22,13 +23,12 @@ def page(record: Letter) -> str:
         f"{record.finished:%Y-%m-%d %H:%M} UTC, {record.seconds_in_points / 60:.0f} min in the "
         f"points of thresholds and currents, {record.peak_memory_bytes / 1e9:.2g} GB at most.\n"
     )
-    lines = ["| | the letter (4096²) | here |", "|---|---|---|"]
-    lines += [f"| {what} | {says} | {here} |" for what, says, here in _comparison(record)]
-    return "\n".join([head, *lines, "", *_thresholds(record.thresholds), ""])
+    comparison = markdown(("", "the letter (4096²)", "here"), _comparison(record))
+    return "\n".join([head, comparison, "", _thresholds(record.thresholds), ""])
 
 
 def _comparison(record: Letter) -> list[tuple[str, str, str]]:
-    """What is compared, what the letter says, what came out."""
+    """Lines of quantity, value in the letter, value of this run."""
     agreement = record.agreement
     edges = record.plan.search.edges[0]
     bearing, elastic = (_reference(record, model, edges) for model in MODELS)
@@ -88,11 +88,11 @@ def _with_spread(value: float, spread: float | None) -> str:
     return f"{value:.3f}" if spread is None else f"{value:.3f} ± {spread:.3f}"
 
 
-def _thresholds(rows: list[ThresholdRow]) -> list[str]:
+def _thresholds(rows: list[ThresholdRow]) -> str:
     """Thresholds by pair of connectivities and edges; ± is the spread of one seed."""
-    lines = [f"| A*/A0 | {' | '.join(PAIRS)} |", "|---|" + "---|" * len(PAIRS)]
+    lines = []
     for model, edges in dict.fromkeys((row.model, row.edges) for row in rows):
-        some = {row.pair: row for row in rows if (row.model, row.edges) == (model, edges)}
-        cells = [_with_spread(some[pair].threshold, some[pair].spread) for pair in PAIRS]
-        lines.append(f"| {model}, {edges} edges | {' | '.join(cells)} |")
-    return lines
+        by_pair = {row.pair: row for row in rows if (row.model, row.edges) == (model, edges)}
+        cells = [_with_spread(by_pair[pair].threshold, by_pair[pair].spread) for pair in PAIRS]
+        lines.append([f"{model}, {edges} edges", *cells])
+    return markdown(("A*/A0", *PAIRS), lines)

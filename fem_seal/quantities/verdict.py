@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import expm1, log, sinh, sqrt
 
 from fem_seal.digits import bracket_digits, rounded_down, rounded_up
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
     ErrorBudget,
@@ -132,7 +132,7 @@ def what_would_decide(
     needed = 2 * sinh(max(half_widths, default=0.0))
     if needed < LEAST_RTOL:
         return None, None
-    reached = (leak.upper - leak.lower) / sqrt(leak.lower * leak.upper)
+    reached = relative_width(leak.lower, leak.upper)
     # A wider bracket may decide as well if it lies on one side; it cannot lie on both.
     return needed, max(round(leak.unknowns * reached / needed), leak.unknowns)
 

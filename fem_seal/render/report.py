@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fem_seal.digits import rounded_down, rounded_up
 from fem_seal.files import atomic_write, temporary_folder
-from fem_seal.leak_rate import Level, rate_text
+from fem_seal.leak_rate import Level, rate_text, relative_half_width
 from fem_seal.quantities.error_budget import combined
 from fem_seal.render.report_page import PAGE
 from fem_seal.results import Result
@@ -118,7 +118,7 @@ def _levels(levels: list[dict]) -> str:
     rows = [_cells("th", head)]
     for k, level in enumerate(levels, 1):
         lower, upper = level["lower"], level["upper"]
-        half_width = 100 * (upper - lower) / (upper + lower) if upper > 0 else 0.0
+        half_width = 100 * relative_half_width(lower, upper)
         seconds = f"{sum(level['seconds'].values()):.2g}"
         bounds = rounded_down(lower), rounded_up(upper)
         texts = (str(k), str(level["unknowns"]), *bounds, f"{half_width:.2g} %", seconds)

@@ -5,6 +5,7 @@ from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fem_seal.leak_rate import relative_half_width
 from fem_seal.letter.saddle import EXPONENT, SaddlePoint, local_exponents
 from fem_seal.verification.cross_validation import EXACT, Reference, Row
 from fem_seal.verification.trade import Point, Trade
@@ -60,7 +61,7 @@ def cross_validation_figure(
             errors.plot(x, y, **style)
     floor = 0.0
     if reference is not None:
-        floor = (reference.upper - reference.lower) / (reference.upper + reference.lower)
+        floor = relative_half_width(reference.lower, reference.upper)
         rates.axhspan(reference.lower / truth, reference.upper / truth, color=INSIDE, zorder=0)
         errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
     rates.axhline(1, color="0.4", lw=0.8)

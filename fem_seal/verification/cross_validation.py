@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from math import isfinite, isnan, log2, nan, prod
 
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import relative_half_width
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 from fem_seal.tables import shown_as
@@ -198,12 +199,12 @@ def _half_width(answer: Answer, group: Sequence[Answer]) -> float | None:
     sides = {a.certified: a.value for a in group if a.method.partition(" ")[0] == family}
     if not {"above", "below"} <= set(sides):
         return None
-    return (sides["above"] - sides["below"]) / (sides["above"] + sides["below"])
+    return relative_half_width(sides["below"], sides["above"])
 
 
 def _observed(coarse: float, fine: float, reference: Reference) -> float | None:
     """Order of convergence between two grids, the finer of half the spacing."""
-    half_width = (reference.upper - reference.lower) / (reference.upper + reference.lower)
+    half_width = relative_half_width(reference.lower, reference.upper)
     if not isfinite(coarse * fine) or min(abs(coarse), abs(fine)) <= max(EXACT, half_width):
         return None
     return log2(abs(coarse / fine))

@@ -17,7 +17,7 @@ import numpy as np
 from fem_seal.contact.grid_error import extrapolate
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import LeakRate, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
@@ -205,13 +205,6 @@ def _forget_peak() -> None:
     Path("/proc/self/clear_refs").write_text("5")
 
 
-def _width(leak: LeakRate) -> float:
-    """Relative half-width of the bracket; 1 while the lower bound is zero, 0 if sealed."""
-    if leak.state == "sealed":
-        return 0.0
-    return (leak.upper - leak.lower) / (leak.upper + leak.lower)
-
-
 def _judged(runs: Sequence[_Run]) -> Trade:
     # Tolerances fall: the last adaptive answer on each grid is the best.
     best = {run.samples: run.leak for run in runs if run.flow.method == "adaptive"}
@@ -220,7 +213,7 @@ def _judged(runs: Sequence[_Run]) -> Trade:
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
     limit = extrapolate([leak.value for leak in best.values()])
     reference = limit.limit if limit.limit > 0 else finest.value
-    uncertainty = max(limit.error / reference, _width(finest))
+    uncertainty = max(limit.error / reference, relative_half_width(finest.lower, finest.upper))
     points = [_point(run, best[run.samples].value, reference, uncertainty) for run in runs]
     return Trade(mark_pareto(points), reference, uncertainty)
 
@@ -230,7 +223,11 @@ def _point(run: _Run, here: float, reference: float, uncertainty: float) -> Poin
     leak = run.leak
     contact_error = max(abs(here / reference - 1), uncertainty)
     certified = leak.lower is not None
-    flow_error = _width(leak) if certified else abs(leak.value - here) / reference
+    flow_error = (
+        relative_half_width(leak.lower, leak.upper)
+        if certified
+        else abs(leak.value - here) / reference
+    )
     return Point(
         samples=run.samples,
         flow=run.flow,

@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import pytest
 
+from fem_seal.tables import markdown
+
 BEGIN, END = "<!-- written by make limits -->", "<!-- end of what make limits writes -->"
 
 
@@ -50,13 +52,14 @@ def tables(rows: list[Row]) -> str:
     """
     sections = []
     for part, of_part in groupby(rows, lambda row: row.part):
-        lines = ["| extreme | cases | outcome | evidence |", "| --- | --- | --- | --- |"]
+        lines = []
         for _, cases in groupby(of_part, lambda row: row.end):
             first, *others = cases
             names = ", ".join(row.case for row in (first, *others))
             cells = (first.extreme, names, first.outcome, first.evidence)
-            lines.append(f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |")
-        sections.append(f"## {part}\n\n" + "\n".join(lines))
+            lines.append([cell.replace("|", "/") for cell in cells])
+        table = markdown(("extreme", "cases", "outcome", "evidence"), lines)
+        sections.append(f"## {part}\n\n{table}")
     return "\n\n".join(sections)
 
 
