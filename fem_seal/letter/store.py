@@ -1,10 +1,7 @@
 """Points of a study in files of their own: whole or not there, never computed twice."""
 
-import csv
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, fields
-from io import StringIO
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -12,6 +9,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import write_text
+from fem_seal.tables import as_csv
 
 Point = TypeVar("Point")
 
@@ -23,13 +21,8 @@ def write_json(path: Path, record: object) -> None:
 
 
 def write_table(path: Path, rows: Sequence[object]) -> None:
-    """Write flat dataclasses of one type as CSV, None as nothing."""
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([field.name for field in fields(rows[0])])
-    for row in rows:
-        writer.writerow(["" if cell is None else cell for cell in asdict(row).values()])
-    write_text(path, text.getvalue())
+    """Write flat dataclasses of one type as CSV, None as an empty cell."""
+    write_text(path, as_csv(rows))
 
 
 class PointStore(Generic[Point]):

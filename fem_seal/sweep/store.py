@@ -1,9 +1,7 @@
 """The folder of a sweep: a file for each finished point, and the table of all that are there."""
 
-import csv
 import re
 from collections.abc import Sequence
-from io import StringIO
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -12,6 +10,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.files import create_text, write_text, writing
 from fem_seal.results.result import Provenance
 from fem_seal.sweep.point import COLUMNS, Point
+from fem_seal.tables import csv_text
 
 TABLE_FILE, ORIGIN_FILE, POINTS = "sweep.csv", "sweep.json", "points"
 _POINT_FILE = re.compile(r"[0-9a-f]{32}\.json")
@@ -132,10 +131,5 @@ class SweepFolder:
         columns = dict.fromkeys(COLUMNS)
         for row in rows:
             columns.update(dict.fromkeys(row.numbers))
-        text = StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow((*self.keys, *columns))
-        for row in rows:
-            cells = map(row.numbers.get, columns)
-            writer.writerow((*row.values, *("" if cell is None else cell for cell in cells)))
-        return text.getvalue()
+        lines = ((*row.values, *map(row.numbers.get, columns)) for row in rows)
+        return csv_text((*self.keys, *columns), lines)
