@@ -16,6 +16,7 @@ import numpy as np
 
 from fem_seal.errors import FemSealError
 from fem_seal.fenicsx import MPI
+from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
@@ -28,7 +29,6 @@ from fem_seal.mesh.triangles import TriangleMesh
 
 USUAL_GAIN = 0.4  # ratio of the half-widths after and before sharpening, until one is measured
 GROWTH = 4.0  # of the unknowns from level to level, at most: 3.9 were seen on open rough gaps
-ROUNDING = 1e-12  # relative error allowed to sums of positive terms; bounds are widened by it
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class Bracket:
         stream = self.problem.stream(guess)
         if stream is None:
             return self
-        lower, upper = _sharpened(self.problem, self.pressure, stream)
+        lower, upper = self.problem.sharpened(self.pressure, stream)
         iterations = {**self.level.iterations, "dual": stream.iterations}
         level = replace(
             self.level, lower=lower, upper=min(upper, self.level.upper), iterations=iterations
@@ -156,9 +156,9 @@ def brackets(
         del start
         log.lap("mesh")
         found = _solve(problem, guess, strategy, near, gain, log)
-        upper = min(upper, found.pressure.energy * (1 + ROUNDING))
+        upper = min(upper, found.pressure.total.least_upper())
         if found.stream is not None:
-            sharper = _sharpened(problem, found.pressure, found.stream)
+            sharper = problem.sharpened(found.pressure, found.stream)
             lower, upper = max(lower, sharper[0]), min(upper, sharper[1])
             gain, near = found.gain(*sharper), True
             log.lap("sharpening")
@@ -204,12 +204,6 @@ class _Solved:
         """Relative width of sharper bounds over that of those solved for."""
         width = self.pressure.energy / self.stream.conductance - 1
         return (upper / lower - 1) / width if width > ROUNDING else 1.0
-
-
-def _sharpened(problem: LevelProblem, pressure: Minimum, stream: Stream) -> tuple[float, float]:
-    """Lower and upper bound of one mesh, after the hats and with room for rounding."""
-    lower, upper = problem.sharpened(pressure, stream)
-    return lower * (1 - ROUNDING), upper * (1 + ROUNDING)
 
 
 def _solve(

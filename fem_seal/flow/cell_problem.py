@@ -23,7 +23,7 @@ from fem_seal.flow.torus import (
     stream_unknowns,
 )
 from fem_seal.flow.traces import mean_gradient_values
-from fem_seal.mesh.nested import PIXEL, NestedMesh
+from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.seams import seams
 
 _CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])  # J×G = J·_CROSS·G
@@ -33,7 +33,8 @@ _CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])  # J×G = J·_CROSS·G
 class Family:
     """Minimisers for a basis of jumps.
 
-    jumps : (k, 2); corner_values : (k, C, 3); energies : (k, k), ∫ ∇v_a·T·∇v_b
+    jumps : (k, 2); corner_values : (k, C, 3)
+    energies : (k, k), ∫ ∇v_a·T·∇v_b, raised by what rounding may have taken away
     iterations : of CG, of all of them
     """
 
@@ -93,10 +94,9 @@ class CellProblem:
         self.data = self._whole.part(cells.kept)
         self._numbering = pressure_unknowns(mesh, self._seams, self._whole, cells)
         self._driving = jumps_along(cells.windings)
-        points = mesh.xy / PIXEL * gap.aspect
-        corners = points[mesh.cells[cells.kept]]
+        corners = mesh.corners(gap.aspect, mesh.cells[cells.kept])
         sides = mesh.edges[1][cells.kept]
-        self._space = CellSpace(len(corners), corners.__getitem__, lambda: sides, comm)
+        self._space = CellSpace(len(corners), corners.__getitem__, lambda: sides, comm, mesh.blur)
         self._slopes, self._areas = shape_gradients(corners)
 
     @property
@@ -141,16 +141,22 @@ class CellProblem:
         guess: np.ndarray,
     ) -> Family:
         values, iterations = np.empty((len(jumps), *periodic.of_corner.shape)), 0
+        rounding = 0.0
         for k, jump in enumerate(jumps):
             lift = crossed @ jump
             numbering = Unknowns(periodic.of_corner, lift, periodic.count)
             start = numbering.from_corners(np.tensordot(jump, guess, axes=1))
             found = self._space.minimise(tensor.__getitem__, numbering, start, self.tolerance)
             values[k], iterations = found.corner_values, iterations + found.iterations
+            rounding = max(rounding, found.total.error / found.total.value)
         slopes = [self.gradients(v) for v in values]
         fluxes = [_applied(tensor, slope) for slope in slopes]
         energies = [[(self._areas * (a * b).sum(axis=1)).sum() for b in fluxes] for a in slopes]
-        return Family(jumps, values, np.array(energies).reshape(2 * (len(jumps),)), iterations)
+        energies = np.array(energies).reshape(2 * (len(jumps),))
+        # Rounding moves an entry by that part of the root of the two diagonal ones at most, and so
+        # any combination of the functions by twice that part of the diagonal.
+        energies += 2 * rounding * np.diag(np.diag(energies))
+        return Family(jumps, values, energies, iterations)
 
     def gradients(self, corner_values: np.ndarray) -> np.ndarray:
         """Gradient (C, 2) of the function with given corner values (C, 3)."""

@@ -8,9 +8,10 @@ import numpy as np
 
 from fem_seal.errors import NotConverged
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.adapt import ROUNDING, Strategy, Tuning, part_of_a_step
+from fem_seal.flow.adapt import Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
 from fem_seal.flow.course import Course, out_of_reach
+from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.leak import require_conducting, require_positive, unit_of_leak_rate
 from fem_seal.flow.limits import Limits

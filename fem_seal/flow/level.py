@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.fenicsx import MPI
+from fem_seal.flow.energy import Energy
 from fem_seal.flow.gap_on_mesh import (
     ISOTROPIC,
     CellContact,
@@ -29,15 +30,22 @@ class Stream:
     """A stream function of unit flux, from the true or from the regularised dual.
 
     psi : (V,), at the vertices of the mesh; zero where nothing flows
-    conductance : 1 / ∫∇ψ·R·∇ψ; a lower bound of the leak rate if the dual was the true one
+    energy : ∫∇ψ·R·∇ψ
     iterations : of CG
     leak : what closed cells conduct, relative to the primal; zero in the true dual
+    stalled : why CG stopped short of its tolerance, "" if it did not
     """
 
     psi: np.ndarray
-    conductance: float
+    energy: Energy
     iterations: int
     leak: float
+    stalled: str = ""
+
+    @property
+    def conductance(self) -> float:
+        """1 / energy: but for rounding a lower bound of the leak rate if the dual was the true one."""
+        return 1 / self.energy.value
 
 
 class LevelProblem:
@@ -77,12 +85,16 @@ class LevelProblem:
 
         # Not a method: an object that refers to itself stays in memory until Python looks for such.
         def corners(cells: np.ndarray | slice) -> np.ndarray:
-            return mesh.points(gap.aspect, triangles[cells])
+            return mesh.corners(gap.aspect, triangles[cells])
 
         self._corners = corners
         kept = self.kept
         self.space = CellSpace(
-            len(triangles), corners, lambda: mesh.edges[1].compress(kept, axis=0), comm
+            len(triangles),
+            corners,
+            lambda: mesh.edges[1].compress(kept, axis=0),
+            comm,
+            mesh.blur * float(np.max(gap.aspect)),
         )
 
     @property
@@ -154,7 +166,7 @@ class LevelProblem:
         psi = np.zeros(len(self.mesh.xy))
         for cells in parts(0, self.space.count, AT_ONCE):
             psi[self._cells[cells]] = numbering.corners(found.values, cells)
-        return Stream(psi, 1 / found.energy, found.iterations, leak)
+        return Stream(psi, found.total, found.iterations, leak, found.stalled)
 
     def _resistivity(self, leak: float, cells: slice) -> np.ndarray:
         """Tensor (n, 3) of the true dual, or of the regularised one if leak > 0."""
@@ -204,7 +216,10 @@ class LevelProblem:
         return gradients(shape_gradients(self._corners(cells))[0], corner_values)
 
     def sharpened(self, pressure: Minimum, stream: Stream) -> tuple[float, float]:
-        """Lower and upper bound, from a true dual, after hats on the middles of the edges."""
+        """Lower and upper bound, from a true dual, after hats on the middles of the edges.
+
+        Both with room for rounding.
+        """
         cells = self.mesh, self._contact, self.kept
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
         dual = Sharpening(
@@ -219,7 +234,7 @@ class LevelProblem:
         )
         gap = self._gap, self.mesh, self.values
         raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm)
-        return 1 / (1 / stream.conductance - raised), pressure.energy - lowered
+        return 1 / stream.energy.least_upper(raised), pressure.total.least_upper(lowered)
 
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:
         """Flow in through the inlet and out through the outlet, from the discrete equations."""

@@ -100,7 +100,7 @@ class _Look:
     def _parts(self) -> Iterator[tuple[slice, np.ndarray, np.ndarray, np.ndarray]]:
         for part in parts(0, len(self.mesh.cells), AT_ONCE):
             cells = self.mesh.cells[part]
-            yield part, cells, *shape_gradients(self.mesh.points(self.aspect, cells))
+            yield part, cells, *shape_gradients(self.mesh.corners(self.aspect, cells))
 
     def relaxed(self, psi: np.ndarray, before: int, on_rim: np.ndarray) -> np.ndarray:
         """ψ (V,) with the best value at each vertex from `before` on, if all others stayed.

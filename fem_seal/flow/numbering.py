@@ -35,6 +35,17 @@ class Unknowns:
         found += lift
         return found
 
+    def representable(self, values: np.ndarray) -> np.ndarray:
+        """Values of the unknowns (count,), rounded so that adding the jumps to them is exact.
+
+        A function with jumps is then stored as it is, without errors that contrast could magnify.
+        """
+        jump = np.abs(self.lift[self.of_corner >= 0]).max(initial=0)
+        if jump == 0 or jump % 1:
+            return values
+        grid = 2.0 ** np.ceil(np.log2(jump + np.abs(values).max(initial=1.0)) + 1)
+        return (values + grid) - grid
+
     def constant(self) -> np.ndarray:
         """(C,) bool, cells on which every function of this numbering is constant."""
         first = self.of_corner[:, 0], self.lift[:, 0]

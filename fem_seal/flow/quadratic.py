@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
+from fem_seal.errors import NotConverged
 from fem_seal.fenicsx import (
     MPI,
     PETSc,
@@ -167,7 +168,9 @@ def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float)
     b, x = A.createVecLeft(), A.createVecRight()
     b.array = load
     try:
-        minimise_by_cg(A, b, x, start, tolerance)
+        found = minimise_by_cg(A, b, x, start, tolerance)
+        if found.stalled:
+            raise NotConverged(found.stalled)
         return x.array.copy()
     finally:
         for thing in (A, b, x):

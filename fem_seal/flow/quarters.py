@@ -82,7 +82,7 @@ class Shape:
 
     @classmethod
     def of(cls, x: np.ndarray, y: np.ndarray) -> "Shape":
-        """Of triangles with corners a, b and c at (x, y), each (3, n)."""
+        """Of triangles with corners a, b and c at (x, y), each (3, n), seen from one of them."""
         # ∇λ is the opposite side, turned, over twice the area.
         bx, by, cx, cy = x[0] - x[2], y[0] - y[2], x[1] - x[0], y[1] - y[0]
         scale = 0.5 / np.abs(bx * cy - by * cx)

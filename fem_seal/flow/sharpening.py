@@ -134,7 +134,8 @@ def _hats_of(
         vertices = mesh.cells.take(cells, axis=0).T.astype(np.intp, order="C")
         xy = mesh.xy.take(vertices, axis=0)
         data = gap.quarter_data(xy, values.take(vertices, axis=0))
-        shape = Shape.of(xy[..., 0] * aspect_x, xy[..., 1] * aspect_y)
+        seen = xy - xy[0]
+        shape = Shape.of(seen[..., 0] * aspect_x, seen[..., 1] * aspect_y)
         for energy, hats in zip(energies, found, strict=True):
             hats.fill(part, shape, energy.coefficient(data), energy.corner_values(cells))
     return found

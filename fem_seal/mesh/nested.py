@@ -111,6 +111,23 @@ class NestedMesh:
             np.multiply(xy[..., axis], size / PIXEL, out=points[..., axis])
         return points
 
+    def corners(self, spacing: tuple[float, float], cells: np.ndarray) -> np.ndarray:
+        """Corners (n, 3, 2) [m] of cells (n, 3), seen from the first one of each.
+
+        Differences of the integer coordinates are exact, those of products with the pixel size are
+        not: at 2^-24 of a pixel little would be left of them.
+        """
+        first, *others = (self.xy.take(corner, axis=0) for corner in cells.T)
+        found = np.zeros((len(cells), 3, 2))
+        for k, other in enumerate(others, start=1):
+            np.multiply(other - first, np.asarray(spacing) / PIXEL, out=found[:, k])
+        return found
+
+    @property
+    def blur(self) -> float:
+        """Largest coordinate that rounding has touched: none."""
+        return 0.0
+
     @staticmethod
     def midpoints(xy: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Middles (n, 2) of the edges between vertices `ends` (n, 2) with coordinates `xy`.

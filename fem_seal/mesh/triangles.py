@@ -132,6 +132,19 @@ class TriangleMesh:
         """Coordinates (..., 2) of vertices (...), or (V, 2) of all, times `scale`."""
         return (self.xy if vertices is None else self.xy.take(vertices, axis=0)) * scale
 
+    def corners(self, scale: float | np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Corners (n, 3, 2) of cells (n, 3), seen from the first one of each, times `scale`."""
+        first, *others = (self.xy.take(corner, axis=0) for corner in cells.T)
+        found = np.zeros((len(cells), 3, 2))
+        for k, other in enumerate(others, start=1):
+            np.multiply(other - first, scale, out=found[:, k])
+        return found
+
+    @property
+    def blur(self) -> float:
+        """Largest coordinate that rounding has touched, in middles of edges."""
+        return float(np.abs(self.xy).max())
+
     def doubled_areas(self) -> np.ndarray:
         """(C,) float [m^2], twice the area of each triangle, > 0."""
         a, b, c = np.moveaxis(self.xy[self.cells], 1, 0)

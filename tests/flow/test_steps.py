@@ -8,6 +8,7 @@ from gaps import level_problem, represented
 from sample_gaps import rough_gap
 
 from fem_seal.flow.adapt import Strategy, _mark, _Solved, part_of_a_step
+from fem_seal.flow.energy import Energy
 from fem_seal.flow.level import Stream
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.marking import doerfler
@@ -31,11 +32,11 @@ def test_the_part_of_a_step():
 
 def test_the_gain_of_hats():
     """Of bounds 0.2 apart, sharpened to 1.04 and 1.12; and none of bounds that agree."""
-    pressure, stream = Minimum(None, None, 1.2, 0), Stream(None, 1.0, 0, 0.0)
+    pressure, stream = Minimum(None, None, Energy(1.2), 0), Stream(None, Energy(1.0), 0, 0.0)
     assert _Solved(pressure, None, stream).gain(1.04, 1.12) == pytest.approx(
         (1.12 / 1.04 - 1) / 0.2
     )
-    exact = _Solved(replace(pressure, energy=1.0), None, stream)
+    exact = _Solved(replace(pressure, total=Energy(1.0)), None, stream)
     assert exact.gain(1.0, 1.0 + 1e-12) == 1
 
 

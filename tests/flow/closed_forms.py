@@ -1,0 +1,171 @@
+"""Gaps that depend on y alone or on x alone, whose leak rate is a closed form.
+
+Drawn at random: heights over up to a hundred decades, stripes of contact along the flow, pixels of
+all aspects, walls and periodic sides, both representations, meshes of shapes. Run as a program this
+is a campaign; its last line counts what was seen, and its exit status is 1 if a bound was wrong:
+
+    python tests/flow/closed_forms.py --count 3000 --seed 1
+"""
+
+import argparse
+import sys
+from dataclasses import dataclass
+from math import fsum
+
+import numpy as np
+from gaps import FLUID
+from triangulations import grid_mesh
+
+from fem_seal.errors import FemSealError
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+from fem_seal.mesh.mesh_gap import MeshGap
+
+# The closed form is a sum of positive terms of up to 20 roundings each, and the spacings of a grid
+# and the ratio of them one each.
+ROUNDING = 32 * np.finfo(float).eps
+# Decades of the gap. Layers in series below 1e-60 of the largest gap are refused.
+SERIES_DECADES = (0.3, 2.0, 6.0, 12.0, 15.0, 18.0, 40.0)
+STRIPES_DECADES = (*SERIES_DECADES, 100.0)
+ASPECT_DECADES = 6.0  # of dx/dy, to both sides
+
+
+def along(heights: np.ndarray, step: float, linear: bool) -> float:
+    """Σ K dy of stripes along the flow: (a³ + a²b + ab² + b³)/4 is the mean of g³ from a to b."""
+    if not linear:
+        return step * fsum(heights**3)
+    a, b = heights[:-1], heights[1:]
+    return step * fsum((a + b) * (a * a + b * b) / 4)
+
+
+def across(heights: np.ndarray, step: float, linear: bool) -> float:
+    """Σ dx/K of layers in series: (a + b)/(2 a² b²) is the mean of 1/g³ from a to b."""
+    if not linear:
+        return step * fsum(1 / heights**3)
+    a, b = heights[:-1], heights[1:]
+    return step * fsum((1 / a + 1 / b) / (2 * a * b))
+
+
+@dataclass(frozen=True)
+class Case:
+    """One gap: `heights` along one axis, repeated so many `times` along the other.
+
+    kind : "along" (stripes along the flow, heights over y) or "across" (layers, heights over x)
+    on : "linear", "constant" (on a grid) or "mesh" (linear on the triangles of a shape)
+    """
+
+    kind: str
+    heights: np.ndarray
+    times: int
+    spacing: tuple[float, float]
+    sides: str
+    on: str
+    method: str
+
+    @classmethod
+    def random(cls, rng: np.random.Generator) -> "Case":
+        """Any of them."""
+        kind, on = rng.choice(["along", "across"]), rng.choice(["linear", "constant", "mesh"])
+        decades = rng.choice(STRIPES_DECADES if kind == "along" else SERIES_DECADES)
+        heights = 10 ** (-decades * rng.random(int(rng.integers(3, 25))))
+        if kind == "along" and rng.random() < 0.6:
+            heights[rng.random(len(heights)) < rng.uniform(0.1, 0.8)] = 0
+            # Linear between samples, a stripe is open where one of them is.
+            heights[rng.integers(len(heights))] = 1
+        # Between 1e-9 and 1 m: smaller cubes are no leak rate that a number could hold.
+        heights *= 10 ** -rng.uniform(0, 9) / heights.max()
+        spacing = 1e-6 * 10 ** (rng.uniform(-ASPECT_DECADES, ASPECT_DECADES) * np.array([0.5, -0.5]))
+        return cls(
+            str(kind),
+            heights,
+            int(rng.integers(2, 8)),
+            (float(spacing[0]), float(spacing[1])),
+            "wall" if on == "mesh" else str(rng.choice(["wall", "periodic"])),
+            str(on),
+            str(rng.choice(["adaptive", "uniform"])),
+        )
+
+    @property
+    def values(self) -> np.ndarray:
+        """Samples (nx, ny)."""
+        heights = self.heights
+        if self.kind == "across":
+            return np.repeat(heights[:, None], self.times, axis=1)
+        return np.repeat(heights[None, :], self.times, axis=0)
+
+    @property
+    def gap(self) -> GridField | MeshGap:
+        """The gap; periodic sides are those of a grid that repeats in both directions."""
+        values = self.values
+        if self.on != "mesh":
+            return GridField(values, self.spacing, periodic=self.sides == "periodic")
+        mx, my = values.shape[0] - 1, values.shape[1] - 1
+        mesh = grid_mesh((mx, my), (mx * self.spacing[0], my * self.spacing[1]))
+        pixel = np.rint(mesh.xy / self.spacing).astype(int)
+        return MeshGap(mesh, values[tuple(pixel.T)])
+
+    @property
+    def exact(self) -> float:
+        """Leak rate of FLUID."""
+        linear, heights, (dx, dy) = self.on != "constant", self.heights, self.spacing
+        repeats = self.sides == "periodic"
+        if linear and repeats:
+            heights = np.append(heights, heights[0])
+        # A linear gap has an interval less than samples, unless it repeats.
+        steps = self.times - (linear and not repeats)
+        if self.kind == "along":
+            return along(heights, dy, linear) / (steps * dx)
+        return steps * dy / across(heights, dx, linear)
+
+    def solve(self, unknowns: int, rtol: float = 0.05) -> LeakRate:
+        """The leak rate with its bounds."""
+        options = {"method": self.method, "rtol": rtol, "limits": Limits(unknowns=unknowns)}
+        if self.on != "mesh":
+            options |= {"sides": self.sides, "representation": self.on}
+        return leak_rate(self.gap, every_dual=True, **options, **FLUID)
+
+    def faults(self, flow: LeakRate) -> list[str]:
+        """What is wrong with an answer, one word or two for each."""
+        found, exact = [], self.exact
+        for level in flow.levels:
+            if not level.lower <= exact * (1 + ROUNDING):
+                found.append(f"lower bound too high by {level.lower / exact - 1:.1e}")
+            if not level.upper >= exact * (1 - ROUNDING):
+                found.append(f"upper bound too low by {1 - level.upper / exact:.1e}")
+        if not flow.converged and not flow.reason:
+            found.append("no reason")
+        return found
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--unknowns", type=int, default=1500, help="most of a mesh")
+    options = parser.parse_args(arguments)
+    wrong, silent, converged, widest = 0, 0, 0, 0.0
+    for k in range(options.count):
+        case = Case.random(np.random.default_rng((options.seed, k)))
+        try:
+            flow = case.solve(options.unknowns)
+        except FemSealError as error:
+            silent += 1
+            print(f"case {k}: no answer: {error}\n  {case}", flush=True)
+            continue
+        converged += flow.converged
+        faults = case.faults(flow)
+        if faults:
+            wrong += 1
+            print(f"case {k}: {faults[0]}\n  {case}", flush=True)
+        if flow.converged:
+            widest = max(widest, flow.upper / flow.lower - 1)
+    print(
+        f"{options.count} gaps: {wrong} wrong bounds, {silent} without an answer, {converged} "
+        f"converged to 5 % within {options.unknowns} unknowns (widest bracket {widest:.2g})"
+    )
+    return 1 if wrong or silent else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
