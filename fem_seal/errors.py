@@ -41,3 +41,9 @@ class NotConverged(FemSealError):
     """An iteration stopped before it reached its tolerance (exit status 3)."""
 
     exit_status = 3
+
+
+class Inconsistent(FemSealError):
+    """An answer contradicts itself, which is a defect of the solver (exit status 3, no answer)."""
+
+    exit_status = 3

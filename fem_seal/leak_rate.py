@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fem_seal.digits import bracket_digits
-from fem_seal.errors import FemSealError
+from fem_seal.errors import Inconsistent
 
 
 def relative_width(lower: float, upper: float) -> float:
@@ -67,7 +67,11 @@ class LeakRate:
     """Volume per second through the gap [m^3/s], with bounds where the method has them.
 
     state : "leaking" or "sealed"
-    value : best estimate; lower, upper : guaranteed bounds or None
+    value : best estimate: √(lower upper), or the upper bound where no lower one above 0 is known,
+        and then nothing but a bound
+    lower, upper : guaranteed bounds or None. A lower bound of 0 says that no mesh so far was fine
+        enough to let a stream function through, not that the leak may be zero: a gap without an
+        open path has the state "sealed"
     unknowns : of the last solve; converged : the tolerance asked for was reached
     reason : one sentence when converged is False, else ""
     inflow, outflow : discrete flux through inlet and outlet [m^3/s]; equal up to the solver. Those
@@ -93,7 +97,7 @@ class LeakRate:
 
     def __post_init__(self):
         if self.lower is not None and not self.lower <= self.upper:
-            raise FemSealError(
+            raise Inconsistent(
                 f"the bounds cross: lower {self.lower:.6e} > upper {self.upper:.6e} m^3/s; "
                 "this is a defect of the solver, please report the gap"
             )

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.errors import FemSealError
+from fem_seal.errors import Inconsistent
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
@@ -93,6 +93,11 @@ class Bracket:
     pressure: Minimum
     stream: Stream | None
 
+    @property
+    def stalled(self) -> str:
+        """Why CG stopped short of its tolerance in a solve behind the bounds, "" if it did not."""
+        return self.pressure.stalled or (self.stream.stalled if self.stream else "")
+
     def certified(self) -> "Bracket":
         """The same with the true dual, for a caller who has to stop before it was solved."""
         if self.stream is not None:
@@ -103,9 +108,8 @@ class Bracket:
             return self
         lower, upper = self.problem.sharpened(self.pressure, stream)
         iterations = {**self.level.iterations, "dual": stream.iterations}
-        level = replace(
-            self.level, lower=lower, upper=min(upper, self.level.upper), iterations=iterations
-        )
+        lower, upper = max(lower, self.level.lower), min(upper, self.level.upper)
+        level = replace(self.level, lower=lower, upper=upper, iterations=iterations)
         return Bracket(level, self.problem, self.pressure, stream)
 
 
@@ -237,7 +241,7 @@ def _guided(
     psi = guess.stream if found.stream is None else found.stream.psi
     guide = problem.regularised_stream(psi, strategy.tuning.epsilon)
     if guide is None:
-        raise FemSealError("contact bars an open gap; please report the gap as a defect")
+        raise Inconsistent("contact bars an open gap; please report the gap as a defect")
     log.lap("regularised dual", guide)
     return replace(found, guide=guide)
 

@@ -36,12 +36,14 @@ class Family:
     jumps : (k, 2); corner_values : (k, C, 3)
     energies : (k, k), ∫ ∇v_a·T·∇v_b, raised by what rounding may have taken away
     iterations : of CG, of all of them
+    stalled : why CG stopped short of its tolerance for one of them, "" if it did not
     """
 
     jumps: np.ndarray
     corner_values: np.ndarray
     energies: np.ndarray
     iterations: int
+    stalled: str = ""
 
     def combined(self, weights: np.ndarray) -> np.ndarray:
         """Corner values (C, 3) of a combination with weights (k,)."""
@@ -141,7 +143,7 @@ class CellProblem:
         guess: np.ndarray,
     ) -> Family:
         values, iterations = np.empty((len(jumps), *periodic.of_corner.shape)), 0
-        rounding = 0.0
+        rounding, stalled = 0.0, ""
         for k, jump in enumerate(jumps):
             lift = crossed @ jump
             numbering = Unknowns(periodic.of_corner, lift, periodic.count)
@@ -149,6 +151,7 @@ class CellProblem:
             found = self._space.minimise(tensor.__getitem__, numbering, start, self.tolerance)
             values[k], iterations = found.corner_values, iterations + found.iterations
             rounding = max(rounding, found.total.error / found.total.value)
+            stalled = stalled or found.stalled
         slopes = [self.gradients(v) for v in values]
         fluxes = [_applied(tensor, slope) for slope in slopes]
         energies = [[(self._areas * (a * b).sum(axis=1)).sum() for b in fluxes] for a in slopes]
@@ -156,7 +159,7 @@ class CellProblem:
         # Rounding moves an entry by that part of the root of the two diagonal ones at most, and so
         # any combination of the functions by twice that part of the diagonal.
         energies += 2 * rounding * np.diag(np.diag(energies))
-        return Family(jumps, values, energies, iterations)
+        return Family(jumps, values, energies, iterations, stalled)
 
     def gradients(self, corner_values: np.ndarray) -> np.ndarray:
         """Gradient (C, 2) of the function with given corner values (C, 3)."""

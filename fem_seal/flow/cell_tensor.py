@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.errors import NotConverged
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
@@ -66,8 +65,6 @@ def conductivity_tensor(
     ------
     InvalidInput
         If the gap is not periodic, a choice is unknown, or a value is out of range.
-    NotConverged
-        If the linear solver fails on the first mesh.
     """
     require_positive({"viscosity": viscosity, "rtol": rtol})
     sites = periodic_sites(gap, representation)
@@ -88,10 +85,7 @@ def conductivity_tensor(
     # From fluxes per jump to mean flux per gradient: D A* D/(Lx Ly), D = diag(Lx, Ly).
     lengths = np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])
     doubt = _rounding_doubt(narrowest)
-    try:
-        found = _refined(represented, width, rtol, limits, tuning, comm, progress)
-    except NotConverged as error:
-        raise NotConverged(f"{error}{doubt}") from None
+    found = _refined(represented, width, rtol, limits, tuning, comm, progress)
     if not found.converged:
         found = replace(found, reason=f"{found.reason}{doubt}")
     scale = per_pascal * lengths
@@ -137,7 +131,7 @@ def _refined(
                 break
         else:
             reason = f"the next mesh would have more than {limits.unknowns} unknowns"
-    except (TooFine, NotConverged) as limit:
+    except TooFine as limit:
         if upper is None:
             raise
         reason = str(limit)
@@ -219,6 +213,8 @@ def _levels(
         last = not course or GROWTH * problem.unknowns > most
         course.append((problem.unknowns, reached))
         reason, lower = why_stop(course), None
+        if len(course) > 1 and not reached < 0.99 * course[-2][1]:
+            reason = reason or pressures.stalled or guide.stalled
         if last or reason or reached < 2 * strategy.rtol:
             lower = lower_matrix(problem.streams(_by_jumps(guide, guess[2:])))
         yield _Found(lower, upper, problem.unknowns, reason)

@@ -1,13 +1,13 @@
 """The leak rate of a gap with its bounds, in SI units."""
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from numbers import Real
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
 from fem_seal.flow.goal import Decision, Tolerance
@@ -74,9 +74,13 @@ def leak_rate(
     ------
     InvalidInput
         For values out of range, or periodic sides of a gap that does not repeat.
-    NotConverged
-        If the linear solver fails on the first mesh; later, or where no mesh could reach `rtol`,
-        the bounds so far are returned with `converged` False.
+    Inconsistent
+        If the bounds cross, which would be a defect.
+
+    Notes
+    -----
+    Where the linear solver cannot reach its tolerance, the functions it has reached still give
+    bounds; they are returned, with `converged` False if they are further apart than asked for.
     """
     require_positive({"viscosity": viscosity, "pressure_drop": pressure_drop, "rtol": rtol})
     if decide is not None:
@@ -105,6 +109,8 @@ def leak_rate(
             levels.append(_in_si(bracket.level, scale))
             reached = goal.reached(levels[-1].lower, levels[-1].upper)
             reason = "" if reached else comm.bcast(end.reason(levels))
+            if bracket.stalled and no_closer(levels) and not reached:
+                reason = reason or bracket.stalled
             if reason:
                 bracket = bracket.certified()
                 levels[-1] = _in_si(bracket.level, scale)
@@ -119,13 +125,21 @@ def leak_rate(
             del bracket
         else:
             reason = f"the next mesh would have more than {strategy.max_unknowns} unknowns"
-    except (TooFine, NotConverged) as limit:
+    except TooFine as limit:
         if not levels:
             raise
         reason = str(limit)
     if reason:
         reason = f"{reason}; {goal.missed(result.lower, result.upper)}"
     return replace(result, converged=not reason, reason=reason, field=last)
+
+
+def no_closer(levels: Sequence[Level]) -> bool:
+    """Whether the last mesh has brought the bounds less than 1 % closer than the one before."""
+    if len(levels) < 2:
+        return False
+    before, last = levels[-2:]
+    return last.upper > 0.99 * before.upper and last.lower <= 1.01 * before.lower
 
 
 def require_positive(values: Mapping[str, float]) -> None:

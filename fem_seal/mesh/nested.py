@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.errors import FemSealError
+from fem_seal.errors import NotConverged
 from fem_seal.mesh.edges import Edges, find_edges
 from fem_seal.mesh.halvings import Halvings
 
@@ -24,7 +24,7 @@ DEPTH = 24  # bisection is possible down to 2^-24 pixels
 PIXEL = 1 << DEPTH
 
 
-class TooFine(FemSealError):
+class TooFine(NotConverged):
     """Bisection would need triangles narrower than the coordinates can resolve."""
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import fsum
 
 import numpy as np
-from gaps import FLUID
+from sample_gaps import FLUID
 from triangulations import grid_mesh
 
 from fem_seal.errors import FemSealError

@@ -29,8 +29,8 @@ def test_one_square_has_three_hats(representation, width, spacing, seed):
     quarters = level_problem(gap, width, tolerance=1e-14, markings=[everything] * 2)
     assert quarters.unknowns == 3
     found = problem.sharpened(*solved(problem))
-    # Widened by 1e-12 against rounding, and by a tenth of that for the terms of the cells.
-    assert found == pytest.approx(plain_bounds(quarters), rel=1.5e-12, abs=0)
+    # Widened against rounding by 1e-12 of the energies before the hats, at most ten times larger.
+    assert found == pytest.approx(plain_bounds(quarters), rel=1e-11, abs=0)
     if representation == "constant" and width == 1:
         return  # a uniform gap, solved by the coarse mesh
     plain = plain_bounds(problem)

@@ -1,0 +1,80 @@
+"""Bounds of gaps that depend on one coordinate hold their closed forms, to rounding.
+
+Slender pixels, layers in series and stripes side by side whose gaps span up to a hundred decades.
+A thousand times as many: `closed_forms.py`, which draws the gaps.
+"""
+
+import numpy as np
+import pytest
+from closed_forms import SERIES_DECADES, Case
+from sample_gaps import FLUID
+
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.grid import GridField
+
+UNKNOWNS = 1500  # the most of a mesh
+
+ASPECTS = [1e-6, 1e-3, 1.0, 1e3, 1e6]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_any_gap(seed):
+    """The first gaps of the campaign, of all kinds, aspects and contrasts."""
+    case = Case.random(np.random.default_rng((0, seed)))
+    assert not case.faults(case.solve(UNKNOWNS))
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize("on", ["linear", "constant", "mesh"])
+@pytest.mark.parametrize("aspect", ASPECTS)
+@pytest.mark.parametrize("method", ["adaptive", "uniform"])
+def test_stripes_of_contact_along_the_flow(aspect, on, sides, method):
+    """Beside contact the lower bound rests on power traces. Of slender cells along the contact their
+    resistivities differ by the square of the aspect, from which nothing must be subtracted.
+    Channels of several samples of one height, at which the upper bound is exact and both could
+    cross."""
+    heights = np.array([1.0, 1, 1, 0, 0, 1, 1, 1, 0, 1, 1, 1])
+    wall = "wall" if on == "mesh" else sides
+    case = Case("along", heights, 8, (aspect * 1e-6, 1e-6), wall, on, method)
+    assert not case.faults(case.solve(UNKNOWNS))
+
+
+@pytest.mark.parametrize("decades", SERIES_DECADES)
+@pytest.mark.parametrize("seed", range(3))
+def test_layers_of_random_height(decades, seed):
+    """Across layers whose gaps lie decades apart the pressure is constant but for a few of them:
+    rounding hides what is left of the residuals, and CG breaks down. What it has reached is the
+    pressure of an upper bound all the same, and on squares of one gap the best one."""
+    rng = np.random.default_rng(seed)
+    heights = 10 ** (-decades * rng.random(24))
+    for on in ("linear", "constant"):
+        case = Case("across", heights, 5, (1e-6, 1e-6), "wall", on, "adaptive")
+        flow = case.solve(UNKNOWNS)
+        assert not case.faults(flow)
+        # The pressure of constant layers is linear between the vertices. Beside a sample that is 1e12
+        # times as narrow as the next a linear gap needs cells of 1e-12 pixels, which no mesh has.
+        assert flow.converged or on == "linear"
+
+
+def test_in_series_until_the_bounds_agree():
+    """Layers of a linear gap that twelve decades part: bounds 5 % apart, by cells far below a pixel."""
+    heights = 10 ** (-12 * np.random.default_rng(5).random(8))
+    case = Case("across", heights, 3, (1e-6, 1e-6), "wall", "linear", "adaptive")
+    flow = case.solve(60_000)
+    assert flow.converged
+    assert not case.faults(flow)
+
+
+@pytest.mark.parametrize("aspect", [1e-6, 1e6])
+def test_rough_gap_of_slender_pixels(aspect):
+    """Where nothing is a closed form: the bounds of coarse and fine meshes all overlap."""
+    values = np.maximum(np.random.default_rng(2).normal(0.5, 0.5, (12, 12)), 0)
+    gap = GridField(values, (aspect, 1.0))
+    levels = [
+        level
+        for method in ("adaptive", "uniform")
+        for level in leak_rate(
+            gap, method=method, rtol=1e-3, every_dual=True, limits=Limits(unknowns=4000), **FLUID
+        ).levels
+    ]
+    assert max(level.lower for level in levels) <= min(level.upper for level in levels)
