@@ -1,4 +1,4 @@
-"""A map that does not repeat, cut out and made a cell that does."""
+"""Cropping of height maps, and periodic cells made of maps that are not periodic."""
 
 from collections.abc import Callable
 
@@ -9,26 +9,32 @@ from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
 from fem_seal.registry import choose
 
-# Fraction of each side over which the Tukey window rises and falls again, together.
+# Part of each side over which the Tukey window rises (half of it) and falls (the other half).
 TUKEY_TAPER = 0.25
 
 
-def cropped(found: FieldMap, crop: tuple[tuple[float, float], tuple[float, float]]) -> FieldMap:
-    """Keep the samples inside a rectangle; what is left does not repeat any more.
+def cropped(field: FieldMap, crop: tuple[tuple[float, float], tuple[float, float]]) -> FieldMap:
+    """Samples of a map inside a rectangle.
 
     Parameters
     ----------
-    found : heights
-    crop : ((x0, x1), (y0, y1)) [m] from the first sample, ends included
+    field : FieldMap
+        Heights [m].
+    crop : ((x0, x1), (y0, y1))
+        The rectangle [m], measured from the first sample and including its ends.
+
+    Returns
+    -------
+    FieldMap, not periodic unless the rectangle is the whole map.
 
     Raises
     ------
     InvalidInput
-        If the rectangle leaves the map, or fewer than two samples a side lie inside.
+        If the rectangle extends beyond the map, or contains fewer than two samples along an axis.
     """
     slices = []
-    for name, (start, end), d, n in zip("xy", crop, found.spacing, found.values.shape, strict=True):
-        # A sample on the edge to rounding is inside.
+    for name, (start, end), d, n in zip("xy", crop, field.spacing, field.values.shape, strict=True):
+        # A sample that lies on the edge but for rounding is inside.
         first, last = int(np.ceil(start / d - 1e-6)), int(np.floor(end / d + 1e-6))
         if start < 0 or last > n:
             raise InvalidInput(
@@ -42,21 +48,23 @@ def cropped(found: FieldMap, crop: tuple[tuple[float, float], tuple[float, float
             )
         slices.append(slice(first, last + 1))
     whole = all(
-        s.start == 0 and s.stop >= n for s, n in zip(slices, found.values.shape, strict=True)
+        s.start == 0 and s.stop >= n for s, n in zip(slices, field.values.shape, strict=True)
     )
-    return FieldMap(found.values[tuple(slices)], found.spacing, found.periodic if whole else False)
+    return FieldMap(field.values[tuple(slices)], field.spacing, field.periodic if whole else False)
 
 
 def periodic_cell(field: GridField, how: str) -> GridField:
-    """Make a periodic cell of a map.
+    """Periodic cell made of a map.
 
     Parameters
     ----------
-    field : heights; missing points filled
-    how : "cut": as it is, with a jump across the seam; "mirror": the map and its mirror images,
-        twice as long and wide, with a kink at the seam; "hann", "tukey": the deviation from the
-        mean is weighted by this window, which is 0 at the border (the Tukey window is 1 but on
-        an eighth of the length at each end)
+    field : GridField
+        Heights [m], without missing points.
+    how : "cut", "mirror", "hann" or "tukey"
+        "cut": the map itself, with a jump across the seam. "mirror": the map and its mirror images,
+        twice as long and wide, with a kink at the seam. "hann", "tukey": the deviation from the
+        mean times this window, which is 0 at the border; the Tukey window is 1 except on an eighth
+        of the length at each end.
 
     Returns
     -------
@@ -72,7 +80,7 @@ def periodic_cell(field: GridField, how: str) -> GridField:
 
 
 def window(name: str, shape: tuple[int, int]) -> np.ndarray:
-    """Weights (nx, ny) of a window that repeats: 0 on the first line of samples along each side."""
+    """Weights (nx, ny) of a periodic window: 0 in the first row and column, 1 in the middle."""
     from scipy.signal.windows import hann, tukey
 
     windows = {
@@ -87,7 +95,7 @@ def _cut(values: np.ndarray) -> np.ndarray:
 
 
 def _mirror(values: np.ndarray) -> np.ndarray:
-    # The first and last lines are mirror lines and stand once, so the period is 2 (n - 1) samples.
+    # The first and last rows lie on the mirror lines and are not doubled: 2 (n - 1) samples.
     return np.pad(values, [(0, max(n - 2, 0)) for n in values.shape], mode="reflect")
 
 

@@ -1,4 +1,4 @@
-"""The same periodic surface on a finer or coarser grid."""
+"""Resampling of a periodic surface on a finer or coarser grid."""
 
 import numpy as np
 
@@ -9,16 +9,20 @@ from fem_seal.grid import GridField
 def resample(field: GridField, shape: tuple[int, int]) -> GridField:
     """Trigonometric interpolation onto another grid of the same periods.
 
-    Finer: the interpolant that has the samples of `field`; modes at the old Nyquist wavenumber
-    are shared equally between ±q, so that the result is real and of least slope. Coarser: modes
-    that the new grid cannot hold are cut off, its Nyquist modes included.
+    On a finer grid it passes through the samples of `field`; modes at the old Nyquist wavenumber
+    are divided equally between ±q, so that the result is real and of least slope. On a coarser grid
+    modes at and above its Nyquist wavenumber are omitted.
 
     Parameters
     ----------
     field : GridField
         Periodic.
-    shape : (nx, ny)
-        New number of samples.
+    shape : (int, int)
+        New number of samples (nx, ny).
+
+    Returns
+    -------
+    GridField, periodic, of the same size.
 
     Raises
     ------
@@ -40,7 +44,7 @@ def resample(field: GridField, shape: tuple[int, int]) -> GridField:
 
 
 def _padded(modes: np.ndarray, old: int, new: int, axis: int) -> np.ndarray:
-    """Half-plane modes along one axis of length `old`, cut or filled up for length `new`."""
+    """Modes of `rfft` for `new` samples from those for `old` samples along an axis."""
     modes = np.moveaxis(modes, axis, 0)
     if new == old:
         return np.moveaxis(modes, 0, axis)

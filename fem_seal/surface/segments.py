@@ -1,25 +1,41 @@
-"""Straight pieces of a spectrum in logarithms: below, plateau with power law, beyond."""
+"""Straight segments of a spectrum, y = ln C against x = ln q.
+
+The model is a constant below the long cut-off, a plateau that turns into a power law at the knee
+x_k,
+
+    y = level + slope max(x - x_k, 0),
+
+and another straight line beyond the short cut-off. Where the segments begin and end minimises the
+Bayesian information criterion χ² + (number of parameters) ln(number of bins).
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-FEWEST_BINS = 5  # of the plateau and power law together
-FEWEST_BEYOND = 2  # that show a cut-off
-STRADDLING = 3  # at most, at a cut-off
-# A measured spectrum is a power law only so well; edges that merely trace such wiggles
-# (15 % of the power) are no cut-offs. It plays no part in the fit of the exponent.
+FEWEST_BINS = 5  # least number of bins of plateau and power law together
+FEWEST_BEYOND = 2  # least number of bins beyond a cut-off
+STRADDLING = 3  # largest number of bins that a cut-off is smeared over
+# Measured spectra deviate from a power law by some 15 % of the power. Adding this to the
+# statistical error keeps such deviations from passing for cut-offs. The fit of the exponent does
+# not use it.
 WIGGLE = 0.15
-# A power law that falls more slowly than this is a plateau.
+# Least steep slope of a power law; a smaller fall counts as a plateau.
 LEAST_FALL = -1.0
 
 
 @dataclass(frozen=True)
 class Segments:
-    """Bins [start, stop) hold the plateau and the power law, which starts at bin `knee`.
+    """Division of the bins into segments.
 
-    The bins start - 1 and stop, if any, straddle the cut-offs and belong to nothing, nor may a
-    few next to them.
+    The bins next to `start` and `stop`, which straddle the cut-offs, belong to no segment.
+
+    Attributes
+    ----------
+    start, stop : int
+        Bins [start, stop) are plateau and power law.
+    knee : int
+        First bin of the power law.
     """
 
     start: int
@@ -29,7 +45,18 @@ class Segments:
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """y = level + slope max(x - knee, 0), or + slope x without a knee."""
+    """The fit y = level + slope max(x - knee, 0), or level + slope x without a knee.
+
+    Attributes
+    ----------
+    level, slope : float
+    slope_error : float
+        Standard deviation of the slope.
+    knee, knee_error : float or None
+        Position of the knee in ln q and its standard deviation.
+    misfit : float
+        χ² per degree of freedom.
+    """
 
     level: float
     slope: float
@@ -45,32 +72,33 @@ class PowerLaw:
 
 
 def best_segments(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> Segments | None:
-    """Division with the least χ² + (number of parameters) ln(number of bins).
+    """Division of least χ² + (number of parameters) ln(number of bins).
 
     Parameters
     ----------
-    x, y, variance : (m,) ln q, increasing, ln C and its variance
+    x, y, variance : (m,) float
+        ln q, ascending, ln C, and the variance of ln C.
 
     Returns
     -------
-    Segments, or None if a level spectrum does as well.
+    Segments, or None if a constant spectrum has a smaller value.
     """
     m = len(x)
     weight = 1 / (variance + WIGGLE**2)
     sums = _Sums(x, y, weight)
-    price = np.log(max(m, 2))
-    # A cut-off lies in one bin, or is smeared over a few by a window: each costs a parameter.
+    penalty = np.log(max(m, 2))  # of each parameter
+    # A cut-off lies in one bin or is smeared over a few by a window; each bin is a parameter.
     below = [
-        min(sums.constant(0, i - n) + (1 + n) * price for n in range(1, STRADDLING + 1))
+        min(sums.constant(0, i - n) + (1 + n) * penalty for n in range(1, STRADDLING + 1))
         for i in range(m)
     ]
     beyond = [
-        min(sums.line(j + n, m) + (2 + n) * price for n in range(1, STRADDLING + 1))
+        min(sums.line(j + n, m) + (2 + n) * penalty for n in range(1, STRADDLING + 1))
         for j in range(m)
     ]
     below[0], beyond = 0.0, [*beyond, 0.0]
-    # What must be beaten: a level spectrum, such as that of white noise.
-    best, found = sums.constant(0, m) + price, None
+    # Start from a constant spectrum, such as that of white noise.
+    least, best = sums.constant(0, m) + penalty, None
     for start in range(m):
         if 0 < start < 1 + FEWEST_BEYOND:
             continue
@@ -78,29 +106,28 @@ def best_segments(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> Segment
             if m - FEWEST_BEYOND - 1 < stop < m:
                 continue
             knees = np.arange(start, stop - FEWEST_BEYOND)
-            costs = sums.broken_line(start, knees, stop) + price * (2 + (knees > start))
+            costs = sums.broken_line(start, knees, stop) + penalty * (2 + (knees > start))
             k = int(np.argmin(costs))
             cost = costs[k] + below[start] + beyond[stop]
-            if cost < best:
-                best, found = cost, Segments(start, int(knees[k]), stop)
-    return found
+            if cost < least:
+                least, best = cost, Segments(start, int(knees[k]), stop)
+    return best
 
 
 class _Sums:
-    """Weighted least squares of any range of bins, from sums up to each bin."""
+    """Weighted least squares of any range of bins, from cumulative sums."""
 
     def __init__(self, x: np.ndarray, y: np.ndarray, weight: np.ndarray):
-        self.x = x
-        # About the middle, so that squares of large logarithms do not cancel.
+        # Relative to the mean, so that differences of sums of squares do not cancel.
         x0, y0 = x.mean(), y.mean()
         self.x = x - x0
         terms = [np.ones_like(x), self.x, self.x**2, y - y0, self.x * (y - y0), (y - y0) ** 2]
-        self.upto = np.array([np.concatenate([[0.0], np.cumsum(weight * t)]) for t in terms])
+        self.cumulative = np.array([np.concatenate([[0.0], np.cumsum(weight * t)]) for t in terms])
 
     def between(self, first: int | np.ndarray, last: int) -> np.ndarray:
         """Σ w, w x, w x², w y, w x y, w y² over bins [first, last)."""
-        upto = self.upto[:, last]
-        return (upto[:, None] if np.ndim(first) else upto) - self.upto[:, first]
+        end = self.cumulative[:, last]
+        return (end[:, None] if np.ndim(first) else end) - self.cumulative[:, first]
 
     def constant(self, first: int, last: int) -> float:
         """χ² of the best constant."""
@@ -119,18 +146,30 @@ class _Sums:
         return float(wyy - wy**2 / w - slope * (wxy - wx * wy / w))
 
     def broken_line(self, first: int, knees: np.ndarray, last: int) -> np.ndarray:
-        """χ² of the best line that is level up to each knee and falls from there."""
+        """χ² (n,) of the best line that is constant up to each knee (n,) and falls from there."""
         w, _, _, wy, _, wyy = self.between(first, last)
         v, vx, vxx, vy, vxy, _ = self.between(knees, last)
-        at = self.x[knees]
-        b, bb, by = vx - at * v, vxx - 2 * at * vx + at**2 * v, vxy - at * vy
+        # Sums of the basis function b = max(x - knee, 0), of b² and of b y.
+        knee = self.x[knees]
+        b, bb, by = vx - knee * v, vxx - 2 * knee * vx + knee**2 * v, vxy - knee * vy
         slope = (w * by - b * wy) / (w * bb - b**2)
         cost = wyy - wy**2 / w - slope * (by - b * wy / w)
         return np.where(slope < LEAST_FALL, cost, np.inf)
 
 
 def power_law(x: np.ndarray, y: np.ndarray, variance: np.ndarray, segments: Segments) -> PowerLaw:
-    """Fit the plateau and power law of a division, with errors from the variances alone."""
+    """Fit plateau and power law of a division.
+
+    Parameters
+    ----------
+    x, y, variance : (m,) float
+        As in `best_segments`. The variances give the errors, widened by √misfit if that is above 1.
+    segments : Segments
+
+    Returns
+    -------
+    PowerLaw
+    """
     from scipy.optimize import minimize_scalar
 
     inside = slice(segments.start, segments.stop)
@@ -139,7 +178,7 @@ def power_law(x: np.ndarray, y: np.ndarray, variance: np.ndarray, segments: Segm
     if segments.knee > segments.start:
         search = x[segments.knee - 1], x[min(segments.knee + 1, segments.stop - 1)]
         knee = minimize_scalar(
-            lambda at: _solve(np.maximum(xs - at, 0), ys, weight)[2],
+            lambda x_k: _solve(np.maximum(xs - x_k, 0), ys, weight)[2],
             bounds=search,
             method="bounded",
         ).x

@@ -1,4 +1,4 @@
-"""The power spectrum of a self-affine surface with hard cut-offs."""
+"""Power spectrum of a self-affine surface with hard cut-offs."""
 
 from dataclasses import dataclass, replace
 
@@ -62,7 +62,7 @@ class Spectrum:
         """C(q) [m^4] at wavenumbers q [1/m], of any shape."""
         q = np.asarray(q, dtype=float)
         q_long, q_rolloff, q_short = self.wavenumbers
-        # A wave that is a cut-off's to rounding belongs to the band: L/8 must not hang on 2π.
+        # Rounding of 2π/λ must not exclude a wave at a cut-off, such as λ_l = L/8.
         inside = (q >= q_long * (1 - 1e-12)) & (q <= q_short * (1 + 1e-12))
         power_law = np.maximum(q, q_rolloff) / q_rolloff
         return self.plateau * inside * power_law ** (-2 - 2 * self.hurst)
@@ -70,11 +70,11 @@ class Spectrum:
     def moment(self, order: float) -> float:
         """2π ∫ q^(1 + order) C dq in closed form [m^(2 - order)]: <h^2> = moment(0)."""
         q_long, q_rolloff, q_short = self.wavenumbers
-        flat = (q_rolloff ** (2 + order) - q_long ** (2 + order)) / (2 + order)
-        exponent, octaves = order - 2 * self.hurst, np.log(q_short / q_rolloff)
-        # expm1 keeps the digits where the exponent nearly vanishes (slopes at H = 1).
-        sloped = np.expm1(exponent * octaves) / exponent if exponent else octaves
-        return float(2 * np.pi * self.plateau * (flat + q_rolloff ** (2 + order) * sloped))
+        plateau = (q_rolloff ** (2 + order) - q_long ** (2 + order)) / (2 + order)
+        exponent, log_ratio = order - 2 * self.hurst, np.log(q_short / q_rolloff)
+        # expm1 avoids cancellation if the exponent is close to 0 (order 2 at H near 1).
+        sloped = np.expm1(exponent * log_ratio) / exponent if exponent else log_ratio
+        return float(2 * np.pi * self.plateau * (plateau + q_rolloff ** (2 + order) * sloped))
 
     @property
     def rms_height(self) -> float:
@@ -89,24 +89,24 @@ class Spectrum:
     def scaled(
         self, *, rms_height: float | None = None, rms_slope: float | None = None
     ) -> "Spectrum":
-        """Scale to a given rms height [m] or rms slope (exactly one of the two)."""
-        kind, wanted = one_amplitude(rms_height, rms_slope)
-        return replace(self, plateau=self.plateau * (wanted / getattr(self, kind)) ** 2)
+        """Spectrum of the same shape with an rms height [m] or an rms slope (exactly one)."""
+        kind, amplitude = one_amplitude(rms_height, rms_slope)
+        return replace(self, plateau=self.plateau * (amplitude / getattr(self, kind)) ** 2)
 
 
 def one_amplitude(rms_height: float | None, rms_slope: float | None) -> tuple[str, float]:
-    """Name and value of the one amplitude that is given.
+    """Name and value of the one amplitude that is not None.
 
     Raises
     ------
     InvalidInput
-        Unless exactly one of the two is given and it is positive.
+        Unless exactly one of the two is not None, and positive.
     """
-    given = {"rms_height": rms_height, "rms_slope": rms_slope}
-    given = {name: value for name, value in given.items() if value is not None}
-    if len(given) != 1:
-        raise InvalidInput(f"give either rms_height or rms_slope, got {given or 'neither'}")
-    ((name, value),) = given.items()
+    both = {"rms_height": rms_height, "rms_slope": rms_slope}
+    amplitudes = {name: value for name, value in both.items() if value is not None}
+    if len(amplitudes) != 1:
+        raise InvalidInput(f"give either rms_height or rms_slope, got {amplitudes or 'neither'}")
+    ((name, value),) = amplitudes.items()
     if not (np.isfinite(value) and value > 0):
         raise InvalidInput(f"{name} must be positive, got {value}")
     return name, float(value)

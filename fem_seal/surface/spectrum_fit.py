@@ -1,4 +1,7 @@
-"""Hurst exponent and cut-offs fitted to the spectrum of a map, with their statistical errors."""
+"""Hurst exponent and cut-offs fitted to the spectrum of a map, with their statistical errors.
+
+The model is C(q) = C0 for q < q_r and C0 (q/q_r)^-(2 + 2H) for q > q_r, between two cut-offs.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -10,30 +13,37 @@ from fem_seal.surface.cell import window
 from fem_seal.surface.segments import best_segments, power_law
 from fem_seal.surface.statistics import RadialSpectrum, radial_spectrum
 
-# Rings are gathered into bins of this ratio of wavenumbers, where they are finer.
+# Rings that lie closer than this ratio of wavenumbers are averaged in one bin.
 BIN_RATIO = 1.06
-# A Hann window makes neighbouring waves dependent: the variance of a mean over many grows by
-# mean w⁴ / (mean w²)² along each axis (Welch, IEEE Trans. Audio Electroacoust. 15, 70 (1967)).
+# A Hann window w correlates neighbouring waves: the variance of a mean over many waves grows by the
+# factor mean w⁴ / (mean w²)² along each axis (P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 70
+# (1967)).
 HANN_DEPENDENCE = (35 / 18) ** 2
-# Bins before a cut-off that a window reaches.
+# Number of bins before a cut-off into which a window smears it.
 SMEARED = 2
-# Powers this far below the largest are roundings of a spectrum that is cut off.
+# Densities below this part of the largest are rounding errors beyond a cut-off.
 ROUNDING = 1e-28
 
 
 @dataclass(frozen=True, eq=False)
 class SpectrumFit:
-    """C(q) = C0 below q_r, C0 (q / q_r)^-(2 + 2H) above, between two cut-offs.
+    """The fitted spectrum of a map.
 
-    hurst, hurst_error : H and its standard deviation
-    rolloff_wavelength : λ_r = 2π/q_r [m]; None if no plateau is seen
-    rolloff_error : standard deviation of λ_r [m]
-    long_wavelength, short_wavelength : [m] where the power law with its plateau ends; None if it
-        goes on to the last ring, so that the cut-off lies beyond what the map shows; known to
-        the width of a bin, 6 % or one ring
-    misfit : χ² per degree of freedom; the errors have been widened by its root where above 1
-    spectrum : rings that were fitted
-    wavenumber, density : the fitted C(q) [1/m], [m^4]
+    Attributes
+    ----------
+    hurst, hurst_error : float
+        H and its standard deviation.
+    rolloff_wavelength, rolloff_error : float or None
+        λ_r = 2π/q_r and its standard deviation [m]; None if there is no plateau.
+    long_wavelength, short_wavelength : float or None
+        Cut-offs [m], to the width of a bin (6 % or one ring); None if plateau and power law extend
+        to the last ring, so that the cut-off is not resolved by the map.
+    misfit : float
+        χ² per degree of freedom; if above 1, the errors above include the factor √misfit.
+    spectrum : RadialSpectrum
+        The rings that were fitted.
+    wavenumber, density : (m,) float
+        The fitted C(q): q [1/m] and C [m^4].
     """
 
     hurst: float
@@ -51,49 +61,52 @@ class SpectrumFit:
 def fit_spectrum(field: GridField) -> SpectrumFit:
     """Fit the power law of a self-affine surface.
 
-    The power of one wave of a Gaussian surface is exponentially distributed, so the logarithm of
-    a mean over n independent ones has the bias ψ(n) - ln n and the variance ψ'(n): weights and
-    errors follow from counting waves. Where plateau, power law and what lies beyond the
-    cut-offs end is chosen by the Bayesian information criterion.
+    The power of one wave of a Gaussian surface is exponentially distributed. The logarithm of a
+    mean over n independent waves therefore has the bias ψ(n) - ln n and the variance ψ'(n), with
+    the digamma function ψ: weights and errors follow from the number of waves. Knee and cut-offs
+    are chosen by the Bayesian information criterion (`segments`).
 
     Parameters
     ----------
-    field : heights; weighted with a Hann window if they do not repeat
+    field : GridField
+        Heights [m]; multiplied by a Hann window if they are not periodic.
+
+    Returns
+    -------
+    SpectrumFit
 
     Raises
     ------
     InvalidInput
         If the map is too small, flat, or shows no power law.
     """
-    field, dependence = _repeating(field)
+    field, dependence = _windowed(field)
     spectrum = _rings(field)
-    # Half of the waves are the conjugates of the others.
+    # Half of the waves are the complex conjugates of the others.
     independent = np.maximum(spectrum.modes / 2 / dependence, 1.0)
     x, y, variance = _bins(spectrum, independent)
-    found = best_segments(x, y, variance)
-    if found is None:
+    segments = best_segments(x, y, variance)
+    if segments is None:
         raise InvalidInput(
             f"the spectrum of {field.shape[0]} x {field.shape[1]} samples shows no power law"
         )
-    if dependence > 1 and found.stop < len(x):
-        # The window smears the cut-off into the bin before it.
-        stop = max(found.stop - SMEARED, found.knee + 2)
-        edge, found = found.stop, replace(found, stop=stop)
-    else:
-        edge = found.stop
-    first = power_law(x, y, variance, found)
-    # Once more, with means over rings that know how steeply the spectrum falls inside them.
+    edge = segments.stop
+    if dependence > 1 and edge < len(x):
+        # The window smears the cut-off into the bins before it: leave them out of the fit.
+        segments = replace(segments, stop=max(edge - SMEARED, segments.knee + 2))
+    first = power_law(x, y, variance, segments)
+    # The spectrum falls inside each ring; repeat the fit with ring means that allow for its slope.
     spectrum = _sloped(spectrum, _rings(field, -first.slope), first.knee)
     x, y, variance = _bins(spectrum, independent)
-    fit = power_law(x, y, variance, found)
-    q = np.exp(x[found.start : found.stop])
+    fit = power_law(x, y, variance, segments)
+    q = np.exp(x[segments.start : segments.stop])
     return SpectrumFit(
         hurst=-fit.slope / 2 - 1,
         hurst_error=fit.slope_error / 2,
         rolloff_wavelength=None if fit.knee is None else 2 * np.pi / np.exp(fit.knee),
         rolloff_error=None if fit.knee is None else 2 * np.pi / np.exp(fit.knee) * fit.knee_error,
-        long_wavelength=_edge(x, found.start - 1, found.start > 0),
-        short_wavelength=_edge(x, edge, edge < len(x)),
+        long_wavelength=_cut_off(x, segments.start - 1) if segments.start > 0 else None,
+        short_wavelength=_cut_off(x, edge) if edge < len(x) else None,
         misfit=fit.misfit,
         spectrum=spectrum,
         wavenumber=q,
@@ -101,13 +114,13 @@ def fit_spectrum(field: GridField) -> SpectrumFit:
     )
 
 
-def _edge(x: np.ndarray, index: int, seen: bool) -> float | None:
-    """Wavelength of the bin between two segments."""
-    return float(2 * np.pi / np.exp(x[index])) if seen else None
+def _cut_off(x: np.ndarray, index: int) -> float:
+    """Wavelength [m] of the bin between two segments."""
+    return float(2 * np.pi / np.exp(x[index]))
 
 
-def _repeating(field: GridField) -> tuple[GridField, float]:
-    """Weight a map that does not repeat with a window; and how much that ties waves together."""
+def _windowed(field: GridField) -> tuple[GridField, float]:
+    """Map times a Hann window unless it is periodic, and the factor of the variance of means."""
     if field.periodic:
         return field, 1.0
     weights = window("hann", field.shape)
@@ -117,25 +130,27 @@ def _repeating(field: GridField) -> tuple[GridField, float]:
 
 
 def _rings(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
-    """Rings up to the Nyquist wavenumber; the corners beyond are not whole rings."""
+    """Rings up to the Nyquist wavenumber; those beyond, in the corners, are incomplete."""
     rings = radial_spectrum(field, exponent)
-    whole = rings.wavenumber <= np.pi / max(field.spacing)
-    if not rings.density[whole].any():
+    complete = rings.wavenumber <= np.pi / max(field.spacing)
+    if not rings.density[complete].any():
         raise InvalidInput("a flat surface has no spectrum")
-    return RadialSpectrum(rings.wavenumber[whole], rings.density[whole], rings.modes[whole])
+    return RadialSpectrum(
+        rings.wavenumber[complete], rings.density[complete], rings.modes[complete]
+    )
 
 
 def _sloped(level: RadialSpectrum, falling: RadialSpectrum, knee: float | None) -> RadialSpectrum:
-    """Rings of a plateau up to the knee, and of a power law beyond."""
-    steep = np.log(level.wavenumber) > (-np.inf if knee is None else knee)
-    density = np.where(steep, falling.density, level.density)
+    """Rings with the density of `level` below the knee (ln q) and of `falling` above it."""
+    above = np.log(level.wavenumber) > (-np.inf if knee is None else knee)
+    density = np.where(above, falling.density, level.density)
     return RadialSpectrum(level.wavenumber, density, level.modes)
 
 
 def _bins(
     spectrum: RadialSpectrum, independent: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Give ln q, ln C without bias and its variance, over bins of rings."""
+    """Bins of rings: ln q, ln C without bias, and the variance of ln C."""
     from scipy.special import digamma, polygamma
 
     log_q = np.log(spectrum.wavenumber)

@@ -1,4 +1,4 @@
-"""Statistics of any map, and of periodic surfaces: power spectrum and Hurst exponent."""
+"""Statistics of height maps; power spectrum and Hurst exponent of periodic surfaces."""
 
 from dataclasses import dataclass
 
@@ -12,11 +12,16 @@ from fem_seal.surface.waves import mode_powers, multiplicity, wavenumbers
 
 @dataclass(frozen=True, eq=False)
 class RadialSpectrum:
-    """Power spectrum averaged over rings of wave vectors.
+    """Power spectrum averaged over m rings of wave vectors.
 
-    wavenumber : (m,) [1/m], mean |q| of the ring
-    density : (m,) [m^4], mean of C
-    modes : (m,), number of wave vectors in the ring (both half planes)
+    Attributes
+    ----------
+    wavenumber : (m,) float
+        Mean |q| of each ring [1/m].
+    density : (m,) float
+        Mean of C(q) [m^4].
+    modes : (m,) float
+        Number of wave vectors in each ring, in both half planes.
     """
 
     wavenumber: np.ndarray
@@ -26,15 +31,22 @@ class RadialSpectrum:
 
 @dataclass(frozen=True)
 class MapStatistics:
-    """Numbers that show what a step did to a map; missing points do not count.
+    """Statistics of a map before or after a step of its preparation; missing points are ignored.
 
-    shape : samples
-    missing : number of missing points
-    rms_height : [m]
-    rms_slope : root mean square of the differences of neighbours over their distance, without the
-        seam, so that it means the same before and after a map is made periodic
-    seam : the root mean square jump from the last line of samples to the first, over that of
-        neighbours inside: about 1 where the map repeats smoothly
+    Attributes
+    ----------
+    shape : (int, int)
+        Number of samples.
+    missing : int
+        Number of missing points.
+    rms_height : float
+        Root mean square deviation from the mean [m].
+    rms_slope : float
+        Root mean square of the differences of neighbours over their distance. The seam is left
+        out, so that the slopes before and after the map is made periodic can be compared.
+    seam : float
+        Root mean square jump from the last row (or column) to the first one over that between
+        neighbouring rows: about 1 if the map is smooth across its seam.
     """
 
     shape: tuple[int, int]
@@ -44,13 +56,13 @@ class MapStatistics:
     seam: float
 
     @classmethod
-    def of(cls, found: FieldMap | GridField) -> "MapStatistics":
-        """Measure a map."""
-        values = found.values
+    def of(cls, field: FieldMap | GridField) -> "MapStatistics":
+        """Statistics of a map of heights [m]."""
+        values = field.values
         known = values[~np.isnan(values)]
         inside = [_mean_square(np.diff(values, axis=axis)) for axis in (0, 1)]
         across = [_mean_square(values[0] - values[-1]), _mean_square(values[:, 0] - values[:, -1])]
-        slope = sum(square / d**2 for square, d in zip(inside, found.spacing, strict=True))
+        slope = sum(square / d**2 for square, d in zip(inside, field.spacing, strict=True))
         seam = max((a / i) ** 0.5 if i > 0 else 0.0 for a, i in zip(across, inside, strict=True))
         return cls(
             values.shape,
@@ -62,6 +74,7 @@ class MapStatistics:
 
 
 def _mean_square(differences: np.ndarray) -> float:
+    """Mean square of the differences between points that are not missing."""
     known = differences[~np.isnan(differences)]
     return float(np.mean(known**2)) if known.size else 0.0
 
@@ -84,16 +97,21 @@ def rms_slope(field: GridField) -> float:
 
 
 def radial_spectrum(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
-    """C(q) averaged over rings as wide as the grid's largest step of wavenumber.
+    """C(q) averaged over rings of width 2π/min(Lx, Ly).
 
-    Normalised as <h^2> = ∫ C d^2q, that is C = |h̃|^2 Lx Ly / (2π)^2.
+    Normalised as <h²> = ∫ C d²q, that is C = |h̃|² Lx Ly / (2π)².
 
     Parameters
     ----------
-    field : periodic heights
-    exponent : the mean of C (q / q_ring)^exponent is taken: with that of a power law
-        C ~ q^-exponent, the mean over a ring is C at its wavenumber, whereas the plain mean of a
-        steep one lies above
+    field : GridField
+        Heights [m], periodic.
+    exponent : float
+        Each ring has the mean of C (q/q_ring)^exponent. For a power law C ∝ q^-exponent this is C
+        at the wavenumber of the ring; the plain mean of a steep power law is larger.
+
+    Returns
+    -------
+    RadialSpectrum
 
     Raises
     ------
@@ -105,7 +123,7 @@ def radial_spectrum(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
     powers = mode_powers(field) * area / (2 * np.pi) ** 2
     counts = np.broadcast_to(multiplicity(field.shape[1]), q.shape)
     ring = np.rint(q / (2 * np.pi / min(field.size))).astype(int).ravel()
-    # The long waves of an oblong cell belong to the first ring; ring 0 is the mean alone.
+    # Ring 0 is the mean alone; waves along the longer side of an oblong cell belong to ring 1.
     ring[1:] = np.maximum(ring[1:], 1)
     modes = np.bincount(ring, counts.ravel())
     filled = (modes > 0) & (np.arange(len(modes)) > 0)
@@ -120,10 +138,10 @@ def radial_spectrum(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
 
 
 def fitted_hurst(field: GridField, long_wavelength: float, short_wavelength: float) -> float:
-    """Hurst exponent of the straight line log C = -(2 + 2H) log q + const between two wavelengths.
+    """Hurst exponent H of the line ln C = -(2 + 2H) ln q + const between two wavelengths [m].
 
-    Least squares over the rings, weighted by their number of modes (the variance of log C of a
-    ring falls as its inverse).
+    Least squares over the rings, weighted by their number of modes, since the variance of ln C of
+    a ring is inversely proportional to it.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Self-affine random surfaces, the same on every grid, machine and run for one seed."""
+"""Self-affine random surfaces; a seed gives the same surface on every grid and machine."""
 
 import numpy as np
 
@@ -22,27 +22,27 @@ def self_affine(
     scaling: str = "exact",
     seed: int,
 ) -> GridField:
-    """Gaussian random heights with a given spectrum: coloured noise with <|h̃(q)|^2> ∝ C(q).
+    """Gaussian random heights with <|h̃(q)|²> ∝ C(q).
 
-    Every wave vector has its own place in the stream of random numbers, so that a finer grid
-    samples the same surface: heights at shared points agree to rounding if the coarser grid
-    resolves the short cut-off (λ_s > 2 samples). Modes at the grid's Nyquist wavenumber, of which
-    a real grid holds only half, are left out.
+    Every wave vector has its own index in the stream of random numbers, so that a finer grid
+    samples the same surface: heights at common points agree to rounding if the coarser grid
+    resolves the short cut-off (λ_s > 2 samples). Modes at the Nyquist wavenumber are set to 0,
+    because a grid represents only their cosines.
 
     Parameters
     ----------
     spectrum : Spectrum
         Only its shape is used; the amplitude comes from `rms_height` or `rms_slope`.
-        ``short_wavelength`` down to one sample is allowed (as in Dapp et al., Phys. Rev. Lett.
-        108, 244301 (2012)); below two samples the grid's square of wave vectors cuts the circle.
-    shape : (nx, ny)
-        Number of samples.
-    size : (Lx, Ly) [m]
-        Periods.
-    rms_height [m], rms_slope : float
-        Exactly one of them.
+        `short_wavelength` may be as short as one sample (as in Dapp et al., Phys. Rev. Lett. 108,
+        244301 (2012)); below two samples the square of the grid's wave vectors cuts the disc off.
+    shape : (int, int)
+        Number of samples (nx, ny).
+    size : (float, float)
+        Periods (Lx, Ly) [m].
+    rms_height, rms_slope : float, optional
+        Amplitude [m] or gradient; exactly one of them.
     scaling : "exact" or "ensemble"
-        Whether this sample, or the mean square over all seeds, has that amplitude.
+        Whether this surface, or the mean square over all seeds, has that amplitude.
     seed : int
         Non-negative.
 
@@ -56,7 +56,7 @@ def self_affine(
     InvalidInput
         If the cut-offs do not fit the grid or an argument is out of range.
     """
-    kind, wanted = one_amplitude(rms_height, rms_slope)
+    kind, amplitude = one_amplitude(rms_height, rms_slope)
     require_known(SCALINGS, scaling, "scaling")
     spacing = _spacing(spectrum, shape, size)
     q = wavenumbers(shape, spacing)
@@ -67,19 +67,19 @@ def self_affine(
     from scipy import fft
 
     values = fft.irfft2(modes, s=shape, norm="forward", overwrite_x=True)
-    return GridField(values * (wanted / moment**0.5), spacing, periodic=True)
+    return GridField(values * (amplitude / moment**0.5), spacing, periodic=True)
 
 
 def _spacing(
     spectrum: Spectrum, shape: tuple[int, int], size: tuple[float, float]
 ) -> tuple[float, float]:
-    """(dx, dy) of the grid, after checking that it can hold the spectrum."""
+    """(dx, dy) of the grid; InvalidInput if it cannot represent the spectrum."""
     if len(shape) != 2 or not all(n == int(n) and n >= 1 for n in shape):
         raise InvalidInput(f"shape must be two positive numbers of samples, got {shape}")
     if len(size) != 2 or not all(np.isfinite(length) and length > 0 for length in size):
         raise InvalidInput(f"size must be two positive lengths in metres, got {size}")
     spacing = tuple(length / n for length, n in zip(size, shape, strict=True))
-    # A few roundings are forgiven: "one sample" is usually written as size / n.
+    # Allow for rounding: a cut-off of one sample is usually computed as size / n.
     if spectrum.short_wavelength < max(spacing) * (1 - 1e-9):
         raise InvalidInput(
             f"short_wavelength {spectrum.short_wavelength} m is finer than the grid's spacing "
@@ -93,7 +93,7 @@ def _spacing(
 
 
 def _resolved(spectrum: Spectrum, q: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Density at the wavenumbers of a grid, without its mean and Nyquist modes."""
+    """C(q) at the wavenumbers of a grid, with the mean and the Nyquist modes set to 0."""
     nx, ny = shape
     density = spectrum.density(q)
     density[0, 0] = 0.0
@@ -110,19 +110,18 @@ def _resolved(spectrum: Spectrum, q: np.ndarray, shape: tuple[int, int]) -> np.n
 
 
 def _gaussian_modes(shape: tuple[int, int], seed: int) -> np.ndarray:
-    """Complex normal modes of unit mean square, (nx, ny // 2 + 1), of a real field."""
+    """Complex normal modes (nx, ny // 2 + 1) of unit mean square of a real field."""
     if not isinstance(seed, int | np.integer) or seed < 0:
         raise InvalidInput(f"seed must be a non-negative integer, got {seed!r}")
     nx, ny = shape
     kx = np.rint(np.fft.fftfreq(nx) * nx).astype(np.int64)
     ky = np.arange(ny // 2 + 1)
     shells = max(nx, ny) // 2
-    # A bit generator's raw stream is part of numpy's promise of reproducibility; distributions
-    # are not.
+    # NumPy guarantees the raw stream of a bit generator for ever, but not its distributions.
     raw = np.random.Philox(seed).random_raw(2 * shells * (shells + 1) + 1)
     modes = np.empty((nx, len(ky)), dtype=complex)
     for row, k in enumerate(kx):
-        draw = raw[_place_in_stream(k, ky)]
+        draw = raw[_index_in_stream(k, ky)]
         radius = np.sqrt(-np.log(((draw >> np.uint64(32)) + 0.5) / 2**32))
         phase = (draw & np.uint64(2**32 - 1)) * (2 * np.pi / 2**32)
         modes[row] = radius * np.exp(1j * phase)
@@ -131,11 +130,11 @@ def _gaussian_modes(shape: tuple[int, int], seed: int) -> np.ndarray:
     return modes
 
 
-def _place_in_stream(kx: int, ky: np.ndarray) -> np.ndarray:
-    """Count the wave vectors (kx, ky >= 0) in squares around the origin, outwards.
+def _index_in_stream(kx: int, ky: np.ndarray) -> np.ndarray:
+    """Index of each wave vector (kx, ky >= 0), counted in square shells around the origin.
 
-    Shell m = max(|kx|, ky) holds 4m vectors of the half plane and starts at 2m (m - 1): first the
-    side ky = m, then kx = m, then kx = -m. On the axis ky = 0 the pair ±kx shares one place.
+    Shell m = max(|kx|, ky) has 4m vectors of the half plane and starts at index 2m (m - 1): first
+    the side ky = m, then kx = m, then kx = -m. On the axis ky = 0 the pair ±kx has one index.
     """
     m = np.maximum(abs(kx), ky)
     beside = np.where((kx > 0) | (ky == 0), 2 * m + 1 + ky, 3 * m + ky)

@@ -1,4 +1,4 @@
-"""A random surface with the spectrum of a given one."""
+"""Twin of a surface: a random surface with the same power spectrum."""
 
 import numpy as np
 
@@ -7,15 +7,18 @@ from fem_seal.grid import GridField
 
 
 def twin(field: GridField, seed: int) -> GridField:
-    """Same power in every wave, anisotropy included, but random phases.
+    """Random surface with the power of every wave of another surface, and random phases.
 
-    What the phases held is lost: grooves, plateaus and pits become Gaussian roughness, so that
-    the leak rates of a surface and its twins tell whether more than the spectrum matters.
+    Anisotropy is kept. Features that the phases encode are lost: grooves, plateaus and pits become
+    Gaussian roughness. Comparing the leak rates of a surface and its twins shows whether more than
+    the spectrum matters.
 
     Parameters
     ----------
-    field : periodic heights
-    seed : non-negative
+    field : GridField
+        Heights [m], periodic.
+    seed : int
+        Non-negative.
 
     Returns
     -------
@@ -34,8 +37,8 @@ def twin(field: GridField, seed: int) -> GridField:
         raise InvalidInput(f"seed must be a non-negative integer, got {seed!r}")
     nx, ny = field.shape
     modes = fft.rfft2(field.values)
-    # White noise has independent, uniform phases, and those of ±q belong together already. Raw
-    # bits are part of numpy's promise of reproducibility.
+    # Take the phases of white noise: they are independent and uniform, and opposite for ±q. NumPy
+    # guarantees the raw stream of a bit generator for ever, but not its distributions.
     raw = np.random.Philox(seed).random_raw(nx * ny).reshape(nx, ny)
     noise = fft.rfft2((raw >> np.uint64(11)) * 2.0**-53 - 0.5)
     phases = noise / np.abs(noise)

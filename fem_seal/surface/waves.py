@@ -1,4 +1,4 @@
-"""Wave vectors of a periodic grid, in the half plane that a real FFT keeps."""
+"""Wave vectors of a periodic grid, in the half plane that `rfft2` returns."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from fem_seal.grid import GridField
 
 
 def wavenumbers(shape: tuple[int, int], spacing: tuple[float, float]) -> np.ndarray:
-    """|q| [1/m] of every mode of ``rfft2``, shape (nx, ny // 2 + 1)."""
+    """|q| [1/m] of every mode of `rfft2`, (nx, ny // 2 + 1)."""
     (nx, ny), (dx, dy) = shape, spacing
     qx = 2 * np.pi * np.fft.fftfreq(nx, dx)
     qy = 2 * np.pi * np.fft.rfftfreq(ny, dy)
@@ -15,21 +15,23 @@ def wavenumbers(shape: tuple[int, int], spacing: tuple[float, float]) -> np.ndar
 
 
 def multiplicity(ny: int) -> np.ndarray:
-    """How often each column of ``rfft2`` stands in the full transform: (ny // 2 + 1,) of 1 or 2."""
-    twice = np.full(ny // 2 + 1, 2.0)
-    twice[0] = 1.0
+    """Number (ny // 2 + 1,) of columns of the full transform that each of `rfft2` represents."""
+    count = np.full(ny // 2 + 1, 2.0)
+    count[0] = 1.0
     if ny % 2 == 0:
-        twice[-1] = 1.0
-    return twice
+        count[-1] = 1.0
+    return count
 
 
 def mode_powers(field: GridField) -> np.ndarray:
-    """|h̃(q)|^2 of the deviation from the mean, so weighted that the sum is <h^2> (Parseval) [m^2].
+    """|h̃(q)|² [m²] of the deviation from the mean, times `multiplicity`.
+
+    The sum over the half plane is <h²> (Parseval).
 
     Raises
     ------
     InvalidInput
-        If the field is not periodic: its jump at the border would pass for roughness.
+        If the field is not periodic: the jump at its border would count as roughness.
     """
     from scipy import fft
 

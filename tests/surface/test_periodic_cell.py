@@ -1,4 +1,4 @@
-"""Cropping and making cells: what is kept is untouched, what repeats does, and it is told."""
+"""Cropping of maps and periodic cells: samples, symmetry, windows, statistics of the seam."""
 
 import numpy as np
 import pytest
@@ -16,17 +16,17 @@ PIECE = GridField(ROUGH.values[:40, :30], (1.0, 1.0))
 
 @pytest.mark.parametrize("unit", [1.0, 1e-6, 0.1])
 def test_crop_keeps_the_samples_inside(unit):
-    """Edges on samples count as inside in any unit: 3 × 0.1 is not 0.3 in binary."""
-    found = FieldMap(PIECE.values, (unit, 2 * unit), True)
-    left = cropped(found, ((3 * unit, 12 * unit), (4 * unit, 9 * unit)))
-    assert np.array_equal(left.values, PIECE.values[3:13, 2:5])
-    assert (left.spacing, left.periodic) == (found.spacing, False)
+    """Samples on the edges count as inside in any unit: 3 × 0.1 is not 0.3 in binary."""
+    whole = FieldMap(PIECE.values, (unit, 2 * unit), True)
+    part = cropped(whole, ((3 * unit, 12 * unit), (4 * unit, 9 * unit)))
+    assert np.array_equal(part.values, PIECE.values[3:13, 2:5])
+    assert (part.spacing, part.periodic) == (whole.spacing, False)
 
 
-def test_whole_map_still_repeats():
-    found = FieldMap(ROUGH.values, (1.0, 1.0), True)
-    same = cropped(found, ((0, 64), (0, 48)))
-    assert np.array_equal(same.values, found.values)
+def test_crop_to_the_whole_map_stays_periodic():
+    whole = FieldMap(ROUGH.values, (1.0, 1.0), True)
+    same = cropped(whole, ((0, 64), (0, 48)))
+    assert np.array_equal(same.values, whole.values)
     assert same.periodic
 
 
@@ -42,8 +42,8 @@ def test_bad_crop(crop, words):
         cropped(FieldMap(PIECE.values, PIECE.spacing, None), crop)
 
 
-def test_mirror_is_even_about_its_lines():
-    """h(-x) = h(x) about the first and the last line, so that no flow would cross them."""
+def test_mirrored_cell_is_even_about_its_mirror_lines():
+    """h(-x) = h(x) about the first and the last row."""
     cell = periodic_cell(PIECE, "mirror")
     assert cell.shape == (78, 58)
     assert cell.periodic
@@ -55,7 +55,7 @@ def test_mirror_is_even_about_its_lines():
         assert np.array_equal(mirrored, cell.values)
 
 
-def test_cut_changes_nothing_but_says_that_it_repeats():
+def test_cut_keeps_the_samples_and_marks_them_periodic():
     cell = periodic_cell(PIECE, "cut")
     assert np.array_equal(cell.values, PIECE.values)
     assert cell.periodic
@@ -82,8 +82,8 @@ def test_tukey_window_is_one_inside():
     assert np.array_equal(inside == 1, np.abs(np.arange(n) - n / 2) <= n / 2 - ends)
 
 
-def test_statistics_tell_the_seam():
-    """A cut piece jumps by the difference of far points, its mirror by none, a cell as inside."""
+def test_seam_of_a_piece_its_mirror_and_a_cell():
+    """A cut piece jumps at its seam; a mirrored piece and a periodic surface do not."""
     assert MapStatistics.of(ROUGH).seam == pytest.approx(1, abs=0.3)  # spread of 48 differences
     assert MapStatistics.of(periodic_cell(PIECE, "cut")).seam > 3
     # A mirror line stands once: across the seam is the first difference inside.
@@ -93,14 +93,12 @@ def test_statistics_tell_the_seam():
 
 
 def test_unknown_choice():
-    with pytest.raises(
-        InvalidInput, match="make_periodic = 'wrap' is unknown; choose from cut"
-    ):
+    with pytest.raises(InvalidInput, match="make_periodic = 'wrap' is unknown; choose from cut"):
         periodic_cell(PIECE, "wrap")
 
 
 def test_mirrored_gap_leaks_like_the_piece_between_walls():
-    """No flow crosses a mirror line, and two in series beside two in parallel are one.
+    """No flow crosses a mirror line; 2 × 2 equal pieces conduct like one.
 
     The mirror of the piecewise linear gap is piecewise linear on the same triangles, so that both
     brackets hold one number.

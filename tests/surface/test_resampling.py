@@ -1,4 +1,4 @@
-"""Fourier resampling keeps the function that the samples stand for."""
+"""Fourier resampling keeps the trigonometric interpolant of the samples."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def test_up_and_back(surface, shape):
 
 
 def test_integer_refinement_interpolates():
-    """Samples stay samples, also with Nyquist modes (white noise has them)."""
+    """The samples do not change, also with the Nyquist modes of white noise."""
     noise = GridField(np.random.default_rng(0).normal(size=(16, 12)), (1.0, 1.0), periodic=True)
     assert np.abs(resample(noise, (48, 24)).values[::3, ::2] - noise.values).max() < 1e-14
 

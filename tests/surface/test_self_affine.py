@@ -1,4 +1,4 @@
-"""Random surfaces: amplitude, spectrum, Gaussian heights, seeds, one surface on all grids."""
+"""Random surfaces: amplitude, spectrum, Gaussian heights, seeds, same surface on all grids."""
 
 from itertools import pairwise
 
@@ -16,7 +16,7 @@ from fem_seal.surface import (
     rms_slope,
     self_affine,
 )
-from fem_seal.surface.synthesis import _place_in_stream
+from fem_seal.surface.synthesis import _index_in_stream
 
 BAND = Spectrum(0.8, 1 / 4, 1 / 20)
 SHAPES = [(64, 64), (63, 65), (61, 61), (48, 96), (50, 75)]
@@ -33,7 +33,7 @@ def test_exact_scaling(shape):
 
 
 def test_ensemble_scaling():
-    """The mean square over seeds is the wanted one; a sample's own amplitude scatters."""
+    """The mean square over seeds has the amplitude asked for; that of one sample scatters."""
     squares = np.array(
         [
             rms_slope(self_affine(BAND, (48, 48), (1, 1), rms_slope=1, scaling="ensemble", seed=k))
@@ -76,14 +76,14 @@ def test_heights_are_gaussian():
 
 
 def test_isotropy():
-    """Swapping the axes of size and shape leaves the spectrum's law: both slopes are equal."""
+    """The rms slopes along x and y agree within the scatter of one surface."""
     surface = self_affine(Spectrum(0.8, 1 / 16, 1 / 60), (256, 256), (1, 1), rms_slope=1, seed=3)
     slopes = [np.std(np.gradient(surface.values, axis=axis)) for axis in (0, 1)]
     assert slopes[0] == pytest.approx(slopes[1], rel=0.05)
 
 
 def test_one_surface_on_every_grid():
-    """A coarser grid that resolves the short cut-off holds the same heights at shared points."""
+    """A coarser grid that resolves the short cut-off has the same heights at common points."""
     grids = [self_affine(BAND, (n, n), (1, 1), rms_slope=1, seed=7).values for n in (44, 88, 176)]
     for coarse, fine in pairwise(grids):
         assert np.abs(fine[::2, ::2] - coarse).max() < 1e-13 * np.abs(fine).max()
@@ -111,9 +111,9 @@ def test_stream_is_the_published_philox():
 
 @given(st.integers(1, 12))
 @settings(max_examples=12, deadline=None)
-def test_every_wave_vector_has_its_own_place(shells):
+def test_every_wave_vector_has_its_own_index(shells):
     places = [
-        int(_place_in_stream(kx, np.array([ky]))[0])
+        int(_index_in_stream(kx, np.array([ky]))[0])
         for kx in range(-shells, shells + 1)
         for ky in range(shells + 1)
         if ky > 0 or kx > 0
@@ -152,8 +152,8 @@ def test_no_wave_in_the_band():
 
 
 @pytest.mark.parametrize("shape", [(16, 16), (16, 15), (15, 16)])
-def test_nyquist_modes_are_left_out(shape):
-    """Though a cut-off of one sample would have them: a grid holds only half of such a wave."""
+def test_nyquist_modes_are_zero(shape):
+    """Also with a cut-off of one sample: a grid represents only the cosine of such a wave."""
     nx, ny = shape
     heights = self_affine(Spectrum(0.8, 16, 1), shape, shape, rms_height=1.0, seed=3).values
     modes = np.abs(np.fft.fft2(heights))

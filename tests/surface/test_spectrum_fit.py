@@ -1,4 +1,4 @@
-"""Hurst exponent and cut-offs of surfaces that were made with known ones.
+"""Hurst exponent and cut-offs fitted to surfaces for which they are known.
 
 The fit says its own standard deviation, derived from counting waves; over seeds the deviation in
 units of it must have a mean near 0 and a spread near 1.
@@ -10,7 +10,7 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, fit_spectrum, self_affine
-from fem_seal.surface.spectrum_fit import BIN_RATIO, _bins, _repeating, _rings
+from fem_seal.surface.spectrum_fit import BIN_RATIO, _bins, _rings, _windowed
 
 SEEDS = range(12)
 # Means of 12 standard normal numbers stay below 4 / √12, their root mean squares below 1.9
@@ -44,15 +44,15 @@ def test_hurst_and_cut_offs(hurst):
         assert abs(n / fit.long_wavelength - 4) <= 1
 
 
-def test_claimed_error_is_the_spread():
-    """Over 64 seeds: the root mean square of so many normal numbers has a spread of 1 / √128."""
+def test_reported_error_is_the_scatter_over_seeds():
+    """The rms of 64 standard normal numbers scatters by 1/√128."""
     n, hurst = 64, 0.8
     fits = [fit_spectrum(made(n, 100 + seed, hurst)) for seed in range(64)]
     z = deviations(fits, hurst)
     assert np.sqrt(np.mean(z**2)) == pytest.approx(1, abs=4 / 128**0.5)
 
 
-def test_bins_have_no_bias_and_the_variance_they_claim():
+def test_bins_have_no_bias_and_the_reported_variance():
     """ln C of white noise, where every wave has σ² dx² / (2π)²; four waves in the first ring.
 
     Over N seeds means lie within 4 standard errors and variances within 5 · √(2/N), wider than
@@ -79,7 +79,7 @@ def test_rolloff():
 
 
 def test_piece_of_a_larger_surface():
-    """Windowed, with dependent waves; its long cut-off lies beyond the piece and is not seen."""
+    """A window correlates its waves; the long cut-off is longer than the piece."""
     fits = []
     for seed in SEEDS:
         large = self_affine(
@@ -105,8 +105,7 @@ def test_density_is_that_of_the_ensemble():
     assert np.abs(ratio).max() < 4 * 2 * fit.hurst_error * octaves
 
 
-def test_no_cut_off_is_invented():
-    """A power law over all rings: neither end of it is a cut-off."""
+def test_power_law_over_all_rings_has_no_cut_off():
     spectrum = Spectrum(0.7, 128, 1.0)
     fit = fit_spectrum(self_affine(spectrum, (128, 128), (128, 128), rms_slope=0.1, seed=3))
     assert (fit.long_wavelength, fit.short_wavelength) == (None, None)
@@ -114,7 +113,7 @@ def test_no_cut_off_is_invented():
 
 
 def test_noise_floor_is_a_cut_off():
-    """White noise of an instrument ends the power law where it is as strong."""
+    """The power law ends where it falls to the white noise of the instrument."""
     clean = self_affine(Spectrum(0.8, 64, 2.0), (256, 256), (256, 256), rms_height=1.0, seed=5)
     noise = np.random.default_rng(5).normal(scale=0.2, size=clean.shape)
     fit = fit_spectrum(GridField(clean.values + noise, clean.spacing, periodic=True))
@@ -129,9 +128,9 @@ def test_noise_floor_is_a_cut_off():
 
 
 def test_window_keeps_the_power_of_white_noise():
-    """So that densities of a piece and of a cell agree; within 4 standard errors of a variance."""
+    """Densities of a piece and of a cell then agree. Tolerance: 4 standard errors."""
     values = np.random.default_rng(1).normal(size=(200, 200))
-    windowed, dependence = _repeating(GridField(values, (1, 1)))
+    windowed, dependence = _windowed(GridField(values, (1, 1)))
     error = (2 * dependence / values.size) ** 0.5
     assert windowed.values.std() ** 2 == pytest.approx(values.std() ** 2, rel=4 * error)
 
@@ -144,6 +143,6 @@ def test_window_keeps_the_power_of_white_noise():
         (np.random.default_rng(0).normal(size=(6, 6)), "6 x 6 samples shows no power law"),
     ],
 )
-def test_what_has_no_power_law(values, words):
+def test_surfaces_without_a_power_law_are_refused(values, words):
     with pytest.raises(InvalidInput, match=words):
         fit_spectrum(GridField(values, (1, 1), periodic=True))

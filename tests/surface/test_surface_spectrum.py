@@ -1,4 +1,4 @@
-"""The closed-form moments of the spectrum, and what it refuses."""
+"""Moments of the spectrum in closed form, and invalid arguments."""
 
 from itertools import pairwise
 

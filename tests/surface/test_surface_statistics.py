@@ -1,4 +1,4 @@
-"""Parseval, slopes and the radial spectrum of fields known in closed form."""
+"""Parseval's identity, slopes and radial spectrum of fields with known answers."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from fem_seal.surface.waves import mode_powers, wavenumbers
 
 
 def noise(shape):
-    """White noise has every mode, the Nyquist ones too."""
+    """White noise, which contains every mode, also the Nyquist modes."""
     values = np.random.default_rng(0).normal(size=shape)
     return GridField(values, (0.5, 2.0), periodic=True)
 
@@ -56,7 +56,7 @@ def test_rings_of_a_steep_power_law():
     assert plain.density[1] > 1.02 * exact[1]
 
 
-def test_rings_weigh_as_many_modes_as_they_have():
+def test_rings_are_weighted_by_their_number_of_modes():
     """Four times the power in the first ring tilts the line of weighted least squares by
     ln 4 w₁(x₁ - x̄)/Σ w(x - x̄)², with w the modes of a ring and x̄ the weighted mean of x = ln q."""
     n, first = 64, 2 * np.pi / 64 * 1.5
@@ -99,11 +99,11 @@ def test_statistics_of_a_wave():
     q = 2 * np.pi * periods / n
     wave = amplitude * np.sin(q * np.arange(n))
     field = GridField(np.repeat(wave[:, None], 5, axis=1), (0.5, 1.0), periodic=True)
-    found = MapStatistics.of(field)
-    assert found.rms_height == pytest.approx(amplitude / 2**0.5, rel=1e-14)
+    statistics = MapStatistics.of(field)
+    assert statistics.rms_height == pytest.approx(amplitude / 2**0.5, rel=1e-14)
     # All n differences of the closed wave; the n - 1 inside lack one of them.
     every = np.diff(wave, append=wave[0]) ** 2
     slope = ((every.sum() - every[-1]) / (n - 1)) ** 0.5 / 0.5
-    assert found.rms_slope == pytest.approx(slope, rel=1e-13)
+    assert statistics.rms_slope == pytest.approx(slope, rel=1e-13)
     assert every.mean() == pytest.approx((2 * np.sin(q / 2) * amplitude) ** 2 / 2, rel=1e-13)
-    assert (found.shape, found.missing) == ((64, 5), 0)
+    assert (statistics.shape, statistics.missing) == ((64, 5), 0)

@@ -1,4 +1,4 @@
-"""A twin has every wave's power and none of its phases."""
+"""A twin has the power of every wave of the surface, and independent phases."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from fem_seal.surface.waves import mode_powers
 
 
 def grooved(shape):
-    """Anything but Gaussian: ground grooves with plateaus, and a mean height."""
+    """Far from Gaussian: ground grooves with plateaus, and a mean height."""
     rng = np.random.default_rng(7)
     values = np.minimum(rng.normal(size=shape[0])[:, None] + 0.1 * rng.normal(size=shape), 0.5)
     return GridField(1.5 + values, (1.0, 2.0), periodic=True)
@@ -18,7 +18,7 @@ def grooved(shape):
 
 @pytest.mark.parametrize("shape", [(32, 24), (31, 24), (32, 23), (15, 17), (1, 8)])
 def test_same_power_in_every_wave(shape):
-    """Anisotropy and Nyquist waves included, to the rounding of two transforms."""
+    """Also for an anisotropic surface and Nyquist waves, to the rounding of two transforms."""
     field = grooved(shape)
     other = twin(field, 3)
     powers = mode_powers(field)
@@ -31,7 +31,7 @@ def test_same_power_in_every_wave(shape):
 
 
 def test_phases_are_random():
-    """Phases of the twin minus those of the surface: mean of e^{iφ} is within 4 / √modes of 0."""
+    """φ, phase of twin minus phase of surface: the mean of e^{iφ} is within 4/√modes of 0."""
     field = grooved((64, 64))
     other = twin(field, 1)
     a, b = (np.fft.rfft2(f.values)[1:, 1:-1] for f in (field, other))
