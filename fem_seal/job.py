@@ -1,6 +1,6 @@
 """run: one scene to one result folder; draw: pictures of a folder that is there."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,7 +11,7 @@ from fem_seal import parallel
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import locked_folder, staging_folder, writing
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.progress import Report, silent
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
 from fem_seal.results.arrays import (
@@ -78,13 +78,16 @@ def run(
     return result
 
 
-def draw(folder: str | Path, report: Report = silent) -> tuple[str, ...]:
+def draw(
+    folder: str | Path, report: Report = silent, *, everything: bool = False
+) -> tuple[str, ...]:
     """Draw the pictures of a result folder again, from its arrays.
 
     Parameters
     ----------
     folder : of `run`; the flow is drawn if it holds the mesh
     report : called with the stage and its latest news
+    everything : whether `draw_details` follows
 
     Returns
     -------
@@ -106,6 +109,9 @@ def draw(folder: str | Path, report: Report = silent) -> tuple[str, ...]:
         report("pictures", "")
         with writing(folder):
             names = draw_pictures(gap, leak, flow, target.staged)
+            if everything:
+                levels = [record.as_level() for record in result.levels]
+                names += draw_details(gap, leak, levels, flow, target.staged)
         files = tuple(sorted({*result.files, *names}))
         target.commit(result.model_copy(update={"files": files}))
     return names
@@ -191,6 +197,40 @@ def draw_pictures(
         return "contact.png", "gap.png"
     flow_picture(leak, gap, folder / "flow.png", representation=flow.representation)
     return "contact.png", "flow.png", "gap.png"
+
+
+def draw_details(
+    gap: "GridField | MeshGap",
+    leak: LeakRate | None,
+    levels: Sequence[Level],
+    flow: Flow,
+    folder: Path,
+) -> tuple[str, ...]:
+    """Draw pressure and refined mesh, where there is a flow on a grid, and how the bounds closed.
+
+    Parameters
+    ----------
+    gap, leak, flow, folder : as in `draw_pictures`
+    levels : of the result; their plot needs an upper bound above zero
+
+    Returns
+    -------
+    Names of the files.
+    """
+    names: list[str] = []
+    if isinstance(gap, GridField) and leak is not None and leak.field is not None:
+        from fem_seal.render.flow import mesh_picture, pressure_picture
+
+        names += ["pressure.png", "mesh.png"]
+        pressure_picture(leak, gap, folder / names[0], representation=flow.representation)
+        mesh_picture(leak, gap, folder / names[1], representation=flow.representation)
+    if any(level.upper > 0 for level in levels):
+        from fem_seal.render import bounds_animation, bounds_plot
+
+        bounds_plot(levels, folder / "bounds.png")
+        bounds_animation(levels, folder / "bounds.gif")
+        names += ["bounds.png", "bounds.gif"]
+    return tuple(names)
 
 
 def require_packages(scene: Scene) -> None:

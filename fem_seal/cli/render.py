@@ -17,6 +17,11 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "fem-seal render results/first",
     )
     command.add_argument("folder", type=Path, metavar="DIR", help="of fem-seal run or leak --out")
+    command.add_argument(
+        "--all",
+        action="store_true",
+        help="also pressure, refined mesh, and how the bounds closed as plot and animation",
+    )
     command.set_defaults(command=_render)
 
 
@@ -25,7 +30,7 @@ def _render(options: argparse.Namespace) -> int:
     from fem_seal.progress import Display
 
     with Display() as report:
-        names = draw(options.folder, report)
+        names = draw(options.folder, report, everything=options.all)
     say(f"{', '.join(names)} in {options.folder}")
     if FLOW not in names and (options.folder / FLOW).is_file():
         say(f"{FLOW} is left as it was: it is drawn from flow.vtu, which the product 'mesh' keeps")

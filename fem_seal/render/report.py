@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fem_seal.digits import rounded_down, rounded_up
 from fem_seal.files import atomic_write, temporary_folder
-from fem_seal.leak_rate import Level, rate_text, relative_half_width
+from fem_seal.leak_rate import rate_text, relative_half_width
 from fem_seal.quantities.error_budget import combined
 from fem_seal.render.report_page import PAGE
 from fem_seal.results import Result
@@ -161,7 +161,7 @@ def _figures(folder: Path, result: Result) -> Iterator[str]:
 def _bounds(result: Result) -> bytes:
     from fem_seal.render.bounds import bounds_plot
 
-    levels = [Level(one.unknowns, one.cells, one.lower, one.upper) for one in result.levels]
+    levels = [record.as_level() for record in result.levels]
     with temporary_folder() as scratch:
         return bounds_plot(levels, scratch / "bounds.png").read_bytes()
 

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, ValidationError
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import peak_memory
 from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.quantities.of_seal import Quantities, quantities, verdict_of
@@ -70,6 +70,10 @@ class LevelRecord(Record):
     upper: float
     iterations: dict[str, int]
     seconds: dict[str, float]
+
+    def as_level(self) -> Level:
+        """The level as the flow solver returned it, for the plots."""
+        return Level(**self.model_dump())
 
 
 class TrialRecord(Record):
