@@ -3,30 +3,31 @@
 Exit status: 0 done, 2 bad input (nothing written), 3 not converged, 130 interrupted.
 """
 
-import argparse
-import os
-import signal
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from io import TextIOWrapper
-from typing import NoReturn, TextIO
+from fem_seal.interrupts import ended_silently, interruptible
 
-from fem_seal import __version__, parallel
-from fem_seal.cli import (
-    doctor,
-    leak,
-    letter,
-    mesh,
-    percolation,
-    render,
-    report,
-    run,
-    study,
-    surface,
-    sweep,
-)
-from fem_seal.errors import FemSealError, InvalidInput, printable
+with ended_silently():
+    import argparse
+    import os
+    import sys
+    from io import TextIOWrapper
+    from typing import NoReturn, TextIO
+
+    from fem_seal import __version__, parallel
+    from fem_seal.cli import (
+        doctor,
+        leak,
+        letter,
+        mesh,
+        percolation,
+        render,
+        report,
+        run,
+        study,
+        surface,
+        sweep,
+    )
+    from fem_seal.errors import FemSealError, InvalidInput, printable
+    from fem_seal.interrupts import interruptible
 
 COMMANDS = (run, leak, sweep, report, render, surface, mesh, study, percolation, letter, doctor)
 INTERRUPTED = 130
@@ -67,10 +68,10 @@ def main(arguments: list[str] | None = None) -> int:
     Exit status.
     """
     _never_choke(sys.stdout)
-    options = parser().parse_args(arguments)
-    parallel.abort_together()
     try:
-        with _terminable():
+        parallel.abort_together()
+        with interruptible():
+            options = parser().parse_args(arguments)
             status = options.command(options)
             # Now, and not when Python exits: then nobody could catch that the reader has gone.
             sys.stdout.flush()
@@ -88,7 +89,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     except OSError as error:
         place = f": {error.filename}" if error.filename else ""
-        return parallel.fail(f"fem-seal: {error.strerror}{place}", InvalidInput.exit_status)
+        reason = error.strerror or str(error)  # some libraries leave the system's words out
+        return parallel.fail(f"fem-seal: {reason}{place}", InvalidInput.exit_status)
     except KeyboardInterrupt:
         return parallel.fail("fem-seal: interrupted; nothing half-written is left", INTERRUPTED)
 
@@ -97,13 +99,3 @@ def _never_choke(stream: TextIO) -> None:
     """Write "?" for what a terminal's encoding lacks; a ± must not cost a result."""
     if isinstance(stream, TextIOWrapper):
         stream.reconfigure(errors="replace")
-
-
-@contextmanager
-def _terminable() -> Iterator[None]:
-    """Let a polite kill end us like Ctrl-C, through what clears away half-written results."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

@@ -1,0 +1,104 @@
+"""Ctrl-C and a polite kill end a command by a KeyboardInterrupt, and by nothing else."""
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType, TracebackType
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# Until an interrupt comes again that came while a module was imported, or was swallowed [s].
+_PAUSE = 0.05
+_IMPORTING = "<frozen importlib._bootstrap>"
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Let SIGINT and SIGTERM end the body by a KeyboardInterrupt.
+
+    While a module is imported they wait: compiled modules turn a KeyboardInterrupt into an
+    ImportError or a SystemError, and are left half imported. One that a callback of compiled code
+    swallows comes again.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        In place of whatever ends the body after a signal.
+    """
+    raised: list[int] = []
+    timers: list[threading.Timer] = []
+
+    def again(number: int) -> None:
+        timers.append(threading.Timer(_PAUSE, _signal_main_thread, (number,)))
+        timers[-1].start()
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        if _importing(frame):
+            again(number)
+            return
+        raised.append(number)
+        raise KeyboardInterrupt
+
+    def unraisable(error: "sys.UnraisableHookArgs") -> None:
+        if isinstance(error.exc_value, KeyboardInterrupt) and raised:
+            again(raised[-1])
+        else:
+            hooks[0](error)
+
+    def printed(
+        kind: type[BaseException], error: BaseException, trace: TracebackType | None
+    ) -> None:
+        if issubclass(kind, KeyboardInterrupt) and raised:
+            again(raised[-1])
+        else:
+            hooks[1](kind, error, trace)
+
+    hooks = sys.unraisablehook, sys.excepthook
+    # A shell's background jobs ignore SIGINT; only the main thread hears signals.
+    here = threading.current_thread() is threading.main_thread()
+    taken = [number for number in _SIGNALS if here and signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, interrupt) for number in taken}
+    sys.unraisablehook, sys.excepthook = unraisable, printed
+    done = False
+    try:
+        yield
+        done = True
+    finally:
+        for timer in timers:
+            timer.cancel()
+        sys.unraisablehook, sys.excepthook = hooks
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if raised and not done:
+            raise KeyboardInterrupt
+
+
+def _importing(frame: FrameType | None) -> bool:
+    """Whether a frame, or one that has called it, is at work for an import statement."""
+    while frame is not None:
+        if frame.f_code.co_filename == _IMPORTING:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _signal_main_thread(number: int) -> None:
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident, number)
+    else:
+        signal.raise_signal(number)
+
+
+@contextmanager
+def ended_silently() -> Iterator[None]:
+    """Let Ctrl-C end the process at once, without a traceback: nothing has begun yet."""
+    here = threading.current_thread() is threading.main_thread()
+    if not here or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)

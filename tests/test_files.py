@@ -1,0 +1,313 @@
+"""Writing that leaves a whole file or none, locks of folders, and what killed processes leave."""
+
+import errno
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.files import (
+    atomic_write,
+    clear_abandoned,
+    create_text,
+    locked_folder,
+    staging_folder,
+    temporary_folder,
+    write_npz,
+    write_text,
+)
+from fem_seal.files.lock import LOCK_FILE
+from fem_seal.files.owner import Owner, owner_of, staging_name, this_process
+from fem_seal.interrupts import interruptible
+
+# MPI, once started in this process, would make its children believe in mpirun.
+ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+
+
+def child(code, *arguments, **options):
+    """A process that runs Python and says when it has got as far as `print`."""
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ALONE,
+        **options,
+    )
+
+
+HOLD = (
+    "import sys, time; from pathlib import Path; from fem_seal.files import locked_folder\n"
+    "with locked_folder(Path(sys.argv[1]), shared=sys.argv[2] == 'shared'):\n"
+    "    print('held', flush=True); time.sleep(60)"
+)
+
+
+@pytest.fixture
+def holder(tmp_path):
+    """Start a process that holds a folder; it is killed at the end."""
+    started = []
+
+    def hold(mode):
+        started.append(child(HOLD, tmp_path / "out", mode))
+        assert started[-1].stdout.readline() == "held\n"
+        return started[-1]
+
+    yield hold
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+# Files.
+
+
+def test_a_write_that_fails_leaves_the_old_file(tmp_path):
+    path = tmp_path / "table.csv"
+    write_text(path, "old")
+    with pytest.raises(RuntimeError), atomic_write(path) as staged:  # noqa: PT012
+        staged.write_text("half")
+        raise RuntimeError
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_npz_is_read_back_exactly(tmp_path):
+    arrays = {
+        "gap": np.random.default_rng(1).random((3, 4)),
+        "spacing": (1.0, 2.0),
+        "periodic": True,
+    }
+    for compressed in (False, True):
+        write_npz(tmp_path / "a.npz", arrays, compressed=compressed)
+        with np.load(tmp_path / "a.npz") as data:
+            assert set(data) == set(arrays)
+            assert all(np.array_equal(data[name], arrays[name]) for name in arrays)
+
+
+def test_one_of_many_creates_a_file(tmp_path):
+    code = (
+        "import sys; from pathlib import Path; from fem_seal.files import create_text\n"
+        "create_text(Path(sys.argv[1]), sys.argv[2] * 100_000)"
+    )
+    writers = [child(code, tmp_path / "origin", letter) for letter in "abcd"]
+    assert [writer.wait(60) for writer in writers] == 4 * [0]
+    text = (tmp_path / "origin").read_text()
+    assert text == 100_000 * text[0]
+    create_text(tmp_path / "origin", "late")
+    assert (tmp_path / "origin").read_text() == text
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+# Owners.
+
+
+def test_a_staging_name_holds_its_owner():
+    for suffix in ("", ".png"):
+        assert owner_of(staging_name(suffix)) == this_process()
+    assert owner_of(".fem-seal-notes") is None
+    assert owner_of("result.json") is None
+
+
+def test_an_owner_is_gone_when_its_process_is(tmp_path):
+    process = child("import sys; sys.stdin.read()", stdin=subprocess.PIPE)
+    start = int(Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()[19])
+    owner = Owner(this_process().place, process.pid, start)
+    assert not owner.gone()
+    # The number of an ended process may be another's by now: the start tells them apart.
+    assert Owner(owner.place, process.pid, start - 1).gone()
+    process.kill()
+    # Dead, though nobody has asked for its status yet.
+    deadline = time.monotonic() + 10
+    while not owner.gone() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert owner.gone()
+    process.communicate()
+    assert owner.gone()
+    assert not Owner("elsewhere+1", process.pid, start).gone()
+    assert not this_process().gone()
+
+
+def test_only_what_the_dead_of_this_host_left_is_cleared(tmp_path):
+    process = child("pass")
+    process.communicate()
+    place = this_process().place
+    dead = (f".fem-seal-{place}-{process.pid}-1-0a.png", f".fem-seal-{place}-{process.pid}-1-0b")
+    kept = (f".fem-seal-elsewhere+1-{process.pid}-1-0c", staging_name(), ".fem-seal-notes", "a.png")
+    for name in (*dead, *kept):
+        (tmp_path / name).mkdir() if name.endswith("b") else (tmp_path / name).touch()
+    (tmp_path / dead[1] / "inside").touch()
+    clear_abandoned(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == set(kept)
+
+
+def test_a_killed_writer_leaves_nothing_after_the_next(tmp_path):
+    code = (
+        "import sys, time; from pathlib import Path; from fem_seal import files\n"
+        "out = Path(sys.argv[1])\n"
+        "with files.locked_folder(out), files.staging_folder(out) as staged:\n"
+        "    (staged / 'part').touch(); print('staged', flush=True); time.sleep(60)"
+    )
+    process = child(code, tmp_path / "out")
+    assert process.stdout.readline() == "staged\n"
+    process.kill()
+    process.communicate()
+    assert len(list((tmp_path / "out").iterdir())) == 2
+    with locked_folder(tmp_path / "out"):
+        assert [path.name for path in (tmp_path / "out").iterdir()] == [LOCK_FILE]
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+# Locks.
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "both"),
+    [
+        ("alone", "alone", False),
+        ("alone", "shared", False),
+        ("shared", "alone", False),
+        ("shared", "shared", True),
+    ],
+)
+@pytest.mark.parametrize("kernel", [True, False])
+def test_who_may_hold_a_folder(holder, tmp_path, monkeypatch, first, second, both, kernel):
+    """With the kernel's locks, and on a file system that has none."""
+    if not kernel:
+
+        def no_locks(handle, operation):
+            raise OSError(errno.ENOLCK, "No locks available")
+
+        monkeypatch.setattr("fcntl.flock", no_locks)
+        both |= (first, second) == ("alone", "shared")  # which only flock can tell
+    process = holder(first)
+    if both:
+        with locked_folder(tmp_path / "out", shared=second == "shared"):
+            pass
+    else:
+        named = rf"in use by process {process.pid} on \S+ since \d{{4}}-"
+        with (
+            pytest.raises(InvalidInput, match=named),
+            locked_folder(tmp_path / "out", shared=second == "shared"),
+        ):
+            pass
+    process.kill()
+    process.communicate()
+    with locked_folder(tmp_path / "out"):
+        pass
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_the_last_of_many_removes_the_lock(holder, tmp_path):
+    (tmp_path / "out").mkdir()
+    with locked_folder(tmp_path / "out", shared=True):
+        with locked_folder(tmp_path / "out", shared=True):
+            pass
+        assert (tmp_path / "out" / LOCK_FILE).exists()
+        holder("shared")
+    assert (tmp_path / "out" / LOCK_FILE).exists()
+
+
+def test_many_that_come_and_go_never_hold_a_folder_together(tmp_path):
+    """Each counts up a number that would lose counts if two held the folder at once."""
+    code = (
+        "import sys, time; from pathlib import Path\n"
+        "from fem_seal.errors import InvalidInput; from fem_seal.files import locked_folder\n"
+        "count, done = Path(sys.argv[1]).parent / 'count', 0\n"
+        "while done < 30:\n"
+        "    try:\n"
+        "        with locked_folder(Path(sys.argv[1])):\n"
+        "            n = int(count.read_text()); time.sleep(0.001); count.write_text(str(n + 1))\n"
+        "            done += 1\n"
+        "    except InvalidInput: pass\n"
+    )
+    (tmp_path / "count").write_text("0")
+    counters = [child(code, tmp_path / "out") for _ in range(3)]
+    errors = [counter.communicate(timeout=60)[1] for counter in counters]
+    assert [counter.returncode for counter in counters] == [0, 0, 0], errors
+    assert (tmp_path / "count").read_text() == "90"
+    # The folder itself may stay: who made it had to leave it to the one who held it next.
+    assert not list(tmp_path.glob("out/*"))
+
+
+# Full disks.
+
+
+def limited(size):
+    """Let a child write no file longer than this, as on a full disk."""
+    return partial(resource.setrlimit, resource.RLIMIT_FSIZE, (size, size))
+
+
+@pytest.mark.parametrize("size", [100, 5000])
+def test_a_full_disk_is_one_line_that_names_the_folder(small_scene, tmp_path, size):
+    """At the first array, and in the middle of it."""
+    from project import write_toml
+
+    write_toml(tmp_path / "scene.toml", small_scene)
+    code = "import sys; from fem_seal.cli import main; sys.exit(main())"
+    run = ("run", "scene.toml", "--out", "out")
+    process = child(code, *run, cwd=tmp_path, preexec_fn=limited(size))
+    output, error = process.communicate(timeout=60)
+    assert (process.returncode, output) == (2, ""), error
+    assert error.startswith("fem-seal: the output folder")
+    assert f"{tmp_path}/out cannot be written: File too large" in error
+    assert error.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_a_full_temporary_folder_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    named = r"temporary folder .*TMPDIR.* No space left"
+    with pytest.raises(InvalidInput, match=named), temporary_folder() as folder:  # noqa: PT012
+        assert folder.parent == tmp_path
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert not list(tmp_path.iterdir())
+    with (
+        pytest.raises(InvalidInput, match="cannot be written: No such file"),
+        staging_folder(tmp_path / "nowhere"),
+    ):
+        pass
+
+
+# Interrupts.
+
+
+def test_an_interrupt_waits_until_a_module_is_imported(tmp_path, monkeypatch):
+    (tmp_path / "slow_module.py").write_text(
+        "import signal\nsignal.raise_signal(signal.SIGINT)\nwhole = True\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012
+        import slow_module  # not caught here
+
+        time.sleep(10)
+    assert slow_module.whole
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_interrupt_stays_one_whatever_compiled_code_makes_of_it():
+    with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except KeyboardInterrupt:
+            raise ImportError("initialisation failed") from None
+    with pytest.raises(ZeroDivisionError), interruptible():
+        raise ZeroDivisionError
+
+
+def test_an_interrupt_that_a_callback_swallows_comes_again():
+    class Swallowing:
+        def __del__(self):
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012
+        Swallowing()
+        time.sleep(10)
