@@ -25,6 +25,10 @@ limits: .venv/ready
 
 setup: .venv/ready
 
+# setup.sh leaves the place of the checkout in .venv/ready: after a move the environment is mended.
+ifneq ($(shell cat .venv/ready 2>/dev/null),$(shell pwd -P))
+.PHONY: .venv/ready
+endif
 .venv/ready: setup.sh pyproject.toml
 	./setup.sh
 

@@ -28,6 +28,16 @@ fi
 unset PETSC_DIR SLEPC_DIR PYTHONPATH PYTHONHOME || true
 [ -x .venv/bin/python ] || /usr/bin/python3 -m venv --system-site-packages .venv
 
+# The programs in .venv name it by its absolute path, which a renamed or copied checkout changes.
+# pip writes fem-seal anew below.
+here=$(pwd -P)
+there=$(sed -n '1s|^#!\(.*\)/.venv/bin/python.*|\1|p' .venv/bin/pip)
+if [ -n "$there" ] && [ "$there" != "$here" ]; then
+    grep -lI "$there/.venv" .venv/bin/* | while read -r file; do
+        sed -i "s|$there/.venv|$here/.venv|g" "$file"
+    done
+fi
+
 # petsc4py is compiled against Debian's numpy: pip must not shadow it with a newer one.
 /usr/bin/python3 - >.venv/debian.txt <<'PY'
 from importlib.metadata import version
@@ -36,4 +46,4 @@ for package in ("numpy", "scipy", "mpi4py", "petsc4py"):
     print(f"{package}=={version(package)}")
 PY
 .venv/bin/python -m pip install -q --disable-pip-version-check -c .venv/debian.txt -e '.[test]'
-touch .venv/ready
+echo "$here" >.venv/ready

@@ -10,6 +10,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
 
+from fem_seal.installed import how_to_get_fenicsx
+
+OFF_SCREEN = "vtkEGLRenderWindow"
 PATIENCE = 120  # seconds for one probe: the first use of DOLFINx compiles
 
 _DOLFINX = """
@@ -72,8 +75,8 @@ class Finding:
 
 def examine() -> Iterator[Finding]:
     """Try everything, cheapest mend first said; takes a few seconds."""
-    yield _probe("DOLFINx", "leak rates with bounds", _DOLFINX, "apt-get install python3-dolfinx")
-    yield _probe("PETSc + hypre", "the linear solver", _HYPRE, "apt-get install python3-dolfinx")
+    yield _probe("DOLFINx", "leak rates with bounds", _DOLFINX, how_to_get_fenicsx())
+    yield _probe("PETSc + hypre", "the linear solver", _HYPRE, how_to_get_fenicsx())
     yield _mpi()
     yield _cache()
     yield _probe("form compiler", "leak rates with bounds", _FORM, _compiler_mend())
@@ -122,22 +125,41 @@ def _try(command: list[str]) -> tuple[bool, str]:
     said = done.stdout.strip().splitlines()
     if done.returncode == 0 and said:
         return True, said[-1]
-    complaint = done.stderr.strip().splitlines()
-    return False, complaint[-1][:100] if complaint else f"ended with status {done.returncode}"
+    complaint = done.stdout + done.stderr
+    causes = [cause for words, cause in CAUSES.items() if words in complaint]
+    lines = [line for line in done.stderr.splitlines() if line.strip(" -")]
+    if causes or not lines:
+        return False, causes[0] if causes else f"ended with status {done.returncode}"
+    return False, lines[-1].strip()[:100]
+
+
+# Words in the pages that Open MPI and VTK print, and what they come from. The cause comes before
+# what follows from it.
+CAUSES = {
+    "attempt to run as root": "mpirun refuses to run as root",
+    "not enough slots": "mpirun starts no more processes than there are cores",
+    "unable to find network interfaces": "no network interface is up, not even the loopback (lo)",
+    "listener thread failed": "no network interface is up, not even the loopback (lo)",
+    "bad X server connection": "VTK_DEFAULT_OPENGL_WINDOW asks for an X server; there is none",
+    "libOSMesa not found": "VTK finds no way to draw without a screen",
+}
+# What Open MPI takes as root and on fewer cores than processes.
+MPIRUN = ("mpirun", "--oversubscribe", "--allow-run-as-root")
 
 
 def _mpi() -> Finding:
-    command = ["mpirun", "--oversubscribe", "-n", "2", sys.executable, "-c", _MPI]
-    works, found = _try(command)
+    probe = ["-n", "2", sys.executable, "-c", _MPI]
+    works, found = _try(["mpirun", *probe])
+    if not works:
+        works, with_options = _try([*MPIRUN, *probe])
+        found = f"{with_options} by {' '.join(MPIRUN)} ({found})" if works else with_options
     return Finding("mpirun", "several processes", works, found, _mpi_mend(), required=False)
 
 
 def _mpi_mend() -> str:
     if which("mpirun") is None:
         return "apt-get install openmpi-bin"
-    if os.geteuid() == 0 and "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM" not in os.environ:
-        return "as root: export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1"
-    return "in a container: export OMPI_MCA_btl=^tcp"
+    return "ip link set lo up; in a container that has no other network: export OMPI_MCA_btl=^tcp"
 
 
 def cache_folder() -> Path:
@@ -170,12 +192,16 @@ def unfinished_forms(folder: Path) -> list[Path]:
 
 
 def _picture_mend() -> str:
+    if os.environ.get("VTK_DEFAULT_OPENGL_WINDOW", OFF_SCREEN) != OFF_SCREEN:
+        return "unset VTK_DEFAULT_OPENGL_WINDOW"
     if not (find_library("EGL") or find_library("OSMesa")):
         return "apt-get install libegl1"
-    return "pip install pyvista; apt-get install libegl1; unset VTK_DEFAULT_OPENGL_WINDOW"
+    return "pip install pyvista; apt-get install libegl1"
 
 
 def _compiler_mend() -> str:
+    if "CC" in os.environ and which(os.environ["CC"]) is None:
+        return f"unset CC, which names no compiler: {os.environ['CC']!r}"
     return "apt-get install gcc python3-dev" if which("gcc") is None else "see the lines above"
 
 

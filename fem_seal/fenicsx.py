@@ -8,19 +8,35 @@ PyVista needs crash later; muting the switch during the import is harmless.
 import logging
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-_set_flags = sys.setdlopenflags
-sys.setdlopenflags = lambda flags: None
-# PETSc's handlers would turn a closed pipe (fem-seal run ... | head) into a crash report.
-_options = os.environ.get("PETSC_OPTIONS")
-os.environ["PETSC_OPTIONS"] = f"{_options or ''} -no_signal_handler".strip()
-import dolfinx  # noqa: E402
-from petsc4py import PETSc  # noqa: E402
 
-sys.setdlopenflags = _set_flags
-del os.environ["PETSC_OPTIONS"]
-if _options is not None:
-    os.environ["PETSC_OPTIONS"] = _options
+@contextmanager
+def _quietly() -> Iterator[None]:
+    """Change what DOLFINx, PETSc and MPI look at while they start."""
+    set_flags, arguments, environment = sys.setdlopenflags, sys.argv, dict(os.environ)
+    sys.setdlopenflags = lambda flags: None
+    # DOLFINx looks for options of its own among the arguments, and takes only UTF-8.
+    sys.argv = arguments[:1]
+    # PETSc's handlers would turn a closed pipe (fem-seal run ... | head) into a crash report.
+    options = os.environ.get("PETSC_OPTIONS", "")
+    os.environ["PETSC_OPTIONS"] = f"{options} -no_signal_handler".strip()
+    # A single process of Open MPI 4 otherwise starts a server that needs a network interface.
+    os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
+    try:
+        yield
+    finally:
+        sys.setdlopenflags, sys.argv = set_flags, arguments
+        for name in ("PETSC_OPTIONS", "OMPI_MCA_ess_singleton_isolated"):
+            os.environ.pop(name)
+            if name in environment:
+                os.environ[name] = environment[name]
+
+
+with _quietly():
+    import dolfinx
+    from petsc4py import PETSc
 
 import dolfinx.fem.petsc  # noqa: E402
 import numpy as np  # noqa: E402
@@ -28,6 +44,7 @@ import ufl  # noqa: E402
 from dolfinx import fem, mesh  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
+from fem_seal.errors import MissingPackage  # noqa: E402
 from fem_seal.memory import give_back_freed_memory  # noqa: E402
 
 __all__ = [
@@ -37,6 +54,7 @@ __all__ = [
     "cell_dofs",
     "cell_vertices",
     "create_triangle_mesh",
+    "explained_compilation",
     "fem",
     "functionspace",
     "geometry_dofs",
@@ -54,6 +72,34 @@ if VERSION < (0, 7):
     logging.root.addFilter(lambda record: record.levelno >= logging.WARNING)
 
 functionspace = getattr(fem, "functionspace", None) or fem.FunctionSpace  # renamed in 0.7
+
+
+@contextmanager
+def explained_compilation() -> Iterator[None]:
+    """Say in one sentence that a form could not be compiled; also a decorator.
+
+    DOLFINx compiles each form once and keeps it in a cache: a machine without a compiler fails at
+    the first form that is not there yet.
+
+    Raises
+    ------
+    MissingPackage
+        If the body fails at that.
+    """
+    from cffi import VerificationError
+
+    try:
+        yield
+    except (VerificationError, RuntimeError) as error:
+        # With several processes DOLFINx raises a RuntimeError that begins like this.
+        together = str(error).startswith("Failed just-in-time compilation")
+        if not (together or isinstance(error, VerificationError)):
+            raise
+        raise MissingPackage(
+            f"FEniCSx could not compile a form ({str(error).splitlines()[0]}); it needs a C "
+            "compiler and Python's headers (on Debian: apt-get install gcc python3-dev; an "
+            "environment variable CC must name a compiler)"
+        ) from None
 
 
 def vector_functionspace(msh, element: tuple[str, int]):

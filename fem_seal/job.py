@@ -11,6 +11,7 @@ from fem_seal import parallel
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import locked_folder, staging_folder, writing
 from fem_seal.grid import GridField
+from fem_seal.installed import require_fenicsx
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.progress import Report, silent
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
@@ -252,11 +253,9 @@ def require_packages(scene: Scene) -> None:
         )
     by_elements = scene.needs_flow and scene.flow.method != "finite-difference"
     tensor = "conductivity_tensor" in scene.output.products
-    if (by_elements or tensor) and not find_spec("dolfinx"):
-        raise MissingPackage(
-            f"flow.method = {scene.flow.method!r} needs FEniCSx (on Debian: apt-get install "
-            "python3-dolfinx); flow.method = 'finite-difference' works without"
-        )
+    if by_elements or tensor:
+        without = "; flow.method = 'finite-difference' works without" if not tensor else ""
+        require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
 
 
 def _write_products(seal: Seal, folder: Path) -> tuple[str, ...]:

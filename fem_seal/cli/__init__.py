@@ -26,7 +26,8 @@ with ended_silently():
         surface,
         sweep,
     )
-    from fem_seal.errors import FemSealError, InvalidInput, printable
+    from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, printable
+    from fem_seal.installed import why_not_imported
     from fem_seal.interrupts import interruptible
 
 COMMANDS = (run, leak, sweep, report, render, surface, mesh, study, percolation, letter, doctor)
@@ -91,6 +92,8 @@ def main(arguments: list[str] | None = None) -> int:
         place = f": {error.filename}" if error.filename else ""
         reason = error.strerror or str(error)  # some libraries leave the system's words out
         return parallel.fail(f"fem-seal: {reason}{place}", InvalidInput.exit_status)
+    except ImportError as error:
+        return parallel.fail(f"fem-seal: {why_not_imported(error)}", MissingPackage.exit_status)
     except KeyboardInterrupt:
         return parallel.fail("fem-seal: interrupted; nothing half-written is left", INTERRUPTED)
 

@@ -1,6 +1,9 @@
 """What the commands share: options, the run itself and what they print."""
 
 import argparse
+import re
+from collections.abc import Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +13,9 @@ from fem_seal.errors import NotConverged, printable
 if TYPE_CHECKING:
     from fem_seal.results import Result
     from fem_seal.scene import Scene
+
+
+LONGEST_NAME = 60  # characters of a result folder
 
 
 def add_command(
@@ -37,6 +43,23 @@ def add_scene(command: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="change a field, such as flow.rtol=0.02; may be repeated",
     )
+
+
+def default_folder(scene: Path, overrides: Sequence[str]) -> Path:
+    """Name the result folder of a scene file after the file and its changed settings.
+
+    Results of other settings then stand beside each other. What a scene is asked for (`output`)
+    makes no other result.
+
+    >>> default_folder(Path("first.toml"), ["flow.rtol=0.02", "output.products=['contact']"])
+    PosixPath('results/first-flow.rtol=0.02')
+    """
+    changes = [text for text in overrides if not text.strip().startswith("output.")]
+    words = [re.sub(r"[^\w.=+-]+", "_", text) for text in changes]
+    name = "-".join([scene.stem, *words])
+    if len(name) > LONGEST_NAME:
+        name = f"{name[:LONGEST_NAME]}-{sha256(name.encode('utf-8', 'replace')).hexdigest()[:8]}"
+    return Path("results") / name
 
 
 def add_trust(command: argparse.ArgumentParser) -> None:

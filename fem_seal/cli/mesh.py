@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.cli.common import add_command, add_scene, add_trust, say
+from fem_seal.cli.common import add_command, add_scene, add_trust, default_folder, say
 from fem_seal.errors import InvalidInput
 
 
@@ -35,7 +35,7 @@ def _mesh(options: argparse.Namespace) -> int:
             f"{options.scene} has no [shape]; the mesh of a gap on a grid is made while it is "
             "solved: name 'mesh' in output.products of fem-seal run"
         )
-    out = options.out or Path("results") / options.scene.stem
+    out = options.out or default_folder(options.scene, options.overrides)
     with Display(parallel.is_root()) as report:
         lines, names = mesh(scene, out, report, trust=options.trust)
     say("\n".join([*lines, f"result     {', '.join(names)} in {out}"]))

@@ -1,9 +1,15 @@
 """fem-seal run: the products of a scene."""
 
 import argparse
-from pathlib import Path
 
-from fem_seal.cli.common import add_command, add_output, add_scene, add_trust, run_and_print
+from fem_seal.cli.common import (
+    add_command,
+    add_output,
+    add_scene,
+    add_trust,
+    default_folder,
+    run_and_print,
+)
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -16,7 +22,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_scene(command)
     add_trust(command)
-    add_output(command, "results/NAME for NAME.toml")
+    add_output(command, "results/NAME for NAME.toml, and -KEY=VALUE for each --set")
     command.set_defaults(command=_run)
 
 
@@ -24,5 +30,5 @@ def _run(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
 
     scene = Scene.from_file(options.scene, options.overrides)
-    out = options.out or Path("results") / options.scene.stem
+    out = options.out or default_folder(options.scene, options.overrides)
     return run_and_print(scene, out, options.overwrite, options.trust)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.fenicsx import MPI
+from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.flow.adapt import Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
 from fem_seal.flow.course import Course, out_of_reach
@@ -30,6 +30,7 @@ GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cell
 TIGHTEST = "the tightest place on the widest way around the cell"
 
 
+@explained_compilation()
 def conductivity_tensor(
     gap: GridField,
     *,

@@ -8,7 +8,7 @@ from numbers import Real
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.fenicsx import MPI
+from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
 from fem_seal.flow.goal import Decision, Tolerance
 from fem_seal.flow.limits import USUAL_GROWTH, End, Limits
@@ -24,6 +24,7 @@ NARROWEST = 1e-60  # of the largest gap
 LEAST_UNIT = 1e-100  # leaves the 180 decades that a constriction may take away
 
 
+@explained_compilation()
 def leak_rate(
     gap: GridField | MeshGap,
     *,

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from fem_seal.digits import rounded_down, rounded_up
+from fem_seal.errors import printable
 from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.leak_rate import rate_text, relative_half_width
 from fem_seal.quantities.error_budget import combined
@@ -49,7 +50,7 @@ def report(folder: str | Path) -> Path:
     levels, provenance = numbers.pop("levels"), numbers.pop("provenance")
     scene = provenance.pop("scene")
     text = PAGE.substitute(
-        title=html.escape(folder.resolve().name),
+        title=html.escape(printable(folder.resolve().name)),
         verdict=html.escape(verdict(result)),
         summary=_table(summary_of(result)),
         pictures="\n".join(_figures(folder, result)) or NO_PICTURES,
@@ -149,13 +150,18 @@ def _figures(folder: Path, result: Result) -> Iterator[str]:
     found = {
         path.name: path.read_bytes()
         for path in folder.iterdir()
-        if path.suffix in PICTURES and path.is_file() and not path.name.startswith(".")
+        if path.suffix in PICTURES and _is_picture(path)
     }
     if any(level.upper > 0 for level in result.levels):
         found.setdefault("bounds.png", _bounds(result))
     order = {name: k for k, name in enumerate(CAPTIONS)}
     for name in sorted(found, key=lambda name: (order.get(Path(name).stem, len(order)), name)):
         yield _figure(Path(name), found[name])
+
+
+def _is_picture(path: Path) -> bool:
+    """Whether a file lies in the folder itself; a link in it could name any other file."""
+    return path.is_file() and not path.is_symlink() and not path.name.startswith(".")
 
 
 def _bounds(result: Result) -> bytes:

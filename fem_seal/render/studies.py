@@ -5,6 +5,7 @@ from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fem_seal.errors import printable
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.letter.saddle import EXPONENT, SaddlePoint, local_exponents
 from fem_seal.verification.cross_validation import EXACT, Reference, Row
@@ -67,7 +68,7 @@ def cross_validation_figure(
     rates.axhline(1, color="0.4", lw=0.8)
     rates.set_xscale("log", base=2)
     rates.xaxis.set_major_formatter(ScalarFormatter())
-    rates.set(xlabel="squares along the flow", ylabel="leak rate / reference", title=title)
+    rates.set(xlabel="squares along the flow", ylabel="leak rate / reference", title=_plain(title))
     caption = "certified bracket shaded" if floor else "true error"
     errors.set(
         xscale="log", yscale="log", xlabel="unknowns", ylabel="|error| / reference", title=caption
@@ -90,6 +91,11 @@ def _style(name: str, number: int) -> dict[str, object]:
         marker = "x"  # visible on top of the equal value by elimination
     dash = "--" if side else "-"
     return {"color": colour, "marker": marker, "ls": dash, "ms": 4, "lw": 1.2, "label": name}
+
+
+def _plain(title: str) -> str:
+    """Text that matplotlib shows as it is; dollars would begin a formula."""
+    return printable(title).replace("$", r"\$")
 
 
 def trade_figure(result: Trade, path: Path, title: str) -> Path:
@@ -127,7 +133,7 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
         for axes in (time, memory):
             axes.axhline(part, color=shades[samples], ls=":", lw=1)
     time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
-    time.set_title(f"{title}: Pareto fronts, dashed without bounds")
+    time.set_title(f"{_plain(title)}: Pareto fronts, dashed without bounds")
     time.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 0.8)))
     memory.set(xlabel="resident memory [MB]", title="dotted: the contact grid's part")
     _keys(memory, shades, result.points)

@@ -81,6 +81,9 @@ class Scene(Section):
             return cls.model_validate(dict(data), context={"folder": folder or Path()})
         except ValidationError as error:
             raise InvalidInput(": ".join(filter(None, (source, explain(error, cls))))) from None
+        except UnicodeEncodeError as error:
+            text = f"{error.object!r} is not UTF-8 text; result.json could not hold it"
+            raise InvalidInput(": ".join(filter(None, (source, text)))) from None
 
     def to_mapping(self) -> dict[str, Any]:
         """Nested plain dicts of what is set, in SI units; `from_mapping` gives the scene back."""

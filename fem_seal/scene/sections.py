@@ -34,6 +34,11 @@ def _readable(value: object, info: ValidationInfo) -> Path:
         raise ValueError("should be the path of a file, in quotes")
     folder = (info.context or {}).get("folder", Path())
     path = (folder / value).resolve()
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        # result.json records the path, and JSON is UTF-8.
+        raise ValueError("has a name, or lies in a folder, that is not UTF-8; rename it") from None
     if path.is_dir():
         raise ValueError(f"is a folder (looked for {path}); name the file in it")
     if not path.is_file():

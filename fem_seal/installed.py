@@ -1,0 +1,65 @@
+"""Why a package cannot be imported: it is not there, or a variable of the environment hides it."""
+
+import os
+from importlib.util import find_spec
+from pathlib import Path
+
+from fem_seal.errors import MissingPackage
+
+# By these Python and Debian's packages decide where they look; each can hide what is installed.
+PYTHON_VARIABLES = ("PYTHONPATH", "PYTHONHOME")
+# Where Debian's python3-dolfinx lies, unless PETSC_DIR names another place (dolfinx.pth).
+DEBIAN_PETSC = Path("/usr/lib/petsc")
+
+
+def hidden_by_petsc_dir(installed: Path = DEBIAN_PETSC) -> bool:
+    """Whether Debian's DOLFINx is there and PETSC_DIR makes Python look elsewhere.
+
+    Parameters
+    ----------
+    installed : folder that Debian's packages take for PETSC_DIR if it is not set
+    """
+    elsewhere = os.environ.get("PETSC_DIR")
+    there = (installed / "lib/python3/dist-packages/dolfinx").is_dir()
+    return bool(elsewhere) and there and not find_spec("dolfinx")
+
+
+def how_to_get_fenicsx() -> str:
+    """Say what makes `import dolfinx` work here."""
+    if hidden_by_petsc_dir():
+        return (
+            f"it is installed, but PETSC_DIR = {os.environ['PETSC_DIR']!r} hides it: unset "
+            "PETSC_DIR"
+        )
+    return "on Debian: apt-get install python3-dolfinx" + _variables(", unless ", " hides it")
+
+
+def require_fenicsx(what: str, otherwise: str = "") -> None:
+    """Miss FEniCSx before the work and not after it.
+
+    Parameters
+    ----------
+    what : needs it, for the message
+    otherwise : what works without, the end of the message
+
+    Raises
+    ------
+    MissingPackage
+        If it cannot be found.
+    """
+    if not find_spec("dolfinx"):
+        raise MissingPackage(f"{what} needs FEniCSx ({how_to_get_fenicsx()}){otherwise}")
+
+
+def why_not_imported(error: ImportError) -> str:
+    """Sentence on a failed import, with the variables that may be to blame."""
+    hint = _variables("", " may hide the right one: unset it", "fem-seal doctor says what to do")
+    if hidden_by_petsc_dir():
+        hint = how_to_get_fenicsx()
+    reason = str(error).strip().partition("\n")[0]
+    return f"the package {error.name or ''} cannot be imported ({reason}); {hint}"
+
+
+def _variables(before: str, after: str, otherwise: str = "") -> str:
+    found = [f"{name} = {os.environ[name]!r}" for name in PYTHON_VARIABLES if name in os.environ]
+    return f"{before}{' or '.join(found)}{after}" if found else otherwise

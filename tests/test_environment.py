@@ -1,0 +1,212 @@
+"""Machines that are not as they should be: one sentence says what is wrong, or it just works."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from project import ROOT, write_toml
+
+from fem_seal import cli, doctor
+from fem_seal.cli.common import default_folder
+from fem_seal.installed import DEBIAN_PETSC
+
+LEAK = [sys.executable, "-m", "fem_seal", "leak", "gap.npz"]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Current folder with a gap, whose leak rate is computed on a few unknowns."""
+    monkeypatch.chdir(tmp_path)
+    np.savez(tmp_path / "gap.npz", gap=np.full((5, 5), 1e-6), spacing=(1e-6, 1e-6))
+    return tmp_path
+
+
+def environment(**changes):
+    """That of a user who has set nothing, with changes."""
+    ours = ("OMPI_", "PMIX_", "PETSC_", "PYTHON")
+    return {k: v for k, v in os.environ.items() if not k.startswith(ours)} | changes
+
+
+def outcome(command, **changes):
+    done = subprocess.run(
+        command, env=environment(**changes), capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def sentence(command, **changes):
+    """The one line of a command that ends with status 2."""
+    status, out, error = outcome(command, **changes)
+    assert (status, out) == (2, "")
+    assert error.count("\n") == 1, error
+    return error
+
+
+def test_petsc_dir_hides_dolfinx(folder):
+    if not (DEBIAN_PETSC / "lib/python3/dist-packages/dolfinx").is_dir():
+        pytest.skip("DOLFINx is not from Debian")
+    said = sentence(LEAK, PETSC_DIR="/nowhere")
+    assert "PETSC_DIR = '/nowhere' hides it: unset PETSC_DIR" in said
+    assert "apt-get" not in said
+
+
+def test_pythonpath_hides_a_package(folder):
+    (folder / "other").mkdir()
+    (folder / "other" / "numpy.py").write_text("raise ImportError('of another Python')\n")
+    path = str(folder / "other")
+    said = sentence(LEAK, PYTHONPATH=path)
+    assert "of another Python" in said
+    assert f"PYTHONPATH = {path!r} may hide the right one: unset it" in said
+
+
+def test_no_compiler_and_nothing_compiled_yet(folder):
+    said = sentence(LEAK, CC="/nowhere/gcc", XDG_CACHE_HOME=str(folder / "cache"))
+    assert "FEniCSx could not compile a form" in said
+    assert "apt-get install gcc python3-dev" in said
+
+
+def without_network(command):
+    """The same where not even the loopback is up; skips where nobody may take the network away."""
+    alone = ["unshare", "--map-root-user", "--net"]
+    if not shutil.which("unshare") or subprocess.run([*alone, "true"], check=False).returncode:
+        pytest.skip("this machine does not let us take the network away")
+    return [*alone, *command]
+
+
+def test_one_process_needs_no_network(folder):
+    """Open MPI remarks that there is none, in a line, and the leak rate is there."""
+    status, out, error = outcome(without_network(LEAK))
+    assert status == 0
+    assert "leak rate" in out
+    assert error.count("\n") <= 1
+
+
+DOCTOR = "from fem_seal import doctor; print(doctor.table([doctor._mpi()]))"
+
+
+def test_doctor_says_that_there_is_no_network(folder):
+    _, out, _ = outcome(without_network([sys.executable, "-c", DOCTOR]))
+    assert "no network interface is up, not even the loopback (lo)" in out
+    assert "ip link set lo up" in out
+
+
+@pytest.mark.mpi
+def test_mpirun_as_the_readme_says(folder):
+    """As root, on fewer cores than processes, and with nothing set."""
+    [line] = re.findall(r"^    (mpirun .*?)(?:  #.*)?$", (ROOT / "README.md").read_text(), re.M)
+    (folder / "gap.npz").rename("GAP.npz")
+    programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    status, out, error = outcome(shlex.split(line), PATH=programs)
+    assert (status, error) == (0, "")
+    # A uniform gap: Q = w g³ Δp / (12 η L), on a square of 1e5 Pa and 1 mPa s.
+    [rate] = re.findall(r"leak rate +(\S+) m", out)
+    assert float(rate) == pytest.approx(1e-18 * 1e5 / 12e-3, rel=1e-3)
+
+
+@pytest.mark.mpi
+def test_doctor_says_what_mpirun_wants():
+    """Root is told apart from an Open MPI that does not work."""
+    _, out, _ = outcome([sys.executable, "-c", DOCTOR])
+    assert "2 processes talk" in out
+    if os.geteuid() == 0:
+        assert "mpirun refuses to run as root" in out
+        assert "--allow-run-as-root" in out
+
+
+@pytest.mark.parametrize(
+    ("window", "mend"),
+    [("vtkXOpenGLRenderWindow", "unset VTK_DEFAULT_OPENGL_WINDOW"), ("nonsense", "unset VTK")],
+)
+def test_doctor_says_why_nothing_is_drawn(window, mend, monkeypatch):
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", window)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    finding = doctor._probe("pictures", "", doctor._PICTURE, doctor._picture_mend())
+    assert not finding.works
+    assert "VTK_DEFAULT_OPENGL_WINDOW" in finding.found or "libGL" in finding.found
+    assert mend in finding.mend
+
+
+def test_doctor_says_that_cc_is_no_compiler(monkeypatch):
+    monkeypatch.setenv("CC", "/nowhere/gcc")
+    assert "unset CC" in doctor._compiler_mend()
+
+
+LATIN = os.fsdecode(b"s\xe9al")  # not UTF-8
+
+
+def test_input_whose_name_is_not_utf8(folder):
+    (folder / "gap.npz").rename(f"{LATIN}.npz")
+    said = sentence([*LEAK[:-1], f"{LATIN}.npz"])
+    assert "that is not UTF-8; rename it" in said
+
+
+def test_other_names_need_not_be_utf8(folder):
+    """Scene, result folder and page: nothing records these."""
+    scene = {
+        "gap": {"path": "gap.npz"},
+        "fluid": {"viscosity": 1e-3},
+        "flow": {"pressure_drop": 1e5},
+        "output": {"products": ["leak_rate"]},
+    }
+    path = write_toml(folder / f"{LATIN}.toml", scene)
+    command = [sys.executable, "-m", "fem_seal"]
+    assert outcome([*command, "run", path.name])[0] == 0
+    assert (folder / "results" / LATIN / "result.json").is_file()
+    assert outcome([*command, "report", f"results/{LATIN}"])[0] == 0
+    assert (folder / "results" / LATIN / "report.html").is_file()
+    assert outcome([*command, "sweep", path.name, "--vary", "flow.rtol=0.1,0.2"])[0] == 0
+
+
+def test_other_settings_go_into_another_folder(small_scene, folder):
+    """The README's first two commands, and the second again: no result is in the other's way."""
+    write_toml(folder / "first.toml", small_scene)
+    change = ["--set", "flow.pressure_drop=2 bar"]
+    for options in ([], change, [], change, ["--set", "output.products=['leak_rate']"]):
+        assert cli.main(["run", "first.toml", *options]) == 0
+    made = sorted(path.name for path in (folder / "results").iterdir())
+    assert made == ["first", "first-flow.pressure_drop=2_bar"]
+
+
+@pytest.mark.parametrize("text", ["flow.sides=../../x", "a.b=" + 500 * "c", "a.b=\x1b[2J\n/"])
+def test_name_of_a_folder_is_one_name(text):
+    path = default_folder(Path("scenes") / "first.toml", [text])
+    assert path.parent == Path("results")
+    assert path.name.isprintable()
+    assert path.name.startswith("first-")
+    assert len(path.name.encode()) < 256  # what file systems take
+
+
+def test_renamed_checkout_mends_itself(tmp_path):
+    """make runs setup.sh once after a move, and that puts the new place into all programs."""
+    old, new = tmp_path / "old", tmp_path / "new place"
+    programs = old / ".venv" / "bin"
+    programs.mkdir(parents=True)
+    for name in ("Makefile", "setup.sh", "pyproject.toml"):
+        shutil.copy2(ROOT / name, old)
+    (tmp_path / "stubs").mkdir()
+    stub = tmp_path / "stubs" / "dpkg-query"  # everything is installed
+    stub.write_text("#!/bin/sh\necho install ok installed\n")
+    (programs / "python").write_text('#!/bin/sh\necho "$@" >>pip-calls\n')
+    for name in ("pip", "tool"):
+        (programs / name).write_text(f"#!{old}/.venv/bin/python\n")
+    for path in (stub, *programs.iterdir()):
+        path.chmod(0o755)
+
+    def setup(folder):
+        """How often pip has been called so far."""
+        path = f"{tmp_path / 'stubs'}{os.pathsep}{os.environ['PATH']}"
+        subprocess.run(["make", "setup"], cwd=folder, env=os.environ | {"PATH": path}, check=True)
+        return len((folder / "pip-calls").read_text().splitlines())
+
+    assert [setup(old), setup(old)] == [1, 1]
+    assert (programs / "tool").read_text() == f"#!{old}/.venv/bin/python\n"
+    old.rename(new)
+    assert [setup(new), setup(new)] == [2, 2]
+    for name in ("pip", "tool"):
+        assert (new / ".venv/bin" / name).read_text() == f"#!{new}/.venv/bin/python\n"
