@@ -370,7 +370,7 @@ def test_scene_with_everything(small_scene, tmp_path):
     small_scene["output"]["products"] = ["contact", "leak_rate", "mesh"]
     write_toml(tmp_path / "scene.toml", small_scene)
     assert run("run", "scene.toml", "--set", "flow.method=adaptive") == 0
-    out = tmp_path / "results" / "scene"
+    out = tmp_path / "results" / "scene-flow.method=adaptive"
     assert below(out) == ["contact.npz", "flow.vtu", "result.json"]
     of_scene = read_result(out)
     assert of_scene["contact_area_fraction"] == pytest.approx(0.1, abs=1 / 32**2)
