@@ -1,50 +1,54 @@
-"""Numbers for people: no more digits than are known, bounds rounded away from what they enclose."""
+"""Numbers as text: no more digits than are known, and bounds rounded outwards."""
 
 import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 
-_MOST = 15  # what double precision holds
+_MOST = 15  # significant decimal digits of double precision
 _PREFIXES = {
     -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G",
 }  # fmt: skip
 
 
 def bracket_digits(value: float, lower: float, upper: float) -> tuple[str, str, str]:
-    """Write an estimate and its bounds with as many digits as the bracket is worth.
+    """Write an estimate and its bounds with as many digits as the width of the bracket allows.
 
-    The lower bound is rounded down and the upper one up: what is written still encloses. That
-    moves each by at most a tenth of the half-width; the estimate has one digit less.
+    The lower bound is rounded down and the upper bound up, so that the rounded bounds still enclose
+    the exact value. Rounding moves each by at most a tenth of the half-width. The estimate has one
+    digit less.
 
     Parameters
     ----------
-    value, lower, upper : lower <= value <= upper, of either sign
+    value, lower, upper : float
+        lower <= value <= upper, of either sign.
 
     Returns
     -------
-    Texts of value, lower and upper.
+    (str, str, str), the texts of value, lower and upper.
     """
     size, half_width = max(abs(lower), abs(upper)), 0.5 * (upper - lower)
-    wanted = 3 + math.floor(math.log10(size / half_width)) if half_width > 0 else _MOST
-    digits = min(wanted, _MOST)
+    resolved = 3 + math.floor(math.log10(size / half_width)) if half_width > 0 else _MOST
+    digits = min(resolved, _MOST)
     low, high = rounded_down(lower, digits), rounded_up(upper, digits)
     shown = _rounded(value, digits - 1, ROUND_HALF_EVEN)
-    if not float(low) <= float(shown) <= float(high):  # the estimate is nearly a bound
+    # An estimate close to a bound may leave the bracket by rounding: give it the full digits.
+    if not float(low) <= float(shown) <= float(high):
         shown = _rounded(value, digits, ROUND_HALF_EVEN)
     return shown, low, high
 
 
 def rounded_down(number: float, digits: int = 4) -> str:
-    """Write a lower bound: no larger than the number."""
+    """Write a lower bound so that the text is not larger than the number."""
     return _rounded(number, digits, ROUND_FLOOR)
 
 
 def rounded_up(number: float, digits: int = 4) -> str:
-    """Write an upper bound: no smaller than the number."""
+    """Write an upper bound so that the text is not smaller than the number."""
     return _rounded(number, digits, ROUND_CEILING)
 
 
 def _rounded(number: float, digits: int, rounding: str) -> str:
-    # From the shortest text that reads back as the number: 0.1 stays 0.1 in either direction.
+    """Write a number with so many significant digits, rounded in a direction of `decimal`."""
+    # Round the shortest decimal that reads back as the number, so that 0.1 stays 0.1.
     text = repr(float(number)).removesuffix(".0")
     decimal = Context(prec=digits, rounding=rounding).create_decimal(text)
     if -4 <= decimal.adjusted() < max(digits, 6):
@@ -53,7 +57,7 @@ def _rounded(number: float, digits: int, rounding: str) -> str:
 
 
 def with_error(number: float, error: float) -> str:
-    """Write a measured number with two digits of its standard deviation, "0.811 ± 0.040"."""
+    """Write a number with its standard deviation to two digits, "0.811 ± 0.040"."""
     if not 0 < error < math.inf:
         return f"{number:.4g} ± {error:.2g}"
     decimals = max(0, 1 - math.floor(math.log10(error)))
@@ -61,17 +65,21 @@ def with_error(number: float, error: float) -> str:
 
 
 def readable(largest: float, unit: str) -> tuple[float, str]:
-    """Choose a prefix so that the largest number shown lies between 1 and 1000.
+    """Choose the prefix of a unit so that the largest number is between 1 and 1000.
 
     Parameters
     ----------
-    largest : the largest magnitude shown, in SI
-    unit : symbol of the SI unit, "m" or "Pa"
+    largest : float
+        Largest magnitude to write, in the SI unit.
+    unit : str
+        Symbol of the SI unit, "m" or "Pa".
 
     Returns
     -------
-    scale, symbol : multiply SI numbers by `scale` to have them in `symbol`; numbers beyond the
-        prefixes from femto to giga, and zero, keep the plain unit.
+    scale : float
+        Factor from the SI unit to the unit with the prefix.
+    symbol : str
+        Symbol with the prefix, from femto to giga; zero and all other numbers get no prefix.
     """
     exponent = 3 * math.floor(math.log10(largest) / 3 + 1e-12) if largest > 0 else 0
     exponent = exponent if exponent in _PREFIXES else 0
@@ -79,10 +87,7 @@ def readable(largest: float, unit: str) -> tuple[float, str]:
 
 
 def with_prefix(number: float, unit: str, digits: int = 4) -> str:
-    """Write a number with its unit and the prefix that suits it, "53.57 nm".
-
-    Micro is "u", as scene files write it.
-    """
-    # Rounded first: 999.99 nm are 1 um.
+    """Write a number with a readable unit, "53.57 nm"; micro is "u", as in scene files."""
+    # Round before choosing the prefix: 999.99 nm to four digits are 1 um.
     scale, symbol = readable(abs(float(f"{number:.{digits}g}")), unit)
     return f"{number * scale:.{digits}g} {symbol.replace('µ', 'u')}"

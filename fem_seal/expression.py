@@ -1,8 +1,8 @@
-"""Formulas in x, y, r and theta, computed by walking their syntax tree; nothing is executed.
+"""Formulas in x, y, r and theta, evaluated on their syntax tree without executing code.
 
-The parser is Python's own, but of its syntax only numbers, names, arithmetic and calls of the
-functions below pass: no attributes, no indices, no strings. (sympy's parser and numexpr hand the
-text to `eval`.)
+Python's parser makes the tree. Only numbers, names, arithmetic and calls of the functions below are
+evaluated; attributes, indices, strings and all else raise InvalidInput. (The parsers of sympy and
+numexpr pass the text to `eval`.)
 """
 
 import ast
@@ -36,9 +36,9 @@ _BINARY = {
     ast.Pow: operator.pow,
 }
 _UNARY = {ast.UAdd: operator.pos, ast.USub: operator.neg}
-# A float64 divides by 0 and overflows without an exception, unlike Python's own numbers.
+# NumPy's float64 divides by 0 and overflows without an exception, unlike Python's float.
 PI = np.float64(np.pi)
-LONGEST = 1000  # characters: enough for any gap, too few to exhaust the parser
+LONGEST = 1000  # most characters of a formula, so that it cannot exhaust the parser
 
 
 def evaluate(text: str, points: np.ndarray) -> np.ndarray:
@@ -46,12 +46,14 @@ def evaluate(text: str, points: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    text : such as "5e-6 * (1 + 0.2 * cos(3 * theta))", lengths in metres
-    points : (n, 2) [m]; r and theta in (-π, π] are their polar coordinates
+    text : str
+        The formula, such as "5e-6 * (1 + 0.2 * cos(3 * theta))", with lengths in metres.
+    points : (n, 2) float
+        Coordinates x, y [m]; r and theta in (-π, π] are the polar coordinates.
 
     Returns
     -------
-    (n,), not finite where the formula is not defined
+    (n,) float; inf or nan where the formula has no finite value.
 
     Raises
     ------
@@ -70,11 +72,12 @@ def evaluate(text: str, points: np.ndarray) -> np.ndarray:
 
 
 def check(text: str) -> None:
-    """InvalidInput if the text is no formula."""
+    """Raise InvalidInput if the text is not a formula."""
     evaluate(text, np.ones((1, 2)))
 
 
 def _parsed(text: str) -> ast.expr:
+    """Syntax tree of a text; InvalidInput if it is too long or not an expression."""
     if len(text) > LONGEST:
         raise InvalidInput(f"the expression has {len(text)} characters; at most {LONGEST} are read")
     try:
@@ -84,9 +87,10 @@ def _parsed(text: str) -> ast.expr:
 
 
 def _value(node: ast.expr, names: dict[str, np.ndarray], text: str) -> np.ndarray:
+    """Value of a node of the syntax tree; InvalidInput if its kind is not allowed."""
     match node:
         case ast.Constant(value=int() | float()) if not isinstance(node.value, bool):
-            # By its digits, for integers beyond the largest float64 are infinite too.
+            # Convert the digits: an integer beyond the largest float64 then becomes inf.
             return np.float64(repr(node.value))
         case ast.Name(id=name) if name in names:
             return names[name]

@@ -1,8 +1,8 @@
-"""What differs between DOLFINx 0.5 and 0.11: nowhere else does fem_seal ask for a version.
+"""Differences between DOLFINx 0.5 and 0.11; no other module of fem_seal asks for the version.
 
-Import this module before anything else that imports dolfinx. DOLFINx 0.5 to 0.7 switch the
-dynamic linker to global symbols when imported and leave it there, which makes the VTK wheel that
-PyVista needs crash later; muting the switch during the import is harmless.
+Import this module before anything else that imports dolfinx. DOLFINx 0.5 to 0.7 switch the dynamic
+linker to global symbols when imported and do not reset it, so that the VTK wheel of PyVista crashes
+later. This module disables the switch during the import, which has no other effect.
 """
 
 import logging
@@ -68,7 +68,7 @@ VERSION = tuple(int(i) for i in dolfinx.__version__.split(".")[:2])
 give_back_freed_memory()
 
 if VERSION < (0, 7):
-    # Each form compiled for the first time prints the compiler's command lines otherwise.
+    # Do not print the command lines of the compiler for each form that is compiled.
     logging.root.addFilter(lambda record: record.levelno >= logging.WARNING)
 
 functionspace = getattr(fem, "functionspace", None) or fem.FunctionSpace  # renamed in 0.7
@@ -103,7 +103,7 @@ def explained_compilation() -> Iterator[None]:
 
 
 def vector_functionspace(msh, element: tuple[str, int]):
-    """Functions with two components, each of an element such as ("DG", 0)."""
+    """Space of functions with two components, each of an element such as ("DG", 0)."""
     if VERSION >= (0, 7):
         return functionspace(msh, (*element, (2,)))
     return fem.VectorFunctionSpace(msh, element)
@@ -118,24 +118,27 @@ def _coordinate_domain() -> ufl.Mesh:
 
 
 def _all_on_one_process(comm, parts, dim, graph, ghost_mode):
-    """Partition without a graph partitioner, which takes a quarter of the time of a mesh."""
+    """Assign all cells to one process: a graph partitioner takes a quarter of the mesh time."""
     from dolfinx.cpp.graph import AdjacencyList_int32
 
     return AdjacencyList_int32(np.zeros((graph.num_nodes, 1), dtype=np.int32))
 
 
 def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray):
-    """Distribute the triangles of a mesh that every rank holds whole.
+    """DOLFINx mesh, distributed over the processes, of triangles that every process has in full.
 
     Parameters
     ----------
     comm : MPI communicator
-    points : (V, 2) float [m]
-    cells : (C, 3) int, vertices of each triangle
+    points : (V, 2) float
+        Coordinates [m].
+    cells : (C, 3) int
+        Vertices of each triangle.
 
     Returns
     -------
-    dolfinx.mesh.Mesh without ghost cells: the forms of fem_seal have no interior facet terms.
+    dolfinx.mesh.Mesh without ghost cells, because no form of fem_seal integrates over interior
+    facets.
     """
     share = slice(
         len(cells) * comm.rank // comm.size,
@@ -170,12 +173,12 @@ def geometry_dofs(msh) -> np.ndarray:
 
 
 def input_cells(msh) -> np.ndarray:
-    """For each cell of this rank its row in the `cells` given to `create_triangle_mesh`."""
+    """For each cell of this rank its row in the argument `cells` of `create_triangle_mesh`."""
     return np.asarray(msh.topology.original_cell_index, dtype=np.int64)
 
 
 def cell_vertices(msh) -> np.ndarray:
-    """For each cell of this rank its three vertices, as indices into the `points` given."""
+    """For each cell of this rank its vertices (c, 3), as rows of the argument `points`."""
     return np.asarray(msh.geometry.input_global_indices, dtype=np.int64)[geometry_dofs(msh)]
 
 

@@ -1,10 +1,10 @@
-"""What a fluid makes of a conductance: the linear problem behind a liquid and behind a gas.
+"""Liquids and gases as one linear problem.
 
-A liquid obeys ∇·(K ∇p) = 0. For an isothermal ideal gas the mass flux is -ρ K ∇p, ρ = p M/(R T),
-so that ∇·(K ∇p²) = 0: the same linear problem in p², and its bounds are those of the gas. Solving
-it as a liquid under the pressure drop T0/(2 T p0) (p_in² - p_out²) gives the volume per second at
-the reference conditions T0, p0 at once (as for porous media: M. Muskat, The Flow of Homogeneous
-Fluids through Porous Media, 1937, on gases). The gas does not slip at the walls.
+A liquid obeys ∇·(K ∇p) = 0. For an isothermal ideal gas the mass flux is -ρ K ∇p, ρ = p M/(R T), so
+that ∇·(K ∇p²) = 0: the same linear problem in p², whose bounds are those of the gas. The leak rate
+of a liquid under the pressure drop T0/(2 T p0) (p_in² - p_out²) is the volume of gas per second at
+the reference conditions T0, p0 (as for porous media: M. Muskat, The Flow of Homogeneous Fluids
+through Porous Media, 1937, on gases). The gas does not slip at the walls.
 """
 
 from dataclasses import dataclass
@@ -17,9 +17,14 @@ GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact in the SI since 2019
 
 @dataclass(frozen=True)
 class LiquidDrive:
-    """An incompressible liquid pushed through by a pressure drop [Pa].
+    """An incompressible liquid under a pressure drop.
 
-    outlet_pressure : what the pressures in results count from [Pa]
+    Parameters
+    ----------
+    pressure_drop : float
+        Δp = p_in - p_out [Pa].
+    outlet_pressure : float
+        p_out [Pa].
     """
 
     pressure_drop: float
@@ -27,15 +32,15 @@ class LiquidDrive:
 
     @property
     def rates(self) -> dict[str, float]:
-        """What 1 m³/s of a solved leak rate is, by kind of rate, in SI units."""
+        """Leak rate in SI units, for each kind in `units.RATES`, per m³/s of the linear problem."""
         return {"volume": 1.0}
 
     def pressure(self, solved: np.ndarray) -> np.ndarray:
-        """Pressure [Pa] where the linear problem has `solved`, `pressure_drop` at the inlet."""
+        """Pressure [Pa] from the solution [Pa] of the linear problem, 0 at the outlet."""
         return self.outlet_pressure + solved
 
     def potential(self, pressure: np.ndarray) -> np.ndarray:
-        """What the flux is linear in, of pressures [Pa]: themselves."""
+        """Quantity in whose gradient the flux is linear: the pressure itself [Pa]."""
         return pressure
 
 
@@ -43,10 +48,16 @@ class LiquidDrive:
 class GasDrive:
     """An isothermal ideal gas between two absolute pressures.
 
-    inlet_pressure, outlet_pressure : absolute [Pa], inlet > outlet >= 0
-    temperature : of the gas and the walls [K]
-    molar_mass : [kg/mol]
-    reference_temperature, reference_pressure : at which volumes are counted [K], [Pa]
+    Parameters
+    ----------
+    inlet_pressure, outlet_pressure : float
+        Absolute pressures p_in > p_out >= 0 [Pa].
+    temperature : float
+        T of the gas and the walls [K].
+    molar_mass : float
+        M [kg/mol].
+    reference_temperature, reference_pressure : float
+        T0 [K] and p0 [Pa], the conditions at which volumes are stated.
     """
 
     inlet_pressure: float
@@ -58,13 +69,13 @@ class GasDrive:
 
     @property
     def pressure_drop(self) -> float:
-        """Of the liquid that leaks as much as this gas at reference conditions [Pa]."""
-        warmer = self.reference_temperature / self.temperature
-        return self._mean_pressure / self.reference_pressure * warmer * self._difference
+        """Δp [Pa] of the equivalent liquid, T0/(2 T p0) (p_in² - p_out²)."""
+        temperatures = self.reference_temperature / self.temperature
+        return self._mean_pressure / self.reference_pressure * temperatures * self._difference
 
     @property
     def rates(self) -> dict[str, float]:
-        """What 1 m³/s at reference conditions is, by kind of rate, in SI units."""
+        """Leak rate in SI units, for each kind in `units.RATES`, per m³/s at T0 and p0."""
         amount = self.reference_pressure / (GAS_CONSTANT * self.reference_temperature)
         return {
             "volume": 1.0,
@@ -74,25 +85,30 @@ class GasDrive:
         }
 
     def pressure(self, solved: np.ndarray) -> np.ndarray:
-        """Pressure [Pa] where the linear problem has `solved`, `pressure_drop` at the inlet."""
+        """Pressure √(p_out² + (p_in² - p_out²) s/Δp) [Pa], s the solution of the linear problem."""
         p_out = self.outlet_pressure
-        risen = 2 * self._mean_pressure * self._difference * (solved / self.pressure_drop)
-        # Rounding of the solver may go below the outlet, which may be a vacuum.
-        return np.sqrt(np.maximum(p_out**2 + risen, 0.0))
+        rise = 2 * self._mean_pressure * self._difference * (solved / self.pressure_drop)
+        # Rounding errors of the solver may make the sum negative next to a vacuum.
+        return np.sqrt(np.maximum(p_out**2 + rise, 0.0))
 
     def potential(self, pressure: np.ndarray) -> np.ndarray:
-        """What the flux is linear in, of pressures [Pa]: their squares [Pa²]."""
+        """Quantity in whose gradient the flux is linear: the square of the pressure [Pa²]."""
         return pressure**2
 
     def mean_free_path(self, viscosity: float) -> float:
-        """Mean free path [m] at the mean of the two pressures, η/p √(π R T/(2 M)).
+        """Mean free path η/p √(π R T/(2 M)) at the mean of the two pressures.
 
-        The definition by viscosity that kinetic theory uses. Where a gap is not much higher, the
-        gas slips and more of it leaks than Reynolds' equation says.
+        This is the viscosity-based definition of kinetic theory. Where the gap is not much larger,
+        the gas slips at the walls, and more of it leaks than Reynolds' equation predicts.
 
         Parameters
         ----------
-        viscosity : dynamic viscosity η [Pa s]
+        viscosity : float
+            Dynamic viscosity η [Pa s].
+
+        Returns
+        -------
+        float [m]
         """
         speed = sqrt(pi * GAS_CONSTANT * self.temperature / (2 * self.molar_mass))
         return viscosity / self._mean_pressure * speed

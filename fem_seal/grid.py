@@ -1,4 +1,4 @@
-"""GridField: the one array type before the mesh."""
+"""GridField: heights, gaps and pressures sampled on a uniform grid."""
 
 from dataclasses import dataclass
 
@@ -15,17 +15,17 @@ class GridField:
     ----------
     values : (nx, ny) float
         Finite samples; the flow runs along the first axis. Stored as a read-only float64 array.
-    spacing : (dx, dy) [m]
-        Distance of neighbouring samples along each axis, > 0.
+    spacing : (float, float)
+        Distances dx, dy > 0 of neighbouring samples along each axis [m].
     periodic : bool
-        False: the samples are the vertices of an (nx-1) dx by (ny-1) dy rectangle.
-        True: sample 0 stands again at x = nx dx and y = ny dy, as FFTs have it, and the
-        rectangle is nx dx by ny dy.
+        False: the samples are the vertices of a rectangle of (nx - 1) dx by (ny - 1) dy. True: the
+        field has the periods nx dx and ny dy, as in an FFT: sample 0 repeats at x = nx dx and
+        y = ny dy.
 
     Raises
     ------
     InvalidInput
-        If the array is not a finite two-dimensional one or the spacing is not positive.
+        If the array is not two-dimensional, is empty or not finite, or a spacing is not positive.
     """
 
     values: np.ndarray
@@ -69,7 +69,7 @@ class GridField:
         return tuple(n * d for n, d in zip(intervals, self.spacing, strict=True))
 
     def vertices(self) -> np.ndarray:
-        """Samples with the periodic copies of the first row and column appended.
+        """Samples, with the first row and column repeated at the end if the field is periodic.
 
         Returns
         -------
@@ -78,11 +78,11 @@ class GridField:
         return np.pad(self.values, ((0, 1), (0, 1)), mode="wrap") if self.periodic else self.values
 
     def refined(self) -> "GridField":
-        """The same piecewise linear function sampled twice as finely.
+        """Samples of the same piecewise linear function on a grid of half the spacing.
 
-        The function is linear on the pixel triangles whose diagonals join vertices (i, j) with
-        i + j even; it is linear on those of the finer grid as well, so that nothing changes but
-        the number of samples.
+        The function is linear on the pixel triangles, whose diagonals join vertices (i, j) with
+        i + j even. The pixel triangles of the finer grid are parts of these, so that the function
+        does not change.
 
         Returns
         -------

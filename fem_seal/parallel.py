@@ -1,4 +1,4 @@
-"""One process or many under mpirun; MPI is imported only in the second case."""
+"""One process, or several under mpirun; MPI is imported only in the second case."""
 
 import os
 import sys
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Answer = TypeVar("Answer")
 
-# What Open MPI, MPICH and Slurm tell the processes they start.
+# Environment variables that Open MPI, MPICH and Slurm set for the processes they start.
 _LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK")
 
 
@@ -32,17 +32,17 @@ def _world() -> "MPI.Comm | None":
 
 
 def processes() -> int:
-    """Count the processes of this run."""
+    """Number of processes of this run."""
     return _world().size if _world() else 1
 
 
 def is_root() -> bool:
-    """Whether this process writes, draws and talks."""
+    """Whether this process is the first one, which writes, draws and prints."""
     return _world() is None or _world().rank == 0
 
 
 def on_root(compute: Callable[[], Answer]) -> Answer:
-    """Let the first process compute and give every process its answer, or its error."""
+    """Compute on the first process; return the answer, or raise its error, on every process."""
     world = _world()
     if world is None:
         return compute()
@@ -65,7 +65,7 @@ def total(number: int) -> int:
 
 
 def abort_together() -> None:
-    """Let an unexpected error of one process end them all; the others would wait for ever."""
+    """Make an unexpected error of one process end all of them, which would wait for it for ever."""
     if _world() is None:
         return
 
@@ -77,13 +77,18 @@ def abort_together() -> None:
 
 
 def fail(message: str, status: int) -> int:
-    """Say why on standard error, once, and end all processes with `status`.
+    """Print an error message once and end all processes with an exit status.
+
+    Parameters
+    ----------
+    message : str
+    status : int
 
     Returns
     -------
-    `status`, in a single process; many are ended here.
+    int, the status, if there is one process; several are ended here.
     """
-    # The name of a file may hold an end of line, or worse.
+    # The name of a file in the message may contain line breaks or control characters.
     message = printable(" ".join(message.splitlines()))
     if _world() is None:
         print(message, file=sys.stderr)  # noqa: T201 (the one line of a failed command)
@@ -94,7 +99,7 @@ def fail(message: str, status: int) -> int:
 def _fail_together(message: str, status: int) -> NoReturn:
     rank = _world().rank
     if rank:
-        # Most errors are met by all processes alike; then the first has spoken and ended us.
+        # Most errors occur on all processes: wait until the first has printed it and ended them.
         time.sleep(2)
         message = f"{message} (process {rank})"
     print(message, file=sys.stderr, flush=True)  # noqa: T201

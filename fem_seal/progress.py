@@ -1,4 +1,4 @@
-"""What is going on, on a terminal, for anything that takes more than two seconds."""
+"""Progress of a long computation, shown on a terminal after two seconds."""
 
 import sys
 from collections.abc import Callable
@@ -7,11 +7,11 @@ from types import TracebackType
 
 from fem_seal.errors import printable
 
-# (stage, detail), such as ("contact", "iteration 40, residual 3e-05")
+# Function of stage and detail, such as ("contact", "iteration 40, residual 3e-05").
 Report = Callable[[str, str], None]
 
-PATIENCE = 2.0  # seconds before anything is shown
-BEAT = 0.5
+PATIENCE = 2.0  # seconds before the progress is shown
+BEAT = 0.5  # seconds between updates
 
 
 def silent(stage: str, detail: str) -> None:
@@ -19,9 +19,15 @@ def silent(stage: str, detail: str) -> None:
 
 
 class Display:
-    """A line on standard error with the stage, its latest news and the time, while inside `with`.
+    """Context manager that shows stage, detail and elapsed time in a line on standard error.
 
-    Shown after two seconds, and only if standard error is a terminal.
+    The line appears after `PATIENCE` seconds, and only on a terminal. Calling the object with stage
+    and detail updates it: it is a `Report`.
+
+    Parameters
+    ----------
+    shown : bool
+        False shows nothing.
     """
 
     def __init__(self, shown: bool = True):
@@ -31,7 +37,7 @@ class Display:
         self._thread = Thread(target=self._beat, daemon=True)
 
     def __call__(self, stage: str, detail: str) -> None:
-        """Take the news; a `Report`."""
+        """Set the stage and the detail to show."""
         self._line = printable(f"{stage}: {detail}" if detail else stage)
 
     def __enter__(self) -> "Display":
@@ -50,7 +56,7 @@ class Display:
             self._thread.join()
 
     def _beat(self) -> None:
-        """Refresh from a thread: a long solve in a library gives no sign of life by itself."""
+        """Update the line from a thread, so that the time advances during a long library call."""
         if self._done.wait(PATIENCE):
             return
         from tqdm import tqdm

@@ -1,4 +1,4 @@
-"""Numbers with units: "5 um", "2 MPa", "1 mPa s" become SI floats; leak rates keep theirs."""
+"""Numbers with units: "5 um", "2 MPa", "1 mPa s" become SI floats; leak rates keep their unit."""
 
 import re
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
-# What a message shows as an example of each SI unit.
+# Example of a quantity of each SI unit, for messages.
 _EXAMPLES = {"m": "5 um", "Pa": "2 MPa", "Pa s": "1 mPa s", "s": "10 min", "byte": "2 GB"}
 _EXAMPLES |= {"K": "20 degC", "kg/mol": "29 g/mol", "rad": "90 deg"}
 
-# What counts a leak rate, and its SI unit.
+# Kinds of leak rate, by volume, pressure × volume, amount or mass per time, with their SI units.
 RATES = {"volume": "m^3/s", "throughput": "Pa m^3/s", "amount": "mol/s", "mass": "kg/s"}
-_RATE_WANTED = (
+_RATE_EXPECTED = (
     "should be a volume ('ml/h'), pressure times volume ('mbar l/s'), amount ('mol/s') or mass "
     "('g/h') per time"
 )
@@ -25,47 +25,50 @@ _RATE_WANTED = (
 
 @cache
 def _registry() -> "pint.UnitRegistry":
-    """Pint reads its definitions once, and only if some scene writes units."""
+    """Pint's registry of units, created when a unit is read for the first time."""
     from decimal import Decimal
 
     import pint
 
-    # Decimals make "5 um" the very float 5e-6, so that both spellings are the same scene.
+    # With decimals "5 um" becomes exactly the float 5e-6, so that both give the same scene.
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
 def to_si(value: object, unit: str) -> float:
-    """Turn a number, or a number with a unit, into SI units.
+    """Convert a number, or a number with a unit, to an SI unit.
 
     Parameters
     ----------
-    value : an SI number, or a string of a number and a unit such as "5 um"
-    unit : the SI unit wanted, such as "Pa s"
+    value : float or str
+        A number in the SI unit, or a text with a number and a unit such as "5 um".
+    unit : str
+        The SI unit, such as "Pa s".
 
     Returns
     -------
-    float, in `unit`; 0.0 and infinities pass, the range is the caller's business.
+    float in `unit`, of any range: 0 and infinity are not refused here.
 
     Raises
     ------
     ValueError
-        If the value is neither, the unit is missing or unknown, or has another dimension.
+        If the value is neither, or its unit is missing, unknown or of another dimension.
     """
-    wanted = f"should be a number in {unit} or a string with a unit such as {_EXAMPLES[unit]!r}"
+    expected = f"should be a number in {unit} or a string with a unit such as {_EXAMPLES[unit]!r}"
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError(wanted)
+        raise ValueError(expected)
     if not isinstance(value, str):
         return float(value)
     match = _NUMBER_AND_UNIT.fullmatch(value)
     if not match:
-        raise ValueError(wanted)
+        raise ValueError(expected)
     number, text = match.groups()
     if not text:
-        raise ValueError(f"has no unit; {wanted}")
-    return _convert(number, text, unit, wanted)
+        raise ValueError(f"has no unit; {expected}")
+    return _convert(number, text, unit, expected)
 
 
-def _convert(number: str, text: str, unit: str, wanted: str) -> float:
+def _convert(number: str, text: str, unit: str, expected: str) -> float:
+    """Number with the unit `text` in an SI unit; ValueError ends with what is expected."""
     from decimal import Decimal
     from tokenize import TokenError
 
@@ -73,20 +76,27 @@ def _convert(number: str, text: str, unit: str, wanted: str) -> float:
 
     registry = _registry()
     try:
-        # parse_units takes names and powers only; parse_expression would read "5,0 um" as 50 um.
-        given = registry.parse_units(text)
-        return float(registry.Quantity(Decimal(number), given).m_as(unit.replace(" ", "*")))
+        # parse_units accepts names and powers only; parse_expression reads "5,0 um" as 50 um.
+        quantity = registry.Quantity(Decimal(number), registry.parse_units(text))
+        return float(quantity.m_as(unit.replace(" ", "*")))
     except pint.DimensionalityError:
-        raise ValueError(f"is not in a unit of {unit}; {wanted}") from None
+        raise ValueError(f"is not in a unit of {unit}; {expected}") from None
     except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError):
-        raise ValueError(f"has an unknown unit {text!r}; {wanted}") from None
+        raise ValueError(f"has an unknown unit {text!r}; {expected}") from None
 
 
 @dataclass(frozen=True)
 class RateUnit:
     """A unit of leak rates.
 
-    name : as it was written; kind : a key of `RATES`; size : one of it, in the SI unit of its kind
+    Parameters
+    ----------
+    name : str
+        The unit as it was written.
+    kind : str
+        A key of `RATES`.
+    size : float
+        One such unit in the SI unit of its kind.
     """
 
     name: str
@@ -100,28 +110,34 @@ class RateUnit:
         Raises
         ------
         ValueError
-            If it is no unit, or not one of a leak rate.
+            If the text is not a unit of a leak rate.
         """
         from tokenize import TokenError
 
         import pint
 
         if not isinstance(text, str) or text.strip()[:1].isdigit():
-            raise ValueError(_RATE_WANTED)
+            raise ValueError(_RATE_EXPECTED)
         try:
             unit = _registry().parse_units(text)
         except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError):
-            raise ValueError(f"has an unknown unit; it {_RATE_WANTED}") from None
+            raise ValueError(f"has an unknown unit; it {_RATE_EXPECTED}") from None
         for kind, si in RATES.items():
             si = si.replace(" ", "*")
             if unit.is_compatible_with(si):
                 return cls(text.strip(), kind, float(_registry().Quantity(1, unit).m_as(si)))
-        raise ValueError(f"does not measure a leak rate; it {_RATE_WANTED}")
+        raise ValueError(f"does not measure a leak rate; it {_RATE_EXPECTED}")
 
 
 @dataclass(frozen=True)
 class Rate:
-    """A leak rate as a person writes it: "1 ml/h". A plain number is in m³/s."""
+    """A leak rate with its unit, "1 ml/h".
+
+    Parameters
+    ----------
+    number : float
+    unit : RateUnit
+    """
 
     number: float
     unit: RateUnit
@@ -136,12 +152,12 @@ class Rate:
 
     @classmethod
     def parse(cls, value: object) -> "Rate":
-        """Read a leak rate > 0.
+        """Read a leak rate > 0: a number with a unit, or a number in m³/s.
 
         Raises
         ------
         ValueError
-            If it is neither a positive number nor one with a unit of a leak rate.
+            If it is not a positive finite number, or its unit is not one of a leak rate.
         """
         match = None if isinstance(value, bool) else _NUMBER_AND_UNIT.fullmatch(str(value))
         if not match:

@@ -1,4 +1,4 @@
-"""Numbers for people: bounds that still enclose, digits that mean something, fitting prefixes."""
+"""Numbers as text: rounded bounds that enclose, digits by the width of a bracket, prefixes."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ WIDTHS = st.floats(1e-12, 0.999)
 
 
 @given(middle=POSITIVE, half=WIDTHS, sign=st.sampled_from([1, -1]))
-def test_written_bounds_enclose_and_are_hardly_wider(middle, half, sign):
+def test_rounded_bounds_enclose_and_are_hardly_wider(middle, half, sign):
     """A unit in the last of d digits is at most 10^(1-d) of the number: a tenth of the half-width.
 
     1e-9 is for the roundings of this test's own differences.
@@ -29,7 +29,7 @@ def test_written_bounds_enclose_and_are_hardly_wider(middle, half, sign):
 
 
 @given(st.floats(1e-12, 1.0), st.floats(1e-12, 1.0), st.floats(0.0, 1.0))
-def test_written_estimate_lies_within_the_written_bounds(one, other, part):
+def test_rounded_estimate_lies_within_the_rounded_bounds(one, other, part):
     low, high = sorted((one, other))
     value = min(max(low + part * (high - low), low), high)
     shown, lower, upper = map(float, bracket_digits(value, low, high))
@@ -37,7 +37,7 @@ def test_written_estimate_lies_within_the_written_bounds(one, other, part):
 
 
 @given(POSITIVE)
-def test_single_bounds_keep_their_side(number):
+def test_single_bounds_are_rounded_outwards(number):
     assert float(rounded_down(number)) <= number <= float(rounded_up(number))
     assert float(rounded_up(number)) <= number * (1 + 1e-3)
 
@@ -53,7 +53,7 @@ def test_single_bounds_keep_their_side(number):
         ((1.389e-15, 0.0, 1.389e-15), ("1.39e-15", "0", "1.39e-15")),  # not 1.4, beyond the bound
     ],
 )
-def test_digits_follow_the_width(bracket, texts):
+def test_number_of_digits_follows_from_the_width(bracket, texts):
     assert bracket_digits(*bracket) == texts
 
 
@@ -96,7 +96,7 @@ def test_text_of_a_leak_rate():
 
 
 def test_representation_leaves_the_arrays_out():
-    """What a notebook shows of a leak rate is a line, not its meshes."""
+    """A notebook shows a leak rate as one line, without its meshes."""
     assert "levels" not in repr(LeakRate("leaking", "adaptive", 1.0))
     field = GridField(np.linspace(-2e-6, 1e-6, 512 * 256).reshape(512, 256), (1e-6, 5e-7), True)
     shown = "GridField(512 x 256, -2e-06 to 1e-06, spacing=(1e-06, 5e-07), periodic=True)"

@@ -1,4 +1,4 @@
-"""Liquids and gases: what drives them, what is counted, and what makes no sense of each."""
+"""Liquids and gases: exact channel flows, bounds, rates, pressures, invalid settings."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ GAS = {
 
 @pytest.fixture
 def gap_scene(tmp_path):
-    """A scene of a gap from an array, with a gas and without contact."""
+    """Function that makes the scene of a gap from an array, with a gas and without contact."""
 
     def scene(gap, fluid=GAS, flow=None, spacing=(1e-6, 2e-6), **output):
         np.savez(tmp_path / "gap.npz", gap=gap, spacing=spacing)
@@ -49,7 +49,7 @@ def channel_mass_rate(height, width, length):
 
 @pytest.mark.parametrize("method", ["adaptive", "uniform", "finite-difference"])
 def test_gas_in_a_uniform_channel(gap_scene, method):
-    """p² is linear there, which every method holds exactly: only rounding is left."""
+    """p² is linear along the channel, which every method represents exactly, up to rounding."""
     scene = gap_scene(np.full((9, 5), 1e-6), products=["leak_rate"])
     scene["flow"]["method"] = method
     scene = Scene.from_mapping(scene)
@@ -62,7 +62,7 @@ def test_gas_in_a_uniform_channel(gap_scene, method):
 
 
 def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
-    """What is written and drawn is p and not p²: √(p_in² + (p_out² - p_in²) x/L)."""
+    """Results and pictures contain p = √(p_in² + (p_out² - p_in²) x/L), not p²."""
     field = Seal(Scene.from_mapping(gap_scene(np.full((9, 5), 1e-6)))).leak_rate.field
     x = field.points[:, 0] / 8e-6
     exact = np.sqrt(P_IN**2 + (P_OUT**2 - P_IN**2) * x)
@@ -71,7 +71,7 @@ def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
 
 
 def test_bounds_of_a_gas_are_those_of_the_liquid(gap_scene):
-    """The same gap, solved once as a gas and once as a liquid, differs by one known factor."""
+    """The leak rates of one gap for a gas and for a liquid differ by a known factor."""
     gap = 1e-6 * (1 + 0.9 * np.random.default_rng(3).random((17, 17)))
     gas = Seal(Scene.from_mapping(gap_scene(gap))).leak_rate
     flow = {"pressure_drop": 1.0}
@@ -128,16 +128,16 @@ def test_absolute_pressures_of_a_liquid(gap_scene):
     assert LiquidDrive(2e5).pressure(np.array([0.0])) == 0
 
 
-def test_constriction_takes_of_a_gas_what_it_takes_of_a_liquid(gap_scene):
-    """Its share of the drop of what is linear: p, or p². By rounding, the same flow."""
+def test_constriction_has_the_same_part_of_the_drop_for_gas_and_liquid(gap_scene):
+    """Part of the drop of p² for a gas, of p for a liquid: equal up to rounding."""
     gap = np.full((17, 17), 1e-6)
     gap[7:10] = 0.0
     gap[7:10, 6:11] = 0.5e-6
     shares = []
     for fluid, flow in ((GAS, None), ({"viscosity": 1e-3}, {"pressure_drop": 1e5})):
         scene = gap_scene(gap, fluid, flow, products=["constriction"])
-        found = summarise(Seal(Scene.from_mapping(scene))).quantities.constriction
-        shares.append(found.pressure_share)
+        constriction = summarise(Seal(Scene.from_mapping(scene))).quantities.constriction
+        shares.append(constriction.pressure_share)
     assert shares[0] == pytest.approx(shares[1], rel=1e-9)
     assert 0.3 < shares[0] < 1
 
@@ -165,10 +165,10 @@ def test_verdict_of_a_gas_that_slips(gap_scene, part, decision):
     gap = np.full((5, 5), 1e-7)
     scene = Scene.from_mapping(gap_scene(gap))
     limit = Limit(leak_rate=part * Seal(scene).leak_rate.value)
-    found = summarise(Seal(scene.model_copy(update={"limit": limit}))).verdict
-    assert found.decision == decision
-    assert "not covered" in found.sentence
-    assert "slip" in found.sentence
+    verdict = summarise(Seal(scene.model_copy(update={"limit": limit}))).verdict
+    assert verdict.decision == decision
+    assert "not covered" in verdict.sentence
+    assert "slip" in verdict.sentence
 
 
 BAD = {

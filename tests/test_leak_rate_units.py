@@ -1,4 +1,4 @@
-"""Leak rates in the units people use: exact factors, one physics, clear refusals."""
+"""Leak rates in customary units: exact factors, consistent rates of a gas, bad units refused."""
 
 import numpy as np
 import pytest
@@ -28,14 +28,14 @@ GAS = {"kind": "gas", "viscosity": 1.8e-5, "temperature": 293.15, "molar_mass": 
     ],
 )
 def test_units_of_leak_rates(unit, kind, size):
-    """Two roundings: pint's decimal quotient and ours."""
-    found = RateUnit.parse(unit)
-    assert (found.name, found.kind) == (unit, kind)
-    assert found.size == pytest.approx(size, rel=4e-16, abs=0)
+    """Tolerance: two roundings, of pint's decimal quotient and of the expected value."""
+    rate_unit = RateUnit.parse(unit)
+    assert (rate_unit.name, rate_unit.kind) == (unit, kind)
+    assert rate_unit.size == pytest.approx(size, rel=4e-16, abs=0)
 
 
 @pytest.mark.parametrize("unit", ["m/s", "degC", "", "litres", "1 ml/h", "2", 5, None])
-def test_what_is_no_unit_of_a_leak_rate(unit):
+def test_bad_units_of_a_leak_rate_are_refused(unit):
     with pytest.raises(ValueError, match="volume"):
         RateUnit.parse(unit)
 
@@ -43,12 +43,12 @@ def test_what_is_no_unit_of_a_leak_rate(unit):
 @pytest.mark.parametrize(
     "rate", ["1", "ml/h", "0 ml/h", "-1 ml/h", "1 m", "1e999 ml/h", True, None]
 )
-def test_what_is_no_leak_rate(rate):
+def test_bad_leak_rates_are_refused(rate):
     with pytest.raises(ValueError, match=r"leak rate|greater than 0"):
         Rate.parse(rate)
 
 
-def test_a_leak_rate_is_written_as_it_was_read():
+def test_text_of_a_leak_rate_is_that_it_was_read_from():
     rate = Rate.parse("0.25 ml/h")
     assert Rate.parse(str(rate)) == rate
     assert Rate.parse(3e-10) == Rate.parse("3e-10 m^3/s")
@@ -56,11 +56,11 @@ def test_a_leak_rate_is_written_as_it_was_read():
 
 @pytest.fixture
 def scene(tmp_path):
-    """A gap that is open everywhere, with what is given in place of the defaults."""
+    """Function that makes the scene of an open gap with a fluid and flow settings."""
     values = 1e-6 * (1 + np.random.default_rng(4).random((9, 9)))
     np.savez(tmp_path / "gap.npz", gap=values, spacing=(1e-6, 1e-6))
 
-    def given(fluid=GAS, **flow):
+    def make(fluid=GAS, **flow):
         return {
             "gap": {"path": str(tmp_path / "gap.npz")},
             "fluid": dict(fluid),
@@ -68,11 +68,11 @@ def scene(tmp_path):
             "output": {"products": ["leak_rate"]},
         }
 
-    return given
+    return make
 
 
 def test_one_gas_in_every_unit(scene):
-    """All shown rates are the same gas: they agree through R T, M and the reference."""
+    """The rates of one gas in all units agree through R T, M and the reference."""
     shown = {}
     for unit in ("l/min", "mbar l/s", "mol/s", "kg/s"):
         data = scene()
@@ -91,7 +91,7 @@ def test_one_gas_in_every_unit(scene):
 
 
 def test_units_of_the_scene_do_not_matter(scene):
-    """SI numbers, or customary units: one scene, one leak rate to the last digit."""
+    """SI numbers and customary units give the same leak rate to the last digit."""
     plain = scene()
     customary = scene(
         {
@@ -135,8 +135,8 @@ def test_bad_unit_or_limit(assignment, scene, tmp_path):
     assert "\n" not in str(caught.value)
 
 
-def test_a_unit_without_a_leak_rate(scene):
-    """Nothing would be shown in it."""
+def test_a_unit_without_a_leak_rate_is_refused(scene):
+    """A scene without a leak rate has nothing to show in the unit."""
     data = scene({"viscosity": 1e-3}, pressure_drop=1e5)
     data["output"] = {"products": ["contact", "trapped_volume"], "leak_rate_unit": "ml/h"}
     with pytest.raises(InvalidInput, match=r"output.leak_rate_unit is about the leak rate, which"):

@@ -1,4 +1,4 @@
-"""Progress: shown on a terminal, after a while, and nowhere else."""
+"""Progress: shown on a terminal only, and only after some seconds."""
 
 import io
 import sys
@@ -22,7 +22,7 @@ def fast(monkeypatch):
 
 
 def watch(stream, monkeypatch, until, shown=True):
-    """What a display writes while a stage reports, until it has written something or time is up."""
+    """Text that a display writes while a stage reports, until it has written or time is up."""
     monkeypatch.setattr(sys, "stderr", stream)
     with Display(shown) as report:
         report("contact", "iteration 3")
@@ -37,12 +37,12 @@ def test_shown_on_a_terminal(fast, monkeypatch):
 
 
 @pytest.mark.parametrize(("stream", "shown"), [(io.StringIO(), True), (Terminal(), False)])
-def test_silent_elsewhere(fast, monkeypatch, stream, shown):
-    """In a file, and in all processes but the first."""
+def test_silent_without_a_terminal(fast, monkeypatch, stream, shown):
+    """In a file, and on all processes but the first."""
     assert watch(stream, monkeypatch, until=0.5, shown=shown) == ""
 
 
-def test_silent_on_what_is_quick(monkeypatch):
-    """Nothing before two seconds."""
+def test_silent_on_quick_computations(monkeypatch):
+    """It shows nothing before two seconds have passed."""
     assert progress.PATIENCE == 2
     assert watch(Terminal(), monkeypatch, until=0.2) == ""
