@@ -110,6 +110,9 @@ class Seal:
     def given_surface(self) -> GridField | None:
         """Heights [m] as the scene gives them, whatever contact grid is chosen."""
         if self.prepared is not None:
+            contact = self.scene.contact
+            if contact is not None and contact.model == "gfmd":
+                self.prepared.require_cell(f"heights in {self.scene.surface.path}")
             return self.prepared.field
         surface = self.scene.surface
         if surface is None:

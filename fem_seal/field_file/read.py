@@ -9,6 +9,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import read_hdf5, read_netcdf, read_npy, read_npz
 from fem_seal.field_file.instruments import read_instrument
+from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.named_arrays import NamedArrays, interpret, wanted_names
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text import read_text
@@ -22,7 +23,9 @@ HEIGHT_NAMES = ("heights", "surface")
 Names = tuple[str, ...]
 
 
-def read_map(path: str | Path, names: Names, stated: Stated | None = None) -> FieldMap:
+def read_map(
+    path: str | Path, names: Names, stated: Stated | None = None, *, heights: bool = False
+) -> FieldMap:
     """Read a map of heights or gaps.
 
     Parameters
@@ -31,21 +34,27 @@ def read_map(path: str | Path, names: Names, stated: Stated | None = None) -> Fi
         SurfaceTopography
     names : under which the samples may stand in a file of many arrays
     stated : what the scene says of the file
+    heights : whether a value far from all others is refused until `stated` says what it is. A gap
+        has such values: its contact
 
     Raises
     ------
     InvalidInput
         If the file cannot be read, holds no such map, or what it says of units and lengths is
-        missing or contradicts what is stated.
+        missing or contradicts what is stated; or if a value looks like a mark of missing points.
     """
     path, stated = Path(path), stated or Stated()
     names = (stated.array,) if stated.array is not None else names
     reader = READERS.get(path.suffix.lower(), _instrument)
     with within_available_memory(str(path)):
         recorded = reader(path, names)
+    if isinstance(stated.missing, float | int):
+        recorded = replace(recorded, values=without_marked(recorded.values, stated.missing))
     infinite = np.count_nonzero(np.isinf(recorded.values))
     if infinite:
         raise InvalidInput(f"{infinite} of {recorded.values.size} values of {path} are infinite")
+    if heights and stated.missing != "none":
+        refuse_markers(recorded.values, str(path))
     found = in_metres(recorded, stated, path)
     if found.periodic is None and reader is _instrument:
         # Of what was measured nobody needs to say that it does not repeat.

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import isclose
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -65,12 +66,14 @@ class Stated:
     unit : of the values, and of the lengths where the file has lengths without a unit
     size : (nx dx, ny dy) [m], one pixel a sample, as instruments count
     periodic : whether the map repeats
+    missing : number in the file that marks missing points; "none": every number is a sample
     """
 
     array: str | None = None
     unit: str | None = None
     size: Pair | None = None
     periodic: bool | None = None
+    missing: float | Literal["none"] | None = None
 
 
 def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:

@@ -27,8 +27,8 @@ def read_text(path: Path) -> Recorded:
     Raises
     ------
     InvalidInput
-        If the file is missing or its lines are not numbers, or not equally many; or if their
-        decimals stand behind commas.
+        If the file is missing or its lines are not numbers, or not equally many; if their decimals
+        stand behind commas; or if it is a list of points in place of a map.
     """
     with whole(path, "text"):
         with path.open(encoding="utf-8") as file:
@@ -45,5 +45,11 @@ def read_text(path: Path) -> Recorded:
                 values = np.loadtxt(path, ndmin=2, delimiter=separator)
             except UserWarning:
                 raise ValueError("no numbers") from None
+    if values.shape[1] == 3 and len(values) > 3:
+        raise InvalidInput(
+            f"{path} has three columns, as a list of x, y and height has, which is no map of "
+            "heights on a grid: write it as one, a line a row (a map that is three samples wide as "
+            ".npy or .npz)"
+        )
     unit = _UNIT.search(head)
     return Recorded(values, unit.group(1) if unit else None)

@@ -1,8 +1,10 @@
 """The sections that name a file of heights or of a gap."""
 
+from dataclasses import replace
+from math import isfinite
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, Strict, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, Strict, model_validator
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.length_units import length_in_metres
@@ -17,6 +19,13 @@ def _length_unit(unit: str) -> str:
     except InvalidInput:
         raise ValueError("is no unit of length such as 'nm', 'um' or 'mm'") from None
     return unit
+
+
+def _missing(value: object) -> float | str:
+    number = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+    if not number and value != "none":
+        raise ValueError("should be a number as it stands in the file, or 'none'")
+    return value
 
 
 LengthUnit = Annotated[str, AfterValidator(_length_unit)]
@@ -45,22 +54,30 @@ class FileSurface(FieldFile):
     """Heights from a file, and the steps that prepare them; each is off unless it is named."""
 
     kind: Literal["file"] = Field(description='"self-affine" or "file"')
+    missing: Annotated[float | Literal["none"], PlainValidator(_missing)] | None = Field(
+        None, description="number in the file that marks missing points; or 'none'"
+    )
     crop: tuple[tuple[Coordinate, Coordinate], tuple[Coordinate, Coordinate]] | None = Field(
         None, description="kept rectangle [[x0, x1], [y0, y1]] from the first sample"
+    )
+    detrend: Literal["mean", "plane", "quadratic"] | None = Field(
+        None, description="least-squares trend that is taken away"
     )
     fill: Literal["harmonic", "linear"] | None = Field(
         None, description="how missing points are filled"
     )
     max_missing: Number = Field(0.1, ge=0, lt=1, description="fraction of points to fill at most")
-    detrend: Literal["mean", "plane", "quadratic"] | None = Field(
-        None, description="least-squares trend that is taken away"
-    )
     make_periodic: Literal["cut", "mirror", "hann", "tukey"] | None = Field(
         None, description="how a map that does not repeat becomes a cell that does"
     )
     twin_seed: Seed | None = Field(
         None, description="press a random surface with the same spectrum instead"
     )
+
+    @property
+    def stated(self) -> Stated:
+        """What the scene says of the file."""
+        return replace(super().stated, missing=self.missing)
 
     @model_validator(mode="after")
     def _check(self) -> "FileSurface":

@@ -25,7 +25,7 @@ def measured_surface(
     path : of a file with `heights` (nx, ny); npz is in metres and has `spacing` (dx, dy) [m] and
         optionally `periodic`; docs/surfaces.md names the other formats
     stated : unit, size and whatever else the file does not say. Where nobody says whether the
-        map repeats, it is taken to: the elastic contact repeats it anyway
+        map repeats, its seam tells
     preparation : steps; none if left out
 
     Raises
@@ -34,7 +34,7 @@ def measured_surface(
         If the file is missing or cannot be read, the unit or size is nowhere said or contradicts
         the file, or a step cannot be taken.
     """
-    found = read_map(path, HEIGHT_NAMES, stated)
+    found = read_map(path, HEIGHT_NAMES, stated, heights=True)
     try:
         return prepare(found, preparation or Preparation())
     except InvalidInput as error:

@@ -12,6 +12,9 @@ from fem_seal.surface.missing import fill
 from fem_seal.surface.statistics import MapStatistics
 from fem_seal.surface.twin import twin
 
+# About 1 where a rough surface repeats; √2 where one wave of it has its steepest place there.
+LARGEST_SEAM = 2.0
+
 Rectangle = tuple[tuple[float, float], tuple[float, float]]
 
 
@@ -20,16 +23,16 @@ class Preparation:
     """The steps, in the order in which they are taken.
 
     crop : ((x0, x1), (y0, y1)) [m] that is kept
+    detrend : "mean", "plane" or "quadratic", of the known points
     fill : "harmonic" or "linear"; up to max_missing of the points
-    detrend : "mean", "plane" or "quadratic"
     make_periodic : "cut", "mirror", "hann" or "tukey"
     twin_seed : of random phases with the spectrum of what the other steps have left
     """
 
     crop: Rectangle | None = None
+    detrend: str | None = None
     fill: str | None = None
     max_missing: float = 0.1
-    detrend: str | None = None
     make_periodic: str | None = None
     twin_seed: int | None = None
 
@@ -56,14 +59,36 @@ class PreparedSurface:
     measured: GridField
     steps: tuple[Step, ...]
 
+    def require_cell(self, what: str) -> None:
+        """Refuse heights that an elastic contact, which repeats them, cannot press.
+
+        Parameters
+        ----------
+        what : these heights, for the message
+
+        Raises
+        ------
+        InvalidInput
+            If the map does not repeat and was not made to.
+        """
+        if self.field.periodic:
+            return
+        seam = self.steps[-1].statistics.seam
+        raise InvalidInput(
+            f"{what}: an elastic contact repeats the map, which does not repeat itself (the "
+            f"heights jump {seam:.2g} times as much across its border as between neighbours, rms): "
+            "set periodic = true if the surface does repeat, detrend = 'plane' if the jump is a "
+            "tilt, or make_periodic = 'mirror' (or 'tukey', 'hann', 'cut') to make it a cell"
+        )
+
 
 def prepare(found: FieldMap, preparation: Preparation) -> PreparedSurface:
     """Take the steps that are named.
 
     Parameters
     ----------
-    found : heights as read, NaN where missing; a map of which nobody has said so is taken to
-        repeat, and its seam is in the statistics
+    found : heights as read, NaN where missing. Where nobody has said whether the map repeats, it
+        is taken to if its seam is at most `LARGEST_SEAM`
     preparation : the steps
 
     Raises
@@ -82,7 +107,10 @@ def prepare(found: FieldMap, preparation: Preparation) -> PreparedSurface:
         )
     if found.periodic and preparation.make_periodic is not None:
         raise InvalidInput("the map repeats already; leave make_periodic out")
-    repeats = found.periodic is not False and preparation.make_periodic is None
+    repeats = found.periodic
+    if repeats is None:
+        repeats = steps[-1].statistics.seam <= LARGEST_SEAM
+    repeats = repeats and preparation.make_periodic is None
     field = measured = GridField(found.values, found.spacing, repeats)
     for name, step in _on_fields(preparation):
         field = step(field)
@@ -93,10 +121,12 @@ def prepare(found: FieldMap, preparation: Preparation) -> PreparedSurface:
 def _on_maps(plan: Preparation) -> Iterator[tuple[str, Callable[[FieldMap], FieldMap]]]:
     if plan.crop is not None:
         yield "crop", lambda found: cropped(found, plan.crop)
-    if plan.fill is not None:
-        yield f"fill {plan.fill}", lambda found: fill(found, plan.fill, plan.max_missing)
+    # Filled points are no measurements: the trend is that of the others, and holes at a tilted
+    # border are filled without the tilt.
     if plan.detrend is not None:
         yield f"detrend {plan.detrend}", lambda found: detrended(found, plan.detrend)
+    if plan.fill is not None:
+        yield f"fill {plan.fill}", lambda found: fill(found, plan.fill, plan.max_missing)
 
 
 def _on_fields(plan: Preparation) -> Iterator[tuple[str, Callable[[GridField], GridField]]]:

@@ -255,7 +255,7 @@ BAD_SURFACES = {
         {"crop": [[0, 9e-6], [0, 1e-6]]},
         "leaves the map",
     ),
-    "does not repeat": ({"heights": GAP, "periodic": False}, {}, "make it so (make_periodic = 'm"),
+    "does not repeat": ({"heights": GAP, "periodic": False}, {}, "or make_periodic = 'mirror'"),
     "repeats already": ({"heights": GAP, "periodic": True}, {"make_periodic": "cut"}, "leave make"),
 }
 

@@ -15,9 +15,9 @@ def test_npz(tmp_path):
     field = load_heights(tmp_path / "a.npz")
     assert np.array_equal(field.values, HEIGHTS)
     assert field.spacing == (1e-6, 2e-6)
-    assert field.periodic
-    np.savez(tmp_path / "b.npz", heights=HEIGHTS, spacing=[1e-6, 2e-6], periodic=False)
-    assert not load_heights(tmp_path / "b.npz").periodic
+    for said in (True, False):
+        np.savez(tmp_path / "b.npz", heights=HEIGHTS, spacing=[1e-6, 2e-6], periodic=said)
+        assert load_heights(tmp_path / "b.npz").periodic is said
 
 
 def test_npy(tmp_path):

@@ -87,7 +87,5 @@ def test_limit_is_a_fraction_of_all_points():
 def test_bad_arguments():
     with pytest.raises(InvalidInput, match="all 4 points are missing"):
         fill(FieldMap(np.full((2, 2), np.nan), SPACING, None), "harmonic", 0.99)
-    with pytest.raises(
-        InvalidInput, match="fill = 'spline' is unknown; choose from harmonic"
-    ):
+    with pytest.raises(InvalidInput, match="fill = 'spline' is unknown; choose from harmonic"):
         fill(with_holes(LINEAR), "spline", 0.5)

@@ -1,0 +1,69 @@
+"""Numbers that files write where a point is missing, such as -9999 or 1e38."""
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+
+# What programs write where nothing was measured: of terrain and of instruments, of 16 and 32 bits,
+# of NetCDF (its default fill value), the largest float and double.
+CUSTOMARY = (
+    *(999.0, 9999.0, 99999.0, 32767.0, 32768.0, 65535.0, 2147483647.0, 2147483648.0),
+    *(1e20, 1e30, 9.969209968386869e36, 1e37, 1e38, 1.70141e38, float(np.finfo(np.float32).max)),
+    *(1e99, 1e300, float(np.finfo(float).max)),
+)
+# Single precision rounds 1e38 by this much.
+SAME = 1e-6
+# A number that recurs is taken for a mark if it is so many times farther from the others than they
+# are from each other, and less than half of the points. Clipped peaks, a lapped plateau and a
+# saturated detector lie beside the heights next to them, at about 0 in this measure; the flat
+# floor of pockets in a rough land lies at depth over roughness, some tens at most. A customary mark
+# is one from 1 on.
+FAR = 100.0
+
+
+def without_marked(values: np.ndarray, missing: float) -> np.ndarray:
+    """Replace a number that marks missing points by NaN.
+
+    Parameters
+    ----------
+    values : in the unit of the file
+    missing : the number, known to single precision
+    """
+    marked = np.isclose(values, missing, rtol=SAME, atol=0)
+    return np.where(marked, np.nan, values)
+
+
+def refuse_markers(values: np.ndarray, what: str) -> None:
+    """Refuse heights whose largest or smallest value looks like a mark of missing points.
+
+    Parameters
+    ----------
+    values : in the unit of the file, NaN where missing
+    what : has these values, for the message
+
+    Raises
+    ------
+    InvalidInput
+        If the extreme recurs and lies `FAR` times farther from all others than they lie apart, or
+        is a customary mark and lies farther from them than they do.
+    """
+    known = values[~np.isnan(values)]
+    if not known.size:
+        return
+    for extreme in (known.max(), known.min()):
+        others = known[known != extreme]
+        if not others.size:
+            return  # a smooth face
+        count = known.size - others.size
+        # Half of each, so that the difference of the largest doubles is a number.
+        distance = np.abs(others / 2 - extreme / 2).min()
+        spread = others.max() / 2 - others.min() / 2
+        customary = np.isclose(abs(extreme), CUSTOMARY, rtol=SAME, atol=0).any()
+        recurs = 1 < count < known.size / 2 and spread > 0
+        if (recurs and distance > FAR * spread) or (customary and distance > spread):
+            times = "once" if count == 1 else f"{count} times"
+            raise InvalidInput(
+                f"{extreme:g} stands {times} in {what}, far from all other heights, as if it "
+                f"marked missing points: set missing = {extreme:g} if it does, or missing = 'none' "
+                "if it is a height"
+            )

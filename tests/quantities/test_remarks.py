@@ -1,0 +1,87 @@
+"""Remarks about a contact that touches everywhere or hardly anywhere, and about steep gaps."""
+
+import numpy as np
+import pytest
+
+from fem_seal import job
+from fem_seal.render.report import report
+from fem_seal.results import Result, summarise
+from fem_seal.results.words import summary_of
+from fem_seal.scene import Scene
+from fem_seal.seal import Seal
+
+
+def pressed(pressure, modulus=1e7):
+    return Scene.from_mapping(
+        {
+            "surface": {
+                **{"kind": "self-affine", "shape": [32, 32], "size": [3.2e-5, 3.2e-5]},
+                **{"hurst": 0.8, "long_wavelength": 1.6e-5, "short_wavelength": 8e-6},
+                **{"rms_slope": 0.1, "seed": 1},
+            },
+            "solid": {"contact_modulus": modulus},
+            "contact": {"pressure": pressure},
+            "output": {"products": ["contact"]},
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("pressure", "words"),
+    [
+        (1e9, "all samples are in contact, and the mean gap is 0"),
+        (1.0, "sample is in contact, too few"),
+        (0.0, None),  # touch: one sample is all there should be
+        (2e5, None),
+    ],
+)
+def test_contact_everywhere_or_hardly_anywhere(pressure, words):
+    """A pressure in Pa that was meant in MPa, and the other way round."""
+    result = summarise(Seal(pressed(pressure)))
+    assert len(result.cautions) == (words is not None)
+    if words:
+        assert words in result.cautions[0]
+        assert "right units" in result.cautions[0]
+
+
+@pytest.fixture
+def given(tmp_path):
+    """Scene of a gap from an array."""
+
+    def scene(gap, **fields):
+        np.savez(tmp_path / "gap.npz", gap=gap, spacing=[1e-6, 1e-6])
+        return Scene.from_mapping(
+            {
+                "gap": {"path": str(tmp_path / "gap.npz"), **fields},
+                "fluid": {"viscosity": 1e-3},
+                "flow": {"pressure_drop": 1e5},
+                "output": {"products": ["leak_rate"]},
+            }
+        )
+
+    return scene
+
+
+ROUGH = np.random.default_rng(3).random((9, 9)) * 1e-7
+
+
+def test_given_gaps(given):
+    """Roundings of another program, everything in contact, and heights in µm taken for metres."""
+    [open_] = summarise(Seal(given(ROUGH + 1e-9))).cautions
+    assert "no sample is in contact" in open_
+    assert "gap.contact_below" in open_
+    assert not summarise(Seal(given(ROUGH + 1e-9, contact_below="2 nm"))).cautions
+    [closed] = summarise(Seal(given(0 * ROUGH))).cautions
+    assert "all samples are in contact, and the mean gap is 0" in closed
+    touching = np.where(ROUGH < 3e-8, 0, ROUGH)
+    assert not summarise(Seal(given(touching))).cautions
+    [steep] = summarise(Seal(given(1e6 * touching))).cautions
+    assert "are heights and spacing in the same unit?" in steep
+
+
+def test_cautions_are_shown_everywhere(given, tmp_path):
+    folder = tmp_path / "out"
+    result = job.run(given(1e6 * np.where(ROUGH < 3e-8, 0, ROUGH)), folder)
+    [caution] = Result.from_folder(folder).cautions
+    assert ("caution", caution) in summary_of(result)
+    assert caution in report(folder).read_text(encoding="utf-8")
