@@ -1,4 +1,4 @@
-"""Tables of frozen rows: for people, for spreadsheets and for a page of documentation."""
+"""Tables as aligned text, CSV and Markdown."""
 
 import csv
 from collections.abc import Iterable, Sequence
@@ -10,11 +10,11 @@ from fem_seal.errors import InvalidInput
 
 
 def shown_as(header: str) -> Any:
-    """Field of a row whose column people read under another header, such as one with its unit.
+    """Field of a row with another header in text tables, such as one with its unit.
 
     Parameters
     ----------
-    header : in `as_text`; a CSV has the name of the field, for programs
+    header : of the column in `as_text`; in CSV the header is the name of the field
     """
     return field(metadata={"header": header})
 

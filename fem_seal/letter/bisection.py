@@ -1,4 +1,4 @@
-"""Bisection over the load for many criteria at once, each contact serving all of them."""
+"""Bisection over the load for many criteria at once: each contact is tested against all."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ from fem_seal.letter.surfaces import Model
 if TYPE_CHECKING:
     from fem_seal.contact.state import GapState
 
-# Brackets of load narrower than this, relative, hold a jump of the area.
+# Across a bracket of load narrower than this, relative, the area jumps: bisection stops there.
 SMALLEST_STEP = 1e-7
-# What has come at this part of the first load has come at first contact.
+# A criterion met at this fraction of the first load is met at first contact.
 FIRST_CONTACT = 1e-6
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """The last contact before a criterion is met and the first one after."""
+    """The last computed contact before a criterion is met, and the first one after."""
 
     criterion: Criterion
     before: Snapshot
@@ -31,7 +31,7 @@ class Bracket:
 
 @dataclass(eq=False)
 class _Visited:
-    """A contact already computed; its pressure is kept only while it may start another."""
+    """A computed contact; its pressure is kept only while another contact may start from it."""
 
     snapshot: Snapshot
     crossed: tuple[bool, ...]
@@ -51,18 +51,18 @@ def crossings(
 
     Contact only grows with the load, in both models (for the elastic one: J. R. Barber, Q. J.
     Mech. Appl. Math. 27, 1 (1974)), so that each criterion is met once and stays met. The load is
-    bisected where the widest bracket is; each contact is started from the pressure at the lower
-    end. (From the upper end or a mean of both, samples that ought to open keep a pressure too small
-    for the certificate to mind, and count as contact.)
+    bisected in the widest bracket; each contact starts from the pressure at the lower end. (From
+    the upper end or a mean of both, samples that should open keep a pressure so small that the
+    certificate still holds, and would be counted as contact.)
 
     Parameters
     ----------
     surface : heights [m]
-    model : how to press
-    criteria : what to look for
+    model : bearing or elastic
+    criteria : to be bracketed
     resolution : width of the brackets in A/A0
     threads : of the FFTs
-    news : told of each contact
+    news : called with a text on each contact
 
     Returns
     -------
@@ -105,7 +105,7 @@ def _pressure(state: "GapState") -> np.ndarray | None:
 def _enclosed(
     visit: Callable[[float, np.ndarray | None], _Visited], model: Model
 ) -> list[_Visited]:
-    """Two loads before and after all criteria, with those tried on the way."""
+    """Contacts at loads from before the first criterion is met to after the last one."""
     visited = [visit(model.low, None)]
     while any(visited[-1].crossed):
         if visited[-1].snapshot.load < FIRST_CONTACT * model.low:
@@ -118,7 +118,7 @@ def _enclosed(
                 f"not every spanning criterion is met up to the largest load {model.limit}"
             )
         visited.append(visit(load, max(visited, key=_load).pressure))
-        # Towards full contact the bearing model's load, an area, approaches 1.
+        # The load of the bearing model is an area fraction and approaches 1 at full contact.
         load = min(1.3 * load, 0.5 * (load + 1)) if model.limit < 1 else 1.3 * load
     return visited
 
@@ -136,7 +136,7 @@ def _ends(visited: list[_Visited], k: int) -> tuple[_Visited, _Visited]:
 
 
 def _unfinished(pair: tuple[_Visited, _Visited]) -> float:
-    """Width of a bracket in A/A0, 0 if only a jump is left in it."""
+    """Width of a bracket in A/A0, 0 if it holds only a jump of the area."""
     before, after = (end.snapshot for end in pair)
     if after.load - before.load <= SMALLEST_STEP * after.load:
         return 0.0

@@ -1,4 +1,4 @@
-"""The letter, reproduced: thresholds, pictures, currents and their errors, resumable."""
+"""The letter, reproduced: thresholds, pictures, currents and their errors; runs can resume."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -22,29 +22,29 @@ from fem_seal.progress import Report, silent
 
 Point = TypeVar("Point")
 
-# Contact areas of Fig. 3, beyond first contact. Points that turn out sealed are kept as such.
+# Contact areas of Fig. 3 beside first contact; the largest may be sealed for some surfaces.
 AREAS = {
     "bearing": (0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.48),
     "elastic": (0.02, 0.05, 0.1, 0.2, 0.3, 0.35, 0.38, 0.4, 0.42),
 }
-# Where the contact is refined, on the first seed.
+# Contact areas at which the contact grid is refined, for the first seed.
 REFINED_AREAS = (0.05, 0.1, 0.2, 0.3, 0.35, 0.4)
-# Where the cascade is judged, besides first contact.
+# Contact area at which the start of the cascade is measured, beside first contact.
 CASCADE_AREA = 0.2
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is computed.
+    """Settings of a run.
 
-    case : the ensemble; seeds : 1 to this
+    case : the ensemble; seeds : number of surfaces, of seeds 1, 2, ...
     rtol : of the certified leak rates, (upper - lower) / √(lower upper)
     grid_factors : refinements of the contact grid, the first 1
     search : of the thresholds
-    areas : contact areas by model; refined : those at which the contact grid is refined, if any
-    cascade : whether the cascade's start is judged, which needs the converged pressure
+    areas : contact areas by model; refined : contact areas at which the contact grid is refined
+    cascade : whether the start of the cascade is measured, against the converged pressure
     loads : of Persson's curve, mean pressures in units of E* h'rms
-    threads : of the FFTs; no result depends on it
+    threads : of the FFTs; does not change any result
     """
 
     case: RoughCase
@@ -65,7 +65,7 @@ class Plan:
             raise InvalidInput(f"rtol must lie in (0, 2), got {self.rtol}")
         for model in MODELS:
             areas = self.areas[model]
-            # Effective media are judged up to 0.8 A*.
+            # Effective media are compared up to 0.8 A*, which must hold a point.
             if not (0 < min(areas) <= 0.3 and max(areas) < 1):
                 raise InvalidInput(
                     f"{model} areas must lie in (0, 1), the least at most at 0.3, got {areas}"
@@ -74,12 +74,12 @@ class Plan:
 
 @dataclass(frozen=True)
 class Letter:
-    """letter.json: what the letter says, measured here.
+    """letter.json: the letter's quantities, as measured by this run.
 
     peaks : largest flow density of both models at A/A0 = 0.2 [m^2/s]; peak_decades : log10 of
         their ratio; body_decades : the same of the 99.9 % quantile over the area that flows
-    cascade : how good the cascade's first guess is at the finest grid; errors : of flow and
-        contact grid; both empty if the plan leaves them out
+    cascade : errors of the cascade's first guess on the finest grid; errors : of flow and contact
+        grid; both empty if the plan leaves them out
     """
 
     plan: Plan
@@ -97,7 +97,7 @@ class Letter:
 
 @dataclass(frozen=True, eq=False)
 class Figures:
-    """What is drawn: gaps of Fig. 1, flows of Fig. 2, rows of Fig. 3 and of the errors."""
+    """Data of the figures: gaps of Fig. 1, flows of Fig. 2, rows of Fig. 3 and of the errors."""
 
     contacts: dict[str, GridField]
     flows: dict[str, pictures.FlowPicture]
@@ -107,13 +107,13 @@ class Figures:
 
 
 def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figures]:
-    """Compute what the folder does not hold yet, and gather all.
+    """Compute the points that the folder lacks, and gather all of them.
 
     Parameters
     ----------
-    plan : what
+    plan : settings
     out : folder of letter.json, the data of each figure, and points/ with a file for each point
-    report : told of each point
+    report : called with each point
 
     Returns
     -------
@@ -169,16 +169,16 @@ def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figu
     return record, figures
 
 
-def _threshold(found: list[ThresholdRow], plan: Plan, model: str) -> float:
+def _threshold(thresholds: list[ThresholdRow], plan: Plan, model: str) -> float:
     """A*/A0 of the reference pair with the first of the edges."""
-    wanted = (model, REFERENCE, plan.search.edges[0])
-    return next(row.threshold for row in found if (row.model, row.pair, row.edges) == wanted)
+    key = (model, REFERENCE, plan.search.edges[0])
+    return next(row.threshold for row in thresholds if (row.model, row.pair, row.edges) == key)
 
 
 def _pictures(
     plan: Plan, out: Path, report: Report
 ) -> tuple[dict[str, GridField], dict[str, pictures.FlowPicture]]:
-    """Data of Figs. 1 and 2, in npz beside them."""
+    """Data of Figs. 1 and 2, kept in .npz files of the folder."""
     from fem_seal.gap_file import load_gap
 
     case, threads = plan.case, plan.threads
@@ -210,10 +210,10 @@ def _stored(
 
 
 def _flow_points(plan: Plan, out: Path, report: Report) -> list[FlowPoint]:
-    """Points of Fig. 3; first contact is the same for both models and done once."""
+    """Points of Fig. 3; first contact is the same for both models and computed once."""
     store = PointStore(out / "points", FlowPoint)
     case, rtol = plan.case, plan.rtol
-    wanted = [("elastic", 0.0), *((m, area) for m in MODELS for area in plan.areas[m])]
+    contacts = [("elastic", 0.0), *((m, area) for m in MODELS for area in plan.areas[m])]
     return [
         _stored(
             store,
@@ -225,7 +225,7 @@ def _flow_points(plan: Plan, out: Path, report: Report) -> list[FlowPoint]:
             lambda point: (point.case, point.rtol) == (case, rtol),
         )
         for seed in range(1, plan.seeds + 1)
-        for model, area in wanted
+        for model, area in contacts
     ]
 
 

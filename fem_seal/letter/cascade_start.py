@@ -1,4 +1,4 @@
-"""How much better the letter's cascade starts the finest grid than the mean field does."""
+"""Errors of two first guesses of the pressure: the letter's cascade and the mean field."""
 
 from dataclasses import dataclass
 
@@ -10,9 +10,11 @@ SEED = 1
 
 @dataclass(frozen=True)
 class CascadeStart:
-    """Errors of two first guesses of the pressure, against the converged one.
+    """Errors of both first guesses, against the converged pressure.
 
-    energy : (E - Q)/Q of the guess; rms : of its pressure, in units of the pressure drop
+    area : A/A0
+    mean_field_energy, cascade_energy : (E - Q)/Q, E being the energy of the guess
+    mean_field_rms, cascade_rms : rms error of the pressure, in units of the pressure drop
     """
 
     case: RoughCase
@@ -35,7 +37,7 @@ class CascadeStart:
 
 
 def cascade_start(case: RoughCase, model: str, area: float, threads: int = 1) -> CascadeStart:
-    """Measure both first guesses in one contact.
+    """Measure both first guesses in one contact of the first seed.
 
     Raises
     ------

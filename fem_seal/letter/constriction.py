@@ -1,4 +1,4 @@
-"""The critical constriction: how wide it is, and how much of the pressure drops there."""
+"""The critical constriction: its gap, and its share of the pressure drop."""
 
 from dataclasses import dataclass
 
@@ -9,20 +9,20 @@ from fem_seal.letter.surfaces import PRESSURE_DROP, VISCOSITY
 from fem_seal.quantities.constriction import share_within
 from fem_seal.topology.constriction import critical_constriction
 
-# Bracket of the leak rate good enough for a share of the dissipation.
+# Width of the bracket of the leak rate; a share of the dissipation needs no narrower one.
 RTOL = 0.2
 
 
 @dataclass(frozen=True)
 class ConstrictionShare:
-    """The tightest place of the widest path through a gap with side walls.
+    """The narrowest point of the widest path through a gap with side walls.
 
     area : A/A0 of the contact
-    gap : largest sphere that passes [m]
-    x, y : place, in parts of the side
-    radius : of the disc looked at [m]
-    share : of the dissipation in that disc. With one channel this is its share of the pressure
-        drop: both are ∫K|∇p|² over Q Δp.
+    gap : diameter of the largest sphere that passes [m]
+    x, y : position, in parts of the side
+    radius : of a disc around it [m]
+    share : of the dissipation, ∫K|∇p|² over the disc by Q Δp; with a single channel it is the share
+        of the pressure drop as well
     """
 
     area: float

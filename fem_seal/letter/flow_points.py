@@ -1,4 +1,4 @@
-"""One point of the letter's Fig. 3: a contact, its certified leak rate and the other answers."""
+"""Points of the letter's Fig. 3: a contact and its leak rate by several methods."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import LeakRate, relative_half_width
 from fem_seal.letter.surfaces import (
     CONTACT_MODULUS,
     CONTACT_TOLERANCE,
@@ -23,16 +23,16 @@ SIDES = "periodic"
 # Links whose leak rates enclose each other: harmonic <= linear-gap <= arithmetic on every link,
 # and no leak rate falls when a link conducts better (Rayleigh).
 LINKS = ("harmonic", "linear-gap", "arithmetic")
-# Bins of the gap distribution: a width of 7 %, within which Bruggeman's medium does not notice
-# how gaps lie.
+# Bins of the gap distribution, equal in ratio and 7 % wide: the leak rate of Bruggeman's medium
+# does not depend on where gaps lie within a bin.
 BINS, SMALLEST = 200, 1e-6
 
 
 @dataclass(frozen=True)
 class GapDistribution:
-    """How often which gap occurs.
+    """Distribution of the gap over the cell.
 
-    cubes : mean cubed gap of each bin [m^3]; weights : its part of A0; contact : A/A0
+    cubes : mean cubed gap of each bin [m^3]; weights : part of A0 in the bin; contact : A/A0
     """
 
     cubes: tuple[float, ...]
@@ -41,7 +41,7 @@ class GapDistribution:
 
     @classmethod
     def of(cls, gap: GridField) -> "GapDistribution":
-        """Gather the open samples in bins of equal ratio."""
+        """Sort the open samples into bins of equal ratio."""
         samples = gap.values[gap.values > 0]
         place = np.log(samples / samples.max()) / np.log(SMALLEST)
         bins = np.minimum((place * BINS).astype(int), BINS - 1)
@@ -70,11 +70,12 @@ class GapDistribution:
 class FlowPoint:
     """A contact of one surface and its leak rates [m^3/s].
 
-    wanted, area, area_corrected : A/A0 asked for, counted, and without what pixels add
+    wanted : prescribed A/A0; area : A/A0 counted; area_corrected : A/A0 less the area that pixels
+        add along the perimeter
     mean_gap [m]; mean_pressure [Pa], None for the bearing model
     state : "leaking" or "sealed"; lower, upper : certified bounds; unknowns : of the last mesh
-    converged : the bracket is as narrow as rtol
-    finite_difference : by name of the links
+    converged : whether the bracket is as narrow as rtol
+    finite_difference : leak rates by link rule
     gaps : for Bruggeman's medium
     """
 
@@ -106,13 +107,13 @@ class FlowPoint:
 def flow_point(
     case: RoughCase, model: str, seed: int, wanted: float, *, rtol: float, threads: int = 1
 ) -> FlowPoint:
-    """Press a surface to a contact area and let it leak.
+    """Press a surface to a contact area and compute its leak rates.
 
     Parameters
     ----------
     case, seed : the surface
     model : "bearing" or "elastic"
-    wanted : A/A0; 0 is first contact
+    wanted : prescribed A/A0; 0 is first contact
     rtol : (upper - lower) / √(lower upper) of the certified leak rate
     threads : of the FFTs
 
@@ -149,7 +150,7 @@ def flow_point(
 
 
 def certified(gap: GridField, rtol: float, field: bool = False) -> LeakRate:
-    """Leak rate with bounds, sides periodic as in the contact calculation."""
+    """Leak rate with bounds; the sides are periodic, as in the contact."""
     from fem_seal.flow import leak_rate
 
     return leak_rate(
@@ -173,8 +174,9 @@ def _finite_difference(gap: GridField, links: str) -> float:
 class GridPoint:
     """One elastic contact under one pressure on finer and finer contact grids.
 
-    wanted : A/A0 on the coarsest; factors : samples along a side over those of the case
-    pressure : [Pa]; areas, corrected : A/A0; lower, upper : [m^3/s], one each per grid
+    wanted : prescribed A/A0 on the coarsest grid
+    factors : samples along a side over the samples of the case
+    pressure : [Pa]; areas, corrected : A/A0; lower, upper : [m^3/s], one value for each grid
     """
 
     case: RoughCase
@@ -195,17 +197,17 @@ class GridPoint:
 
     @property
     def flow_error(self) -> float:
-        """Half-width of the bracket on the case's own grid, relative."""
-        return (self.upper[0] - self.lower[0]) / (self.upper[0] + self.lower[0] or 1.0)
+        """Relative half-width of the bracket on the grid of the case."""
+        return relative_half_width(self.lower[0], self.upper[0])
 
     @property
     def contact_grid_error(self) -> float:
-        """|ln| of the leak rate's change from the case's grid to the finest, inf if one seals."""
+        """|ln| of the ratio of leak rates on the finest and the first grid; inf if one is 0."""
         return _change(self.values[0], self.values[-1])
 
     @property
     def last_change(self) -> float:
-        """The same from the finest grid but one: what may still be missing."""
+        """|ln| of the ratio on the two finest grids: an estimate of the remaining error."""
         return _change(*self.values[-2:])
 
 

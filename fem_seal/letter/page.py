@@ -17,14 +17,14 @@ def page(record: Letter) -> str:
     """
     case, plan = record.plan.case, record.plan
     seeds = "1 seed" if plan.seeds == 1 else f"{plan.seeds} seeds"
-    head = (
+    settings = (
         f"n = {case.n}, H = {case.hurst:g}, λ_s = {case.short:g} and λ_l = "
         f"{case.long * case.n:g} samples, {seeds}, rtol = {plan.rtol:g}; finished "
         f"{record.finished:%Y-%m-%d %H:%M} UTC, {record.seconds_in_points / 60:.0f} min in the "
         f"points of thresholds and currents, {record.peak_memory_bytes / 1e9:.2g} GB at most.\n"
     )
     comparison = markdown(("", "the letter (4096²)", "here"), _comparison(record))
-    return "\n".join([head, comparison, "", _thresholds(record.thresholds), ""])
+    return "\n".join([settings, comparison, "", _thresholds(record.thresholds), ""])
 
 
 def _comparison(record: Letter) -> list[tuple[str, str, str]]:
@@ -80,8 +80,8 @@ def _comparison(record: Letter) -> list[tuple[str, str, str]]:
 
 
 def _reference(record: Letter, model: str, edges: str) -> ThresholdRow:
-    wanted = (model, REFERENCE, edges)
-    return next(r for r in record.thresholds if (r.model, r.pair, r.edges) == wanted)
+    key = (model, REFERENCE, edges)
+    return next(row for row in record.thresholds if (row.model, row.pair, row.edges) == key)
 
 
 def _with_spread(value: float, spread: float | None) -> str:

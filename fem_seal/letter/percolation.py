@@ -15,7 +15,7 @@ JSON_FILE, TABLE_FILE = "percolation.json", "percolation.csv"
 
 @dataclass(frozen=True)
 class Study:
-    """All thresholds of a run and what they amount to."""
+    """Thresholds of all surfaces, and their means over seeds as rows."""
 
     rows: list[ThresholdRow]
     seeds: list[SeedThresholds] = field(default_factory=list)
@@ -31,7 +31,7 @@ def percolation(
     threads: int = 1,
     report: Report = silent,
 ) -> Study:
-    """Thresholds of many ensembles; surfaces that the folder holds already are not done again.
+    """Thresholds of many ensembles; surfaces that the folder holds are not computed again.
 
     Parameters
     ----------

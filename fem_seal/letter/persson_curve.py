@@ -1,4 +1,4 @@
-"""Persson's prediction of the letter's Fig. 3: from the spectrum alone to leak against area."""
+"""Persson's prediction of the letter's Fig. 3: leak rate against area, from the spectrum alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ LOADS = tuple(np.geomspace(0.006, 0.45, 40).tolist())
 
 @dataclass(frozen=True)
 class PerssonPoint:
-    """Persson's contact under one pressure and its leak rate by the modified Bruggeman medium.
+    """Persson's theory at one load, and the leak rate of the modified Bruggeman medium.
 
     load : pressure over E* h'rms; area : A/A0; leak_rate : [m^3/s]
     """
@@ -32,10 +32,10 @@ class PerssonPoint:
 
 @dataclass(frozen=True)
 class SampledSpectrum:
-    """Isotropic mean of a self-affine spectrum on a grid whose square of wave vectors cuts it.
+    """Isotropic mean of a self-affine spectrum on a grid, which holds |qx|, |qy| < π/dx only.
 
-    Below two samples the short cut-off lies outside the grid's |kx|, |ky| < π/dx: of a ring of
-    radius q beyond that only a part is there.
+    A short cut-off below two samples lies outside that square, so that the grid holds only a part
+    of the circle |q| = const beyond π/dx.
 
     plateau : C0 [m^4]
     """
@@ -45,7 +45,7 @@ class SampledSpectrum:
 
     @property
     def wavenumbers(self) -> tuple[float, ...]:
-        """Where C(q) begins, has a kink, and ends [1/m]."""
+        """Ends of the support of C(q), and its kink between them if there is one [1/m]."""
         long = 2 * np.pi / (self.case.long * self.case.n * PITCH)
         short = 2 * np.pi / (self.case.short * PITCH)
         nyquist = np.pi / PITCH

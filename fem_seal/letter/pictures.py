@@ -1,4 +1,4 @@
-"""Data of the letter's Figs. 1 and 2: two contacts of one area, and the flow through two."""
+"""Data of the letter's Figs. 1 and 2: contacts of equal area by both models, and their flow."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,19 +83,20 @@ def _save(path: Path, arrays: dict[str, object]) -> None:
         write_npz(staged, arrays, compressed=True)
 
 
-def decades(flows: dict[str, FlowPicture], what: str) -> float:
+def decades(flows: dict[str, FlowPicture], statistic: str) -> float:
     """log10 of the bearing model's flow density over the elastic one's.
 
     Parameters
     ----------
     flows : by model
-    what : "peak", or "body" for the 99.9 % quantile over the area that flows
+    statistic : "peak", or "body" for the 99.9 % quantile over the area that carries flow
     """
-    number = choose(_DENSITIES, what, "flow density")
-    return float(np.log10(number(flows["bearing"]) / number(flows["elastic"])))
+    density = choose(_DENSITIES, statistic, "flow density")
+    return float(np.log10(density(flows["bearing"]) / density(flows["elastic"])))
 
 
 def _body(picture: FlowPicture) -> float:
+    """99.9 % quantile of |j| over the area that carries flow [m^2/s]."""
     corners = picture.flow.points[picture.flow.cells]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     areas = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

@@ -1,6 +1,6 @@
-"""The tables behind the letter's Fig. 3 and the errors beside it."""
+"""Tables of the letter's Fig. 3 and of the errors of its leak rates."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,12 +12,13 @@ from fem_seal.theory.bruggeman import ELASTIC_THRESHOLD, effective_dimension
 
 @dataclass(frozen=True)
 class CurrentRow:
-    """A point of Fig. 3; leak rates are over the surface's own at first contact.
+    """A point of Fig. 3; leak rates are in units of the surface's leak rate at first contact.
 
     area, area_corrected : A/A0; lower, value, upper : certified finite elements
     harmonic, linear_gap, arithmetic : finite differences by their links
-    bruggeman, modified, modified_measured : Bruggeman's medium of the same gaps in dimension 2, in
-        the letter's n_eff with A* = 0.42, and with the A* measured here (elastic only)
+    bruggeman : Bruggeman's medium of the same gaps, in dimension 2
+    modified, modified_measured : the same in the letter's n_eff, with A* = 0.42 and with the A* of
+        this run (elastic only)
     """
 
     model: str
@@ -49,10 +50,11 @@ class PerssonRow:
 class ErrorRow:
     """Errors of one elastic contact's leak rate.
 
-    area : A/A0; flow : half-width of the bracket; contact_grid : |ln| of the change from the
-    contact grid to the finest one, None if one of them is sealed; last_change : the same from the
-    finest grid but one; areas and leak rates (over that at first contact) on the coarsest and the
-    finest grid
+    area, area_finest, corrected, corrected_finest : A/A0 on the coarsest and the finest grid
+    flow : relative half-width of the bracket
+    contact_grid : |ln| of the ratio of leak rates on the finest and the coarsest grid, None if one
+        is sealed; last_change : the same on the two finest grids
+    current, current_finest : leak rates over the leak rate at first contact
     """
 
     seed: int
@@ -69,7 +71,7 @@ class ErrorRow:
 
 
 def current_rows(points: Sequence[FlowPoint], threshold: float) -> list[CurrentRow]:
-    """Normalise points by their surface's leak rate at first contact.
+    """Divide the leak rates of points by the leak rate of their surface at first contact.
 
     Parameters
     ----------
@@ -117,13 +119,13 @@ def _row(point: FlowPoint, first: float, threshold: float) -> CurrentRow:
 
 
 def persson_rows(curve: Sequence[PerssonPoint], first: dict[int, float]) -> list[PerssonRow]:
-    """Normalise Persson's leak rates by the mean over seeds of those at first contact."""
+    """Divide Persson's leak rates by the mean leak rate at first contact over seeds."""
     mean = float(np.mean(list(first.values())))
     return [PerssonRow(point.area, point.leak_rate / mean) for point in curve]
 
 
 def error_rows(points: Sequence[GridPoint], first: dict[int, float]) -> list[ErrorRow]:
-    """Both errors of each point that was refined."""
+    """Errors of flow and contact grid of each point."""
     return [_error_row(point, first[point.seed]) for point in points]
 
 
@@ -149,11 +151,11 @@ def _finite(change: float) -> float | None:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How the answers of Fig. 3 compare, over all leaking points.
+    """Agreement of the methods of Fig. 3 over all leaking points.
 
     decades : log10 of the largest over the smallest certified current
-    bands_overlap, compared : points where the band of finite differences (harmonic to arithmetic
-        links) meets the certified bracket, out of how many
+    bands_overlap : number of points where the band of finite differences (harmonic to arithmetic
+        links) and the certified bracket overlap; compared : number of points
     bruggeman_bearing : largest factor between Bruggeman's current and the bracket, bearing
         contacts up to 0.8 of A*
     modified_elastic, modified_measured_elastic : the same for the modified medium, elastic
@@ -168,25 +170,25 @@ class Agreement:
 
 
 def agreement(rows: Sequence[CurrentRow], bearing: float, elastic: float) -> Agreement:
-    """Compare the answers, up to 0.8 of the thresholds of both models."""
+    """Compare the methods; effective media up to 0.8 of the thresholds of both models."""
     leaking = [row for row in rows if row.value > 0]
     values = [row.value for row in leaking]
     below = {"bearing": 0.8 * bearing, "elastic": 0.8 * elastic}
-    far = [row for row in leaking if row.area <= below[row.model]]
-    cuts = [row for row in far if row.model == "bearing"]
-    pressed = [row for row in far if row.model == "elastic"]
+    open_ = [row for row in leaking if row.area <= below[row.model]]
+    bearing_rows = [row for row in open_ if row.model == "bearing"]
+    elastic_rows = [row for row in open_ if row.model == "elastic"]
     return Agreement(
         decades=float(np.log10(max(values) / min(values))),
         bands_overlap=sum(r.harmonic <= r.upper and r.arithmetic >= r.lower for r in leaking),
         compared=len(leaking),
-        bruggeman_bearing=_worst((row, row.bruggeman) for row in cuts),
-        modified_elastic=_worst((row, row.modified) for row in pressed),
-        modified_measured_elastic=_worst((row, row.modified_measured) for row in pressed),
+        bruggeman_bearing=_worst((row, row.bruggeman) for row in bearing_rows),
+        modified_elastic=_worst((row, row.modified) for row in elastic_rows),
+        modified_measured_elastic=_worst((row, row.modified_measured) for row in elastic_rows),
     )
 
 
-def _worst(pairs) -> float:
-    """Largest factor by which a number lies outside its bracket, at least 1; of (row, number)."""
+def _worst(pairs: Iterable[tuple[CurrentRow, float | None]]) -> float:
+    """Largest factor by which a current lies outside the bracket of its row, at least 1."""
     return max(
         (max(number / row.upper, row.lower / number, 1.0) for row, number in pairs if number),
         default=1.0,

@@ -1,9 +1,12 @@
-"""One saddle of an elastic contact as it closes: how the leak rate vanishes.
+"""The leak rate of one saddle of an elastic contact as it closes.
 
-The last channel of a seal ends in a saddle point of the gap, between two contact patches about to
-meet. For a hard wall without adhesion W. B. Dapp and M. H. Müser, EPL 109, 44001 (2015), found
-Q ∝ (p_c - p)^(69/20). The surface here is their square lattice, h = H (cos 2πy/λ - cos 2πx/λ):
-along the flow one saddle a period, at its middle, all others shut behind contact.
+The last channel of a seal closes at a saddle point of the gap, between two contact patches that are
+about to meet. For a hard wall without adhesion Q ∝ (p_c - p)^(69/20), according to W. B. Dapp and
+M. H. Müser, EPL 109, 44001 (2015). The surface is their square lattice,
+
+    h = H (cos 2πy/λ - cos 2πx/λ),
+
+with one saddle a period along the flow, at its middle; all others lie behind contact.
 """
 
 from collections.abc import Sequence
@@ -24,20 +27,21 @@ EXPONENT = 69 / 20
 # Lengths in λ, heights in H, pressures in E* H/λ, leak rates in H³ Δp/(12 η).
 CONTACT_MODULUS = 1.0
 TOLERANCE = 1e-10
-# Full contact is at 2π; below half of it the lattice has sealed long ago.
+# Full contact is at 2π; the lattice seals well below half of it.
 OPEN, SHUT = 0.5, np.pi
 SIDES = "periodic"
-# From where the lattice is far from closing to where 1024 samples no longer resolve the saddle.
+# From far before closing to the distance at which 1024 samples no longer resolve the saddle.
 DISTANCES = tuple(0.32 * 10 ** (-k / 4) for k in range(9))
-# On 16 the saddle is one sample wide at most distances, whose gap falls linearly, cubed.
+# On 16 samples the saddle is one sample wide at most distances: Q goes as the cube of a gap that
+# falls linearly, with exponent 3.
 LEAST_SAMPLES = 32
-# Local exponents of two grids that differ more say nothing.
+# Local exponents that differ more from one grid to the next are not used.
 TRUSTED = 0.05
 
 
 @dataclass(frozen=True)
 class Closing:
-    """Where the saddle closes: it leaks at `leaking` and is sealed at `sealed` [E* H/λ]."""
+    """Bracket of the closing pressure: leaking at `leaking`, sealed at `sealed` [E* H/λ]."""
 
     samples: int
     leaking: float
@@ -51,10 +55,10 @@ class Closing:
 
 @dataclass(frozen=True)
 class SaddlePoint:
-    """A contact near closing.
+    """A contact near closing, and its leak rate.
 
-    samples : a period
-    distance : (p_c - p) / p_c, p_c being that of the same grid
+    samples : along a period
+    distance : (p_c - p) / p_c, with the closing pressure p_c of the same grid
     area : A/A0; gap : at the saddle [H]
     lower, upper : bounds of the leak rate [H³ Δp/(12 η)]
     """
@@ -77,7 +81,8 @@ class LocalExponent:
     """d ln Q / d ln(p_c - p) between two distances.
 
     distance : geometric mean of the two
-    value : of the leak rates; error : what the brackets leave open; gap : the same of the gap
+    value : exponent of the leak rate; error : half-width from the brackets of the leak rates
+    gap : exponent of the gap at the saddle
     """
 
     distance: float = shown_as("(p_c - p)/p_c")
@@ -98,11 +103,11 @@ def pressed(samples: int, pressure: float) -> ContactState:
 
 
 def closing_pressure(samples: int, rtol: float = 1e-6) -> Closing:
-    """Bisect the pressure at which no open path is left.
+    """Bisect the pressure at which the last open path closes.
 
     Parameters
     ----------
-    samples : a period, even, so that one lies on the saddle
+    samples : along a period; even, so that one lies on the saddle
     rtol : width of the bracket over the pressure
 
     Raises
@@ -130,14 +135,14 @@ def close_saddle(
     rtol: float = 0.01,
     report: Report = silent,
 ) -> tuple[SaddlePoint, ...]:
-    """Leak rates at given distances from closing.
+    """Leak rates at several distances from closing.
 
     Parameters
     ----------
     closing : of the grid
     distances : (p_c - p) / p_c, falling
     rtol : of the certified leak rates
-    report : told of each point
+    report : called with each point
 
     Raises
     ------
@@ -166,7 +171,7 @@ def close_saddle(
 
 
 def local_exponents(points: Sequence[SaddlePoint]) -> tuple[LocalExponent, ...]:
-    """Exponents between neighbouring points, which all leak."""
+    """Local exponents between neighbouring points, all of which must leak."""
     return tuple(_between(far, near) for far, near in pairwise(points))
 
 
@@ -199,16 +204,17 @@ def limiting_exponent(
     Parameters
     ----------
     coarse, fine : on n and 2n samples, at the same distances
-    trusted : largest difference of the two at which a pair takes part
+    trusted : pairs that differ more are left out
 
     Returns
     -------
-    Limit; the error adds, in squares, that of the fit and what the extrapolation in n has moved.
+    Limit; its error is the root of the sum of squares of the standard error of the fit and of the
+    change by the extrapolation in n.
 
     Raises
     ------
     InvalidInput
-        If fewer than four pairs can be trusted.
+        If fewer than four pairs are left.
     """
     pairs = [(c, f) for c, f in zip(coarse, fine, strict=True) if abs(c.value - f.value) < trusted]
     if len(pairs) < 4:
@@ -218,20 +224,21 @@ def limiting_exponent(
         )
     distance = np.array([f.distance for _, f in pairs])
     on_fine = np.array([f.value for _, f in pairs])
-    moved = np.array([f.value - c.value for c, f in pairs])
-    (plain, *_), _ = _fit(distance, on_fine)
-    (value, amplitude, power), spread = _fit(distance, on_fine + moved)
-    return Limit(value, float(np.hypot(spread, value - plain)), amplitude, power)
+    change = np.array([f.value - c.value for c, f in pairs])
+    (fine_value, *_), _ = _fit(distance, on_fine)
+    # First order in the spacing: the same change again from 2n samples to infinitely many.
+    (value, amplitude, power), spread = _fit(distance, on_fine + change)
+    return Limit(value, float(np.hypot(spread, value - fine_value)), amplitude, power)
 
 
 def _fit(distance: np.ndarray, exponent: np.ndarray) -> tuple[tuple[float, ...], float]:
-    """Least squares of β + a distance^ω; the three, and the standard error of β."""
+    """Least squares fit of β + a distance^ω: (β, a, ω), and the standard error of β."""
     from scipy.optimize import curve_fit
 
-    found, covariance = curve_fit(
+    parameters, covariance = curve_fit(
         lambda x, limit, amplitude, power: limit + amplitude * x**power,
         distance,
         exponent,
         p0=(exponent[-1], 1.0, 0.5),
     )
-    return tuple(map(float, found)), float(np.sqrt(covariance[0, 0]))
+    return tuple(map(float, parameters)), float(np.sqrt(covariance[0, 0]))

@@ -16,19 +16,19 @@ from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 from fem_seal.topology.percolation import is_sealed
 
-# Of all pairs the one whose geometry the flow solver has, too.
+# The pair of connectivities that agrees with the gap of the flow solver.
 REFERENCE = "triangulation"
-# Step back from a load at which the last constriction is a matter of the contact's tolerance.
+# Factor on a load at which the tolerance of the contact decides whether the constriction is open.
 LESS_LOAD = 0.998
 
 
 @dataclass(frozen=True)
 class Search:
-    """How thresholds are looked for.
+    """Settings of the search for thresholds.
 
     resolution : width of the brackets in A/A0
-    edges : names out of `spanning.EDGES`
-    flow : whether the flow through the last open contact is solved for its constriction
+    edges : names in `spanning.EDGES`
+    flow : whether the flow through the last open contact is solved, for its constriction
     """
 
     resolution: float = 0.002
@@ -48,7 +48,7 @@ class SeedThresholds:
     """Thresholds of one surface under one model.
 
     brackets : of every criterion
-    constriction : of the last contact seen that leaks between side walls, if it was asked for
+    constriction : of the last computed contact that leaks between side walls, if `search.flow`
     """
 
     case: RoughCase
@@ -61,12 +61,12 @@ class SeedThresholds:
     peak_memory_bytes: int
 
     def of(self, pair: str, edges: str, corrected: bool = False) -> float:
-        """A*/A0 of a pair of connectivities: mean of where the two phases change over.
+        """A*/A0 of a pair of connectivities: mean of where contact begins and open ceases to span.
 
         Parameters
         ----------
         pair : one of `spanning.PAIRS`
-        edges : one that was searched
+        edges : one of `search.edges`
         corrected : whether the perimeter correction of the area is applied
         """
         return float(np.mean([_area(b, corrected) for b in self._pair(pair, edges)]))
@@ -84,8 +84,8 @@ class SeedThresholds:
 
     def _pair(self, pair: str, edges: str) -> tuple[Bracket, Bracket]:
         contact, open_ = choose(PAIRS, pair, "pair")
-        found = {bracket.criterion: bracket for bracket in self.brackets}
-        return found[Criterion("contact", contact, edges)], found[Criterion("open", open_, edges)]
+        of = {bracket.criterion: bracket for bracket in self.brackets}
+        return of[Criterion("contact", contact, edges)], of[Criterion("open", open_, edges)]
 
 
 def _area(bracket: Bracket, corrected: bool) -> float:
@@ -102,15 +102,15 @@ def seed_thresholds(
     threads: int = 1,
     report: Report = silent,
 ) -> SeedThresholds:
-    """Find the thresholds of one surface.
+    """Compute the thresholds of one surface under one model.
 
     Parameters
     ----------
     case, seed : the surface
     model : "bearing" or "elastic"
-    search : how to look
+    search : settings
     threads : of the FFTs
-    report : told of each contact
+    report : called with each contact
 
     Raises
     ------
@@ -137,7 +137,7 @@ def seed_thresholds(
         sealing = Criterion("open", "triangulation", "open")
         last = next(b.before.load for b in brackets if b.criterion == sealing)
         gap = _last_open(surface, pressing, last, threads)
-        # A wavelength has one constriction; two samples at least, to hold a triangle.
+        # A disc of one wavelength holds one constriction; two samples at least hold a triangle.
         constriction = constriction_share(gap, max(case.short, 2) * PITCH)
     return SeedThresholds(
         case=case,
@@ -152,7 +152,7 @@ def seed_thresholds(
 
 
 def _last_open(surface: GridField, pressing: Model, load: float, threads: int) -> GridField:
-    """Gap under a load seen open; a little less where a cold start seals it by a sample."""
+    """Open gap under a load, or a slightly smaller one if a cold start seals it by a sample."""
     while True:
         gap = pressing.press(surface, load, None, threads).gap
         if not is_sealed(gap, "wall", "linear"):

@@ -1,4 +1,4 @@
-"""What is looked at in each contact: who spans, Euler characteristics, largest patches."""
+"""Measures of a contact: spanning phases, Euler characteristics, largest patches."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from fem_seal.topology.percolation import spans, winds
 if TYPE_CHECKING:
     from fem_seal.contact.state import GapState
 
-# Connectivities of (contact, open). The last is no dual pair: where neither phase is connected
-# through corners, both may fail to span.
+# Connectivities of (contact, open). All are dual pairs but the last: with it neither phase is
+# connected through corners, so that both may fail to span.
 PAIRS = {
     "triangulation": ("triangulation", "triangulation"),
     "contact-8": ("8", "4"),
@@ -37,7 +37,7 @@ TORUS = (True, True)
 
 @dataclass(frozen=True)
 class Criterion:
-    """An event that comes once as the load grows: contact begins, or open ceases, to span.
+    """An event that occurs once as the load grows: contact begins, or open ceases, to span.
 
     phase : "contact" or "open"; connectivity : of that phase; edges : one of EDGES
     """
@@ -47,21 +47,21 @@ class Criterion:
     edges: str
 
     def crossed(self, contact: np.ndarray) -> bool:
-        """Whether it has come in this contact."""
-        reaches = EDGES[self.edges]
+        """Whether the event has occurred in a contact, (nx, ny) bool."""
+        spans_edges = EDGES[self.edges]
         if self.phase == "contact":
-            return reaches(contact, self.connectivity)
-        return not reaches(~contact, self.connectivity)
+            return spans_edges(contact, self.connectivity)
+        return not spans_edges(~contact, self.connectivity)
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Numbers of one contact.
+    """Measures of one contact.
 
     load : of its model
-    area, area_corrected : A/A0 counted, and less what pixels add along the perimeter
-    euler_contact, euler_open : of both phases on the torus, by connectivity of that phase; with a
-        dual pair their sum is 0
+    area : A/A0 counted; area_corrected : A/A0 less the area that pixels add along the perimeter
+    euler_contact, euler_open : Euler characteristics on the torus by connectivity of the phase;
+        their sum is 0 for a dual pair
     largest_contact, largest_open : share of A0 of the largest patch of each phase
     mean_gap : [m]
     """
@@ -77,7 +77,7 @@ class Snapshot:
 
     @property
     def perimeter(self) -> float:
-        """Edges of pixels between contact and open, for each sample of the surface."""
+        """Number of pixel edges between contact and open over the number of samples."""
         from fem_seal.contact.state import PERIMETER_FACTOR
 
         return (self.area - self.area_corrected) / PERIMETER_FACTOR
@@ -107,7 +107,7 @@ def _largest_share(mask: np.ndarray) -> float:
 
 
 def criteria_of(edges: Sequence[str]) -> tuple[Criterion, ...]:
-    """All criteria that the pairs need for the given edges.
+    """All criteria that the pairs need for these edges.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Points of a study in files of their own: whole or not there, never computed twice."""
+"""Points of a study, each in a file of its own, so that no point is computed twice."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -46,8 +46,8 @@ class PointStore(Generic[Point]):
         Parameters
         ----------
         name : of the file, without suffix
-        compute : gives the point if the folder does not hold it
-        same : whether a point that was read has the settings wanted now
+        compute : called if the folder does not hold the point
+        same : whether a stored point has the settings of this run
 
         Raises
         ------
@@ -68,9 +68,9 @@ class PointStore(Generic[Point]):
         return point
 
     def there(self, pattern: str) -> list[Point]:
-        """Points of the folder, by this writer or others, whose names match a glob.
+        """Points of the folder, by this process or others, whose names match a glob.
 
-        A file that cannot be read is left out: whoever needs its point is told by `point`.
+        Files that cannot be read are left out; `point` raises InvalidInput for them.
         """
         points = []
         for path in sorted(self.folder.glob(f"{pattern}.json")):

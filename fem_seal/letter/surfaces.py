@@ -1,4 +1,4 @@
-"""The letter's surfaces and the two ways of pressing them."""
+"""The letter's surfaces and its two models of contact."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from fem_seal.grid import GridField
 if TYPE_CHECKING:
     from fem_seal.contact.state import GapState
 
-# Every result is a ratio; these units cancel.
+# All results are ratios, in which these values cancel.
 PITCH = 1e-6  # distance of samples [m]
 SLOPE = 0.1  # rms slope
 CONTACT_MODULUS = 10e6  # [Pa]
 VISCOSITY = 1e-3  # [Pa s]
 PRESSURE_DROP = 1e5  # [Pa]
 
-# The contact set is exact but for a few samples.
+# At this tolerance the contact set is exact but for a few samples.
 CONTACT_TOLERANCE = 1e-6
 
 
@@ -64,11 +64,11 @@ class RoughCase:
 
 @dataclass(frozen=True)
 class Model:
-    """A way of pressing a surface under a load that orders its contacts.
+    """A model of contact under a load; contact grows with the load.
 
-    press : (surface, load, pressure to start from or None, FFT threads) -> state
-    low, high : loads between which percolation is looked for first
-    limit : no load is larger
+    press : (surface, load, initial pressure or None, FFT threads) -> state
+    low, high : first guess of a bracket of the percolation load
+    limit : largest load
     """
 
     press: Callable[[GridField, float, "np.ndarray | None", int], "GapState"]
@@ -103,7 +103,7 @@ def _press_elastic(
     )
 
 
-# Elastic loads of 0.1 and 0.35 touch on about 0.23 and 0.62 of the area.
+# At elastic loads of 0.1 and 0.35, A/A0 is about 0.23 and 0.62.
 MODELS = {
     "bearing": Model(_press_bearing, 0.3, 0.7, 0.99),
     "elastic": Model(_press_elastic, 0.1, 0.35, 10.0),
@@ -111,7 +111,7 @@ MODELS = {
 
 
 def at_area(surface: GridField, model: str, area_fraction: float, threads: int = 1) -> "GapState":
-    """Contact of a model at a given contact area fraction; 0 is first contact.
+    """Contact of a model at a contact area fraction; 0 is first contact.
 
     Raises
     ------

@@ -12,13 +12,12 @@ from fem_seal.letter.spanning import PAIRS
 class ThresholdRow:
     """Thresholds of an ensemble: means over seeds; spreads are standard deviations of one seed.
 
-    n .. model : the ensemble; pair, edges : what spanning means
+    n, hurst, short, long, model : the ensemble; pair, edges : definition of spanning
     threshold, spread : A*/A0
     corrected, corrected_spread : after the perimeter correction; elastic contact only
-    contact_begins, open_ceases : the two areas whose mean A* is
-    euler_contact, euler_open : at the contact nearest to A*, on the torus
-    perimeter : edges of pixels between contact and open there, for each sample of the surface
-    largest_contact, largest_open : shares of A0 there
+    contact_begins, open_ceases : A/A0 of the two events, whose mean is A*
+    euler_contact, euler_open, perimeter, largest_contact, largest_open : of the contact nearest to
+        A*, as in `Snapshot`
     constriction_gap : [m]; constriction_share : of the dissipation
     """
 
@@ -54,13 +53,14 @@ def threshold_rows(points: list[SeedThresholds]) -> list[ThresholdRow]:
 def _row(points: list[SeedThresholds], pair: str, edges: str) -> ThresholdRow:
     case = points[0].case
     raw = [point.of(pair, edges) for point in points]
-    # A pixel that carries pressure counts whole; a cut through the heights counts without bias.
+    # A pixel that carries any pressure counts as contact, which biases the elastic area; counting
+    # samples above a cut has no bias.
     elastic = points[0].model == "elastic"
     corrected = [point.of(pair, edges, corrected=True) for point in points if elastic]
     begins, ceases = np.mean([point.between(pair, edges) for point in points], axis=0)
     contact, open_ = PAIRS[pair]
-    near = [point.at_threshold(edges) for point in points]
-    tight = [point.constriction for point in points if point.constriction]
+    snapshots = [point.at_threshold(edges) for point in points]
+    constrictions = [point.constriction for point in points if point.constriction]
     return ThresholdRow(
         n=case.n,
         hurst=case.hurst,
@@ -72,20 +72,24 @@ def _row(points: list[SeedThresholds], pair: str, edges: str) -> ThresholdRow:
         seeds=len(points),
         threshold=float(np.mean(raw)),
         spread=_spread(raw),
-        corrected=float(np.mean(corrected)) if corrected else None,
+        corrected=_mean(corrected),
         corrected_spread=_spread(corrected),
         contact_begins=float(begins),
         open_ceases=float(ceases),
-        euler_contact=float(np.mean([end.euler_contact[contact] for end in near])),
-        euler_open=float(np.mean([end.euler_open[open_] for end in near])),
-        perimeter=float(np.mean([end.perimeter for end in near])),
-        largest_contact=float(np.mean([end.largest_contact for end in near])),
-        largest_open=float(np.mean([end.largest_open for end in near])),
-        constriction_gap=float(np.mean([t.gap for t in tight])) if tight else None,
-        constriction_share=float(np.mean([t.share for t in tight])) if tight else None,
+        euler_contact=float(np.mean([end.euler_contact[contact] for end in snapshots])),
+        euler_open=float(np.mean([end.euler_open[open_] for end in snapshots])),
+        perimeter=float(np.mean([end.perimeter for end in snapshots])),
+        largest_contact=float(np.mean([end.largest_contact for end in snapshots])),
+        largest_open=float(np.mean([end.largest_open for end in snapshots])),
+        constriction_gap=_mean([constriction.gap for constriction in constrictions]),
+        constriction_share=_mean([constriction.share for constriction in constrictions]),
     )
 
 
+def _mean(values: list[float]) -> float | None:
+    return float(np.mean(values)) if values else None
+
+
 def _spread(values: list[float]) -> float | None:
-    """Standard deviation of one seed; one seed has none."""
+    """Standard deviation over seeds; None for a single seed."""
     return float(np.std(values, ddof=1)) if len(values) > 1 else None

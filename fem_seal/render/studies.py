@@ -142,7 +142,7 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
 
 
 def _shades(number: int) -> list[tuple[float, ...]]:
-    """Colours from light (coarse) to dark (fine), which keep their order in grey print."""
+    """Colours from light (coarse) to dark (fine), whose order survives printing in grey."""
     from matplotlib import colormaps
 
     return [colormaps["plasma"](0.85 * (1 - k / max(number - 1, 1))) for k in range(number)]

@@ -1,4 +1,4 @@
-"""The outcome of a trade in words."""
+"""The cheapest point of a trade for each accuracy, in words."""
 
 from collections.abc import Sequence
 
@@ -8,16 +8,17 @@ TARGETS = (0.5, 0.2, 0.1, 0.05, 0.02)
 
 
 def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, ...]:
-    """Say in words which point is the cheapest for each error wanted.
+    """Name the cheapest point of a trade for each total error.
 
     Parameters
     ----------
     result : of `trade`
-    targets : relative errors
+    targets : total relative errors
 
     Returns
     -------
-    A sentence for each target; one for all where the contact grids have told nothing yet.
+    A sentence for each target; a single one if the leak rate still changes by its own size from
+    one contact grid to the next, so that its limit is unknown.
     """
     if result.uncertainty >= 1:
         return (
@@ -28,19 +29,19 @@ def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, .
 
 
 def _advice(result: Trade, target: float) -> str:
-    wanted = f"for {100 * target:g} %"
-    good = [point for point in result.points if point.total_error <= target]
-    if not good:
+    prefix = f"for {100 * target:g} %"
+    accurate = [point for point in result.points if point.total_error <= target]
+    if not accurate:
         least = min(result.points, key=lambda point: point.total_error)
-        return f"{wanted}: nothing tried here; the best is {_describe(least)}"
-    cheapest = min(good, key=lambda point: point.seconds)
-    certified = [point for point in good if point.certified]
+        return f"{prefix}: nothing tried here; the best is {_describe(least)}"
+    cheapest = min(accurate, key=lambda point: point.seconds)
+    certified = [point for point in accurate if point.certified]
     if not certified:
-        return f"{wanted}: only without bounds, {_describe(cheapest)}"
-    known = min(certified, key=lambda point: point.seconds)
-    if known is cheapest:
-        return f"{wanted}: {_describe(known)}"
-    return f"{wanted}: {_describe(known)}; without bounds of its own {_describe(cheapest)}"
+        return f"{prefix}: only without bounds, {_describe(cheapest)}"
+    bounded = min(certified, key=lambda point: point.seconds)
+    if bounded is cheapest:
+        return f"{prefix}: {_describe(bounded)}"
+    return f"{prefix}: {_describe(bounded)}; without bounds of its own {_describe(cheapest)}"
 
 
 def _describe(point: Point) -> str:

@@ -1,10 +1,10 @@
-"""Every method on the same gap over ever finer grids: who errs high, who low, how fast each heals.
+"""Every method on the same gap over ever finer grids: sign, size and order of each error.
 
-A row is one method on one grid. Linear elements give two rows that are bounds and one that is their
-geometric mean, quadratic ones an upper bound; finite differences give a number, whose error band is
-taken to be its last change. Each number is judged against a reference that no finite difference
-enters: the exact leak rate where it is known, otherwise the narrowest certified bracket of the same
-gap.
+A row is one method on one grid. Linear elements give three rows: both bounds and their geometric
+mean; quadratic elements give an upper bound; finite differences give a number whose error band is
+taken to be its change from the grid before. Each number is compared with a reference that finite
+differences do not enter: the exact leak rate where it is known, otherwise the narrowest certified
+bracket of the same gap.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,19 +21,19 @@ from fem_seal.verification.methods import METHODS, QUADRATIC, Answer, Setting
 from fem_seal.verification.refined import refined
 
 SMOOTH_ORDER = 2.0  # of linear elements and of central differences, for the energy
-EXACT = 1e-7  # relative error that stands for none: CG stops at 1e-8 of the energy
+EXACT = 1e-7  # a smaller relative error counts as none: CG stops at 1e-8 of the energy
 
 
 @dataclass(frozen=True)
 class Row:
-    """An answer, judged.
+    """An answer, compared with the reference.
 
     squares : of the grid along the flow; unknowns : of the solve
     value : leak rate [m^3/s]; error : relative to the reference
-    band : what the method itself says about its error, relative: the half-width of the bracket,
-        or the last change; None where it says nothing
+    band : the method's own estimate of its relative error: half-width of the bracket, or change
+        from the grid before; None without either
     order, expected : of convergence in the spacing, observed and from theory; None where the error
-        is below what the reference can tell, or theory says nothing simple
+        is below the half-width of the reference, or theory gives no simple order
     verdict : see `judge`
     seconds : of CPU time
     """
@@ -52,7 +52,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Reference:
-    """The truth, or the narrowest bracket around it."""
+    """The exact leak rate, or the narrowest certified bracket [m^3/s]."""
 
     lower: float
     upper: float
@@ -69,7 +69,7 @@ def on_exact_case(
     methods: Sequence[str] = tuple(METHODS),
     report: Report = silent,
 ) -> tuple[Row, ...]:
-    """Every method against a leak rate that is known.
+    """Compare every method with a leak rate that is known.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ def on_exact_case(
 
     Returns
     -------
-    Rows, by method and grid; `verdict` says "high", "low" or "exact". The bounds hold for the gap
-    as sampled, so that on a coarse grid both may lie on one side of the true answer.
+    Rows by method and grid, with the verdict "high", "low" or "exact". The bounds hold for the gap
+    as sampled, so that on a coarse grid both may lie on one side of the exact leak rate.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def on_exact_case(
         For an unknown method.
     """
     setting = Setting(1 / 12, 1.0, case.sides, case.representation, 0.01)
-    # The adaptive method leaves the grid behind at once: the last one says all.
+    # The adaptive method refines on its own: one run, on the finest grid, is enough.
     chosen = {n: [m for m in methods if m != "adaptive" or n == max(squares)] for n in squares}
     series = {n: _geometric_mean(case.gaps(n), setting, chosen[n], report) for n in squares}
     orders = {QUADRATIC: case.quadratic_order or case.order}
@@ -104,19 +104,19 @@ def on_gap(
     methods: Sequence[str] = tuple(METHODS),
     report: Report = silent,
 ) -> tuple[tuple[Row, ...], Reference]:
-    """Every method on a gap whose leak rate nobody knows, judged by the certified bracket.
+    """Compare every method with the certified bracket of a gap whose leak rate is not known.
 
     Parameters
     ----------
-    gap : [m], leaking; each further grid halves the spacing and changes nothing of the gap
+    gap : [m], leaking; each further grid halves the spacing of the same gap
     setting : fluid, drive, tolerance of the adaptive bracket
-    grids : how many
+    grids : number of grids
     methods : names in `METHODS`; "uniform" or "adaptive" must be among them
     report : called with the grid and the method
 
     Returns
     -------
-    Rows by method and grid, and the bracket they are judged by.
+    Rows by method and grid, and the bracket that is their reference.
 
     Raises
     ------
@@ -125,16 +125,17 @@ def on_gap(
     """
     series = {}
     for times in range(grids):
-        # The same gap on every grid: one adaptive answer says all.
-        here = [name for name in methods if times == 0 or name != "adaptive"]
+        # The gap is the same on every grid, so that one adaptive run is enough.
+        chosen = [name for name in methods if times == 0 or name != "adaptive"]
         fine = refined(gap, setting.representation, times)
-        series[fine.shape[0]] = _answers(fine, setting, here, report)
+        series[fine.shape[0]] = _answers(fine, setting, chosen, report)
     answers = [answer for group in series.values() for answer in group]
     reference = Reference(
         max(answer.value for answer in answers if answer.certified == "below"),
         min(answer.value for answer in answers if answer.certified == "above"),
     )
-    # The kinks of the gap along the pixels' sides meet at the samples: no simple order there.
+    # Kinks of the gap along the pixels' sides meet at the samples: quadratic elements lose their
+    # order there.
     return tuple(_rows(series, reference, SMOOTH_ORDER, {QUADRATIC: None})), reference
 
 
@@ -152,7 +153,7 @@ def _answers(
 def _geometric_mean(
     gaps: Sequence[GridField], setting: Setting, methods: Sequence[str], report: Report
 ) -> list[Answer]:
-    """Answers for several gaps as one; bounds of the factors bound the product."""
+    """Geometric mean of the answers for several gaps; the mean of bounds is a bound."""
     runs = [_answers(gap, setting, methods, report) for gap in gaps]
     return [
         replace(
@@ -171,13 +172,16 @@ def _rows(
     expected: float | None,
     orders: dict[str, float | None],
 ) -> Iterator[Row]:
-    """Follow each method through the grids; `orders` are those of methods with their own."""
+    """Rows of each method over the grids.
+
+    `orders` holds the expected orders of methods that differ from `expected`.
+    """
     names = dict.fromkeys(answer.method for group in series.values() for answer in group)
     for name in names:
-        seen = [(n, a) for n, group in series.items() for a in group if a.method == name]
-        errors = [answer.value / reference.value - 1 for _, answer in seen]
-        for k, (n, answer) in enumerate(seen):
-            change = abs(answer.value - seen[k - 1][1].value) / answer.value if k else nan
+        answers = [(n, a) for n, group in series.items() for a in group if a.method == name]
+        errors = [answer.value / reference.value - 1 for _, answer in answers]
+        for k, (n, answer) in enumerate(answers):
+            change = abs(answer.value - answers[k - 1][1].value) / answer.value if k else nan
             band = _half_width(answer, series[n]) or (change if isfinite(change) else None)
             yield Row(
                 method=name,
@@ -211,26 +215,26 @@ def _observed(coarse: float, fine: float, reference: Reference) -> float | None:
 
 
 def judge(answer: Answer, band: float | None, reference: Reference) -> str:
-    """Hold a number and its error band against the certified bracket.
+    """Compare a number and its error band with the certified bracket.
 
     Returns
     -------
-    "bound" for bounds; "inside" the bracket; "agrees" if the two bands meet; "disagrees" if they
-    do not, so that one of the two is wrong about its error; "outside" if the number claims
-    nothing about its error, as the first of a series; "not converged" if it has no number.
+    "bound" for bounds; "inside" the bracket; "agrees" if band and bracket overlap; "disagrees" if
+    they do not, so that the method underestimates its error; "outside" if the number lies outside
+    the bracket and has no band, as the first of a series; "not converged" without a number.
     """
     if isnan(answer.value):
         return "not converged"
     if answer.certified:
         return "bound"
-    room = EXACT * reference.value
-    if reference.lower - room <= answer.value <= reference.upper + room:
+    rounding = EXACT * reference.value
+    if reference.lower - rounding <= answer.value <= reference.upper + rounding:
         return "inside"
     if band is None:
         return "outside"
     low, high = answer.value * (1 - band), answer.value * (1 + band)
-    meet = low <= reference.upper and reference.lower <= high
-    return "agrees" if meet else "disagrees"
+    overlap = low <= reference.upper and reference.lower <= high
+    return "agrees" if overlap else "disagrees"
 
 
 def _side(error: float) -> str:

@@ -1,4 +1,4 @@
-"""Gaps whose leak rate is known exactly, on grids as fine as one likes.
+"""Gaps whose leak rate is known exactly, sampled on any grid.
 
 Everywhere Δp = 1 and η = 1/12, so that the film conductivity is K = g³.
 """
@@ -21,16 +21,16 @@ SMOOTH = 0.5 * np.log(1e4)  # exponent of the smooth checkerboard, contrast 1e4
 
 @dataclass(frozen=True)
 class ExactCase:
-    """A leak rate that is known, and the gaps that approach it.
+    """A gap whose leak rate is known, and its samples on any grid.
 
-    gaps : from the number of squares along the flow to the gaps; the geometric mean of their leak
-        rates is compared with `exact`, which serves duality, where it is a product that is known
+    gaps : function from the number of squares along the flow to one or more gaps; `exact` is the
+        geometric mean of their leak rates (duality gives the product of two)
     representation, sides : of the gaps
     exact : leak rate at Δp = 1, η = 1/12
-    order : expected order of convergence of each bound in the spacing; None if not known
-    source : of the exact value, and why this order
-    quadratic_order : of quadratic elements where it is another one; a gap that is only sampled, or
-        a corner, leaves them the order of linear ones
+    order : expected order of convergence of each bound in the spacing; None if unknown
+    source : of the exact value and of the order
+    quadratic_order : expected order of quadratic elements if it differs from `order`; they gain
+        nothing where the gap itself is interpolated or a corner limits the order
     """
 
     gaps: Callable[[int], tuple[GridField, ...]]
@@ -77,7 +77,13 @@ def _channel(n: int) -> tuple[GridField, ...]:
 
 
 def block_gap(conductivity: np.ndarray, n: int) -> GridField:
-    """Squares of given conductivity over the unit square, on n × n pixels."""
+    """Squares of these conductivities K = g³ over the unit square, on n × n pixels.
+
+    Parameters
+    ----------
+    conductivity : (k, k) float, the first axis along the flow
+    n : pixels along a side, k times a power of two
+    """
     gap = GridField(np.cbrt(conductivity), tuple(1 / m for m in conductivity.shape))
     return refined(gap, "constant", round(np.log2(n / conductivity.shape[0])))
 
@@ -99,7 +105,7 @@ def _smooth_checkerboard(n: int) -> tuple[GridField, ...]:
 
 
 def _discs(n: int) -> tuple[GridField, ...]:
-    """A quarter of the cell, whose sides are mirrors."""
+    """A quarter of the cell; its sides are mirror lines, which no flow crosses."""
     gap = pixel_gap(lambda x, y: (np.hypot(x, y) >= RADIUS) * 1.0, (n, n), (0.5, 0.5))
     return (gap,)
 
@@ -166,6 +172,6 @@ CASES: dict[str, ExactCase] = {
         *(_dual_pair, "constant", "wall"),
         1.0,
         None,
-        "Keller 1964: Q_x[K] Q_y[1/K] = 1, here its square root",
+        "Keller 1964: Q_x[K] Q_y[1/K] = 1, of which this is the square root",
     ),
 }

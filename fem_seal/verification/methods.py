@@ -1,4 +1,4 @@
-"""Held side by side: finite differences by link rule, linear, quadratic and adaptive elements."""
+"""The compared methods: finite differences by link rule, linear, quadratic, adaptive elements."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -12,13 +12,18 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 
 QUADRATIC = "P2 upper"
-# On 256² samples the letter's relaxation takes 2 to 10 s, on 512² half a minute and more.
+# The letter's relaxation takes 2 to 10 s on 256² samples, half a minute and more on 512².
 CASCADE_UNKNOWNS = 70_000
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What all methods share: fluid, drive, how the gap is read, tolerance of the adaptive one."""
+    """Fluid, drive and reading of the gap for all methods.
+
+    viscosity : [Pa s]; pressure_drop : [Pa]
+    sides : "wall" or "periodic"; representation : "linear" or "constant"
+    rtol : of the adaptive bracket, (upper - lower) / √(lower upper)
+    """
 
     viscosity: float
     pressure_drop: float
@@ -29,9 +34,11 @@ class Setting:
 
 @dataclass(frozen=True)
 class Answer:
-    """One number of one method on one grid, nan where it did not converge.
+    """One number of one method on one grid.
 
-    certified : "above" or "below" for a bound: on which side of the truth it lies
+    value : leak rate [m^3/s], nan if the method did not converge
+    certified : "above" for an upper bound, "below" for a lower bound, else ""
+    seconds : of CPU time
     """
 
     method: str
@@ -44,7 +51,7 @@ class Answer:
 def _bounds(gap: GridField, setting: Setting, method: str) -> LeakRate:
     from fem_seal.flow import Limits, leak_rate
 
-    # A limit of one unknown ends the uniform method after the grid itself.
+    # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
     return leak_rate(
         gap,
         viscosity=setting.viscosity,
@@ -107,7 +114,7 @@ def _finite_differences(links: str, cascade: bool) -> Callable[..., Iterator[Ans
                 cascade=cascade,
             )
         except NotConverged:
-            # The relaxation, near percolation: a finding of the comparison and not its end.
+            # Near percolation the relaxation may fail: that is a row of the comparison.
             yield Answer(name, nan, "", gap.values.size, process_time() - start)
         else:
             yield Answer(name, leak.value, "", leak.unknowns, process_time() - start)

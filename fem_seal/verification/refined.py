@@ -1,4 +1,4 @@
-"""The same gap on a grid twice as fine: what every method must converge on to one number."""
+"""The same gap on finer grids, on which every method must converge to the same leak rate."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ from fem_seal.registry import choose
 
 
 def _halved_pixels(gap: GridField) -> GridField:
-    """Cut each square pixel into four of the same gap."""
+    """Cut each pixel of constant gap into four."""
     values = gap.values.repeat(2, axis=0).repeat(2, axis=1)
     return GridField(values, tuple(0.5 * s for s in gap.spacing), gap.periodic)
 
@@ -19,13 +19,13 @@ _FINER: dict[str, Callable[[GridField], GridField]] = {
 
 
 def refined(gap: GridField, representation: str, times: int = 1) -> GridField:
-    """Sample the gap as represented on a grid 2^times as fine; not a digit of it changes.
+    """Sample a gap, as represented, on a grid 2^times as fine; the gap itself does not change.
 
     Parameters
     ----------
     gap : gap [m]
     representation : "linear" (linear on the alternating triangles) or "constant" (square pixels)
-    times : how often the spacing is halved
+    times : number of times that the spacing is halved
 
     Returns
     -------

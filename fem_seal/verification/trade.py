@@ -2,8 +2,8 @@
 
 The error of a leak rate has two parts. The flow part is the half-width of the certified bracket,
 or, for finite differences, the distance from the best answer on the same gap. The contact part is
-what the grid of the contact has missed: the same surface under the same load is solved on finer and
-finer grids, and their leak rates are extrapolated.
+the discretization error of the contact: the same surface under the same load is solved on finer and
+finer grids, and the distance of each leak rate from the extrapolated one is its contact part.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ LEAST_SAMPLES = 8
 
 @dataclass(frozen=True)
 class Choice:
-    """A way to compute the flow; `rtol` is None where the method has no tolerance."""
+    """A flow method; `rtol` is None if the method has no tolerance."""
 
     method: str
     rtol: float | None
@@ -43,15 +43,16 @@ class Choice:
 
 @dataclass(frozen=True)
 class Point:
-    """One leak rate, what is wrong with it and what it has cost.
+    """One leak rate, its error and its cost.
 
     samples : (nx, ny) of the contact grid
     flow : the method and its tolerance
     leak_rate, lower, upper : [m^3/s]; no bounds for finite differences
     contact_error, flow_error, total_error : relative, the last being the sum
     seconds : of CPU time, contact and flow; contact_seconds : of the contact alone
-    memory_bytes : largest resident memory of the process meanwhile, libraries included
-    pareto : whether no other point of its kind, with or without bounds, is cheaper and better
+    memory_bytes : largest resident memory of the process during the flow solve, with libraries
+    pareto : whether no other point of its kind, with or without bounds, is both faster and more
+        accurate
     """
 
     samples: tuple[int, int]
@@ -75,7 +76,7 @@ class Point:
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """A flow solve on one contact grid before it is judged."""
+    """A flow solve on one contact grid, before its error is known."""
 
     samples: tuple[int, int]
     flow: Choice
@@ -87,14 +88,14 @@ class _Run:
 
 @dataclass(frozen=True)
 class Trade:
-    """All points; the extrapolated leak rate that judges them and its relative uncertainty."""
+    """All points, the extrapolated leak rate [m^3/s] and its relative uncertainty."""
 
     points: tuple[Point, ...]
     reference: float
     uncertainty: float
 
     def front(self, certified: bool) -> tuple[Point, ...]:
-        """Pareto front in time from cheap to accurate, of the points with or without bounds."""
+        """Pareto front, the fastest point first, of the points with or without bounds."""
         points = (p for p in self.points if p.pareto and p.certified == certified)
         return tuple(sorted(points, key=lambda p: p.seconds))
 
@@ -110,11 +111,11 @@ def trade(
 
     Parameters
     ----------
-    scene : with a surface and a contact; its own flow method and rtol play no part
+    scene : with a surface and a contact; its flow method and rtol are not used
     factors : multiples of the scene's samples, at least three that give whole numbers; below 1
-        the surface loses the waves that the coarse grid cannot hold
+        the surface loses the waves shorter than two samples of the coarse grid
     tolerances : rtol of the adaptive method
-    report : called with the point and its latest news
+    report : called with the stage and its progress
 
     Returns
     -------
@@ -143,7 +144,7 @@ def trade(
 
 
 def _warm_up() -> None:
-    """Load the libraries before the clock runs: they would be charged to the first point."""
+    """Load the libraries first: otherwise the first point would be charged for them."""
     from fem_seal.flow import leak_rate
 
     leak_rate(GridField(np.ones((8, 8)), (1.0, 1.0)), viscosity=1.0, pressure_drop=1.0)
@@ -151,10 +152,10 @@ def _warm_up() -> None:
 
 def _shapes(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:
     ratios = sorted(Fraction(factor).limit_denominator(1024) for factor in factors)
-    wanted = [tuple(n * ratio for n in shape) for ratio in ratios]
+    scaled = [tuple(n * ratio for n in shape) for ratio in ratios]
     whole = [
         tuple(map(int, samples))
-        for samples in wanted
+        for samples in scaled
         if all(n.denominator == 1 and n >= LEAST_SAMPLES for n in samples)
     ]
     if len(whole) < 3:
@@ -173,7 +174,7 @@ def _choices(tolerances: Sequence[float]) -> list[Choice]:
 def _on_grid(
     scene: Scene, surface: GridField, tolerances: Sequence[float], report: Report
 ) -> list[_Run]:
-    """Solve the contact once and the flow in every way."""
+    """Solve the contact once and the flow by every method."""
     seal = Seal(scene)
     seal.surface = surface
     name = " x ".join(map(str, surface.shape))
@@ -184,7 +185,7 @@ def _on_grid(
     runs = []
     for choice in _choices(tolerances):
         report(f"contact {name}", str(choice))
-        # On the grid of the gap alone: a limit of one unknown ends the uniform method there.
+        # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
         limits = {"max_unknowns": 1 if choice.method == "uniform" else scene.flow.max_unknowns}
         flow = scene.flow.model_copy(
             update={"method": choice.method, "rtol": choice.rtol or scene.flow.rtol, **limits}
@@ -201,12 +202,12 @@ def _on_grid(
 
 
 def _forget_peak() -> None:
-    """Let the kernel count the largest resident memory anew (proc(5), clear_refs)."""
+    """Reset the kernel's record of the largest resident memory (proc(5), clear_refs)."""
     Path("/proc/self/clear_refs").write_text("5")
 
 
 def _judged(runs: Sequence[_Run]) -> Trade:
-    # Tolerances fall: the last adaptive answer on each grid is the best.
+    # Tolerances fall, so that the last adaptive run on each grid is the most accurate.
     best = {run.samples: run.leak for run in runs if run.flow.method == "adaptive"}
     finest = list(best.values())[-1]
     if finest.state == "sealed":
@@ -218,15 +219,15 @@ def _judged(runs: Sequence[_Run]) -> Trade:
     return Trade(mark_pareto(points), reference, uncertainty)
 
 
-def _point(run: _Run, here: float, reference: float, uncertainty: float) -> Point:
-    """Split the error of a run; `here` is the best leak rate on the same contact grid."""
+def _point(run: _Run, best: float, reference: float, uncertainty: float) -> Point:
+    """Split the error of a run; `best` is the best leak rate on the same contact grid."""
     leak = run.leak
-    contact_error = max(abs(here / reference - 1), uncertainty)
+    contact_error = max(abs(best / reference - 1), uncertainty)
     certified = leak.lower is not None
     flow_error = (
         relative_half_width(leak.lower, leak.upper)
         if certified
-        else abs(leak.value - here) / reference
+        else abs(leak.value - best) / reference
     )
     return Point(
         samples=run.samples,
@@ -244,15 +245,15 @@ def _point(run: _Run, here: float, reference: float, uncertainty: float) -> Poin
 
 
 def mark_pareto(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Mark the points that no other one of their kind beats in both time and error.
+    """Mark the points that no other one of their kind beats in time and error.
 
-    There are two kinds, with bounds and without: the error of the latter is known only because
-    the former were computed as well.
+    Points with bounds are compared among themselves, and points without bounds, whose error is
+    known only because the others were computed as well, among themselves.
     """
     return tuple(replace(point, pareto=not _beaten(point, points)) for point in points)
 
 
 def _beaten(point: Point, points: Sequence[Point]) -> bool:
-    mine = point.seconds, point.total_error
+    cost = point.seconds, point.total_error
     others = ((p.seconds, p.total_error) for p in points if p.certified == point.certified)
-    return any(o[0] <= mine[0] and o[1] <= mine[1] and o != mine for o in others)
+    return any(o[0] <= cost[0] and o[1] <= cost[1] and o != cost for o in others)
