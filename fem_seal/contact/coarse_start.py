@@ -11,7 +11,7 @@ from fem_seal.grid import GridField
 LIGHT = 0.06
 COARSEST = 128
 # A better coarse solution makes no better start.
-ROUGHLY = Stopping(tolerance=0.3)
+ROUGHLY = Stopping(tolerance=0.3, gap_tolerance=float("inf"))
 
 
 def coarse_start(interface: Interface, mean_pressure: float) -> np.ndarray | None:

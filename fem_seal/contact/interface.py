@@ -141,6 +141,7 @@ class Interface:
             contact_modulus=self.contact_modulus,
             certificate=0.0,
             complementarity=0.0,
+            pressed_gap=0.0,
             penetration=0.0,
             iterations=0,
             fft_pairs=0.0,
@@ -156,23 +157,16 @@ class Interface:
         spent = self.half_space.pairs
         end = converge(problem, pressure, stopping)
         pressure, gap = end.iterate.pressure, end.iterate.gap
-        touching = pressure > 0
-        if gap is None:
-            gap = self.half_space.displacement(pressure) - self.heights
-        gap -= gap.mean(where=touching) if touching.any() else gap.min()
-        total = pressure.sum() or 1.0
-        certificate = float(np.vdot(pressure, gap) / total - gap.min())
-        complementarity = float(np.sum(np.abs(pressure * gap)) / total)
-        penetration = max(0.0, -float(gap.min()))
-        np.maximum(gap, 0, out=gap)
-        gap[touching] = 0
+        gap = np.maximum(gap - problem.offset(pressure, gap), 0)
+        gap[pressure > 0] = 0
         return ContactState(
             gap=self._field(gap * self.unit_height),
             pressure=self._field(pressure * self.unit_pressure),
             contact_modulus=self.contact_modulus,
-            certificate=certificate,
-            complementarity=complementarity,
-            penetration=penetration,
+            certificate=end.measures.certificate,
+            complementarity=end.measures.complementarity,
+            pressed_gap=end.measures.pressed_gap,
+            penetration=end.measures.penetration,
             iterations=end.iterate.iteration,
             fft_pairs=self.half_space.pairs - spent,
             residuals=end.residuals,

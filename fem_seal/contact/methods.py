@@ -8,7 +8,7 @@ import numpy as np
 from fem_seal.contact.damped import damped, fista
 from fem_seal.contact.free_set_cg import free_set_cg
 from fem_seal.contact.polonsky_keer import polonsky_keer
-from fem_seal.contact.problem import Iterate, Iterates, Problem
+from fem_seal.contact.problem import Iterate, Iterates, Measures, Problem
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.registry import require_known
 
@@ -31,8 +31,14 @@ METHODS = {
     "polonsky-keer": Method(polonsky_keer, 20000),
 }
 
-# An error that has not fallen by a tenth in so many looks is taken for the floor of the arithmetic.
+# A measure that has not fallen by a tenth in so many iterates is taken for the floor of the
+# arithmetic.
 PATIENCE = 300
+
+# Limits that hold at every tolerance. The certificate weights the gap with the pressure: samples
+# that carry next to nothing may be far from contact and still count as touching.
+GAP_TOLERANCE = 1e-4
+MEAN_GAP_TOLERANCE = 1e-4
 
 # Float64 cannot tell a smaller certificate from zero.
 SMALLEST_TOLERANCE = 1e-13
@@ -40,12 +46,21 @@ SMALLEST_TOLERANCE = 1e-13
 
 @dataclass(frozen=True)
 class Stopping:
-    """When to stop: method name, certificate wanted, limit of iterations, who is told."""
+    """When to stop.
+
+    solver : name of the method
+    tolerance : of the certificate
+    max_iterations : None for the method's own limit
+    progress : called after each iteration
+    gap_tolerance : of |g| on pressed samples and of the overlap, in units of the rms height; inf
+        where only the energy matters, as in a start for another solve
+    """
 
     solver: str = "free-set-cg"
     tolerance: float = 1e-6
     max_iterations: int | None = None
     progress: Progress | None = None
+    gap_tolerance: float = GAP_TOLERANCE
 
     def __post_init__(self):
         require_known(METHODS, self.solver, "solver")
@@ -56,41 +71,71 @@ class Stopping:
         if self.max_iterations is not None and self.max_iterations < 1:
             raise InvalidInput(f"max_iterations must be at least 1, got {self.max_iterations}")
 
+    def shortfalls(self, measures: Measures, rounding: float) -> dict[str, tuple[float, float]]:
+        """Value and limit of each measure that an accepted state must keep and this one does not.
+
+        The certificate's own overlap is as sensitive to rounding as these are, and its tolerance
+        is stricter: `rounding` only matters where the tolerance is loose and the pressure huge.
+        """
+        gap_limit = max(self.gap_tolerance, rounding)
+        limits = {
+            "certificate": (measures.certificate, self.tolerance),
+            "gap where pressure acts, in rms heights,": (measures.pressed_gap, gap_limit),
+            "overlap, in rms heights,": (measures.penetration, gap_limit),
+            "relative error of the mean gap": (measures.mean_gap_error, MEAN_GAP_TOLERANCE),
+        }
+        # Written so that a value that is no number counts as missed.
+        return {name: pair for name, pair in limits.items() if not pair[0] <= pair[1]}
+
 
 @dataclass(frozen=True, eq=False)
 class Converged:
-    """The last iterate, and the certificate after each iteration looked at."""
+    """The accepted iterate, its measures, and the certificate after each iterate."""
 
     iterate: Iterate
+    measures: Measures
     residuals: tuple[float, ...]
 
 
 def converge(problem: Problem, pressure: np.ndarray, stopping: Stopping) -> Converged:
-    """Iterate until the certificate is reached.
+    """Iterate until the certificate is reached, and with it the contact set and the mean gap.
+
+    The other measures are computed only once the certificate is reached, so that an ordinary
+    iteration does not pay for them.
 
     Raises
     ------
     NotConverged
-        At the limit of iterations, when the error stagnates, or when it is not a number.
+        At the limit of iterations, when no measure improves any more, or when the error is not a
+        number. The message names each measure that was missed.
     """
     method = METHODS[stopping.solver]
     limit = stopping.max_iterations or method.max_iterations
     residuals: list[float] = []
-    best, best_at = np.inf, 0
+    best, best_excess, best_at = np.inf, np.inf, 0
     for iterate in method.iterates(problem, pressure):
         residuals.append(iterate.error)
         if stopping.progress is not None:
             stopping.progress(iterate.iteration, iterate.error)
+        missed = {"certificate": (iterate.error, stopping.tolerance)}
         if iterate.error <= stopping.tolerance:
-            return Converged(iterate, tuple(residuals))
+            measures = problem.measures(iterate.pressure, iterate.gap)
+            missed = stopping.shortfalls(measures, problem.rounding(iterate.pressure))
+            if not missed:
+                return Converged(iterate, measures, tuple(residuals))
+            excess = max(value / allowed for value, allowed in missed.values())
+            if excess < 0.9 * best_excess:
+                best_excess, best_at = excess, len(residuals)
         if iterate.error < 0.9 * best:
             best, best_at = iterate.error, len(residuals)
         stalled = len(residuals) - best_at > PATIENCE
         if iterate.iteration >= limit or stalled or np.isnan(iterate.error):
             break
-    why = "its error no longer falls" if stalled else "that is the limit"
+    why = "nothing improves any more" if stalled else "that is the limit"
+    shortfall = "; ".join(
+        f"{name} {value:.1e}, wanted {allowed:.1e}" for name, (value, allowed) in missed.items()
+    )
     raise NotConverged(
-        f"contact by {stopping.solver}: certificate {iterate.error:.1e} after "
-        f"{iterate.iteration} iterations ({why}), best {min(residuals):.1e}, wanted "
-        f"{stopping.tolerance:.1e}; loosen the tolerance or raise max_iterations"
+        f"contact by {stopping.solver}: {shortfall} after {iterate.iteration} iterations ({why}), "
+        f"best certificate {min(residuals):.1e}; loosen the tolerance or raise max_iterations"
     )

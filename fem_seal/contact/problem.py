@@ -50,6 +50,47 @@ class Problem:
         error = work / total - lowest
         return error if self.mean_gap is None else max(error, abs(work / total))
 
+    def offset(self, pressure: np.ndarray, gap: np.ndarray) -> float:
+        """Level of `gap` at which the surfaces touch.
+
+        Under pressure control it is the mean weighted with the pressure, Σ p g / Σ p: the energy's
+        multiplier of the load. A mean gap that is prescribed fixes the level, which is then 0.
+        """
+        if self.mean_gap is not None:
+            return 0.0
+        return float(np.vdot(pressure, gap) / pressure.sum())
+
+    def measures(self, pressure: np.ndarray, gap: np.ndarray) -> "Measures":
+        """How well a pressure and the gap that it causes solve the problem."""
+        offset, pressed = self.offset(pressure, gap), pressure > 0
+        total = float(pressure.sum()) or 1.0
+        highest = float(gap.max(initial=offset, where=pressed)) - offset
+        lowest = float(gap.min(initial=offset, where=pressed)) - offset
+        mean_gap_error = 0.0
+        if self.mean_gap is not None:
+            # The state's gap is 0 on pressed samples and where the surfaces overlap.
+            reached = float(gap.sum(where=~pressed & (gap > 0))) / gap.size
+            mean_gap_error = abs(reached / self.mean_gap - 1)
+        return Measures(
+            certificate=self.error(pressure, gap),
+            complementarity=float(np.sum(pressure * np.abs(gap - offset)) / total),
+            pressed_gap=max(highest, -lowest),
+            penetration=max(0.0, offset - float(gap.min())),
+            mean_gap_error=mean_gap_error,
+        )
+
+    def rounding(self, pressure: np.ndarray) -> float:
+        """Bound for the rounding error of the displacement that a pressure causes.
+
+        An FFT of N samples in float64 has an error of ε log2 N in units of the rms of its samples
+        (N. J. Higham, Accuracy and Stability of Numerical Algorithms (2002), section 24.1, with a
+        constant below 4); the softest mode turns it into the largest displacement. It matters
+        only where the pressure is 1e8 times the one that flattens the surface.
+        """
+        rms = float(np.sqrt(np.vdot(pressure, pressure) / pressure.size))
+        steps = 8 * np.log2(2 * pressure.size) * np.finfo(float).eps
+        return float(steps * rms / self.half_space.softest) if rms > 0 else 0.0
+
     def admissible(self, pressure: np.ndarray) -> None:
         """Clip tension away and restore the mean pressure, in place."""
         np.maximum(pressure, 0, out=pressure)
@@ -74,12 +115,33 @@ class Problem:
             shift -= excess / np.mean(rested > self.heights)
 
 
+@dataclass(frozen=True)
+class Measures:
+    """How far a pressure is from solving a `Problem`; lengths in units of the rms height.
+
+    certificate : the duality gap, see `Problem.error_from`
+    complementarity : Σ |p g| / Σ p
+    pressed_gap : largest |g| on the samples that carry pressure
+    penetration : deepest overlap, the largest -g of all samples
+    mean_gap_error : relative error of the mean gap where it is prescribed, else 0
+    """
+
+    certificate: float
+    complementarity: float
+    pressed_gap: float
+    penetration: float
+    mean_gap_error: float
+
+
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """What a method hands out: its step number, its pressure and the certificate's value.
+    """One step of a method.
 
-    gap : S p - h up to a constant, in double, of this very pressure and from nothing else; None
-        where the method has none. Whoever takes it may overwrite it.
+    iteration : number of the step
+    pressure : (nx, ny), admissible
+    error : certificate of this pressure
+    gap : S p - h up to a constant, in double, computed from this pressure alone; None only where
+        the error is infinite. The method reads it again: do not overwrite it.
     """
 
     iteration: int

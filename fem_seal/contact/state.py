@@ -76,8 +76,10 @@ class BearingState(GapState):
 class ContactState(GapState):
     """An elastic contact in equilibrium, with the measures of how exactly.
 
-    Where the pressure is positive the gap is set to exactly 0; elsewhere it is the computed one,
-    clipped at 0, so that points which penetrate by rounding (at most `penetration`) touch as well.
+    Where the pressure is positive the gap is set to exactly 0 (before, it was at most
+    `pressed_gap`); elsewhere it is the computed one, clipped at 0, so that samples which overlap
+    (by at most `penetration`) touch as well. The computed gap is g = S p - h less its mean
+    weighted with the pressure, or at the prescribed mean gap.
 
     Parameters
     ----------
@@ -87,13 +89,16 @@ class ContactState(GapState):
     contact_modulus : float [Pa]
         E*.
     certificate : float
-        Duality gap of the returned pressure, Σ p (g - min g) / (h_rms Σ p) with g = S p - h,
-        computed anew in float64. The energy per area lies within certificate × mean pressure ×
-        h_rms above the minimum.
+        Duality gap of the returned pressure, Σ p (g - min g) / (h_rms Σ p), computed from this
+        pressure alone in float64. It proves that the energy per area lies within certificate ×
+        mean pressure × h_rms above the minimum. At a prescribed mean gap, the larger of this and
+        |Σ p g| / (h_rms Σ p).
     complementarity : float
-        Σ |p g| / (h_rms Σ p) of the gap before it is clipped.
+        Σ |p g| / (h_rms Σ p) of the computed gap.
+    pressed_gap : float
+        Largest |g| of the computed gap where the pressure is positive, in units of h_rms.
     penetration : float
-        Deepest overlap in units of h_rms, before it is clipped.
+        Deepest overlap of the computed gap, in units of h_rms.
     iterations : int
     fft_pairs : float
         Forward and backward transforms spent, start and certificate included.
@@ -109,6 +114,7 @@ class ContactState(GapState):
     contact_modulus: float
     certificate: float
     complementarity: float
+    pressed_gap: float
     penetration: float
     iterations: int
     fft_pairs: float
