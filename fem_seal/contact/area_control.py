@@ -14,9 +14,11 @@ from fem_seal.surface.statistics import rms_slope
 AREA_TOLERANCE = 1e-3
 # While searching: at this certificate the area is right to about 1e-5 of the nominal area.
 SEARCH_TOLERANCE = 1e-4
-# A jump of the area within this share of the first guess of the pressure is the surface's own.
+# The area jumps where it passes the wanted one within this share of the pressure.
 SMALLEST_STEP = 1e-6
-MAX_SOLVES = 60
+# An area that is still too large at this share of the first guess is that of first touch.
+LEAST_PRESSURE = 1e-12
+MAX_SOLVES = 100
 
 
 def pressure_for_area(
@@ -31,27 +33,51 @@ def pressure_for_area(
     wanted number of touching samples to 1 part in 1000 or half a sample, whichever is more; where
     the surface jumps over it (equal heights that touch together) the nearer side of the jump.
 
-    The search is for the zero of Y(p) - Y(wanted) with Y = erfinv(A/A0), which Persson's theory
-    has linear in the pressure: a secant step inside a bracket, else bisection.
+    The search runs at a loose tolerance and is repeated at the wanted one where it ends at a jump,
+    or where the area changes as the state is brought to that tolerance.
 
     Raises
     ------
     NotConverged
-        If a solve does not converge, or 60 solves do not bracket the area.
+        If a solve does not converge, or 100 solves do not bracket the area.
+    """
+    search = replace(stopping, tolerance=max(stopping.tolerance, SEARCH_TOLERANCE))
+    pressure = _first_guess(interface, area_fraction, start)
+    state = _search(interface, area_fraction, search, pressure, start)
+    if search.tolerance == stopping.tolerance:
+        return state
+    iterations = state.iterations
+    if _reached(state, area_fraction):
+        state = interface.under_pressure(state.mean_pressure, stopping, state.pressure.values)
+        iterations += state.iterations
+    if not _reached(state, area_fraction):
+        start = state.pressure.values
+        state = _search(interface, area_fraction, stopping, state.mean_pressure, start)
+        iterations += state.iterations
+    return replace(state, iterations=iterations)
+
+
+def _search(
+    interface: Interface,
+    area_fraction: float,
+    stopping: Stopping,
+    pressure: float,
+    start: np.ndarray | None,
+) -> ContactState:
+    """State with the wanted area, or on the nearer side of a jump; all iterations are counted.
+
+    Solves Y(p) = Y(wanted) for Y = erfinv(A/A0), which Persson's theory has linear in the
+    pressure: a secant step inside a bracket, else bisection.
     """
     from scipy.special import erfinv
 
-    samples = interface.heights.size
-    within = max(AREA_TOLERANCE * area_fraction, 0.5 / samples) * (1 + 1e-9)
-    rough = replace(stopping, tolerance=max(stopping.tolerance, SEARCH_TOLERANCE))
     wanted = float(erfinv(area_fraction))
     below, above = (0.0, 0.0), (np.inf, np.inf)
     nearest: ContactState | None = None
-    pressure = _first_guess(interface, wanted, start)
-    smallest_step = SMALLEST_STEP * pressure
+    least = LEAST_PRESSURE * pressure
     iterations, same_side, was_below = 0, 0, None
     for _ in range(MAX_SOLVES):
-        state = interface.under_pressure(pressure, rough, start)
+        state = interface.under_pressure(pressure, stopping, start)
         iterations += state.iterations
         start = state.pressure.values
         miss = state.contact_area_fraction - area_fraction
@@ -59,51 +85,52 @@ def pressure_for_area(
             nearest = state
         here = (pressure, float(erfinv(state.contact_area_fraction)))
         below, above = (here, above) if miss < 0 else (below, here)
-        jump = above[0] - below[0] < smallest_step
-        if abs(miss) <= within or jump:
-            return _polished(interface, nearest, stopping, rough, iterations)
+        jump = above[0] - below[0] < SMALLEST_STEP * above[0] or above[0] < least
+        if jump or _reached(state, area_fraction):
+            return replace(nearest, iterations=iterations)
         same_side = same_side + 1 if was_below == (miss < 0) else 0
         was_below = miss < 0
-        pressure = _between(below, above, wanted, bisect=same_side >= 2)
+        pressure = _between(below, above, wanted, same_side)
     raise NotConverged(
         f"contact area fraction {area_fraction} not bracketed by {MAX_SOLVES} solves; the last "
         f"has {state.contact_area_fraction} at {pressure:.6e} Pa"
     )
 
 
-def _first_guess(interface: Interface, wanted: float, start: np.ndarray | None) -> float:
+def _reached(state: ContactState, area_fraction: float) -> bool:
+    """Whether the area is the wanted one to 1 part in 1000 or half a sample."""
+    within = max(AREA_TOLERANCE * area_fraction, 0.5 / state.contact.size) * (1 + 1e-9)
+    return abs(state.contact_area_fraction - area_fraction) <= within
+
+
+def _first_guess(interface: Interface, area_fraction: float, start: np.ndarray | None) -> float:
     """Pressure of the start, else Persson's A/A0 = erf(√2 p / (E* h'rms)) [Pa]."""
+    from scipy.special import erfinv
+
     if start is not None and start.any():
         return float(start.mean())
-    slope = rms_slope(interface.height)
+    strain = float(erfinv(area_fraction)) * rms_slope(interface.height) / 2**0.5
     # A flat surface touches everywhere under any pressure.
-    return (wanted * slope / 2**0.5 or 1e-9) * interface.contact_modulus
+    return (strain or 1e-9) * interface.contact_modulus
 
 
 def _between(
-    below: tuple[float, float], above: tuple[float, float], wanted: float, bisect: bool
+    below: tuple[float, float], above: tuple[float, float], wanted: float, same_side: int
 ) -> float:
-    """Next pressure from the bracket's ends (pressure, Y)."""
+    """Next pressure from the bracket's ends (pressure, Y).
+
+    same_side : how many of the last areas in a row missed on the side of the one before
+    """
     if not np.isfinite(above[0]):
-        # Yet unbounded: straight on from the origin, a little further, at most fourfold.
-        return below[0] * min(max(1.02 * wanted / max(below[1], 1e-300), 1.02), 4.0)
-    # A secant that keeps hitting one side has met a jump.
-    if bisect or not np.isfinite(above[1]) or above[1] <= below[1]:
+        # No upper end yet: along the line from the origin and a little farther, at most fourfold,
+        # and farther each time in case the area does not grow.
+        least = 1.02**4.0 ** min(same_side, 4)
+        return below[0] * min(max(1.02 * wanted / max(below[1], 1e-300), least), 4.0)
+    # A secant that misses on one side again and again has met a jump.
+    if same_side >= 2 and below[0] == 0:
+        return above[0] / 16
+    if same_side >= 2 or not np.isfinite(above[1]) or above[1] <= below[1]:
         return (below[0] + above[0]) / 2
     share = (wanted - below[1]) / (above[1] - below[1])
     # Kept off the ends, so that the bracket shrinks from both sides.
     return below[0] + min(max(share, 0.05), 0.95) * (above[0] - below[0])
-
-
-def _polished(
-    interface: Interface,
-    state: ContactState,
-    stopping: Stopping,
-    rough: Stopping,
-    iterations: int,
-) -> ContactState:
-    """Bring the found state to the tolerance wanted, and count the whole search."""
-    if stopping.tolerance < rough.tolerance:
-        state = interface.under_pressure(state.mean_pressure, stopping, state.pressure.values)
-        iterations += state.iterations
-    return replace(state, iterations=iterations)

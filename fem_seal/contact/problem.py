@@ -72,7 +72,7 @@ class Problem:
             reached = float(gap.sum(where=~pressed & (gap > 0))) / gap.size
             mean_gap_error = abs(reached / self.mean_gap - 1)
         return Measures(
-            certificate=self.error(pressure, gap),
+            certificate=max(0.0, self.error(pressure, gap)),
             complementarity=float(np.sum(pressure * np.abs(gap - offset)) / total),
             pressed_gap=max(highest, -lowest),
             penetration=max(0.0, offset - float(gap.min())),
