@@ -131,7 +131,7 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: Stopping) -> Conv
         stalled = len(residuals) - best_at > PATIENCE
         if iterate.iteration >= limit or stalled or np.isnan(iterate.error):
             break
-    why = "nothing improves any more" if stalled else "that is the limit"
+    why = "its error no longer falls" if stalled else "that is the limit"
     shortfall = "; ".join(
         f"{name} {value:.1e}, wanted {allowed:.1e}" for name, (value, allowed) in missed.items()
     )

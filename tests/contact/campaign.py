@@ -24,13 +24,15 @@ from fem_seal.grid import GridField
 # height (its gap on pressed samples, its overlap). By the comparison principle the displacement
 # then differs by as much, the level at a given load by as much again, and the gap by their sum.
 RIGHT = 3e-4
+# A smaller gap, in rms heights, is contact: rounding parts samples that symmetry keeps together.
+SAME = 1e-9
 # Below it the plain solver's displacements drown in the rounding of the heights.
 LEAST_PRESSURE = 1e-11
 
 
 def _ridges(draw: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
     heights = np.zeros(shape)
-    for _ in range(draw.integers(1, 4)):
+    for _ in range(draw.choice([1, 1, 2, 3])):
         heights[draw.integers(shape[0])] = draw.choice([1.0, draw.uniform()])
     return heights
 
@@ -114,21 +116,27 @@ class Case:
 
 
 def case(seed: int) -> Case:
-    """One case in four at a mean gap, one at a contact area, the others under pressure."""
+    """Half of the cases under a pressure, a quarter each at an area and at a mean gap."""
     draw = np.random.default_rng(seed)
     name = list(CLASSES)[seed % len(CLASSES)]
-    shape = tuple(int(n) for n in draw.integers(8, 25 if draw.random() < 0.9 else 33, 2))
+    if draw.random() < 0.5:
+        side = int(draw.choice([8, 12, 16, 24, 32], p=[0.3, 0.2, 0.3, 0.1, 0.1]))
+        shape = side, side
+    else:
+        shape = tuple(int(n) for n in draw.integers(8, 25, 2))
     heights = CLASSES[name](draw, shape)
     if np.ptp(heights) == 0:
         heights.flat[0] += 1.0
-    if name != "rough" and draw.random() < 0.3:
+    load = str(draw.choice(["pressure", "pressure", "area_fraction", "mean_gap"]))
+    # Roughness far below the tolerance of the gap leaves an area that is prescribed undetermined.
+    if name != "rough" and load != "area_fraction" and draw.random() < 0.3:
         heights += 10 ** draw.uniform(-9, -1) * draw.normal(size=shape)
-    heights *= 10 ** draw.uniform(-3, 0) / heights.std()
+    if draw.random() < 0.5:
+        heights *= 10 ** draw.uniform(-3, 0) / heights.std()
     if draw.random() < 0.5:
         heights = heights.T
     spacing = (1.0, float(draw.choice([1.0, 1.0, 0.3, 4.0])))
     height = GridField(heights, spacing, periodic=True)
-    load = str(draw.choice(["pressure", "pressure", "area_fraction", "mean_gap"]))
     value = {
         "pressure": 10 ** draw.uniform(-10, 0),
         "area_fraction": draw.uniform(0.01, 0.99),
@@ -177,45 +185,41 @@ def compare(case: Case, state: ContactState) -> Comparison:
     }[case.load]()
     return Comparison(
         gap=float(np.abs(state.gap.values - gap).max() / heights.std()),
-        samples=int(np.count_nonzero(state.contact != (gap <= 1e-12 * heights.std()))),
+        samples=int(np.count_nonzero(state.contact != (gap <= SAME * heights.std()))),
         load=abs(reached),
     )
 
 
 def _area_missed(case: Case, state: ContactState, matrix: np.ndarray) -> float:
-    """Samples between the area and what the surface has at pressures around the right one.
+    """Samples by which the area misses the wanted one, beyond 0.1 % and what the surface allows.
 
-    The area is a step function of the pressure. The pressure at which it passes the wanted value
-    is bisected with the plain solver. Around a jump (0.1 % in pressure) any number of samples
-    between its two sides is accepted, and those of a gap below `RIGHT` may count or not.
+    The area is a step function of the pressure. Where it jumps over the wanted value, the nearer
+    side of the jump is right; the plain solver bisects the pressure of the jump.
     """
     heights = case.height.values
     wanted, reached = case.value * heights.size, np.count_nonzero(state.contact)
 
-    def gap_under(pressure: float) -> np.ndarray:
-        return plain_contact(heights, matrix, pressure=pressure)[1]
+    def touching(pressure: float) -> int:
+        _, gap = plain_contact(heights, matrix, pressure=pressure)
+        return int(np.count_nonzero(gap <= SAME * heights.std()))
 
-    def too_few(pressure: float) -> bool:
-        return np.count_nonzero(gap_under(pressure) <= 0) < wanted
-
-    if abs(reached - wanted) <= max(1e-3 * wanted, 0.5):
+    missed = abs(reached - wanted)
+    if missed <= max(1e-3 * wanted, 0.5):
         return 0.0
     low = high = state.mean_pressure
-    while low > LEAST_PRESSURE and not too_few(low):
+    while low > LEAST_PRESSURE and touching(low) >= wanted:
         low /= 4
-    while too_few(high):
+    while touching(high) < wanted:
         high *= 4
     while high - low > 1e-7 * high:
         middle = (low + high) / 2
-        low, high = (middle, high) if too_few(middle) else (low, middle)
-    fewest = np.count_nonzero(gap_under(low / 1.001) <= 0)
-    most = np.count_nonzero(gap_under(high * 1.001) <= RIGHT * heights.std())
-    return max(0.0, fewest - reached, reached - most)
+        low, high = (middle, high) if touching(middle) < wanted else (low, middle)
+    return max(0.0, missed - min(abs(touching(low) - wanted), abs(touching(high) - wanted)))
 
 
 def wrong(comparison: Comparison, load: str) -> bool:
     """Whether the gap or the load is off by more than is stated."""
-    allowed = 0.0 if load == "area_fraction" else 1.01e-4
+    allowed = 1e-6 if load == "area_fraction" else 1.01e-4
     return not (comparison.gap <= RIGHT and comparison.load <= allowed)
 
 
@@ -230,14 +234,18 @@ def campaign(seeds: range, report: Callable[[str], None]) -> int:
             state = one.solved()
         except NotConverged as error:
             refused[one.surface] += 1
-            report(f"seed {seed} ({one.surface}, {one.solver}, {one.load} {one.value:.1e}): {error}")
+            report(
+                f"seed {seed} ({one.surface}, {one.solver}, {one.load} {one.value:.1e}): {error}"
+            )
             continue
         comparison = compare(one, state)
         results[one.surface].append(comparison)
         if wrong(comparison, one.load):
             failures += 1
             report(f"WRONG seed {seed}: {one.surface}, {one.solver}, {one.load}: {comparison}")
-    report("| surfaces | number | largest difference of the gap [h_rms] | median | sets equal | not converged |")
+    report(
+        "| surfaces | number | largest difference of the gap [h_rms] | median | sets equal | not converged |"
+    )
     report("| --- | --- | --- | --- | --- | --- |")
     for name, rows in results.items():
         gaps = [row.gap for row in rows]
