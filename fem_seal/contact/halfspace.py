@@ -133,6 +133,13 @@ class HalfSpace:
         return 1 / float(self._energy_weights.sum(dtype=float))
 
     @cached_property
+    def rms_compliance(self) -> float:
+        """Rms of 1/k over all modes: the rms displacement under white noise of rms 1."""
+        samples = self.shape[0] * self.shape[1]
+        # Both factors carry 1 / samples.
+        return float(np.sqrt(samples * np.vdot(self._energy_weights, self._compliance)))
+
+    @cached_property
     def _stiffness(self) -> np.ndarray:
         """Inverse of the compliance, in double; only methods that move the surface need it."""
         waves = self._compliance > 0

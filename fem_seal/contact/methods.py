@@ -72,19 +72,20 @@ class Stopping:
             raise InvalidInput(f"max_iterations must be at least 1, got {self.max_iterations}")
 
     def shortfalls(self, measures: Measures, rounding: float) -> dict[str, tuple[float, float]]:
-        """Value and limit of each measure that an accepted state must keep and this one does not.
+        """Value and limit of each measure that misses its limit.
 
-        The certificate's own overlap is as sensitive to rounding as these are, and its tolerance
-        is stricter: `rounding` only matters where the tolerance is loose and the pressure huge.
+        A gap that is smaller than the `rounding` of the displacement cannot be asked for. That
+        matters only at a loose tolerance: else the certificate, which contains the overlap, misses
+        its own limit first.
         """
         gap_limit = max(self.gap_tolerance, rounding)
         limits = {
             "certificate": (measures.certificate, self.tolerance),
-            "gap where pressure acts, in rms heights,": (measures.pressed_gap, gap_limit),
-            "overlap, in rms heights,": (measures.penetration, gap_limit),
+            "largest gap under pressure / rms height": (measures.pressed_gap, gap_limit),
+            "deepest overlap / rms height": (measures.penetration, gap_limit),
             "relative error of the mean gap": (measures.mean_gap_error, MEAN_GAP_TOLERANCE),
         }
-        # Written so that a value that is no number counts as missed.
+        # "not <=" so that a value that is no number counts as missed.
         return {name: pair for name, pair in limits.items() if not pair[0] <= pair[1]}
 
 
@@ -132,10 +133,11 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: Stopping) -> Conv
         if iterate.iteration >= limit or stalled or np.isnan(iterate.error):
             break
     why = "its error no longer falls" if stalled else "that is the limit"
-    shortfall = "; ".join(
-        f"{name} {value:.1e}, wanted {allowed:.1e}" for name, (value, allowed) in missed.items()
+    measured = ", ".join(
+        f"{name} {value:.1e} (wanted {allowed:.1e})" for name, (value, allowed) in missed.items()
     )
+    remedy = "loosen the tolerance" if "certificate" in missed else "take another solver"
     raise NotConverged(
-        f"contact by {stopping.solver}: {shortfall} after {iterate.iteration} iterations ({why}), "
-        f"best certificate {min(residuals):.1e}; loosen the tolerance or raise max_iterations"
+        f"contact by {stopping.solver}: {measured} after {iterate.iteration} iterations ({why}), "
+        f"best certificate {min(residuals):.1e}; {remedy} or raise max_iterations"
     )

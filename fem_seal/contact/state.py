@@ -91,8 +91,7 @@ class ContactState(GapState):
     certificate : float
         Duality gap of the returned pressure, Σ p (g - min g) / (h_rms Σ p), computed from this
         pressure alone in float64. It proves that the energy per area lies within certificate ×
-        mean pressure × h_rms above the minimum. At a prescribed mean gap, the larger of this and
-        |Σ p g| / (h_rms Σ p).
+        mean pressure × h_rms above the minimum.
     complementarity : float
         Σ |p g| / (h_rms Σ p) of the computed gap.
     pressed_gap : float

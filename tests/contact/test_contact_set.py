@@ -1,0 +1,170 @@
+"""The samples that count as contact touch, and the mean gap is the one that was prescribed.
+
+The certificate alone does not say so: it weights the gap with the pressure, and samples that carry
+a billionth of the load may be far from contact.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from campaign import campaign, case, compare, wrong
+from contact_cases import E_STAR, check_equilibrium, rough_surface
+from plain_contact import influence, plain_contact
+
+from fem_seal.contact import METHODS, load_path, solve
+from fem_seal.contact.interface import Interface
+from fem_seal.contact.methods import MEAN_GAP_TOLERANCE
+from fem_seal.contact.problem import Problem
+from fem_seal.errors import NotConverged
+from fem_seal.grid import GridField
+from fem_seal.surface import rms_height
+
+MICRON = 1e-6
+MODULUS = 1e7
+# With this load the first step of the default leaves 1e-9 of the pressure on open rows, and the
+# certificate is below 1e-6.
+LIGHT = 0.1
+
+
+def ridge(n: int, rows: int | None = None) -> GridField:
+    """A flat floor with a ridge of one sample in width and 1 µm in height."""
+    heights = np.zeros((n, n if rows is None else rows))
+    heights[n // 2] = MICRON
+    return GridField(heights, (MICRON, MICRON), periodic=True)
+
+
+def gap_beside_ridge(n: int, pressure: float) -> np.ndarray:
+    """Gap of a ridge that alone carries the load, row by row from the ridge on.
+
+    A line load n p in a period of n: u(x) = Σ 2/(E* q_m) p cos(q_m x) over the n - 1 waves that the
+    grid holds, relative to the displacement at the line.
+    """
+    waves = np.arange(1, n)
+    q = 2 * np.pi * np.minimum(waves, n - waves) / (n * MICRON)
+    x = np.arange(n) * MICRON
+    cosines = np.cos(2 * np.pi * np.outer(x, waves) / (n * MICRON))
+    displacement = cosines @ (2 * pressure / (MODULUS * q))
+    gap = displacement - displacement[0] + MICRON
+    gap[0] = 0.0
+    return gap
+
+
+@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize(("n", "pressure"), [(32, LIGHT), (32, 0.2), (24, 1e-3), (48, 1e4)])
+def test_ridge_has_its_closed_form(solver, n, pressure):
+    state = solve(ridge(n), MODULUS, pressure=pressure, solver=solver)
+    exact = gap_beside_ridge(n, pressure)
+    assert exact[1:].min() > 0
+    assert state.contact_area_fraction == 1 / n
+    # Two certificates of 1e-6 and, where the ridge's pressure varies along it, its displacement.
+    off = np.roll(state.gap.values, -(n // 2), axis=0) - exact[:, None]
+    assert np.abs(off).max() < 1e-5 * rms_height(ridge(n))
+
+
+def test_wide_floor_beside_a_ridge():
+    """256 rows at 10 kPa: one touches, as the closed form has it, and not its neighbours."""
+    state = solve(ridge(256), MODULUS, pressure=1e4)
+    exact = gap_beside_ridge(256, 1e4)
+    assert state.contact_area_fraction == 1 / 256
+    assert state.mean_gap == pytest.approx(exact.mean(), rel=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_loose_tolerance_keeps_the_contact_set(tolerance):
+    state = solve(ridge(32), MODULUS, pressure=LIGHT, tolerance=tolerance)
+    assert state.contact_area_fraction == 1 / 32
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        {"pressures": [LIGHT, 2 * LIGHT, LIGHT]},
+        {"mean_gaps": [0.9687 * MICRON, 0.968 * MICRON, 0.9687 * MICRON]},
+        {"area_fractions": [1 / 32, 1 / 32]},
+    ],
+)
+def test_ridge_along_paths(load):
+    for state in load_path(ridge(32), MODULUS, **load):
+        assert state.contact_area_fraction == 1 / 32
+
+
+def test_area_between_the_ridge_and_the_floor():
+    """An area of 0.2 is jumped over: the ridge's row is nearer than the rows beside it."""
+    state = solve(ridge(32), MODULUS, area_fraction=0.03)
+    assert state.contact_area_fraction == 1 / 32
+    flat = solve(ridge(32), MODULUS, area_fraction=0.45)
+    check_equilibrium(flat, ridge(32), 1e-6)
+    assert flat.contact_area_fraction == pytest.approx(0.45, abs=1 / 32)
+
+
+def test_message_names_what_was_missed():
+    with pytest.raises(
+        NotConverged, match=r"largest gap under pressure.*wanted 1\.0e-04"
+    ) as raised:
+        solve(ridge(32), MODULUS, pressure=LIGHT, max_iterations=1)
+    assert "(wanted 1.0e-06)" not in str(raised.value)
+
+
+@pytest.mark.parametrize("solver", METHODS)
+@pytest.mark.parametrize("relative", [1e-6, 1e-4, 1e-2, 0.3])
+@pytest.mark.parametrize("surface", [ridge(16), rough_surface((16, 16), short=2)])
+def test_mean_gap_is_the_prescribed_one(surface, solver, relative):
+    wanted = relative * rms_height(surface)
+    state = solve(surface, MODULUS, mean_gap=wanted, solver=solver)
+    assert state.mean_gap == pytest.approx(wanted, rel=MEAN_GAP_TOLERANCE)
+    check_equilibrium(state, surface, 1e-6)
+
+
+def test_mean_gap_below_rounding_is_an_error():
+    surface = rough_surface((16, 16), short=2)
+    with pytest.raises(NotConverged, match="relative error of the mean gap"):
+        solve(surface, MODULUS, mean_gap=1e-20 * rms_height(surface))
+
+
+@pytest.mark.parametrize("shape", [(64, 64), (61, 61), (1024, 1)])
+@pytest.mark.parametrize("load", [1e10, 1e11])
+def test_rounding_refuses_no_correct_state(shape, load):
+    """Under such a load the displacement's rounding passes 1e-4 of the rms height."""
+    surface = rough_surface(shape)
+    pair = Interface.prepared(surface, E_STAR)
+    wanted = load * E_STAR / pair.unit_pressure
+    problem = Problem(pair.heights, pair.half_space, mean_pressure=wanted)
+    # This pressure flattens the surface exactly: any gap is rounding.
+    pressure = pair.half_space.pressure(pair.heights) + wanted
+    noise = np.abs(problem.gap(pressure)).max()
+    assert noise < problem.rounding(pressure) < 1000 * noise
+    state = solve(surface, E_STAR, pressure=load * E_STAR, tolerance=1e-2)
+    assert state.contact_area_fraction == 1
+
+
+@pytest.mark.parametrize("n", [16, 31])
+def test_plain_solver_has_the_closed_form(n):
+    """The tests' own solver: the ridge, and its own conditions of contact."""
+    heights = ridge(n).values / MICRON
+    matrix = influence(heights.shape, (1.0, 1.0))
+    _, gap = plain_contact(heights, matrix, pressure=1e-3)
+    exact = gap_beside_ridge(n, 1e-3 * MODULUS) / MICRON
+    assert np.roll(gap, -(n // 2), axis=0) == pytest.approx(
+        np.repeat(exact[:, None], n, axis=1), abs=1e-12
+    )
+    rough = rough_surface((n, n), short=2).values / MICRON
+    pressure, gap = plain_contact(rough, matrix, pressure=0.02)
+    assert pressure.mean() == pytest.approx(0.02, rel=1e-12)
+    assert not np.any(pressure * gap)
+    assert gap.min() > -1e-12
+    free = (matrix @ pressure.ravel()).reshape(rough.shape) - rough
+    assert np.ptp(free - gap) < 1e-12
+
+
+def test_structured_surfaces_agree_with_the_plain_solver():
+    lines: list[str] = []
+    assert campaign(range(60), lines.append) == 0, lines
+
+
+def test_campaign_sees_a_wrong_state():
+    """The state of a pressure 10 % higher is a wrong answer."""
+    one = next(c for c in map(case, range(5, 200, 6)) if c.load == "pressure" and c.value > 1e-3)
+    off = replace(one, value=1.1 * one.value).solved()
+    assert wrong(compare(one, off), one.load)
+    assert not wrong(compare(one, one.solved()), one.load)
