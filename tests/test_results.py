@@ -93,6 +93,8 @@ def test_numbers_are_those_of_the_contact(scene, spy, tmp_path):
     assert result.mean_gap == pytest.approx(gap.values.mean(), rel=1e-13, abs=0)
     assert result.mean_pressure == pytest.approx(pressure.values.mean(), rel=1e-13)
     assert 0 <= result.kkt_residual <= scene.contact.tolerance
+    assert 0 <= result.pressed_gap <= 1e-4
+    assert 0 <= result.penetration <= scene.contact.tolerance
     assert result.seconds["total"] >= sum(v for k, v in result.seconds.items() if k != "total")
     assert result.peak_memory_bytes > gap.values.nbytes
 

@@ -85,10 +85,10 @@ def solve(
         Raw contact area fraction in [0, 1), reached to 1 part in 1000 or half a sample or, where
         equal heights touch together, to the nearer side of the jump; 0 is first touch.
     mean_gap : float [m]
-        > 0. Exactly one of the three loads.
+        > 0, reached to 1 part in 10 000. Exactly one of the three loads.
     tolerance : float
-        Of the certificate, see `ContactState`. 1e-6 gives the exact contact set in effect, 1e-4
-        areas to 1e-5.
+        Of the certificate, see `ContactState`. At every tolerance pressed samples touch to 1e-4 of
+        the rms height.
     solver : str
         "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics.
     start : pressure to start from [Pa]
@@ -113,7 +113,8 @@ def solve(
     InvalidInput
         If an argument is out of range.
     NotConverged
-        If the certificate does not reach the tolerance.
+        If the certificate does not reach the tolerance, if pressed samples do not touch or samples
+        overlap by more than 1e-4 of the rms height, or if the mean gap is not the prescribed one.
     """
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
     stopping = Stopping(solver, tolerance, max_iterations, progress)

@@ -8,7 +8,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
-# V. A. Yastrebov, G. Anciaux, J.-F. Molinari, J. Mech. Phys. Solids 107, 469 (2017), eq. for A*.
+# V. A. Yastrebov, G. Anciaux, J.-F. Molinari, Tribol. Int. 114, 161 (2017), arXiv:1701.02727.
 PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
 
 
@@ -48,8 +48,8 @@ class GapState:
     def contact_area_corrected(self) -> float:
         """A/A0 less what pixels add along the contact's edge: A - (π - 1 + ln 2)/24 S dx.
 
-        S is the perimeter as the grid has it (Yastrebov, Anciaux, Molinari, J. Mech. Phys.
-        Solids 107, 469 (2017)).
+        S is the perimeter as the grid has it (Yastrebov, Anciaux, Molinari, Tribol. Int. 114, 161
+        (2017), arXiv:1701.02727).
         """
         edges = sum(
             np.count_nonzero(self.contact != np.roll(self.contact, 1, axis)) for axis in (0, 1)

@@ -163,6 +163,8 @@ class Result(Record):
     gap_slope: float | None = None
     mean_pressure: float | None
     kkt_residual: float | None
+    pressed_gap: float | None = None
+    penetration: float | None = None
     contact_iterations: int | None
     levels: tuple[LevelRecord, ...]
     accuracy: AccuracyRecord | None = None
@@ -259,6 +261,8 @@ def _contact_numbers(contact: GapState | None) -> dict[str, Any]:
     return {
         "mean_pressure": contact.mean_pressure if elastic else None,
         "kkt_residual": contact.kkt_residual if elastic else None,
+        "pressed_gap": contact.pressed_gap if elastic else None,
+        "penetration": contact.penetration if elastic else None,
         "contact_iterations": contact.iterations if elastic else None,
     }
 

@@ -1,6 +1,6 @@
 """Elastic contact of random structured surfaces beside the plain solver of `plain_contact`.
 
-    python tests/contact/campaign.py [--surfaces 2000] [--first-seed 0]
+    python tests/contact/campaign.py --count 2000 --seed 0
 
 Each surface, load and solver follows from its seed alone. An answer is right if its gap differs
 nowhere by more than 3e-4 of the rms height from the plain solver's. Prints a table by class of
@@ -257,8 +257,8 @@ def campaign(seeds: range, report: Callable[[str], None]) -> int:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--surfaces", type=int, default=2000)
-    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--count", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=0, help="the first")
     arguments = parser.parse_args()
-    first = arguments.first_seed
-    sys.exit(1 if campaign(range(first, first + arguments.surfaces), print) else 0)
+    seeds = range(arguments.seed, arguments.seed + arguments.count)
+    sys.exit(1 if campaign(seeds, print) else 0)
