@@ -1,4 +1,4 @@
-"""LeakRate: what every flow solver returns, finite elements and finite differences alike."""
+"""LeakRate: the result of every flow solver, by finite elements or finite differences."""
 
 from dataclasses import dataclass, field
 
@@ -9,11 +9,18 @@ from fem_seal.errors import Inconsistent
 
 
 def relative_width(lower: float, upper: float) -> float:
-    """Width of a bracket, (upper - lower) / √(lower upper), which `rtol` limits.
+    """Relative width (upper - lower) / √(lower upper) of a bracket, which `rtol` limits.
 
-    Infinite without a lower bound above zero.
+    Parameters
+    ----------
+    lower, upper : float
+        Bounds in any one unit, upper > 0.
+
+    Returns
+    -------
+    float; infinite if the lower bound is 0.
     """
-    # The product of the two may be below what double precision holds.
+    # Avoid the product of the two, which may underflow.
     return (upper / lower - 1) * np.sqrt(lower / upper) if lower > 0 else np.inf
 
 
@@ -24,12 +31,19 @@ def relative_half_width(lower: float, upper: float) -> float:
 
 @dataclass(frozen=True)
 class Level:
-    """One mesh of a refinement and the bounds it gave.
+    """One mesh of a refinement, with its bounds and cost.
 
-    unknowns : primal unknowns; cells : open triangles of the mesh
-    lower, upper : bounds of the leak rate [m^3/s]
-    iterations, seconds : by stage ("primal", "dual", "mesh", ...); choosing the cells to refine
-        counts to the level that comes of it
+    Parameters
+    ----------
+    unknowns : int
+        Unknowns of the primal problem.
+    cells : int
+        Open triangles of the mesh.
+    lower, upper : float
+        Bounds of the leak rate [m^3/s].
+    iterations, seconds : dict
+        Iterations and time by stage ("primal", "dual", "mesh", ...). The time to choose the cells
+        to refine belongs to the finer level.
     """
 
     unknowns: int
@@ -49,10 +63,18 @@ class Level:
 class FlowField:
     """The flow on the last mesh, for pictures and files.
 
-    points : (N, 2) float [m]; points on contact lines stand once for each side
-    cells : (C, 3) int, into points; only cells that carry flow
-    gap : (N,) [m], zero in pockets on a grid, which no flow reaches; pressure : (N,) [Pa]
-    flux : (C, 2) [m^2/s], volume per second and width, of the primal solution
+    Parameters
+    ----------
+    points : (N, 2) float
+        Coordinates of the corners [m]. A point on a contact line occurs once for each of its sides.
+    cells : (C, 3) int
+        Corners of the triangles that carry flow.
+    gap : (N,) float
+        Gap [m]; zero in pockets of a grid.
+    pressure : (N,) float
+        Pressure [Pa].
+    flux : (C, 2) float
+        Flow density j of the primal solution, volume per time and width [m^2/s].
     """
 
     points: np.ndarray
@@ -64,22 +86,39 @@ class FlowField:
 
 @dataclass(frozen=True, eq=False)
 class LeakRate:
-    """Volume per second through the gap [m^3/s], with bounds where the method has them.
+    """Leak rate Q: volume per time through the gap, with bounds if the method has them.
 
+    `str(leak)` is a sentence with value and bounds; `repr(leak)` omits levels and field.
+
+    Parameters
+    ----------
     state : "leaking" or "sealed"
-    value : best estimate: √(lower upper), or the upper bound where no lower one above 0 is known,
-        and then nothing but a bound
-    lower, upper : guaranteed bounds or None. A lower bound of 0 says that no mesh so far was fine
-        enough to let a stream function through, not that the leak may be zero: a gap without an
-        open path has the state "sealed"
-    unknowns : of the last solve; converged : the tolerance asked for was reached
-    reason : one sentence when converged is False, else ""
-    inflow, outflow : discrete flux through inlet and outlet [m^3/s]; equal up to the solver. Those
-        of the pressure on the last mesh, whose energy the upper bound may improve upon: they can
-        lie above it
-    levels : the refinement history; field : the flow on the last mesh, if it was asked for
+    method : str
+        Name of the method.
+    value : float
+        Best estimate [m^3/s]: √(lower upper), or the upper bound if the lower bound is 0.
+    lower, upper : float or None
+        Guaranteed bounds [m^3/s]; None for finite differences. A lower bound of 0 of a leaking gap
+        means that no mesh so far was fine enough for a stream function, not that Q may be 0.
+    unknowns : int
+        Unknowns of the last solve.
+    converged : bool
+        Whether the tolerance, or a decision about a limit, was reached.
+    reason : str
+        Sentence that says why it did not converge, else empty.
+    inflow, outflow : float
+        Discrete flux through inlet and outlet [m^3/s], equal up to the error of the solver. They
+        belong to the pressure on the last mesh and may exceed the upper bound, which a hierarchical
+        correction lowers further.
+    levels : tuple of Level
+        Refinement history.
+    field : FlowField or None
+        Flow on the last mesh, if the solver was asked for it.
 
-    Its text, str(leak), is for people; its representation leaves levels and field out.
+    Raises
+    ------
+    Inconsistent
+        If lower > upper.
     """
 
     state: str
@@ -110,16 +149,24 @@ class LeakRate:
 
     @classmethod
     def sealed(cls, method: str) -> "LeakRate":
-        """No open path joins inlet and outlet: the leak rate is exactly zero, without a solve."""
+        """Leak rate of a gap without an open path from inlet to outlet: exactly zero."""
         return cls(state="sealed", method=method, value=0.0, lower=0.0, upper=0.0)
 
 
 def rate_text(value: float, lower: float | None, upper: float | None, unit: str) -> str:
-    """Write a rate with its bounds, which are rounded outwards, and half their distance.
+    """Write a rate with its bounds, rounded outwards, and their relative half-width.
 
     Parameters
     ----------
-    value, lower, upper : in `unit`; no bounds (None) for finite differences
+    value : float
+    lower, upper : float or None
+        Bounds; None without bounds.
+    unit : str
+        Unit of all three.
+
+    Returns
+    -------
+    str
     """
     if lower is None or upper is None:
         return f"{value:.4g} {unit}, without bounds"

@@ -112,16 +112,16 @@ class NestedMesh:
         return points
 
     def corners(self, spacing: tuple[float, float], cells: np.ndarray) -> np.ndarray:
-        """Corners (n, 3, 2) [m] of cells (n, 3), seen from the first one of each.
+        """Corners (n, 3, 2) [m] of cells (n, 3), relative to the first corner of each.
 
-        Differences of the integer coordinates are exact, those of products with the pixel size are
-        not: at 2^-24 of a pixel little would be left of them.
+        Subtract integer coordinates, which is exact. Coordinates in metres would cancel: cells may
+        be as small as 2^-24 pixels.
         """
         first, *others = (self.xy.take(corner, axis=0) for corner in cells.T)
-        found = np.zeros((len(cells), 3, 2))
+        corners = np.zeros((len(cells), 3, 2))
         for k, other in enumerate(others, start=1):
-            np.multiply(other - first, np.asarray(spacing) / PIXEL, out=found[:, k])
-        return found
+            np.multiply(other - first, np.asarray(spacing) / PIXEL, out=corners[:, k])
+        return corners
 
     @property
     def blur(self) -> float:

@@ -133,12 +133,12 @@ class TriangleMesh:
         return (self.xy if vertices is None else self.xy.take(vertices, axis=0)) * scale
 
     def corners(self, scale: float | np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Corners (n, 3, 2) of cells (n, 3), seen from the first one of each, times `scale`."""
+        """Corners (n, 3, 2) of cells (n, 3), relative to the first of each, times `scale`."""
         first, *others = (self.xy.take(corner, axis=0) for corner in cells.T)
-        found = np.zeros((len(cells), 3, 2))
+        corners = np.zeros((len(cells), 3, 2))
         for k, other in enumerate(others, start=1):
-            np.multiply(other - first, scale, out=found[:, k])
-        return found
+            np.multiply(other - first, scale, out=corners[:, k])
+        return corners
 
     @property
     def blur(self) -> float:
