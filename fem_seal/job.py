@@ -5,12 +5,11 @@ from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 from fem_seal import parallel
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import locked_folder, staging_folder, writing
-from fem_seal.grid import GridField
+from fem_seal.film import Film, GridFilm, MeshFilm
 from fem_seal.installed import require_fenicsx
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.progress import Report, silent
@@ -25,11 +24,8 @@ from fem_seal.results.arrays import (
     write_mesh,
 )
 from fem_seal.results.result import Provenance
-from fem_seal.scene import Flow, Scene
+from fem_seal.scene import Scene
 from fem_seal.seal import Seal
-
-if TYPE_CHECKING:
-    from fem_seal.mesh.mesh_gap import MeshGap
 
 
 def run(
@@ -72,7 +68,7 @@ def run(
         # All processes compute before the first one writes.
         if scene.needs_flow:
             seal.leak_rate  # noqa: B018
-        seal.gap  # noqa: B018
+        seal.film  # noqa: B018
         files = parallel.on_root(lambda: _write_products(seal, folder.staged))
         result = summarise(seal, files, start)
         parallel.on_root(lambda: folder.commit(result))
@@ -105,28 +101,29 @@ def draw(
     folder = Path(folder)
     with ResultFolder(folder, Result.from_folder(folder).provenance) as target:
         result = Result.from_folder(folder)
-        gap, flow = _gap_of(result, folder), result.flow()
+        film = _film_of(result, folder)
         leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
         report("pictures", "")
         with writing(folder):
-            names = draw_pictures(gap, leak, flow, target.staged)
+            names = draw_pictures(film, leak, target.staged)
             if everything:
                 levels = [record.as_level() for record in result.levels]
-                names += draw_details(gap, leak, levels, flow, target.staged)
+                names += draw_details(film, leak, levels, target.staged)
         files = tuple(sorted({*result.files, *names}))
         target.commit(result.model_copy(update={"files": files}))
     return names
 
 
-def _gap_of(result: Result, folder: Path) -> "GridField | MeshGap":
-    """Gap of a result, from its own arrays wherever it has some; nothing is computed or run."""
+def _film_of(result: Result, folder: Path) -> Film:
+    """Film of a result, from its own arrays wherever it has some; nothing is computed or run."""
     if (folder / MESH_FILE).is_file():
         return read_mesh(folder)
     if (folder / CONTACT_FILE).is_file():
-        return read_contact(folder)[0]
+        flow = result.flow()
+        return GridFilm(read_contact(folder)[0], flow.sides, flow.representation)
     if "gap" not in result.provenance.scene:
         raise InvalidInput(f"{folder} holds neither {CONTACT_FILE} nor {MESH_FILE}; run it again")
-    return Seal(result.scene()).grid_gap
+    return Seal(result.scene()).film
 
 
 def mesh(
@@ -152,66 +149,55 @@ def mesh(
     """
     pictures = scene.output.model_copy(update={"products": ("pictures",)})
     require_packages(scene.model_copy(update={"output": pictures}))
-    gap = Seal(scene, report, trust=trust).gap
-    return gap.summary(), parallel.on_root(lambda: _write_mesh(gap, scene, Path(out).absolute()))
+    film = Seal(scene, report, trust=trust).film
+    return film.summary(), parallel.on_root(lambda: _write_mesh(film, Path(out).absolute()))
 
 
-def _write_mesh(gap: "MeshGap", scene: Scene, out: Path) -> tuple[str, ...]:
+def _write_mesh(film: MeshFilm, out: Path) -> tuple[str, ...]:
     with locked_folder(out), staging_folder(out) as staged, writing(out):
-        names = tuple(
-            sorted((write_mesh(staged, gap), *draw_pictures(gap, None, scene.flow, staged)))
-        )
+        names = tuple(sorted((write_mesh(staged, film), *draw_pictures(film, None, staged))))
         for name in names:
             (staged / name).replace(out / name)
     return names
 
 
-def draw_pictures(
-    gap: "GridField | MeshGap", leak: LeakRate | None, flow: Flow, folder: Path
-) -> tuple[str, ...]:
+def draw_pictures(film: Film, leak: LeakRate | None, folder: Path) -> tuple[str, ...]:
     """Draw contact, gap and, where there is a field of it, flow.
 
     Parameters
     ----------
-    gap : gap [m]; on the mesh of a shape, the mesh is drawn in place of the contact
+    film : of a shape: its mesh is drawn in place of the contact
     leak : with its field, or None
-    flow : says what sides and representation the gap has
     folder : where the PNG go
 
     Returns
     -------
     Names of the files.
     """
-    if not isinstance(gap, GridField):
+    if isinstance(film, MeshFilm):
         from fem_seal.render.shape import draw_shape
 
-        return draw_shape(gap, leak, folder)
+        return draw_shape(film, leak, folder)
     from fem_seal.render.contact import contact_picture
     from fem_seal.render.flow import flow_picture
     from fem_seal.render.gap import gap_picture
 
-    contact_picture(
-        gap, folder / "contact.png", sides=flow.sides, representation=flow.representation
-    )
-    gap_picture(gap, folder / "gap.png", representation=flow.representation)
+    contact_picture(film, folder / "contact.png")
+    gap_picture(film, folder / "gap.png")
     if leak is None or leak.field is None:
         return "contact.png", "gap.png"
-    flow_picture(leak, gap, folder / "flow.png", representation=flow.representation)
+    flow_picture(leak, film, folder / "flow.png")
     return "contact.png", "flow.png", "gap.png"
 
 
 def draw_details(
-    gap: "GridField | MeshGap",
-    leak: LeakRate | None,
-    levels: Sequence[Level],
-    flow: Flow,
-    folder: Path,
+    film: Film, leak: LeakRate | None, levels: Sequence[Level], folder: Path
 ) -> tuple[str, ...]:
     """Draw pressure and refined mesh, where there is a flow on a grid, and how the bounds closed.
 
     Parameters
     ----------
-    gap, leak, flow, folder : as in `draw_pictures`
+    film, leak, folder : as in `draw_pictures`
     levels : of the result; their plot needs an upper bound above zero
 
     Returns
@@ -219,12 +205,12 @@ def draw_details(
     Names of the files.
     """
     names: list[str] = []
-    if isinstance(gap, GridField) and leak is not None and leak.field is not None:
+    if isinstance(film, GridFilm) and leak is not None and leak.field is not None:
         from fem_seal.render.flow import mesh_picture, pressure_picture
 
         names += ["pressure.png", "mesh.png"]
-        pressure_picture(leak, gap, folder / names[0], representation=flow.representation)
-        mesh_picture(leak, gap, folder / names[1], representation=flow.representation)
+        pressure_picture(leak, film, folder / names[0])
+        mesh_picture(leak, film, folder / names[1])
     if any(level.upper > 0 for level in levels):
         from fem_seal.render import bounds_animation, bounds_plot
 
@@ -261,17 +247,17 @@ def require_packages(scene: Scene) -> None:
 def _write_products(seal: Seal, folder: Path) -> tuple[str, ...]:
     names: list[str] = []
     leak = seal.leak_rate if seal.scene.needs_flow else None
-    gap, contact = seal.gap, seal.contact
+    film, contact = seal.film, seal.contact
     with writing(folder.parent):
         if contact is not None:
             names.append(write_contact(folder, contact))
-        if seal.scene.shape is not None:
-            names.append(write_mesh(folder, gap))
+        if isinstance(film, MeshFilm):
+            names.append(write_mesh(folder, film))
         if "mesh" in seal.scene.output.products and leak.field is not None:
             names.append(write_flow(folder, leak.field))
         if "pictures" in seal.scene.output.products:
             with seal.timed("pictures"):
-                names.extend(draw_pictures(gap, leak, seal.scene.flow, folder))
+                names.extend(draw_pictures(film, leak, folder))
     return tuple(sorted(names))
 
 

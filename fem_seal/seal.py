@@ -22,12 +22,12 @@ from fem_seal.steps import CONTACTS, FLOWS, made_surface, prepared_surface
 if TYPE_CHECKING:
     from fem_seal.accuracy import Choice
     from fem_seal.contact.state import GapState
-    from fem_seal.mesh.mesh_gap import MeshGap
+    from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
 
 class Seal:
-    """The steps of a scene: surface, contact, gap, sealed, leak_rate.
+    """The steps of a scene: surface, contact, film, sealed, leak_rate.
 
     Each is computed once, when it or a later step is first read, and imports only what it needs:
     the contact works without FEniCSx, and a sealed gap is never meshed.
@@ -154,16 +154,31 @@ class Seal:
             )
 
     @cached_property
-    def gap(self) -> "GridField | MeshGap":
-        """Gap [m], exactly 0 in contact; on the mesh of its shape if the scene has one."""
-        shape = self.scene.shape
+    def film(self) -> "GridFilm | MeshFilm":
+        """The domain of the fluid: the gap with its sides, on its grid or on the mesh of a shape."""
+        from fem_seal.film import GridFilm
+
+        shape, flow = self.scene.shape, self.scene.flow
         if shape is None:
-            return self.grid_gap
-        from fem_seal.mesh.build import shaped_gap
+            gap = self.grid_gap
+            return GridFilm(gap, flow.sides, flow.representation)
+        from fem_seal.film.shaped import shaped_film
 
         grid = None if shape.own_gap else self.grid_gap
         with self.timed("shape"):
-            return parallel.on_root(lambda: shaped_gap(shape, grid, trust=self.trust))
+            return parallel.on_root(lambda: shaped_film(shape, grid, trust=self.trust))
+
+    def film_of(self, gap: GridField) -> "GridFilm | MeshFilm":
+        """The film of another gap [m] on the same grid, such as that of another load."""
+        from fem_seal.film import GridFilm, MeshFilm
+
+        shape, flow = self.scene.shape, self.scene.flow
+        if shape is None:
+            return GridFilm(gap, flow.sides, flow.representation)
+        from fem_seal.film.shaped import gap_source
+
+        mesh = self.film.mesh
+        return MeshFilm(mesh, gap_source(shape, gap)(mesh.xy))
 
     @cached_property
     def grid_gap(self) -> GridField:
@@ -174,29 +189,12 @@ class Seal:
         with self.timed("gap"):
             return parallel.on_root(lambda: load_gap(given.path, given.stated, given.contact_below))
 
-    @property
-    def contact_area_fraction(self) -> float:
-        """Contact area over nominal area, by counting samples with a gap of 0."""
-        if self.scene.shape is not None:
-            return self.gap.contact_area_fraction
-        return float(np.count_nonzero(self.gap.values == 0) / self.gap.values.size)
-
-    @property
-    def mean_gap(self) -> float:
-        """Mean gap [m] over the nominal area."""
-        return self.gap.mean if self.scene.shape is not None else float(self.gap.values.mean())
-
     @cached_property
     def sealed(self) -> bool:
         """Whether no open path joins inlet and outlet."""
-        if self.scene.shape is not None:
-            with self.timed("topology"):
-                return self.gap.constriction is None
-        from fem_seal.topology.percolation import is_sealed
-
-        flow, gap = self.scene.flow, self.gap
+        film = self.film
         with self.timed("topology"):
-            return is_sealed(gap, flow.sides, flow.representation)
+            return film.sealed
 
     @cached_property
     def leak_rate(self) -> LeakRate:
@@ -210,8 +208,13 @@ class Seal:
         if self.sealed:
             return LeakRate.sealed(method)
         with self.timed("flow"):
-            leak = FLOWS[method](self.scene, self.gap, self.report)
+            leak = FLOWS[method](self.scene, self.film, self.report)
         if leak.field is None:
             return leak
         pressure = self.scene.drive.pressure(leak.field.pressure)
         return replace(leak, field=replace(leak.field, pressure=pressure))
+
+    def leak_rate_of(self, film: "GridFilm | MeshFilm") -> LeakRate:
+        """Leak rate of another film under the scene's pressures, to the scene's tolerance."""
+        scene = self.scene.model_copy(update={"limit": None})
+        return FLOWS[scene.flow.method](scene, film, self.report)

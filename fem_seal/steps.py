@@ -14,7 +14,7 @@ from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
 
 if TYPE_CHECKING:
     from fem_seal.contact.state import BearingState, ContactState, GapState
-    from fem_seal.mesh.mesh_gap import MeshGap
+    from fem_seal.film import Film, GridFilm
     from fem_seal.surface import PreparedSurface
 
 LARGEST_RISE = 1e100  # m, of heights; its third power is still a number, and so is its inverse
@@ -141,7 +141,7 @@ ContactModel = Callable[[Scene, GridField, np.ndarray | None, Report], "GapState
 CONTACTS: dict[str, ContactModel] = {"gfmd": _elastic, "bearing": _bearing}
 
 
-def _finite_elements(scene: Scene, gap: "GridField | MeshGap", report: Report) -> LeakRate:
+def _finite_elements(scene: Scene, film: "Film", report: Report) -> LeakRate:
     from fem_seal.flow import Limits, leak_rate
 
     flow = scene.flow
@@ -150,11 +150,9 @@ def _finite_elements(scene: Scene, gap: "GridField | MeshGap", report: Report) -
         report("flow", f"{level.unknowns} unknowns, ±{100 * level.half_width:.2g} %")
 
     return leak_rate(
-        gap,
+        film,
         viscosity=scene.fluid.viscosity,
         pressure_drop=scene.drive.pressure_drop,
-        sides=flow.sides,
-        representation=flow.representation,
         method=flow.method,
         rtol=flow.rtol,
         decide=scene.deciding_rate,
@@ -166,23 +164,21 @@ def _finite_elements(scene: Scene, gap: "GridField | MeshGap", report: Report) -
     )
 
 
-def _finite_differences(scene: Scene, gap: GridField, report: Report) -> LeakRate:
+def _finite_differences(scene: Scene, film: "GridFilm", report: Report) -> LeakRate:
     from fem_seal.finite_difference.solver import solve
 
     flow = scene.flow
     return parallel.on_root(
         lambda: solve(
-            gap,
+            film,
             viscosity=scene.fluid.viscosity,
             pressure_drop=scene.drive.pressure_drop,
-            sides=flow.sides,
-            representation=flow.representation,
             links=flow.links,
         )
     )
 
 
-Method = Callable[[Scene, "GridField | MeshGap", Report], LeakRate]
+Method = Callable[[Scene, "Film", Report], LeakRate]
 FLOWS: dict[str, Method] = {
     "adaptive": _finite_elements,
     "uniform": _finite_elements,

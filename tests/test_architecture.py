@@ -34,7 +34,7 @@ ORDER = [
         "gap_file",
         "scene",
     ),
-    *("surface", "contact", "topology", "theory", "finite_difference", "fenicsx", "mesh", "flow"),
+    *("surface", "fenicsx", "mesh", "film", "contact", "theory", "finite_difference", "flow"),
     *("accuracy", "steps", "seal", "quantities", "results", "sweep"),
     *("letter", "verification", "render"),
     *("job", "doctor", "cli", "__main__"),
@@ -93,7 +93,7 @@ def test_imports_point_backwards(path):
     ("source", "line"),
     [
         ("surface", "from fem_seal.flow import leak_rate"),
-        ("contact", "import fem_seal.mesh.nested"),
+        ("contact", "import fem_seal.flow.leak"),
         ("seal", "from fem_seal import results"),
         ("contact", "import dolfinx.fem"),
         ("cli", "from petsc4py import PETSc"),

@@ -93,7 +93,7 @@ def test_a_sealed_gap_is_answered_without_a_solver(gap_scene, method):
 
 def test_each_step_is_computed_once_and_only_when_asked(small_scene):
     seal = Seal(Scene.from_mapping(small_scene))
-    assert set(vars(seal)) == {"scene", "report", "seconds"}
+    assert set(vars(seal)) == {"scene", "report", "trust", "seconds"}
     seal.contact  # noqa: B018
     assert set(seal.seconds) == {"surface", "contact"}
     assert seal.leak_rate is seal.leak_rate

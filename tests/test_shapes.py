@@ -16,9 +16,9 @@ from project import ROOT, write_toml
 from fem_seal import job
 from fem_seal.cli import main
 from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.film.shaped import shaped_film
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
-from fem_seal.mesh.build import shaped_gap
 from fem_seal.quantities.of_seal import quantities, verdict_of
 from fem_seal.results import Result, read_flow
 from fem_seal.scene import Scene
@@ -62,7 +62,7 @@ def test_face_seal():
     exact, widths, errors = annulus(1.0, 1.0, 2.0), [], []
     for size in (0.25, 0.125, 0.0625):
         shape = Scene.from_mapping(scene(RING | {"mesh_size": size, "gap": 1})).shape
-        gap = shaped_gap(shape, None)
+        gap = shaped_film(shape, None)
         flow = leak_rate(gap, method="uniform", limits=Limits(unknowns=1), rtol=1e-9, **UNIT)
         inside = np.cos(np.pi / fewest_sides(gap))
         assert flow.lower <= annulus(1.0, 1.0, 2.0 * inside)
@@ -129,9 +129,9 @@ def test_gmsh_mesh_and_pixel_mesh_of_one_gap(kind, grid, tmp_path):
     data = scene(shape, rtol=0.02) | {"gap": {"path": str(tmp_path / "gap.npz")}}
     seal = Seal(Scene.from_mapping(data))
     if kind == "rectangle":
-        steps = np.rint(seal.gap.mesh.xy / grid.spacing).astype(int)
+        steps = np.rint(seal.film.mesh.xy / grid.spacing).astype(int)
         # gmsh places its vertices to 1e-11 of the strip; contact must be exactly 0 all the same.
-        found, expected = seal.gap.values, grid.values[tuple(steps.T)]
+        found, expected = seal.film.values, grid.values[tuple(steps.T)]
         np.testing.assert_allclose(found, expected, atol=1e-9)
         np.testing.assert_array_equal(found == 0, expected == 0)
     on_mesh = seal.leak_rate
@@ -149,7 +149,7 @@ def test_grid_gap_in_polar_coordinates(tmp_path):
     shape = RING | {"mesh_size": 0.08, "grid": "polar", "grid_origin": [1, 0]}
     data = scene(shape, rtol=0.01) | {"gap": {"path": str(tmp_path / "gap.npz")}}
     seal = Seal(Scene.from_mapping(data))
-    np.testing.assert_allclose(seal.gap.values, np.hypot(*seal.gap.mesh.xy.T), rtol=1e-3)
+    np.testing.assert_allclose(seal.film.values, np.hypot(*seal.film.mesh.xy.T), rtol=1e-3)
     assert seal.leak_rate.value == pytest.approx(6 * np.pi / (1 - 1 / 8), rel=0.01, abs=0)
 
 
@@ -193,8 +193,8 @@ def test_contact_of_a_scene_in_another_shape(small_scene):
     data["output"] = {"products": ["contact", "leak_rate"]}
     seal = Seal(Scene.from_mapping(data))
     assert seal.leak_rate.lower <= seal.leak_rate.upper
-    assert 0 < seal.contact_area_fraction < 0.5
-    assert seal.mean_gap == pytest.approx(seal.grid_gap.values.mean(), rel=0.3)
+    assert 0 < seal.film.contact_area_fraction < 0.5
+    assert seal.film.mean_gap == pytest.approx(seal.grid_gap.values.mean(), rel=0.3)
 
 
 def test_constriction_and_verdict_of_a_shape():
@@ -210,7 +210,7 @@ def test_constriction_and_verdict_of_a_shape():
     assert 0.5 < found.pressure_share < 1
     limited = scene(RING | {"gap": 1}) | {"limit": {"leak_rate": "100 m^3/s"}}
     seal = Seal(Scene.from_mapping(limited))
-    assert verdict_of(seal).decision == "within limit"
+    assert verdict_of(seal, ()).decision == "within limit"
     assert quantities(seal).constriction.width is None  # no bank anywhere
 
 
@@ -249,7 +249,7 @@ def test_own_geometry(tmp_path):
     flow = solved(shape | names, rtol=1e-6, trust=True)
     assert flow.value == pytest.approx(0.5, rel=1e-7, abs=0)
     finer = Scene.from_mapping(scene(shape | names | {"mesh_size": "100 mm"})).shape
-    assert len(shaped_gap(finer, None, trust=True).mesh.cells) > 300
+    assert len(shaped_film(finer, None, trust=True).mesh.cells) > 300
 
 
 def test_own_geometry_with_sizes_that_follow_its_channels(tmp_path):
@@ -259,7 +259,7 @@ def test_own_geometry_with_sizes_that_follow_its_channels(tmp_path):
     sizes = {"mesh_size": "300 mm", "smallest_size": "20 mm"}
     shape = {"kind": "file", "path": str(tmp_path / "own.geo")} | names | sizes
     section = Scene.from_mapping(scene(shape | {"gap_expression": "max(0, y - 0.2)"})).shape
-    mesh = shaped_gap(section, None, trust=True).mesh
+    mesh = shaped_film(section, None, trust=True).mesh
     middle, length = mesh.xy[mesh.cells].mean(axis=1), np.sqrt(mesh.doubled_areas())
     beside = np.abs(middle[:, 1] - 0.27) < 0.1  # a tenth of the mean gap lies at y = 0.23
     assert np.median(length[beside]) < 0.08
@@ -297,7 +297,7 @@ def test_bad_geometry(text, words, tmp_path):
     names = {"inlet": "left", "outlet": "right", "wall": "rest"}
     data = scene_of(tmp_path / "own.geo", **names)
     with pytest.raises(InvalidInput, match=words) as error:
-        shaped_gap(Scene.from_mapping(data).shape, None, trust=True)
+        shaped_film(Scene.from_mapping(data).shape, None, trust=True)
     assert "\n" not in str(error.value)
 
 
@@ -343,12 +343,12 @@ def test_meshes_that_nobody_could_make(tmp_path):
             Scene.from_mapping(scene(shape))
     own = scene_of(tmp_path / "own.geo", mesh_size=1e-30, unit="mm")["shape"]
     with pytest.raises(InvalidInput, match=r"5e-31 of the extent of .*own.geo; choose"):
-        shaped_gap(Scene.from_mapping(scene(own)).shape, None, trust=True)
+        shaped_film(Scene.from_mapping(scene(own)).shape, None, trust=True)
 
 
 def test_more_contradictions(tmp_path):
     for data, words in (
-        (scene(RING | {"gap": 1}, products=("threshold",)), "'threshold', which is computed on a"),
+        (scene(RING | {"gap": 1}, products=("conductivity_tensor",)), "is that of a periodic cell"),
         (scene(PLATE | {"gap": 1, "mesh_size": 0.1, "radius": 0.6}), "radius = 0.6 m does not fit"),
         (scene(STRIP | {"gap": 1, "kind": "rectangle", "smallest_size": 0.1}), "squares are equal"),
         (scene_of(write_msh(tmp_path / "a.msh"), mesh_size=1), "a.msh is meshed already"),

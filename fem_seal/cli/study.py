@@ -124,7 +124,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
     setting = Setting(
         scene.fluid.viscosity, scene.drive.pressure_drop, flow.sides, flow.representation, flow.rtol
     )
-    rows, bracket = _watched(lambda report: on_gap(seal.gap, setting, grids, report=report))
+    rows, bracket = _watched(lambda report: on_gap(seal.film.field, setting, grids, report=report))
     _write(options.out, [("cross_validation.csv", as_csv(rows))])
     cross_validation_figure(rows, options.out / "cross_validation.png", options.scene.stem, bracket)
     say(as_text(rows, COLUMNS))

@@ -11,13 +11,14 @@ and the leak rate is Q = C Δp, C the conductance of the network between its two
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film.grid_film import GridFilm
+from fem_seal.film.law import film_conductivity
 from fem_seal.finite_difference.cascade import first_guess
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.relaxation import relax
 from fem_seal.finite_difference.stencil import FlowGrid, flow_grid
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
-from fem_seal.topology.percolation import is_sealed
 
 METHOD = "finite-difference"
 # Smallest K Δp of the largest gap [m³/s]: leaves 100 decades for narrower places.
@@ -25,11 +26,11 @@ LEAST_FLUX = 1e-200
 
 
 def solve(
-    gap: GridField,
+    gap: GridFilm | GridField,
     *,
     viscosity: float,
     pressure_drop: float,
-    sides: str,
+    sides: str = "wall",
     representation: str = "linear",
     links: str = "linear-gap",
     tol: float = 1e-8,
@@ -39,8 +40,8 @@ def solve(
 
     Parameters
     ----------
-    gap : GridField
-        Gap g [m], zero in contact; the fluid flows along the first axis.
+    gap : GridFilm or GridField
+        The film; or its gap g [m], zero in contact, with the two choices below.
     viscosity : float
         η [Pa s], > 0.
     pressure_drop : float
@@ -77,10 +78,11 @@ def solve(
     for name, value in positive.items():
         if not (np.isfinite(value) and value > 0):
             raise InvalidInput(f"{name} must be a positive number, got {value}")
-    if is_sealed(gap, sides, representation):
+    film = GridFilm(gap, sides, representation) if isinstance(gap, GridField) else gap
+    if film.sealed:
         return LeakRate.sealed(METHOD)
-    _check_flux(float(gap.values.max()), viscosity, pressure_drop)
-    grid = flow_grid(gap, viscosity, sides, representation, links)
+    _check_flux(film.highest, viscosity, pressure_drop)
+    grid = flow_grid(film, viscosity, links)
     if not grid.carrying.any():
         return LeakRate(
             state="leaking",
@@ -98,7 +100,7 @@ def solve(
 def _check_flux(highest: float, viscosity: float, pressure_drop: float) -> None:
     """Raise InvalidInput if a square of the largest gap [m] over- or underflows in K Δp."""
     with np.errstate(over="ignore", under="ignore"):
-        flux = np.float64(highest) ** 3 / (12 * viscosity) * pressure_drop
+        flux = film_conductivity(np.float64(highest), viscosity) * pressure_drop
     if not LEAST_FLUX < flux < 1 / LEAST_FLUX:
         raise InvalidInput(
             f"a gap of {highest:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has a "

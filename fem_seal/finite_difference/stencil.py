@@ -10,11 +10,12 @@ from functools import cached_property
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import clusters
+from fem_seal.film.grid_film import GridFilm
+from fem_seal.film.lattice import Lattice
+from fem_seal.film.law import film_conductivity
 from fem_seal.finite_difference.links import LINKS, LinkRule
-from fem_seal.grid import GridField
 from fem_seal.registry import choose
-from fem_seal.topology import clusters
-from fem_seal.topology.lattice import Lattice, lattice
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,21 +80,17 @@ class FlowGrid:
         return int(np.count_nonzero(self.carrying[1:-1]))
 
 
-def flow_grid(
-    gap: GridField, viscosity: float, sides: str, representation: str, links: str
-) -> FlowGrid:
+def flow_grid(film: GridFilm, viscosity: float, links: str) -> FlowGrid:
     """Lay the five-point stencil over a gap.
 
     Parameters
     ----------
-    gap : GridField
-        Gap [m], zero in contact; points in contact have no links.
+    film : GridFilm
+        Points in contact have no links. Linear: nodes are the vertices, and links along walls have
+        half the width. Constant: nodes are the centres of the pixels, and links to inlet and
+        outlet have half the length.
     viscosity : float
         η [Pa s].
-    sides : "wall" or "periodic"
-    representation : "linear" or "constant"
-        Linear: nodes are the vertices, and links along walls have half the width. Constant: nodes
-        are the centres of the pixels, and links to inlet and outlet have half the length.
     links : str
         Name of the rule, see `links.LINKS`.
 
@@ -104,12 +101,10 @@ def flow_grid(
     Raises
     ------
     InvalidInput
-        If a choice is unknown, the gap is negative, or a linear gap has a single row or column.
+        If the rule is unknown, or a linear gap has a single row or column.
     """
     rule = choose(LINKS, links, "links")
-    sites = lattice(gap, sides, representation)
-    build = choose(_BUILDERS, representation, "representation")
-    return build(sites, rule, 1.0 / (12.0 * viscosity))
+    return _BUILDERS[film.representation](film.sites, rule, film_conductivity(1.0, viscosity))
 
 
 def _between(rule: LinkRule, a: np.ndarray, b: np.ndarray) -> np.ndarray:

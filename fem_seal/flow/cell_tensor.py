@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_seal.fenicsx import MPI, explained_compilation
+from fem_seal.film.winding import periodic_sites, widest_winding
 from fem_seal.flow.adapt import Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
 from fem_seal.flow.course import Course, out_of_reach
@@ -20,7 +21,6 @@ from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import Refinement, TooFine, bisect
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
 from fem_seal.mesh.seams import squares_across, unmatched
-from fem_seal.topology.winding import periodic_sites, widest_winding
 
 LEAST_SQUARES = 4  # across the cell: fewer cannot tell a side from its copy
 # Of the largest conductivity: without ends of given pressure, what conducts less drowns in the

@@ -9,14 +9,14 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI, explained_compilation
+from fem_seal.film import Film, GridFilm, film_conductivity
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
 from fem_seal.flow.goal import Decision, Tolerance
 from fem_seal.flow.limits import USUAL_GROWTH, End, Limits
-from fem_seal.flow.posed import GridFlow, MeshFlow, posed
+from fem_seal.flow.posed import first_mesh, length_unit, points_of, require_film
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.mesh.bisection import TooFine
-from fem_seal.mesh.mesh_gap import MeshGap
 from fem_seal.registry import require_known
 
 METHODS = ("adaptive", "uniform")
@@ -26,7 +26,7 @@ LEAST_UNIT = 1e-100  # leaves the 180 decades that a constriction may take away
 
 @explained_compilation()
 def leak_rate(
-    gap: GridField | MeshGap,
+    gap: Film | GridField,
     *,
     viscosity: float,
     pressure_drop: float,
@@ -50,8 +50,8 @@ def leak_rate(
 
     Parameters
     ----------
-    gap : gap in metres, zero in contact, on a grid (flow along the first axis) or on the mesh of
-        a shape, which is refined as it is
+    gap : the film, on a grid (flow along the first axis) or on the mesh of a shape, which is
+        refined as it is; or the gap on a grid [m], zero in contact
     viscosity : η [Pa s]
     pressure_drop : p_in - p_out [Pa]
     sides : "wall" (no flow through y = 0, Ly) or "periodic"
@@ -87,13 +87,14 @@ def leak_rate(
     if decide is not None:
         require_positive({"decide": decide})
     require_known(METHODS, method, "method")
-    flow = posed(gap, sides, representation)
-    flow.check()
-    if flow.sealed:
+    film = GridFilm(gap, sides, representation) if isinstance(gap, GridField) else gap
+    require_film(film)
+    if film.sealed:
         return LeakRate.sealed(method)
-    scale = unit_of_leak_rate(flow.highest, viscosity, pressure_drop)
+    scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
     goal = Tolerance(rtol) if decide is None else Decision(decide)
-    growth, narrowest = 4.0 if method == "uniform" else USUAL_GROWTH, flow.narrowest
+    growth = 4.0 if method == "uniform" else USUAL_GROWTH
+    narrowest = film.constriction.gap / film.highest
     require_conducting("the critical constriction", narrowest)
     end = End(goal, limits or Limits(), growth, narrowest, time.perf_counter())
     strategy = Strategy(
@@ -106,7 +107,7 @@ def leak_rate(
     levels: list[Level] = []
     reason, last = "", None
     try:
-        for bracket in _brackets(flow, narrowest, strategy, comm):
+        for bracket in _brackets(film, narrowest, strategy, comm):
             levels.append(_in_si(bracket.level, scale))
             reached = goal.reached(levels[-1].lower, levels[-1].upper)
             reason = "" if reached else comm.bcast(end.reason(levels))
@@ -119,7 +120,7 @@ def leak_rate(
                 progress(levels[-1])
             result = _result(bracket, levels, method, scale)
             if field:
-                last = _field(bracket, flow, viscosity, pressure_drop)
+                last = _field(bracket, film, viscosity, pressure_drop)
             if reached or reason:
                 break
             # Two meshes need not be in memory at once.
@@ -164,7 +165,7 @@ def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) ->
         If it is beyond double precision.
     """
     with np.errstate(over="ignore", under="ignore"):
-        unit = np.float64(highest) ** 3 / (12 * viscosity) * pressure_drop
+        unit = film_conductivity(np.float64(highest), viscosity) * pressure_drop
     if not LEAST_UNIT < unit < 1 / LEAST_UNIT:
         raise InvalidInput(
             f"a gap of {highest:.1e} m at {viscosity:.1e} Pa s and {pressure_drop:.1e} Pa has a "
@@ -188,13 +189,13 @@ def require_conducting(tightest: str, narrowest: float) -> None:
 
 
 def _brackets(
-    flow: GridFlow | MeshFlow, narrowest: float, strategy: Strategy, comm: MPI.Comm
+    film: Film, narrowest: float, strategy: Strategy, comm: MPI.Comm
 ) -> Iterator[Bracket]:
     """Set the normalised problem up, gap in units of its maximum, and refine it."""
     tuning = strategy.tuning
     coarsest = None if strategy.uniform else tuning.coarsest
     clipped = (narrowest * part for part in (tuning.cut, tuning.floor, tuning.ceiling))
-    gap, mesh = flow.start(*clipped, coarsest)
+    gap, mesh = first_mesh(film, *clipped, coarsest)
     return brackets(gap, mesh, strategy, comm)
 
 
@@ -220,24 +221,24 @@ def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) ->
 
 
 def _field(
-    bracket: Bracket, flow: GridFlow | MeshFlow, viscosity: float, pressure_drop: float
+    bracket: Bracket, film: Film, viscosity: float, pressure_drop: float
 ) -> FlowField:
     """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
-    problem, highest = bracket.problem, flow.highest
+    problem, highest = bracket.problem, film.highest
     cells = problem.mesh.cells[problem.kept]
     number, first = problem.parted_points()
     vertex = cells.ravel()[first]
     pressure = bracket.pressure.corner_values * pressure_drop
-    conductivity = highest**3 / (12 * viscosity)
+    conductivity = film_conductivity(highest, viscosity)
     flux = -problem.data.K[:, None] * problem.gradients(bracket.pressure.corner_values)
     if bracket.stream is not None:
         # Where the pressure was taken to be constant, the stream function knows what flows.
         stiff = problem.data.stiff
         flux[stiff] = problem.flux(bracket.stream)[stiff]
     return FlowField(
-        points=flow.points(problem.mesh)[vertex],
+        points=points_of(film, problem.mesh)[vertex],
         cells=number,
         gap=highest * problem.vertex_gap[vertex],
         pressure=pressure.ravel()[first],
-        flux=flux * conductivity * pressure_drop / flow.unit,
+        flux=flux * conductivity * pressure_drop / length_unit(film),
     )

@@ -22,6 +22,7 @@ from fem_seal.fenicsx import (
     input_cells,
     ufl,
 )
+from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.flow.linear import minimise_by_cg
@@ -30,8 +31,6 @@ from fem_seal.flow.unknowns import OpenCells, open_cells, primal_unknowns
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.mesh.nested import PIXEL, uniform_mesh
-from fem_seal.topology.constriction import critical_constriction
-from fem_seal.topology.percolation import is_sealed
 
 METHOD = "quadratic"
 # K = g³ has degree 3 on a cell, each of the two gradients degree 1.
@@ -51,19 +50,18 @@ class _Numbering:
 
 
 def quadratic_upper(
-    gap: GridField,
+    film: GridFilm,
     *,
     viscosity: float,
     pressure_drop: float,
-    sides: str = "wall",
-    representation: str = "linear",
     tolerance: float = 1e-8,
 ) -> LeakRate:
     """Upper bound of the leak rate by quadratic elements on the pixel mesh.
 
     Parameters
     ----------
-    gap, viscosity, pressure_drop, sides, representation : as in `leak_rate`
+    film : on a grid
+    viscosity, pressure_drop : as in `leak_rate`
     tolerance : relative error of the energy at which CG stops
 
     Returns
@@ -75,15 +73,15 @@ def quadratic_upper(
     NotConverged
         If CG with BoomerAMG does not get there.
     """
-    if is_sealed(gap, sides, representation):
+    if film.sealed:
         return LeakRate.sealed(METHOD)
-    highest = gap.values.max()
+    gap, highest, tuning = film.field, film.highest, Tuning()
     scaled = GridField(gap.values / highest, gap.spacing, gap.periodic)
-    narrowest, tuning = critical_constriction(scaled, sides, representation).gap, Tuning()
-    represented = REPRESENTATIONS[representation](
+    narrowest = film.constriction.gap / highest
+    represented = REPRESENTATIONS[film.representation](
         scaled, tuning.cut * narrowest, tuning.floor * narrowest, 1
     )
-    mesh = uniform_mesh(represented.squares, 1, sides == "periodic")
+    mesh = uniform_mesh(represented.squares, 1, film.sides == "periodic")
     values = represented.vertex_values(mesh)
     data = represented.cell_data(mesh, values)
     cells = open_cells(mesh, data)
@@ -98,7 +96,7 @@ def quadratic_upper(
         numbering,
         tolerance,
     )
-    upper = energy * highest**3 / (12 * viscosity) * pressure_drop
+    upper = energy * film_conductivity(highest, viscosity) * pressure_drop
     return LeakRate("leaking", METHOD, upper, 0.0, upper, unknowns=numbering.count)
 
 

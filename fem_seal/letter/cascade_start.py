@@ -44,11 +44,12 @@ def cascade_start(case: RoughCase, model: str, area: float, threads: int = 1) ->
     NotConverged
         If the contact or a relaxation fails.
     """
+    from fem_seal.film import GridFilm
     from fem_seal.finite_difference.cascade import initial_error
     from fem_seal.finite_difference.stencil import flow_grid
 
     gap = at_area(case.surface(SEED), model, area, threads).gap
-    error = initial_error(flow_grid(gap, VISCOSITY, SIDES, "linear", "linear-gap"))
+    error = initial_error(flow_grid(GridFilm(gap, SIDES), VISCOSITY, "linear-gap"))
     return CascadeStart(
         case=case,
         model=model,

@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.letter.surfaces import PRESSURE_DROP, VISCOSITY
 from fem_seal.quantities.constriction import share_within
-from fem_seal.topology.constriction import critical_constriction
 
 # Width of the bracket of the leak rate; a share of the dissipation needs no narrower one.
 RTOL = 0.2
@@ -48,13 +46,14 @@ def constriction_share(gap: GridField, radius: float) -> ConstrictionShare:
     """
     from fem_seal.flow import leak_rate
 
-    tightest = critical_constriction(gap, "wall", "linear")
+    film = GridFilm(gap)
+    tightest = film.constriction
     leak = leak_rate(
-        gap, viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, sides="wall", rtol=RTOL, field=True
+        film, viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, rtol=RTOL, field=True
     )
     (x, y), (Lx, Ly) = tightest.position, gap.size
     return ConstrictionShare(
-        area=float(np.mean(gap.values == 0)),
+        area=film.contact_area_fraction,
         gap=tightest.gap,
         x=x / Lx,
         y=y / Ly,

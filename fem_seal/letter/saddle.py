@@ -18,10 +18,10 @@ import numpy as np
 from fem_seal.contact import solve
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.progress import Report, silent
 from fem_seal.tables import shown_as
-from fem_seal.topology.percolation import is_sealed
 
 EXPONENT = 69 / 20
 # Lengths in λ, heights in H, pressures in E* H/λ, leak rates in H³ Δp/(12 η).
@@ -122,7 +122,7 @@ def closing_pressure(samples: int, rtol: float = 1e-6) -> Closing:
     leaking, sealed = OPEN, SHUT
     while sealed - leaking > rtol * leaking:
         middle = 0.5 * (leaking + sealed)
-        if is_sealed(pressed(samples, middle).gap, SIDES, "linear"):
+        if GridFilm(pressed(samples, middle).gap, SIDES).sealed:
             sealed = middle
         else:
             leaking = middle

@@ -6,6 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.letter.bisection import Bracket, crossings
 from fem_seal.letter.constriction import ConstrictionShare, constriction_share
@@ -14,7 +15,6 @@ from fem_seal.letter.surfaces import MODELS, PITCH, Model, RoughCase
 from fem_seal.memory import peak_memory
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
-from fem_seal.topology.percolation import is_sealed
 
 # The pair of connectivities that agrees with the gap of the flow solver.
 REFERENCE = "triangulation"
@@ -155,6 +155,6 @@ def _last_open(surface: GridField, pressing: Model, load: float, threads: int) -
     """Open gap under a load, or a slightly smaller one if a cold start seals it by a sample."""
     while True:
         gap = pressing.press(surface, load, None, threads).gap
-        if not is_sealed(gap, "wall", "linear"):
+        if not GridFilm(gap).sealed:
             return gap
         load *= LESS_LOAD

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.film.clusters import label, sizes
+from fem_seal.film.euler import euler_characteristic
+from fem_seal.film.lattice import DUAL_CONNECTIVITY
+from fem_seal.film.percolation import spans, winds
 from fem_seal.registry import require_known
-from fem_seal.topology.clusters import label, sizes
-from fem_seal.topology.euler import euler_characteristic
-from fem_seal.topology.lattice import DUAL_CONNECTIVITY
-from fem_seal.topology.percolation import spans, winds
 
 if TYPE_CHECKING:
     from fem_seal.contact.state import GapState

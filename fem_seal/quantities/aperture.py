@@ -1,10 +1,10 @@
-"""The hydraulic aperture: the height of the smooth channel that leaks as much."""
+"""The hydraulic aperture: the height of the uniform film that leaks as much."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.grid import GridField
+from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.leak_rate import LeakRate
 
 
@@ -17,36 +17,46 @@ class HydraulicAperture:
     upper: float | None
 
 
-def hydraulic_aperture(
-    leak: LeakRate,
-    gap: GridField,
-    representation: str,
-    viscosity: float,
-    pressure_drop: float,
-) -> HydraulicAperture:
-    """Height h of the parallel channel of the same size and leak rate: Q = Ly h³ Δp/(12 η Lx).
+def hydraulic_aperture(leak: LeakRate, uniform: LeakRate, height: float) -> HydraulicAperture:
+    """Height h of the uniform film in the same place that leaks as much: Q = Q₁ (h/h₁)³.
 
     The cubic law, solved for h (P. A. Witherspoon et al., Water Resour. Res. 16, 1016 (1980)). h
-    grows with Q, so the bounds of Q give those of h.
+    grows with Q and falls with Q₁, so the bounds of both give those of h.
 
     Parameters
     ----------
-    leak : its leak rate
-    gap : gap [m], for the size of the rectangle
-    representation : "linear" or "constant"
-    viscosity, pressure_drop : of the leak rate [Pa s], [Pa]
+    leak : LeakRate
+        Q, of the film.
+    uniform : LeakRate
+        Q₁ with its bounds, of the uniform film of height h₁ under the same pressures.
+    height : float
+        h₁ [m].
     """
-    Lx, Ly = extent(gap, representation)
-    per_height = Ly * pressure_drop / (12 * viscosity * Lx)
 
-    def height(rate: float | None) -> float | None:
-        return None if rate is None else float(np.cbrt(rate / per_height))
+    def aperture(rate: float | None, uniform_rate: float) -> float | None:
+        return None if rate is None else height * float(np.cbrt(rate / uniform_rate))
 
-    return HydraulicAperture(height(leak.value), height(leak.lower), height(leak.upper))
+    return HydraulicAperture(
+        aperture(leak.value, uniform.value),
+        aperture(leak.lower, uniform.upper),
+        aperture(leak.upper, uniform.lower),
+    )
 
 
-def extent(gap: GridField, representation: str) -> tuple[float, float]:
-    """Lengths (Lx, Ly) [m] of what carries flow: pixels are as many as samples."""
-    if representation == "linear":
-        return gap.size
-    return tuple(n * d for n, d in zip(gap.shape, gap.spacing, strict=True))
+def uniform_rectangle(
+    film: GridFilm, height: float, viscosity: float, pressure_drop: float
+) -> LeakRate:
+    """Leak rate of a uniform film on the rectangle of another: Q₁ = Ly/Lx h₁³/(12 η) Δp, exact.
+
+    Parameters
+    ----------
+    film : GridFilm
+        Says how long and wide the rectangle is.
+    height : float
+        h₁ [m].
+    viscosity, pressure_drop : float
+        η [Pa s], Δp [Pa].
+    """
+    Lx, Ly = film.size
+    rate = Ly / Lx * film_conductivity(height, viscosity) * pressure_drop
+    return LeakRate("leaking", "closed form", rate, lower=rate, upper=rate)

@@ -5,17 +5,12 @@ Near percolation this one place governs the leak rate (W. B. Dapp, M. H. Müser,
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.grid import GridField
+from fem_seal.film import Film, GridFilm, MeshFilm
+from fem_seal.film.lattice import Lattice
 from fem_seal.leak_rate import FlowField
-from fem_seal.topology.constriction import critical_constriction
-from fem_seal.topology.lattice import Lattice, lattice
-
-if TYPE_CHECKING:
-    from fem_seal.mesh.mesh_gap import MeshGap
 
 REACH = 32  # sites around the constriction that are looked at first
 OPPOSITE = -0.5  # cosine: the other side of a channel lies within 60 degrees of straight across
@@ -40,63 +35,55 @@ class Constriction:
 
 
 def constriction(
-    gap: GridField,
-    sides: str,
-    representation: str,
-    field: FlowField | None = None,
-    potential: np.ndarray | None = None,
+    film: Film, field: FlowField | None = None, potential: np.ndarray | None = None
 ) -> Constriction | None:
-    """Find the critical constriction of a gap and what it takes of the pressure.
+    """Find the critical constriction of a film and what it takes of the pressure.
 
     Parameters
     ----------
-    gap : gap [m]
-    sides, representation : of the flow
-    field : the flow, for the share of the pressure
-    potential : at the points of `field`, what the flux is linear in: p of a liquid, p² of a gas
+    film : GridFilm or MeshFilm
+    field : FlowField
+        The flow, for the share of the pressure.
+    potential : (N,) float
+        At the points of `field`, what the flux is linear in: p of a liquid, p² of a gas.
 
     Returns
     -------
-    Constriction, or None if the gap is sealed.
+    Constriction, or None if the film is sealed.
     """
-    tightest = critical_constriction(gap, sides, representation)
+    tightest = film.constriction
     if tightest is None:
         return None
-    sites = lattice(gap, sides, representation)
-    width = channel_width(sites, tightest.position)
+    period = np.inf
+    if isinstance(film, GridFilm):
+        width = channel_width(film.sites, tightest.position)
+        if film.sides == "periodic":
+            period = film.size[1]
+    else:
+        width = _width_on_mesh(film)
     share = None
     if width is not None and field is not None:
-        period = sites.spacing[1] * sites.gap.shape[1] if sites.periodic[1] else np.inf
         share = share_within(field, potential, tightest.position, width, period)
     return Constriction(*tightest.position, tightest.gap, width, share)
 
 
-def constriction_on_mesh(
-    gap: "MeshGap", field: FlowField | None = None, potential: np.ndarray | None = None
-) -> Constriction | None:
-    """The same for a gap on the mesh of a shape; arguments as in `constriction`."""
-    tightest = gap.constriction
-    if tightest is None:
-        return None
-    mesh = gap.mesh
-    solid = gap.values == 0
+def _width_on_mesh(film: MeshFilm) -> float | None:
+    """Distance between the solid on both sides of the critical constriction; see `channel_width`."""
+    mesh, position = film.mesh, film.constriction.position
+    solid = film.values == 0
     for name, ends in mesh.groups():
         if name == "wall":
             solid[np.unique(ends)] = True
-    offsets = mesh.xy[solid] - tightest.position
+    offsets = mesh.xy[solid] - position
     away = offsets[offsets.any(axis=1)]
     if len(away) < len(offsets):
         # On a wall: the other end of the channel lies ahead of it.
-        here = (mesh.xy == tightest.position).all(axis=1)
+        here = (mesh.xy == position).all(axis=1)
         corners = mesh.xy[mesh.cells[here[mesh.cells].any(axis=1)]]
-        ahead = corners.mean(axis=(0, 1)) - tightest.position
+        ahead = corners.mean(axis=(0, 1)) - position
         away = np.concatenate([away, -1e-9 * ahead[None]])
     ends = _both_sides(away)
-    width = None if ends is None else float(sum(ends))
-    share = None
-    if width is not None and field is not None:
-        share = share_within(field, potential, tightest.position, width)
-    return Constriction(*tightest.position, tightest.gap, width, share)
+    return None if ends is None else float(sum(ends))
 
 
 def channel_width(sites: Lattice, position: tuple[float, float]) -> float | None:

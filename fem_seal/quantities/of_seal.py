@@ -5,9 +5,14 @@ from dataclasses import dataclass
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.quantities.aperture import HydraulicAperture, hydraulic_aperture
-from fem_seal.quantities.constriction import Constriction, constriction, constriction_on_mesh
+from fem_seal.quantities.aperture import (
+    HydraulicAperture,
+    hydraulic_aperture,
+    uniform_rectangle,
+)
+from fem_seal.quantities.constriction import Constriction, constriction
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold, threshold_of_cut, threshold_of_pressure
@@ -15,7 +20,6 @@ from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Shown, Verdict, verdict
 from fem_seal.seal import Seal
 from fem_seal.steps import elastic_contact
-from fem_seal.topology.percolation import is_sealed
 
 
 @dataclass(frozen=True)
@@ -73,13 +77,9 @@ def shown_in(seal: Seal) -> Shown:
 
 
 def _constriction(seal: Seal) -> Constriction | None:
-    flow, field = seal.scene.flow, seal.leak_rate.field
+    field = seal.leak_rate.field
     potential = None if field is None else seal.scene.drive.potential(field.pressure)
-    if seal.scene.shape is not None:
-        return parallel.on_root(lambda: constriction_on_mesh(seal.gap, field, potential))
-    return parallel.on_root(
-        lambda: constriction(seal.gap, flow.sides, flow.representation, field, potential)
-    )
+    return parallel.on_root(lambda: constriction(seal.film, field, potential))
 
 
 def _threshold(seal: Seal) -> Threshold | None:
@@ -91,20 +91,18 @@ def _model(seal: Seal) -> str:
 
 
 def _of_gap(seal: Seal) -> Threshold | None:
-    flow = seal.scene.flow
-    return threshold_of_cut(seal.gap, flow.sides, flow.representation, "gap")
+    return threshold_of_cut(seal.film, "gap")
 
 
 def _of_bearing(seal: Seal) -> Threshold | None:
-    flow, surface = seal.scene.flow, seal.surface
+    surface = seal.surface
     untouched = GridField(
         surface.values.max() - surface.values, surface.spacing, periodic=surface.periodic
     )
-    return threshold_of_cut(untouched, flow.sides, flow.representation, "bearing")
+    return threshold_of_cut(seal.film_of(untouched), "bearing")
 
 
 def _of_elastic(seal: Seal) -> Threshold | None:
-    flow = seal.scene.flow
     if seal.contact.mean_pressure == 0:
         return None
 
@@ -112,10 +110,7 @@ def _of_elastic(seal: Seal) -> Threshold | None:
         seal.report("threshold", f"contact at {pressure:.3e} Pa")
         return elastic_contact(seal.scene, seal.surface, start, pressure=pressure)
 
-    def sealed(gap: GridField) -> bool:
-        return is_sealed(gap, flow.sides, flow.representation)
-
-    return threshold_of_pressure(seal.contact, press, sealed)
+    return threshold_of_pressure(seal.contact, press, lambda gap: seal.film_of(gap).sealed)
 
 
 _THRESHOLDS: dict[str, Callable[[Seal], Threshold | None]] = {
@@ -126,21 +121,19 @@ _THRESHOLDS: dict[str, Callable[[Seal], Threshold | None]] = {
 
 
 def _hydraulic_aperture(seal: Seal) -> HydraulicAperture:
-    scene = seal.scene
-    return hydraulic_aperture(
-        seal.leak_rate,
-        seal.gap,
-        scene.flow.representation,
-        scene.fluid.viscosity,
-        scene.drive.pressure_drop,
-    )
+    scene, film = seal.scene, seal.film
+    if isinstance(film, GridFilm):
+        height, drive = 1.0, scene.drive.pressure_drop
+        uniform = uniform_rectangle(film, height, scene.fluid.viscosity, drive)
+    else:
+        # Of a shape in contact everywhere no height is known to be of the right size.
+        height = film.highest or 1.0
+        uniform = seal.leak_rate_of(film.with_gap(height))
+    return hydraulic_aperture(seal.leak_rate, uniform, height)
 
 
 def _trapped_volume(seal: Seal) -> float:
-    from fem_seal.topology.pockets import trapped_volume
-
-    flow = seal.scene.flow
-    return parallel.on_root(lambda: trapped_volume(seal.gap, flow.sides, flow.representation))
+    return parallel.on_root(lambda: seal.film.trapped_volume)
 
 
 def _conductivity_tensor(seal: Seal) -> ConductivityTensor:
@@ -153,7 +146,7 @@ def _conductivity_tensor(seal: Seal) -> ConductivityTensor:
         seal.report("tensor", f"{unknowns} unknowns, known to {gap:.2g}")
 
     found = conductivity_tensor(
-        seal.gap,
+        seal.film.field,
         viscosity=seal.scene.fluid.viscosity,
         representation=flow.representation,
         rtol=flow.rtol,

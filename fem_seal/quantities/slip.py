@@ -1,11 +1,9 @@
 """What slip at the walls, which the flow of a gas leaves out, may add to its leak rate."""
 
-from fem_seal import parallel
 from fem_seal.digits import with_prefix
 from fem_seal.fluid import GasDrive
 from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.seal import Seal
-from fem_seal.topology.constriction import critical_constriction
 
 
 def slip(seal: Seal) -> Uncertainty | None:
@@ -21,7 +19,7 @@ def slip(seal: Seal) -> Uncertainty | None:
     if seal.sealed or not isinstance(drive, GasDrive):
         return None
     path = drive.mean_free_path(seal.scene.fluid.viscosity)
-    tightest = _tightest_gap(seal)
+    tightest = seal.film.constriction.gap
     added = 6 * path / tightest
     rtol = seal.scene.flow.rtol if seal.choice is None else seal.choice.rtol
     sentence = (
@@ -33,13 +31,3 @@ def slip(seal: Seal) -> Uncertainty | None:
         return Uncertainty("slip", "estimated", sentence, 1.0, 1 + added)
     sentence += ": the upper bound does not hold for this gas, the lower one does"
     return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
-
-
-def _tightest_gap(seal: Seal) -> float:
-    """Gap at the critical constriction of a seal that leaks [m]."""
-    if seal.scene.shape is not None:
-        return seal.gap.constriction.gap
-    flow = seal.scene.flow
-    return parallel.on_root(
-        lambda: critical_constriction(seal.gap, flow.sides, flow.representation).gap
-    )

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.contact.state import ContactState
+from fem_seal.film import Film
 from fem_seal.grid import GridField
-from fem_seal.topology.constriction import critical_constriction
 
 PRECISION = 1.01  # ratio of the two pressures between which an elastic contact seals
 STEP = 1.5  # ratio of pressures on the way to them
@@ -32,28 +32,25 @@ class Threshold:
     contacts: int = 0
 
 
-def threshold_of_cut(
-    gap: GridField, sides: str, representation: str, model: str
-) -> Threshold | None:
-    """Lower a gap uniformly until it seals; exact, by counting samples.
+def threshold_of_cut(film: Film, model: str) -> Threshold | None:
+    """Lower a gap uniformly until it seals: exact, at the gap of the critical constriction.
 
     Parameters
     ----------
-    gap : gap [m], or that of the untouched surfaces
-    sides, representation : of the flow
+    film : of the gap, or of the gap between the surfaces before they touch
     model : "gap" or "bearing", whose contact is just this cut
 
     Returns
     -------
     Threshold, or None if the gap is sealed already.
     """
-    tightest = critical_constriction(gap, sides, representation)
-    if tightest is None:
+    if film.sealed:
         return None
+    critical = film.constriction.gap
     return Threshold(
         model,
-        area_leaking=float(np.mean(gap.values < tightest.gap)),
-        area_sealed=float(np.mean(gap.values <= tightest.gap)),
+        area_leaking=film.area_not_above(np.nextafter(critical, 0.0)),
+        area_sealed=film.area_not_above(critical),
     )
 
 

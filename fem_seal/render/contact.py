@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.grid import GridField
+from fem_seal.film.clusters import label, largest
+from fem_seal.film.grid_film import GridFilm
+from fem_seal.film.lattice import DUAL_CONNECTIVITY, Lattice
 from fem_seal.render.offscreen import LONG_SIDE, Tiles, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
 from fem_seal.render.tiles import Mosaic, mosaic
-from fem_seal.topology.clusters import label, largest
-from fem_seal.topology.lattice import DUAL_CONNECTIVITY, Lattice
 
 # Chosen so that in print without colour the largest channel is a lighter grey than the largest
 # patch.
@@ -47,16 +47,14 @@ def contact_classes(sites: Lattice) -> np.ndarray:
 
 
 def contact_panel(
-    gap: GridField,
+    film: GridFilm,
     *,
-    sides: str = "wall",
-    representation: str = "linear",
     window: Window | None = None,
     long_side: int = LONG_SIDE,
     title: str = "",
 ) -> Panel:
     """Draw the contact and open domains; see `contact_picture` for the arguments."""
-    view = mosaic(gap, sides, representation, window, long_side)
+    view = mosaic(film, window, long_side)
     return Panel(draw([_layer(view)], view.window, long_side), view.window, title)
 
 
@@ -67,25 +65,19 @@ def _layer(view: Mosaic) -> Tiles:
 
 
 def contact_picture(
-    gap: GridField,
+    film: GridFilm,
     path: str | Path,
     *,
-    sides: str = "wall",
-    representation: str = "linear",
     window: Window | None = None,
 ) -> Path:
     """Picture of contact (gap exactly 0) and open domains, the largest of each in colour.
 
     Parameters
     ----------
-    gap : GridField
-        Gap [m].
+    film : GridFilm
+        Film on a grid; clusters are connected across its periodic sides.
     path : str or Path
         The file, .png, .pdf or .svg.
-    sides : "wall" or "periodic"
-        Clusters are connected across periodic sides.
-    representation : "linear" or "constant"
-        Samples are vertices, or fill pixels.
     window : Window, optional
         Part of the seal to show [m]; all if left out. Clusters are those of the whole seal.
 
@@ -100,5 +92,5 @@ def contact_picture(
     MissingPackage
         If no OpenGL library is installed.
     """
-    panel = contact_panel(gap, sides=sides, representation=representation, window=window)
+    panel = contact_panel(film, window=window)
     return write_page([[panel]], path, key=CONTACT_KEY)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
-from fem_seal.grid import GridField
+from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.colours import CONTACT_COLOUR, WHITE
 from fem_seal.render.offscreen import LONG_SIDE, Mesh, Scale, Triangles, Window, draw
@@ -109,15 +109,14 @@ def pressure_scale(field: FlowField) -> tuple[Scale, float]:
 
 
 def _panel(
-    gap: GridField,
+    film: GridFilm,
     flow: Triangles | Mesh,
-    representation: str,
     window: Window | None,
     long_side: int,
     title: str,
 ) -> Panel:
     """Draw contact over the flow, but under the edges of a mesh."""
-    view = mosaic(gap, "wall", representation, window, long_side)
+    view = mosaic(film, window, long_side)
     # Triangles wider than a pixel extend over contact, which carries no flow: hide that part.
     palette = np.array([(*CONTACT.colour, 255), (*CONTACT.colour, 0)])
     contact = view.mean_colours((view.samples > 0).astype(np.uint8), palette)
@@ -127,25 +126,23 @@ def _panel(
 
 def flow_panel(
     field: FlowField,
-    gap: GridField,
+    film: GridFilm,
     scale: Scale,
     *,
-    representation: str = "linear",
     window: Window | None = None,
     long_side: int = LONG_SIDE,
     title: str = "",
 ) -> Panel:
     """Draw the flow density on a scale from `flow_scale`; see `flow_picture`."""
     triangles = flow_triangles(field, scale)
-    return _panel(gap, triangles, representation, window, long_side, title)
+    return _panel(film, triangles, window, long_side, title)
 
 
 def flow_picture(
     leak: LeakRate,
-    gap: GridField,
+    film: GridFilm,
     path: str | Path,
     *,
-    representation: str = "linear",
     scale: Scale | None = None,
     window: Window | None = None,
 ) -> Path:
@@ -155,12 +152,10 @@ def flow_picture(
     ----------
     leak : LeakRate
         Leak rate with its flow field.
-    gap : GridField
-        Gap [m] through which the fluid flows.
+    film : GridFilm
+        Film on a grid through which the fluid flows.
     path : str or Path
         The file, .png, .pdf or .svg.
-    representation : "linear" or "constant"
-        Representation of the gap in the solver.
     scale : Scale, optional
         From `flow_scale`, to compare pictures; if left out it spans DECADES below the peak.
     window : Window, optional
@@ -179,32 +174,30 @@ def flow_picture(
     """
     field = flow_of(leak)
     scale = flow_scale(field) if scale is None else scale
-    panel = flow_panel(field, gap, scale, representation=representation, window=window)
+    panel = flow_panel(field, film, scale, window=window)
     return write_page([[panel]], path, scale=scale, key=(CONTACT, NO_FLOW))
 
 
 def pressure_picture(
     leak: LeakRate,
-    gap: GridField,
+    film: GridFilm,
     path: str | Path,
     *,
-    representation: str = "linear",
     window: Window | None = None,
 ) -> Path:
     """Picture of the pressure, linear on each triangle; arguments as in `flow_picture`."""
     field = flow_of(leak)
     scale, factor = pressure_scale(field)
     triangles = Triangles(field.points, field.cells, field.pressure * factor, scale)
-    panel = _panel(gap, triangles, representation, window, LONG_SIDE, "")
+    panel = _panel(film, triangles, window, LONG_SIDE, "")
     return write_page([[panel]], path, scale=scale, key=(CONTACT, NOT_REACHED))
 
 
 def mesh_picture(
     leak: LeakRate,
-    gap: GridField,
+    film: GridFilm,
     path: str | Path,
     *,
-    representation: str = "linear",
     window: Window | None = None,
 ) -> Path:
     """Picture of the edges of the mesh on which the flow was solved, with contact in grey.
@@ -215,11 +208,11 @@ def mesh_picture(
     field = flow_of(leak)
     fine, bold = (Mesh(field.points, field.cells, EDGES, line) for line in (0.5, 0.8))
     if window is not None:
-        panels = [_panel(gap, bold, representation, window, LONG_SIDE, "")]
+        panels = [_panel(film, bold, window, LONG_SIDE, "")]
     else:
-        whole = _panel(gap, fine, representation, None, LONG_SIDE, "whole seal")
+        whole = _panel(film, fine, None, LONG_SIDE, "whole seal")
         peak = peak_window(field, whole.window)
-        detail = _panel(gap, bold, representation, peak, LONG_SIDE, "around the strongest flow")
+        detail = _panel(film, bold, peak, LONG_SIDE, "around the strongest flow")
         panels = [whole, detail]
     return write_page([panels], path, key=(CONTACT,))
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
+from fem_seal.film.grid_film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT_COLOUR, colour_map
 from fem_seal.render.offscreen import LONG_SIDE, Scale, Window, draw
@@ -55,18 +56,16 @@ def gap_scale(gap: GridField, highest: float | None = None) -> tuple[Scale, floa
 
 
 def gap_panel(
-    gap: GridField,
+    film: GridFilm,
     scale: Scale,
     factor: float,
     *,
-    representation: str = "linear",
     window: Window | None = None,
     long_side: int = LONG_SIDE,
     title: str = "",
 ) -> Panel:
     """Draw the gap on a scale from `gap_scale`; see `gap_picture` for the arguments."""
-    # The colours of samples do not depend on the sides.
-    view = mosaic(gap, "wall", representation, window, long_side)
+    view = mosaic(film, window, long_side)
     tiles = view.tiles(_colours(view, scale, factor))
     return Panel(draw([tiles], view.window, long_side), view.window, title)
 
@@ -83,10 +82,9 @@ def _colours(view: Mosaic, scale: Scale, factor: float) -> np.ndarray:
 
 
 def gap_picture(
-    gap: GridField,
+    film: GridFilm,
     path: str | Path,
     *,
-    representation: str = "linear",
     highest: float | None = None,
     window: Window | None = None,
 ) -> Path:
@@ -96,12 +94,10 @@ def gap_picture(
 
     Parameters
     ----------
-    gap : GridField
-        Gap [m].
+    film : GridFilm
+        Film on a grid.
     path : str or Path
         The file, .png, .pdf or .svg.
-    representation : "linear" or "constant"
-        Samples are vertices, or fill pixels.
     highest : float, optional
         Upper end of the bar [m], to compare pictures; if left out, as in `gap_scale`.
     window : Window, optional
@@ -118,7 +114,7 @@ def gap_picture(
     MissingPackage
         If no OpenGL library is installed.
     """
-    closed = highest is None and not gap.values.any()
-    scale, factor = (CLOSED, 1.0) if closed else gap_scale(gap, highest)
-    panel = gap_panel(gap, scale, factor, representation=representation, window=window)
+    closed = highest is None and film.highest == 0
+    scale, factor = (CLOSED, 1.0) if closed else gap_scale(film.field, highest)
+    panel = gap_panel(film, scale, factor, window=window)
     return write_page([[panel]], path, scale=None if closed else scale, key=(CONTACT,))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.files import atomic_write
+from fem_seal.film.grid_film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.letter.pictures import FlowPicture
 from fem_seal.letter.rows import CurrentRow, ErrorRow, PerssonRow
@@ -45,11 +46,11 @@ def contact_figure(contacts: dict[str, GridField], folder: Path) -> list[Path]:
     list of Path, the files
     """
     whole = [
-        contact_panel(gap, sides="periodic", long_side=PANEL_SIDE, title=_title(model, gap))
+        contact_panel(GridFilm(gap, "periodic"), long_side=PANEL_SIDE, title=_title(model, gap))
         for model, gap in contacts.items()
     ]
     parts = [
-        contact_panel(gap, sides="periodic", window=_part(gap), long_side=PANEL_SIDE)
+        contact_panel(GridFilm(gap, "periodic"), window=_part(gap), long_side=PANEL_SIDE)
         for gap in contacts.values()
     ]
     return _pages(folder, "fig1", lambda path: write_page([whole, parts], path, key=CONTACT_KEY))
@@ -75,8 +76,10 @@ def flow_figure(flows: dict[str, FlowPicture], folder: Path) -> list[Path]:
         field = replace(picture.flow, flux=picture.flow.flux / picture.peak)
         title = f"{_title(model, picture.gap)}, peak {picture.peak:.2g} m²/s"
         common = {"long_side": PANEL_SIDE}
-        whole.append(flow_panel(field, picture.gap, scale, title=title, **common))
-        parts.append(flow_panel(field, picture.gap, scale, window=_part(picture.gap), **common))
+        whole.append(flow_panel(field, GridFilm(picture.gap), scale, title=title, **common))
+        parts.append(
+            flow_panel(field, GridFilm(picture.gap), scale, window=_part(picture.gap), **common)
+        )
     key = (CONTACT, NO_FLOW)
     return _pages(
         folder, "fig2", lambda path: write_page([whole, parts], path, scale=scale, key=key)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.digits import readable
+from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.flow import (
     CONTACT,
@@ -19,7 +20,6 @@ from fem_seal.render.offscreen import LONG_SIDE, Mesh, Scale, Triangles, Window,
 from fem_seal.render.page import Panel, Swatch, write_page
 
 if TYPE_CHECKING:
-    from fem_seal.mesh.mesh_gap import MeshGap
     from fem_seal.mesh.triangles import TriangleMesh
 
 MARGIN = 0.02  # white margin around the shape, over its longer side
@@ -31,13 +31,13 @@ BOUNDARY_WIDTH = 4.0  # of the lines of inlet, outlet and walls [pixel]
 BOUNDARIES = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
 
 
-def mesh_picture(gap: "MeshGap", path: str | Path) -> Path:
+def mesh_picture(film: MeshFilm, path: str | Path) -> Path:
     """Picture of a mesh with its inlet, outlet and walls.
 
     Parameters
     ----------
-    gap : MeshGap
-        Gap [m] on its mesh.
+    film : MeshFilm
+        Film on the mesh.
     path : str or Path
         The file, .png, .pdf or .svg.
 
@@ -52,35 +52,35 @@ def mesh_picture(gap: "MeshGap", path: str | Path) -> Path:
     MissingPackage
         If no OpenGL library is installed.
     """
-    mesh = gap.mesh
-    layers = [*_contact_of(gap), Mesh(mesh.xy, mesh.cells, EDGES, 0.5), *_boundaries(mesh)]
-    return write_page([[_panel(layers, mesh)]], path, key=_key(gap))
+    mesh = film.mesh
+    layers = [*_contact_of(film), Mesh(mesh.xy, mesh.cells, EDGES, 0.5), *_boundaries(mesh)]
+    return write_page([[_panel(layers, mesh)]], path, key=_key(film))
 
 
-def gap_picture(gap: "MeshGap", path: str | Path) -> Path:
+def gap_picture(film: MeshFilm, path: str | Path) -> Path:
     """Picture of the gap, linear on each triangle, with contact in grey; see `mesh_picture`."""
-    mesh, highest = gap.mesh, float(gap.values.max())
+    mesh, highest = film.mesh, film.highest
     factor, unit = readable(highest, "m")
     scale = Scale(f"gap [{unit}]", 0.0, (highest or 1.0) * factor, False, GAP_COLOURS)
-    values = Triangles(mesh.xy, mesh.cells, gap.values * factor, scale)
-    layers = [values, *_contact_of(gap), *_boundaries(mesh)]
-    return write_page([[_panel(layers, mesh)]], path, scale=scale, key=_key(gap))
+    values = Triangles(mesh.xy, mesh.cells, film.values * factor, scale)
+    layers = [values, *_contact_of(film), *_boundaries(mesh)]
+    return write_page([[_panel(layers, mesh)]], path, scale=scale, key=_key(film))
 
 
-def flow_picture(leak: LeakRate, gap: "MeshGap", path: str | Path) -> Path:
+def flow_picture(leak: LeakRate, film: MeshFilm, path: str | Path) -> Path:
     """Picture of the flow density on a logarithmic scale; see `mesh_picture`."""
     field: FlowField = flow_of(leak)
     scale = flow_scale(field)
-    layers = [*_contact_of(gap), flow_triangles(field, scale), *_boundaries(gap.mesh)]
-    panel = _panel(layers, gap.mesh)
-    key = (*_key(gap), NO_FLOW) if scale.beyond == "min" or _pockets(gap, field) else _key(gap)
+    layers = [*_contact_of(film), flow_triangles(field, scale), *_boundaries(film.mesh)]
+    panel = _panel(layers, film.mesh)
+    key = (*_key(film), NO_FLOW) if scale.beyond == "min" or _pockets(film, field) else _key(film)
     return write_page([[panel]], path, scale=scale, key=key)
 
 
-def _pockets(gap: "MeshGap", field: FlowField) -> bool:
+def _pockets(film: MeshFilm, field: FlowField) -> bool:
     """Whether a part of the open area carries no flow: the field covers less than that area."""
-    open_cells = (gap.values[gap.mesh.cells] > 0).any(axis=1)
-    open_area = _area(gap.mesh.xy, gap.mesh.cells[open_cells])
+    open_cells = (film.values[film.mesh.cells] > 0).any(axis=1)
+    open_area = _area(film.mesh.xy, film.mesh.cells[open_cells])
     return _area(field.points, field.cells) < (1 - 1e-9) * open_area
 
 
@@ -90,13 +90,13 @@ def _area(points: np.ndarray, cells: np.ndarray) -> float:
     return 0.5 * float(np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum())
 
 
-def draw_shape(gap: "MeshGap", leak: LeakRate | None, folder: Path) -> tuple[str, ...]:
+def draw_shape(film: MeshFilm, leak: LeakRate | None, folder: Path) -> tuple[str, ...]:
     """Draw mesh, gap and, if the leak rate has a field, flow; return the names of the files."""
-    mesh_picture(gap, folder / "shape.png")
-    gap_picture(gap, folder / "gap.png")
+    mesh_picture(film, folder / "shape.png")
+    gap_picture(film, folder / "gap.png")
     if leak is None or leak.field is None:
         return "gap.png", "shape.png"
-    flow_picture(leak, gap, folder / "flow.png")
+    flow_picture(leak, film, folder / "flow.png")
     return "flow.png", "gap.png", "shape.png"
 
 
@@ -107,10 +107,10 @@ def _panel(layers: list[Triangles | Mesh], mesh: "TriangleMesh") -> Panel:
     return Panel(draw(layers, window, LONG_SIDE), window, along_x=False)
 
 
-def _contact_of(gap: "MeshGap") -> list[Mesh]:
+def _contact_of(film: MeshFilm) -> list[Mesh]:
     """Layer of the triangles in contact; empty list if there are none."""
-    in_contact = gap.mesh.cells[(gap.values[gap.mesh.cells] == 0).all(axis=1)]
-    return [Mesh(gap.mesh.xy, in_contact, CONTACT.colour, 0)] if len(in_contact) else []
+    in_contact = film.mesh.cells[(film.values[film.mesh.cells] == 0).all(axis=1)]
+    return [Mesh(film.mesh.xy, in_contact, CONTACT.colour, 0)] if len(in_contact) else []
 
 
 def _boundaries(mesh: "TriangleMesh") -> list[Mesh]:
@@ -122,7 +122,7 @@ def _boundaries(mesh: "TriangleMesh") -> list[Mesh]:
     ]
 
 
-def _key(gap: "MeshGap") -> tuple[Swatch, ...]:
+def _key(film: MeshFilm) -> tuple[Swatch, ...]:
     """Entries of the key for the boundaries and the contact that the picture shows."""
-    boundaries = [BOUNDARIES[name] for name, ends in gap.mesh.groups() if len(ends)]
-    return (*boundaries, CONTACT) if _contact_of(gap) else tuple(boundaries)
+    boundaries = [BOUNDARIES[name] for name, ends in film.mesh.groups() if len(ends)]
+    return (*boundaries, CONTACT) if _contact_of(film) else tuple(boundaries)

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.grid import GridField
+from fem_seal.film.grid_film import GridFilm
+from fem_seal.film.lattice import Lattice
 from fem_seal.render.offscreen import LONG_SIDE, Tiles, Window
-from fem_seal.topology.lattice import Lattice, lattice
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,9 +90,7 @@ class Mosaic:
 
 
 def mosaic(
-    gap: GridField,
-    sides: str,
-    representation: str,
+    film: GridFilm,
     window: Window | None = None,
     long_side: int = LONG_SIDE,
 ) -> Mosaic:
@@ -100,9 +98,8 @@ def mosaic(
 
     Parameters
     ----------
-    gap : GridField
-        Gap [m].
-    sides, representation : as in `fem_seal.topology.lattice.lattice`
+    film : GridFilm
+        Film on a grid.
     window : Window, optional
         Part of the seal to show; all if left out.
     long_side : int
@@ -117,7 +114,7 @@ def mosaic(
     InvalidInput
         If a linear gap has a single row or column, or the window extends beyond the seal.
     """
-    sites = lattice(gap, sides, representation)
+    sites = film.sites
     samples = sites.on_samples(sites.gap)
     whole = _rectangle(sites, samples.shape)
     window = whole if window is None else window

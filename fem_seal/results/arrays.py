@@ -15,7 +15,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 
 if TYPE_CHECKING:
-    from fem_seal.mesh.mesh_gap import MeshGap
+    from fem_seal.film.mesh_film import MeshFilm
 
 CONTACT_FILE = "contact.npz"
 FLOW_FILE = "flow.vtu"
@@ -76,7 +76,7 @@ def write_flow(folder: Path, field: FlowField) -> str:
     return FLOW_FILE
 
 
-def write_mesh(folder: Path, gap: "MeshGap") -> str:
+def write_mesh(folder: Path, gap: "MeshFilm") -> str:
     """Write the mesh of a shape with its gap; a scene can name the file as its own mesh.
 
     Parameters
@@ -108,7 +108,7 @@ def write_mesh(folder: Path, gap: "MeshGap") -> str:
     return MESH_FILE
 
 
-def read_mesh(folder: str | Path) -> "MeshGap":
+def read_mesh(folder: str | Path) -> "MeshFilm":
     """Gap on the mesh of a shape, as `write_mesh` has left it in a folder.
 
     Raises
@@ -118,9 +118,9 @@ def read_mesh(folder: str | Path) -> "MeshGap":
     """
     from scipy.spatial import cKDTree
 
+    from fem_seal.film.mesh_film import MeshFilm
     from fem_seal.mesh.checks import labelled
     from fem_seal.mesh.files import GroupNames, read_file, triangles_of
-    from fem_seal.mesh.mesh_gap import MeshGap
     from fem_seal.mesh.shape import shape_mesh
 
     path = Path(folder) / MESH_FILE
@@ -132,7 +132,7 @@ def read_mesh(folder: str | Path) -> "MeshGap":
     distance, at = cKDTree(triangles.xy).query(mesh.xy)
     if distance.any():
         raise InvalidInput(f"{path} is not as fem_seal writes it; run the scene again")
-    return MeshGap(mesh, gap[at])
+    return MeshFilm(mesh, gap[at])
 
 
 def _array(

@@ -16,6 +16,7 @@ from pydantic import AfterValidator, Field, ValidationError
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import peak_memory
 from fem_seal.quantities.error_budget import Uncertainty
@@ -225,8 +226,8 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = N
     return Result(
         state="sealed" if sealed else "leaking",
         percolates=not sealed,
-        contact_area_fraction=seal.contact_area_fraction,
-        mean_gap=seal.mean_gap,
+        contact_area_fraction=seal.film.contact_area_fraction,
+        mean_gap=seal.film.mean_gap,
         **_grid_numbers(seal),
         accuracy=AccuracyRecord.of(seal),
         preparation=StepRecord.all_of(seal),
@@ -247,11 +248,12 @@ def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = N
 
 def _grid_numbers(seal: Seal) -> dict[str, Any]:
     """Give the fields of Result that only a gap on a grid has."""
-    if seal.scene.shape is not None:
+    film = seal.film
+    if not isinstance(film, GridFilm):
         return {}
     return {
-        "gap_is_periodic": seal.gap.periodic,
-        "gap_slope": slope_between_samples(seal.gap),
+        "gap_is_periodic": film.field.periodic,
+        "gap_slope": slope_between_samples(film.field),
     }
 
 

@@ -273,13 +273,14 @@ def check_shape(scene: "Scene") -> bool:
         )
     if scene.accuracy is not None:
         raise ContradictionError(
-            "[accuracy] is for a contact on a grid; set flow.rtol and the size of the mesh"
+            "[accuracy] refines the grid of the contact, but a [shape] reads its gap at the vertices "
+            "of a mesh that stays as it is; set flow.rtol, and compare meshes by mesh_size"
         )
     unavailable = set(scene.output.products) - PRODUCTS
     if unavailable:
         raise ContradictionError(
-            f"output.products names {sorted(unavailable)[0]!r}, which is computed on a grid only; "
-            f"with [shape] choose from {', '.join(sorted(PRODUCTS))}"
+            f"output.products names {sorted(unavailable)[0]!r}, which is that of a periodic cell; a "
+            f"[shape] is none: choose from {', '.join(sorted(PRODUCTS))}"
         )
     if shape.own_gap:
         for name in ("gap", "surface", "solid", "contact"):
@@ -290,5 +291,8 @@ def check_shape(scene: "Scene") -> bool:
     return not shape.own_gap
 
 
-PRODUCTS = {"contact", "leak_rate", "pictures", "mesh", "constriction"}
+PRODUCTS = {
+    *("contact", "leak_rate", "pictures", "mesh"),
+    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume"),
+}
 _SAYS = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}

@@ -6,6 +6,7 @@ from math import nan
 from time import process_time
 
 from fem_seal.errors import NotConverged
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.grid import GridField
@@ -78,11 +79,9 @@ def _quadratic(gap: GridField, setting: Setting) -> Iterator[Answer]:
 
     start = process_time()
     leak = quadratic_upper(
-        gap,
+        GridFilm(gap, setting.sides, setting.representation),
         viscosity=setting.viscosity,
         pressure_drop=setting.pressure_drop,
-        sides=setting.sides,
-        representation=setting.representation,
     )
     yield Answer(QUADRATIC, leak.upper, "above", leak.unknowns, process_time() - start)
 

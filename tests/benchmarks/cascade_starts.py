@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 from rough_gaps import Case
 
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference.cascade import initial_error
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
@@ -38,7 +39,7 @@ def gaps(largest: int) -> Iterator[tuple[str, GridField]]:
 def main(largest: int) -> None:
     """Print a row a gap."""
     for name, gap in gaps(largest):
-        error = initial_error(flow_grid(gap, 1e-3, "wall", "linear", "linear-gap"))
+        error = initial_error(flow_grid(GridFilm(gap), 1e-3, "linear-gap"))
         print(
             f"| {name} | {gap.shape[0]}² | {error.mean_field_energy:.2g} → "
             f"{error.cascade_energy:.2g} | {error.energy_reduction:.2g} "

@@ -10,9 +10,9 @@ import sys
 
 from fem_seal.contact import solve
 from fem_seal.fenicsx import MPI
+from fem_seal.film.shaped import shaped_film
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
-from fem_seal.mesh.build import shaped_gap
 from fem_seal.scene import Scene
 from fem_seal.surface import Spectrum, self_affine
 
@@ -78,7 +78,7 @@ def main() -> None:
                 if smallest is None
                 else (f"gmsh, {smallest:g} to {largest:g} pixels")
             )
-            row(name, shaped_gap(shape(*sizes).shape, grid), exact.value)
+            row(name, shaped_film(shape(*sizes).shape, grid), exact.value)
 
 
 if __name__ == "__main__" and MPI.COMM_WORLD.rank == 0:

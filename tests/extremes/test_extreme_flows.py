@@ -8,10 +8,10 @@ from extreme_gaps import MOST_UNKNOWNS, ROUNDING, adaptive, assert_enclosed
 from sample_gaps import FLUID, rough_gap, striped_gap
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
-from fem_seal.topology.constriction import critical_constriction
 from fem_seal.verification.exact_cases import block_gap
 
 PART = "Flow"
@@ -178,7 +178,7 @@ def test_nearly_all_contact(open_samples, representation, show):
 def narrowed(part):
     """Leak rate of a rough contact whose critical constriction keeps this part of its gap."""
     gap = rough_gap((24, 24), 0.3, 1)
-    width = critical_constriction(gap, "periodic", "linear").gap
+    width = GridFilm(gap, "periodic").constriction.gap
     values = np.maximum(0.0, gap.values - width)
     values[gap.values == width] = part * width
     return adaptive(GridField(values, gap.spacing, periodic=True), sides="periodic")

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference.cascade import (
     BLOCK_RTOL,
     coarse_grid,
@@ -25,7 +26,7 @@ approx = partial(pytest.approx, rel=1e-12, abs=0.0)
 
 def grid(values, sides="wall", representation="linear", spacing=(1.0, 1.0)):
     gap = GridField(values, spacing, periodic=True)
-    return flow_grid(gap, 1 / 12, sides, representation, "linear-gap")
+    return flow_grid(GridFilm(gap, sides, representation), 1 / 12, "linear-gap")
 
 
 def wavy(n):

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.finite_difference.relaxation import relax
@@ -289,6 +290,6 @@ def test_bad_input_is_refused():
 def test_relaxation_that_does_not_converge_raises():
     """Each step of conjugate gradients reaches one row further: ten cannot cross 40 rows."""
     g = random_gap(1, (40, 40), contact=0.2)
-    grid = flow_grid(GridField(g, (1, 1)), 1 / 12, "wall", "constant", "harmonic")
+    grid = flow_grid(GridFilm(GridField(g, (1, 1)), "wall", "constant"), 1 / 12, "harmonic")
     with pytest.raises(NotConverged, match="after 10 steps"):
         relax(grid.network, grid.carrying, np.zeros(grid.open.shape), 1e-8, max_iterations=10)

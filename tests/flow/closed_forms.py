@@ -17,10 +17,10 @@ from sample_gaps import FLUID
 from triangulations import grid_mesh
 
 from fem_seal.errors import FemSealError
+from fem_seal.film import MeshFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
-from fem_seal.mesh.mesh_gap import MeshGap
 
 # The closed form is a sum of positive terms of up to 20 roundings each, and the spacings of a grid
 # and the ratio of them one each.
@@ -95,7 +95,7 @@ class Case:
         return np.repeat(heights[None, :], self.times, axis=0)
 
     @property
-    def gap(self) -> GridField | MeshGap:
+    def gap(self) -> GridField | MeshFilm:
         """The gap; periodic sides are those of a grid that repeats in both directions."""
         values = self.values
         if self.on != "mesh":
@@ -103,7 +103,7 @@ class Case:
         mx, my = values.shape[0] - 1, values.shape[1] - 1
         mesh = grid_mesh((mx, my), (mx * self.spacing[0], my * self.spacing[1]))
         pixel = np.rint(mesh.xy / self.spacing).astype(int)
-        return MeshGap(mesh, values[tuple(pixel.T)])
+        return MeshFilm(mesh, values[tuple(pixel.T)])
 
     @property
     def exact(self) -> float:

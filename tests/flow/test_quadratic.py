@@ -5,6 +5,7 @@ import pytest
 from sample_gaps import rough_gap
 
 from fem_seal.errors import NotConverged
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate, linear
 from fem_seal.flow.quadratic import quadratic_upper
 from fem_seal.grid import GridField
@@ -13,7 +14,7 @@ from fem_seal.grid import GridField
 def unit(gap, spacing=(1.0, 1.0), periodic=False, **choices):
     """Leak rate with K = g³."""
     return quadratic_upper(
-        GridField(gap, spacing, periodic), viscosity=1 / 12, pressure_drop=1.0, **choices
+        GridFilm(GridField(gap, spacing, periodic), **choices), viscosity=1 / 12, pressure_drop=1.0
     )
 
 
@@ -58,7 +59,9 @@ def test_scales_and_mirrors():
     """Q ~ g³ Δp/η; the mirror across the flow changes nothing but the diagonals' order."""
     gap = rough_gap((9, 9), 0.2, 3).values
     leak = unit(gap)
-    scaled = quadratic_upper(GridField(3e-6 * gap, (1e-6, 1e-6)), viscosity=1e-3, pressure_drop=1e5)
+    scaled = quadratic_upper(
+        GridFilm(GridField(3e-6 * gap, (1e-6, 1e-6))), viscosity=1e-3, pressure_drop=1e5
+    )
     assert scaled.value == pytest.approx(leak.value * 2.7e-17 * 1e5 / 12e-3, rel=1e-7, abs=0)
     # 8 squares: the alternating diagonals of the mirrored grid are those of the grid mirrored.
     assert unit(gap[::-1]).value == pytest.approx(leak.value, rel=1e-7)

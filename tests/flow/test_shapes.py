@@ -23,26 +23,26 @@ from triangulations import (
 )
 
 from fem_seal.fenicsx import MPI
+from fem_seal.film import GridFilm
+from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.unknowns import dual_unknowns, open_cells
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
-from fem_seal.mesh.mesh_gap import MeshGap
 from fem_seal.mesh.shape import shape_mesh
 from fem_seal.mesh.triangles import INLET, ISLAND, OUTLET
 from fem_seal.theory.closed_forms import annulus
-from fem_seal.topology.constriction import critical_constriction
 
 ENERGY = 1e-8  # relative energy error at which CG stops
 
 
-def uniform(mesh, gap=1.0) -> MeshGap:
-    return MeshGap(mesh, np.full(len(mesh.xy), gap))
+def uniform(mesh, gap=1.0) -> MeshFilm:
+    return MeshFilm(mesh, np.full(len(mesh.xy), gap))
 
 
-def bounds_on(gap: MeshGap, unknowns: int = 1, energy: float = ENERGY) -> np.ndarray:
+def bounds_on(gap: MeshFilm, unknowns: int = 1, energy: float = ENERGY) -> np.ndarray:
     """Lower and upper bound on the given mesh, or on its last uniform refinement."""
     limits = Limits(unknowns=unknowns)
     options = {"method": "uniform", "rtol": 1e-9, "every_dual": True} | FLUID
@@ -103,7 +103,7 @@ def test_face_seal_with_a_gap_that_varies(gap, exact):
     for n in (1, 2, 4):
         mesh = ring(4 * n, 36 * n)
         x, y = mesh.xy.T
-        lower, upper = bounds_on(MeshGap(mesh, gap(np.hypot(x, y), np.arctan2(y, x))))
+        lower, upper = bounds_on(MeshFilm(mesh, gap(np.hypot(x, y), np.arctan2(y, x))))
         errors.append([abs(lower - exact), abs(upper - exact)])
     assert (observed_orders(errors)[-1] > 1.8).all(), errors
     assert np.array(errors)[-1].max() < 1e-2 * exact
@@ -115,7 +115,7 @@ def test_the_cut_may_lie_anywhere():
     for start in (0, 5):
         mesh = ring(3, 15, turn=2 * np.pi * start / 15)
         angle = np.arctan2(*mesh.xy.T[::-1])
-        gap = MeshGap(mesh, 1 + 0.8 * np.cos(angle) * np.hypot(*mesh.xy.T) / 2)
+        gap = MeshFilm(mesh, 1 + 0.8 * np.cos(angle) * np.hypot(*mesh.xy.T) / 2)
         cut = mesh.xy[mesh.top & mesh.inlet]
         found.append((cut, bounds_on(gap, energy=1e-13)))
     assert np.linalg.norm(found[0][0] - found[1][0]) > 0.5
@@ -129,7 +129,7 @@ def test_units_and_directions_do_not_matter():
     reference = bounds_on(gap)
     moved = mesh.xy @ np.array([[0.6, 0.8], [-0.8, 0.6]]) * 1e-3 + (5, -7)
     for changed in (type(mesh)(moved, mesh.cells, mesh.sides, mesh.twin),):
-        assert bounds_on(MeshGap(changed, gap.values)) == pytest.approx(
+        assert bounds_on(MeshFilm(changed, gap.values)) == pytest.approx(
             reference, rel=1e-6, abs=0
         )  # shifted by 5000 lengths: nine of sixteen digits are left of the differences
 
@@ -229,8 +229,8 @@ def test_the_pixel_mesh_as_a_mesh_of_any_shape(contact):
     grid = GridField(gap.vertices(), (0.5, 0.25))
     mesh = grid_mesh((16, 12), (8.0, 3.0))
     i, j = np.rint(mesh.xy / (0.5, 0.25)).astype(int).T
-    shape = MeshGap(mesh, grid.values[i, j])
-    assert shape.constriction.gap == critical_constriction(grid, "wall", "linear").gap
+    shape = MeshFilm(mesh, grid.values[i, j])
+    assert shape.constriction.gap == GridFilm(grid).constriction.gap
     options = FLUID | {"method": "uniform", "rtol": 1e-9, "every_dual": True}
     on_grid = leak_rate(grid, limits=Limits(unknowns=1), **options)
     on_mesh = leak_rate(shape, limits=Limits(unknowns=1), **options)
@@ -250,12 +250,12 @@ def test_a_channel_once_around_the_ring_meets_the_cut():
     j = np.rint(np.arctan2(mesh.xy[:, 1], mesh.xy[:, 0]) / (2 * np.pi / nt)).astype(int) % nt
     along = (j - 3 * i) % nt
     spiral = along <= 3
-    gap = MeshGap(mesh, spiral.astype(float))
+    gap = MeshFilm(mesh, spiral.astype(float))
     assert gap.constriction.gap == 1.0
     lower, upper = bounds_on(gap, 5000)
     assert 0 < lower < upper < 1.2 * lower
     cut_through = spiral & ~((i == 3) & (along == 1))
-    assert MeshGap(mesh, cut_through.astype(float)).constriction is None
+    assert MeshFilm(mesh, cut_through.astype(float)).constriction is None
 
 
 def test_no_hat_stands_on_a_wall():

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import Delaunay
 
-from fem_seal.mesh.mesh_gap import MeshGap
+from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.mesh.shape import shape_mesh
 from fem_seal.mesh.triangles import INLET, INSIDE, ISLAND, OUTLET, TriangleMesh
 
@@ -75,11 +75,11 @@ def _doubled(xy: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
 
 
-def random_gap(mesh: TriangleMesh, seed: int, contact: float) -> MeshGap:
+def random_gap(mesh: TriangleMesh, seed: int, contact: float) -> MeshFilm:
     """Independent gaps at the vertices, a part of them 0."""
     rng = np.random.default_rng(seed)
     values = rng.uniform(0.05, 1, len(mesh.xy)) * (rng.random(len(mesh.xy)) > contact)
-    return MeshGap(mesh, values[mesh.twin])
+    return MeshFilm(mesh, values[mesh.twin])
 
 
 def grid_mesh(shape: tuple[int, int], size: tuple[float, float]) -> TriangleMesh:

@@ -8,12 +8,12 @@ from project import write_toml
 
 from fem_seal.cli import main
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.mesh.build import shaped_gap
+from fem_seal.film.shaped import shaped_film
 from fem_seal.scene import Scene
 
 
 def gap_of(path, **fields):
-    return shaped_gap(Scene.from_mapping(scene_of(path, **fields)).shape, None)
+    return shaped_film(Scene.from_mapping(scene_of(path, **fields)).shape, None)
 
 
 def side_lengths(gap) -> dict[str, float]:
@@ -232,7 +232,7 @@ def test_written_mesh_is_read_back(tmp_path):
 
     ring = {"kind": "face-seal", "inner_radius": 1, "outer_radius": 2, "mesh_size": 0.5}
     scene = scene_of(tmp_path) | {"shape": ring | {"gap": 1e-6}}
-    gap = shaped_gap(Scene.from_mapping(scene).shape, None)
+    gap = shaped_film(Scene.from_mapping(scene).shape, None)
     write_mesh(tmp_path, gap)
     again = gap_of(tmp_path / "mesh.vtu")
     assert again.mesh.periodic

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from fem_seal.film import GridFilm
+from fem_seal.film.lattice import lattice
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
@@ -12,7 +14,6 @@ from fem_seal.quantities.constriction import (
     channel_width,
     constriction,
 )
-from fem_seal.topology.lattice import lattice
 
 SPACING = (1e-6, 2e-6)
 
@@ -27,7 +28,7 @@ def slot(first, last, shape=(17, 33), periodic=False):
 
 def test_width_of_a_slot():
     """From contact to contact: a P1 gap is open up to the contact sample itself."""
-    found = constriction(slot(10, 19), "wall", "linear")
+    found = constriction(GridFilm(slot(10, 19), "wall", "linear"))
     assert found.gap == 0.5e-6
     assert found.x == 8e-6
     assert found.width == pytest.approx(11 * 2e-6, rel=1e-12)
@@ -38,13 +39,13 @@ def test_width_of_a_slot_of_pixels():
     """Pixels end half-way to the next centre: ten pixels are ten pixels wide."""
     spacing = (2e-6, 2e-6)
     gap = GridField(slot(10, 19).values, spacing)
-    assert constriction(gap, "wall", "constant").width == pytest.approx(10 * 2e-6, rel=1e-12)
+    assert constriction(GridFilm(gap, "wall", "constant")).width == pytest.approx(10 * 2e-6, rel=1e-12)
 
 
 def test_walls_are_solid():
-    linear = constriction(slot(0, 9), "wall", "linear")
+    linear = constriction(GridFilm(slot(0, 9), "wall", "linear"))
     assert linear.width == pytest.approx(10 * 2e-6, rel=1e-6)
-    pixels = constriction(GridField(slot(0, 9).values, (2e-6, 2e-6)), "wall", "constant")
+    pixels = constriction(GridFilm(GridField(slot(0, 9).values, (2e-6, 2e-6)), "wall", "constant"))
     assert pixels.width == pytest.approx(10 * 2e-6, rel=1e-6)
 
 
@@ -52,7 +53,7 @@ def test_width_across_the_seam():
     """Rolling a periodic gap around moves the place and nothing else."""
     gap = slot(10, 19, periodic=True)
     rolled = GridField(np.roll(gap.values, 16, axis=1), SPACING, periodic=True)
-    straight, seam = (constriction(g, "periodic", "linear") for g in (gap, rolled))
+    straight, seam = (constriction(GridFilm(g, "periodic", "linear")) for g in (gap, rolled))
     assert seam.width == pytest.approx(straight.width, rel=1e-12)
     assert seam.gap == straight.gap
 
@@ -61,7 +62,7 @@ def test_width_beyond_the_first_look():
     """Contact further away than what is looked at first is found."""
     width = 5 * REACH
     gap = slot(2, 1 + width, shape=(9, width + 4))
-    assert constriction(gap, "wall", "linear").width == pytest.approx((width + 1) * 2e-6)
+    assert constriction(GridFilm(gap, "wall", "linear")).width == pytest.approx((width + 1) * 2e-6)
 
 
 def test_width_of_an_oblique_channel():
@@ -101,12 +102,12 @@ def test_dissipation_of_a_linear_potential():
 
 def test_no_contact_no_width():
     gap = GridField(np.full((9, 9), 1e-6), SPACING, periodic=True)
-    found = constriction(gap, "periodic", "linear")
+    found = constriction(GridFilm(gap, "periodic", "linear"))
     assert (found.gap, found.width, found.pressure_share) == (1e-6, None, None)
 
 
 def test_sealed_gap_has_none():
-    assert constriction(GridField(np.zeros((5, 5)), SPACING), "wall", "linear") is None
+    assert constriction(GridFilm(GridField(np.zeros((5, 5)), SPACING), "wall", "linear")) is None
 
 
 def neck(height):
@@ -123,7 +124,7 @@ def test_share_of_a_low_hole():
     for height in (0.05e-6, 0.8e-6):
         gap = neck(height)
         field = leak_rate(gap, viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True).field
-        found = constriction(gap, "wall", "linear", field, field.pressure)
+        found = constriction(GridFilm(gap, "wall", "linear"), field, field.pressure)
         assert found.gap == height
         shares.append(found.pressure_share)
     # A hole 20 times lower has 8000 times the resistance of a square; all else is a few squares.
@@ -141,7 +142,7 @@ def test_share_is_seen_through_the_seam():
         rolled = GridField(np.roll(gap, roll, axis=1), (1e-6, 1e-6), periodic=True)
         options = {"sides": "periodic", "rtol": 0.1, "field": True}
         field = leak_rate(rolled, viscosity=1e-3, pressure_drop=1e5, **options).field
-        found = constriction(rolled, "periodic", "linear", field, field.pressure)
+        found = constriction(GridFilm(rolled, "periodic", "linear"), field, field.pressure)
         shares.append(found.pressure_share)
     assert shares[1] == pytest.approx(shares[0], abs=0.01)
     assert shares[0] > 0.99

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from fem_seal.contact import bearing, solve
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.quantities.constriction import constriction
 from fem_seal.quantities.of_seal import quantities
 from fem_seal.quantities.threshold import threshold_of_cut, threshold_of_pressure
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
-from fem_seal.topology.percolation import is_sealed
 
 
 @pytest.fixture
@@ -26,14 +26,14 @@ def scene(small_scene):
 
 
 def sealed(gap):
-    return is_sealed(gap, "periodic", "linear")
+    return GridFilm(gap, "periodic").sealed
 
 
 def test_lowering_by_the_constriction_just_seals():
     values = np.random.default_rng(1).random((40, 40))
     gap = GridField(values, (1.0, 1.0), periodic=True)
-    tightest = constriction(gap, "periodic", "linear")
-    found = threshold_of_cut(gap, "periodic", "linear", "gap")
+    tightest = constriction(GridFilm(gap, "periodic"))
+    found = threshold_of_cut(GridFilm(gap, "periodic"), "gap")
     for part, state, area in ((0.999999, False, found.area_leaking), (1, True, found.area_sealed)):
         lowered = np.maximum(values - part * tightest.gap, 0)
         assert sealed(GridField(lowered, (1.0, 1.0), periodic=True)) is state
@@ -43,7 +43,7 @@ def test_lowering_by_the_constriction_just_seals():
 
 
 def test_gap_that_is_sealed_has_no_threshold_of_its_own():
-    assert threshold_of_cut(GridField(np.zeros((4, 4)), (1, 1)), "wall", "linear", "gap") is None
+    assert threshold_of_cut(GridFilm(GridField(np.zeros((4, 4)), (1, 1))), "gap") is None
 
 
 @pytest.mark.parametrize("area", [0.1, 0.8])

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from drawn_fields import smooth_gap
 
+from fem_seal.film import GridFilm
+from fem_seal.film.lattice import lattice
 from fem_seal.grid import GridField
 from fem_seal.render.contact import CONTACT_KEY, contact_classes, contact_panel
 from fem_seal.render.offscreen import Window
-from fem_seal.topology.lattice import lattice
 
 pytestmark = pytest.mark.render
 PALETTE = np.array([swatch.colour for swatch in CONTACT_KEY], dtype=float)
@@ -32,7 +33,7 @@ def test_colours_cover_the_area_shares(sides, area):
     gap = smooth_gap((96, 64), area, seed=3)
     sites = lattice(gap, sides, "linear")
     classes = sites.on_samples(contact_classes(sites)).astype(int)
-    pixels = contact_panel(gap, sides=sides, long_side=SIDE).pixels
+    pixels = contact_panel(GridFilm(gap, sides), long_side=SIDE).pixels
     assert pixels.shape == (400, 600, 3)
     nearest = np.abs(pixels[:, :, None, :] - PALETTE).sum(axis=3).argmin(axis=2)
     drawn = np.bincount(nearest.ravel(), minlength=4) / nearest.size
@@ -48,7 +49,7 @@ def test_thinned_grid_keeps_the_area_shares():
     gap = smooth_gap((1300, 900), 0.4, seed=1)
     sites = lattice(gap, "wall", "linear")
     shares = area_shares(contact_classes(sites))
-    pixels = contact_panel(gap, long_side=260).pixels
+    pixels = contact_panel(GridFilm(gap), long_side=260).pixels
     # 5 x 5 samples per tile; rounding to 8 bits is random, tiles do not cross the frame by more
     # than half a sample on each of four sides, and that error is at most the rim's share.
     rim = 2 / 1300 + 2 / 900
@@ -63,7 +64,7 @@ def test_one_contact_sample_is_drawn_at_its_position():
     values = np.ones((31, 21))
     values[7, 16] = 0.0
     gap = GridField(values, (1e-6, 2e-6))
-    pixels = contact_panel(gap, long_side=SIDE).pixels
+    pixels = contact_panel(GridFilm(gap), long_side=SIDE).pixels
     height, width = pixels.shape[:2]
     dark = np.argwhere((pixels == PALETTE[1]).all(axis=2))  # the only patch is the largest
     y, x = height - (dark[:, 0].mean() + 0.5), dark[:, 1].mean() + 0.5
@@ -86,7 +87,7 @@ def test_clusters_join_across_periodic_sides_only():
 
 def test_constant_representation_fills_whole_pixels():
     gap = GridField(np.array([[1.0, 0.0], [1.0, 1.0], [1.0, 1.0]]), (1e-6, 1e-6))
-    panel = contact_panel(gap, representation="constant", long_side=600)
+    panel = contact_panel(GridFilm(gap, "wall", "constant"), long_side=600)
     assert panel.window == Window(0.0, 3e-6, 0.0, 2e-6)
     contact = (panel.pixels == PALETTE[1]).all(axis=2)
     assert contact[:200, :200].all()  # sample (0, 1): left column, upper row
@@ -95,8 +96,8 @@ def test_constant_representation_fills_whole_pixels():
 
 def test_window_shows_the_same_tiles_larger():
     gap = smooth_gap((64, 64), 0.4, seed=5, periodic=False)
-    whole = contact_panel(gap, long_side=630).pixels  # 10 pixels per sample
-    part = contact_panel(gap, long_side=630, window=Window(0, 21e-6, 21e-6, 42e-6)).pixels
+    whole = contact_panel(GridFilm(gap), long_side=630).pixels  # 10 pixels per sample
+    part = contact_panel(GridFilm(gap), long_side=630, window=Window(0, 21e-6, 21e-6, 42e-6)).pixels
     # Three times as large: every 15th pixel of the part is every 5th of the whole. Both stay clear
     # of the edges of tiles, which lie at 5 + 10 k in the whole and 15 + 30 k in the part.
     np.testing.assert_array_equal(part[7::15, 7::15], whole[212:420:5, 2:210:5])

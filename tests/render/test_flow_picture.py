@@ -5,13 +5,14 @@ import pytest
 from drawn_fields import leaking, positions, smooth_gap, structured_flow
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.render import flow
 from fem_seal.render.offscreen import Scale, Window
 
 pytestmark = pytest.mark.render
-OPEN = GridField(np.ones((21, 11)), (1e-6, 1e-6))  # 20 by 10 µm
+OPEN = GridFilm(GridField(np.ones((21, 11)), (1e-6, 1e-6)))  # 20 by 10 µm
 SIZE = (20e-6, 10e-6)
 SIDE = 600  # 30 pixels per interval
 
@@ -78,7 +79,7 @@ def test_contact_covers_flow_cells_and_pockets_are_white():
     gap = GridField(values, (1e-6, 1e-6))
     # One coarse row of cells, which reaches 1.5 samples into the contact: tiles begin at 13.5.
     field = structured_flow(1, 1, (15e-6, 10e-6), lambda x: 1e-6 + 0 * x)
-    pixels = flow.flow_panel(field, gap, flow.flow_scale(field), long_side=SIDE).pixels
+    pixels = flow.flow_panel(field, GridFilm(gap), flow.flow_scale(field), long_side=SIDE).pixels
     contact, pocket = (np.array(s.colour) for s in (flow.CONTACT, flow.NO_FLOW))
     right = pixels[:, 405:].reshape(-1, 3)
     grey = (right == contact).all(axis=1).sum()
@@ -130,7 +131,7 @@ def test_pictures_are_written(tmp_path):
     gap = smooth_gap((32, 32), 0.3, periodic=False)
     field = structured_flow(31, 31, gap.size, lambda x: 1e-9 * (1 + x))
     for picture in (flow.flow_picture, flow.pressure_picture, flow.mesh_picture):
-        path = picture(leaking(field), gap, tmp_path / f"{picture.__name__}.png")
+        path = picture(leaking(field), GridFilm(gap), tmp_path / f"{picture.__name__}.png")
         assert path.stat().st_size > 10_000
     assert len(list(tmp_path.iterdir())) == 3
 

@@ -7,6 +7,7 @@ from PIL import Image
 
 from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.render.gap import CONTACT, gap_panel, gap_picture, gap_scale
 from fem_seal.render.tiles import mosaic
@@ -17,7 +18,7 @@ pytestmark = pytest.mark.render
 def test_gap_can_be_recovered_from_tile_colours():
     gap = smooth_gap((40, 24), 0.3, periodic=False)
     scale, factor = gap_scale(gap, highest=float(gap.values.max()))
-    pixels = gap_panel(gap, scale, factor, long_side=780).pixels  # 20 pixels per sample
+    pixels = gap_panel(GridFilm(gap), scale, factor, long_side=780).pixels  # 20 pixels per sample
     assert pixels.shape == (460, 780, 3)
     # Interior samples sit at multiples of 20 pixels, in the middle of their tile.
     middle = pixels[::-1][20:-1:20, 20:-1:20].transpose(1, 0, 2)
@@ -36,7 +37,7 @@ def test_picture_is_unit_neutral(length):
     """Gap and plane measured in other units give the same drawing, to the last bit."""
     gap = smooth_gap((30, 20), 0.3)
     other = GridField(gap.values * length, tuple(s * length for s in gap.spacing), True)
-    drawn = [gap_panel(g, *gap_scale(g), long_side=120).pixels for g in (gap, other)]
+    drawn = [gap_panel(GridFilm(g), *gap_scale(g), long_side=120).pixels for g in (gap, other)]
     # Powers of ten in the unit of the bar round once: colours may move by one of 255 steps.
     assert np.abs(drawn[0].astype(int) - drawn[1]).max() <= 1
 
@@ -73,7 +74,7 @@ def test_bar_ends_at_the_quantile_of_the_gap():
 def test_closed_gap_is_all_contact(tmp_path):
     """A gap of 0 everywhere is drawn, although it has no scale."""
     closed = GridField(np.zeros((5, 5)), (1e-6, 1e-6))
-    with Image.open(gap_picture(closed, tmp_path / "gap.png")) as image:
+    with Image.open(gap_picture(GridFilm(closed), tmp_path / "gap.png")) as image:
         pixels = np.asarray(image.convert("RGB"))
     assert (pixels == CONTACT.colour).all(axis=2).mean() > 0.6
     with pytest.raises(InvalidInput, match="zero everywhere"):
@@ -83,7 +84,7 @@ def test_closed_gap_is_all_contact(tmp_path):
 def test_large_grids_become_few_tiles():
     """At most two tiles per pixel along each axis, for any number of samples."""
     values = np.broadcast_to(np.float64(1e-6), (3000, 2000))
-    view = mosaic(GridField(values, (1e-6, 1e-6)), "wall", "linear", long_side=300)
+    view = mosaic(GridFilm(GridField(values, (1e-6, 1e-6))), long_side=300)
     nx, ny = view.mean(view.crop(view.samples)).shape
     assert nx <= 2 * 300
     assert ny <= 2 * 240
@@ -93,7 +94,7 @@ def test_large_grids_become_few_tiles():
 def test_block_means_keep_the_mean():
     rng = np.random.default_rng(0)
     gap = GridField(rng.random((1001, 703)), (1.0, 1.0))
-    view = mosaic(gap, "wall", "linear", long_side=240)
+    view = mosaic(GridFilm(gap), long_side=240)
     block = view.block
     assert block == (4, 2)
     mean = view.mean(view.samples)
@@ -105,7 +106,7 @@ def test_block_means_keep_the_mean():
 def test_file_has_a_fixed_size_and_is_not_blank(tmp_path):
     sizes = set()
     for seed in (1, 2):
-        path = gap_picture(smooth_gap((40, 40), 0.3, seed=seed), tmp_path / f"{seed}.png")
+        path = gap_picture(GridFilm(smooth_gap((40, 40), 0.3, seed=seed)), tmp_path / f"{seed}.png")
         with Image.open(path) as image:
             sizes.add(image.size)
             assert len(image.convert("RGB").getcolors(maxcolors=2_000_000)) > 100

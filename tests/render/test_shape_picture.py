@@ -17,7 +17,7 @@ SIZE = {"length": "4 mm", "width": "2 mm", "mesh_size": "1 mm"}
 
 def strip(gap):
     scene = {"shape": {"kind": "rectangle", **SIZE, **gap}, "output": {"products": ["contact"]}}
-    return Seal(Scene.from_mapping(scene)).gap
+    return Seal(Scene.from_mapping(scene)).film
 
 
 def flow_everywhere(film, density=1.0):

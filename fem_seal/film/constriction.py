@@ -14,14 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.grid import GridField
-from fem_seal.topology import clusters
-from fem_seal.topology.lattice import Lattice, lattice
-from fem_seal.topology.percolation import spans
+from fem_seal.film import clusters
+from fem_seal.film.lattice import Lattice
+from fem_seal.film.widest_path import widest_path
 
 
 @dataclass(frozen=True)
-class Constriction:
+class CriticalConstriction:
     """The tightest place of the widest path.
 
     Attributes
@@ -36,43 +35,18 @@ class Constriction:
     position: tuple[float, float]
 
 
-def critical_constriction(gap: GridField, sides: str, representation: str) -> Constriction | None:
-    """Bottleneck of the widest path from inlet to outlet.
+def critical_constriction(sites: Lattice) -> CriticalConstriction | None:
+    """Bottleneck of the widest path from inlet to outlet; None if no open path joins them.
 
-    Parameters
-    ----------
-    gap : GridField
-        Gap [m], zero in contact.
-    sides : "wall" or "periodic"
-    representation : "linear" or "constant"
-
-    Returns
-    -------
-    Constriction, or None if the gap is sealed. Where several points of the widest path have the
-    critical gap, the first in the order of the samples is returned.
-
-    Raises
-    ------
-    InvalidInput
-        As in `lattice.lattice`.
+    Where several points of the widest path have the critical gap, the first in the order of the
+    sites is returned.
     """
-    sites = lattice(gap, sides, representation)
-    candidates = np.unique(sites.gap[sites.open])
-    if candidates.size == 0 or not spans(sites.open, sites.connectivity, sides):
+    critical = widest_path(sites)
+    if critical == 0:
         return None
-    # Every path starts on the inlet and ends on the outlet: their largest gaps bound g_c.
-    widest = min(sites.gap[0].max(), sites.gap[-1].max())
-    spanning, blocked = 0, int(np.searchsorted(candidates, widest, side="right"))
-    while blocked - spanning > 1:
-        middle = (spanning + blocked) // 2
-        if spans(sites.gap >= candidates[middle], sites.connectivity, sides):
-            spanning = middle
-        else:
-            blocked = middle
-    critical = float(candidates[spanning])
     i, j = _tightest_site(sites, critical)
     (x0, y0), (dx, dy) = sites.origin, sites.spacing
-    return Constriction(critical, (x0 + i * dx, y0 + j * dy))
+    return CriticalConstriction(critical, (x0 + i * dx, y0 + j * dy))
 
 
 def _tightest_site(sites: Lattice, critical: float) -> tuple[int, int]:

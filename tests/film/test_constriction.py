@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from slow_reference import edges
 
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.topology.constriction import critical_constriction
-from fem_seal.topology.pockets import trapped, trapped_volume
 
 # No absolute tolerance: pytest's default of 1e-12 would accept any volume or gap in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
@@ -53,7 +52,7 @@ def test_critical_constriction_is_the_bottleneck_of_dijkstras_path(h, sides, rep
         sites = gap.vertices()[:, :-1] if sides == "periodic" else gap.vertices()
         connectivity = "triangulation"
     expected = slow_bottleneck(sites, connectivity, (False, sides == "periodic"))
-    constriction = critical_constriction(gap, sides, representation)
+    constriction = GridFilm(gap, sides, representation).constriction
     if expected == 0:
         assert constriction is None
         return
@@ -70,7 +69,7 @@ def test_gap_and_position_of_a_saddle(representation):
     y = np.linspace(-1, 1, 41)[None, :]
     h = np.maximum(0.0, 0.2 + x**2 - 2 * y**2)
     gap = GridField(h, (0.05, 0.05))
-    constriction = critical_constriction(gap, "wall", representation)
+    constriction = GridFilm(gap, "wall", representation).constriction
     assert constriction.gap == approx(0.2, abs=1e-12)
     shift = 0.025 if representation == "constant" else 0.0
     assert constriction.position == approx((1 + shift, 1 + shift))
@@ -78,7 +77,7 @@ def test_gap_and_position_of_a_saddle(representation):
 
 def test_critical_gap_of_a_uniform_gap_is_that_gap():
     gap = GridField(np.full((3, 4), 2e-6), (1, 1))
-    assert critical_constriction(gap, "wall", "linear").gap == 2e-6
+    assert GridFilm(gap).constriction.gap == 2e-6
 
 
 def test_trapped_volume_of_one_vertex():
@@ -88,8 +87,8 @@ def test_trapped_volume_of_one_vertex():
         h[i, j] = 3e-6
         gap = GridField(h, (2.0, 0.5))
         exact = 3e-6 * (triangles * 0.5 * 2.0 * 0.5) / 3
-        assert trapped_volume(gap, "wall", "linear") == approx(exact, rel=1e-14)
-        assert trapped_volume(gap, "wall", "constant") == approx(3e-6, rel=1e-14)
+        assert GridFilm(gap).trapped_volume == approx(exact, rel=1e-14)
+        assert GridFilm(gap, "wall", "constant").trapped_volume == approx(3e-6, rel=1e-14)
 
 
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
@@ -100,10 +99,10 @@ def test_pocket_of_a_uniform_gap_holds_gap_times_area(sides, representation):
     h[2] = h[9] = 0
     gap = GridField(h, (1.0, 1.0), periodic=True)
     exact = 8 * 6 * 1e-6  # linear: 5 rows of pixels and 2 half rows; constant: 6 rows
-    assert trapped_volume(gap, sides, representation) == approx(exact, rel=1e-13)
-    assert trapped(gap, sides, representation).sum() == 6 * (9 if representation == "linear" else 8)
+    assert GridFilm(gap, sides, representation).trapped_volume == approx(exact, rel=1e-13)
+    assert GridFilm(gap, sides, representation).pockets.sum() == 6 * (9 if representation == "linear" else 8)
 
 
 def test_nothing_is_trapped_in_an_open_gap():
     gap = GridField(np.ones((4, 4)), (1.0, 1.0))
-    assert trapped_volume(gap, "wall", "linear") == 0
+    assert GridFilm(gap).trapped_volume == 0

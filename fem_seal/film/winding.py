@@ -1,16 +1,17 @@
 """Widest path around a periodic cell.
 
 Its tightest gap is the largest h at which the sites with g >= h wind around the cell, the periodic
-counterpart of `topology.constriction`; bisection over the values of the samples finds it.
+counterpart of `film.constriction`; bisection over the values of the samples finds it.
 """
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film.lattice import OPEN_CONNECTIVITY
+from fem_seal.film.percolation import winds
+from fem_seal.film.widest_path import highest_spanning
 from fem_seal.grid import GridField
 from fem_seal.registry import require_known
-from fem_seal.topology.lattice import OPEN_CONNECTIVITY
-from fem_seal.topology.percolation import winds
 
 
 def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
@@ -65,12 +66,4 @@ def widest_winding(gap: GridField, representation: str, axis: int) -> float:
     """
     sites = periodic_sites(gap, representation)
     connectivity = OPEN_CONNECTIVITY[representation]
-    heights = np.unique(sites[sites > 0])
-    winding, blocked = -1, len(heights)
-    while blocked - winding > 1:
-        middle = (winding + blocked) // 2
-        if winds(sites >= heights[middle], connectivity, axis):
-            winding = middle
-        else:
-            blocked = middle
-    return float(heights[winding]) if winding >= 0 else 0.0
+    return highest_spanning(sites[sites > 0], lambda h: winds(sites >= h, connectivity, axis))

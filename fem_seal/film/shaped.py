@@ -3,18 +3,18 @@
 from functools import partial
 
 from fem_seal.field_file.length_units import length_in_metres
+from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.mesh.channel_sizes import channel_sizes
 from fem_seal.mesh.checks import labelled
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
 from fem_seal.mesh.gap_source import CartesianGrid, Formula, GapSource, PolarGrid, Uniform
 from fem_seal.mesh.geometry import SOURCES, mesh_geometry
-from fem_seal.mesh.mesh_gap import MeshGap
 from fem_seal.mesh.shape import shape_mesh
 from fem_seal.scene.shape import MeshFile, Shape
 
 
-def shaped_gap(shape: Shape, grid: GridField | None, *, trust: bool = False) -> MeshGap:
+def shaped_film(shape: Shape, grid: GridField | None, *, trust: bool = False) -> MeshFilm:
     """Mesh a shape and interpolate its gap.
 
     Parameters
@@ -28,7 +28,7 @@ def shaped_gap(shape: Shape, grid: GridField | None, *, trust: bool = False) -> 
 
     Returns
     -------
-    MeshGap
+    MeshFilm
 
     Raises
     ------
@@ -42,11 +42,11 @@ def shaped_gap(shape: Shape, grid: GridField | None, *, trust: bool = False) -> 
     # A mesh that gmsh has made is valid in either orientation of its surfaces.
     name = shape.path.name if isinstance(shape, MeshFile) else shape.kind
     mesh = shape_mesh(*labelled(triangles, name, reorient=shape.needs_gmsh or shape.reorient))
-    return MeshGap(mesh, source(mesh.xy))
+    return MeshFilm(mesh, source(mesh.xy))
 
 
 def gap_source(shape: Shape, grid: GridField | None) -> GapSource:
-    """Gap of a shape as a function of position; arguments as in `shaped_gap`."""
+    """Gap of a shape as a function of position; arguments as in `shaped_film`."""
     if shape.gap is not None:
         return Uniform(shape.gap)
     if shape.gap_expression is not None:

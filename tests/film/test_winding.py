@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film.percolation import winds
+from fem_seal.film.winding import periodic_sites, widest_winding
 from fem_seal.grid import GridField
-from fem_seal.topology.percolation import winds
-from fem_seal.topology.winding import periodic_sites, widest_winding
 
 
 def test_a_slot_winds_along_one_axis_only():

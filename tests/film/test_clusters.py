@@ -8,7 +8,7 @@ from hypothesis.extra import numpy as hnp
 from slow_reference import edges
 
 from fem_seal.errors import InvalidInput
-from fem_seal.topology import clusters
+from fem_seal.film import clusters
 
 CONNECTIVITIES = ("4", "8", "triangulation")
 masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=9))

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from fem_seal.errors import InvalidInput
-from fem_seal.topology import clusters
-from fem_seal.topology.euler import euler_characteristic
-from fem_seal.topology.lattice import DUAL_CONNECTIVITY
+from fem_seal.film import clusters
+from fem_seal.film.euler import euler_characteristic
+from fem_seal.film.lattice import DUAL_CONNECTIVITY
 
 CONNECTIVITIES = ("4", "8", "triangulation")
 masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12))

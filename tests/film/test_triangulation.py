@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fem_seal.film import GridFilm
+from fem_seal.film.triangulation import VertexGraph
 from fem_seal.grid import GridField
-from fem_seal.topology.constriction import critical_constriction
-from fem_seal.topology.triangulation import mesh_constriction
 
 
 def pixel_edges(nx: int, ny: int) -> np.ndarray:
@@ -30,8 +30,8 @@ def test_pixel_triangulation_has_the_constriction_of_its_grid(nx, ny, contact, s
     i, j = np.indices((nx, ny))
     points = np.stack([i.ravel(), j.ravel()], axis=1).astype(float)
     inlet, outlet = points[:, 0] == 0, points[:, 0] == nx - 1
-    constriction = mesh_constriction(gap.ravel(), points, pixel_edges(nx, ny), inlet, outlet)
-    expected = critical_constriction(GridField(gap, (1.0, 1.0)), "wall", "linear")
+    constriction = VertexGraph(gap.ravel(), pixel_edges(nx, ny), inlet, outlet).constriction(points)
+    expected = GridFilm(GridField(gap, (1.0, 1.0))).constriction
     assert (constriction is None) == (expected is None)
     if constriction is not None:
         assert constriction.gap == expected.gap
@@ -47,7 +47,7 @@ def test_every_path_of_a_small_graph():
         edges = np.array([(a, b) for a in range(6) for b in range(a) if rng.random() < 0.5])
         ends = np.arange(6)
         best = widest_path(gap, edges, 0, 5)
-        constriction = mesh_constriction(gap, np.zeros((6, 2)), edges, ends == 0, ends == 5)
+        constriction = VertexGraph(gap, edges, ends == 0, ends == 5).constriction(np.zeros((6, 2)))
         assert (constriction.gap if constriction else 0.0) == best
 
 
@@ -72,4 +72,5 @@ def test_contact_on_the_whole_inlet_or_outlet_seals(open_end):
     gap[2 - open_end] = 0.0
     ends = np.arange(3)
     edges = np.array([[0, 1], [1, 2]])
-    assert mesh_constriction(gap, np.zeros((3, 2)), edges, ends == 0, ends == 2) is None
+    graph = VertexGraph(gap, edges, ends == 0, ends == 2)
+    assert graph.constriction(np.zeros((3, 2))) is None

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
+from fem_seal.film.lattice import DUAL_CONNECTIVITY
+from fem_seal.film.percolation import spans, winds
 from fem_seal.grid import GridField
-from fem_seal.topology.lattice import DUAL_CONNECTIVITY
-from fem_seal.topology.percolation import carrying, is_sealed, spans, winds
 
 CONNECTIVITIES = ("4", "8", "triangulation")
 masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=12))
@@ -83,10 +84,10 @@ def test_corner_contact_is_decided_by_the_representation():
     Pixels that share only a corner exchange no fluid. On the triangulation the diagonal of pixel
     (0, 0) joins (0, 0) to (1, 1); no edge joins (1, 0) to (0, 1).
     """
-    assert not is_sealed(gap([[1, 0], [0, 1]]), "wall", "linear")
-    assert is_sealed(gap([[0, 1], [1, 0]]), "wall", "linear")
-    assert is_sealed(gap([[1, 0], [0, 1]]), "wall", "constant")
-    assert is_sealed(gap([[0, 1], [1, 0]]), "wall", "constant")
+    assert not GridFilm(gap([[1, 0], [0, 1]])).sealed
+    assert GridFilm(gap([[0, 1], [1, 0]])).sealed
+    assert GridFilm(gap([[1, 0], [0, 1]]), "wall", "constant").sealed
+    assert GridFilm(gap([[0, 1], [1, 0]]), "wall", "constant").sealed
 
 
 def test_contact_line_seals_and_one_hole_opens():
@@ -94,32 +95,32 @@ def test_contact_line_seals_and_one_hole_opens():
     h[3] = 0
     for sides in ("wall", "periodic"):
         for representation in ("linear", "constant"):
-            assert is_sealed(gap(h, True), sides, representation)
+            assert GridFilm(gap(h, True), sides, representation).sealed
             h_open = h.copy()
             h_open[3, 5] = 1
-            assert not is_sealed(gap(h_open, True), sides, representation)
+            assert not GridFilm(gap(h_open, True), sides, representation).sealed
 
 
 def test_periodic_copy_of_the_inlet_row_is_the_outlet():
     """A periodic gap repeats row 0 at x = Lx: contact in row 0 seals both ends."""
     h = np.ones((4, 4))
     h[0] = 0
-    assert is_sealed(gap(h, True), "wall", "linear")
+    assert GridFilm(gap(h, True)).sealed
     h[0, 0] = 1
-    assert not is_sealed(gap(h, True), "wall", "linear")
+    assert not GridFilm(gap(h, True)).sealed
 
 
 def test_channel_through_the_seam():
     """Only a path across y = 0 = Ly is open, so that walls there seal it."""
     h = np.zeros((5, 6))
     h[:3, 1], h[2, :2], h[2:, 4], h[2, 4:] = 1, 1, 1, 1
-    assert not is_sealed(gap(h), "periodic", "constant")
-    assert is_sealed(gap(h), "wall", "constant")
-    assert np.array_equal(carrying(gap(h), "periodic", "constant"), h > 0)
+    assert not GridFilm(gap(h), "periodic", "constant").sealed
+    assert GridFilm(gap(h), "wall", "constant").sealed
+    assert np.array_equal(GridFilm(gap(h), "periodic", "constant").carrying, h > 0)
     vertices = np.hstack([h, h[:, :1]])  # the column on the seam is repeated at y = Ly
-    assert not is_sealed(gap(vertices), "periodic", "linear")
-    assert is_sealed(gap(vertices), "wall", "linear")
-    assert np.array_equal(carrying(gap(vertices), "periodic", "linear"), vertices > 0)
+    assert not GridFilm(gap(vertices), "periodic").sealed
+    assert GridFilm(gap(vertices)).sealed
+    assert np.array_equal(GridFilm(gap(vertices), "periodic").carrying, vertices > 0)
 
 
 def test_pockets_and_bays_of_one_end_carry_no_flow():
@@ -128,7 +129,7 @@ def test_pockets_and_bays_of_one_end_carry_no_flow():
     h[3, 2] = 1  # dead end of the channel: connected to both ends, stays
     h[:3, 5] = 1  # bay of the inlet
     h[4, 7] = 1  # pocket
-    flow = carrying(gap(h), "wall", "constant")
+    flow = GridFilm(gap(h), "wall", "constant").carrying
     expected = np.zeros_like(h, dtype=bool)
     expected[:, 1] = expected[3, 2] = True
     assert np.array_equal(flow, expected)
@@ -136,21 +137,21 @@ def test_pockets_and_bays_of_one_end_carry_no_flow():
 
 def test_carrying_has_the_shape_of_the_samples():
     h = np.ones((4, 6))
-    assert carrying(gap(h, True), "periodic", "linear").shape == (5, 7)
-    assert carrying(gap(h, True), "wall", "linear").shape == (5, 7)
-    assert carrying(gap(h, True), "periodic", "constant").shape == (4, 6)
+    assert GridFilm(gap(h, True), "periodic").carrying.shape == (5, 7)
+    assert GridFilm(gap(h, True)).carrying.shape == (5, 7)
+    assert GridFilm(gap(h, True), "periodic", "constant").carrying.shape == (4, 6)
 
 
 def test_periodic_sides_need_matching_columns():
     rng = np.random.default_rng(0)
     with pytest.raises(InvalidInput, match="periodic"):
-        is_sealed(gap(rng.random((4, 5))), "periodic", "linear")
+        GridFilm(gap(rng.random((4, 5))), "periodic", "linear").sealed
 
 
 def test_bad_choices_and_negative_gaps():
     with pytest.raises(InvalidInput, match=r"sides = 'open'.*wall, periodic"):
-        is_sealed(gap([[1.0]]), "open", "linear")
+        GridFilm(gap([[1.0]]), "open", "linear").sealed
     with pytest.raises(InvalidInput, match=r"representation = 'cubic'.*linear, constant"):
-        is_sealed(gap([[1.0]]), "wall", "cubic")
+        GridFilm(gap([[1.0]]), "wall", "cubic").sealed
     with pytest.raises(InvalidInput, match="negative"):
-        is_sealed(gap([[1.0, -1e-9]]), "wall", "linear")
+        GridFilm(gap([[1.0, -1e-9]])).sealed

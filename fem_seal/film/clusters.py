@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film.lattice import DUAL_CONNECTIVITY
 from fem_seal.registry import require_known
-from fem_seal.topology.lattice import DUAL_CONNECTIVITY
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,23 +54,49 @@ def label(
     InvalidInput
         For an unknown connectivity or a mask that is not two-dimensional.
     """
-    labels, count = label_inside(mask, connectivity)
-    seams = seam_links(labels, connectivity, periodic)
-    return _merge(labels, count, [(seams.first, seams.second)])
+    labels, number, count = _pieces(mask, connectivity, periodic)
+    return number[labels], count
+
+
+def joins_ends(
+    mask: np.ndarray, connectivity: str, periodic: tuple[bool, bool] = (False, False)
+) -> bool:
+    """Whether a cluster of the mask has sites in the first and in the last row; see `label`."""
+    labels, number, _ = _pieces(mask, connectivity, periodic)
+    first, last = (np.unique(number[row[row > 0]]) for row in (labels[0], labels[-1]))
+    return bool(np.intersect1d(first, last, assume_unique=True).size)
 
 
 def label_inside(mask: np.ndarray, connectivity: str) -> tuple[np.ndarray, int]:
     """Number the clusters of a mask that has no periodic seam; arguments as in `label`."""
+    labels, number, count = _pieces(mask, connectivity, (False, False))
+    return number[labels], count
+
+
+def _pieces(
+    mask: np.ndarray, connectivity: str, periodic: tuple[bool, bool]
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Label the pieces of the clusters that neither diagonals nor seams join.
+
+    Returns
+    -------
+    labels : (nx, ny) int, of the pieces; 0 outside the mask
+    number : int array, the cluster of each piece; number[0] is 0
+    count : number of clusters
+    """
     from scipy import ndimage
 
     require_known(DUAL_CONNECTIVITY, connectivity, "connectivity")
     mask = np.asarray(mask, dtype=bool)
     if mask.ndim != 2:
         raise InvalidInput(f"a mask must be two-dimensional, got shape {mask.shape}")
-    if connectivity == "8":
-        return ndimage.label(mask, structure=np.ones((3, 3)))
-    labels, count = ndimage.label(mask)
-    return (labels, count) if connectivity == "4" else _merge(labels, count, _diagonals(labels))
+    structure = np.ones((3, 3)) if connectivity == "8" else None
+    labels, count = ndimage.label(mask, structure=structure)
+    seams = seam_links(labels, connectivity, periodic)
+    joins = [(seams.first, seams.second)]
+    if connectivity == "triangulation":
+        joins += _diagonals(labels)
+    return labels, *_merged(labels.dtype, count, joins)
 
 
 def sizes(labels: np.ndarray, count: int) -> np.ndarray:
@@ -121,37 +148,34 @@ def touching(labels: np.ndarray, count: int, *lines: np.ndarray) -> np.ndarray:
 
 
 def _diagonals(labels: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Pairs of different labels at the two ends of the diagonals of the triangulation.
+    """Labels at the two ends of the diagonals that join clusters of the triangulation.
 
-    Each step handles the diagonals whose pixels (i, j) share the parity of i and of j.
+    Where one of the other two corners of the pixel is inside as well, it has joined them already.
     """
-    for i, j in ((0, 0), (1, 1)):
-        yield _different(labels[i:-1:2, j:-1:2], labels[i + 1 :: 2, j + 1 :: 2])
-    for i, j in ((0, 1), (1, 0)):
-        yield _different(labels[i + 1 :: 2, j:-1:2], labels[i:-1:2, j + 1 :: 2])
+    inside = labels > 0
+    for i, j in product((0, 1), repeat=2):
+        left, right = slice(i, -1, 2), slice(i + 1, None, 2)
+        below, above = slice(j, -1, 2), slice(j + 1, None, 2)
+        rising, falling = ((left, below), (right, above)), ((right, below), (left, above))
+        ends, others = (rising, falling) if i == j else (falling, rising)
+        joins = inside[ends[0]] & inside[ends[1]] & ~(inside[others[0]] | inside[others[1]])
+        yield labels[ends[0]][joins], labels[ends[1]][joins]
 
 
-def _different(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Labels (m,), (m,) at the places where two label arrays name two different clusters."""
-    differ = (a > 0) & (b > 0) & (a != b)
-    return a[differ], b[differ]
-
-
-def _merge(
-    labels: np.ndarray, count: int, pairs: Iterator[tuple[np.ndarray, np.ndarray]]
+def _merged(
+    dtype: np.dtype, count: int, joins: list[tuple[np.ndarray, np.ndarray]]
 ) -> tuple[np.ndarray, int]:
-    """Join the clusters of each pair of labels into one; return the new labels and count."""
+    """Number (count + 1,) of the cluster of each piece, from pairs of joined pieces; 0 stays 0."""
     from scipy import sparse
 
-    first, second = (np.concatenate(ends) for ends in zip(*pairs, strict=True))
+    first, second = (np.concatenate(ends) for ends in zip(*joins, strict=True))
     if first.size == 0:
-        return labels, count
+        return np.arange(count + 1, dtype=dtype), count
     links = sparse.coo_matrix(
         (np.ones(first.size, dtype=bool), (first - 1, second - 1)), shape=(count, count)
     )
     merged_count, merged = sparse.csgraph.connected_components(links, directed=False)
-    new_label = np.concatenate([[0], merged + 1]).astype(labels.dtype)
-    return new_label[labels], int(merged_count)
+    return np.concatenate([[0], merged + 1]).astype(dtype), int(merged_count)
 
 
 def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool]) -> SeamLinks:

@@ -1,16 +1,12 @@
-"""Percolation: whether a phase spans from inlet to outlet or winds around a periodic cell.
-
-A gap is sealed, and its leak rate exactly 0, when its open phase does not span.
-"""
+"""Percolation: whether a phase spans from inlet to outlet or winds around a periodic cell."""
 
 from collections import deque
 
 import numpy as np
 
-from fem_seal.grid import GridField
+from fem_seal.film import clusters
+from fem_seal.film.lattice import SIDES
 from fem_seal.registry import choose
-from fem_seal.topology import clusters
-from fem_seal.topology.lattice import SIDES, lattice
 
 
 def spans(mask: np.ndarray, connectivity: str, sides: str = "wall") -> bool:
@@ -32,8 +28,7 @@ def spans(mask: np.ndarray, connectivity: str, sides: str = "wall") -> bool:
         For an unknown connectivity or sides.
     """
     periodic = (False, choose(SIDES, sides, "sides"))
-    labels, _ = clusters.label(mask, connectivity, periodic)
-    return bool(np.intersect1d(labels[0][labels[0] > 0], labels[-1]).size)
+    return clusters.joins_ends(mask, connectivity, periodic)
 
 
 def winds(
@@ -96,51 +91,3 @@ def _has_inconsistent_loop(neighbours: dict[int, list[tuple[int, int]]]) -> bool
                 elif winding[neighbour] != winding[cluster] + step:
                     return True
     return False
-
-
-def is_sealed(gap: GridField, sides: str, representation: str) -> bool:
-    """Whether no open path joins inlet and outlet, so that the leak rate is exactly zero.
-
-    Parameters
-    ----------
-    gap : GridField
-        Gap [m], zero in contact.
-    sides : "wall" or "periodic"
-    representation : "linear" or "constant"
-        Linear: open vertices joined along the edges of the triangulation; exact for the piecewise
-        linear gap, which is positive on all triangles around an open vertex. Constant: open pixels
-        joined through their common sides.
-
-    Returns
-    -------
-    bool
-
-    Raises
-    ------
-    InvalidInput
-        As in `lattice.lattice`.
-    """
-    sites = lattice(gap, sides, representation)
-    return not spans(sites.open, sites.connectivity, sides)
-
-
-def carrying(gap: GridField, sides: str, representation: str) -> np.ndarray:
-    """Mask of the open samples connected to both inlet and outlet: no others carry flow.
-
-    Parameters
-    ----------
-    gap, sides, representation : as in `is_sealed`
-
-    Returns
-    -------
-    bool array of the shape of gap.vertices() (linear) or gap.values (constant); all False if the
-    gap is sealed.
-
-    Raises
-    ------
-    InvalidInput
-        As in `lattice.lattice`.
-    """
-    sites = lattice(gap, sides, representation)
-    labels, count = clusters.label(sites.open, sites.connectivity, sites.periodic)
-    return sites.on_samples(clusters.touching(labels, count, labels[0], labels[-1]))

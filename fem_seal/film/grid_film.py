@@ -1,0 +1,135 @@
+"""A film whose gap is given on a grid; the fluid flows along its first axis."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.film import clusters
+from fem_seal.film.constriction import CriticalConstriction, critical_constriction
+from fem_seal.film.lattice import Lattice, lattice
+from fem_seal.film.pockets import site_areas
+from fem_seal.grid import GridField
+
+
+@dataclass(frozen=True, eq=False)
+class GridFilm:
+    """A gap on a grid, the way it is read between its samples, and its sides.
+
+    Parameters
+    ----------
+    field : GridField
+        Gap [m], >= 0 and exactly 0 in contact; inlet at x = 0, outlet at x = Lx.
+    sides : "wall" or "periodic"
+        No flow through y = 0 and y = Ly, or the two are one line.
+    representation : "linear" or "constant"
+        The samples are vertices and the gap is linear on triangles between them, or each sample
+        fills one pixel.
+
+    Raises
+    ------
+    InvalidInput
+        If the gap is not a GridField or is negative, a choice is unknown, or the sides are
+        periodic while a linear gap is neither periodic nor has equal first and last columns.
+    """
+
+    field: GridField
+    sides: str = "wall"
+    representation: str = "linear"
+
+    def __post_init__(self):
+        if not isinstance(self.field, GridField):
+            raise InvalidInput(
+                f"the gap is a {type(self.field).__name__}; make it a "
+                "GridField(values, spacing, periodic)"
+            )
+        # Nothing that a later step could refuse is left for it.
+        self.sites  # noqa: B018
+
+    @cached_property
+    def sites(self) -> Lattice:
+        """The gap's vertices or pixels, each physical point once, and their neighbourhood."""
+        return lattice(self.field, self.sides, self.representation)
+
+    @property
+    def samples(self) -> np.ndarray:
+        """Gap at all vertices (linear) or pixels (constant), (mx, my) [m]."""
+        return self.field.vertices() if self.representation == "linear" else self.field.values
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Lengths (Lx, Ly) of the film [m]."""
+        cells = [n - (self.representation == "linear") for n in self.samples.shape]
+        return cells[0] * self.field.spacing[0], cells[1] * self.field.spacing[1]
+
+    @cached_property
+    def highest(self) -> float:
+        """Largest gap [m]."""
+        return float(self.field.values.max())
+
+    @cached_property
+    def mean_gap(self) -> float:
+        """Mean of the gap over all samples, contact included [m]."""
+        return float(self.field.values.mean())
+
+    @cached_property
+    def contact_area_fraction(self) -> float:
+        """Share of the samples with a gap of exactly 0."""
+        return self.area_not_above(0.0)
+
+    @cached_property
+    def sealed(self) -> bool:
+        """Whether no open path joins inlet and outlet, so that the leak rate is exactly 0.
+
+        A path follows the edges of the triangulation between open vertices (linear), which is
+        exact since the gap is positive on all triangles around an open vertex; or the common
+        sides of open pixels (constant).
+        """
+        sites = self.sites
+        return not clusters.joins_ends(sites.open, sites.connectivity, sites.periodic)
+
+    @cached_property
+    def constriction(self) -> CriticalConstriction | None:
+        """The tightest place on the widest path from inlet to outlet; None if sealed."""
+        return None if self.sealed else critical_constriction(self.sites)
+
+    @property
+    def carrying(self) -> np.ndarray:
+        """Mask, bool, of the samples joined to both inlet and outlet: no others carry flow."""
+        labels, count = self._labels
+        spanning = clusters.touching(labels, count, labels[0], labels[-1])
+        return self.sites.on_samples(spanning)
+
+    @property
+    def pockets(self) -> np.ndarray:
+        """Mask, bool, of the samples in pockets: open, but joined to neither inlet nor outlet."""
+        return self.sites.on_samples(self._sites_in_pockets())
+
+    @cached_property
+    def trapped_volume(self) -> float:
+        """Volume of the pockets [m³], exact for the gap as represented.
+
+        Sum of g_i ∫ φ_i dA over the sites i in pockets; φ_i is the hat function of vertex i
+        (linear) or 1 on pixel i (constant).
+        """
+        dx, dy = self.sites.spacing
+        volumes = self.sites.gap * (site_areas(self.sites) * dx * dy)
+        return float(volumes[self._sites_in_pockets()].sum())
+
+    def area_not_above(self, gap: float) -> float:
+        """Share of the samples where the film is not higher than a gap [m]."""
+        values = self.field.values
+        return float(np.count_nonzero(values <= gap) / values.size)
+
+    @property
+    def _labels(self) -> tuple[np.ndarray, int]:
+        sites = self.sites
+        return clusters.label(sites.open, sites.connectivity, sites.periodic)
+
+    def _sites_in_pockets(self) -> np.ndarray:
+        labels, count = self._labels
+        at_an_end = np.zeros(count + 1, dtype=bool)
+        at_an_end[labels[0]] = True
+        at_an_end[labels[-1]] = True
+        return self.sites.open & ~at_an_end[labels]

@@ -1,0 +1,132 @@
+"""A film whose gap is given at the vertices of a mesh of any shape and linear on its triangles."""
+
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal.digits import with_prefix
+from fem_seal.errors import InvalidInput
+from fem_seal.film.constriction import CriticalConstriction
+from fem_seal.film.triangulation import VertexGraph
+
+if TYPE_CHECKING:
+    from fem_seal.mesh.triangles import TriangleMesh
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFilm:
+    """A gap that is linear on the triangles of a mesh; the mesh names inlet, outlet and walls.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    values : (V,) float
+        Gap at the vertices [m], >= 0 and exactly 0 in contact, equal at twins.
+
+    Raises
+    ------
+    InvalidInput
+        If a gap is negative or not finite.
+    """
+
+    mesh: "TriangleMesh"
+    values: np.ndarray
+
+    def __post_init__(self):
+        bad = ~np.isfinite(self.values)
+        fault = "not finite"
+        if not bad.any():
+            bad, fault = self.values < 0, "negative; contact is a gap of exactly 0"
+        if bad.any():
+            x, y = self.mesh.xy[np.argmax(bad)]
+            raise InvalidInput(
+                f"the gap at {np.count_nonzero(bad)} of {bad.size} vertices of the mesh, the first "
+                f"of them x = {x:.6g} m, y = {y:.6g} m, is {fault}"
+            )
+
+    @cached_property
+    def highest(self) -> float:
+        """Largest gap [m]."""
+        return float(self.values.max())
+
+    @cached_property
+    def mean_gap(self) -> float:
+        """Mean of the gap over the area of the shape [m]."""
+        areas = self._areas
+        return float((areas * self.values[self.mesh.cells].mean(axis=1)).sum() / areas.sum())
+
+    @cached_property
+    def contact_area_fraction(self) -> float:
+        """Area of the triangles with a gap of 0 over the area of the shape."""
+        return self.area_not_above(0.0)
+
+    @property
+    def sealed(self) -> bool:
+        """Whether no open path joins inlet and outlet, so that the leak rate is exactly 0."""
+        return self.constriction is None
+
+    @cached_property
+    def constriction(self) -> CriticalConstriction | None:
+        """The tightest place on the widest path from inlet to outlet; None if sealed."""
+        return self._graph.constriction(self.mesh.xy)
+
+    @property
+    def pockets(self) -> np.ndarray:
+        """(V,) bool: open vertices that no open path joins to inlet or outlet."""
+        return self._graph.pockets()[self.mesh.twin]
+
+    @cached_property
+    def trapped_volume(self) -> float:
+        """Volume of the pockets [m³], exact: no triangle has vertices in a pocket and a channel."""
+        trapped = np.where(self.pockets, self.values, 0.0)[self.mesh.cells]
+        return float((self._areas * trapped.mean(axis=1)).sum())
+
+    def area_not_above(self, gap: float) -> float:
+        """Part of the shape's area where the film is not higher than a gap [m].
+
+        On a triangle with gaps a <= b <= c at its corners the part is (h - a)²/((b - a)(c - a))
+        up to h = b, and 1 - (c - h)²/((c - a)(c - b)) from there to c.
+        """
+        a, b, c = np.sort(self.values[self.mesh.cells], axis=1).T
+        part = (c <= gap).astype(float)
+        low, high = (a < gap) & (gap <= b), (b < gap) & (gap < c)
+        part[low] = (gap - a[low]) ** 2 / ((b - a)[low] * (c - a)[low])
+        part[high] = 1 - (c[high] - gap) ** 2 / ((c - a)[high] * (c - b)[high])
+        return float((self._areas * part).sum() / self._areas.sum())
+
+    def with_gap(self, gap: float) -> "MeshFilm":
+        """The same shape with a uniform gap [m]."""
+        return MeshFilm(self.mesh, np.full_like(self.values, gap))
+
+    @cached_property
+    def _areas(self) -> np.ndarray:
+        """(C,) [m²]."""
+        return self.mesh.doubled_areas() / 2
+
+    @cached_property
+    def _graph(self) -> VertexGraph:
+        mesh = self.mesh
+        # If a cut starts where inlet and wall meet, only one of the two twins is on an inlet side.
+        inlet, outlet = (np.isin(mesh.twin, mesh.twin[end]) for end in (mesh.inlet, mesh.outlet))
+        return VertexGraph(self.values, mesh.twin[mesh.edges[0]], inlet, outlet)
+
+    def summary(self) -> tuple[str, ...]:
+        """Lines for people: what the mesh and the gap on it are."""
+        length = partial(with_prefix, unit="m")
+        mesh = self.mesh
+        (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)
+        edges = ", ".join(f"{len(ends)} {name}" for name, ends in mesh.groups())
+        low, high = self.values.min(), self.values.max()
+        path = "sealed: no open path joins inlet and outlet"
+        if self.constriction is not None:
+            x, y = self.constriction.position
+            tightest = length(self.constriction.gap)
+            path = f"critical constriction {tightest} at x = {length(x)}, y = {length(y)}"
+        return (
+            f"mesh       {len(mesh.cells)} triangles, {self._areas.sum():.6g} m^2, edges: {edges}",
+            f"extent     {length(x0)} to {length(x1)} by {length(y0)} to {length(y1)}",
+            f"gap        {length(low)} to {length(high)}, mean {length(self.mean_gap)}",
+            f"way        {path}",
+        )

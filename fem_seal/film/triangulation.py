@@ -1,0 +1,70 @@
+"""Percolation and critical constriction of a gap that is linear on the triangles of any mesh.
+
+As on a grid (`film.constriction`), g_c is the largest h at which the vertices with g >= h join
+inlet and outlet, here along the edges of the mesh: the set {g >= h} of a gap that is linear on
+every triangle is connected in the same way as the vertices it contains.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from fem_seal.film.constriction import CriticalConstriction
+from fem_seal.film.widest_path import highest_spanning
+
+
+@dataclass(frozen=True, eq=False)
+class VertexGraph:
+    """The vertices of a mesh as a graph along its edges.
+
+    Attributes
+    ----------
+    gap : (V,) float
+        Gap at the vertices [m], zero in contact.
+    edges : (E, 2) int
+        Vertices at the ends of each edge. Vertices at one point (on a seam) must share one number.
+    inlet, outlet : (V,) bool
+        Vertices on the inlet and on the outlet.
+    """
+
+    gap: np.ndarray
+    edges: np.ndarray
+    inlet: np.ndarray
+    outlet: np.ndarray
+
+    def constriction(self, points: np.ndarray) -> CriticalConstriction | None:
+        """Tightest place of the widest path from inlet to outlet; None if no open path joins them.
+
+        Parameters
+        ----------
+        points : (V, 2) float
+            Coordinates of the vertices [m].
+        """
+        critical = highest_spanning(self.gap[self.gap > 0], lambda h: self._spanning(h).any())
+        if critical == 0:
+            return None
+        x, y = points[np.argmax(self._spanning(critical) & (self.gap == critical))]
+        return CriticalConstriction(critical, (float(x), float(y)))
+
+    def pockets(self) -> np.ndarray:
+        """(V,) bool: open vertices that no path of open vertices joins to inlet or outlet."""
+        is_open = self.gap > 0
+        component = self._components(is_open)
+        ends = np.unique(component[(self.inlet | self.outlet) & is_open])
+        return is_open & ~np.isin(component, ends)
+
+    def _spanning(self, h: float) -> np.ndarray:
+        """(V,) bool: vertices with a gap >= h that others of the kind connect to both ends."""
+        above = self.gap >= h
+        component = self._components(above)
+        both = np.intersect1d(component[self.inlet & above], component[self.outlet & above])
+        return above & np.isin(component, both)
+
+    def _components(self, mask: np.ndarray) -> np.ndarray:
+        """(V,) int: number of the cluster of the masked vertices that each one belongs to."""
+        links = self.edges[mask[self.edges].all(axis=1)]
+        ones = np.ones(len(links), dtype=np.int8)
+        graph = coo_array((ones, tuple(links.T)), shape=2 * (len(mask),))
+        return connected_components(graph, directed=False)[1]

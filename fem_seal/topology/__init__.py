@@ -1,1 +1,0 @@
-"""Topology of a gap: connected clusters, percolation, critical constriction and pockets."""
