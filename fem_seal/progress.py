@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable
 from threading import Event, Thread
+from time import monotonic
 from types import TracebackType
 
 from fem_seal.errors import printable
@@ -12,6 +13,7 @@ Report = Callable[[str, str], None]
 
 PATIENCE = 2.0  # seconds before the progress is shown
 BEAT = 0.5  # seconds between updates
+LINES_APART = 30.0  # seconds
 
 
 def silent(stage: str, detail: str) -> None:
@@ -28,10 +30,15 @@ class Display:
     ----------
     shown : bool
         False shows nothing.
+    lines : bool
+        Where standard error is no terminal, write a plain line every half minute.
     """
 
-    def __init__(self, shown: bool = True):
-        self._shown = shown and sys.stderr.isatty()
+    def __init__(self, shown: bool = True, lines: bool = False):
+        terminal = sys.stderr.isatty()
+        self._shown = shown and terminal
+        self._lines = lines and not terminal
+        self._next = monotonic() + LINES_APART
         self._line = ""
         self._done = Event()
         self._thread = Thread(target=self._beat, daemon=True)
@@ -39,6 +46,9 @@ class Display:
     def __call__(self, stage: str, detail: str) -> None:
         """Set the stage and the detail to show."""
         self._line = printable(f"{stage}: {detail}" if detail else stage)
+        if self._lines and monotonic() > self._next:
+            self._next = monotonic() + LINES_APART
+            print(f"fem-seal: {self._line}", file=sys.stderr, flush=True)  # noqa: T201
 
     def __enter__(self) -> "Display":
         if self._shown:

@@ -22,24 +22,57 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_scene(command)
     add_trust(command)
-    command.add_argument(
+    points = command.add_mutually_exclusive_group(required=True)
+    points.add_argument(
         "--vary",
         action="append",
-        required=True,
         metavar="KEY=V1,V2,…",
-        help="a field and its values; given more than once, all combinations are computed",
+        help="a field and its values; given more than once, all combinations are computed. A value "
+        "may be a range, 1..1000, and that of a path a pattern, maps/*.npz",
+    )
+    points.add_argument(
+        "--points",
+        type=Path,
+        metavar="TABLE.csv",
+        help="in place of --vary: a head of keys, and a line for each point",
+    )
+    command.add_argument(
+        "--jobs", type=int, default=1, metavar="N", help="processes of this machine (1)"
+    )
+    command.add_argument(
+        "--part",
+        type=part,
+        default=(1, 1),
+        metavar="K/N",
+        help="only every N-th surface from the K-th on, for job arrays (1/1)",
+    )
+    command.add_argument(
+        "--gather", action="store_true", help="compute nothing: write the table of what is there"
     )
     add_output(command, "results/NAME-sweep for NAME.toml; done points are kept")
     command.set_defaults(command=_sweep)
 
 
+def part(text: str) -> tuple[int, int]:
+    """Read K/N."""
+    try:
+        k, n = map(int, text.split("/"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form K/N, such as 2/8") from None
+    return k, n
+
+
 def _sweep(options: argparse.Namespace) -> int:
     from fem_seal.progress import Display
-    from fem_seal.sweep import Axis, sweep
+    from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 
     out = options.out or Path("results") / f"{options.scene.stem}-sweep"
-    axes = [Axis.parse(text) for text in options.vary]
-    with Display(parallel.is_root()) as report:
+    if options.points is not None:
+        axes = read_points(options.points)
+    else:
+        folder = options.scene.parent
+        axes = combinations([Axis.parse(text, folder) for text in options.vary])
+    with Display(parallel.is_root(), lines=parallel.is_root()) as report:
         tally = sweep(
             options.scene,
             axes,
@@ -48,11 +81,9 @@ def _sweep(options: argparse.Namespace) -> int:
             overwrite=options.overwrite,
             report=report,
             trust=options.trust,
+            work=Work(options.jobs, options.part, gather=options.gather),
         )
-    names = [
-        ", ".join(f"{axis.key}={value}" for axis, value in zip(axes, point.values, strict=True))
-        for point in tally.table
-    ]
+    names = [", ".join(map("{}={}".format, axes[0], point.values)) for point in tally.table]
     width = max(map(len, names), default=0)
     for name, point in zip(names, tally.table, strict=True):
         say(f"{name:{width}}  {_words(point)}")
@@ -62,6 +93,9 @@ def _sweep(options: argparse.Namespace) -> int:
         return parallel.fail(
             f"fem-seal: {message}; column reason says why", NotConverged.exit_status
         )
+    if tally.missing and options.gather:
+        message = f"{tally.missing} of {tally.points} points are not computed yet"
+        return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
     return 0
 
 

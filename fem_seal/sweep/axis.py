@@ -1,13 +1,18 @@
 """What varies: a field and its values."""
 
+import csv
 import re
 from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
 
 from fem_seal.errors import InvalidInput
 from fem_seal.scene.files import parse_assignment
 
 # Text without commas, and whole lists and quoted strings with theirs.
 _VALUE = re.compile(r"""(?:[^,\[\]"']|\[[^\]]*\]|"[^"]*"|'[^']*')+""")
+_RANGE = re.compile(r"(-?\d+)\.\.(-?\d+)")
+MOST_POINTS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -18,19 +23,98 @@ class Axis:
     values: tuple[str, ...]
 
     @classmethod
-    def parse(cls, text: str) -> "Axis":
+    def parse(cls, text: str, folder: Path | None = None) -> "Axis":
         """Read "key=v1,v2,..."; commas inside lists and quotes do not separate.
+
+        Parameters
+        ----------
+        text : a value may be a range of whole numbers, 1..1000, both ends included; a value of a
+            path may be a pattern such as maps/*.npz, for all files that match
+        folder : where patterns count from, the current one if left out
 
         Raises
         ------
         InvalidInput
-            If the text is not of that form, or a value stands twice.
+            If the text is not of that form, a value stands twice or no file matches a pattern.
         """
         keys, listed = parse_assignment(text)
-        values = tuple(value.strip() for value in _VALUE.findall(listed))
-        whole = "".join(",".join(values).split()) == "".join(listed.split())
-        if not (whole and values and all(values)):
+        written = [value.strip() for value in _VALUE.findall(listed)]
+        whole = "".join(",".join(written).split()) == "".join(listed.split())
+        if not (whole and written and all(written)):
             raise InvalidInput(f"{text!r} is not of the form section.key=v1,v2,...")
+        key = ".".join(keys)
+        values = tuple(one for value in written for one in _expanded(key, value, folder or Path()))
         if len(set(values)) < len(values):
             raise InvalidInput(f"{text!r} names a value twice")
-        return cls(".".join(keys), values)
+        return cls(key, values)
+
+
+def _expanded(key: str, value: str, folder: Path) -> list[str]:
+    """Values that a range or a pattern of files stands for."""
+    if match := _RANGE.fullmatch(value):
+        first, last = int(match[1]), int(match[2])
+        if not first <= last < first + MOST_POINTS:
+            raise InvalidInput(
+                f"the range {value} of {key} must rise, by less than {MOST_POINTS} values"
+            )
+        return [str(number) for number in range(first, last + 1)]
+    if key.endswith(".path") and not {"*", "?"}.isdisjoint(value):
+        pattern = Path(value.strip("\"'"))
+        base = Path(pattern.anchor) if pattern.is_absolute() else folder
+        files = sorted(base.glob(str(pattern.relative_to(pattern.anchor))))
+        if not files:
+            raise InvalidInput(f"no file matches {value} of {key} in {base.absolute()}")
+        # TOML's literal strings: names may hold commas and backslashes, but no quotes.
+        names = files if pattern.is_absolute() else [file.relative_to(folder) for file in files]
+        return [f"'{name}'" for name in names]
+    return [value]
+
+
+def combinations(axes: list[Axis]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """All combinations of the values of some axes.
+
+    Returns
+    -------
+    Keys, and the values of each point.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no axis or a key stands twice.
+    """
+    keys = tuple(axis.key for axis in axes)
+    if not keys or len(set(keys)) < len(keys):
+        raise InvalidInput(f"a sweep needs fields to vary, each once; got {', '.join(keys)}")
+    return keys, list(product(*(axis.values for axis in axes)))
+
+
+def read_points(path: Path) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Points of a CSV file: a head of keys such as contact.pressure, and a line a point.
+
+    Returns
+    -------
+    Keys, and the values of each point.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read or is no such table.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            head, *lines = [row for row in csv.reader(file) if row]
+    except (OSError, ValueError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "it is no table of comma-separated values"
+        raise InvalidInput(f"cannot read the points {path}: {reason}") from None
+    keys = tuple(".".join(parse_assignment(f"{key}=0")[0]) for key in head)
+    if len(set(keys)) < len(keys) or not lines:
+        raise InvalidInput(f"{path} needs a head of different keys and a line for each point")
+    for number, line in enumerate(lines, start=1):
+        if len(line) != len(keys):
+            raise InvalidInput(
+                f"point {number} of {path} has {len(line)} values for {len(keys)} keys"
+            )
+    points = [tuple(cell.strip() for cell in line) for line in lines]
+    if len(set(points)) < len(points):
+        raise InvalidInput(f"{path} names a point twice")
+    return keys, points

@@ -141,10 +141,15 @@ def compute(seal: Seal, values: tuple[str, ...], contacts: ContactPath) -> Point
     except NotConverged as error:
         return Point(values, _failed(str(error)))
     except InvalidInput as error:
-        return Point(values, _failed(str(error)), again=True)
+        return failed(values, str(error))
     except (MemoryError, OSError) as error:
-        return Point(values, _failed(str(error) or type(error).__name__), again=True)
+        return failed(values, str(error) or type(error).__name__)
     return Point(values, numbers)
+
+
+def failed(values: tuple[str, ...], reason: str) -> Point:
+    """Row of a point that has no numbers, and is tried again by the next sweep."""
+    return Point(values, _failed(reason), again=True)
 
 
 def _failed(reason: str) -> dict[str, Number]:

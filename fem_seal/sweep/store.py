@@ -77,6 +77,10 @@ class SweepFolder:
         point = self._point(name)
         return None if point is None or point.again else point
 
+    def there(self, name: str) -> bool:
+        """Whether there is a point, even one to be tried again."""
+        return self._point(name) is not None
+
     def write(self, name: str, point: Point) -> None:
         """Keep a point."""
         write_text(self._points / f"{name}.json", point.to_json())

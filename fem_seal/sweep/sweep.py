@@ -1,9 +1,9 @@
-"""The points of a sweep, chain after chain."""
+"""The points of a sweep: chain after chain, in one process or many."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 
 from fem_seal import parallel
@@ -13,9 +13,10 @@ from fem_seal.progress import Report, silent
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
 from fem_seal.seal import Seal
-from fem_seal.sweep.axis import Axis
+from fem_seal.sweep.axis import Axis, combinations
 from fem_seal.sweep.contact_path import ContactPath
-from fem_seal.sweep.point import Point, compute, name_of, numbers_only
+from fem_seal.sweep.farm import WorkerKilledError, farm, watch
+from fem_seal.sweep.point import Point, compute, failed, name_of, numbers_only
 from fem_seal.sweep.store import SweepFolder
 
 
@@ -25,12 +26,14 @@ class Tally:
 
     points : how many there are; computed : how many of them now
     failed : how many have no result, or one that a limit has cut short
+    missing : how many are neither computed nor failed, but another part's
     table : all points of the folder, those of this sweep first
     """
 
     points: int
     computed: int
     failed: int
+    missing: int
     table: tuple[Point, ...]
 
 
@@ -43,28 +46,70 @@ class Task:
     scene: Scene
 
 
+@dataclass(frozen=True)
+class Chain:
+    """Points of one surface, one after the other, and where they go; a worker gets it whole."""
+
+    folder: Path
+    keys: tuple[str, ...]
+    tasks: tuple[Task, ...]
+    trust: bool
+
+
+@dataclass(frozen=True)
+class Work:
+    """How the points are shared out.
+
+    jobs : processes of this machine
+    part : (k, n) computes every n-th chain from the k-th on, k from 1; parts may run anywhere
+    executor : computes the chains in place of processes of this machine, such as
+        `client.get_executor()` of Dask; its workers see the same files under the same names
+    gather : compute nothing, and write the table of what is there
+    """
+
+    jobs: int = 1
+    part: tuple[int, int] = (1, 1)
+    executor: Executor | None = None
+    gather: bool = False
+
+    def __post_init__(self):
+        k, n = self.part
+        if self.jobs < 1:
+            raise InvalidInput(f"--jobs = {self.jobs} must be at least 1")
+        if not 1 <= k <= n:
+            raise InvalidInput(f"--part = {k}/{n} must be K/N with 1 <= K <= N")
+        if (self.jobs > 1 or self.executor) and parallel.processes() > 1:
+            raise InvalidInput(
+                "a sweep in many processes solves each point in one; start it without mpirun"
+            )
+
+
 def sweep(
     path: Path,
-    axes: Sequence[Axis],
+    axes: Sequence[Axis] | tuple[tuple[str, ...], list[tuple[str, ...]]],
     out: Path,
     *,
     overrides: Sequence[str] = (),
     overwrite: bool = False,
     report: Report = silent,
     trust: bool = False,
+    work: Work | None = None,
 ) -> Tally:
     """Compute the points of a sweep that its folder does not hold yet.
 
     Parameters
     ----------
     path : scene file
-    axes : fields and their values; all combinations are computed
+    axes : fields and their values, of which all combinations are computed; or the keys and the
+        values of each point
     out : folder of points/, with a file for each finished point, and of sweep.csv, the table of
         all points that are there; any number of sweeps may write into it at once
     overrides : of the scene, for all points
     overwrite : whether another sweep may be replaced
     report : called with the point and its latest news
     trust : whether gmsh may run a .geo file that is not the package's own
+    work : how the points are shared out; one after the other if left out. The rows are the same
+        whatever the number of jobs or parts
 
     Returns
     -------
@@ -77,22 +122,24 @@ def sweep(
         If any point is no scene, which is found before the first one is computed, or the folder
         holds another sweep or cannot be written.
     """
-    keys = tuple(axis.key for axis in axes)
-    if not keys or len(set(keys)) < len(keys):
-        raise InvalidInput(f"a sweep needs fields to vary, each once; got {', '.join(keys)}")
+    work = work or Work()
+    keys, points = axes if isinstance(axes, tuple) else combinations(list(axes))
     tasks = []
-    for values in product(*(axis.values for axis in axes)):
+    for values in points:
         scene = Scene.from_file(path, [*overrides, *map("{}={}".format, keys, values)])
         Seal(scene, trust=trust)  # refuses a geometry that may not be run
         tasks.append(Task(name_of(scene), values, scene))
-    folder = SweepFolder(out, keys)
+    folder = SweepFolder(out.absolute(), keys)
+    order = [task.name for task in tasks]
     with ExitStack() as held:
         parallel.on_root(lambda: _open(held, folder, _origin(tasks[0].scene, keys), overwrite))
-        computed = _compute_all(tasks, folder, report, trust)
-        table = parallel.on_root(lambda: folder.gather([task.name for task in tasks]))
-    names = {task.values for task in tasks}
-    failed = sum(point.values in names and not point.converged for point in table)
-    return Tally(len(tasks), computed, failed, tuple(table))
+        chains = [] if work.gather else _chains(tasks, folder, trust, work.part)
+        computed = _compute_all(chains, folder, order, report, work)
+        table = parallel.on_root(lambda: folder.gather(order))
+    there = {point.values: point for point in table}
+    asked = [there[task.values] for task in tasks if task.values in there]
+    failures = sum(not point.converged for point in asked)
+    return Tally(len(tasks), computed, failures, len(tasks) - len(asked), tuple(table))
 
 
 def _open(held: ExitStack, folder: SweepFolder, origin: Provenance, overwrite: bool) -> None:
@@ -119,36 +166,110 @@ def _names_file(key: str) -> bool:
     return key in ("surface.path", "gap.path", "shape.path")
 
 
-def chains(tasks: Sequence[Task]) -> list[list[Task]]:
-    """Group the points by their surface: each hands surface and contact on to the next."""
+def _chains(
+    tasks: Sequence[Task], folder: SweepFolder, trust: bool, part: tuple[int, int]
+) -> list[Chain]:
+    """Group the points of a part by their surface: each hands surface and contact on."""
     groups: dict[str, list[Task]] = {}
     for task in tasks:
         groups.setdefault(repr((task.scene.surface, task.scene.gap)), []).append(task)
-    return list(groups.values())
+    k, n = part
+    mine = list(groups.values())[k - 1 :: n]
+    return [Chain(folder.path, folder.keys, tuple(group), trust) for group in mine]
 
 
-def _compute_all(tasks: Sequence[Task], folder: SweepFolder, report: Report, trust: bool) -> int:
-    """Compute what the folder does not hold; count it."""
-    missing = parallel.on_root(lambda: [t for t in tasks if folder.point(t.name) is None])
+def compute_chain(
+    chain: Chain,
+    report: Report = silent,
+    keep: Callable[[str, Point], None] | None = None,
+) -> int:
+    """Compute the points of a chain that its folder does not hold; count them.
+
+    Parameters
+    ----------
+    chain : the points
+    report : called with the point and its latest news
+    keep : writes a point, by the name of its file; into the folder if left out
+    """
+    folder = SweepFolder(chain.folder, chain.keys)
+    contacts = ContactPath()
     computed = 0
-    for chain in chains(missing):
-        contacts = ContactPath()
-        for task in chain:
-            # Another sweep into the folder may have computed the point meanwhile.
-            if parallel.on_root(lambda t=task: folder.point(t.name)) is not None:
-                continue
-            computed += 1
-            label = ", ".join(map("{}={}".format, folder.keys, task.values))
-            head = f"{computed}/{len(missing)} {label}"
-            seal = Seal(numbers_only(task.scene), _under(head, report), trust=trust)
-            point = compute(seal, task.values, contacts)
-            parallel.on_root(lambda t=task, p=point: _keep(folder, t.name, p, tasks))
+    for task in chain.tasks:
+        # Another sweep into the folder may have computed the point meanwhile.
+        if parallel.on_root(lambda t=task: folder.point(t.name)) is not None:
+            continue
+        label = ", ".join(map("{}={}".format, chain.keys, task.values))
+        seal = Seal(numbers_only(task.scene), _under(label, report), trust=chain.trust)
+        point = compute(seal, task.values, contacts)
+        parallel.on_root(lambda t=task, p=point: (keep or folder.write)(t.name, p))
+        computed += 1
     return computed
 
 
-def _keep(folder: SweepFolder, name: str, point: Point, tasks: Sequence[Task]) -> None:
-    folder.write(name, point)
-    folder.gather([task.name for task in tasks])
+def _compute_all(
+    chains: list[Chain], folder: SweepFolder, order: list[str], report: Report, work: Work
+) -> int:
+    """Compute what the folder does not hold; count it."""
+    tasks = [task for chain in chains for task in chain.tasks]
+    missing = parallel.on_root(
+        lambda: [task.name for task in tasks if folder.point(task.name) is None]
+    )
+    if not missing:
+        return 0
+    if work.jobs == 1 and work.executor is None:
+
+        def keep(name: str, point: Point) -> None:
+            folder.write(name, point)
+            folder.gather(order)
+
+        computed = 0
+        for chain in chains:
+            head = f"{len(missing)} points"
+            computed += compute_chain(chain, _under(head, report), keep)
+        return computed
+
+    def look() -> int | None:
+        folder.gather(order)
+        done = [point for name in missing if (point := folder.point(name)) is not None]
+        report(f"{len(done)}/{len(missing)} points", "")
+        sizes = [size for point in done if (size := point.numbers["peak_memory_bytes"])]
+        return max(sizes, default=None)
+
+    if work.executor is not None:
+        watch(chains, compute_chain, work.executor, look)
+    else:
+        _farm_all(chains, folder, look, work.jobs)
+    return sum(folder.point(name) is not None for name in missing)
+
+
+def _farm_all(
+    chains: list[Chain], folder: SweepFolder, look: Callable[[], int | None], jobs: int
+) -> None:
+    """Farm chains out; a point whose process is killed twice, the second time alone, has failed."""
+    alone = False
+    while chains:
+        batch = chains[:1] if alone else chains
+        try:
+            farm(batch, compute_chain, 1 if alone else jobs, look)
+        except WorkerKilledError:
+            if alone:
+                _blame_first_missing(batch[0], folder)
+            alone = True
+        else:
+            chains, alone = chains[len(batch) :], False
+        chains = [chain for chain in chains if not _done(chain, folder)]
+
+
+def _done(chain: Chain, folder: SweepFolder) -> bool:
+    return all(folder.there(task.name) for task in chain.tasks)
+
+
+def _blame_first_missing(chain: Chain, folder: SweepFolder) -> None:
+    for task in chain.tasks:
+        if not folder.there(task.name):
+            reason = "the process that computed it was killed; most likely it ran out of memory"
+            folder.write(task.name, failed(task.values, reason))
+            return
 
 
 def _under(head: str, report: Report) -> Report:

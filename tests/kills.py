@@ -1,0 +1,335 @@
+"""Kill and interrupt commands at random moments, and look at what they leave on the disk.
+
+    python tests/kills.py --count 200 --seed 1
+
+A round starts a command (a run, also on two processes or with gmsh, a sweep, two sweeps into one
+folder, percolation thresholds), ends it after a random time by SIGKILL, SIGINT or SIGTERM, and
+checks that each result in its folder is whole and right: the numbers are those of an undisturbed
+run. After every few rounds the command is left to end, and its folder and the temporary folder
+must hold what an undisturbed run leaves, and nothing else.
+"""
+
+import argparse
+import csv
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+SCENE = """
+[surface]
+kind = "self-affine"
+shape = [32, 32]
+size = ["32 um", "32 um"]
+hurst = 0.8
+long_wavelength = "16 um"
+short_wavelength = "4 um"
+rms_slope = 0.1
+seed = 1
+[solid]
+contact_modulus = "10 MPa"
+[contact]
+area_fraction = 0.1
+[fluid]
+viscosity = "1 mPa s"
+[flow]
+pressure_drop = "1 bar"
+sides = "periodic"
+rtol = 0.3
+"""
+RING = """
+[shape]
+kind = "face-seal"
+inner_radius = "20 mm"
+outer_radius = "25 mm"
+mesh_size = "2 mm"
+gap = "3 um"
+[fluid]
+viscosity = "1 mPa s"
+[flow]
+pressure_drop = "1 bar"
+rtol = 0.3
+"""
+MPI_ENVIRONMENT = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_btl": "^tcp",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+}
+FEM_SEAL = (sys.executable, "-c", "import sys; from fem_seal.cli import main; sys.exit(main())")
+FD = ("--set", "flow.method=finite-difference")
+AREAS = ("0.02", "0.05", "0.08", "0.1", "0.12", "0.15", "0.2", "0.25", "0.3", "0.35")
+SEEDS = tuple(map(str, range(1, 13)))
+TINY = "--n 16 --short 4 --long 0.5 --edges open --resolution 0.02 --no-flow"
+MPIRUN = ("mpirun", "-n", "2", "--oversubscribe")
+RUN = ("run", "scene.toml", "--out", "out", "--set", 'output.products=["leak_rate","mesh"]')
+AREA_SWEEP = ("sweep", "scene.toml", "--out", "out", *FD, "--vary")
+# What differs from one run to the next.
+VARYING = ("seconds", "peak_memory_bytes", "finished", "date")
+
+
+@dataclass
+class Job:
+    """Commands that are started together, and how an undisturbed run of them ends.
+
+    share : of the rounds
+    duration : of an undisturbed run [s]; files : by name, what it leaves
+    """
+
+    name: str
+    commands: tuple[tuple[str, ...], ...]
+    share: int
+    duration: float = 0.0
+    files: dict[str, object] = field(default_factory=dict)
+
+
+JOBS = (
+    Job("run", ((*FEM_SEAL, *RUN),), 5),
+    Job("run on two processes", ((*MPIRUN, *FEM_SEAL, *RUN),), 3),
+    Job("run with gmsh", ((*FEM_SEAL, "run", "ring.toml", "--out", "out"),), 2),
+    Job("sweep", ((*FEM_SEAL, *AREA_SWEEP, f"contact.area_fraction={','.join(AREAS)}"),), 4),
+    Job(
+        "two sweeps into one folder",
+        (
+            (*FEM_SEAL, *AREA_SWEEP, f"surface.seed={','.join(SEEDS[:8])}"),
+            (*FEM_SEAL, *AREA_SWEEP, f"surface.seed={','.join(SEEDS[4:])}"),
+        ),
+        3,
+    ),
+    Job(
+        "percolation",
+        ((*FEM_SEAL, "percolation", *TINY.split(), "--seeds", "4", "--out", "out"),),
+        3,
+    ),
+)
+
+
+def environment(temporary: Path) -> dict[str, str]:
+    """Variables for a command: not those of an mpirun around this process."""
+    kept = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_COMM", "PMIX_"))}
+    return kept | MPI_ENVIRONMENT | {"TMPDIR": str(temporary), "OMP_NUM_THREADS": "1"}
+
+
+def start(job: Job, folder: Path, temporary: Path) -> list[subprocess.Popen]:
+    """Start the commands of a job in a folder."""
+
+    def hear() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell's background jobs ignore it
+
+    return [
+        subprocess.Popen(
+            command,
+            cwd=folder,
+            env=environment(temporary),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=hear,
+        )
+        for command in job.commands
+    ]
+
+
+def wait(processes: list[subprocess.Popen], temporary: Path) -> list[tuple[int, str]]:
+    """Status and error of each, once whatever they have started has ended as well."""
+    ends = [(process.communicate()[1], process.returncode) for process in processes]
+    mark = f"TMPDIR={temporary}".encode()
+    while any(mark in text for text in _environments()):
+        time.sleep(0.05)
+    return [(status, error) for error, status in ends]
+
+
+def _environments() -> Iterator[bytes]:
+    for path in Path("/proc").glob("[0-9]*/environ"):
+        try:
+            yield path.read_bytes()
+        except OSError:
+            continue  # ended meanwhile, or another user's
+
+
+def content(folder: Path) -> dict[str, object]:
+    """Files below a folder by name, read as far as they are to be the same every time.
+
+    Raises
+    ------
+    ValueError
+        If a file is not whole.
+    """
+    return {
+        str(path.relative_to(folder)): _read(path)
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and ".fem-seal" not in str(path.relative_to(folder))
+    }
+
+
+def _read(path: Path) -> object:
+    if path.suffix == ".json":
+        return _steady(json.loads(path.read_text()))
+    if path.suffix == ".csv":
+        with path.open(newline="") as file:
+            rows = list(csv.DictReader(file))
+        if any(None in row or None in row.values() for row in rows):
+            raise ValueError(f"{path} ends in the middle of a line")
+        return sorted(json.dumps(_steady(row)) for row in rows)
+    if path.suffix == ".npz":
+        with np.load(path) as data:
+            return {name: data[name].tobytes() for name in data}
+    if path.suffix == ".vtu":
+        if not path.read_text().rstrip().endswith("</VTKFile>"):
+            raise ValueError(f"{path} ends early")
+        return "mesh"
+    return path.suffix
+
+
+def _steady(part: object) -> object:
+    """Leave out what differs from run to run; round what two processes sum in another order."""
+    if isinstance(part, dict):
+        return {name: _steady(value) for name, value in part.items() if name not in VARYING}
+    if isinstance(part, list):
+        return [_steady(value) for value in part]
+    return float(f"{part:.6g}") if isinstance(part, float) else part
+
+
+def faults(job: Job, folder: Path, ended: bool) -> Iterator[str]:
+    """What is wrong with a folder.
+
+    Parameters
+    ----------
+    job : with the files of an undisturbed run
+    folder : to look at
+    ended : whether the last command has ended by itself
+    """
+    try:
+        there = content(folder)
+    except (ValueError, OSError, EOFError) as error:
+        yield f"not whole: {error}"
+        return
+    for name, what in there.items():
+        if name not in job.files:
+            yield f"{name} is no file of an undisturbed run"
+        elif name.endswith((".csv", "percolation.json")) and not ended:
+            # A table holds fewer rows before the end, but no other ones.
+            whole = job.files[name]
+            if isinstance(what, list) and not set(what) <= set(whole):
+                yield f"{name} has a row that no undisturbed run has"
+        elif what != job.files[name]:
+            yield f"{name} differs from that of an undisturbed run"
+    if "out/result.json" in there:
+        missing = {f"out/{name}" for name in there["out/result.json"]["files"]} - set(there)
+        if missing:
+            yield f"result.json names {missing}, which are missing"
+    if ended and set(there) != set(job.files):
+        yield f"missing: {set(job.files) - set(there)}"
+    left = [path.name for path in folder.rglob(".fem-seal*")]
+    if ended and left:
+        yield f"left behind: {left}"
+
+
+def spoken(status: int, error: str) -> str:
+    """How a command that met SIGINT or SIGTERM has ended."""
+    if "Traceback" not in error and "Fatal Python error" not in error:
+        return {130: "interrupted", 0: "done"}.get(status, f"status {status}")
+    # Before the first line of fem_seal's commands Python itself speaks.
+    early = "fem_seal/cli/__init__.py\", line" not in error
+    return "while Python started" if early else f"traceback: {error[-2000:]}"
+
+
+def campaign(count: int, seed: int, jobs: tuple[Job, ...], every: int = 4) -> tuple[Counter, list[str]]:
+    """End commands at random moments.
+
+    Parameters
+    ----------
+    count : how often
+    seed : of the moments
+    jobs : chosen in turn by their shares
+    every : after so many rounds of a job it is left to end
+
+    Returns
+    -------
+    Counts of (job, signal, how it ended), and the faults.
+    """
+    random_numbers = random.Random(seed)
+    counts: Counter = Counter()
+    wrong: list[str] = []
+    with tempfile.TemporaryDirectory() as name:
+        place = Path(name)
+        temporary = place / "tmp"
+        temporary.mkdir()
+        folders = {}
+        for job in jobs:
+            folders[job.name] = folder = place / job.name.replace(" ", "-")
+            _prepare(folder)
+            begin = time.perf_counter()
+            ends = wait(start(job, folder, temporary), temporary)
+            job.duration = time.perf_counter() - begin
+            if any(status for status, _ in ends):
+                raise SystemExit(f"{job.name} fails undisturbed: {ends}")
+            job.files = content(folder)
+            _prepare(folder)
+        rounds: Counter = Counter()
+        for _ in range(count):
+            job = random_numbers.choices(jobs, [job.share for job in jobs])[0]
+            folder, rounds[job.name] = folders[job.name], rounds[job.name] + 1
+            number = random_numbers.choice((signal.SIGKILL, signal.SIGINT, signal.SIGTERM))
+            processes = start(job, folder, temporary)
+            time.sleep(random_numbers.uniform(0, job.duration))
+            for process in processes:
+                process.send_signal(number)
+            for status, error in wait(processes, temporary):
+                killed = number == signal.SIGKILL or "mpirun" in job.commands[0]
+                how = "killed" if killed else spoken(status, error)
+                counts[job.name, number.name, how] += 1
+                if how.startswith(("status", "traceback")) and status != -number:
+                    wrong.append(f"{job.name}, {number.name}: {how} {error}")
+            wrong += [f"{job.name}, {number.name}: {f}" for f in faults(job, folder, ended=False)]
+            if rounds[job.name] % every == 0:
+                ends = wait(start(job, folder, temporary), temporary)
+                wrong += [f"{job.name}, next run: {end}" for end in ends if end[0]]
+                wrong += [f"{job.name}, next run: {f}" for f in faults(job, folder, ended=True)]
+                counts[job.name, "", "next run"] += 1
+                _prepare(folder)
+        # Open MPI leaves a folder of its own when it is killed.
+        left = [path.name for path in temporary.iterdir() if path.name.startswith((".fem", "fem"))]
+        if left:
+            for job in jobs:
+                wait(start(job, folders[job.name], temporary), temporary)
+            left = [name for name in left if (temporary / name).exists()]
+        wrong += [f"left in the temporary folder: {left}"] * bool(left)
+    return counts, wrong
+
+
+def _prepare(folder: Path) -> None:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    (folder / "scene.toml").write_text(SCENE)
+    (folder / "ring.toml").write_text(RING)
+
+
+def main() -> int:
+    """Run the campaign and print a table of it."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--count", type=int, default=200)
+    options.add_argument("--seed", type=int, default=1)
+    chosen = options.parse_args()
+    counts, wrong = campaign(chosen.count, chosen.seed, JOBS)
+    print("| command | signal | how it ended | times |\n|---|---|---|---|")
+    for (job, number, how), times in sorted(counts.items()):
+        print(f"| {job} | {number} | {how.splitlines()[0]} | {times} |")
+    print(f"\n{chosen.count} rounds, {len(wrong)} faults")
+    print("\n".join(wrong))
+    return bool(wrong)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
