@@ -1,0 +1,193 @@
+"""Points in many processes: the same rows for any number of jobs and parts, whatever is killed."""
+
+import csv
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from project import write_toml
+
+from fem_seal import cli
+from fem_seal.errors import InvalidInput
+from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
+from fem_seal.sweep.farm import WorkerKilledError, farm
+
+ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
+
+
+@pytest.fixture(autouse=True)
+def scene_file(small_scene, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return write_toml(tmp_path / "scene.toml", small_scene)
+
+
+def run(*arguments):
+    return cli.main(["sweep", "scene.toml", *arguments])
+
+
+def rows(name):
+    """Rows of a table without what differs from run to run."""
+    with (Path(name) / "sweep.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    for row in table:
+        del row["seconds"], row["peak_memory_bytes"]
+    return table
+
+
+def test_rows_are_the_same_for_jobs_and_parts(capsys):
+    """To the last digit: a chain is begun and ended by one process, wherever that runs."""
+    assert run(*VARY, "--out", "one") == 0
+    assert run(*VARY, "--out", "two", "--jobs", "2") == 0
+    assert rows("two") == rows("one")
+    for k in (2, 1):
+        assert run(*VARY, "--out", "parts", "--part", f"{k}/2") == 0
+        assert len(rows("parts")) == {2: 2, 1: 6}[k]
+    assert rows("parts") == rows("one")
+    capsys.readouterr()
+    Path("two/sweep.csv").unlink()
+    assert run(*VARY, "--out", "two", "--gather") == 0
+    assert "0 of them computed now" in capsys.readouterr().out
+    assert rows("two") == rows("one")
+    assert run("--vary", "surface.seed=1..4", "--vary", VARY[3], "--out", "two", "--gather") == 3
+    assert "2 of 8 points are not computed yet" in capsys.readouterr().err
+
+
+def test_rows_are_the_same_for_any_executor(scene_file):
+    axes = [Axis.parse(text) for text in VARY[1::2]]
+    sweep(scene_file, axes, Path("one"))
+    with ThreadPoolExecutor(1) as executor:
+        tally = sweep(scene_file, axes, Path("other"), work=Work(executor=executor))
+    assert (tally.points, tally.computed, tally.failed) == (6, 6, 0)
+    assert rows("other") == rows("one")
+
+
+def test_a_table_of_points():
+    Path("points.csv").write_text("surface.seed, contact.area_fraction\n1,0.1\n2,0.2\n")
+    assert run("--points", "points.csv", "--out", "out") == 0
+    pairs = [(row["surface.seed"], row["contact.area_fraction"]) for row in rows("out")]
+    assert pairs == [("1", "0.1"), ("2", "0.2")]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "surface.seed\n", "seed\n1\n", "a.b,a.b\n1,2\n", "a.b\n1,2\n", "a.b\n1\n1\n"]
+)
+def test_what_is_no_table_of_points(text):
+    Path("points.csv").write_text(text)
+    with pytest.raises(InvalidInput):
+        read_points(Path("points.csv"))
+
+
+def test_ranges_and_patterns():
+    assert Axis.parse("surface.seed=3..5,9").values == ("3", "4", "5", "9")
+    for wrong in ("surface.seed=5..3", "surface.seed=1..9999999", "surface.path=none/*.npz"):
+        with pytest.raises(InvalidInput):
+            Axis.parse(wrong)
+    Path("maps").mkdir()
+    for name in ("b.npz", "a.npz", "c.txt"):
+        Path("maps", name).touch()
+    assert Axis.parse("surface.path=maps/*.npz").values == ("'maps/a.npz'", "'maps/b.npz'")
+    keys, points = combinations([Axis("a.b", ("1", "2")), Axis("c.d", ("3",))])
+    assert (keys, points) == (("a.b", "c.d"), [("1", "3"), ("2", "3")])
+
+
+def test_measured_maps_by_a_pattern(small_scene, tmp_path):
+    (tmp_path / "maps").mkdir()
+    for seed in (1, 2):
+        heights = np.random.default_rng(seed).normal(0, 1e-7, (16, 16))
+        np.savez(tmp_path / "maps" / f"{seed}.npz", heights=heights, spacing=[1e-6, 1e-6])
+    small_scene["surface"] = {"kind": "file", "path": "maps/1.npz"}
+    small_scene["flow"]["sides"] = "wall"
+    write_toml(tmp_path / "scene.toml", small_scene)
+    assert run("--vary", "surface.path=maps/*.npz", "--out", "out") == 0
+    assert len({row["leak_rate"] for row in rows("out")}) == 2
+
+
+@pytest.mark.parametrize("options", [("--jobs", "0"), ("--part", "3/2"), ("--part", "0/2")])
+def test_bad_shares_of_the_work(options, capsys):
+    assert run(*VARY, "--out", "out", *options) == 2
+    assert options[0] in capsys.readouterr().err
+    assert not Path("out").exists()
+
+
+def killed_once(folder):
+    """Die of SIGKILL the first time; a chain for `farm`."""
+    mark = Path(folder) / "met"
+    if not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "done"
+
+
+def environment_of(path):
+    Path(path).write_text("\n".join(f"{k}={v}" for k, v in os.environ.items()))
+
+
+def test_a_worker_is_alone_with_one_thread(tmp_path, monkeypatch):
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    farm([tmp_path / "seen"], environment_of, 1, lambda: None)
+    seen = (tmp_path / "seen").read_text().splitlines()
+    assert "OMP_NUM_THREADS=1" in seen
+    assert not [line for line in seen if line.startswith("OMPI_COMM")]
+    assert os.environ["OMPI_COMM_WORLD_SIZE"] == "2"
+    assert "OMP_NUM_THREADS" not in os.environ
+
+
+def test_a_killed_worker_is_said(tmp_path):
+    with pytest.raises(WorkerKilledError):
+        farm([tmp_path], killed_once, 1, lambda: None)
+    farm([tmp_path], killed_once, 1, lambda: None)
+
+
+def test_a_point_that_kills_its_process_is_a_row(scene_file, tmp_path, monkeypatch):
+    """As one that wants too much memory does; the others are computed."""
+    (tmp_path / "deadly.py").write_text(
+        "import os, signal\n"
+        "from fem_seal.sweep.sweep import compute_chain as whole\n"
+        "def compute_chain(chain):\n"
+        "    if any(task.values == ('2',) for task in chain.tasks):\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+        "    return whole(chain)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    import deadly
+
+    monkeypatch.setattr(sys.modules["fem_seal.sweep.sweep"], "compute_chain", deadly.compute_chain)
+    axes = [Axis.parse("surface.seed=1..3")]
+    tally = sweep(scene_file, axes, Path("out"), work=Work(jobs=2))
+    assert (tally.points, tally.failed) == (3, 1)
+    assert [row["converged"] for row in rows("out")] == ["True", "False", "True"]
+    assert "killed" in rows("out")[1]["reason"]
+
+
+def test_points_in_many_processes_are_killed_and_lose_no_row(tmp_path):
+    """Three times at random moments, by the first process, with which the others end."""
+    assert run("--vary", "surface.seed=1..8", "--out", "whole") == 0
+    code = "import sys; from fem_seal.cli import main; sys.exit(main())"
+    command = [sys.executable, "-c", code, "sweep", "scene.toml", "--jobs", "2", "--out", "out"]
+    command += ["--vary", "surface.seed=1..8"]
+    moments = random.Random(1)
+    for _ in range(3):
+        process = subprocess.Popen(
+            command, env=ALONE, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+        )
+        time.sleep(moments.uniform(0.5, 2.5))
+        process.send_signal(moments.choice([signal.SIGKILL, signal.SIGINT]))
+        process.wait(30)
+        if Path("out/sweep.csv").exists():
+            assert all(row in rows("whole") for row in rows("out"))
+    deadline = time.monotonic() + 30
+    while (status := subprocess.run(command, env=ALONE, check=False).returncode) == 2:
+        assert time.monotonic() < deadline  # until the workers of the killed one have ended
+    assert status == 0
+    assert rows("out") == rows("whole")
+    assert {path.name for path in Path("out").iterdir()} == {"points", "sweep.csv", "sweep.json"}
+    assert len(list(Path("out/points").iterdir())) == 8
