@@ -54,17 +54,18 @@ def farm(
         If a process has died; chains that it kept from being done are left undone.
     """
     pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin)
+    done = False
     try:
         with _environment():
             watch(chains, compute, pool, look, jobs)
+        done = True
     except BrokenProcessPool:
         raise WorkerKilledError from None
-    except BaseException:
-        # An interrupt, or a chain that cannot be computed: what runs would go on for long.
-        for process in list((pool._processes or {}).values()):
-            process.terminate()
-        raise
     finally:
+        if not done:
+            # After an interrupt, or an error of one chain, the others would run on for long.
+            for process in list((pool._processes or {}).values()):
+                process.terminate()
         pool.shutdown(cancel_futures=True)
 
 
