@@ -35,7 +35,20 @@ GL_LIBRARIES = {
 
 @dataclass(frozen=True)
 class Window:
-    """The rectangle of the seal that a picture shows: x0 < x1 along the flow, y0 < y1 [m]."""
+    """The rectangle of the seal that a picture shows.
+
+    Parameters
+    ----------
+    x0, x1 : float
+        Its ends along the flow [m], x0 < x1.
+    y0, y1 : float
+        Its ends across the flow [m], y0 < y1.
+
+    Raises
+    ------
+    InvalidInput
+        If it is empty.
+    """
 
     x0: float
     x1: float
