@@ -79,7 +79,10 @@ def with_tables(page: str, text: str) -> str:
 def main(page: Path) -> int:
     """Run all cases and write the page; the exit status is that of pytest."""
     recorder = Recorder()
-    status = pytest.main([str(Path(__file__).parent), "-q"], plugins=[recorder])
+    here = Path(__file__).parent
+    # The test of the page would fail on every new extreme, before it can be written.
+    cases = [str(here), f"--ignore={here / 'test_limits_page.py'}", "-q"]
+    status = pytest.main(cases, plugins=[recorder])
     if status == 0:
         text = with_tables(page.read_text(encoding="utf-8"), tables(recorder.rows))
         page.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Arrays and numbers as they come from elsewhere: layouts, types, values that are not finite."""
+"""Arrays, maps and numbers as they come from elsewhere, and fluids that no contact holds."""
 
 from pathlib import Path
 
@@ -10,7 +10,9 @@ from sample_gaps import rough_gap
 from fem_seal.errors import InvalidInput
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
+from fem_seal.results import summarise
 from fem_seal.scene import Scene
+from fem_seal.seal import Seal
 
 PART = "Input"
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -159,5 +161,68 @@ def test_scene_areas(area, small_scene, show):
     """Scenes of contact areas outside [0, 1)."""
     small_scene["contact"]["area_fraction"] = area
     with pytest.raises(InvalidInput, match=r"contact\.area_fraction") as error:
+        Scene.from_mapping(small_scene)
+    show("refused", str(error.value))
+
+
+# --- measured maps -------------------------------------------------------------------------------
+
+
+def pressed_map(heights, folder, small_scene):
+    """The contact of a map in micrometres, as a file that says nothing but its unit."""
+    path = Path("map.npz")
+    np.savez(folder / path, heights=heights, spacing=[1.0, 1.0], unit="um")
+    small_scene["surface"] = {"kind": "file", "path": str(path)}
+    return Seal(Scene.from_mapping(small_scene, folder)).contact
+
+
+@pytest.mark.parametrize("number", [-9999.0, -32768.0, 1e38, 3.4028234663852886e38], ids=str)
+def test_marks_of_missing_points(number, tmp_path, small_scene, show):
+    """Maps in which a number marks missing points."""
+    heights = rough_gap((32, 32), 0.3, 4).values.copy()
+    heights[3, 4:6] = number
+    with pytest.raises(InvalidInput, match="set missing = ") as error:
+        pressed_map(heights, tmp_path, small_scene)
+    show("refused", str(error.value).replace(f"{tmp_path.resolve()}/", ""))
+
+
+def test_flat_places(tmp_path, small_scene, show):
+    """Maps with flat places: lapped, and with pockets of one depth."""
+    heights = np.minimum(rough_gap((32, 32), 0.3, 4).values, 0.5)
+    heights[8:12, 8:12] = -20.0
+    assert 0 < pressed_map(heights, tmp_path, small_scene).contact_area_fraction < 1
+    show("right", "pressed as they are")
+
+
+def test_maps_that_do_not_repeat(tmp_path, small_scene, show):
+    """Maps with a tilt, of which nobody has said whether they repeat."""
+    heights = rough_gap((32, 32), 0.3, 4).values + np.linspace(0, 9, 32)[:, None]
+    with pytest.raises(InvalidInput, match="make_periodic") as error:
+        pressed_map(heights, tmp_path, small_scene)
+    show("refused", str(error.value).replace(f"{tmp_path.resolve()}/", ""))
+
+
+# --- fluids --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("part", [1.0, 10.0, 1e6], ids=lambda part: f"{part:g} times")
+def test_fluids_that_lift_the_solid_off(part, small_scene, show):
+    """Fluid pressures of as much as the contact pressure and more, with a limit."""
+    load = 1e5
+    small_scene["contact"] = {"pressure": load}
+    small_scene["flow"] = {"pressure_drop": part * load, "sides": "periodic", "rtol": 0.5}
+    small_scene["limit"] = {"leak_rate": 1.0}
+    small_scene["output"] = {"products": ["leak_rate"]}
+    found = summarise(Seal(Scene.from_mapping(small_scene))).verdict
+    assert found.decision == "undecided"
+    assert "the seal would lift off" in found.sentence
+    show("limited", "the verdict is undecided: the seal would lift off")
+
+
+@pytest.mark.parametrize("outlet", [0.0, 1e3], ids=lambda pressure: f"{pressure:g} Pa")
+def test_vacuum_without_ambient_pressure(outlet, small_scene, show):
+    """An outlet near a vacuum, without the pressure on the back of the solid."""
+    small_scene["flow"] = {"inlet_pressure": 1e5, "outlet_pressure": outlet}
+    with pytest.raises(InvalidInput, match="ambient_pressure is missing") as error:
         Scene.from_mapping(small_scene)
     show("refused", str(error.value))
