@@ -72,7 +72,8 @@ def _comparison(record: Letter) -> list[tuple[str, str, str]]:
             (
                 f"cascade's start, {start.model}, A/A0 = {start.area:g}",
                 "3 orders better than mean field",
-                f"energy {start.energy_gain:.3g} times, pressure {start.rms_gain:.3g} times",
+                f"energy {start.energy_reduction:.3g} times, "
+                f"pressure {start.rms_reduction:.3g} times",
             )
             for start in record.cascade
         ),

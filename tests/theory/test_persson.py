@@ -18,7 +18,7 @@ from fem_seal.theory.persson import (
     persson_state,
 )
 from fem_seal.theory.quadrature import graded_cell, log_grid
-from fem_seal.theory.seal_estimates import critical_junction, effective_film_conductivity
+from fem_seal.theory.seal_estimates import effective_film_conductivity
 
 # No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
 approx = partial(pytest.approx, rel=1e-12, abs=0.0)
@@ -212,23 +212,13 @@ def test_leak_rate_falls_with_load_to_zero_at_the_threshold():
     assert effective_film_conductivity(states[-1], viscosity=1e-3, threshold=0.5) > 0
 
 
-def test_critical_junction_sits_where_the_open_area_percolates():
-    state = state_at(0.01)
-    junction = critical_junction(state, viscosity=1e-3)
-    area = np.interp(np.log(junction.q), np.log(state.q), state.area)
-    assert area == approx(0.42, abs=1e-3)
-    assert junction.conductance == approx(junction.gap**3 / 12e-3)
-    assert critical_junction(state_at(0.03), viscosity=1e-3) is None
-    assert critical_junction(state_at(0.012), viscosity=1e-3).gap < junction.gap
-
-
 def test_bad_input():
     with pytest.raises(InvalidInput, match="pressure must be a positive"):
         state_at(-1.0)
     with pytest.raises(InvalidInput, match=r"scatter = 'wide'.*almqvist, afferrante"):
         gap_distribution(state_at(1e-3), np.zeros(1), scatter="wide")
-    with pytest.raises(InvalidInput, match="threshold"):
-        critical_junction(state_at(1e-3), viscosity=1e-3, threshold=1.0)
+    with pytest.raises(InvalidInput, match=r"0 < A\*/A0 < 1"):
+        effective_film_conductivity(state_at(1e-3), viscosity=1e-3, threshold=1.0)
     with pytest.raises(InvalidInput, match="ascending"):
         log_grid((2.0, 1.0), 4)
     with pytest.raises(InvalidInput, match="no range"):
