@@ -3,11 +3,11 @@
 The fluid carries part of the load and opens the film. For an elastic half-space under the total
 load P per area and any fluid pressure between p_out and p_in above ambient, the leak rate lies
 between those of the dry contacts under P - p_out and P - p_in: a comparison principle orders the
-gaps, and the flow grows with the gap. A grid keeps this to rounding only, so that it is called an
-estimate here.
+gaps, and the flow grows with the gap. On a grid, and for a layer of finite thickness, some entries
+of the stiffness have the wrong sign for the proof. So the factors are called estimates here.
 """
 
-from fem_seal.digits import rounded_up, with_prefix
+from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.errors import NotConverged
 from fem_seal.leak_rate import LeakRate
 from fem_seal.quantities.error_budget import Uncertainty
@@ -50,33 +50,34 @@ def fluid_pressure(seal: Seal) -> Uncertainty | None:
                 f"pressure of {_pressure(load)}"
             )
         else:
-            opened = _when_opened(seal, load - inlet)
-            if opened is not None:
-                upper_rate = opened.upper
-                words.append(
-                    f"under the {_pressure(load - inlet)} that are left for the solid, at most "
-                    f"{rounded_up(opened.upper)} m^3/s"
-                )
+            opened, more = _when_opened(seal, load - inlet)
+            words.extend(more)
             upper = _upper_factor(seal.leak_rate, opened)
+            upper_rate = None if opened is None else opened.upper
     if presses:
         words.append(
             f"an outlet {_pressure(-outlet)} below ambient adds {_ratio(-outlet, load)} the "
             "contact pressure and closes the film: less leaks than through the dry contact"
         )
-        lower = _when_closed(seal, load - outlet)
+        lower, more = _when_closed(seal, load - outlet)
+        words.extend(more)
     kind = "not covered" if None in (lower, upper) else "estimated"
     return Uncertainty(NAME, kind, "; ".join(words), lower, upper, True, upper_rate)
 
 
-def _when_opened(seal: Seal, pressure: float) -> LeakRate | None:
-    """Leak rate of the dry contact at `pressure`; None where it decides nothing.
+def _when_opened(seal: Seal, pressure: float) -> tuple[LeakRate | None, list[str]]:
+    """Leak rate of the dry contact at `pressure`, and words on it; None where it decides nothing.
 
     That is without a limit, or if the dry contact may be above it.
     """
     limit = _limit(seal)
     if limit is None or seal.leak_rate.upper > limit:
-        return None
-    return _leak_under(seal, pressure)
+        return None, []
+    leak = _leak_under(seal, pressure)
+    if leak is None:
+        return None, [_failed(pressure)]
+    left = f"under the {_pressure(pressure)} that are left for the solid"
+    return leak, [f"{left}, at most {rounded_up(leak.upper)} m^3/s"]
 
 
 def _upper_factor(dry: LeakRate, opened: LeakRate | None) -> float | None:
@@ -91,15 +92,19 @@ def _upper_factor(dry: LeakRate, opened: LeakRate | None) -> float | None:
     return max(1.0, opened.upper / dry.upper)
 
 
-def _when_closed(seal: Seal, pressure: float) -> float | None:
-    """Lower factor from the dry contact at `pressure`; None where it decides nothing."""
+def _when_closed(seal: Seal, pressure: float) -> tuple[float | None, list[str]]:
+    """Lower factor from the dry contact at `pressure`, and words; None where it decides nothing."""
     dry, limit = seal.leak_rate, _limit(seal)
     if dry.state == "sealed":
-        return 1.0
+        return 1.0, []
     if limit is None or dry.lower <= limit:
-        return None
+        return None, []
     leak = _leak_under(seal, pressure)
-    return None if leak is None else min(1.0, leak.lower / dry.lower)
+    if leak is None:
+        return None, [_failed(pressure)]
+    pressed = f"under the {_pressure(pressure)} that press the solid then"
+    factor = min(1.0, leak.lower / dry.lower)
+    return factor, [f"{pressed}, at least {rounded_down(leak.lower)} m^3/s"]
 
 
 def _limit(seal: Seal) -> float | None:
@@ -114,6 +119,10 @@ def _leak_under(seal: Seal, pressure: float) -> LeakRate | None:
             return seal.pressed_by(pressure).leak_rate
         except NotConverged:
             return None
+
+
+def _failed(pressure: float) -> str:
+    return f"the contact under {_pressure(pressure)} did not converge"
 
 
 def _of_other_loads(seal: Seal, pressure: float, load: float) -> Uncertainty:

@@ -39,7 +39,9 @@ def test_width_of_a_slot_of_pixels():
     """Pixels end half-way to the next centre: ten pixels are ten pixels wide."""
     spacing = (2e-6, 2e-6)
     gap = GridField(slot(10, 19).values, spacing)
-    assert constriction(GridFilm(gap, "wall", "constant")).width == pytest.approx(10 * 2e-6, rel=1e-12)
+    assert constriction(GridFilm(gap, "wall", "constant")).width == pytest.approx(
+        10 * 2e-6, rel=1e-12
+    )
 
 
 def test_walls_are_solid():

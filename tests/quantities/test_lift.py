@@ -89,6 +89,16 @@ def test_lift_off(load):
     assert above.verdict.decision == "above limit"
 
 
+def test_a_second_contact_that_does_not_converge():
+    """Enough iterations for full contact, too few for the opened one: open, and said so."""
+    load, flow = {"pressure": 1e8}, {"pressure_drop": 9.9e7}
+    assert summarise(Seal(scene(1.0, load, flow))).verdict.decision == "within limit"
+    needed = Seal(scene(load=load)).contact.iterations
+    result = summarise(Seal(scene(1.0, {**load, "max_iterations": needed}, flow)))
+    assert result.verdict.decision == "undecided"
+    assert "did not converge" in result.verdict.sentence
+
+
 def test_a_sealed_contact_that_the_fluid_opens():
     """Sealed when dry, leaking at the other end of the load: what leaks there is judged."""
     load, drop = {"pressure": 6e7}, {"pressure_drop": 5.1e7}
