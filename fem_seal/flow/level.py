@@ -44,7 +44,7 @@ class Stream:
 
     @property
     def conductance(self) -> float:
-        """1 / energy: but for rounding a lower bound of the leak rate if the dual was the true one."""
+        """1 / energy: a lower bound of the leak rate, but for rounding, if the dual was true."""
         return 1 / self.energy.value
 
 

@@ -274,6 +274,4 @@ def minimise_by_cg(
     what = "where rounding hides what is left of the residuals"
     if not reached[0] <= tolerance:
         what = f"at a relative energy error of {reached[0]:.1e}, wanted {tolerance:.0e}"
-    return Iterations(
-        iterations, f"CG with BoomerAMG stopped after {iterations} iterations {what}"
-    )
+    return Iterations(iterations, f"CG with BoomerAMG stopped after {iterations} iterations {what}")

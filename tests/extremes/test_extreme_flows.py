@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from closed_forms import SERIES_DECADES, Case
 from extreme_gaps import MOST_UNKNOWNS, ROUNDING, adaptive, assert_enclosed
 from sample_gaps import FLUID, rough_gap, striped_gap
 
@@ -103,6 +104,46 @@ def test_contrast_in_series(contrast, show):
     assert_enclosed(leak, 2 / (1 + contrast))
     assert leak.converged
     show("right", "the mean resistance lies inside the bounds")
+
+
+@pytest.mark.parametrize("decades", SERIES_DECADES, ids="{:g} decades".format)
+@pytest.mark.parametrize("on", ["linear", "constant"])
+def test_layers_of_random_height(on, decades, show):
+    """Layers across the flow of random gaps over many decades."""
+    heights = 10 ** (-decades * np.random.default_rng(4).random(24))
+    case = Case("across", heights, 5, (1.0, 1.0), "wall", on, "adaptive")
+    leak = case.solve(1500)
+    assert not case.faults(leak)
+    if leak.converged:
+        show("right", "the mean resistance lies inside the bounds")
+    else:
+        show(
+            "limited",
+            "the mean resistance lies inside the bounds; 1500 unknowns do not reach 5 %, as the "
+            "answer says",
+        )
+
+
+@pytest.mark.parametrize("aspect", [1e-6, 1e-3, 1e3, 1e6], ids="dx/dy {:g}".format)
+@pytest.mark.parametrize("kind", ["along", "across"])
+def test_slender_pixels(kind, aspect, show):
+    """Slender pixels, stripes of contact along the flow or layers across it."""
+    heights = np.random.default_rng(5).uniform(0.1, 1, 16)
+    if kind == "along":
+        heights[[0, 3, 4, 9]] = 0
+    leaks = []
+    for on in ("linear", "constant", "mesh"):
+        case = Case(kind, heights, 6, (aspect, 1.0), "wall", on, "adaptive")
+        leaks.append(case.solve(MOST_UNKNOWNS))
+        assert not case.faults(leaks[-1])
+    if all(leak.converged for leak in leaks):
+        show("right", "the closed form lies inside the bounds")
+    else:
+        show(
+            "limited",
+            f"the closed form lies inside the bounds; {MOST_UNKNOWNS} unknowns do not reach 5 %, as "
+            "the answer says",
+        )
 
 
 @pytest.mark.parametrize("contrast", [1e2, 1e6, 1e12, 1e30], ids=power_of_ten)

@@ -353,9 +353,7 @@ def test_contrast_beyond_double_precision():
     """Where the tolerance is not reached the reason says that rounding may be why; a contrast whose
     cube no number holds is refused."""
     one_mesh = Limits(unknowns=1)
-    found = tensor(
-        closed_both_ways(1e-6), representation="constant", rtol=1e-3, limits=one_mesh
-    )
+    found = tensor(closed_both_ways(1e-6), representation="constant", rtol=1e-3, limits=one_mesh)
     assert not found.converged
     assert "conducts 1e-18 of the largest gap; double precision" in found.reason
     with pytest.raises(InvalidInput, match="1e-70 of the largest gap; its cube is beyond double"):

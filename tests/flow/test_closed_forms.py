@@ -12,6 +12,8 @@ from sample_gaps import FLUID
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
 UNKNOWNS = 1500  # the most of a mesh
 
 ASPECTS = [1e-6, 1e-3, 1.0, 1e3, 1e6]
@@ -29,7 +31,7 @@ def test_any_gap(seed):
 @pytest.mark.parametrize("aspect", ASPECTS)
 @pytest.mark.parametrize("method", ["adaptive", "uniform"])
 def test_stripes_of_contact_along_the_flow(aspect, on, sides, method):
-    """Beside contact the lower bound rests on power traces. Of slender cells along the contact their
+    """Beside contact the lower bound rests on power traces. Of slender cells along contact their
     resistivities differ by the square of the aspect, from which nothing must be subtracted.
     Channels of several samples of one height, at which the upper bound is exact and both could
     cross."""
@@ -51,13 +53,13 @@ def test_layers_of_random_height(decades, seed):
         case = Case("across", heights, 5, (1e-6, 1e-6), "wall", on, "adaptive")
         flow = case.solve(UNKNOWNS)
         assert not case.faults(flow)
-        # The pressure of constant layers is linear between the vertices. Beside a sample that is 1e12
-        # times as narrow as the next a linear gap needs cells of 1e-12 pixels, which no mesh has.
+        # The pressure of constant layers is linear between the vertices. A linear gap that rises
+        # 1e12 times from a sample to the next needs cells of 1e-12 pixels, which no mesh has.
         assert flow.converged or on == "linear"
 
 
 def test_in_series_until_the_bounds_agree():
-    """Layers of a linear gap that twelve decades part: bounds 5 % apart, by cells far below a pixel."""
+    """Layers of a linear gap over twelve decades: bounds 5 % apart, by cells far below a pixel."""
     heights = 10 ** (-12 * np.random.default_rng(5).random(8))
     case = Case("across", heights, 3, (1e-6, 1e-6), "wall", "linear", "adaptive")
     flow = case.solve(60_000)

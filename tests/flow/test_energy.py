@@ -1,0 +1,110 @@
+"""Energies of slender cells against exact arithmetic: what rounding did stays within its bound."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from fem_seal.flow.energy import ROUNDING, Energy
+from fem_seal.flow.traces import one_contact_tensor
+
+
+def exact_energy(corners, tensor, values) -> Fraction:
+    """∫ ∇v·T·∇v over one triangle, from numbers as they are stored."""
+    (ux, uy), (vx, vy) = [[Fraction(x) for x in corner] for corner in corners[1:]]
+    xx, xy, yy = map(Fraction, tensor)
+    b, c = (Fraction(value) - Fraction(values[0]) for value in values[1:])
+    twice = ux * vy - uy * vx
+    gx, gy = (b * vy - c * uy) / twice, (c * ux - b * vx) / twice
+    return abs(twice) / 2 * (xx * gx**2 + 2 * xy * gx * gy + yy * gy**2)
+
+
+def slender_cells(rng, aspect: float, count: int):
+    """Right triangles with legs along the axes and halves of them, in any order of corners; on half
+    of them the function varies along one axis alone, up to rounding."""
+    shapes = np.array(
+        [[(0, 0), (1, 0), (0, 1)], [(0, 0), (2, 0), (1, 1)], [(0, 0), (0, 2), (1, 1)]]
+    )
+    corners = shapes[rng.integers(3, size=count)] * (aspect, 1.0) * rng.random((count, 1, 1))
+    corners = np.take_along_axis(corners, rng.permuted([[0, 1, 2]] * count, axis=1)[..., None], 1)
+    slope = rng.normal(size=(count, 2)) / (aspect, 1.0)
+    slope[np.arange(count // 2), rng.integers(2, size=count // 2)] = 0
+    values = (corners * slope[:, None]).sum(axis=2) + rng.normal(size=(count, 1))
+    return corners - corners[:, :1], values
+
+
+@pytest.mark.parametrize("aspect", [1e-6, 1e-3, 1.0, 1e3, 1e6])
+def test_rounding_of_single_cells(aspect):
+    """Each cell's energy errs by less than its bound. The values are rounded before the energy is
+    asked for, so that only its own arithmetic counts."""
+    rng = np.random.default_rng(1)
+    corners, values = slender_cells(rng, aspect, 300)
+    # Positive definite: [[xx, xy], [xy, yy]] with |xy| < √(xx yy).
+    xx, yy = 10 ** rng.uniform(-3, 3, (2, 300))
+    tensor = np.stack([xx, rng.uniform(-0.9, 0.9, 300) * np.sqrt(xx * yy), yy], axis=1)
+    tensor[::2] = tensor[::2, :1] * (1.0, 0.0, 1.0)
+    worst = 0.0
+    for one in zip(corners, tensor, values, strict=True):
+        found = Energy.of_cells(*(part[None] for part in one), blur=0.0)
+        off = abs(float(Fraction(found.value) - exact_energy(*one)))
+        assert off <= found.error
+        worst = max(worst, off / found.value)
+    # Not idle: in slender cells the error is far beyond that of a sum of positive terms.
+    assert worst > 1e-3 * np.finfo(float).eps * max(aspect, 1 / aspect)
+
+
+def test_a_function_of_one_coordinate_has_a_small_error():
+    """The bound is that of the function at hand: slender cells as such cost no digits."""
+    corners = np.array([[(0, 0), (1e6, 0), (0, 1)], [(0, 0), (0, 1), (-1e6, 0)]], dtype=float)
+    found = Energy.of_cells(corners, np.ones((2, 3)) * (1, 0, 1), corners[..., 0], blur=0.0)
+    assert found.error < 1e-13 * found.value
+
+
+def test_room_for_a_drop():
+    """With no drop the energy and its error; a drop that is all rounding cannot lower the bound by
+    more than it is allowed for."""
+    energy = Energy(1.0, 1e-13, 1e6)
+    assert energy.least_upper() == pytest.approx(1 + ROUNDING + 1e-13, rel=1e-15, abs=0)
+    assert Energy(1.0, 0.0, 1e6).least_upper(1e-24) > 1
+
+
+def exact_tensor(e_b, e_c, b, c):
+    """Resistivity at a contact vertex from energies: (1/|T|) Σ E_ij e_i e_j, in 60 digits."""
+    mp = pytest.importorskip("mpmath")
+    with mp.workdps(60):
+        (bx, by), (cx, cy) = (tuple(map(mp.mpf, e)) for e in (e_b, e_c))
+        b, c, m = mp.mpf(b), mp.mpf(c), 4
+        d, twice = (cx - bx, cy - by), abs(bx * cy - by * cx)
+
+        def vector(D_b, D_c, t):
+            D, r = D_b + (D_c - D_b) * t, (bx + t * d[0], by + t * d[1])
+            return [m * D * d[k] - (D_c - D_b) * r[k] for k in (0, 1)]
+
+        def energy(u, v):
+            def density(t):
+                products = [x * y for x, y in zip(vector(*u, t), vector(*v, t), strict=True)]
+                return sum(products) / (b + (c - b) * t) ** 3
+
+            # The pole of a gap that falls to less than half lies well outside: 30 digits or more.
+            return mp.quad(density, [0, 0.5, 1]) / ((2 * m - 3) * twice)
+
+        E_bb, E_bc, E_cc = energy((1, 0), (1, 0)), energy((1, 0), (0, 1)), energy((0, 1), (0, 1))
+        area = twice / 2
+        xx = (E_bb * bx**2 + 2 * E_bc * bx * cx + E_cc * cx**2) / area
+        yy = (E_bb * by**2 + 2 * E_bc * by * cy + E_cc * cy**2) / area
+        xy = (E_bb * bx * by + E_bc * (bx * cy + by * cx) + E_cc * cx * cy) / area
+        return [float(x) for x in (xx, xy, yy)]
+
+
+@pytest.mark.parametrize("aspect", [1e-8, 1e-3, 1.0, 1e3, 1e8])
+@pytest.mark.parametrize(
+    "edges", [((1, 0), (1, 1)), ((0, 1), (1, 1)), ((1, 1), (-1, 1)), ((1, 0), (0, 1))]
+)
+def test_traces_of_slender_cells(aspect, edges):
+    """Each component to 40 roundings, the mixed one beside the root of the other two."""
+    (bx, by), (cx, cy) = edges
+    e_b, e_c = np.array([bx * aspect, by]), np.array([cx * aspect, cy])
+    found = one_contact_tensor(e_b[:, None], e_c[:, None], np.array([0.7]), np.array([0.3]))[:, 0]
+    xx, xy, yy = exact_tensor(e_b, e_c, 0.7, 0.3)
+    assert found[[0, 2]] == pytest.approx([xx, yy], rel=1e-14, abs=0)
+    assert found[1] == pytest.approx(xy, rel=0, abs=1e-14 * np.sqrt(xx * yy))
