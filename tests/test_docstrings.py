@@ -9,7 +9,7 @@ from project import ROOT
 PACKAGE = ROOT / "fem_seal"
 # Packages and modules whose docstrings are in this dialect throughout.
 FINISHED = [
-    *("theory", "finite_difference", "mesh", "render", "surface"),
+    *("film", "theory", "finite_difference", "mesh", "render", "surface"),
     *("digits.py", "expression.py", "fenicsx.py", "fluid.py", "grid.py", "leak_rate.py"),
     *("parallel.py", "progress.py", "units.py"),
 ]
@@ -60,7 +60,7 @@ def faults(tree):
                 yield f"{node.name}: not described: {sorted(missing)}"
 
 
-@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(PACKAGE)))
+@pytest.mark.parametrize("path", list(modules()), ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_fields_are_described_in_sections(path):
     assert not list(faults(ast.parse(path.read_text(encoding="utf-8"))))
 

@@ -1,4 +1,4 @@
-"""What every film knows of itself, whether its gap is given on a grid or on a mesh."""
+"""Protocol of a film, whose gap is given on a grid (`GridFilm`) or on a mesh (`MeshFilm`)."""
 
 from typing import Protocol
 
@@ -10,7 +10,7 @@ from fem_seal.film.constriction import CriticalConstriction
 class Film(Protocol):
     """The domain of the fluid; contact is where its gap is exactly 0.
 
-    What costs time to find out is computed when it is first asked for, and kept.
+    Properties that take time are computed on first use and kept.
     """
 
     @property

@@ -44,7 +44,7 @@ class GridFilm:
                 f"the gap is a {type(self.field).__name__}; make it a "
                 "GridField(values, spacing, periodic)"
             )
-        # Nothing that a later step could refuse is left for it.
+        # Build the lattice now, so that bad input is refused here and not by a later step.
         self.sites  # noqa: B018
 
     @cached_property
@@ -75,7 +75,7 @@ class GridFilm:
 
     @cached_property
     def contact_area_fraction(self) -> float:
-        """Share of the samples with a gap of exactly 0."""
+        """Part of the samples with a gap of exactly 0."""
         return self.area_not_above(0.0)
 
     @cached_property
@@ -118,16 +118,18 @@ class GridFilm:
         return float(volumes[self._sites_in_pockets()].sum())
 
     def area_not_above(self, gap: float) -> float:
-        """Share of the samples where the film is not higher than a gap [m]."""
+        """Part of the samples where the film is not higher than a gap [m]."""
         values = self.field.values
         return float(np.count_nonzero(values <= gap) / values.size)
 
     @property
     def _labels(self) -> tuple[np.ndarray, int]:
+        """Labels of the open clusters, and their number."""
         sites = self.sites
         return clusters.label(sites.open, sites.connectivity, sites.periodic)
 
     def _sites_in_pockets(self) -> np.ndarray:
+        """(mx, my) bool: open sites whose cluster has no site on the inlet or the outlet."""
         labels, count = self._labels
         at_an_end = np.zeros(count + 1, dtype=bool)
         at_an_end[labels[0]] = True

@@ -102,18 +102,19 @@ class MeshFilm:
 
     @cached_property
     def _areas(self) -> np.ndarray:
-        """(C,) [m²]."""
+        """Areas (C,) of the triangles [m²]."""
         return self.mesh.doubled_areas() / 2
 
     @cached_property
     def _graph(self) -> VertexGraph:
+        """Graph of the vertices, in which twins are one."""
         mesh = self.mesh
         # If a cut starts where inlet and wall meet, only one of the two twins is on an inlet side.
         inlet, outlet = (np.isin(mesh.twin, mesh.twin[end]) for end in (mesh.inlet, mesh.outlet))
         return VertexGraph(self.values, mesh.twin[mesh.edges[0]], inlet, outlet)
 
     def summary(self) -> tuple[str, ...]:
-        """Lines for people: what the mesh and the gap on it are."""
+        """Lines of text that describe the mesh and the gap on it."""
         length = partial(with_prefix, unit="m")
         mesh = self.mesh
         (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)

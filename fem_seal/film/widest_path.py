@@ -1,13 +1,14 @@
-"""The widest path: the height of the highest plate that slides from inlet to outlet.
+"""The widest path from inlet to outlet, and the height of its tightest gap.
 
-Along a path the plate must pass the lowest gap, so its height is at most
+A flat plate that slides along a path must pass its smallest gap, so that the highest plate that
+slides from inlet to outlet has the height
 
-    h* = max over paths from inlet to outlet of  min over the path's sites of  g.
+    h* = max over the paths P from inlet to outlet of (min over the sites of P of g).
 
-The sites with g >= h join inlet and outlet exactly for h <= h*, and h* is one of the gaps: it is
-found by bisection over the sorted gaps. On a large grid each step halves the gaps in doubt, while
-labelling the grid costs the same however few those are. So the last steps go over a graph: the
-sites in doubt, and the clusters of the sites above them, each cluster one node.
+The sites with g >= h join inlet and outlet exactly for h <= h*, and h* is one of the gaps. It is
+found by bisection over the gaps. Each step halves the interval of gaps in which h* can lie, but
+labelling a large grid costs the same at every step. The last steps therefore work on a small graph,
+whose nodes are the sites with a gap in this interval, and the clusters of the sites above it.
 """
 
 from collections.abc import Callable
@@ -19,51 +20,53 @@ from scipy.sparse.csgraph import connected_components
 from fem_seal.film import clusters
 from fem_seal.film.lattice import Lattice
 
-FEW = 64  # the search leaves the grid when the gaps in doubt are fewer than the sites over this
+FEW = 64  # go on with the graph once at most 1/FEW of the sites are in the interval of h*
 
 
 def highest_spanning(gaps: np.ndarray, spans: Callable[[float], bool]) -> float:
-    """Largest of some gaps at which a property that larger gaps lose still holds.
+    """Largest gap h at which the sites with a gap >= h still span.
 
     Parameters
     ----------
-    gaps : (n,) [m], in any order
-    spans : whether the sites with a gap >= h have the property; if they have it at h, then at
-        every smaller h as well
+    gaps : (n,) float
+        Gaps of the sites [m], in any order.
+    spans : callable
+        Maps h [m] to whether the sites with a gap >= h span (or wind around a cell). If they do at
+        one h, they do at every smaller h.
 
     Returns
     -------
-    float [m]; 0 if none of the gaps has it.
+    float [m]; 0 if they span at none of the gaps.
     """
     return _bisect(gaps, spans, until=0)[0]
 
 
 def widest_path(sites: Lattice) -> float:
-    """Height h* [m] of the highest plate that slides from inlet to outlet, 0 if none does."""
-    # A path has to leave the inlet and reach the outlet: h* is at most the largest gap of either.
-    most = min(sites.gap[0].max(), sites.gap[-1].max())
+    """Height h* [m] of the highest plate that slides from inlet to outlet; 0 if sealed."""
+    # Every path starts on the inlet and ends on the outlet: their largest gaps bound h*.
+    largest = min(sites.gap[0].max(), sites.gap[-1].max())
 
     def spans(h: float) -> bool:
         return clusters.joins_ends(sites.gap >= h, sites.connectivity, sites.periodic)
 
-    gaps = sites.gap[(sites.gap > 0) & (sites.gap <= most)]
-    low, high, doubtful = _bisect(gaps, spans, until=sites.gap.size // FEW)
-    if not doubtful.size:
+    gaps = sites.gap[(sites.gap > 0) & (sites.gap <= largest)]
+    low, high, between = _bisect(gaps, spans, until=sites.gap.size // FEW)
+    if not between.size:
         return low
-    graph = _doubtful_graph(sites, float(doubtful.min()), high)
-    return max(low, highest_spanning(doubtful, graph))
+    return max(low, highest_spanning(between, _spans_on_graph(sites, float(between.min()), high)))
 
 
 def _bisect(
     gaps: np.ndarray, spans: Callable[[float], bool], until: int
 ) -> tuple[float, float, np.ndarray]:
-    """Halve the gaps in doubt until at most `until` are left.
+    """Bisect until at most `until` gaps are left in the interval of h*.
 
     Returns
     -------
-    low : largest gap that is known to span, 0 if none is
-    high : least gap that is known not to span, inf if none is
-    doubtful : gaps between them
+    low, high : float
+        The sites span at `low` (0 if that is known of no gap), and not at `high` (or inf).
+    between : (m,) float
+        The gaps between them.
     """
     low, high = 0.0, np.inf
     while gaps.size > until:
@@ -75,18 +78,20 @@ def _bisect(
     return low, high, gaps
 
 
-def _doubtful_graph(sites: Lattice, low: float, high: float) -> Callable[[float], bool]:
-    """Make the function that tells whether the sites with a gap >= h span, low <= h < high.
+def _spans_on_graph(sites: Lattice, low: float, high: float) -> Callable[[float], bool]:
+    """Function of h, low <= h < high, that returns whether the sites with a gap >= h span.
 
-    Nodes are the clusters of the sites with a gap >= high and, one by one, the sites between.
+    The nodes of its graph are the clusters of the sites with a gap >= high, and each site with a
+    gap from low to high.
     """
     labels, count = clusters.label(sites.gap >= high, sites.connectivity, sites.periodic)
-    in_doubt = (sites.gap >= low) & (sites.gap < high)
-    height = np.concatenate([np.full(count + 1, np.inf), sites.gap[in_doubt]])
-    labels[in_doubt] = np.arange(count + 1, height.size)
-    nodes, doubtful = labels.reshape(-1), np.flatnonzero(in_doubt)
-    links = np.concatenate([nodes[pair] for pair in sites.links_of(doubtful)], axis=1)
-    links = links[:, links.all(axis=0)]  # 0 stands for the sites below `low`
+    between = (sites.gap >= low) & (sites.gap < high)
+    height = np.concatenate([np.full(count + 1, np.inf), sites.gap[between]])
+    labels[between] = np.arange(count + 1, height.size)
+    nodes = labels.reshape(-1)
+    pairs = sites.links_of(np.flatnonzero(between))
+    links = np.concatenate([nodes[pair] for pair in pairs], axis=1)
+    links = links[:, links.all(axis=0)]  # node 0 stands for the sites below `low`
     lowest = height[links].min(axis=0)
     inlet, outlet = (np.unique(row[row > 0]) for row in labels[[0, -1]])
 
