@@ -1,0 +1,410 @@
+"""Broken scenes, gaps, heights, meshes and result folders, by the thousand.
+
+    python tests/fuzz.py 10000      # the whole campaign; docs/limits.md has its figures
+
+Whole files of every format are broken in a few places (bytes changed, cut, inserted, moved; fields
+of a scene or of result.json replaced by values that do not belong there) and handed to a command in
+this process. Right is: exit status 0, 2 or 3; one line of error for 2 and 3; no exception that
+leaves the command; and every file outside the output folder is as it was. The cases follow from
+the seed of hypothesis, which is fixed.
+"""
+
+import contextlib
+import io
+import json
+import os
+import sys
+import tempfile
+import time
+from collections import Counter
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+sys.path[:0] = [str(Path(__file__).parent / name) for name in ("", "field_file", "mesh")]
+
+import layouts  # noqa: E402
+import meshio  # noqa: E402
+from mesh_files import CORNERS, scene_of, write_msh  # noqa: E402
+from project import ROOT, write_toml  # noqa: E402
+
+from fem_seal import cli  # noqa: E402
+
+STATUSES = {0, 2, 3}
+
+SCENE = {
+    "surface": {
+        "kind": "self-affine",
+        "shape": [16, 16],
+        "size": ["16 um", "16 um"],
+        "hurst": 0.8,
+        "long_wavelength": "8 um",
+        "short_wavelength": "4 um",
+        "rms_slope": 0.1,
+        "seed": 1,
+    },
+    "solid": {"contact_modulus": "10 MPa"},
+    "contact": {"area_fraction": 0.1},
+    "fluid": {"viscosity": "1 mPa s"},
+    "flow": {"pressure_drop": "1 bar", "sides": "periodic", "method": "finite-difference"},
+    "output": {"products": ["contact", "leak_rate"]},
+}
+FLOW = {
+    "fluid": {"viscosity": 1e-3},
+    "flow": {"pressure_drop": 1e5, "method": "finite-difference"},
+    "output": {"products": ["leak_rate", "constriction", "trapped_volume"]},
+}
+RING = {"kind": "face-seal", "inner_radius": 1, "outer_radius": 2, "mesh_size": 0.5, "gap": 1e-6}
+# A number of a scene becomes one of these. None of them makes a large problem of a small one.
+ODD = [
+    *(0, -1, 1, 2, 3.5, True, "", "x", "5 um", "5 kg", "-3 bar", "nan", "1e999 m", "µ", "5 5"),
+    *(float("nan"), float("inf"), -float("inf"), 1e308, 1e-320, 10**30, -(10**30)),
+    *([], [[]], [1], [1, 2, 3], ["1 um", "2 um"], [0, 0], [-1, 16], {}, {"a": {"b": 1}}),
+    *("\x1b[2J", "a\nb", "a\x00b", "../../x", "/dev/null", "/etc/passwd", "x" * 5000, "$\\frac{$"),
+    *("elastic", "bearing", "constant", "linear", "wall", "periodic", "gas", "liquid", "file"),
+]
+KEYS = ["shape", "kind", "path", "gap", "flow", "output", "limit", "accuracy", "x", "\x1b", "a.b"]
+
+position = st.integers(0, 1 << 20)
+byte_edits = st.lists(
+    st.one_of(
+        st.tuples(st.just("change"), position, st.integers(0, 255)),
+        st.tuples(st.just("cut"), position, position),
+        st.tuples(st.just("insert"), position, st.binary(min_size=1, max_size=12)),
+        st.tuples(st.just("move"), position, position),
+    ),
+    min_size=1,
+    max_size=3,
+)
+value_edits = st.lists(
+    st.one_of(
+        st.tuples(st.sampled_from(["replace", "remove", "add"]), position, st.sampled_from(ODD)),
+        st.tuples(st.just("scale"), position, st.sampled_from([-1, 0.5, 2, 1e-3, 1e3, 1e9, 1e-30])),
+    ),
+    min_size=1,
+    max_size=2,
+)
+
+
+def broken_bytes(data, edits):
+    """Bytes with a few places changed."""
+    for kind, place, what in edits:
+        at = place % max(len(data), 1)
+        match kind:
+            case "change":
+                data = data[:at] + bytes([what]) + data[at + 1 :]
+            case "cut":
+                data = data[:at] + data[at + what % 64 :] if what % 3 else data[:at]
+            case "insert":
+                data = data[:at] + what + data[at:]
+            case "move":
+                other = what % max(len(data), 1)
+                data = data[:at] + data[other : other + 16] + data[at + 16 :]
+    return data
+
+
+def places(value, path=()):
+    """Paths of all values inside nested dicts and lists, tables and lists included."""
+    if path:
+        yield path
+    items = value.items() if isinstance(value, dict) else ()
+    items = enumerate(value) if isinstance(value, list) else items
+    for key, inner in items:
+        yield from places(inner, (*path, key))
+
+
+def broken_values(data, edits):
+    """Nested dicts with a few values changed; `data` stays."""
+    data = json.loads(json.dumps(data))
+    for kind, place, what in edits:
+        paths = list(places(data))
+        if not paths:
+            return data
+        *way, last = paths[place % len(paths)]
+        parent, what = data, json.loads(json.dumps(what))
+        for key in way:
+            parent = parent[key]
+        if kind == "scale":
+            parent[last] = _scaled(parent[last], what)
+        elif kind == "replace":
+            parent[last] = what
+        elif kind == "remove":
+            del parent[last]
+        elif isinstance(parent, dict):
+            parent[KEYS[place % len(KEYS)]] = what
+        else:
+            parent.append(what)
+    return data
+
+
+def _scaled(value, factor):
+    """Number, or number with a unit, times a factor; anything else stays."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return value * factor
+    number, _, unit = value.partition(" ") if isinstance(value, str) else ("", "", "")
+    return f"{float(number) * factor:g} {unit}" if number.isdigit() else value
+
+
+def toml(data):
+    """TOML of nested dicts, as far as it can be written; whatever cannot is a fault more."""
+    lines = [
+        f"{key} = {_toml(value)}" for key, value in data.items() if not isinstance(value, dict)
+    ]
+    for name, section in data.items():
+        if isinstance(section, dict):
+            lines.append(f"[{name}]")
+            lines += [f"{key} = {_toml(value)}" for key, value in section.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value):
+    match value:
+        case dict():
+            return "{" + ", ".join(f"{key} = {_toml(inner)}" for key, inner in value.items()) + "}"
+        case list():
+            return "[" + ", ".join(map(_toml, value)) + "]"
+        case bool():
+            return str(value).lower()
+        case str():
+            return json.dumps(value)
+    return repr(value)
+
+
+def scene(folder, draw):
+    """A scene with odd values, or with broken text."""
+    gap = {"gap": {"path": "gap.npz"}} | FLOW
+    ring = {"shape": RING} | FLOW | {"flow": {"pressure_drop": 1e5}}
+    ring["output"] = {"products": ["contact"]}
+    whole = draw(st.sampled_from([SCENE, gap, ring | {"shape": RING | {"kind": "x"}}]))
+    np.savez(folder / "gap.npz", gap=_gap(), spacing=(1e-6, 1e-6))
+    text = toml(broken_values(whole, draw(value_edits)))
+    if draw(st.integers(0, 3)) == 0:
+        data = broken_bytes(text.encode(), draw(byte_edits))
+    else:
+        data = text.encode()
+    (folder / "scene.toml").write_bytes(data)
+    return ["run", "scene.toml", "--out", "out"]
+
+
+def _gap():
+    gap = 1e-6 * (1 + np.random.default_rng(1).random((6, 4)))
+    gap[2:4, 1] = 0
+    return gap
+
+
+@cache
+def _whole_fields():
+    """Content of whole files of a gap by name, and what a scene must say of each."""
+    gap, size, um = _gap(), (6.0, 4.0), {"unit": "um"}
+    said = um | {"size": ["6 um", "4 um"]}
+    found = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        np.savez(folder / "a.npz", gap=gap, spacing=(1e-6, 1e-6), periodic=False)
+        np.savez_compressed(folder / "b.npz", gap=gap, spacing=(1e-6, 1e-6), unit="m")
+        np.save(folder / "a.npy", gap)
+        layouts.tamaas_npz(folder / "c.npz", size, gap=gap * 1e6, traction=(gap == 0) * 1.0)
+        layouts.tamaas_h5(folder / "a.h5", size, gap=gap * 1e6)
+        layouts.tamaas_nc(folder / "a.nc", size, gap=np.stack([gap, gap]) * 1e6)
+        layouts.topography_nc(folder / "b.nc", gap, (6e-6, 4e-6), "m")
+        layouts.hard_wall_text(folder / "a.txt", gap * 1e6, "µm")
+        np.savetxt(folder / "a.csv", gap * 1e6, delimiter=",")
+        says = {"a.npy": said, "c.npz": um, "a.h5": um, "a.nc": um, "a.csv": said}
+        says["a.txt"] = {"size": said["size"]}
+        says["b.nc"] = {"array": "heights"}
+        for path in sorted(folder.iterdir()):
+            found[path.name] = (path.read_bytes(), says.get(path.name, {}))
+    return found
+
+
+def _field_file(folder, draw):
+    name = draw(st.sampled_from(sorted(_whole_fields())))
+    data, said = _whole_fields()[name]
+    # Under a wrong ending other readers see the file.
+    ending = draw(st.sampled_from([Path(name).suffix] * 12 + [".npz", ".h5", ".x3p", ".dat"]))
+    path = folder / f"{Path(name).stem}{ending}"
+    path.write_bytes(broken_bytes(data, draw(byte_edits)))
+    return {"path": path.name} | said
+
+
+def gap_file(folder, draw):
+    """A broken file of a gap."""
+    write_toml(folder / "scene.toml", {"gap": _field_file(folder, draw)} | FLOW)
+    return ["run", "scene.toml", "--out", "out"]
+
+
+def heights(folder, draw):
+    """A broken file of heights, prepared and cut by a plane."""
+    array = {"array": "gap"} if draw(st.booleans()) else {}
+    steps = {"fill": "harmonic", "detrend": "plane", "make_periodic": "mirror"}
+    surface = {"kind": "file"} | array | _field_file(folder, draw) | steps
+    data = {"surface": surface, "contact": {"model": "bearing", "area_fraction": 0.2}}
+    write_toml(folder / "scene.toml", data | {"output": {"products": ["contact"]}})
+    return ["run", "scene.toml", "--out", "out"]
+
+
+@cache
+def _whole_meshes():
+    """Content of whole mesh files by name, the last of which only gmsh can read."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        mesh = meshio.read(write_msh(folder / "a.msh"))
+        points = np.column_stack([CORNERS, np.zeros(len(CORNERS))])
+        groups = {}
+        for k, name in enumerate(("inlet", "outlet", "wall")):
+            of_lines = np.array([k == 0, k == 1, k == 2, k == 2], dtype=int)
+            groups[name] = [
+                of_lines if block.type == "line" else np.zeros(len(block.data), dtype=int)
+                for block in mesh.cells
+            ]
+        whole = meshio.Mesh(points, mesh.cells, cell_data=groups)
+        for ending in ("vtu", "xdmf"):
+            meshio.write(folder / f"a.{ending}", whole)
+        meshio.xdmf.write(folder / "b.xdmf", whole, data_format="XML")
+        (folder / "a.geo").write_bytes((ROOT / "meshes" / "strip.geo").read_bytes())
+        return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+def mesh_file(folder, draw):
+    """A broken mesh; of an .xdmf with its .h5 that is whole, and broken geometries never run."""
+    meshes = _whole_meshes()
+    name = draw(st.sampled_from(sorted(set(meshes) - {"a.h5"})))
+    (folder / "a.h5").write_bytes(meshes["a.h5"])
+    (folder / name).write_bytes(broken_bytes(meshes[name], draw(byte_edits)))
+    write_toml(folder / "scene.toml", scene_of(name) | {"output": {"products": ["contact"]}})
+    return ["run", "scene.toml", "--out", "out"]
+
+
+@cache
+def _whole_results():
+    """Files of whole result folders: of a contact, and of a shape with its flow."""
+    found = []
+    here = Path.cwd()
+    ring = {"shape": RING} | FLOW | {"flow": {"pressure_drop": 1e5}}
+    ring["output"] = {"products": ["leak_rate", "mesh"]}
+    for data in (SCENE, ring):
+        with tempfile.TemporaryDirectory() as name, contextlib.redirect_stdout(io.StringIO()):
+            os.chdir(name)
+            write_toml(Path("scene.toml"), data)
+            assert cli.main(["run", "scene.toml", "--out", "out"]) == 0
+            found.append({path.name: path.read_bytes() for path in Path("out").iterdir()})
+            os.chdir(here)
+    return found
+
+
+def result(folder, draw):
+    """A result folder from elsewhere of which one file is broken."""
+    contact, shape = _whole_results()
+    files = draw(st.sampled_from([contact] * 5 + [shape]))
+    name = draw(st.sampled_from(["result.json"] * 12 + sorted(files)))
+    (folder / "out").mkdir()
+    for other, data in files.items():
+        (folder / "out" / other).write_bytes(data)
+    if name == "result.json" and draw(st.integers(0, 3)):
+        data = broken_values(json.loads(files[name]), draw(value_edits))
+        (folder / "out" / name).write_text(json.dumps(data))
+    else:
+        (folder / "out" / name).write_bytes(broken_bytes(files[name], draw(byte_edits)))
+    write_toml(folder / "scene.toml", SCENE)
+    again = ["run", "scene.toml", "--out", "out"]
+    if name != "result.json":
+        return draw(st.sampled_from([["render", "out"], ["report", "out"], again]))
+    return draw(st.sampled_from([["report", "out"]] * 4 + [again, [*again, "--overwrite"]]))
+
+
+KINDS = {
+    "scenes": scene,
+    "gaps": gap_file,
+    "heights": heights,
+    "meshes": mesh_file,
+    "results": result,
+}
+
+
+def outside(folder):
+    """Content of all files but those of the output folder."""
+    return {
+        path.relative_to(folder): path.read_bytes() if path.is_file() else None
+        for path in sorted(folder.rglob("*"))
+        if path.relative_to(folder).parts[:2] != ("inner", "out")
+    }
+
+
+def check(kind, draw):
+    """Break one case, run its command and judge the outcome.
+
+    Returns
+    -------
+    The exit status.
+    """
+    here = Path.cwd()
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
+        folder = Path(name) / "inner"
+        folder.mkdir()
+        command = KINDS[kind](folder, draw)
+        before = outside(Path(name))
+        errors, output = io.StringIO(), io.StringIO()
+        os.chdir(folder)
+        try:
+            with contextlib.redirect_stderr(errors), contextlib.redirect_stdout(output):
+                status = cli.main(command)
+        finally:
+            os.chdir(here)
+        after = outside(Path(name))
+        said = errors.getvalue()
+        assert status in STATUSES, (status, said)
+        assert said.count("\n") == (status != 0), said
+        assert "Traceback" not in said
+        assert (said + output.getvalue()).replace("\n", "").isprintable(), said
+        changed = {path for path in {*before, *after} if before.get(path) != after.get(path)}
+        assert not changed, changed
+        if status == 2 and kind != "results":
+            assert not (folder / "out").exists()
+        return status
+
+
+def campaign(examples, kinds=tuple(KINDS), judge=check):
+    """Run the cases of each kind; gives how often each kind has ended with each status."""
+    tally = Counter()
+    for kind in kinds:
+        tally.update({(kind, status): count for status, count in _of_kind(kind, examples, judge)})
+    return tally
+
+
+def _of_kind(kind, examples, judge):
+    tally = Counter()
+
+    @settings(
+        max_examples=examples,
+        derandomize=True,
+        database=None,
+        deadline=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(st.data())
+    def cases(data):
+        tally[judge(kind, data.draw)] += 1
+
+    cases()
+    return tally.items()
+
+
+def main():
+    """Run the campaign of the command line and print its table."""
+    start, count = time.perf_counter(), int(sys.argv[1])
+    kinds = sys.argv[2:] or list(KINDS)
+    tally = campaign(count // len(kinds), kinds)
+    print("| broken | cases | done (0) | refused (2) | not converged (3) |")
+    print("|---|---|---|---|---|")
+    for kind in kinds:
+        counts = [tally[kind, status] for status in sorted(STATUSES)]
+        print(f"| {kind} | {sum(counts)} | {' | '.join(map(str, counts))} |")
+    print(f"{sum(tally.values())} cases in {time.perf_counter() - start:.0f} s")
+
+
+if __name__ == "__main__":
+    main()
