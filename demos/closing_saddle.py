@@ -8,8 +8,8 @@
 #     ∇·(g³ ∇P) = 0,   Q = ∫ g³ |∇P|²
 #
 # Were the saddle a channel of fixed shape, Q would follow its gap as g³. Dapp and Müser (EPL 109,
-# 44001, 2015) found Q ∝ (p_c - p)^(69/20): gap, width and length of the constriction all shrink,
-# each with a power of its own. A number from computers, and one that can be checked.
+# 44001, 2015) measured Q ∝ (p_c - p)^(69/20) in simulations: gap, width and length of the
+# constriction all shrink, each with a power of its own. This demo checks the exponent.
 
 # %%
 import argparse
@@ -28,17 +28,18 @@ from fem_seal.render.studies import saddle_figure
 
 # %% [markdown]
 # ## What to do
-# The pressure p_c at which the lattice seals is bisected; then the contact is solved at falling
-# distances from it, and the leak rate enclosed to 1 %. The slope between neighbours in doubly
-# logarithmic axes is the local exponent. All of it on two grids, since what a grid cannot resolve
-# closes too early.
+# Bisect the pressure p_c at which the lattice seals; then solve the contact at falling distances
+# from it and enclose the leak rate to 1 %. The slope between neighbours in doubly logarithmic axes
+# is the local exponent. Do so on two grids: a constriction that a grid cannot resolve closes too
+# early.
 #
 # ## What to notice
-# * Far from closing the exponent is near 4, and falls; where it meets the published one depends on
-#   how close one comes. A fit over two decades in load finds what its window lets it find.
-# * The leak rate does not vanish as fast as its gap cubed: the constriction gets shorter as well.
-# * Both grids agree until the constriction is a few samples wide; from there on the coarse one is
-#   plainly wrong, with brackets as narrow as ever. Bounds speak of the gap that was computed.
+# * Far from closing the exponent is near 4; it falls towards closing, so that the exponent of a fit
+#   depends on the range of loads that is fitted.
+# * The leak rate vanishes more slowly than the gap cubed: the constriction becomes shorter as well.
+# * Both grids agree until the constriction is a few samples wide. Nearer to closing the coarse grid
+#   is wrong although its bracket is as narrow as before: the bounds hold for the gap that was
+#   computed.
 
 
 # %%

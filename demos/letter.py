@@ -2,7 +2,7 @@
 # # At what contact area does a rough contact seal, and how does the leak fall on the way?
 #
 # Two solids with random roughness touch on a part A/A0 of their nominal area. If the surfaces are
-# only cut (the "bearing" model), contact at A/A0 looks like what is open at 1 - A/A0: turn the
+# only cut (the "bearing" model), contact at A/A0 looks like the open part at 1 - A/A0: turn the
 # surface over, and the two swap. So they must percolate at the same area, one half. Elastic
 # solids push material out of the way of a contact; that breaks the symmetry, and contact
 # percolates earlier. This is the finding of
@@ -10,7 +10,7 @@
 #     W. B. Dapp, A. Lücke, B. N. J. Persson, M. H. Müser, Phys. Rev. Lett. 108, 244301 (2012)
 #
 # on 4096 x 4096 samples. Here it is on small ones, with the bracket of every leak rate.
-# `fem-seal letter` draws all of its figures, and docs/letter.md says what came out.
+# `fem-seal letter` draws all of its figures, and docs/letter.md shows the results.
 
 # %%
 from dataclasses import dataclass
@@ -74,14 +74,14 @@ def main(
     areas: tuple[float, ...] = (0.1, 0.2, 0.3),
     out: Path = Path("out"),
 ) -> Answer:
-    """Find thresholds and leak rates, draw both contacts, check what the text says."""
+    """Compute thresholds and leak rates, draw both contacts, check the claims of the text."""
     case = RoughCase(n, hurst=0.8, short=4)
     thresholds = {
         model: np.array([threshold(case, model, seed) for seed in range(1, seeds + 1)])
         for model in MODEL_NAMES
     }
-    for model, found in thresholds.items():
-        print(f"{model:>8} percolates at A/A0 = {found.mean():.3f} ± {found.std(ddof=1):.3f}")
+    for model, values in thresholds.items():
+        print(f"{model:>8} percolates at A/A0 = {values.mean():.3f} ± {values.std(ddof=1):.3f}")
     first = flow_point(case, "elastic", 1, 0.0, rtol=0.2).value
     print(f"{'model':>8} {'A/A0':>6} {'leak rate / at first contact':>24} {'Bruggeman':>10}")
     currents = {

@@ -1,21 +1,21 @@
 # %% [markdown]
 # # What does a per cent cost?
 #
-# The leak rate of a rough contact is wrong for two reasons. The flow is solved on a mesh: that
-# error is enclosed by the bounds,
+# The leak rate of a rough contact has two errors. The flow is solved on a mesh; the bounds enclose
+# that error,
 #
 #     lower ≤ Q(gap) ≤ upper,     flow part = (upper - lower) / (upper + lower),
 #
-# and falls with the tolerance rtol. And the gap itself comes from a contact solved on a grid,
+# and it falls with the tolerance rtol. The gap itself comes from a contact solved on a grid,
 #
 #     min over p ≥ 0 of ∫ p (S p / 2 - h),     S(q) = 2 / (E* q),
 #
-# which sees asperities only if it samples them: that error no flow solver knows of. It is found
-# by solving the contact of the *same* surface (its Fourier series sampled anew) on grids of n/4,
-# n/2, n and 2n points and extrapolating the leak rates.
+# which misses asperities between its samples; no flow solver can see that error. It is estimated by
+# solving the contact of the *same* surface (its Fourier series sampled anew) on grids of n/4, n/2,
+# n and 2n points and extrapolating the leak rates.
 #
-# The demo computes all combinations of contact grid, flow method and tolerance, and asks where
-# the next second is spent best.
+# The demo computes all combinations of contact grid, flow method and tolerance, and names the
+# cheapest one for each accuracy.
 
 # %%
 import argparse
@@ -67,11 +67,11 @@ def adaptive(result: Trade) -> dict[tuple[int, float], Point]:
 
 # %% [markdown]
 # ## What to notice
-# * On each contact grid a tighter tolerance soon buys nothing: the points line up on the dotted
-#   line, the contact grid's part.
+# * On each contact grid a tighter tolerance soon gains nothing: the points lie on the dotted line,
+#   the contact part of the error.
 # * A loose flow on the finest contact is better than a tight one on the coarsest.
-# * Finite differences are the cheapest number of all, and say nothing about their error: theirs
-#   is known here only because the bounds were computed as well.
+# * Finite differences are cheapest, but give no error estimate: their error is known only because
+#   the bounds were computed as well.
 # * The largest error is that of the grid on which the shortest wave has two samples, however the
 #   flow is solved.
 

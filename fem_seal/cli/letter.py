@@ -106,29 +106,29 @@ def _letter(options: argparse.Namespace) -> int:
     plan = plan_of(options)
     out = options.out or Path("results") / f"letter-{options.size}"
     with locked_folder(out, shared=True), Display() as report:
-        record, data = letter(plan, out, report)
+        result, data = letter(plan, out, report)
         report("figures", "")
-        write_text(out / "letter.md", page(record))
+        write_text(out / "letter.md", page(result))
         paths = [
             *figures.contact_figure(data.contacts, out),
             *figures.flow_figure(data.flows, out),
             *figures.current_figure(data.currents, data.persson, out),
             *(figures.error_figure(data.errors, out) if data.errors else ()),
         ]
-    say("\n".join(summary(record)))
+    say("\n".join(summary(result)))
     say(f"letter.json, letter.md, {', '.join(path.name for path in paths)} in {out}")
     return 0
 
 
-def summary(record: "Letter") -> list[str]:
+def summary(result: "Letter") -> list[str]:
     """Lines for people; letter.json has all numbers."""
     from fem_seal.cli.percolation import line
 
-    agreement = record.agreement
-    lines = [line(row) for row in record.thresholds]
+    agreement = result.agreement
+    lines = [line(row) for row in result.thresholds]
     lines += [
-        f"peak flow density at A/A0 = 0.2: 10^{record.peak_decades:.2f} times the elastic one's "
-        f"(10^{record.body_decades:.2f} for the 99.9 % quantile)",
+        f"peak flow density at A/A0 = 0.2: 10^{result.peak_decades:.2f} times the elastic one's "
+        f"(10^{result.body_decades:.2f} for the 99.9 % quantile)",
         f"currents over {agreement.decades:.1f} decades; finite differences within both bands at "
         f"{agreement.bands_overlap} of {agreement.compared} points",
         f"up to 0.8 A*: Bruggeman within a factor {agreement.bruggeman_bearing:.2f} (bearing), "
@@ -139,6 +139,6 @@ def summary(record: "Letter") -> list[str]:
         f"cascade start, {start.model} A/A0 = {start.area:g}: energy error "
         f"{start.mean_field_energy:.2g} to {start.cascade_energy:.2g}, pressure error "
         f"{start.mean_field_rms:.2g} to {start.cascade_rms:.2g}"
-        for start in record.cascade
+        for start in result.cascade
     ]
     return lines

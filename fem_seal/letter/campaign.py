@@ -148,7 +148,7 @@ def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figu
         rows.persson_rows(curve, first),
         rows.error_rows(refined, first),
     )
-    record = Letter(
+    result = Letter(
         plan=plan,
         finished=datetime.now(UTC),
         seconds_in_points=sum(p.seconds for p in (*study.seeds, *points)),
@@ -165,8 +165,8 @@ def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figu
     write_table(out / "fig3-persson.csv", figures.persson)
     if figures.errors:
         write_table(out / "errors.csv", figures.errors)
-    write_json(out / "letter.json", record)
-    return record, figures
+    write_json(out / "letter.json", result)
+    return result, figures
 
 
 def _threshold(thresholds: list[ThresholdRow], plan: Plan, model: str) -> float:

@@ -8,30 +8,30 @@ from fem_seal.letter.threshold_rows import ThresholdRow
 from fem_seal.tables import markdown
 
 
-def page(record: Letter) -> str:
+def page(result: Letter) -> str:
     """Markdown of a finished run.
 
     Parameters
     ----------
-    record : of `campaign.letter`
+    result : of `campaign.letter`
     """
-    case, plan = record.plan.case, record.plan
+    case, plan = result.plan.case, result.plan
     seeds = "1 seed" if plan.seeds == 1 else f"{plan.seeds} seeds"
     settings = (
         f"n = {case.n}, H = {case.hurst:g}, λ_s = {case.short:g} and λ_l = "
         f"{case.long * case.n:g} samples, {seeds}, rtol = {plan.rtol:g}; finished "
-        f"{record.finished:%Y-%m-%d %H:%M} UTC, {record.seconds_in_points / 60:.0f} min in the "
-        f"points of thresholds and currents, {record.peak_memory_bytes / 1e9:.2g} GB at most.\n"
+        f"{result.finished:%Y-%m-%d %H:%M} UTC, {result.seconds_in_points / 60:.0f} min in the "
+        f"points of thresholds and currents, {result.peak_memory_bytes / 1e9:.2g} GB at most.\n"
     )
-    comparison = markdown(("", "the letter (4096²)", "here"), _comparison(record))
-    return "\n".join([settings, comparison, "", _thresholds(record.thresholds), ""])
+    comparison = markdown(("", "the letter (4096²)", "here"), _comparison(result))
+    return "\n".join([settings, comparison, "", _thresholds(result.thresholds), ""])
 
 
-def _comparison(record: Letter) -> list[tuple[str, str, str]]:
+def _comparison(result: Letter) -> list[tuple[str, str, str]]:
     """Lines of quantity, value in the letter, value of this run."""
-    agreement = record.agreement
-    edges = record.plan.search.edges[0]
-    bearing, elastic = (_reference(record, model, edges) for model in MODELS)
+    agreement = result.agreement
+    edges = result.plan.search.edges[0]
+    bearing, elastic = (_reference(result, model, edges) for model in MODELS)
     return [
         ("A*/A0, bearing", "0.50 ± 0.02", _with_spread(bearing.threshold, bearing.spread)),
         ("A*/A0, elastic", "0.42(5)", _with_spread(elastic.threshold, elastic.spread)),
@@ -49,7 +49,7 @@ def _comparison(record: Letter) -> list[tuple[str, str, str]]:
         (
             "peak flow density at A/A0 = 0.2, bearing over elastic",
             "three decades",
-            f"10^{record.peak_decades:.2f} (99.9 % quantile: 10^{record.body_decades:.2f})",
+            f"10^{result.peak_decades:.2f} (99.9 % quantile: 10^{result.body_decades:.2f})",
         ),
         (
             "Bruggeman, bearing, up to 0.8 A*",
@@ -75,14 +75,14 @@ def _comparison(record: Letter) -> list[tuple[str, str, str]]:
                 f"energy {start.energy_reduction:.3g} times, "
                 f"pressure {start.rms_reduction:.3g} times",
             )
-            for start in record.cascade
+            for start in result.cascade
         ),
     ]
 
 
-def _reference(record: Letter, model: str, edges: str) -> ThresholdRow:
+def _reference(result: Letter, model: str, edges: str) -> ThresholdRow:
     key = (model, REFERENCE, edges)
-    return next(row for row in record.thresholds if (row.model, row.pair, row.edges) == key)
+    return next(row for row in result.thresholds if (row.model, row.pair, row.edges) == key)
 
 
 def _with_spread(value: float, spread: float | None) -> str:

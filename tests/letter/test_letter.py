@@ -1,4 +1,4 @@
-"""The letter's figures: known limits of what they plot, and runs that can be taken up again."""
+"""The letter's figures: known limits of what they plot, and runs that can resume."""
 
 import json
 from dataclasses import replace
@@ -34,7 +34,7 @@ from fem_seal.letter.surfaces import (
 )
 from fem_seal.surface import Spectrum, rms_slope
 
-# Waves of 8 samples and more: what finite differences and linear elements see is the same gap.
+# Waves of 8 samples and more: finite differences and linear elements resolve the same gap.
 SMOOTH = RoughCase(64, short=8, long=0.25)
 RTOL = 0.1
 
@@ -75,11 +75,11 @@ def test_finite_differences_and_finite_elements_agree_within_both_bands(area):
     monotonicity and always true.
     """
     for model in MODELS:
-        found = point(model, area)
-        low, middle, high = (found.finite_difference[links] for links in LINKS)
+        flow = point(model, area)
+        low, middle, high = (flow.finite_difference[links] for links in LINKS)
         assert low <= middle * (1 + 1e-12) <= high * (1 + 1e-12)
-        assert low <= found.upper
-        assert high >= found.lower
+        assert low <= flow.upper
+        assert high >= flow.lower
 
 
 def test_bruggeman_describes_the_cut():
@@ -89,8 +89,8 @@ def test_bruggeman_describes_the_cut():
     other seeds show: the factor holds for each of three.
     """
     for seed in (1, 2, 3):
-        found = point("bearing", 0.1, seed)
-        assert 0.5 < found.gaps.leak_rate(2.0) / found.value < 2
+        flow = point("bearing", 0.1, seed)
+        assert 0.5 < flow.gaps.leak_rate(2.0) / flow.value < 2
 
 
 def test_bins_do_not_matter():
@@ -147,8 +147,8 @@ def test_persson_area_is_an_error_function():
     from scipy.special import erf
 
     curve = persson_curve(RoughCase(256, short=4), threshold=0.42, loads=(0.05, 0.1, 0.6))
-    for found in curve:
-        assert found.area == pytest.approx(erf(2**0.5 * found.load), rel=1e-6)
+    for state in curve:
+        assert state.area == pytest.approx(erf(2**0.5 * state.load), rel=1e-6)
     assert curve[0].leak_rate > curve[1].leak_rate > 0
     assert curve[2].leak_rate == 0
 
@@ -158,27 +158,27 @@ def test_persson_area_is_an_error_function():
 
 def test_contact_grid_error_is_that_of_one_pressure():
     """Area and leak rate on n and 2n under one pressure; the raw area falls as samples shrink."""
-    found = grid_point(SMOOTH, 1, 0.2, rtol=0.2)
-    assert found.areas[0] == pytest.approx(0.2, rel=2e-3)
-    assert found.areas[1] < found.areas[0]
+    refined = grid_point(SMOOTH, 1, 0.2, rtol=0.2)
+    assert refined.areas[0] == pytest.approx(0.2, rel=2e-3)
+    assert refined.areas[1] < refined.areas[0]
     # A tenth of the raw change is left after the perimeter correction (docs/contact.md).
-    raw, corrected = (abs(a[1] - a[0]) for a in (found.areas, found.corrected))
+    raw, corrected = (abs(a[1] - a[0]) for a in (refined.areas, refined.corrected))
     assert corrected < 0.5 * raw
-    assert 0 < found.contact_grid_error < 0.5
+    assert 0 < refined.contact_grid_error < 0.5
 
 
 def test_three_contact_grids():
     """n, 2n and 4n under one pressure: changes fall by 2 or more, and add up with their signs."""
-    found = grid_point(SMOOTH, 1, 0.2, rtol=0.1, factors=(1, 2, 4))
-    first, second, third = found.values
-    assert found.contact_grid_error == pytest.approx(abs(np.log(third / first)), rel=1e-12)
-    assert found.last_change == pytest.approx(abs(np.log(third / second)), rel=1e-12)
-    areas = np.diff(found.areas)
+    refined = grid_point(SMOOTH, 1, 0.2, rtol=0.1, factors=(1, 2, 4))
+    first, second, third = refined.values
+    assert refined.contact_grid_error == pytest.approx(abs(np.log(third / first)), rel=1e-12)
+    assert refined.last_change == pytest.approx(abs(np.log(third / second)), rel=1e-12)
+    areas = np.diff(refined.areas)
     assert 2 * abs(areas[1]) < abs(areas[0])
-    # The flow of each is known to a bracket of 10 %; what the contact still misses is below that.
-    assert found.last_change < 0.1
-    (row,) = rows.error_rows([found], {1: first})
-    assert (row.finest_factor, row.last_change) == (4, found.last_change)
+    # The flow of each is known to a bracket of 10 %; the remaining error of the contact is smaller.
+    assert refined.last_change < 0.1
+    (row,) = rows.error_rows([refined], {1: first})
+    assert (row.finest_factor, row.last_change) == (4, refined.last_change)
     assert row.current == 1
 
 
@@ -218,33 +218,33 @@ def finished(tmp_path_factory):
 
 
 def test_run_leaves_data_beside_every_figure(finished):
-    out, record, data = finished
+    out, result, data = finished
     names = {path.name for path in out.iterdir()}
-    wanted = {"letter.json", "fig3.csv", "fig3-persson.csv", "errors.csv", "percolation.csv"}
-    assert wanted <= names
+    expected = {"letter.json", "fig3.csv", "fig3-persson.csv", "errors.csv", "percolation.csv"}
+    assert expected <= names
     assert len([name for name in names if name.startswith(("fig1-", "fig2-"))]) == 4
-    assert json.loads((out / "letter.json").read_text())["peak_decades"] == record.peak_decades
+    assert json.loads((out / "letter.json").read_text())["peak_decades"] == result.peak_decades
     assert len(data.currents) == 4
 
 
 def test_numbers_are_over_first_contact(finished):
     """Normalised currents lie between 0 and 1: every contact leaks less than the first."""
-    _, record, data = finished
+    _, result, data = finished
     assert all(0 <= row.lower <= row.value <= row.upper < 1 for row in data.currents)
-    assert record.agreement.compared == sum(row.value > 0 for row in data.currents)
-    assert record.peaks["bearing"] > 0
+    assert result.agreement.compared == sum(row.value > 0 for row in data.currents)
+    assert result.peaks["bearing"] > 0
 
 
 def test_page_says_what_the_record_says(finished):
-    _, record, _ = finished
-    text = page(record)
-    bearing = next(row for row in record.thresholds if row.pair == "triangulation")
+    _, result, _ = finished
+    text = page(result)
+    bearing = next(row for row in result.thresholds if row.pair == "triangulation")
     assert f"| A*/A0, bearing | 0.50 ± 0.02 | {bearing.threshold:.3f} |" in text
-    assert f"10^{record.peak_decades:.2f}" in text
+    assert f"10^{result.peak_decades:.2f}" in text
 
 
 def test_a_finished_run_computes_nothing_again(finished, monkeypatch):
-    out, record, _ = finished
+    out, result, _ = finished
 
     def again(*args, **kwargs):
         pytest.fail("computed again")
@@ -254,8 +254,8 @@ def test_a_finished_run_computes_nothing_again(finished, monkeypatch):
     monkeypatch.setattr(campaign.pictures, "certified", again)
     monkeypatch.setattr("fem_seal.letter.percolation.seed_thresholds", again)
     repeated, _ = letter(TINY, out)
-    assert repeated.agreement == record.agreement
-    assert repeated.thresholds == record.thresholds
+    assert repeated.agreement == result.agreement
+    assert repeated.thresholds == result.thresholds
 
 
 def test_only_the_missing_point_is_computed(finished, monkeypatch):
@@ -282,13 +282,13 @@ def test_only_the_missing_point_is_computed(finished, monkeypatch):
 
 def test_parts_left_out_come_with_a_later_run(finished, tmp_path):
     """Without refined grids and cascade: the same letter but for these; then they are added."""
-    _, record, _ = finished
+    _, result, _ = finished
     short = replace(TINY, refined=(), cascade=False)
     bare, data = letter(short, tmp_path)
     assert bare.errors == bare.cascade == data.errors == []
     assert not (tmp_path / "errors.csv").exists()
     assert "cascade" not in page(bare)
-    assert bare.thresholds == record.thresholds
+    assert bare.thresholds == result.thresholds
     whole, _ = letter(TINY, tmp_path)
     assert len(whole.cascade) == 3
     assert (tmp_path / "errors.csv").exists()
@@ -354,14 +354,14 @@ def test_the_letter_at_a_quarter_of_a_thousand(tmp_path):
     Factors: the letter's "very accurate" for cuts is taken as 2, "very good over several decades"
     for the modified medium as 4, up to 0.8 of the thresholds.
     """
-    record, _ = letter(Plan(RoughCase(256, short=4.0), seeds=2), tmp_path)
-    found = {
+    result, _ = letter(Plan(RoughCase(256, short=4.0), seeds=2), tmp_path)
+    reference = {
         row.model: row
-        for row in record.thresholds
+        for row in result.thresholds
         if (row.pair, row.edges) == ("triangulation", "open")
     }
-    assert found["bearing"].threshold == pytest.approx(0.5, abs=0.04)
-    assert found["elastic"].threshold < found["bearing"].threshold - 0.03
-    assert record.agreement.decades > 4
-    assert record.agreement.bruggeman_bearing < 2
-    assert record.agreement.modified_measured_elastic < 4
+    assert reference["bearing"].threshold == pytest.approx(0.5, abs=0.04)
+    assert reference["elastic"].threshold < reference["bearing"].threshold - 0.03
+    assert result.agreement.decades > 4
+    assert result.agreement.bruggeman_bearing < 2
+    assert result.agreement.modified_measured_elastic < 4

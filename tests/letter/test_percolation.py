@@ -44,8 +44,8 @@ def thresholds(model, seed):
 def cut_thresholds(surface, edges):
     """A* of the bearing model by pair of connectivities, to one sample."""
     criteria = criteria_of([edges])
-    found = crossings(surface, MODELS["bearing"], criteria, 1.5 / surface.values.size)
-    areas = {b.criterion: 0.5 * (b.before.area + b.after.area) for b in found}
+    brackets = crossings(surface, MODELS["bearing"], criteria, 1.5 / surface.values.size)
+    areas = {b.criterion: 0.5 * (b.before.area + b.after.area) for b in brackets}
     of = {(c.phase, c.connectivity): area for c, area in areas.items()}
     return {
         pair: 0.5 * (of["contact", contact] + of["open", open_])
@@ -55,7 +55,7 @@ def cut_thresholds(surface, edges):
 
 @pytest.mark.parametrize("edges", EDGES)
 def test_turning_a_surface_over_swaps_the_phases(edges):
-    """A*(h) + A*(-h) = 1: contact of -h at A is what is open of h at 1 - A.
+    """A*(h) + A*(-h) = 1: contact of -h at A is the open part of h at 1 - A.
 
     Exact but for the width of the brackets, one sample each, and half of that in the middle.
     """
@@ -97,17 +97,17 @@ def test_elastic_contact_percolates_earlier():
 def test_connectivity_decides_who_percolates_first():
     """More neighbours join contact sooner and bar the open phase sooner."""
     for model in MODELS:
-        found = thresholds(model, 1)
-        eight, four = (found.between(pair, "open") for pair in ("contact-8", "contact-4"))
+        threshold = thresholds(model, 1)
+        eight, four = (threshold.between(pair, "open") for pair in ("contact-8", "contact-4"))
         assert eight[0] <= four[0]
         assert eight[1] <= four[1]
 
 
 def test_brackets_hold_what_they_say():
     """A contact pressed anew, without a warm start, spans after and not before."""
-    found = thresholds("elastic", 2)
+    threshold = thresholds("elastic", 2)
     surface = CASE.surface(2)
-    for bracket in found.brackets:
+    for bracket in threshold.brackets:
         assert 0 < bracket.after.area - bracket.before.area <= CONTACT_ONLY.resolution
         for end, expected in ((bracket.before, False), (bracket.after, True)):
             contact = MODELS["elastic"].press(surface, end.load, None, 1).contact
@@ -150,9 +150,9 @@ def test_a_jump_of_the_area_ends_the_bisection():
     heights = np.zeros((16, 16))
     heights[::4, ::4] = 1.0
     surface = GridField(heights, (1.0, 1.0), periodic=True)
-    found = crossings(surface, MODELS["bearing"], criteria_of(["periodic"]), 1e-3)
+    brackets = crossings(surface, MODELS["bearing"], criteria_of(["periodic"]), 1e-3)
     contact = next(
-        b for b in found if (b.criterion.phase, b.criterion.connectivity) == ("contact", "4")
+        b for b in brackets if (b.criterion.phase, b.criterion.connectivity) == ("contact", "4")
     )
     assert contact.before.area == 1 / 16
     assert contact.after.area == 1
@@ -185,20 +185,20 @@ def neck(n=33, width=4e-8):
 
 def test_the_hole_in_a_wall_takes_the_pressure_drop():
     """Resistances per square go with the cube: (1/0.04)³ here; all else is a few squares."""
-    found = constriction_share(neck(), radius=3e-6)
-    assert found.gap == pytest.approx(4e-8, rel=1e-9, abs=0)
-    assert (found.x, found.y) == pytest.approx((0.5, 0.5))
-    assert 0.99 < found.share <= 1
+    constriction = constriction_share(neck(), radius=3e-6)
+    assert constriction.gap == pytest.approx(4e-8, rel=1e-9, abs=0)
+    assert (constriction.x, constriction.y) == pytest.approx((0.5, 0.5))
+    assert 0.99 < constriction.share <= 1
 
 
 def test_an_even_gap_dissipates_evenly():
     """No constriction: the share is the disc's part of the area, up to the cells on its rim."""
     gap = GridField(np.full((65, 65), 1e-6), (1e-6, 1e-6))
     radius = 16e-6
-    found = constriction_share(gap, radius)
+    constriction = constriction_share(gap, radius)
     # The tightest place of an even gap is its first sample, a corner: a quarter of the disc.
     rim_cells = np.pi / 2 * 16 / 64**2 * 8
-    assert found.share == pytest.approx(np.pi / 4 * 16**2 / 64**2, abs=rim_cells)
+    assert constriction.share == pytest.approx(np.pi / 4 * 16**2 / 64**2, abs=rim_cells)
 
 
 def test_dissipation_is_the_leak_rate_times_the_pressure_drop():
@@ -285,10 +285,10 @@ def test_a_damaged_point_is_named(tmp_path):
 
 
 def test_points_come_back_as_they_were(tmp_path):
-    found = thresholds("elastic", 1)
+    threshold = thresholds("elastic", 1)
     store = PointStore(tmp_path, SeedThresholds)
-    for compute in (lambda: found, lambda: pytest.fail("computed again")):
-        assert store.point("point", compute, lambda point: True) == found
+    for compute in (lambda: threshold, lambda: pytest.fail("computed again")):
+        assert store.point("point", compute, lambda point: True) == threshold
 
 
 @pytest.mark.slow

@@ -49,9 +49,9 @@ def test_full_contact_where_the_wave_is_flattened():
 
 def test_closing_is_bracketed_and_the_same_across(closing):
     """All saddles of the square lattice close at once: turned, it seals at the same pressure."""
-    found = closing[32]
-    assert 0 < found.sealed / found.leaking - 1 < 1e-6
-    for pressure, sealed in ((found.leaking, False), (found.sealed, True)):
+    bracket = closing[32]
+    assert 0 < bracket.sealed / bracket.leaking - 1 < 1e-6
+    for pressure, sealed in ((bracket.leaking, False), (bracket.sealed, True)):
         turned = surface(32)
         turned = type(turned)(turned.values.T, turned.spacing, True)
         gap = solve(turned, 1.0, pressure=pressure, tolerance=1e-10).gap
@@ -101,11 +101,11 @@ def test_limit_of_known_corrections():
     fine = [LocalExponent(a, b - 0.004, 0.0, 1.2) for a, b in zip(x, exact, strict=True)]
     coarse = [LocalExponent(a, b - 0.008, 0.0, 1.2) for a, b in zip(x, exact, strict=True)]
     coarse[-1] = LocalExponent(x[-1], 2.0, 0.0, 1.2)
-    found = limiting_exponent(coarse, fine)
-    assert found.value == pytest.approx(3.1, abs=1e-6)
-    assert (found.amplitude, found.power) == pytest.approx((1.5, 0.8), rel=1e-5)
+    limit = limiting_exponent(coarse, fine)
+    assert limit.value == pytest.approx(3.1, abs=1e-6)
+    assert (limit.amplitude, limit.power) == pytest.approx((1.5, 0.8), rel=1e-5)
     # The extrapolation in n has moved it by 0.004.
-    assert found.error == pytest.approx(0.004, rel=1e-3)
+    assert limit.error == pytest.approx(0.004, rel=1e-3)
     with pytest.raises(InvalidInput, match="take more samples"):
         limiting_exponent(coarse[-5:], fine[-5:], trusted=1e-3)
 
@@ -120,9 +120,9 @@ def test_command_writes_what_it_says(tmp_path, capsys):
     assert "from 32 on" in capsys.readouterr().err
     assert not out.exists()
     assert cli.main(["study", "saddle", "--samples", "64", "128", "--out", str(out)]) == 0
-    said = capsys.readouterr().out
-    assert "128 samples a period: closes at 1.4365" in said
-    assert f"published {EXPONENT}" in said
+    output = capsys.readouterr().out
+    assert "128 samples a period: closes at 1.4365" in output
+    assert f"published {EXPONENT}" in output
     assert sorted(path.name for path in out.iterdir()) == ["saddle.csv", "saddle.png"]
     rows = (out / "saddle.csv").read_text().splitlines()
     assert len(rows) == 1 + 2 * len(DISTANCES)

@@ -114,9 +114,9 @@ def test_recommendation():
 
 def test_no_recommendation_before_the_grids_converge():
     """The least of errors above 100 % may be that of a coarse grid that happens to be sealed."""
-    (said,) = recommend(Trade((point(1, 7.3, 0.1),), 1.0, 7.3), (0.2, 0.1))
-    assert said.startswith("nothing to recommend")
-    assert "730 %" in said
+    (text,) = recommend(Trade((point(1, 7.3, 0.1),), 1.0, 7.3), (0.2, 0.1))
+    assert text.startswith("nothing to recommend")
+    assert "730 %" in text
 
 
 def test_what_cannot_be_traded(small_scene, tmp_path):
@@ -131,8 +131,8 @@ def test_what_cannot_be_traded(small_scene, tmp_path):
 def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     path = write_toml(tmp_path / "scene.toml", small_scene)
     assert cli.main(["study", "trade", str(path), "--out", str(tmp_path / "trade")]) == 0
-    said = capsys.readouterr().out
-    assert (tmp_path / "trade" / "advice.txt").read_text().strip() in said
+    text = capsys.readouterr().out
+    assert (tmp_path / "trade" / "advice.txt").read_text().strip() in text
     assert sorted(p.name for p in (tmp_path / "trade").iterdir()) == [
         "advice.txt",
         "trade.csv",
