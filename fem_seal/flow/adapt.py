@@ -21,7 +21,7 @@ from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.look_ahead import refined_ahead
-from fem_seal.flow.marking import Marks, doerfler, halvings
+from fem_seal.flow.marking import Marks, completed, doerfler, halvings
 from fem_seal.flow.start import Guess, Start
 from fem_seal.leak_rate import Level, relative_width
 from fem_seal.mesh.nested import NestedMesh
@@ -38,6 +38,7 @@ class Tuning:
     epsilon : conductivity of closed cells in the regularised dual, relative to the primal's
     theta : part of the difference of energies that the marked cells hold
     theta_throughflow : part of the flow through closed cells that the marked ones carry
+    theta_residual : part of the pressure's residuals that the marked cells hold at least
     ahead : halvings ahead of a solve, at most; more of them save levels and cost unknowns (of the
         leak rate; the conductivity tensor does not look ahead)
     cut : the dual takes gaps below this part of the critical constriction for contact
@@ -51,6 +52,7 @@ class Tuning:
     epsilon: float = 0.1
     theta: float = 0.9
     theta_throughflow: float = 0.7
+    theta_residual: float = 0.5
     ahead: int = 2
     cut: float = 1e-2
     floor: float = 1e-4
@@ -260,11 +262,21 @@ def _mark(
     shares = problem.shares(found.pressure, found.guide)
     throughflow = problem.throughflow(found.guide)
     # What closed cells keep from the lower bound is not in the shares, nor in what is expected.
-    part = part_of_a_step(expected, strategy)
-    large = halvings(shares, doerfler(shares, part * tuning.theta))
-    through = doerfler(throughflow, part_of_a_step(reached, strategy) * tuning.theta_throughflow)
+    part, part_reached = part_of_a_step(expected, strategy), part_of_a_step(reached, strategy)
+    large = doerfler(shares, part * tuning.theta)
+    through = doerfler(throughflow, part_reached * tuning.theta_throughflow)
+    # Where the pressure lets flow pass that should not, the cells concerned add little to the
+    # difference of energies, but all others on the way of that flow do, whatever their size: it is
+    # no use to refine these before those.
+    residuals = problem.residuals(found.pressure, found.guide.conductance)
+    wanted = part_reached * tuning.theta_residual * residuals.sum()
+    held = residuals[large | through].sum()
+    if held < wanted:
+        large = doerfler(shares, held / wanted * part * tuning.theta)
+    leaks = completed(large | through, residuals, part_reached * tuning.theta_residual)
+    large = halvings(shares, large)
     times = np.zeros(len(problem.kept), dtype=np.int8)
-    times[problem.kept] = np.maximum(large, through)
+    times[problem.kept] = np.maximum(np.maximum(large, through), 2 * leaks)
     # The size of a last step is measured: nothing is added to its share ahead of the solve.
     least_share = shares[large > 0].min(initial=np.inf) if part == 1 else np.inf
     return Marks(times, float(least_share), float(throughflow[through].min(initial=np.inf)))

@@ -44,6 +44,15 @@ def doerfler(shares: np.ndarray, theta: float) -> np.ndarray:
     return marked
 
 
+def completed(marked: np.ndarray, shares: np.ndarray, theta: float) -> np.ndarray:
+    """The fewest cells (C,) bool to add to `marked` so that all hold `theta` of the shares (C,)."""
+    rest = np.where(marked, 0.0, shares)
+    missing = theta * shares.sum() - (shares.sum() - rest.sum())
+    if missing <= 0:
+        return np.zeros(len(marked), dtype=bool)
+    return doerfler(rest, missing / rest.sum())
+
+
 def halvings(shares: np.ndarray, marked: np.ndarray, most: int = 4) -> np.ndarray:
     """How often each marked cell (C,) is to be halved before the next solve, 0 if not marked.
 
