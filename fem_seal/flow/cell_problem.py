@@ -166,28 +166,37 @@ class CellProblem:
         return np.einsum("cid,ci->cd", self._slopes, corner_values)
 
     def shares(self, pressures: Family, streams: Family, leak: float) -> np.ndarray:
-        """What each cell (C,) adds to the difference of the two matrices, summed over jumps.
+        """What each cell (C,) adds to the relative difference of the two matrices.
 
-        e_T = ∫ K|∇p|² + j·R·j - 2 ∇p·j with the best flux j for the jump of p, over the energy of
-        p: sums to Σ J·(A - C)·J / J·A·J over the basis.
+        e_T = ∫ K|∇p|² + j·R·j - 2 ∇p·j with the best flux j for the jump of p, summed over an
+        orthonormal basis of pressures, so that the direction in which least flows counts as much
+        as the others: Σ e_T = tr(A⁻¹(A - C)).
         """
         tensor, total = self._regularised(leak), np.zeros(len(self._areas))
-        for a, jump in enumerate(pressures.jumps):
-            psi = streams.combined(best_flux(streams) @ jump)
-            p, s = self.gradients(pressures.corner_values[a]), self.gradients(psi)
+        for weights in _orthonormal(pressures):
+            psi = streams.combined(best_flux(streams) @ (weights @ pressures.jumps))
+            p, s = self.gradients(pressures.combined(weights)), self.gradients(psi)
             mean = self.gradients(mean_gradient_values(psi, self.data.contact))
             cell = self.data.K * (p * p).sum(axis=1) + (s * _applied(tensor, s)).sum(axis=1)
             cell -= 2 * (p[:, 0] * mean[:, 1] - p[:, 1] * mean[:, 0])
-            total += self._areas * cell / pressures.energies[a, a]
+            total += self._areas * cell
         return total
 
     def throughflow(self, pressures: Family, streams: Family) -> np.ndarray:
         """Flow through each closed cell (C,), |j| times its width, in parts of the whole."""
         width, total = np.sqrt(2 * self._areas), np.zeros(len(self._areas))
-        for a, jump in enumerate(pressures.jumps):
+        for weights in _orthonormal(pressures):
+            jump = weights @ pressures.jumps
             slope = self.gradients(streams.combined(best_flux(streams) @ jump))
-            total += np.linalg.norm(slope, axis=1) * width / pressures.energies[a, a]
+            total += np.linalg.norm(slope, axis=1) * width * np.linalg.norm(jump)
         return np.where(self.data.closed, total, 0.0)
+
+
+def _orthonormal(pressures: Family) -> np.ndarray:
+    """(k, k): rows of weights that combine a family to pressures of energy one, orthogonal."""
+    scale = 1 / np.sqrt(pressures.energies.diagonal())
+    values, vectors = np.linalg.eigh(scale[:, None] * pressures.energies * scale)
+    return (scale[:, None] * vectors / np.sqrt(values)).T
 
 
 def _applied(tensor: np.ndarray, vectors: np.ndarray) -> np.ndarray:

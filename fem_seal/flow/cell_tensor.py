@@ -16,7 +16,7 @@ from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.leak import require_conducting, require_positive, unit_of_leak_rate
 from fem_seal.flow.limits import Limits
 from fem_seal.flow.marking import doerfler, halvings
-from fem_seal.flow.tensor_bounds import TensorBounds, relative_width
+from fem_seal.flow.tensor_bounds import TensorBounds, relative_width, widest
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import Refinement, TooFine, bisect
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
@@ -87,10 +87,22 @@ def conductivity_tensor(
     lengths = np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])
     doubt = _rounding_doubt(narrowest)
     found = _refined(represented, width, rtol, limits, tuning, comm, progress)
-    if not found.converged:
-        found = replace(found, reason=f"{found.reason}{doubt}")
     scale = per_pascal * lengths
-    return replace(found, lower=found.lower * scale, upper=found.upper * scale)
+    found = replace(found, lower=found.lower * scale, upper=found.upper * scale)
+    if found.converged:
+        return found
+    return replace(found, reason=f"{found.reason}; {_missed(found, rtol)}{doubt}")
+
+
+def _missed(found: TensorBounds, rtol: float) -> str:
+    """Say how far the bounds are from the tolerance, and in which direction."""
+    width, (x, y) = widest(found.lower, found.upper)
+    along = (x, y) @ found.upper @ (x, y) / np.linalg.eigvalsh(found.upper)[-1]
+    known = f"known to {width:.2g}" if np.isfinite(width) else "without a lower bound"
+    return (
+        f"the tensor is {known} along {np.degrees(np.arctan2(y, x)) % 180:.3g} degrees, where it "
+        f"is {along:.2g} of its largest; {rtol:.2g} was asked for"
+    )
 
 
 def _rounding_doubt(narrowest: float) -> str:
@@ -136,11 +148,8 @@ def _refined(
         if upper is None:
             raise
         reason = str(limit)
-    unknowns, reached = levels[-1]
-    if reason:
-        reason = f"{reason}; the tensor is known to {reached:.2g}, {rtol:.2g} was asked for"
     lower, upper = lower * (1 - ROUNDING), upper * (1 + ROUNDING)
-    return TensorBounds(lower, upper, unknowns, not reason, reason, tuple(levels))
+    return TensorBounds(lower, upper, levels[-1][0], not reason, reason, tuple(levels))
 
 
 @dataclass(frozen=True, eq=False)

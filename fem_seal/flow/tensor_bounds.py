@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# Of the largest conductivity: what rounding makes of a direction in which nothing flows.
+ROUNDING = 1e-14
+
 
 @dataclass(frozen=True, eq=False)
 class TensorBounds:
@@ -49,16 +52,28 @@ def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
         total = A / a + B / b
         return np.sqrt(a * b / np.linalg.det(total)) * total
     traces = np.trace(A), np.trace(B)
-    if min(traces) > 0 and np.linalg.matrix_rank(B, tol=1e-9 * traces[1]) == 1:
+    if min(traces) > 0 and np.linalg.matrix_rank(B, tol=ROUNDING * traces[1]) == 1:
         return B * np.sqrt(traces[0] / traces[1])
     return B
 
 
 def relative_width(lower: np.ndarray, upper: np.ndarray) -> float:
     """Largest (u - l)/√(l u) of u = e·upper·e and l = e·lower·e over directions e that flow."""
-    values, vectors = np.linalg.eigh(upper)
-    flowing = vectors[:, values > 1e-9 * values.max()] / np.sqrt(
-        values[values > 1e-9 * values.max()]
-    )
-    ratio = np.linalg.eigvalsh(flowing.T @ lower @ flowing).min()
-    return float((1 - ratio) / np.sqrt(ratio)) if ratio > 0 else np.inf
+    return widest(lower, upper)[0]
+
+
+def widest(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
+    """Relative width of two bounds where it is largest, and the direction e (2,) of length one.
+
+    Directions count in which more flows than rounding leaves of the others.
+    """
+    # Scaled to a diagonal of ones, a direction in which little flows keeps all its digits.
+    diagonal = upper.diagonal()
+    scale = np.divide(1.0, np.sqrt(diagonal), out=np.zeros(2), where=diagonal > 0)
+    values, vectors = np.linalg.eigh(scale[:, None] * upper * scale)
+    flows = values > ROUNDING
+    flowing = scale[:, None] * vectors[:, flows] / np.sqrt(values[flows])
+    ratios, weights = np.linalg.eigh(flowing.T @ lower @ flowing)
+    ratio, direction = ratios[0], flowing @ weights[:, 0]
+    width = float((1 - ratio) / np.sqrt(ratio)) if ratio > 0 else np.inf
+    return width, direction / np.linalg.norm(direction)

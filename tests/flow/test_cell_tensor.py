@@ -274,7 +274,7 @@ def test_bounds_close_and_stay_bounds():
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_shares_of_the_cells_add_up_to_the_difference(representation):
-    """Prager and Synge on the torus: each share is >= 0, and all are Σ J·(A - C)·J / J·A·J."""
+    """Prager and Synge on the torus: each share is >= 0, and all are tr(A⁻¹(A - C))."""
     gap = represented(cell(rough(10).values + 0.05), representation)
     mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
     problem = CellProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-12)
@@ -283,11 +283,40 @@ def test_shares_of_the_cells_add_up_to_the_difference(representation):
     pressures, streams = problem.pressures(coordinates), problem.streams(coordinates)
     shares = problem.shares(pressures, streams, 0.1)
     A, C = upper_matrix(pressures), lower_matrix(streams)
-    expected = sum((A - C)[i, i] / A[i, i] for i in (0, 1))
+    expected = np.trace(np.linalg.solve(A, A - C))
     # The cells of this gap are open, so that the regularised dual is the true one.
     assert not problem.data.closed.any()
     assert shares.min() >= -1e-9 * expected
     assert shares.sum() == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_every_direction_is_known(seed):
+    """A wide groove along x between samples of random decades: the direction across it conducts
+    1e-9 to 1e-13 of that along it, and is known to the tolerance all the same."""
+    rng = np.random.default_rng(seed)
+    values = 10 ** rng.uniform(-4.5, -3, (4, 8))
+    values[:, 2] = 1.0
+    found = tensor(cell(values), representation="constant", rtol=0.05)
+    assert found.converged
+    assert 1e-14 < found.upper[1, 1] / found.upper[0, 0] < 1e-9
+    across = np.array([0.0, 1.0])
+    low, high = (across @ bound @ across for bound in (found.lower, found.upper))
+    # The bounds hold in every direction, and e·K*·e across is at most 1.05 times the lower one.
+    assert 0 < low <= high <= 1.052 * low
+
+
+def test_the_reason_names_the_direction():
+    """At a limit: which direction is not known, how well it is, and how little flows there."""
+    values = 10 ** np.random.default_rng(0).uniform(-4.5, -3, (4, 8))
+    values[:, 2] = 1.0
+    options = {"representation": "constant", "rtol": 0.01, "limits": Limits(unknowns=100)}
+    along_x = tensor(cell(values), **options)
+    assert not along_x.converged
+    assert "along 90 degrees, where it is" in along_x.reason
+    assert "e-1" in along_x.reason.split("where it is")[1].split("of its largest")[0]
+    angle = float(tensor(cell(values.T), **options).reason.split("along ")[1].split(" degrees")[0])
+    assert abs((angle + 90) % 180 - 90) < 1e-6
 
 
 # --- ends and errors -----------------------------------------------------------------------------
