@@ -29,6 +29,7 @@ from fem_seal.mesh.triangles import TriangleMesh
 
 USUAL_GAIN = 0.4  # ratio of the half-widths after and before sharpening, until one is measured
 GROWTH = 4.0  # of the unknowns from level to level, at most: 3.9 were seen on open rough gaps
+WHILE_JOINED = 0.3  # part of a step by shares while cells are joined at vertices of small gap
 
 
 @dataclass(frozen=True)
@@ -271,12 +272,16 @@ def _mark(
     residuals = problem.residuals(found.pressure, found.guide.conductance)
     wanted = part_reached * tuning.theta_residual * residuals.sum()
     held = residuals[large | through].sum()
+    joints = problem.joints()
+    whole = WHILE_JOINED if joints.any() else 1.0
     if held < wanted:
-        large = doerfler(shares, held / wanted * part * tuning.theta)
+        whole = min(whole, held / wanted)
+    if whole < 1:
+        large = doerfler(shares, whole * part * tuning.theta)
     leaks = completed(large | through, residuals, part_reached * tuning.theta_residual)
     large = halvings(shares, large)
     times = np.zeros(len(problem.kept), dtype=np.int8)
-    times[problem.kept] = np.maximum(np.maximum(large, through), 2 * leaks)
+    times[problem.kept] = np.max([large, through, 2 * leaks, 4 * joints], axis=0)
     # The size of a last step is measured: nothing is added to its share ahead of the solve.
     least_share = shares[large > 0].min(initial=np.inf) if part == 1 else np.inf
     return Marks(times, float(least_share), float(throughflow[through].min(initial=np.inf)))

@@ -44,7 +44,7 @@ class LinearGap:
         samples = gap.vertices()
         self.squares = (samples.shape[0] - 1, samples.shape[1] - 1)
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
-        self.cut, self._ceiling = cut, ceiling
+        self.cut, self.ceiling = cut, ceiling
         self._samples = np.stack([samples, samples], axis=-1)
         raised, lowered = np.moveaxis(self._samples, -1, 0)
         raised[(raised > 0) & (raised < floor)] = floor
@@ -101,7 +101,7 @@ class LinearGap:
         place = averages.Place.of(xy.take(coarse, axis=1))
         cube[coarse], inverse_cube[coarse] = self._above_pixel.lookup(place)
         means = cube, inverse_cube
-        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self._ceiling)
+        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of some cells.
@@ -137,7 +137,7 @@ class VertexGap:
         self, values: np.ndarray, unit: float, cut: float, floor: float, ceiling: float = np.inf
     ):
         self.aspect = 1 / unit
-        self.cut, self._ceiling = cut, ceiling
+        self.cut, self.ceiling = cut, ceiling
         raised = np.where(values > 0, np.maximum(values, floor), 0.0)
         lowered = np.where(values < cut, 0.0, values)
         self._values = np.stack([raised, lowered], axis=-1)
@@ -166,7 +166,7 @@ class VertexGap:
     def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
         means, linear = _linear_means(gaps), np.True_
-        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self._ceiling)
+        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of some cells; as of LinearGap."""
@@ -197,7 +197,7 @@ class ConstantGap:
     ):
         self.squares = gap.shape
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
-        self.cut, self._ceiling = cut, ceiling
+        self.cut, self.ceiling = cut, ceiling
         raised = np.where(gap.values > 0, np.maximum(gap.values, floor), 0.0)
         lowered = np.where(gap.values < cut, 0.0, gap.values)
         with np.errstate(divide="ignore"):
@@ -231,7 +231,7 @@ class ConstantGap:
         coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)
         place = averages.Place.of(xy.take(coarse, axis=1))
         cube[coarse], inverse_cube[coarse] = self._above_pixel.lookup(place)
-        closed, most = np.isinf(inverse_cube), self._ceiling**3
+        closed, most = np.isinf(inverse_cube), self.ceiling**3
         isotropic = np.where(closed, 0.0, np.maximum(inverse_cube, 1 / most))
         none = np.zeros((len(cube), 3), dtype=bool)
         return CellData(none, closed, none, most < cube, cube, isotropic[:, None] * ISOTROPIC)

@@ -19,7 +19,7 @@ from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.numbering import Unknowns
 from fem_seal.flow.sharpening import Sharpening, energy_drops, pressure_hats, stream_hats
 from fem_seal.flow.traces import mean_gradient_values
-from fem_seal.flow.unknowns import dual_unknowns, open_cells, primal_unknowns
+from fem_seal.flow.unknowns import components, dual_unknowns, open_cells, primal_unknowns
 from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
@@ -223,6 +223,33 @@ class LevelProblem:
         a, b, c = (self.primal_numbering.of_corner < 0).T
         jump[np.stack([b & c, c & a, a & b], axis=1)] = 0.0
         return (jump * jump).sum(axis=1) / np.maximum(self.data.K, least)
+
+    def joints(self) -> np.ndarray:
+        """Cells (C,) bool of one pressure only since they touch where the gap is small.
+
+        Stiff cells that touch have one pressure. Those that share high vertices conduct well to
+        each other; groups of such cells that meet in low vertices alone do not, and are joined
+        until the cells at these vertices are small enough not to be stiff.
+        """
+        joined, stiff = np.zeros(self.space.count, dtype=bool), np.flatnonzero(self.data.stiff)
+        if not len(stiff) or not self.values.shape[1]:
+            return joined
+        high = self.values[self._cells[stiff], 0] >= self._gap.ceiling
+        stiff, high = stiff[high.any(axis=1)], high[high.any(axis=1)]
+        vertex, cell = self.mesh.twin[self._cells[stiff]], np.nonzero(high)[0]
+        count = len(self.mesh.xy)
+        pairs = np.stack([vertex[high], count + cell], axis=1)
+        group = components(pairs, count + len(stiff))[count:]
+        # Pressures at one point differ across contact, which parts the groups already.
+        pressure = self.primal_numbering.of_corner - self.primal_numbering.lift
+        key = np.stack([vertex[~high], pressure[stiff][~high]])
+        _, place = np.unique(key, axis=1, return_inverse=True)
+        low = np.nonzero(~high)[0]
+        least, most = np.full((2, len(low)), len(group) + count) * [[1], [-1]]
+        np.minimum.at(least, place.ravel(), group[low])
+        np.maximum.at(most, place.ravel(), group[low])
+        joined[stiff[low[(least < most)[place.ravel()]]]] = True
+        return joined
 
     def flux(self, stream: Stream) -> np.ndarray:
         """Mean flux J (C, 2) on each cell: the gradient of ψ turned, scaled to its leak rate."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem_seal.flow.marking import doerfler, halvings
+from fem_seal.flow.marking import completed, doerfler, halvings
 
 
 @pytest.mark.parametrize("theta", [0.05, 0.5, 0.8, 0.99, 1.0])
@@ -32,3 +32,19 @@ def test_a_cell_is_halved_once_more_for_each_factor_of_four():
     shares = np.array([1.0, 3.9, 4.1, 17.0, 65.0, 1e9, 0.5])
     marked = np.array([True] * 6 + [False])
     assert halvings(shares, marked).tolist() == [1, 1, 1, 2, 3, 4, 0]
+
+
+@pytest.mark.parametrize("theta", [0.2, 0.6, 1.0])
+def test_what_is_missing_is_added(theta):
+    """Marked cells and those added hold the part, and no fewer added ones would."""
+    rng = np.random.default_rng(2)
+    shares, marked = np.exp(3 * rng.normal(size=200)), rng.random(200) < 0.2
+    added = completed(marked, shares, theta)
+    total, rounding = shares.sum(), 1e-12 * shares.sum()
+    assert not (added & marked).any()
+    assert shares[marked | added].sum() >= theta * total - rounding
+    if added.any():
+        least = shares[added].min()
+        assert least >= shares[~(marked | added)].max(initial=0)
+        assert shares[marked | added].sum() - least <= theta * total + rounding
+    assert added.any() == (shares[marked].sum() < theta * total)
