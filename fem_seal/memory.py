@@ -22,11 +22,62 @@ def peak_memory() -> int:
     return int(line.split()[1]) * 1024
 
 
-def available_memory() -> int:
-    """Memory that can still be had on this machine without swapping [bytes]."""
-    lines = Path("/proc/meminfo").read_text().splitlines()
+def available_memory(root: Path = Path("/")) -> int:
+    """Memory that this process can still have without swapping [bytes].
+
+    The least of what the machine has and of what is left of each memory limit of the control groups
+    of the process (batch systems such as Slurm and containers set them), of version 1 and 2.
+
+    Parameters
+    ----------
+    root : folder that holds proc and sys
+    """
+    lines = (root / "proc/meminfo").read_text().splitlines()
     line = next(line for line in lines if line.startswith("MemAvailable:"))
-    return int(line.split()[1]) * 1024
+    return max(0, min([int(line.split()[1]) * 1024, *_left_of_limits(root)]))
+
+
+def _left_of_limits(root: Path) -> Iterator[int]:
+    """What is left of each memory limit of the control groups of this process [bytes]."""
+    groups = root / "proc/self/cgroup"
+    for line in groups.read_text().splitlines() if groups.is_file() else []:
+        # Version 2 is the line 0::PATH, version 1 has a line N:CONTROLLERS:PATH for memory.
+        _, controllers, path = line.split(":", 2)
+        if not controllers:
+            mount, names = root / "sys/fs/cgroup", ("memory.max", "memory.current")
+        elif "memory" in controllers.split(","):
+            mount = root / "sys/fs/cgroup/memory"
+            names = ("memory.limit_in_bytes", "memory.usage_in_bytes")
+        else:
+            continue
+        group = mount / path.lstrip("/")
+        # The limit of a parent holds as well. In a container the path may be the host's, and then
+        # only the mount itself is there.
+        for folder in (group, *group.parents):
+            limit, used = (_number(folder / name) for name in names)
+            if limit is not None and used is not None:
+                yield limit - used + _file_cache(folder / "memory.stat")
+            if folder == mount:
+                break
+
+
+def _number(path: Path) -> int | None:
+    """The number in a file; None if there is no such file or it says "max"."""
+    try:
+        text = path.read_text().strip()
+    except OSError:
+        return None
+    return int(text) if text.isdigit() else None
+
+
+def _file_cache(statistics: Path) -> int:
+    """Memory that a control group's usage counts and gives back when needed: unused file pages."""
+    try:
+        rows = dict(line.split() for line in statistics.read_text().splitlines())
+    except OSError:
+        return 0
+    # Of version 1 the plain name leaves the groups below out.
+    return int(rows.get("total_inactive_file", rows.get("inactive_file", 0)))
 
 
 def refuse_too_large(size: float, what: str, available: float | None = None) -> None:

@@ -14,7 +14,7 @@ from fem_seal.flow.course import Course, out_of_reach
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.leak import require_conducting, require_positive, unit_of_leak_rate
-from fem_seal.flow.limits import Limits
+from fem_seal.flow.limits import USUAL_GROWTH, Limits
 from fem_seal.flow.marking import doerfler, halvings
 from fem_seal.flow.tensor_bounds import TensorBounds, relative_width, widest
 from fem_seal.grid import GridField
@@ -128,8 +128,12 @@ def _refined(
     started, levels, reason = time.perf_counter(), [], ""
     strategy = Strategy(rtol=rtol, max_unknowns=limits.unknowns, tuning=tuning)
 
+    laps = [started]
+
     def why_stop(course: Course) -> str:
-        return comm.bcast(limits.exceeded(started) or out_of_reach(course, rtol))
+        laps.append(time.perf_counter())
+        limit = limits.exceeded(started, USUAL_GROWTH, laps[-1] - laps[-2])
+        return comm.bcast(limit or out_of_reach(course, rtol))
 
     # Meshes are nested: the last upper bound is the least, and the last lower one the greatest.
     lower, upper = np.zeros((2, 2)), None

@@ -19,7 +19,7 @@ class Limits:
     """Where to stop although the tolerance is not reached.
 
     unknowns : no larger mesh is solved, except the first
-    seconds : of wall time, checked after each level
+    seconds : of wall time; the next level must be expected to end before, by the time of the last
     memory_bytes : of one process; the next level must be expected to fit. Without it, what the
         machine has is the limit
     """
@@ -28,11 +28,20 @@ class Limits:
     seconds: float | None = None
     memory_bytes: int | None = None
 
-    def exceeded(self, started: float, growth: float = USUAL_GROWTH) -> str:
-        """Which limit the next level, `growth` times as large, would pass; "" if none."""
+    def exceeded(self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0) -> str:
+        """Which limit the next level, `growth` times as large, would pass; "" if none.
+
+        Parameters
+        ----------
+        started : perf_counter() at the start
+        growth : of the unknowns, and of time and memory with them
+        last : seconds of the last level
+        """
         spent = time.perf_counter() - started
         if self.seconds is not None and spent >= self.seconds:
             return f"the limit of {self.seconds:g} s is used up"
+        if self.seconds is not None and spent + growth * last >= self.seconds:
+            return f"the next mesh would take longer than the limit of {self.seconds:g} s allows"
         peak = peak_memory()
         if self.memory_bytes is not None and growth * peak >= self.memory_bytes:
             return f"the next mesh would need more than {self.memory_bytes / 1e9:.2g} GB"
@@ -63,7 +72,8 @@ class End:
 
     def reason(self, levels: Sequence[Level]) -> str:
         """Say why no finer mesh than these is worth while, "" if one is."""
-        limit = self.limits.exceeded(self.started, self.growth)
+        last = sum(levels[-1].seconds.values())
+        limit = self.limits.exceeded(self.started, self.growth, last)
         if limit or not self.doubtful:
             return limit
         # Half as many vertices as cells; unknowns may be fewer, where the pressure is constant.

@@ -333,7 +333,7 @@ def test_limit_of_unknowns():
 class ThirdMesh(Limits):
     """A limit that is met after three meshes."""
 
-    def exceeded(self, started):
+    def exceeded(self, started, growth, last):
         self.__dict__["meshes"] = self.__dict__.get("meshes", 0) + 1
         return "three meshes are enough" if self.meshes == 3 else ""
 

@@ -1,5 +1,7 @@
 """What is reported where a limit ends the refinement on a mesh of squares of several pixels."""
 
+import time
+
 import numpy as np
 import pytest
 from sample_gaps import FLUID, rough_gap
@@ -29,6 +31,14 @@ def test_the_guide_never_becomes_a_bound(opening, representation, sides):
         assert 0 <= stopped.lower <= truth.upper
         assert truth.lower <= stopped.upper
         assert stopped.levels[-1].upper > 10 * truth.upper  # on a mesh that sees little of it
+
+
+def test_no_level_begins_that_would_not_end_in_time():
+    """Of 100 s, 50 are spent: a level of 20 s fits twice, one of 30 s does not."""
+    started, limits = time.perf_counter() - 50, Limits(seconds=100)
+    assert not limits.exceeded(started, growth=2, last=20)
+    assert "longer than the limit of 100 s" in limits.exceeded(started, growth=2, last=30)
+    assert "is used up" in Limits(seconds=40).exceeded(started)
 
 
 @pytest.mark.parametrize("ahead", [0, 2, 4])

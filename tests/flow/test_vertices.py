@@ -6,7 +6,8 @@ those at the vertex: marking by shares alone refines the former without end.
 
 import numpy as np
 import pytest
-from gaps import FLUID, level_problem, represented, solved
+from gaps import level_problem, represented, solved
+from sample_gaps import FLUID
 
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
@@ -93,7 +94,7 @@ def test_residuals_of_an_exact_pressure_are_rounding(axis):
 
 
 def test_residuals_see_a_wrong_pressure():
-    """Of a rough gap the linear pressure is not exact, and residuals bound what a finer mesh gains."""
+    """Of a rough gap the pressure is not exact, and residuals bound what a finer mesh gains."""
     rng = np.random.default_rng(0)
     problem = level_problem(represented(GridField(0.5 + rng.random((9, 9)), (1.0, 1.0))))
     pressure, stream = solved(problem)

@@ -1,0 +1,84 @@
+"""Available memory: the machine's, and limits of control groups as batch systems set them."""
+
+from pathlib import Path
+
+import pytest
+
+from fem_seal.memory import available_memory
+
+MACHINE = 8_000_000 * 1024
+
+
+def machine(root: Path, groups: str, files: dict[str, str]) -> Path:
+    """Write a /proc and /sys with 8 GB available and some files below /sys/fs/cgroup."""
+    (root / "proc/self").mkdir(parents=True)
+    (root / "proc/meminfo").write_text("MemTotal: 9000000 kB\nMemAvailable: 8000000 kB\n")
+    (root / "proc/self/cgroup").write_text(groups)
+    for name, text in files.items():
+        path = root / "sys/fs/cgroup" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text + "\n")
+    return root
+
+
+VERSION_2 = "0::/slurm/job_1/step_0\n"
+VERSION_1 = "12:cpuset:/\n5:cpu,memory:/slurm/job_1\n1:name=systemd:/\n"
+V1 = "memory/slurm/job_1/memory."
+
+
+@pytest.mark.parametrize(
+    ("groups", "files", "expected"),
+    [
+        ("", {}, MACHINE),
+        (VERSION_2, {}, MACHINE),
+        (VERSION_2, {"slurm/job_1/step_0/memory.max": "max"}, MACHINE),
+        # Its own limit, less its usage, of which unused file pages do not count.
+        (
+            VERSION_2,
+            {
+                "slurm/job_1/step_0/memory.max": "5000",
+                "slurm/job_1/step_0/memory.current": "3000",
+                "slurm/job_1/step_0/memory.stat": "anon 2000\ninactive_file 700",
+            },
+            2700,
+        ),
+        # That of a group above it.
+        (
+            VERSION_2,
+            {
+                "slurm/job_1/step_0/memory.max": "max",
+                "slurm/job_1/step_0/memory.current": "3000",
+                "slurm/memory.max": "5000",
+                "slurm/memory.current": "4000",
+            },
+            1000,
+        ),
+        # Over its limit, while pages are written out.
+        ("0::/\n", {"memory.max": "5000", "memory.current": "6000"}, 0),
+        # A container that sees its own group as the mount.
+        (VERSION_2, {"memory.max": "5000", "memory.current": "1000"}, 4000),
+        (
+            VERSION_1,
+            {
+                V1 + "limit_in_bytes": "6000",
+                V1 + "usage_in_bytes": "2000",
+                V1 + "stat": "inactive_file 1\ntotal_inactive_file 500",
+            },
+            4500,
+        ),
+        # Version 1 writes no limit as a number above all memory.
+        (
+            VERSION_1,
+            {V1 + "limit_in_bytes": "9223372036854771712", V1 + "usage_in_bytes": "2000"},
+            MACHINE,
+        ),
+    ],
+)
+def test_limits_of_control_groups(tmp_path, groups, files, expected):
+    assert available_memory(machine(tmp_path, groups, files)) == expected
+
+
+def test_without_control_groups(tmp_path):
+    root = machine(tmp_path, "", {})
+    (root / "proc/self/cgroup").unlink()
+    assert available_memory(root) == MACHINE
