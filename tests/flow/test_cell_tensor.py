@@ -290,7 +290,7 @@ def test_shares_of_the_cells_add_up_to_the_difference(representation):
     assert shares.sum() == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, 4, 7])
 def test_every_direction_is_known(seed):
     """A wide groove along x between samples of random decades: the direction across it conducts
     1e-9 to 1e-13 of that along it, and is known to the tolerance all the same."""
