@@ -1,4 +1,4 @@
-"""What works on this machine. Whatever may crash is tried in a process of its own."""
+"""Check of the installation; each part that may crash is tried in a process of its own."""
 
 import os
 import subprocess
@@ -58,11 +58,22 @@ print("2 threads" if abs(y[0, 0] - 4096) < 1e-9 else "")
 
 @dataclass(frozen=True)
 class Finding:
-    """One line of the table.
+    """Result of one check.
 
-    name : what was tried; needed_for : what is lost without
-    works : whether it works; required : whether `fem-seal run` needs it
-    found : version or first line of the error; mend : what to install or do
+    Attributes
+    ----------
+    name : str
+        Name of the part.
+    needed_for : str
+        Feature that needs the part.
+    works : bool
+        Whether the part works.
+    found : str
+        Its version, or the first line of the error.
+    mend : str
+        What to install or do if it does not work.
+    required : bool
+        Whether `fem-seal run` needs the part.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Reading a gap; contact.npz of a result folder is such a file as well."""
+"""Reading a gap from a file, such as contact.npz of a result folder."""
 
 from pathlib import Path
 
@@ -16,22 +16,29 @@ def load_gap(
 
     Parameters
     ----------
-    path : of a file with `gap` (nx, ny); npz is in metres and has `spacing` (dx, dy) [m] and
-        optionally `periodic` (default false); docs/surfaces.md names the other formats
-    stated : unit, size and whatever else the file does not say
-    contact_below : gaps below this [m] are contact, also negative ones not beyond it: for codes
-        whose gap in contact is a rounding
+    path : str or Path
+        File with `gap` (nx, ny). An npz file is in metres and has `spacing` (dx, dy) [m] and
+        optionally `periodic` (default false); docs/surfaces.md names the other formats.
+    stated : Stated, optional
+        Unit, size and other properties that the file does not contain.
+    contact_below : float, optional
+        Gaps of a magnitude below this [m] count as contact, also negative ones: for codes whose gap
+        in contact is a rounding error.
+
+    Returns
+    -------
+    GridField [m]
 
     Raises
     ------
     InvalidInput
         If the file is missing or cannot be read, an array is missing or of the wrong shape or
-        type, the unit or size is nowhere said, or the gap is negative or not finite.
+        type, the unit or size is unknown, or the gap is negative or not finite.
     """
-    found = read_map(path, GAP_NAMES, stated)
-    values = np.where(_touching(found, contact_below, Path(path)), 0.0, found.values)
+    field = read_map(path, GAP_NAMES, stated)
+    values = np.where(_in_contact(field, contact_below, Path(path)), 0.0, field.values)
     try:
-        gap = GridField(values, found.spacing, bool(found.periodic))
+        gap = GridField(values, field.spacing, bool(field.periodic))
     except InvalidInput as error:
         raise InvalidInput(f"gap in {path}: {error}") from None
     lowest = gap.values.min()
@@ -44,14 +51,14 @@ def load_gap(
     return gap
 
 
-def _touching(found: FieldMap, contact_below: float | None, path: Path) -> np.ndarray | bool:
-    """Samples in contact, by what the file says of it and by a length that counts as none."""
-    touching = False if contact_below is None else np.abs(found.values) < contact_below
-    if found.contact is None:
-        return touching
-    if found.contact.shape != found.values.shape:
+def _in_contact(field: FieldMap, contact_below: float | None, path: Path) -> np.ndarray | bool:
+    """Mask of the samples in contact by the file, or with a gap below `contact_below`."""
+    below = False if contact_below is None else np.abs(field.values) < contact_below
+    if field.contact is None:
+        return below
+    if field.contact.shape != field.values.shape:
         raise InvalidInput(
-            f"gap in {path} has shape {found.values.shape}, but its contact pressure "
-            f"{found.contact.shape}"
+            f"gap in {path} has shape {field.values.shape}, but its contact pressure "
+            f"{field.contact.shape}"
         )
-    return touching | found.contact
+    return below | field.contact

@@ -11,7 +11,7 @@ PACKAGE = ROOT / "fem_seal"
 FINISHED = [
     *("film", "theory", "finite_difference", "mesh", "render", "surface"),
     *("digits.py", "expression.py", "fenicsx.py", "fluid.py", "grid.py", "leak_rate.py"),
-    *("parallel.py", "progress.py", "units.py"),
+    *("doctor.py", "gap_file.py", "parallel.py", "progress.py", "units.py"),
 ]
 # Modules of these packages that still have fields outside sections.
 UNFINISHED = {"mesh/files.py", "mesh/gmsh_process.py", "render/page.py", "surface/preparation.py"}
