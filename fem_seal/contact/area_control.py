@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fem_seal.contact.interface import Interface
+from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import Stopping
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import NotConverged
@@ -22,7 +22,7 @@ MAX_SOLVES = 100
 
 
 def pressure_for_area(
-    interface: Interface,
+    pair: ContactPair,
     area_fraction: float,
     stopping: Stopping,
     start: np.ndarray | None = None,
@@ -42,23 +42,23 @@ def pressure_for_area(
         If a solve does not converge, or 100 solves do not bracket the area.
     """
     search = replace(stopping, tolerance=max(stopping.tolerance, SEARCH_TOLERANCE))
-    pressure = _first_guess(interface, area_fraction, start)
-    state = _search(interface, area_fraction, search, pressure, start)
+    pressure = _first_guess(pair, area_fraction, start)
+    state = _search(pair, area_fraction, search, pressure, start)
     if search.tolerance == stopping.tolerance:
         return state
     iterations = state.iterations
     if _reached(state, area_fraction):
-        state = interface.under_pressure(state.mean_pressure, stopping, state.pressure.values)
+        state = pair.under_pressure(state.mean_pressure, stopping, state.pressure.values)
         iterations += state.iterations
     if not _reached(state, area_fraction):
         start = state.pressure.values
-        state = _search(interface, area_fraction, stopping, state.mean_pressure, start)
+        state = _search(pair, area_fraction, stopping, state.mean_pressure, start)
         iterations += state.iterations
     return replace(state, iterations=iterations)
 
 
 def _search(
-    interface: Interface,
+    pair: ContactPair,
     area_fraction: float,
     stopping: Stopping,
     pressure: float,
@@ -77,7 +77,7 @@ def _search(
     least = LEAST_PRESSURE * pressure
     iterations, same_side, was_below = 0, 0, None
     for _ in range(MAX_SOLVES):
-        state = interface.under_pressure(pressure, stopping, start)
+        state = pair.under_pressure(pressure, stopping, start)
         iterations += state.iterations
         start = state.pressure.values
         miss = state.contact_area_fraction - area_fraction
@@ -103,15 +103,15 @@ def _reached(state: ContactState, area_fraction: float) -> bool:
     return abs(state.contact_area_fraction - area_fraction) <= within
 
 
-def _first_guess(interface: Interface, area_fraction: float, start: np.ndarray | None) -> float:
+def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | None) -> float:
     """Pressure of the start, else Persson's A/A0 = erf(√2 p / (E* h'rms)) [Pa]."""
     from scipy.special import erfinv
 
     if start is not None and start.any():
         return float(start.mean())
-    strain = float(erfinv(area_fraction)) * rms_slope(interface.height) / 2**0.5
+    strain = float(erfinv(area_fraction)) * rms_slope(pair.height) / 2**0.5
     # A flat surface touches everywhere under any pressure.
-    return (strain or 1e-9) * interface.contact_modulus
+    return (strain or 1e-9) * pair.contact_modulus
 
 
 def _between(

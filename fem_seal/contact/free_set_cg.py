@@ -1,4 +1,20 @@
-"""Conjugate gradients on the free set, preconditioned by the inverse of the half-space."""
+"""Conjugate gradients on the free set, preconditioned by the inverse of the half-space.
+
+Find p >= 0 with g = S p - h - δ >= 0 and p g = 0, at a prescribed load Σp or a prescribed level δ.
+With F the free set, M the stiffness (the inverse of S but for the mean), E the `Extension` from F
+to the whole grid, 1_F the mean over F taken out (only at a prescribed load):
+
+    1   g = S p - h,  δ = <p, g> / <p, 1>
+    2   F = {p > 0 or g < δ}
+    3   r = 1_F (g - δ)  on F, else 0
+    4   z = 1_F (Eᵀ M E r)  on F; without E before F has settled
+    5   β = max(<r, z> - <r_old, z>, 0) / <r_old, z_old>; without <r_old, z> before F has settled
+    6   t = 1_F (z + β t)  on F; β = 0 if <r, t> <= 0
+    7   α = <r, t> / <t, S t>
+    8   p = max(p - α t, 0), scaled to the load
+"""
+
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -6,60 +22,137 @@ from fem_seal.contact.blocks import row_blocks
 from fem_seal.contact.extension import Extension
 from fem_seal.contact.problem import Iterate, Iterates, Problem
 
-# Before the free set has settled the extended preconditioner may keep it from settling. It has
-# below a certificate of 0.02, and in a start that is better than 0.2 it mostly has at once:
-# measured from 256² to 1024², 5 to 60 % of contact, H = 0.4 and 0.8. From there on both have to
-# fall with the number of samples along a side: 0.02 is too early at 2048², 0.01 is not.
-SETTLED, SETTLED_AT_START = 0.02, 0.2
+# Samples along a side up to which `ExtensionRule` holds as it stands.
 LARGE = 1024
-# Looks without a new least error, or without a halved one, until the extension is left out again,
-# and how far the error has to fall before it is tried once more.
-RISES, PATIENCE, FALL = 2, 12, 5
 
 
-def free_set_cg(problem: Problem, pressure: np.ndarray) -> Iterates:
+@dataclass(frozen=True)
+class ExtensionRule:
+    """When the preconditioner is extended beyond the free set, by the certificate.
+
+    Before the free set has settled, the extension may keep it from settling. It has settled below
+    a certificate of 0.02; in a start that is better than 0.2 it mostly has at once: measured from
+    256² to 1024², 5 to 60 % of contact, H = 0.4 and 0.8. On larger grids both have to fall with the
+    number of samples along a side: 0.02 is too early at 2048², 0.01 is not.
+
+    settled, settled_at_start : certificates
+    rises : iterations without a new least certificate until the extension is left out again
+    patience : iterations without a halved certificate until then
+    fall : factor by which the certificate has to fall before the extension is tried once more
+    """
+
+    settled: float = 0.02
+    settled_at_start: float = 0.2
+    rises: int = 2
+    patience: int = 12
+    fall: float = 5
+
+
+DEFAULT_RULE = ExtensionRule()
+
+
+def free_set_cg(
+    problem: Problem, pressure: np.ndarray, rule: ExtensionRule = DEFAULT_RULE
+) -> Iterates:
     """Minimise p·Sp/2 - p·h over p >= 0 in about 2.5 FFT pairs an iteration.
 
-    Three things distinguish it from Polonsky and Keer's method (Wear 231, 206 (1999)): points that
-    penetrate join the free set at once, so that the search direction is never reset; the residual
+    Three things distinguish it from Polonsky and Keer's method (Wear 231, 206 (1999)): samples that
+    overlap join the free set at once, so that the search direction is never reset; the residual
     is preconditioned by the half-space's stiffness restricted to the free set, once that has
     settled with an `Extension` beyond its edge; the curvature along the search direction comes from
     one forward transform.
+
+    The numbers are those of the module's steps. The gap is in the half-space's exact work array,
+    z in its steering one. Passes over the arrays go block by block and are joined where they read
+    the same arrays.
     """
-    search, settling = _Search(problem, pressure), _Settling(pressure.size)
-    old_decrease, iteration = np.inf, 0
+    half_space, samples = problem.half_space, pressure.size
+    loaded = problem.mean_pressure is not None
+    wall = problem.heights if loaded else problem.heights - problem.mean_gap
+    p, g, z = pressure, half_space.exact.values, half_space.steer.values
+    r, r_old, t, free = (np.zeros(p.shape, z.dtype) for _ in range(4))
+    extension, settling = Extension(free), _Settling.of(rule, samples)
+    scale, total, rz_old, iteration = 1.0, float(p.sum()), np.inf, 0
+    uniform = bool(np.ptp(p) == 0)
     while True:
-        error = search.look()
-        yield Iterate(iteration, pressure, error, search.gap)
-        iteration += 1
+        # 1; step 8 leaves the scaling to this pass.
+        _scale(p, scale, out=g)
+        if uniform:
+            g[...] = 0.0  # A uniform pressure displaces uniformly: no transform for a cold start.
+        else:
+            half_space.displace()
+        work, lowest = _subtract(wall, g, p)
+        level = work / total if loaded else 0.0
+        error = problem.error_from(total, work, lowest)
+        yield Iterate(iteration, p, error, g)
+        iteration, uniform = iteration + 1, False
         if settling.changes(iteration, error):
-            search.extended = settling.settled
-            old_decrease = np.inf
-        search.free_residual()
-        decrease, repeated = search.precondition()
-        slope = search.turn(max(decrease - repeated, 0.0) / old_decrease)
+            rz_old = np.inf
+        extended = settling.settled
+        # 2, 3
+        r, r_old = r_old, r
+        number, sum_r = _restrict_gap(p, g, level, free, r)
+        mean = _Mean(free, number if loaded else np.inf)
+        mean.take_out(r, sum_r)
+        # 4
+        if extended:
+            extension.update()
+            extension.extend(r, z)
+        else:
+            z[...] = r
+        half_space.precondition()
+        if extended:
+            extension.gather(z)
+        sum_z, rz = _restrict(z, free, r)
+        # 5: Polak and Ribière with the extension, because samples that join or leave the free set
+        # then spoil a direction kept by Fletcher and Reeves's formula, which is a little faster
+        # before.
+        r_old_z = mean.take_out(z, sum_z, r_old if extended else None)
+        beta = max(rz - r_old_z, 0.0) / rz_old
+        rz_old = rz
+        # 6
+        slope = mean.take_out(t, _turn(t, beta, free, z), r)
         if slope <= 0:
-            slope = search.turn(0.0)
-        old_decrease = decrease
-        search.advance(slope)
+            slope = mean.take_out(t, _turn(t, 0.0, free, z), r)
+        # 7
+        z[...] = t
+        curvature = half_space.curvature()
+        alpha = slope / curvature if curvature > 0 else 0.0
+        # 8
+        total = _advance(p, alpha, t)
+        if loaded:
+            wanted = problem.mean_pressure * samples
+            scale, total = wanted / total, wanted
 
 
+@dataclass
 class _Settling:
-    """Whether the free set of so many samples has settled, by how the certificate falls."""
+    """Whether the free set has settled, by how the certificate falls.
 
-    def __init__(self, samples: int):
+    below : certificate below which it has settled next time
+    """
+
+    rule: ExtensionRule
+    below: float
+    later: float
+    settled: bool = False
+    least: float = field(default=np.inf, init=False)
+    least_at: int = field(default=0, init=False)
+    halved: float = field(default=np.inf, init=False)
+    halved_at: int = field(default=0, init=False)
+
+    @classmethod
+    def of(cls, rule: ExtensionRule, samples: int) -> "_Settling":
+        """Apply the rule to a grid of so many samples."""
         scale = min(1.0, LARGE / samples**0.5)
-        self.settled, self.below = False, scale * SETTLED_AT_START
-        self.later = scale * SETTLED
-        self.least, self.least_at = np.inf, 0
-        self.halved, self.halved_at = np.inf, 0
+        return cls(rule, scale * rule.settled_at_start, scale * rule.settled)
 
     def changes(self, iteration: int, error: float) -> bool:
-        """Take note of an error; return whether the verdict has changed."""
-        before = self.settled
+        """Take note of a certificate; return whether the verdict has changed."""
+        before, rule = self.settled, self.rule
         if not self.settled:
             self.settled = error < self.below
-            # What counts is what the extension makes of it.
+            # Only the progress made with the extension is watched.
             self.least, self.least_at = error, iteration
             self.halved, self.halved_at = error, iteration
             self.below = min(self.below, self.later)
@@ -68,138 +161,100 @@ class _Settling:
             self.least, self.least_at = error, iteration
         if error <= self.halved / 2:
             self.halved, self.halved_at = error, iteration
-        if iteration - self.least_at >= RISES or iteration - self.halved_at > PATIENCE:
-            self.settled, self.below = False, min(self.least, self.later) / FALL
+        rises, slow = iteration - self.least_at, iteration - self.halved_at
+        if rises >= rule.rises or slow > rule.patience:
+            self.settled, self.below = False, min(self.least, self.later) / rule.fall
         return self.settled != before
 
 
-class _Search:
-    """The arrays of the iteration, and its passes over them, block by block.
+@dataclass
+class _Mean:
+    """The mean over the free set.
 
-    The gap lives in the half-space's exact work array, the preconditioned residual in its
-    steering one. Under pressure control every vector on the free set has zero mean there.
+    number : of free samples; inf where no load is prescribed, and nothing is taken out
     """
 
-    def __init__(self, problem: Problem, pressure: np.ndarray):
-        half_space = problem.half_space
-        shape, steering = half_space.shape, half_space.steering
-        self.problem, self.half_space, self.pressure = problem, half_space, pressure
-        self.gap, self.steer = half_space.exact.values, half_space.steer.values
-        # The first residual's predecessor is zero.
-        self.residual, self.previous = np.zeros(shape, steering), np.empty(shape, steering)
-        self.direction = np.zeros(shape, steering)
-        self.free = np.empty(shape, steering)
-        self.extension, self.extended = Extension(self.free), False
-        given = problem.mean_gap
-        self.wall = problem.heights if given is None else problem.heights - given
-        self.number_free, self.offset = 0, 0.0
-        self.total, self.rescale = float(pressure.sum()), 1.0
-        self.uniform = np.ptp(pressure) == 0
+    free: np.ndarray
+    number: float
 
-    def look(self) -> float:
-        """Restore the load, compute the gap S p - h; return the certificate."""
-        for rows in row_blocks(self.gap.shape):
-            self.pressure[rows] *= self.rescale
-            self.gap[rows] = self.pressure[rows]
-        if self.uniform:
-            # A uniform pressure displaces uniformly: the cold start costs no transform.
-            self.gap[...] = 0.0
-        else:
-            self.half_space.displace()
-        self.uniform = False
-        work, lowest = 0.0, np.inf
-        for rows in row_blocks(self.gap.shape):
-            gap = self.gap[rows]
-            gap -= self.wall[rows]
-            work += _product(self.pressure[rows], gap)
-            lowest = min(lowest, float(gap.min()))
-        prescribed = self.problem.mean_pressure is not None
-        self.offset = work / self.total if prescribed else 0.0
-        return self.problem.error_from(self.total, work, lowest)
+    def take_out(self, values: np.ndarray, total: float, other: np.ndarray | None = None) -> float:
+        """Subtract the mean from values of this sum, on the free set; return <other, values>."""
+        mean, product = values.dtype.type(total / self.number), 0.0
+        for rows in row_blocks(values.shape):
+            block = values[rows]
+            block -= mean * self.free[rows]
+            if other is not None:
+                product += _product(other[rows], block)
+        return product
 
-    def free_residual(self) -> None:
-        """Gap on the free points (pressed or penetrating), for the preconditioner."""
-        self.residual, self.previous = self.previous, self.residual
-        total, self.number_free = 0.0, 0
-        for rows in row_blocks(self.gap.shape):
-            free = (self.pressure[rows] > 0) | (self.gap[rows] < self.offset)
-            self.number_free += np.count_nonzero(free)
-            self.free[rows] = free
-            residual = self.residual[rows]
-            # Subtracted in double, so that the small residual of the pressed points keeps its
-            # digits.
-            np.subtract(self.gap[rows], self.offset, out=residual, casting="same_kind")
-            residual *= self.free[rows]
-            total += float(residual.sum())
-        mean = self._mean(total)
-        for rows in row_blocks(self.gap.shape):
-            self.residual[rows] -= mean * self.free[rows]
 
-    def precondition(self) -> tuple[float, float]:
-        """Steepest descent in ``steer``; return its products with this residual and the last.
+def _scale(p: np.ndarray, scale: float, out: np.ndarray) -> None:
+    """Multiply p by the scale, in place, and copy it."""
+    for rows in row_blocks(p.shape):
+        p[rows] *= scale
+        out[rows] = p[rows]
 
-        The latter (Polak and Ribière's) only with the extension, else zero: samples that join or
-        leave the free set then spoil a direction that is kept by Fletcher and Reeves's formula,
-        while before the free set has settled that is the faster one, if by little.
-        """
-        if self.extended:
-            self.extension.update()
-            self.extension.extend(self.residual, self.steer)
-        else:
-            self.steer[...] = self.residual
-        self.half_space.precondition()
-        if self.extended:
-            self.extension.gather(self.steer)
-        total = decrease = 0.0
-        for rows in row_blocks(self.gap.shape):
-            steepest = self.steer[rows]
-            steepest *= self.free[rows]
-            total += float(steepest.sum())
-            decrease += _product(self.residual[rows], steepest)
-        mean, repeated = self._mean(total), 0.0
-        for rows in row_blocks(self.gap.shape):
-            steepest = self.steer[rows]
-            steepest -= mean * self.free[rows]
-            if self.extended:
-                repeated += _product(self.previous[rows], steepest)
-        return decrease, repeated
 
-    def turn(self, conjugation: float) -> float:
-        """Make the direction steepest + conjugation × direction; return the slope along it."""
-        beta = self.steer.dtype.type(conjugation)
-        total = 0.0
-        for rows in row_blocks(self.gap.shape):
-            direction = self.direction[rows]
-            direction *= beta
-            direction *= self.free[rows]
-            direction += self.steer[rows]
-            total += float(direction.sum())
-        mean, slope = self._mean(total), 0.0
-        for rows in row_blocks(self.gap.shape):
-            direction = self.direction[rows]
-            direction -= mean * self.free[rows]
-            slope += _product(self.residual[rows], direction)
-        return slope
+def _subtract(wall: np.ndarray, g: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+    """Subtract the wall from the displacement g, in place; return <p, g> and min g."""
+    work, lowest = 0.0, np.inf
+    for rows in row_blocks(g.shape):
+        gap = g[rows]
+        gap -= wall[rows]
+        work += _product(p[rows], gap)
+        lowest = min(lowest, float(gap.min()))
+    return work, lowest
 
-    def advance(self, slope: float) -> None:
-        """Step to the minimum along the direction and clip tension away."""
-        self.steer[...] = self.direction
-        curvature = self.half_space.curvature()
-        step, self.total = slope / curvature if curvature > 0 else 0.0, 0.0
-        for rows in row_blocks(self.gap.shape):
-            pressure = self.pressure[rows]
-            pressure -= step * self.direction[rows]
-            np.maximum(pressure, 0, out=pressure)
-            self.total += float(pressure.sum())
-        if self.problem.mean_pressure is not None:
-            wanted = self.problem.mean_pressure * self.pressure.size
-            # Carried out with the next pass over the pressures.
-            self.rescale, self.total = wanted / self.total, wanted
 
-    def _mean(self, total: float) -> np.floating:
-        """Mean over the free points to be taken out: zero where the mean pressure is free."""
-        prescribed = self.problem.mean_pressure is not None
-        return self.residual.dtype.type(total / self.number_free if prescribed else 0.0)
+def _restrict_gap(
+    p: np.ndarray, g: np.ndarray, level: float, free: np.ndarray, r: np.ndarray
+) -> tuple[int, float]:
+    """Write the free set, and g - level on it into r; return the numbers of samples and Σ r."""
+    number, total = 0, 0.0
+    for rows in row_blocks(g.shape):
+        mask = (p[rows] > 0) | (g[rows] < level)
+        number += np.count_nonzero(mask)
+        free[rows] = mask
+        residual = r[rows]
+        # Subtracted in double, so that the small residual of pressed samples keeps its digits.
+        np.subtract(g[rows], level, out=residual, casting="same_kind")
+        residual *= free[rows]
+        total += float(residual.sum())
+    return number, total
+
+
+def _restrict(z: np.ndarray, free: np.ndarray, r: np.ndarray) -> tuple[float, float]:
+    """Set z to zero outside the free set, in place; return Σ z and <r, z>."""
+    total = product = 0.0
+    for rows in row_blocks(z.shape):
+        block = z[rows]
+        block *= free[rows]
+        total += float(block.sum())
+        product += _product(r[rows], block)
+    return total, product
+
+
+def _turn(t: np.ndarray, beta: float, free: np.ndarray, z: np.ndarray) -> float:
+    """Write z + β t on the free set into t; return its sum."""
+    factor, total = t.dtype.type(beta), 0.0
+    for rows in row_blocks(t.shape):
+        block = t[rows]
+        block *= factor
+        block *= free[rows]
+        block += z[rows]
+        total += float(block.sum())
+    return total
+
+
+def _advance(p: np.ndarray, alpha: float, t: np.ndarray) -> float:
+    """Write max(p - α t, 0) into p; return its sum."""
+    total = 0.0
+    for rows in row_blocks(p.shape):
+        block = p[rows]
+        block -= alpha * t[rows]
+        np.maximum(block, 0, out=block)
+        total += float(block.sum())
+    return total
 
 
 def _product(one: np.ndarray, other: np.ndarray) -> float:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fem_seal.contact.interface import Interface
+from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import Stopping
 from fem_seal.contact.solve import Load, load_to, one_load
 from fem_seal.contact.state import ContactState
@@ -55,22 +55,22 @@ def on_finer_grids(
     if any(finer <= coarser for coarser, finer in pairwise(factors)):
         raise InvalidInput(f"factors must increase, got {tuple(factors)}")
     stopping = Stopping(tolerance=tolerance)
-    first = Interface.prepared(resample(height, shapes[0]), contact_modulus, threads=threads)
+    first = ContactPair.prepared(resample(height, shapes[0]), contact_modulus, threads=threads)
     return _states(height, first, shapes, load, stopping)
 
 
 def _states(
     height: GridField,
-    interface: Interface,
+    pair: ContactPair,
     shapes: list[tuple[int, int]],
     load: Load,
     stopping: Stopping,
 ) -> Iterator[ContactState]:
-    state = load_to(interface, load, stopping, None)
+    state = load_to(pair, load, stopping, None)
     yield state
     for shape in shapes[1:]:
-        interface = interface.on(resample(height, shape))
-        state = load_to(interface, load, stopping, _repeated(state.pressure, shape))
+        pair = pair.on(resample(height, shape))
+        state = load_to(pair, load, stopping, _repeated(state.pressure, shape))
         yield state
 
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
-from fem_seal.contact.interface import Interface
 from fem_seal.contact.methods import Stopping
 from fem_seal.contact.solve import Load, Start, load_to, start_pressure
 from fem_seal.contact.state import ContactState
@@ -68,8 +68,8 @@ def load_path(
     loads = _one_sequence(pressure=pressures, area_fraction=area_fractions, mean_gap=mean_gaps)
     stopping = Stopping(solver, tolerance, max_iterations)
     first = start_pressure(start, height.shape)
-    interface = Interface.prepared(height, contact_modulus, layer, threads, precision)
-    return _states(interface, loads, stopping, first)
+    pair = ContactPair.prepared(height, contact_modulus, layer, threads, precision)
+    return _states(pair, loads, stopping, first)
 
 
 def _one_sequence(**given: Sequence[float] | None) -> list[Load]:
@@ -84,17 +84,17 @@ def _one_sequence(**given: Sequence[float] | None) -> list[Load]:
 
 
 def _states(
-    interface: Interface, loads: list[Load], stopping: Stopping, start: np.ndarray | None
+    pair: ContactPair, loads: list[Load], stopping: Stopping, start: np.ndarray | None
 ) -> Iterator[ContactState]:
     foresight = Foresight()
     for load in loads:
-        spent = interface.half_space.pairs
+        spent = pair.half_space.pairs
         foretold = foresight.start(load)
         if foretold is None and start is not None:
-            foretold = interface.complementary(start)
-        state = load_to(interface, load, stopping, foretold)
+            foretold = pair.complementary(start)
+        state = load_to(pair, load, stopping, foretold)
         foresight.remember(load, state)
-        yield replace(state, fft_pairs=interface.half_space.pairs - spent)
+        yield replace(state, fft_pairs=pair.half_space.pairs - spent)
 
 
 class Foresight:

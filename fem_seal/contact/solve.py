@@ -6,8 +6,8 @@ import numpy as np
 
 from fem_seal.contact.area_control import pressure_for_area
 from fem_seal.contact.coarse_start import coarse_start
+from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
-from fem_seal.contact.interface import Interface
 from fem_seal.contact.methods import METHODS, Progress, Stopping
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
@@ -118,30 +118,30 @@ def solve(
     """
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
     stopping = Stopping(solver, tolerance, max_iterations, progress)
-    interface = Interface.prepared(height, contact_modulus, layer, threads, precision)
+    pair = ContactPair.prepared(height, contact_modulus, layer, threads, precision)
     first = start_pressure(start, height.shape)
     if first is not None:
-        first = interface.complementary(first)
-    state = load_to(interface, load, stopping, first)
-    return replace(state, fft_pairs=interface.half_space.pairs)
+        first = pair.complementary(first)
+    state = load_to(pair, load, stopping, first)
+    return replace(state, fft_pairs=pair.half_space.pairs)
 
 
 def load_to(
-    interface: Interface, load: Load, stopping: Stopping, start: np.ndarray | None
+    pair: ContactPair, load: Load, stopping: Stopping, start: np.ndarray | None
 ) -> ContactState:
     """Contact under one load; `fft_pairs` counts all that was spent on it."""
     if load.value == 0:
-        return interface.touching(stopping)
+        return pair.touching(stopping)
     reach = {
-        "pressure": interface.under_pressure,
-        "mean_gap": interface.at_mean_gap,
-        "area_fraction": lambda *args: pressure_for_area(interface, *args),
+        "pressure": pair.under_pressure,
+        "mean_gap": pair.at_mean_gap,
+        "area_fraction": lambda *args: pressure_for_area(pair, *args),
     }[load.kind]
-    spent = interface.half_space.pairs
+    spent = pair.half_space.pairs
     if start is None and load.kind == "pressure" and METHODS[stopping.solver].starts_coarse:
-        start = coarse_start(interface, load.value)
+        start = coarse_start(pair, load.value)
     state = reach(load.value, stopping, start)
-    return replace(state, fft_pairs=interface.half_space.pairs - spent)
+    return replace(state, fft_pairs=pair.half_space.pairs - spent)
 
 
 def start_pressure(start: Start | None, shape: tuple[int, int]) -> np.ndarray | None:

@@ -6,7 +6,7 @@ from contact_cases import E_STAR, SLOPE, rough_surface
 
 from fem_seal.contact import solve
 from fem_seal.contact.coarse_start import coarse_start
-from fem_seal.contact.interface import Interface
+from fem_seal.contact.contact_pair import ContactPair
 
 
 @pytest.mark.parametrize("load", [0.001, 0.01])
@@ -20,18 +20,18 @@ def test_same_contact_with_less_work(load):
 
 
 def test_start_is_near_and_counted():
-    interface = Interface.prepared(rough_surface((256, 512), short=8), E_STAR)
+    pair = ContactPair.prepared(rough_surface((256, 512), short=8), E_STAR)
     pressure = 0.005 * E_STAR * SLOPE
-    start = coarse_start(interface, pressure)
+    start = coarse_start(pair, pressure)
     assert start.mean() == pytest.approx(pressure, rel=1e-12)
     assert 0.002 < np.mean(start > 0) < 0.1
     # Pairs on a quarter of the samples count as quarters.
-    assert 1 < interface.half_space.pairs < 15
+    assert 1 < pair.half_space.pairs < 15
 
 
 @pytest.mark.parametrize(
     ("shape", "load"), [((256, 256), 0.2), ((64, 64), 0.001), ((129, 128), 0.001)]
 )
 def test_none_where_it_does_not_pay(shape, load):
-    interface = Interface.prepared(rough_surface(shape), E_STAR)
-    assert coarse_start(interface, load * E_STAR * SLOPE) is None
+    pair = ContactPair.prepared(rough_surface(shape), E_STAR)
+    assert coarse_start(pair, load * E_STAR * SLOPE) is None

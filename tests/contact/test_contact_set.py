@@ -13,7 +13,7 @@ from contact_cases import E_STAR, check_equilibrium, rough_surface
 from plain_contact import influence, plain_contact
 
 from fem_seal.contact import METHODS, load_path, solve
-from fem_seal.contact.interface import Interface
+from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import MEAN_GAP_TOLERANCE
 from fem_seal.contact.problem import Problem
 from fem_seal.errors import NotConverged
@@ -127,7 +127,7 @@ def test_mean_gap_below_rounding_is_an_error():
 def test_rounding_refuses_no_correct_state(shape, load):
     """Under such a load the displacement's rounding passes 1e-4 of the rms height."""
     surface = rough_surface(shape)
-    pair = Interface.prepared(surface, E_STAR)
+    pair = ContactPair.prepared(surface, E_STAR)
     wanted = load * E_STAR / pair.unit_pressure
     problem = Problem(pair.heights, pair.half_space, mean_pressure=wanted)
     # This pressure flattens the surface exactly: any gap is rounding.

@@ -1,16 +1,19 @@
 """The preconditioner's extension beyond the free set: its algebra, its gain, its safeguard."""
 
-from itertools import pairwise
+from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
 
 from fem_seal.contact import extension as extension_module
-from fem_seal.contact import free_set_cg, solve
+from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.extension import Extension
+from fem_seal.contact.free_set_cg import ExtensionRule, free_set_cg
 from fem_seal.contact.halving import WHOLE, Halving
-from fem_seal.errors import NotConverged
+from fem_seal.contact.problem import Iterate, Problem
+from fem_seal.grid import GridField
 
 RNG = np.random.default_rng(5)
 
@@ -105,77 +108,118 @@ def test_fades(shape):
     assert beside.min() >= 0
 
 
-def test_saves_iterations(monkeypatch):
+def iterated(
+    height: GridField,
+    pressure: float,
+    rule: ExtensionRule,
+    start: np.ndarray | None = None,
+    limit: int = 1000,
+) -> Iterate:
+    """Iterate whose certificate is 1e-6, or the last within the limit; loads in Pa."""
+    pair = ContactPair.prepared(height, E_STAR)
+    mean = pressure / pair.unit_pressure
+    problem = Problem(pair.heights, pair.half_space, mean_pressure=mean)
+    first = np.ones(height.shape) if start is None else start.copy()
+    first *= mean / first.mean()
+    return next(
+        iterate
+        for iterate in free_set_cg(problem, first, rule)
+        if iterate.error <= 1e-6 or iterate.iteration == limit
+    )
+
+
+def differing(one: Iterate, other: Iterate) -> int:
+    """Number of samples that touch in one of the two only."""
+    return np.count_nonzero((one.pressure > 0) != (other.pressure > 0))
+
+
+PRESSURE = 0.2 * E_STAR * SLOPE
+
+
+def test_saves_iterations():
     """Same contact from fewer iterations; the number without grows faster with the grid."""
     height = rough_surface((256, 256), hurst=0.4, short=1, long=32)
-    pressure = 0.2 * E_STAR * SLOPE
-    extended = solve(height, E_STAR, pressure=pressure)
-    monkeypatch.setattr(free_set_cg, "SETTLED", 0.0)
-    cut_off = solve(height, E_STAR, pressure=pressure)
-    assert np.count_nonzero(extended.contact != cut_off.contact) <= 1
-    assert extended.iterations < 0.8 * cut_off.iterations
+    extended = iterated(height, PRESSURE, ExtensionRule())
+    cut_off = iterated(height, PRESSURE, ExtensionRule(settled=0.0, settled_at_start=0.0))
+    assert differing(extended, cut_off) <= 1
+    assert extended.iteration < 0.8 * cut_off.iteration
 
 
-def test_safeguard(monkeypatch):
+def test_safeguard():
     """Extended before the free set has settled it may not converge at all: it is left out again."""
     height = rough_surface((256, 256), hurst=0.2, short=1, long=32)
-    pressure = 0.2 * E_STAR * SLOPE
-    default = solve(height, E_STAR, pressure=pressure)
-    for early in ("SETTLED", "SETTLED_AT_START"):
-        monkeypatch.setattr(free_set_cg, early, 1.2)
-    saved = solve(height, E_STAR, pressure=pressure)
-    assert np.count_nonzero(saved.contact != default.contact) <= 1
-    for patience in ("RISES", "PATIENCE"):
-        monkeypatch.setattr(free_set_cg, patience, 10**6)
-    with pytest.raises(NotConverged):
-        solve(height, E_STAR, pressure=pressure, max_iterations=4 * saved.iterations)
+    default = iterated(height, PRESSURE, ExtensionRule())
+    early = ExtensionRule(settled=1.2, settled_at_start=1.2)
+    saved = iterated(height, PRESSURE, early)
+    assert saved.error <= 1e-6
+    assert differing(saved, default) <= 1
+    endless = replace(early, rises=10**6, patience=10**6)
+    assert iterated(height, PRESSURE, endless, limit=4 * saved.iteration).error > 1e-6
 
 
-def test_good_start_is_extended_at_once(monkeypatch):
+def test_good_start_is_extended_at_once():
     """A start that is nearly right needs not settle again."""
     height = rough_surface((256, 256), hurst=0.4, short=1, long=32)
-    pressure = 0.2 * E_STAR * SLOPE
-    start = solve(height, E_STAR, pressure=0.97 * pressure)
-    at_once = solve(height, E_STAR, pressure=pressure, start=start)
-    monkeypatch.setattr(free_set_cg, "SETTLED_AT_START", 0.0)
-    later = solve(height, E_STAR, pressure=pressure, start=start)
-    assert free_set_cg.SETTLED < at_once.residuals[0] < 0.2
-    assert at_once.iterations < later.iterations
-    assert np.count_nonzero(at_once.contact != later.contact) <= 1
+    start = iterated(height, 0.97 * PRESSURE, ExtensionRule()).pressure
+    at_once = iterated(height, PRESSURE, ExtensionRule(), start)
+    later = iterated(height, PRESSURE, ExtensionRule(settled_at_start=0.0), start)
+    assert at_once.iteration < later.iteration
+    assert differing(at_once, later) <= 1
 
 
-def test_conjugation(monkeypatch):
-    """Fletcher and Reeves's factor until the free set has settled, then Polak and Ribière's.
+@pytest.mark.parametrize("settled", [0.0, 10.0])
+def test_iterates_are_those_of_the_pseudocode(settled):
+    """Whole arrays in double precision, without and with the extension, step by step."""
+    height = rough_surface((32, 24), hurst=0.4, short=2)
+    pair = ContactPair.prepared(height, E_STAR, precision="double")
+    mean = PRESSURE / pair.unit_pressure
+    problem = Problem(pair.heights, pair.half_space, mean_pressure=mean)
+    rule = ExtensionRule(settled, settled, rises=10**6, patience=10**6)
+    draw = np.random.default_rng(1)
+    start = mean * draw.uniform(0.5, 1.5, height.shape)
+    start *= mean / start.mean()
+    expected = plain_iterates(pair.heights, mean, start, extended=settled > 0)
+    seen = free_set_cg(problem, start.copy(), rule)
+    for plain, iterate in zip(islice(expected, 12), seen, strict=False):
+        # The iteration multiplies rounding by less than ten a step, from 1e-16 on.
+        assert np.abs(iterate.pressure - plain).max() < 1e-9 * mean, iterate.iteration
 
-    With z = M r, r restricted to the free set: <r, z> and <r - r_old, z> over <r_old, z_old>. Both
-    are one as long as the free set and M stay as they are.
-    """
-    search, seen = free_set_cg._Search, []
 
-    class Recorded(search):
-        def precondition(self):
-            found = super().precondition()
-            arrays = (self.residual, self.steer, self.previous)
-            seen.append([self.extended, *(np.array(a, dtype=float) for a in arrays)])
-            return found
+def plain_iterates(h, mean, p, extended):
+    """Steps 1 to 8 of `free_set_cg`, one line each; q in units of one over a sample."""
+    q = 2 * np.pi * np.hypot(*np.meshgrid(*map(np.fft.fftfreq, h.shape), indexing="ij"))
+    mean_stiffness = q.max() / 2  # of the mean, whatever: z has its mean on F taken out
+    stiffness = np.where(q > 0, q, mean_stiffness)
+    compliance = np.divide(1, q, out=np.zeros_like(q), where=q > 0)
 
-        def turn(self, conjugation):
-            seen[-1].append(conjugation)
-            return super().turn(conjugation)
+    def times(multiplier, values):
+        return np.fft.ifft2(multiplier * np.fft.fft2(values)).real
 
-    monkeypatch.setattr(free_set_cg, "_Search", Recorded)
-    height = rough_surface((128, 128), hurst=0.4, short=1)
-    solve(height, E_STAR, pressure=0.2 * E_STAR * SLOPE, start=np.ones(height.shape))
-    differ = {True: 0.0, False: 0.0}
-    for (before, old, z_old, *_), (extended, r, z, previous, factor, *_) in pairwise(seen):
-        if extended != before:
-            assert factor == 0
-            continue
-        assert np.array_equal(previous, old)
-        reeves, ribiere = (np.vdot(a, z) / np.vdot(old, z_old) for a in (r, r - old))
-        # Sums of products in single precision.
-        wanted = max(ribiere, 0) if extended else reeves
-        assert factor == pytest.approx(wanted, rel=1e-4, abs=1e-4)
-        differ[extended] = max(differ[extended], abs(reeves - ribiere))
-    # What is told apart above does differ, with the extension and without.
-    assert min(differ.values()) > 0.01
+    free, t, rz_old, r_old = np.empty(h.shape), np.zeros(h.shape), np.inf, np.zeros(h.shape)
+    extension = Extension(free)
+    while True:
+        yield p
+        g = times(compliance, p) - h
+        level = np.vdot(p, g) / p.sum()
+        free[...] = (p > 0) | (g < level)
+        r = free * (g - level)
+        r = free * (r - r.sum() / free.sum())
+        z = r.copy()
+        if extended:
+            extension.update()
+            extension.extend(r, z)
+        z = times(stiffness, z)
+        if extended:
+            extension.gather(z)
+        z = free * z
+        rz = np.vdot(r, z)
+        z = free * (z - z.sum() / free.sum())
+        beta = max(rz - (np.vdot(r_old, z) if extended else 0.0), 0.0) / rz_old
+        t = free * (z + beta * t)
+        t = free * (t - t.sum() / free.sum())
+        if np.vdot(r, t) <= 0:
+            t = z
+        alpha = np.vdot(r, t) / np.vdot(t, times(compliance, t))
+        p = np.maximum(p - alpha * t, 0)
+        p = p * mean / p.mean()
+        r_old, rz_old = r, rz

@@ -16,7 +16,7 @@ LEAST_SPAN = 1e-100  # of heights [m]: their squares, and those of its inverse, 
 
 
 @dataclass(frozen=True, eq=False)
-class Interface:
+class ContactPair:
     """A counter-face and a solid, ready to be loaded again and again.
 
     height : GridField [m], periodic
@@ -42,7 +42,7 @@ class Interface:
         layer: Layer | None = None,
         threads: int = 1,
         precision: str = "mixed",
-    ) -> "Interface":
+    ) -> "ContactPair":
         """Check the input, plan the transforms and take the units out.
 
         Raises
@@ -96,10 +96,10 @@ class Interface:
         gap -= np.vdot(pressure, gap) / pressure.sum()
         return np.where(pressure > self.half_space.point_stiffness * gap, start, 0.0)
 
-    def on(self, height: GridField) -> "Interface":
+    def on(self, height: GridField) -> "ContactPair":
         """Return the same solid under another surface or grid."""
         half_space = self.half_space
-        return Interface.prepared(
+        return ContactPair.prepared(
             height,
             self.contact_modulus,
             half_space.layer,
