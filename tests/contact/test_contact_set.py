@@ -159,7 +159,7 @@ def test_plain_solver_has_the_closed_form(n):
 
 def test_structured_surfaces_agree_with_the_plain_solver():
     lines: list[str] = []
-    assert campaign(range(60), lines.append) == 0, lines
+    assert campaign(range(48), lines.append) == 0, lines
 
 
 def test_campaign_sees_a_wrong_state():
