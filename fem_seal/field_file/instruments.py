@@ -26,7 +26,7 @@ _BROKEN = (
     *(OSError, EOFError, ValueError, TypeError, LookupError, AttributeError, AssertionError),
     *(
         ArithmeticError,
-        NotImplementedError,
+        RuntimeError,
         struct.error,
         zipfile.BadZipFile,
         zlib.error,

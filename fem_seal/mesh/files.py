@@ -33,7 +33,7 @@ _PLANE_CELLS = {"triangle", "line", "vertex"}
 _UNREADABLE = (
     *(ValueError, IndexError, KeyError, TypeError, AttributeError, AssertionError, EOFError),
     *(OverflowError, struct.error, zlib.error, binascii.Error),
-    *(ElementTree.ParseError, RecursionError),
+    *(ElementTree.ParseError, RuntimeError),
 )
 
 

@@ -2,10 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import HEIGHT_NAMES, Stated, read_map
 from fem_seal.grid import GridField
 from fem_seal.surface.preparation import Preparation, PreparedSurface, prepare
+
+HIGHEST = 1e100  # m; the squares of larger heights, summed over a map, would be no numbers
 
 
 def load_heights(
@@ -32,9 +36,15 @@ def measured_surface(
     ------
     InvalidInput
         If the file is missing or cannot be read, the unit or size is nowhere said or contradicts
-        the file, or a step cannot be taken.
+        the file, heights are beyond 1e100 m, or a step cannot be taken.
     """
     found = read_map(path, HEIGHT_NAMES, stated, heights=True)
+    highest = np.abs(found.values[~np.isnan(found.values)]).max(initial=0.0)
+    if highest > HIGHEST:
+        raise InvalidInput(
+            f"heights in {path} reach {highest:.1e} m, whose squares are beyond double precision; "
+            "check their unit, or cut out what is not a height"
+        )
     try:
         return prepare(found, preparation or Preparation())
     except InvalidInput as error:

@@ -239,6 +239,11 @@ def test_netcdf_3_cut_off_anywhere(tmp_path):
 
 
 BAD_SURFACES = {
+    "beyond double precision": (
+        {"heights": GAP / GAP.max() * 1e200},
+        {},
+        "reach 1.0e+200 m, whose squares are beyond double precision; check their unit",
+    ),
     "all points missing": ({"heights": GAP * np.nan}, {"fill": "harmonic"}, "all 24 points are"),
     "missing and not filled": (
         {"heights": np.where(GAP == 0, np.nan, GAP)},
