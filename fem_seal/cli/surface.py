@@ -48,8 +48,18 @@ def _surface(options: argparse.Namespace) -> int:
         from fem_seal.render.surface import surface_figure
 
         surface_figure(prepared.field, fit, options.out)
-    say("\n".join([steps_table(prepared), "", *_spectrum_lines(fit, why)]))
+    lines = [steps_table(prepared), *_refusal(prepared), "", *_spectrum_lines(fit, why)]
+    say("\n".join(lines))
     return 0
+
+
+def _refusal(prepared: "PreparedSurface") -> list[str]:
+    """Say why an elastic contact would refuse the surface, if it would."""
+    try:
+        prepared.require_cell("as it is")
+    except InvalidInput as error:
+        return [str(error)]
+    return []
 
 
 def _prepared(scene: "Scene") -> "PreparedSurface":

@@ -48,11 +48,19 @@ def test_command_prints_and_draws(tmp_path, capsys):
     assert cli.main(["surface", str(BLASTED), "--out", str(tmp_path / "a.png")]) == 0
     lines = capsys.readouterr().out.splitlines()
     steps = [line.split("  ")[0] for line in lines[1:5]]
-    assert steps == ["read", "fill harmonic", "detrend quadratic", "mirror"]
+    assert steps == ["read", "detrend quadratic", "fill harmonic", "mirror"]
     assert [line.split()[0] for line in lines[6:]] == ["hurst", "long", "roll-off", "short"]
     pixels = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_command_says_that_a_map_cannot_be_pressed(capsys):
+    """It may be looked at all the same, and the ways out are named."""
+    assert cli.main(["surface", str(BLASTED), "--set", "surface.make_periodic="]) == 0
+    assert "make_periodic = 'mirror'" in capsys.readouterr().out
+    assert cli.main(["surface", str(BLASTED)]) == 0
+    assert "make_periodic" not in capsys.readouterr().out
 
 
 def test_command_writes_nothing_unless_asked(tmp_path, monkeypatch):
