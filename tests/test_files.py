@@ -8,10 +8,12 @@ import subprocess
 import sys
 import time
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
+from project import write_toml
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import (
@@ -27,6 +29,7 @@ from fem_seal.files import (
 from fem_seal.files.lock import LOCK_FILE
 from fem_seal.files.owner import Owner, owner_of, staging_name, this_process
 from fem_seal.interrupts import interruptible
+from fem_seal.mesh import geometry
 
 # MPI, once started in this process, would make its children believe in mpirun.
 ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
@@ -39,8 +42,7 @@ def child(code, *arguments, **options):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env=ALONE,
-        **options,
+        **{"env": ALONE} | options,
     )
 
 
@@ -241,26 +243,47 @@ def test_many_that_come_and_go_never_hold_a_folder_together(tmp_path):
 # Full disks.
 
 
-def limited(size):
+COMMAND = "import sys; from fem_seal.cli import main; sys.exit(main())"
+
+
+def full(size):
     """Let a child write no file longer than this, as on a full disk."""
-    return partial(resource.setrlimit, resource.RLIMIT_FSIZE, (size, size))
+    return {"preexec_fn": partial(resource.setrlimit, resource.RLIMIT_FSIZE, (size, size))}
 
 
 @pytest.mark.parametrize("size", [100, 5000])
 def test_a_full_disk_is_one_line_that_names_the_folder(small_scene, tmp_path, size):
     """At the first array, and in the middle of it."""
-    from project import write_toml
-
     write_toml(tmp_path / "scene.toml", small_scene)
-    code = "import sys; from fem_seal.cli import main; sys.exit(main())"
     run = ("run", "scene.toml", "--out", "out")
-    process = child(code, *run, cwd=tmp_path, preexec_fn=limited(size))
+    process = child(COMMAND, *run, cwd=tmp_path, **full(size))
     output, error = process.communicate(timeout=60)
     assert (process.returncode, output) == (2, ""), error
     assert error.startswith("fem-seal: the output folder")
     assert f"{tmp_path}/out cannot be written: File too large" in error
     assert error.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+
+
+@pytest.mark.skipif(not find_spec("gmsh"), reason="needs gmsh")
+def test_a_mesh_that_the_disk_cuts_off_is_not_the_geometry_s_fault(tmp_path):
+    (tmp_path / "tmp").mkdir()
+    shape = {"kind": "face-seal", "inner_radius": "20 mm", "outer_radius": "25 mm"}
+    shape |= {"mesh_size": "2 mm", "gap": "3 um"}
+    flow = {"pressure_drop": "1 bar", "rtol": 0.3}
+    write_toml(
+        tmp_path / "scene.toml", {"shape": shape, "fluid": {"viscosity": "1 mPa s"}, "flow": flow}
+    )
+    # Less than the mesh takes, more than the job that is handed to gmsh.
+    environment = ALONE | {"TMPDIR": str(tmp_path / "tmp")}
+    process = child(COMMAND, "mesh", "scene.toml", cwd=tmp_path, env=environment, **full(20_000))
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 2, error
+    assert f"whole mesh of face-seal.geo to {tmp_path}/tmp" in error.replace(
+        str(Path(geometry.__file__).parent / "sources") + "/", ""
+    )
+    assert error.count("\n") == 1
+    assert not list((tmp_path / "tmp").iterdir())
 
 
 def test_a_full_temporary_folder_is_named(tmp_path, monkeypatch):

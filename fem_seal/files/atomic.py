@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
-from fem_seal.files.owner import clear_abandoned, staging_name
+from fem_seal.files.owner import PREFIX, clear_abandoned, staging_name
 
 
 @contextmanager
@@ -28,7 +28,9 @@ def writing(path: Path, what: str = "the output folder") -> Iterator[None]:
         # A library may fail on a file elsewhere, such as one in a full temporary folder.
         elsewhere = isinstance(error.filename, str) and not _below(error.filename, path)
         place = f" ({error.filename})" if elsewhere else ""
-        raise InvalidInput(f"{what} {path} cannot be written: {reason}{place}") from None
+        # A staging folder is of no interest to people: its files belong into the one above.
+        shown = Path(*(part for part in path.parts if not part.startswith(PREFIX)))
+        raise InvalidInput(f"{what} {shown} cannot be written: {reason}{place}") from None
 
 
 def _below(filename: str, path: Path) -> bool:

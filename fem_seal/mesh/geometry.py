@@ -8,6 +8,7 @@ in it ends with one sentence and leaves nothing behind.
 
 import os
 import pickle
+import shutil
 import signal
 import subprocess
 import sys
@@ -107,6 +108,16 @@ def mesh_geometry(
         return read_triangles(folder / MESH_FILE, unit, names, source=geo)
 
 
+def _refuse_full(temporary: Path) -> None:
+    """Blame a full disk for what gmsh could not do, and not the geometry."""
+    free = shutil.disk_usage(temporary).free
+    if free < LEAST_FREE:
+        raise InvalidInput(
+            f"gmsh has failed, and the temporary folder {temporary} is full ({free} bytes are "
+            "free); TMPDIR names another"
+        )
+
+
 def _refuse_cut_off(mesh: Path, geo: Path) -> None:
     """Refuse a mesh that ends early: gmsh does not say when the disk is full."""
     with mesh.open("rb") as file:
@@ -118,6 +129,8 @@ def _refuse_cut_off(mesh: Path, geo: Path) -> None:
             "TMPDIR names another temporary folder"
         )
 
+
+LEAST_FREE = 1_000_000  # bytes of the temporary folder, below which it counts as full
 
 NO_GMSH = (
     "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: "
@@ -155,6 +168,8 @@ def _run(folder: Path, geo: Path, longest: float | None) -> None:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
+    if status or (folder / ERROR_FILE).exists():
+        _refuse_full(folder.parent)
     if (folder / ERROR_FILE).exists():
         raise InvalidInput((folder / ERROR_FILE).read_text(encoding="utf-8"))
     if status:

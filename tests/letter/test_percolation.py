@@ -270,6 +270,21 @@ def test_a_write_that_fails_leaves_nothing(tmp_path, monkeypatch):
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
 
 
+def test_tables_hold_the_surfaces_of_all_writers(tmp_path):
+    """Of other sizes and seeds, by whatever run, in whatever order they end."""
+    other = replace(TINY, n=32)
+    search = replace(CONTACT_ONLY, resolution=0.02)
+    here = run_tiny(tmp_path, [1, 2])
+    there = percolation([other], [1], tmp_path, search=search)
+    run_tiny(tmp_path, [2])
+    record = json.loads((tmp_path / "percolation.json").read_text())
+    assert len(record["seeds"]) == len(here.seeds) + len(there.seeds)
+    both = [(row.n, row.model, row.pair, row.threshold) for row in (*here.rows, *there.rows)]
+    written = [(r["n"], r["model"], r["pair"], r["threshold"]) for r in record["rows"]]
+    assert sorted(written) == sorted(both)
+    assert len((tmp_path / "percolation.csv").read_text().splitlines()) == 1 + len(both)
+
+
 def test_other_settings_are_refused(tmp_path):
     run_tiny(tmp_path, [1])
     with pytest.raises(InvalidInput, match="other settings"):
