@@ -69,6 +69,23 @@ def test_rows_are_the_same_for_any_executor(scene_file):
     assert rows("other") == rows("one")
 
 
+def test_rows_are_the_same_on_a_dask_cluster(scene_file):
+    """Two processes that talk over loopback."""
+    distributed = pytest.importorskip("distributed")
+    axes = [Axis.parse(text) for text in VARY[1::2]]
+    sweep(scene_file, axes, Path("one"))
+    options = {"n_workers": 2, "threads_per_worker": 1, "host": "127.0.0.1"}
+    with (
+        distributed.LocalCluster(**options, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        executor = client.get_executor()
+        tally = sweep(scene_file, axes, Path("dask"), work=Work(executor=executor))
+        assert len(client.scheduler_info()["workers"]) == 2
+    assert (tally.points, tally.computed, tally.failed) == (6, 6, 0)
+    assert rows("dask") == rows("one")
+
+
 def test_a_table_of_points():
     Path("points.csv").write_text("surface.seed, contact.area_fraction\n1,0.1\n2,0.2\n")
     assert run("--points", "points.csv", "--out", "out") == 0
