@@ -23,7 +23,13 @@ _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 @dataclass(frozen=True)
 class Rectangle:
-    """x0 <= x <= x1, y0 <= y <= y1 [m]."""
+    """Bounding box of a geometry.
+
+    Parameters
+    ----------
+    x0, x1, y0, y1 : float
+        Its ends along x and y [m].
+    """
 
     x0: float
     x1: float
@@ -33,10 +39,14 @@ class Rectangle:
 
 @dataclass(frozen=True, eq=False)
 class SizeField:
-    """Wanted edge lengths on a rectangular raster, linear between its points.
+    """Largest edge lengths on a rectangular raster, bilinear between its points.
 
-    sizes : (nx, ny) [m], at least 2 x 2
-    origin : (x0, y0) [m] of sizes[0, 0]; spacing : (dx, dy) [m]
+    Parameters
+    ----------
+    sizes : (nx, ny) float
+        Edge lengths [m], at least 2 × 2.
+    origin, spacing : (float, float)
+        Point (x0, y0) of sizes[0, 0], and distances (dx, dy) of the points [m].
     """
 
     sizes: np.ndarray
@@ -44,7 +54,7 @@ class SizeField:
     spacing: tuple[float, float]
 
     def __call__(self, x: float, y: float) -> float:
-        """Edge length [m] at a point; outside the raster that of its rim."""
+        """Edge length [m] at a point, extended constantly beyond the raster."""
         nx, ny = self.sizes.shape
         s = min(max((x - self.origin[0]) / self.spacing[0], 0.0), nx - 1.0)
         t = min(max((y - self.origin[1]) / self.spacing[1], 0.0), ny - 1.0)
@@ -59,13 +69,23 @@ Sizes = Callable[[Rectangle], SizeField]
 
 @dataclass(frozen=True)
 class Job:
-    """One geometry to be meshed.
+    """One geometry to mesh.
 
-    path : of the .geo file, for messages
-    content : of the package's own source, which is run in place of the file; None runs the file
-    numbers : values of the constants of `content`
-    unit : length of the geometry's unit [m]
-    sizes, largest : edge lengths that are not to be exceeded, by place and anywhere [m]
+    Parameters
+    ----------
+    path : str
+        The .geo file, named in messages.
+    content : bytes or None
+        Text of one of the package's own sources, which is run in place of the file; None runs the
+        file.
+    numbers : mapping
+        Values of the constants of `content` by name.
+    unit : float
+        Unit of length of the geometry [m].
+    sizes : Sizes or None
+        Largest edge lengths by position.
+    largest : float or None
+        Largest edge length anywhere [m].
     """
 
     path: str

@@ -29,10 +29,18 @@ KEY, KEY_LINE, ENTRY = 0.28, 0.2, 0.5
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A drawing and what it shows.
+    """A drawing with the rectangle that it shows.
 
-    pixels : (height, width, 3) uint8; window : the rectangle it covers; title : above it, or ""
-    along_x : whether the fluid runs along x, from left to right, which the axis says then
+    Parameters
+    ----------
+    pixels : (height, width, 3) uint8
+        The drawing.
+    window : Window
+        The rectangle that it shows [m].
+    title : str
+        Title above the drawing, or empty.
+    along_x : bool
+        Whether the fluid flows along x, from left to right; the label of the axis then says so.
     """
 
     pixels: np.ndarray
@@ -54,7 +62,15 @@ class Panel:
 
 @dataclass(frozen=True)
 class Swatch:
-    """One entry of the key: what a colour (0..255) stands for."""
+    """One entry of the key: a colour and its meaning.
+
+    Parameters
+    ----------
+    name : str
+        The meaning.
+    colour : (int, int, int)
+        Red, green, blue, 0..255.
+    """
 
     name: str
     colour: tuple[int, int, int]

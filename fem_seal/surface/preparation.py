@@ -20,13 +20,22 @@ Rectangle = tuple[tuple[float, float], tuple[float, float]]
 
 @dataclass(frozen=True)
 class Preparation:
-    """The steps, in the order in which they are taken.
+    """Steps of the preparation of a height map, in the order in which they are taken.
 
-    crop : ((x0, x1), (y0, y1)) [m] that is kept
-    detrend : "mean", "plane" or "quadratic", of the known points
-    fill : "harmonic" or "linear"; up to max_missing of the points
-    make_periodic : "cut", "mirror", "hann" or "tukey"
-    twin_seed : of random phases with the spectrum of what the other steps have left
+    Parameters
+    ----------
+    crop : ((x0, x1), (y0, y1)), optional
+        Rectangle to keep [m].
+    detrend : "mean", "plane" or "quadratic", optional
+        Trend to subtract, fitted to the points that are not missing.
+    fill : "harmonic" or "linear", optional
+        Interpolation of missing points.
+    max_missing : float
+        Largest part of the points that may be filled.
+    make_periodic : "cut", "mirror", "hann" or "tukey", optional
+        Way to make the map periodic, see `periodic_cell`.
+    twin_seed : int, optional
+        Seed of the random phases of a `twin` of the map after all other steps.
     """
 
     crop: Rectangle | None = None
@@ -39,7 +48,15 @@ class Preparation:
 
 @dataclass(frozen=True)
 class Step:
-    """What was done, and the map after it."""
+    """A step that was taken.
+
+    Attributes
+    ----------
+    name : str
+        Name of the step.
+    statistics : MapStatistics
+        Statistics of the map after the step.
+    """
 
     name: str
     statistics: MapStatistics
@@ -47,12 +64,17 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class PreparedSurface:
-    """Heights to be pressed, and how they came about.
+    """Heights to be pressed, with the steps of their preparation.
 
-    field : heights [m] after all steps
-    measured : heights [m] before the map was made periodic or given random phases: what its
-        spectrum is taken from
-    steps : the map as it was read, and after each step
+    Attributes
+    ----------
+    field : GridField
+        Heights after all steps [m].
+    measured : GridField
+        Heights [m] before the map was made periodic or replaced by its twin; the spectrum is
+        fitted to them.
+    steps : tuple of Step
+        The map as it was read, and after each step.
     """
 
     field: GridField
