@@ -27,7 +27,7 @@ def pressure_for_area(
     stopping: Stopping,
     start: np.ndarray | None = None,
 ) -> ContactState:
-    """Contact with a given raw area fraction in (0, 1).
+    """Contact with a prescribed raw area fraction in (0, 1).
 
     The area counted in samples is a step function of the pressure. The state returned has the
     wanted number of touching samples to 1 part in 1000 or half a sample, whichever is more; where

@@ -12,7 +12,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
-LEAST_SPAN = 1e-100  # of heights [m]: their squares, and those of its inverse, are numbers
+LEAST_SPAN = 1e-100  # [m]; below it, or above its inverse, squares of heights leave float64
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +61,8 @@ class ContactPair:
                 "elastic contact needs a periodic surface (the FFT repeats it); mark it periodic, "
                 "or make it so (make_periodic = 'mirror', 'tukey', 'hann' or 'cut' in a scene)"
             )
-        given = isinstance(contact_modulus, Real) and np.isfinite(contact_modulus)
-        if not (given and contact_modulus > 0):
+        is_number = isinstance(contact_modulus, Real) and np.isfinite(contact_modulus)
+        if not (is_number and contact_modulus > 0):
             raise InvalidInput(
                 f"contact_modulus must be a positive pressure in Pa, got {contact_modulus}"
             )
@@ -84,10 +84,11 @@ class ContactPair:
         return cls(height, contact_modulus, half_space, unit_height, unit_pressure, heights)
 
     def complementary(self, start: np.ndarray) -> np.ndarray:
-        """Pressure [Pa] without that on samples which the gap it causes says are open.
+        """Pressure [Pa], set to zero where the gap that it causes is open.
 
-        The mean of two states has a certificate near zero and yet presses on every sample that
-        touches in one of them: its contact is where p > k g, with k the stiffness of one sample.
+        A sample is taken to touch where p > k g, with k the stiffness of one sample. Without this
+        the mean of two states, whose certificate is near zero, presses on every sample that touches
+        in one of them.
         """
         if not start.any():
             return start

@@ -65,7 +65,7 @@ def _check(problem: Problem, displacement: np.ndarray, iteration: int) -> Iterat
     touching = displacement == problem.heights
     pressure = problem.half_space.pressure(displacement) + (problem.mean_pressure or 0.0)
     if problem.mean_gap is not None:
-        # At a given mean gap the mean pressure follows from the points without contact.
+        # At a prescribed mean gap the mean pressure follows from the points without contact.
         pressure -= pressure.mean(where=~touching) if not touching.all() else pressure.min()
     pressure = np.maximum(pressure, 0) * touching
     if not pressure.any():

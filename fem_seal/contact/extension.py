@@ -1,4 +1,4 @@
-"""The residual continued into the gap: what the preconditioner should see beyond the free set."""
+"""Continuation of the residual beyond the free set, for the preconditioner."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Many loads of one surface, each started from what its predecessors foretell."""
+"""Many loads of one surface, each started from an extrapolation of the states before."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -39,9 +39,10 @@ def load_path(
     """Contact under one load after the other, each yielded as soon as it is done.
 
     The start of each is extrapolated linearly from the last two states, where open samples count
-    with a negative pressure proportional to their gap: so they are foretold to touch, and pressed
-    ones to open. The states are those of `solve` (there is no memory in an elastic contact); only
-    the work is less. To resume a path, give the remaining loads and the last state as `start`.
+    with a negative pressure proportional to their gap: the extrapolation thus predicts which open
+    samples will touch, and which pressed ones will open. The states are those of `solve` (there is
+    no memory in an elastic contact); only the work is less. To resume a path, give the remaining
+    loads and the last state as `start`.
 
     Parameters
     ----------
@@ -72,8 +73,8 @@ def load_path(
     return _states(pair, loads, stopping, first)
 
 
-def _one_sequence(**given: Sequence[float] | None) -> list[Load]:
-    sequences = {kind: values for kind, values in given.items() if values is not None}
+def _one_sequence(**named_sequences: Sequence[float] | None) -> list[Load]:
+    sequences = {kind: values for kind, values in named_sequences.items() if values is not None}
     if len(sequences) != 1:
         named = ", ".join(f"{kind}s" for kind in sequences) or "none"
         raise InvalidInput(
@@ -86,22 +87,22 @@ def _one_sequence(**given: Sequence[float] | None) -> list[Load]:
 def _states(
     pair: ContactPair, loads: list[Load], stopping: Stopping, start: np.ndarray | None
 ) -> Iterator[ContactState]:
-    foresight = Foresight()
+    predictor = Predictor()
     for load in loads:
         spent = pair.half_space.pairs
-        foretold = foresight.start(load)
-        if foretold is None and start is not None:
-            foretold = pair.complementary(start)
-        state = load_to(pair, load, stopping, foretold)
-        foresight.remember(load, state)
+        first = predictor.start(load)
+        if first is None and start is not None:
+            first = pair.complementary(start)
+        state = load_to(pair, load, stopping, first)
+        predictor.remember(load, state)
         yield replace(state, fft_pairs=pair.half_space.pairs - spent)
 
 
-class Foresight:
-    """What the last two states of a surface foretell about its next one.
+class Predictor:
+    """Start for the next load of a surface, extrapolated from its last two states.
 
-    Extrapolated is a signed pressure: that of the samples that touch, minus what the open ones
-    lack for it.
+    It extrapolates a signed pressure: the pressure of samples that touch, and minus the pressure
+    that open samples lack for contact.
     """
 
     def __init__(self):

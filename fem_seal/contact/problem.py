@@ -23,7 +23,7 @@ class Problem:
     mean_gap: float | None = None
 
     def gap(self, pressure: np.ndarray) -> np.ndarray:
-        """S p - h + mean gap; under pressure control the offset is yet free (new array)."""
+        """S p - h + mean gap; under pressure control the level is still free (new array)."""
         uniform = pressure.flat[0] == pressure.flat[-1] and np.ptp(pressure) == 0
         # A uniform pressure displaces uniformly: the cold start costs no transform.
         displacement = 0.0 if uniform else self.half_space.displacement(pressure)
@@ -42,8 +42,8 @@ class Problem:
         """Duality gap in units of the rms height, from Σp, Σ p gap and min gap.
 
         With the offset taken from the lowest point, F(p) - F* <= error × Σp for the energy
-        F = p·Sp/2 - p·h: the certificate of every method. Under mean-gap control the offset is
-        given, and a gap that is closed or opened as a whole counts too.
+        F = p·Sp/2 - p·h: the certificate of every method. A prescribed mean gap fixes the
+        offset, and a gap that is too small or too large as a whole counts too.
         """
         if total == 0:
             return max(-lowest, 0.0)
@@ -100,7 +100,7 @@ class Problem:
             pressure *= self.mean_pressure / pressure.mean()
 
     def rested(self, displacement: np.ndarray) -> np.ndarray:
-        """Nearest displacement (least squares) outside the counter-face, at the mean gap if given.
+        """Nearest displacement (least squares) outside the counter-face, at a prescribed mean gap.
 
         Under pressure control that is max(u, h), the letter's hard wall. Under mean-gap control
         it is max(u + s, h) with the shift s that gives the mean: a piecewise linear equation,

@@ -37,18 +37,18 @@ class Load:
             )
 
 
-def one_load(**given: float | None) -> Load:
-    """Return the one load that is not None.
+def one_load(**named_loads: float | None) -> Load:
+    """Return the only load that is not None.
 
     Raises
     ------
     InvalidInput
-        Unless exactly one is given and it is in its range.
+        Unless exactly one load is not None and it is in its range.
     """
-    loads = [Load(kind, float(value)) for kind, value in given.items() if value is not None]
+    loads = [Load(kind, float(value)) for kind, value in named_loads.items() if value is not None]
     if len(loads) != 1:
         named = ", ".join(load.kind for load in loads) or "none"
-        raise InvalidInput(f"give exactly one load out of {', '.join(given)}; got {named}")
+        raise InvalidInput(f"give exactly one load out of {', '.join(named_loads)}; got {named}")
     return loads[0]
 
 
@@ -92,7 +92,7 @@ def solve(
     solver : str
         "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics.
     start : pressure to start from [Pa]
-        Array, field or the state of another load; what it presses on open samples is left out.
+        Array, field or the state of another load; it is set to zero on samples that it leaves open.
     layer : Layer
         A solid of finite thickness in place of the half-space.
     threads : int
@@ -102,7 +102,7 @@ def solve(
     max_iterations : int
         Of each solve; the default depends on the solver.
     progress : callable(iteration, residual)
-        Told after each iteration (damped, fista: every 20).
+        Called after each iteration (damped, fista: every 20).
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What a contact calculation hands on: the gap, and for an elastic one its proof."""
+"""Result of a contact calculation: the gap and, for an elastic contact, how exact it is."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -46,7 +46,7 @@ class GapState:
 
     @cached_property
     def contact_area_corrected(self) -> float:
-        """A/A0 less what pixels add along the contact's edge: A - (π - 1 + ln 2)/24 S dx.
+        """A/A0 less the area that pixels add along the contact's edge: A - (π - 1 + ln 2)/24 S dx.
 
         S is the perimeter as the grid has it (Yastrebov, Anciaux, Molinari, Tribol. Int. 114, 161
         (2017), arXiv:1701.02727).

@@ -1,6 +1,6 @@
 """What the points of a sweep hand on: surface, contact, or a start for the contact."""
 
-from fem_seal.contact.load_path import Foresight
+from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.solve import Load
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
@@ -22,7 +22,7 @@ class ContactPath:
 
     def __init__(self):
         self._last: tuple[Scene, GridField, GapState] | None = None
-        self._foresight = Foresight()
+        self._predictor = Predictor()
 
     def lead(self, seal: Seal) -> None:
         """Give a seal what it can use."""
@@ -36,7 +36,7 @@ class ContactPath:
         if (seal.scene.solid, seal.scene.contact) == (scene.solid, scene.contact):
             seal.contact = contact
         elif _one_path(scene, seal.scene):
-            seal.contact_start = self._foresight.start(_load(seal.scene))
+            seal.contact_start = self._predictor.start(_load(seal.scene))
 
     def follow(self, seal: Seal) -> None:
         """Take note of a seal that has been computed."""
@@ -44,11 +44,11 @@ class ContactPath:
         if seal.surface is None or scene.accuracy is not None:
             return
         if self._last is None or not _one_path(self._last[0], scene):
-            self._foresight = Foresight()
+            self._predictor = Predictor()
         self._last = scene, seal.surface, seal.contact
         load = _load(scene)
         if load is not None and isinstance(seal.contact, ContactState):
-            self._foresight.remember(load, seal.contact)
+            self._predictor.remember(load, seal.contact)
 
 
 def _load(scene: Scene) -> Load | None:
