@@ -81,7 +81,8 @@ def readable(largest: float, unit: str) -> tuple[float, str]:
     symbol : str
         Symbol with the prefix, from femto to giga; zero and all other numbers get no prefix.
     """
-    exponent = 3 * math.floor(math.log10(largest) / 3 + 1e-12) if largest > 0 else 0
+    finite = 0 < largest < math.inf
+    exponent = 3 * math.floor(math.log10(largest) / 3 + 1e-12) if finite else 0
     exponent = exponent if exponent in _PREFIXES else 0
     return 10.0**-exponent, _PREFIXES[exponent] + unit
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -331,6 +332,16 @@ def test_damaged_result(scene, tmp_path, text):
         ResultFolder(tmp_path, Provenance.of(scene)).__enter__()
     with ResultFolder(tmp_path, Provenance.of(scene), overwrite=True) as folder:
         assert folder.staged.is_dir()
+
+
+@pytest.mark.parametrize("number", ["1e999", "-1e999", "Infinity", "NaN"])
+def test_result_beyond_double_precision(number, scene, spy, tmp_path):
+    """A result has no such number; one from elsewhere would break what shows it."""
+    job.run(scene, tmp_path / "out")
+    path = tmp_path / "out" / "result.json"
+    path.write_text(re.sub(r'(?<="mean_gap": )[^,]*', number, path.read_text()))
+    with pytest.raises(InvalidInput, match="is not a result"):
+        Result.from_folder(tmp_path / "out")
 
 
 def test_words_of_a_preparation():

@@ -184,7 +184,7 @@ class Result(Record):
         """Read a result folder; InvalidInput if it holds no whole result of this version."""
         path = Path(folder) / RESULT_FILE
         try:
-            return cls.model_validate_json(path.read_bytes())
+            result = cls.model_validate_json(path.read_bytes())
         except OSError as error:
             raise InvalidInput(f"cannot read the result {path}: {error.strerror}") from None
         except ValidationError as error:
@@ -193,6 +193,10 @@ class Result(Record):
             raise InvalidInput(
                 f"{path} is not a result of this version: {where}: {first['msg']}"
             ) from None
+        # JSON has no infinity, but 1e999 is read as one.
+        if not all(map(isfinite, _numbers(result.model_dump()))):
+            raise InvalidInput(f"{path} is not a result: it holds numbers beyond double precision")
+        return result
 
     def flow(self) -> Flow:
         """Section [flow] of the scene that gave this result."""
@@ -205,6 +209,17 @@ class Result(Record):
         """Rebuild the scene that gave this result."""
         scene = with_ambient_pressure(self.provenance.scene)
         return Scene.from_mapping(scene, source="scene of the result")
+
+
+def _numbers(value: object) -> Iterator[float]:
+    """All floats inside nested dicts, lists and tuples."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list | tuple):
+        for inner in value:
+            yield from _numbers(inner)
+    elif isinstance(value, float):
+        yield value
 
 
 def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = None) -> Result:

@@ -17,8 +17,9 @@ from fem_seal.cli import main
 from fem_seal.errors import InvalidInput
 from fem_seal.job import draw
 from fem_seal.mesh.files import GroupNames
-from fem_seal.mesh.geometry import mesh_geometry
+from fem_seal.mesh.geometry import SOURCES, mesh_geometry
 from fem_seal.scene import Scene
+from fem_seal.scene.shape import FaceSeal, PlateWithHoles, Rectangle, Sector, Strip
 
 STRIP = (ROOT / "meshes" / "strip.geo").read_text()
 
@@ -118,6 +119,13 @@ def test_own_geometry_is_known_by_its_content(tmp_path):
     copy.write_text(copy.read_text() + "\n")
     with pytest.raises(InvalidInput, match="is a program"):
         mesh_geometry(copy, {}, 1e-3, GroupNames())
+
+
+def test_geometries_of_the_package_are_those_of_meshes():
+    """The package reads them through a link, which a wheel and an sdist hold as files."""
+    names = {path.name for path in SOURCES.glob("*.geo")}
+    assert names == {path.name for path in (ROOT / "meshes").glob("*.geo")}
+    assert {kind.source for kind in (Rectangle, Strip, FaceSeal, Sector, PlateWithHoles)} <= names
 
 
 def test_path_that_is_itself_a_program(tmp_path):
