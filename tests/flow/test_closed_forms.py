@@ -6,10 +6,11 @@ A thousand times as many: `closed_forms.py`, which draws the gaps.
 
 import numpy as np
 import pytest
-from closed_forms import SERIES_DECADES, Case
+from closed_forms import ROUNDING, SERIES_DECADES, Case, across, along
 from sample_gaps import FLUID
 
 from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.grid import GridField
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -80,3 +81,25 @@ def test_rough_gap_of_slender_pixels(aspect):
         ).levels
     ]
     assert max(level.lower for level in levels) <= min(level.upper for level in levels)
+
+
+@pytest.mark.parametrize("on", ["linear", "constant"])
+@pytest.mark.parametrize("aspect", ASPECTS)
+@pytest.mark.parametrize("contact", [False, True])
+def test_conductivity_tensor_of_stripes(aspect, on, contact):
+    """A periodic cell of stripes conducts the mean of K along them and 1/mean(1/K) across."""
+    heights = 10 ** (-3 * np.random.default_rng(7).random(8))
+    heights[[2, 3, 6]] *= not contact
+    gap = GridField(np.repeat(heights[None, :], 4, axis=0), (aspect, 1.0), periodic=True)
+    linear = on == "linear"
+    profile = np.append(heights, heights[0]) if linear else heights
+    exact = np.diag([along(profile, 1.0, linear) / 8, 0.0])
+    if not contact:
+        exact[1, 1] = 8 / across(profile, 1.0, linear)
+    found = conductivity_tensor(
+        gap, viscosity=1 / 12, representation=on, rtol=0.05, limits=Limits(unknowns=UNKNOWNS)
+    )
+    # As quadratic forms, in units of what each direction conducts.
+    unit = np.sqrt(np.diag(found.upper)) + (np.diag(found.upper) == 0)
+    for difference in (found.upper - exact, exact - found.lower):
+        assert np.linalg.eigvalsh(difference / np.outer(unit, unit)).min() >= -ROUNDING
