@@ -34,7 +34,7 @@ ORDER = [
         "gap_file",
         "scene",
     ),
-    *("surface", "fenicsx", "mesh", "film", "contact", "theory", "finite_difference", "flow"),
+    *("surface", "fenicsx", "mesh", "film", "contact", "theory", "finite_difference", "flow", "coupling"),
     *("accuracy", "steps", "seal", "quantities", "results", "sweep"),
     *("letter", "verification", "render"),
     *("job", "doctor", "cli", "__main__"),

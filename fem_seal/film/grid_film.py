@@ -101,6 +101,12 @@ class GridFilm:
         spanning = clusters.touching(labels, count, labels[0], labels[-1])
         return self.sites.on_samples(spanning)
 
+    def joined_to(self, end: str) -> np.ndarray:
+        """Mask, bool, of the samples that open paths join to the "inlet" or the "outlet"."""
+        labels, count = self._labels
+        row = {"inlet": labels[0], "outlet": labels[-1]}[end]
+        return self.sites.on_samples(clusters.touching(labels, count, row))
+
     @property
     def pockets(self) -> np.ndarray:
         """Mask, bool, of the samples in pockets: open, but joined to neither inlet nor outlet."""
