@@ -33,7 +33,7 @@ from fem_seal.verification.trade import Point, Trade, trade
 
 
 # %%
-def seal(n: int) -> Scene:
+def patch(n: int) -> Scene:
     """A scene of n × n samples."""
     return Scene.from_mapping(
         {
@@ -80,7 +80,7 @@ def adaptive(result: Trade) -> dict[tuple[int, float], Point]:
 def main(out: Path = Path("out"), n: int = 64) -> Trade:
     """Compute the trade, draw `price_of_accuracy.png` into `out`, check the claims above."""
     out.mkdir(parents=True, exist_ok=True)
-    result = trade(seal(n), tolerances=(0.3, 0.1, 0.03))
+    result = trade(patch(n), tolerances=(0.3, 0.1, 0.03))
     trade_figure(result, out / "price_of_accuracy.png", "one seal")
     print(f"leak rate {result.reference:.3e} m³/s ± {100 * result.uncertainty:.1f} %")
     print("\n".join(recommend(result)))

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from fem_seal.grid import GridField
     from fem_seal.job import run
     from fem_seal.leak_rate import LeakRate
+    from fem_seal.patch import Patch
     from fem_seal.results import Result
     from fem_seal.scene import Scene
-    from fem_seal.seal import Seal
 
 __version__ = "0.1.0"
 
@@ -26,9 +26,9 @@ __all__ = [
     "LeakRate",
     "MissingPackage",
     "NotConverged",
+    "Patch",
     "Result",
     "Scene",
-    "Seal",
     "load_gap",
     "run",
 ]
@@ -36,9 +36,9 @@ __all__ = [
 _HOMES = {
     "GridField": "fem_seal.grid",
     "LeakRate": "fem_seal.leak_rate",
+    "Patch": "fem_seal.patch",
     "Result": "fem_seal.results",
     "Scene": "fem_seal.scene",
-    "Seal": "fem_seal.seal",
     "load_gap": "fem_seal.gap_file",
     "run": "fem_seal.job",
 }

@@ -13,7 +13,9 @@ from typing import Protocol
 from fem_seal.contact.state import GapState
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
+from fem_seal.scene import Accuracy, Scene
 from fem_seal.surface.resampling import resample
 
 # Grids tried below the samples of the surface, for the error estimate alone.
@@ -50,6 +52,7 @@ class Trial:
 class Choice:
     """The contact grid and the flow tolerance that keep a total error.
 
+    total : relative error asked for; max_refinement : finest grid allowed
     surface, contact, leak_rate : on the chosen grid; the leak rate has `converged` False where no
         allowed grid keeps the total error
     rtol : of the flow
@@ -58,6 +61,8 @@ class Choice:
     trials : all grids tried, from coarse to fine; the last is the chosen one
     """
 
+    total: float
+    max_refinement: int
     surface: GridField
     contact: GapState
     leak_rate: LeakRate
@@ -66,8 +71,13 @@ class Choice:
     flow_error: float
     trials: tuple[Trial, ...]
 
+    def asked(self, scene: Scene) -> Scene:
+        """The scene that asked for the total error, from that of the chosen patch."""
+        accuracy = Accuracy(total=self.total, max_refinement=self.max_refinement)
+        return scene.model_copy(update={"accuracy": accuracy})
 
-def choose(
+
+def chosen_grid(
     total: float,
     surface: GridField,
     on_grid: OnGrid,
@@ -114,6 +124,8 @@ def choose(
     if leak.converged and part + flow_part(leak) > budget:
         leak = replace(leak, converged=False, reason=_missed(total, part, shapes[-1]))
     return Choice(
+        total=total,
+        max_refinement=max_refinement,
         surface=here,
         contact=solved.contact,
         leak_rate=leak,
@@ -122,6 +134,50 @@ def choose(
         flow_error=_relative(flow_part(leak)),
         trials=tuple(trials),
     )
+
+
+def solved(
+    scene: Scene, report: Report = silent, *, trust: bool = False
+) -> tuple[Patch, Choice | None]:
+    """Patch of a scene, on the contact grid that keeps its total error if it asks for one.
+
+    Parameters
+    ----------
+    scene : Scene
+    report, trust : as of `Patch`
+
+    Returns
+    -------
+    patch : Patch
+    choice : Choice or None
+        What was chosen to keep accuracy.total; None if the scene has no [accuracy].
+
+    Raises
+    ------
+    InvalidInput
+        As of `Patch`.
+    NotConverged
+        If a contact or the linear solver fails while grids are tried.
+    """
+    wanted = scene.accuracy
+    if wanted is None:
+        return Patch(scene, report, trust=trust), None
+    first = Patch(scene.with_tolerance(wanted.total), report, trust=trust)
+
+    def on_grid(surface: GridField, rtol: float, contact: GapState | None) -> Patch:
+        return first.on_grid(surface, rtol, contact=contact)
+
+    with first.timed("accuracy"):
+        choice = chosen_grid(wanted.total, first.surface, on_grid, wanted.max_refinement, report)
+    patch = first.on_grid(
+        choice.surface,
+        choice.rtol,
+        contact=choice.contact,
+        leak_rate=choice.leak_rate,
+        contact_error=choice.contact_error,
+    )
+    patch.seconds.update(first.seconds)
+    return patch, choice
 
 
 def grids(samples: tuple[int, int], max_refinement: int) -> list[tuple[int, int]]:

@@ -7,11 +7,13 @@ from pathlib import Path
 from time import perf_counter
 
 from fem_seal import parallel
+from fem_seal.accuracy import solved
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import locked_folder, staging_folder, writing
 from fem_seal.film import Film, GridFilm, MeshFilm
 from fem_seal.installed import require_fenicsx
 from fem_seal.leak_rate import LeakRate, Level
+from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
 from fem_seal.results.arrays import (
@@ -25,7 +27,6 @@ from fem_seal.results.arrays import (
 )
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 
 
 def run(
@@ -64,13 +65,13 @@ def run(
     with ExitStack() as held:
         # `and None`: the folder, open in the first process, is nothing to send to the others.
         parallel.on_root(lambda: held.enter_context(folder) and None)
-        seal = Seal(scene, report, trust=trust)
+        patch, choice = solved(scene, report, trust=trust)
         # All processes compute before the first one writes.
         if scene.needs_flow:
-            seal.leak_rate  # noqa: B018
-        seal.film  # noqa: B018
-        files = parallel.on_root(lambda: _write_products(seal, folder.staged))
-        result = summarise(seal, files, start)
+            patch.leak_rate  # noqa: B018
+        patch.film  # noqa: B018
+        files = parallel.on_root(lambda: _write_products(patch, folder.staged))
+        result = summarise(patch, files, start, choice=choice)
         parallel.on_root(lambda: folder.commit(result))
     return result
 
@@ -123,7 +124,7 @@ def _film_of(result: Result, folder: Path) -> Film:
         return GridFilm(read_contact(folder)[0], flow.sides, flow.representation)
     if "gap" not in result.provenance.scene:
         raise InvalidInput(f"{folder} holds neither {CONTACT_FILE} nor {MESH_FILE}; run it again")
-    return Seal(result.scene()).film
+    return Patch(result.scene()).film
 
 
 def mesh(
@@ -149,7 +150,7 @@ def mesh(
     """
     pictures = scene.output.model_copy(update={"products": ("pictures",)})
     require_packages(scene.model_copy(update={"output": pictures}))
-    film = Seal(scene, report, trust=trust).film
+    film = Patch(scene, report, trust=trust).film
     return film.summary(), parallel.on_root(lambda: _write_mesh(film, Path(out).absolute()))
 
 
@@ -244,19 +245,19 @@ def require_packages(scene: Scene) -> None:
         require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
 
 
-def _write_products(seal: Seal, folder: Path) -> tuple[str, ...]:
+def _write_products(patch: Patch, folder: Path) -> tuple[str, ...]:
     names: list[str] = []
-    leak = seal.leak_rate if seal.scene.needs_flow else None
-    film, contact = seal.film, seal.contact
+    leak = patch.leak_rate if patch.scene.needs_flow else None
+    film, contact = patch.film, patch.contact
     with writing(folder.parent):
         if contact is not None:
             names.append(write_contact(folder, contact))
         if isinstance(film, MeshFilm):
             names.append(write_mesh(folder, film))
-        if "mesh" in seal.scene.output.products and leak.field is not None:
+        if "mesh" in patch.scene.output.products and leak.field is not None:
             names.append(write_flow(folder, leak.field))
-        if "pictures" in seal.scene.output.products:
-            with seal.timed("pictures"):
+        if "pictures" in patch.scene.output.products:
+            with patch.timed("pictures"):
                 names.extend(draw_pictures(film, leak, folder))
     return tuple(sorted(names))
 

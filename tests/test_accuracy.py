@@ -11,12 +11,12 @@ import pytest
 from project import ROOT, write_toml
 
 from fem_seal import cli
-from fem_seal.accuracy import choose, contact_part, flow_part, grids
+from fem_seal.accuracy import chosen_grid, contact_part, flow_part, grids, solved
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 from fem_seal.scene import Accuracy, Scene
-from fem_seal.seal import Seal
 from fem_seal.surface.resampling import resample
 
 FLAT = GridField(np.zeros((64, 64)), (1.0, 1.0), periodic=True)
@@ -88,7 +88,7 @@ def test_grids_double_up_to_the_limit():
 def test_first_order_contact_is_refined_until_it_suffices():
     """ln Q off by 2/n: changes of 2/n, times 1.5; two thirds of ln(1.1) are reached at n = 64."""
     asked = []
-    choice = choose(0.1, FLAT, on_grid_of(lambda n: 2 / n, asked))
+    choice = chosen_grid(0.1, FLAT, on_grid_of(lambda n: 2 / n, asked))
     assert choice.surface.shape == (64, 64)
     assert choice.contact == "contact 64"
     part = 1.5 * 2 / 64
@@ -107,13 +107,13 @@ def test_first_order_contact_is_refined_until_it_suffices():
 def test_no_solve_more_than_needed():
     """A contact that is exact on every grid: the bracket of the coarse runs already is enough."""
     asked = []
-    choice = choose(0.1, FLAT, on_grid_of(lambda n: 0.0, asked))
+    choice = chosen_grid(0.1, FLAT, on_grid_of(lambda n: 0.0, asked))
     assert (choice.contact_error, choice.rtol) == (0, 0.1)
     assert [samples[0] for samples, *_ in asked] == [16, 32, 64]
 
 
 def test_a_total_that_no_grid_keeps_is_not_converged():
-    choice = choose(0.01, FLAT, on_grid_of(lambda n: 2 / n), max_refinement=2)
+    choice = chosen_grid(0.01, FLAT, on_grid_of(lambda n: 2 / n), max_refinement=2)
     assert choice.surface.shape == (128, 128)
     assert not choice.leak_rate.converged
     assert "part of the error is about 2.4 % on 128 x 128" in choice.leak_rate.reason
@@ -130,14 +130,14 @@ def test_the_total_error_is_kept(accurate_scene, seed):
     change from 128 to 256 samples over two.
     """
     accurate_scene["surface"]["seed"] = seed
-    seal = Seal(Scene.from_mapping(accurate_scene))
-    assert seal.choice.surface.shape[0] <= 64
-    assert seal.leak_rate.converged
-    reference = Seal(seal.scene.with_tolerance(0.02))
-    reference.surface = resample(seal.choice.surface, (256, 256))
-    assert abs(seal.leak_rate.value / reference.leak_rate.value - 1) <= 0.2 + 0.015
+    patch, choice = solved(Scene.from_mapping(accurate_scene))
+    assert choice.surface.shape[0] <= 64
+    assert patch.leak_rate.converged
+    finer = resample(choice.surface, (256, 256))
+    reference = Patch(patch.scene.with_tolerance(0.02), surface=finer)
+    assert abs(patch.leak_rate.value / reference.leak_rate.value - 1) <= 0.2 + 0.015
     # The promise is made of its two parts.
-    parts = log1p(seal.choice.contact_error) + log1p(seal.choice.flow_error)
+    parts = log1p(choice.contact_error) + log1p(choice.flow_error)
     assert parts <= log1p(0.2) * (1 + 1e-9)
 
 
@@ -145,7 +145,7 @@ def test_a_smaller_total_costs_a_finer_grid_or_a_narrower_bracket(accurate_scene
     found = []
     for total in (0.5, 0.1):
         accurate_scene["accuracy"] = {"total": total, "max_refinement": 8}
-        found.append(Seal(Scene.from_mapping(accurate_scene)).choice)
+        found.append(solved(Scene.from_mapping(accurate_scene))[1])
     loose, tight = found
     assert tight.leak_rate.converged
     assert tight.rtol < loose.rtol

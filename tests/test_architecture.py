@@ -35,7 +35,7 @@ ORDER = [
         "scene",
     ),
     *("surface", "fenicsx", "mesh", "film", "contact", "theory", "finite_difference", "flow", "coupling"),
-    *("accuracy", "steps", "seal", "quantities", "results", "sweep"),
+    *("steps", "patch", "accuracy", "quantities", "results", "sweep"),
     *("letter", "verification", "render"),
     *("job", "doctor", "cli", "__main__"),
 ]
@@ -94,7 +94,7 @@ def test_imports_point_backwards(path):
     [
         ("surface", "from fem_seal.flow import leak_rate"),
         ("contact", "import fem_seal.flow.leak"),
-        ("seal", "from fem_seal import results"),
+        ("patch", "from fem_seal import results"),
         ("contact", "import dolfinx.fem"),
         ("cli", "from petsc4py import PETSc"),
         ("results", "import pyvista"),

@@ -6,10 +6,10 @@ from project import write_toml
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive
+from fem_seal.patch import Patch
 from fem_seal.results import summarise
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Limit, Scene
-from fem_seal.seal import Seal
 
 VISCOSITY, TEMPERATURE, MOLAR_MASS = 1.8e-5, 293.15, 0.029
 P_IN, P_OUT = 2.5e5, 1e5
@@ -53,7 +53,7 @@ def test_gas_in_a_uniform_channel(gap_scene, method):
     scene = gap_scene(np.full((9, 5), 1e-6), products=["leak_rate"])
     scene["flow"]["method"] = method
     scene = Scene.from_mapping(scene)
-    leak = Seal(scene).leak_rate
+    leak = Patch(scene).leak_rate
     exact = channel_mass_rate(1e-6, 8e-6, 8e-6)
     assert leak.value * scene.drive.rates["mass"] == pytest.approx(exact, rel=1e-7, abs=0)
     if method != "finite-difference":
@@ -63,7 +63,7 @@ def test_gas_in_a_uniform_channel(gap_scene, method):
 
 def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
     """Results and pictures contain p = √(p_in² + (p_out² - p_in²) x/L), not p²."""
-    field = Seal(Scene.from_mapping(gap_scene(np.full((9, 5), 1e-6)))).leak_rate.field
+    field = Patch(Scene.from_mapping(gap_scene(np.full((9, 5), 1e-6)))).leak_rate.field
     x = field.points[:, 0] / 8e-6
     exact = np.sqrt(P_IN**2 + (P_OUT**2 - P_IN**2) * x)
     # CG stops at a relative energy error of 1e-8; the linear solution is in the space.
@@ -73,9 +73,9 @@ def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
 def test_bounds_of_a_gas_are_those_of_the_liquid(gap_scene):
     """The leak rates of one gap for a gas and for a liquid differ by a known factor."""
     gap = 1e-6 * (1 + 0.9 * np.random.default_rng(3).random((17, 17)))
-    gas = Seal(Scene.from_mapping(gap_scene(gap))).leak_rate
+    gas = Patch(Scene.from_mapping(gap_scene(gap))).leak_rate
     flow = {"pressure_drop": 1.0}
-    liquid = Seal(Scene.from_mapping(gap_scene(gap, {"viscosity": VISCOSITY}, flow))).leak_rate
+    liquid = Patch(Scene.from_mapping(gap_scene(gap, {"viscosity": VISCOSITY}, flow))).leak_rate
     mean_squares = (P_IN**2 - P_OUT**2) / 2
     for bound in ("lower", "upper", "value"):
         throughput = getattr(gas, bound) * air().rates["throughput"]
@@ -121,8 +121,8 @@ def test_absolute_pressures_of_a_liquid(gap_scene):
     """Same leak rate as their difference; pressures are absolute then."""
     gap, water = np.full((5, 5), 1e-6), {"viscosity": 1e-3}
     absolute = {"inlet_pressure": "3 bar", "outlet_pressure": "1 bar"}
-    by_drop = Seal(Scene.from_mapping(gap_scene(gap, water, {"pressure_drop": "2 bar"}))).leak_rate
-    both = Seal(Scene.from_mapping(gap_scene(gap, water, absolute))).leak_rate
+    by_drop = Patch(Scene.from_mapping(gap_scene(gap, water, {"pressure_drop": "2 bar"}))).leak_rate
+    both = Patch(Scene.from_mapping(gap_scene(gap, water, absolute))).leak_rate
     assert both.value == by_drop.value
     np.testing.assert_array_equal(both.field.pressure, by_drop.field.pressure + 1e5)
     assert LiquidDrive(2e5).pressure(np.array([0.0])) == 0
@@ -136,7 +136,7 @@ def test_constriction_has_the_same_part_of_the_drop_for_gas_and_liquid(gap_scene
     shares = []
     for fluid, flow in ((GAS, None), ({"viscosity": 1e-3}, {"pressure_drop": 1e5})):
         scene = gap_scene(gap, fluid, flow, products=["constriction"])
-        constriction = summarise(Seal(Scene.from_mapping(scene))).quantities.constriction
+        constriction = summarise(Patch(Scene.from_mapping(scene))).quantities.constriction
         shares.append(constriction.pressure_share)
     assert shares[0] == pytest.approx(shares[1], rel=1e-9)
     assert 0.3 < shares[0] < 1
@@ -148,7 +148,7 @@ def test_caution_where_the_gas_slips(gap_scene, rtol, slips):
     flow = {"inlet_pressure": P_IN, "outlet_pressure": P_OUT, "rtol": rtol}
     gap = np.full((5, 5), 1e-5)
     gap[0, 0] = 0.0
-    result = summarise(Seal(Scene.from_mapping(gap_scene(gap, flow=flow))))
+    result = summarise(Patch(Scene.from_mapping(gap_scene(gap, flow=flow))))
     words = lines_of(result)
     assert any("slip of the gas" in text for label, text in words if label == "caution") is slips
     assert "mean free path 3" in dict(words)["gas"]
@@ -164,8 +164,8 @@ def test_verdict_of_a_gas_that_slips(gap_scene, part, decision):
     """No slip is a lower bound: below a limit nothing is certain, above it all stands."""
     gap = np.full((5, 5), 1e-7)
     scene = Scene.from_mapping(gap_scene(gap))
-    limit = Limit(leak_rate=part * Seal(scene).leak_rate.value)
-    verdict = summarise(Seal(scene.model_copy(update={"limit": limit}))).verdict
+    limit = Limit(leak_rate=part * Patch(scene).leak_rate.value)
+    verdict = summarise(Patch(scene.model_copy(update={"limit": limit}))).verdict
     assert verdict.decision == decision
     assert "not covered" in verdict.sentence
     assert "slip" in verdict.sentence

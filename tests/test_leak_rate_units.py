@@ -5,9 +5,9 @@ import pytest
 from project import write_toml
 
 from fem_seal.errors import InvalidInput
+from fem_seal.patch import Patch
 from fem_seal.results import summarise
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.units import Rate, RateUnit
 
 GAS = {"kind": "gas", "viscosity": 1.8e-5, "temperature": 293.15, "molar_mass": 0.029}
@@ -77,7 +77,7 @@ def test_one_gas_in_every_unit(scene):
     for unit in ("l/min", "mbar l/s", "mol/s", "kg/s"):
         data = scene()
         data["output"]["leak_rate_unit"] = unit
-        result = summarise(Seal(Scene.from_mapping(data)))
+        result = summarise(Patch(Scene.from_mapping(data)))
         shown[unit] = result.leak_rate_shown
         assert shown[unit].unit == unit
         assert shown[unit].lower <= shown[unit].value <= shown[unit].upper
@@ -103,7 +103,7 @@ def test_units_of_the_scene_do_not_matter(scene):
         inlet_pressure="2 bar",
         outlet_pressure="1000 hPa",
     )
-    first, second = (Seal(Scene.from_mapping(data)).leak_rate for data in (plain, customary))
+    first, second = (Patch(Scene.from_mapping(data)).leak_rate for data in (plain, customary))
     assert (first.value, first.lower, first.upper) == (second.value, second.lower, second.upper)
 
 

@@ -11,8 +11,8 @@ import pytest
 
 from fem_seal.flow import leak_rate, linear
 from fem_seal.grid import GridField
+from fem_seal.patch import Patch
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 
 FINITE_ELEMENTS = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py"}
 DRAWING = {"pyvista", "vtkmodules", "matplotlib"}
@@ -23,8 +23,8 @@ RUN = """
 import json, sys
 from fem_seal.scene import Scene
 from fem_seal.results import summarise
-from fem_seal.seal import Seal
-result = summarise(Seal(Scene.from_mapping(json.loads(sys.argv[1]))))
+from fem_seal.patch import Patch
+result = summarise(Patch(Scene.from_mapping(json.loads(sys.argv[1]))))
 print(result.state, result.unknowns, *{name.partition('.')[0] for name in sys.modules})
 """
 
@@ -92,12 +92,12 @@ def test_a_sealed_gap_is_answered_without_a_solver(gap_scene, method):
 
 
 def test_each_step_is_computed_once_and_only_when_asked(small_scene):
-    seal = Seal(Scene.from_mapping(small_scene))
-    assert set(vars(seal)) == {"scene", "report", "trust", "seconds"}
-    seal.contact  # noqa: B018
-    assert set(seal.seconds) == {"surface", "contact"}
-    assert seal.leak_rate is seal.leak_rate
-    assert set(seal.seconds) == {"surface", "contact", "topology", "flow"}
+    patch = Patch(Scene.from_mapping(small_scene))
+    assert patch.seconds == {}
+    patch.contact  # noqa: B018
+    assert set(patch.seconds) == {"surface", "contact"}
+    assert patch.leak_rate is patch.leak_rate
+    assert set(patch.seconds) == {"surface", "contact", "topology", "flow"}
 
 
 # --- what is solved ------------------------------------------------------------------------------

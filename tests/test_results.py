@@ -13,12 +13,12 @@ import pytest
 from fem_seal import job
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.leak_rate import FlowField, LeakRate, Level
+from fem_seal.patch import Patch
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
 from fem_seal.results.arrays import write_flow
 from fem_seal.results.preparation import StepRecord, preparation_words
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.steps import FLOWS
 
 LEVELS = (
@@ -79,7 +79,7 @@ def test_read_back_exactly(scene, spy, tmp_path):
     assert result.leak_rate.lower == spy.leak.lower
     assert [level.upper for level in result.levels] == [level.upper for level in LEVELS]
     gap, pressure = read_contact(tmp_path / "out")
-    contact = Seal(scene).contact
+    contact = Patch(scene).contact
     np.testing.assert_array_equal(gap.values, contact.gap.values)
     np.testing.assert_array_equal(pressure.values, contact.pressure.values)
     assert (gap.spacing, gap.periodic) == (contact.gap.spacing, True)
@@ -159,14 +159,14 @@ def test_only_what_is_named_is_computed(small_scene, spy, tmp_path):
 
 def test_seal_is_made_of_a_scene():
     with pytest.raises(InvalidInput, match=r"not of a str; Scene\.from_file"):
-        Seal("scene.toml")
+        Patch("scene.toml")
 
 
 def test_each_step_is_computed_once(scene, spy):
-    seal = Seal(scene)
-    assert seal.contact is seal.contact
-    summarise(seal)
-    summarise(seal)
+    patch = Patch(scene)
+    assert patch.contact is patch.contact
+    summarise(patch)
+    summarise(patch)
     assert spy.solves == 1
 
 
@@ -218,7 +218,7 @@ def test_nothing_half_written(scene, spy, tmp_path, monkeypatch, failure, existi
         job.run(scene, tmp_path / "out")
     before = content(tmp_path)
 
-    def interrupted(seal, files, started):
+    def interrupted(patch, files, started, choice):
         raise failure
 
     monkeypatch.setattr(job, "summarise", interrupted)  # after the arrays have been written aside
@@ -260,13 +260,13 @@ def test_a_move_that_is_cut_short_is_finished(scene, small_scene, spy, tmp_path,
         whole = Result.from_folder(tmp_path / "out")
         assert whole.provenance.scene["contact"]["area_fraction"] in (0.1, 0.2)
         alike = scene if whole.scene() == scene else other
-        assert np.array_equal(read_contact(tmp_path / "out")[0].values, Seal(alike).film.field.values)
+        assert np.array_equal(read_contact(tmp_path / "out")[0].values, Patch(alike).film.field.values)
     with ResultFolder(tmp_path / "out", Provenance.of(scene), overwrite=True):
         pass
     after = content(tmp_path / "out")
     assert set(after) == {"contact.npz", "result.json", "notes.txt"}
     kept = scene if Result.from_folder(tmp_path / "out").scene() == scene else other
-    assert np.array_equal(read_contact(tmp_path / "out")[0].values, Seal(kept).film.field.values)
+    assert np.array_equal(read_contact(tmp_path / "out")[0].values, Patch(kept).film.field.values)
     if ends == "interrupted" and stops > 1:
         assert kept == scene
 

@@ -13,8 +13,8 @@ from fem_seal.contact import METHODS
 from fem_seal.contact.halfspace import BASES, PRECISIONS
 from fem_seal.errors import InvalidInput
 from fem_seal.finite_difference.links import LINKS
+from fem_seal.patch import Patch
 from fem_seal.scene import Contact, Flow, Scene, SelfAffineSurface, Solid
-from fem_seal.seal import Seal
 from fem_seal.steps import CONTACTS, FLOWS
 from fem_seal.units import to_si
 
@@ -117,7 +117,7 @@ def test_layer_reaches_the_contact(small_scene):
             solid["layer_thickness"] = thickness
         contact = {"pressure": 2e5, "precision": "double"}
         scene = Scene.from_mapping(small_scene | {"solid": solid, "contact": contact})
-        areas[thickness] = Seal(scene).contact.contact_area_fraction
+        areas[thickness] = Patch(scene).contact.contact_area_fraction
     assert areas[100 * size] == areas[None]
     assert areas[0.01 * size] < 0.8 * areas[None]
 
@@ -237,7 +237,7 @@ def test_heights_beyond_double_precision(small_scene, slope):
     """Their squares are 0 or infinite."""
     small_scene["surface"]["rms_slope"] = slope
     with pytest.raises(InvalidInput, match=r"heights of the surface differ by .* check their unit"):
-        _ = Seal(Scene.from_mapping(small_scene)).contact
+        _ = Patch(Scene.from_mapping(small_scene)).contact
 
 
 def test_links_are_of_finite_differences(small_scene):

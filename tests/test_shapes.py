@@ -19,11 +19,11 @@ from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.film.shaped import shaped_film
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
-from fem_seal.quantities.of_seal import quantities, verdict_of
+from fem_seal.patch import Patch
+from fem_seal.quantities.of_patch import quantities, verdict_of
 from fem_seal.results import Result, read_flow
 from fem_seal.scene import Scene
 from fem_seal.scene.scene import Scene as SceneModel
-from fem_seal.seal import Seal
 from fem_seal.theory.closed_forms import annulus, dilute_discs, disc_array
 
 UNIT = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³, Δp = 1
@@ -43,7 +43,7 @@ def scene(shape: dict, products=("leak_rate",), **flow: object) -> dict:
 
 
 def solved(shape: dict, *, trust: bool = False, **flow: object):
-    return Seal(Scene.from_mapping(scene(shape, **flow)), trust=trust).leak_rate
+    return Patch(Scene.from_mapping(scene(shape, **flow)), trust=trust).leak_rate
 
 
 def fewest_sides(gap) -> float:
@@ -127,14 +127,14 @@ def test_gmsh_mesh_and_pixel_mesh_of_one_gap(kind, grid, tmp_path):
     np.savez(tmp_path / "gap.npz", gap=grid.values, spacing=grid.spacing)
     shape = STRIP | {"kind": kind, "mesh_size": grid.spacing[0]}
     data = scene(shape, rtol=0.02) | {"gap": {"path": str(tmp_path / "gap.npz")}}
-    seal = Seal(Scene.from_mapping(data))
+    patch = Patch(Scene.from_mapping(data))
     if kind == "rectangle":
-        steps = np.rint(seal.film.mesh.xy / grid.spacing).astype(int)
+        steps = np.rint(patch.film.mesh.xy / grid.spacing).astype(int)
         # gmsh places its vertices to 1e-11 of the strip; contact must be exactly 0 all the same.
-        found, expected = seal.film.values, grid.values[tuple(steps.T)]
+        found, expected = patch.film.values, grid.values[tuple(steps.T)]
         np.testing.assert_allclose(found, expected, atol=1e-9)
         np.testing.assert_array_equal(found == 0, expected == 0)
-    on_mesh = seal.leak_rate
+    on_mesh = patch.leak_rate
     on_grid = leak_rate(grid, rtol=0.02, **UNIT)
     assert on_mesh.lower <= on_grid.upper
     assert on_grid.lower <= on_mesh.upper
@@ -148,9 +148,9 @@ def test_grid_gap_in_polar_coordinates(tmp_path):
     np.savez(tmp_path / "gap.npz", gap=gap, spacing=(0.1, 2 * np.pi / n))
     shape = RING | {"mesh_size": 0.08, "grid": "polar", "grid_origin": [1, 0]}
     data = scene(shape, rtol=0.01) | {"gap": {"path": str(tmp_path / "gap.npz")}}
-    seal = Seal(Scene.from_mapping(data))
-    np.testing.assert_allclose(seal.film.values, np.hypot(*seal.film.mesh.xy.T), rtol=1e-3)
-    assert seal.leak_rate.value == pytest.approx(6 * np.pi / (1 - 1 / 8), rel=0.01, abs=0)
+    patch = Patch(Scene.from_mapping(data))
+    np.testing.assert_allclose(patch.film.values, np.hypot(*patch.film.mesh.xy.T), rtol=1e-3)
+    assert patch.leak_rate.value == pytest.approx(6 * np.pi / (1 - 1 / 8), rel=0.01, abs=0)
 
 
 def origin_of(**fields: object) -> tuple[float, float]:
@@ -191,10 +191,10 @@ def test_contact_of_a_scene_in_another_shape(small_scene):
     data = small_scene | {"shape": strip | {"smallest_size": "0.5 um"}}
     data["flow"] = {"pressure_drop": "1 bar", "rtol": 0.2}
     data["output"] = {"products": ["contact", "leak_rate"]}
-    seal = Seal(Scene.from_mapping(data))
-    assert seal.leak_rate.lower <= seal.leak_rate.upper
-    assert 0 < seal.film.contact_area_fraction < 0.5
-    assert seal.film.mean_gap == pytest.approx(seal.grid_gap.values.mean(), rel=0.3)
+    patch = Patch(Scene.from_mapping(data))
+    assert patch.leak_rate.lower <= patch.leak_rate.upper
+    assert 0 < patch.film.contact_area_fraction < 0.5
+    assert patch.film.mean_gap == pytest.approx(patch.grid_gap.values.mean(), rel=0.3)
 
 
 def test_constriction_and_verdict_of_a_shape():
@@ -202,16 +202,16 @@ def test_constriction_and_verdict_of_a_shape():
     banks at y = -0.2 and 0.2; most of the pressure is lost within its width."""
     gate = "max(0, 1 - (y / 0.2)**2) * (0.5 + 2 * (r - 1.5)**2) * max(0, tanh(1e9 * x))"
     data = scene(RING | {"mesh_size": 0.05, "gap_expression": gate}, products=("constriction",))
-    found = quantities(Seal(Scene.from_mapping(data))).constriction
+    found = quantities(Patch(Scene.from_mapping(data))).constriction
     # Vertices lie up to half an edge off the middle of the gate, or beyond its banks.
     assert found.gap == pytest.approx(0.5, rel=0.05)
     assert (found.x, found.y) == pytest.approx((1.5, 0.0), abs=0.05)
     assert found.width == pytest.approx(0.4, abs=0.1)
     assert 0.5 < found.pressure_share < 1
     limited = scene(RING | {"gap": 1}) | {"limit": {"leak_rate": "100 m^3/s"}}
-    seal = Seal(Scene.from_mapping(limited))
-    assert verdict_of(seal, ()).decision == "within limit"
-    assert quantities(seal).constriction.width is None  # no bank anywhere
+    patch = Patch(Scene.from_mapping(limited))
+    assert verdict_of(patch, ()).decision == "within limit"
+    assert quantities(patch).constriction.width is None  # no bank anywhere
 
 
 def test_sealed_shape_is_not_solved():
@@ -417,7 +417,7 @@ import numpy as np
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
+from fem_seal.patch import Patch
 leak_rate(GridField(np.ones((3, 3)), (1.0, 1.0)), viscosity=1.0, pressure_drop=1.0)
 print(*sys.modules)
 """

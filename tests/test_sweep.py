@@ -12,9 +12,9 @@ from project import write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.files import locked_folder
+from fem_seal.patch import Patch
 from fem_seal.results import summarise
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.steps import FLOWS
 from fem_seal.sweep import Axis
 from fem_seal.sweep.contact_path import ContactPath
@@ -67,9 +67,9 @@ def test_rows_are_those_of_single_runs(scene_file, tmp_path):
     pairs = [(row["contact.area_fraction"], row["flow.links"]) for row in table]
     assert pairs == [(load, link) for load in loads for link in links]
     last = Scene.from_file(scene_file, ["contact.area_fraction=0.15", "flow.links=harmonic"])
-    assert float(table[-1]["leak_rate"]) == Seal(last).leak_rate.value
+    assert float(table[-1]["leak_rate"]) == Patch(last).leak_rate.value
     assert float(table[-1]["mean_gap"]) == pytest.approx(
-        Seal(last).film.field.values.mean(), rel=1e-13, abs=0
+        Patch(last).film.field.values.mean(), rel=1e-13, abs=0
     )
     # More contact leaks less; harmonic means are below arithmetic ones.
     leak = {pair: float(row["leak_rate"]) for pair, row in zip(pairs, table, strict=True)}
@@ -79,22 +79,22 @@ def test_rows_are_those_of_single_runs(scene_file, tmp_path):
 
 def test_contacts_are_handed_on(scene_file, tmp_path, monkeypatch):
     """One surface for all points, one contact for two links, fewer FFTs for the next pressure."""
-    seals = []
-    monkeypatch.setattr(ContactPath, "follow", recording(ContactPath.follow, seals))
+    patches = []
+    monkeypatch.setattr(ContactPath, "follow", recording(ContactPath.follow, patches))
     loads = ["0.1 MPa", "0.11 MPa", "0.12 MPa"]
     vary = ("--vary", f"contact.pressure={','.join(loads)}", "--set", "contact.area_fraction=")
     assert run(*vary, "--vary", "flow.links=arithmetic,harmonic", "--out", "out") == 0
-    assert all(seal.surface is seals[0].surface for seal in seals)
+    assert all(patch.surface is patches[0].surface for patch in patches)
     assert all(
-        one.contact is other.contact for one, other in zip(seals[::2], seals[1::2], strict=True)
+        one.contact is other.contact for one, other in zip(patches[::2], patches[1::2], strict=True)
     )
-    for pressure, seal, row in zip(loads, seals[1::2], rows(tmp_path / "out")[1::2], strict=True):
+    for pressure, patch, row in zip(loads, patches[1::2], rows(tmp_path / "out")[1::2], strict=True):
         keys = [f"contact.pressure={pressure}", "contact.area_fraction=", "flow.links=harmonic"]
-        alone = Seal(Scene.from_file(scene_file, keys))
-        assert np.array_equal(seal.contact.contact, alone.contact.contact)
+        alone = Patch(Scene.from_file(scene_file, keys))
+        assert np.array_equal(patch.contact.contact, alone.contact.contact)
         # Both states are within 1e-6, their certificate, of the exact one.
         assert float(row["leak_rate"]) == pytest.approx(alone.leak_rate.value, rel=1e-4, abs=0)
-    assert seals[-1].contact.fft_pairs < 0.8 * alone.contact.fft_pairs
+    assert patches[-1].contact.fft_pairs < 0.8 * alone.contact.fft_pairs
 
 
 def recording(method, calls):
@@ -109,7 +109,7 @@ def recording(method, calls):
 
 def test_contacts_of_a_prescribed_area_start_as_single_runs_do(scene_file, tmp_path):
     assert run("--vary", "contact.area_fraction=0.1,0.11", "--out", "out") == 0
-    alone = Seal(Scene.from_file(scene_file, ["contact.area_fraction=0.11"]))
+    alone = Patch(Scene.from_file(scene_file, ["contact.area_fraction=0.11"]))
     assert float(rows(tmp_path / "out")[-1]["mean_gap"]) == pytest.approx(
         alone.contact.mean_gap, rel=1e-13, abs=0
     )
@@ -263,7 +263,7 @@ def test_table_has_the_quantities(tmp_path):
     products = 'output.products=["leak_rate", "trapped_volume", "hydraulic_aperture"]'
     assert run("--set", products, "--vary", "contact.area_fraction=0.1,0.2", "--out", "out") == 0
     keys = ["contact.area_fraction=0.2", products]
-    quantities = summarise(Seal(Scene.from_file("scene.toml", keys))).quantities
+    quantities = summarise(Patch(Scene.from_file("scene.toml", keys))).quantities
     row = rows(tmp_path / "out")[1]
     assert float(row["trapped_volume"]) == quantities.trapped_volume
     assert float(row["hydraulic_aperture.value"]) == quantities.hydraulic_aperture.value
@@ -281,7 +281,7 @@ def test_table_has_the_quantities(tmp_path):
     ],
 )
 def test_bad_sweep_computes_nothing(arguments, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(Seal, "surface", property(lambda self: pytest.fail("computed")))
+    monkeypatch.setattr(Patch, "surface", property(lambda self: pytest.fail("computed")))
     assert run(*arguments) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]

@@ -119,11 +119,11 @@ def _leak(options: argparse.Namespace) -> int:
 def _only_print(scene: "Scene") -> int:
     from fem_seal import parallel
     from fem_seal.job import require_packages
+    from fem_seal.patch import Patch
     from fem_seal.progress import Display
     from fem_seal.results import summarise
-    from fem_seal.seal import Seal
 
     require_packages(scene)
     with Display(parallel.is_root()) as report:
-        result = summarise(Seal(scene, report))
+        result = summarise(Patch(scene, report))
     return print_result(result, None)

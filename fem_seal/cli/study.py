@@ -108,8 +108,8 @@ COLUMNS += ("verdict", "seconds")
 
 
 def _cross_validation(options: argparse.Namespace) -> int:
+    from fem_seal.patch import Patch
     from fem_seal.render.studies import cross_validation_figure
-    from fem_seal.seal import Seal
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.cross_validation import on_gap
     from fem_seal.verification.methods import Setting
@@ -118,13 +118,13 @@ def _cross_validation(options: argparse.Namespace) -> int:
     scene = _scene(options)
     if not scene.needs_flow:
         raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")
-    seal, flow = Seal(scene), scene.flow
-    if seal.sealed:
+    patch, flow = Patch(scene), scene.flow
+    if patch.sealed:
         raise InvalidInput("the gap is sealed: every method says 0 without a solve")
     setting = Setting(
         scene.fluid.viscosity, scene.drive.pressure_drop, flow.sides, flow.representation, flow.rtol
     )
-    rows, bracket = _watched(lambda report: on_gap(seal.film.field, setting, grids, report=report))
+    rows, bracket = _watched(lambda report: on_gap(patch.film.field, setting, grids, report=report))
     _write(options.out, [("cross_validation.csv", as_csv(rows))])
     cross_validation_figure(rows, options.out / "cross_validation.png", options.scene.stem, bracket)
     say(as_text(rows, COLUMNS))

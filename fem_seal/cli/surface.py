@@ -63,13 +63,14 @@ def _refusal(prepared: "PreparedSurface") -> list[str]:
 
 
 def _prepared(scene: "Scene") -> "PreparedSurface":
-    from fem_seal.seal import Seal
+    from fem_seal.patch import Patch
     from fem_seal.surface import MapStatistics, PreparedSurface, Step
 
-    seal = Seal(scene)
-    if seal.prepared is not None:
-        return seal.prepared
-    field = seal.given_surface()
+    # Which contact grid it is pressed on changes nothing of the surface.
+    patch = Patch(scene.with_tolerance(scene.flow.rtol))
+    if patch.prepared is not None:
+        return patch.prepared
+    field = patch.surface
     if field is None:
         raise InvalidInput("the scene has a gap in place of a surface; there is nothing to press")
     return PreparedSurface(field, field, (Step("made", MapStatistics.of(field)),))

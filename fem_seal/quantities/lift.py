@@ -10,31 +10,31 @@ of the stiffness have the wrong sign for the proof. So the factors are called es
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.errors import NotConverged
 from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
-from fem_seal.seal import Seal
 
 NAME = "fluid pressure"
 # Part of the contact pressure below which the fluid's pressure is not worth a word.
 NEGLIGIBLE = 1e-3
 
 
-def fluid_pressure(seal: Seal) -> Uncertainty | None:
+def fluid_pressure(patch: Patch) -> Uncertainty | None:
     """Say what the fluid's pressure may change; None without an elastic contact or if it is low.
 
     With a limit, the dry contact under the load that the fluid's pressure leaves to the solid is
     solved, with its flow, if the dry contact keeps the limit: it may not keep it when lifted. The
     same the other way round for an outlet below ambient, which presses the solids together.
     """
-    contact = seal.scene.contact
+    contact = patch.scene.contact
     if contact is None or contact.model != "gfmd":
         return None
-    inlet, outlet = seal.scene.gauge_pressures
-    load = seal.contact.mean_pressure if contact.pressure is None else contact.pressure
+    inlet, outlet = patch.scene.gauge_pressures
+    load = patch.contact.mean_pressure if contact.pressure is None else contact.pressure
     lifts, presses = (pressure > NEGLIGIBLE * load for pressure in (inlet, -outlet))
     if not lifts and not presses:
         return None
     if contact.pressure is None:
-        return _of_other_loads(seal, max(inlet, -outlet), load)
+        return _of_other_loads(patch, max(inlet, -outlet), load)
     words = []
     lower, upper, upper_rate = 1.0, 1.0, None
     if lifts:
@@ -50,30 +50,30 @@ def fluid_pressure(seal: Seal) -> Uncertainty | None:
                 f"pressure of {_pressure(load)}"
             )
         else:
-            opened, more = _when_opened(seal, load - inlet)
+            opened, more = _when_opened(patch, load - inlet)
             words.extend(more)
-            upper = _upper_factor(seal.leak_rate, opened)
+            upper = _upper_factor(patch.leak_rate, opened)
             upper_rate = None if opened is None else opened.upper
     if presses:
         words.append(
             f"an outlet {_pressure(-outlet)} below ambient adds {_ratio(-outlet, load)} the "
             "contact pressure and closes the film: less leaks than through the dry contact"
         )
-        lower, more = _when_closed(seal, load - outlet)
+        lower, more = _when_closed(patch, load - outlet)
         words.extend(more)
     kind = "not covered" if None in (lower, upper) else "estimated"
     return Uncertainty(NAME, kind, "; ".join(words), lower, upper, True, upper_rate)
 
 
-def _when_opened(seal: Seal, pressure: float) -> tuple[LeakRate | None, list[str]]:
+def _when_opened(patch: Patch, pressure: float) -> tuple[LeakRate | None, list[str]]:
     """Leak rate of the dry contact at `pressure`, and words on it; None where it decides nothing.
 
     That is without a limit, or if the dry contact may be above it.
     """
-    limit = _limit(seal)
-    if limit is None or seal.leak_rate.upper > limit:
+    limit = _limit(patch)
+    if limit is None or patch.leak_rate.upper > limit:
         return None, []
-    leak = _leak_under(seal, pressure)
+    leak = _leak_under(patch, pressure)
     if leak is None:
         return None, [_failed(pressure)]
     left = f"under the {_pressure(pressure)} that are left for the solid"
@@ -92,14 +92,14 @@ def _upper_factor(dry: LeakRate, opened: LeakRate | None) -> float | None:
     return max(1.0, opened.upper / dry.upper)
 
 
-def _when_closed(seal: Seal, pressure: float) -> tuple[float | None, list[str]]:
+def _when_closed(patch: Patch, pressure: float) -> tuple[float | None, list[str]]:
     """Lower factor from the dry contact at `pressure`, and words; None where it decides nothing."""
-    dry, limit = seal.leak_rate, _limit(seal)
+    dry, limit = patch.leak_rate, _limit(patch)
     if dry.state == "sealed":
         return 1.0, []
     if limit is None or dry.lower <= limit:
         return None, []
-    leak = _leak_under(seal, pressure)
+    leak = _leak_under(patch, pressure)
     if leak is None:
         return None, [_failed(pressure)]
     pressed = f"under the {_pressure(pressure)} that press the solid then"
@@ -107,16 +107,16 @@ def _when_closed(seal: Seal, pressure: float) -> tuple[float | None, list[str]]:
     return factor, [f"{pressed}, at least {rounded_down(leak.lower)} m^3/s"]
 
 
-def _limit(seal: Seal) -> float | None:
-    limit = seal.scene.limit
-    return None if limit is None else limit.volume_rate(seal.scene.drive)
+def _limit(patch: Patch) -> float | None:
+    limit = patch.scene.limit
+    return None if limit is None else limit.volume_rate(patch.scene.drive)
 
 
-def _leak_under(seal: Seal, pressure: float) -> LeakRate | None:
+def _leak_under(patch: Patch, pressure: float) -> LeakRate | None:
     """Leak rate of the dry contact under another pressure [Pa]; None if it does not converge."""
-    with seal.timed(NAME):
+    with patch.timed(NAME):
         try:
-            return seal.pressed_by(pressure).leak_rate
+            return patch.pressed_by(pressure).leak_rate
         except NotConverged:
             return None
 
@@ -125,9 +125,9 @@ def _failed(pressure: float) -> str:
     return f"the contact under {_pressure(pressure)} did not converge"
 
 
-def _of_other_loads(seal: Seal, pressure: float, load: float) -> Uncertainty:
+def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:
     """Entry of a contact that is given by its area or its mean gap: no load is carried in part."""
-    kept = "contact area" if seal.scene.contact.mean_gap is None else "mean gap"
+    kept = "contact area" if patch.scene.contact.mean_gap is None else "mean gap"
     sentence = (
         f"the fluid's pressure, up to {_pressure(pressure)} from ambient, is "
         f"{_ratio(pressure, load)} the contact pressure and bends the solids; the film is that of "

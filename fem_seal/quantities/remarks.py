@@ -4,15 +4,15 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.grid import GridField
+from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.slope import slope_between_samples
-from fem_seal.seal import Seal
 
 STEEP = 1.0  # slope from which a film is none, and a unit more likely wrong
 FEW = 10  # samples in contact below which their area says nothing
 
 
-def cautions(seal: Seal, budget: ErrorBudget | None) -> tuple[str, ...]:
+def cautions(patch: Patch, budget: ErrorBudget | None) -> tuple[str, ...]:
     """Sentences about the error budget, the contact and the gap of a seal.
 
     Parameters
@@ -21,26 +21,26 @@ def cautions(seal: Seal, budget: ErrorBudget | None) -> tuple[str, ...]:
     budget : its error budget, whose cautions come first
     """
     found = [entry.sentence for entry in budget or () if entry.caution]
-    if seal.scene.shape is None or not seal.scene.shape.own_gap:
-        found.extend(filter(None, (_contact(seal, seal.grid_gap), _slope(seal.grid_gap))))
+    if patch.scene.shape is None or not patch.scene.shape.own_gap:
+        found.extend(filter(None, (_contact(patch, patch.grid_gap), _slope(patch.grid_gap))))
     return tuple(found)
 
 
-def _contact(seal: Seal, gap: GridField) -> str | None:
+def _contact(patch: Patch, gap: GridField) -> str | None:
     """Remark that all, or hardly any, of the samples touch, and what is the likely cause."""
     touching = np.count_nonzero(gap.values == 0)
     if touching == gap.values.size:
-        given = "the gap" if seal.scene.contact is None else "the heights, the load and the modulus"
+        given = "the gap" if patch.scene.contact is None else "the heights, the load and the modulus"
         return f"all samples are in contact, and the mean gap is 0: are {given} in the right units?"
-    if seal.scene.contact is None:
-        if touching == 0 and seal.scene.gap.contact_below is None:
+    if patch.scene.contact is None:
+        if touching == 0 and patch.scene.gap.contact_below is None:
             return (
                 "no sample is in contact, which is a gap of exactly 0: if another program leaves "
                 "roundings there, set gap.contact_below; and is the gap in the right unit?"
             )
         return None
-    elastic = isinstance(seal.contact, ContactState)
-    if elastic and seal.contact.mean_pressure > 0 and touching < FEW:
+    elastic = isinstance(patch.contact, ContactState)
+    if elastic and patch.contact.mean_pressure > 0 and touching < FEW:
         samples = "1 sample is" if touching == 1 else f"only {touching} samples are"
         return (
             f"{samples} in contact, too few for their area: are the heights, the load and the "

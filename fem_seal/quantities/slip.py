@@ -2,11 +2,11 @@
 
 from fem_seal.digits import with_prefix
 from fem_seal.fluid import GasDrive
+from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
-from fem_seal.seal import Seal
 
 
-def slip(seal: Seal) -> Uncertainty | None:
+def slip(patch: Patch) -> Uncertainty | None:
     """Estimate the slip of a gas at the critical constriction; None for a liquid or a sealed gap.
 
     To first order slip multiplies the flow through a channel of height g by 1 + 6 Kn, Kn = λ/g, λ
@@ -15,13 +15,13 @@ def slip(seal: Seal) -> Uncertainty | None:
     tolerance of the flow it counts as an estimate; above that the leak rate is open upwards, since
     first order is too low itself and wider places slip less.
     """
-    drive = seal.scene.drive
-    if seal.sealed or not isinstance(drive, GasDrive):
+    drive = patch.scene.drive
+    if patch.sealed or not isinstance(drive, GasDrive):
         return None
-    path = drive.mean_free_path(seal.scene.fluid.viscosity)
-    tightest = seal.film.constriction.gap
+    path = drive.mean_free_path(patch.scene.fluid.viscosity)
+    tightest = patch.film.constriction.gap
     added = 6 * path / tightest
-    rtol = seal.scene.flow.rtol if seal.choice is None else seal.choice.rtol
+    rtol = patch.scene.flow.rtol
     sentence = (
         f"slip of the gas at the walls is not computed and adds about {100 * added:.2g} % to the "
         f"flow at the tightest place (mean free path {with_prefix(path, 'm')} at the mean "

@@ -1,39 +1,39 @@
 """Where the uncertainties of a leak rate come from, one function each.
 
-To add one, write a function `(Seal) -> Uncertainty | None` and put it into `SOURCES`.
+To add one, write a function `(Patch) -> Uncertainty | None` and put it into `SOURCES`.
 """
 
 from collections.abc import Callable
 from math import isfinite
 
+from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import CONTACT_GRID, ErrorBudget, Uncertainty, of_flow
 from fem_seal.quantities.lift import fluid_pressure
 from fem_seal.quantities.slip import slip
-from fem_seal.seal import Seal
 
 
-def error_budget(seal: Seal) -> ErrorBudget | None:
+def error_budget(patch: Patch) -> ErrorBudget | None:
     """List what makes the leak rate of a seal uncertain; None if the scene needs no flow."""
-    if not seal.scene.needs_flow:
+    if not patch.scene.needs_flow:
         return None
-    entries = (source(seal) for source in SOURCES)
+    entries = (source(patch) for source in SOURCES)
     return tuple(entry for entry in entries if entry is not None)
 
 
-def _flow(seal: Seal) -> Uncertainty:
-    return of_flow(seal.leak_rate)
+def _flow(patch: Patch) -> Uncertainty:
+    return of_flow(patch.leak_rate)
 
 
-def _contact_grid(seal: Seal) -> Uncertainty | None:
-    if seal.scene.contact is None:
+def _contact_grid(patch: Patch) -> Uncertainty | None:
+    if patch.scene.contact is None:
         return None
-    if seal.choice is None:
+    error = patch.contact_error
+    if error is None:
         sentence = (
             "what a finer grid of the contact would change was not computed; accuracy.total in "
             "place of flow.rtol estimates it"
         )
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    error = seal.choice.contact_error
     if not isfinite(error):
         sentence = (
             "the coarser grids of the contact differ too much from the last one to say what a "
@@ -44,22 +44,22 @@ def _contact_grid(seal: Seal) -> Uncertainty | None:
     return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
 
 
-def _given_gap(seal: Seal) -> Uncertainty | None:
-    if seal.scene.gap is None:
+def _given_gap(patch: Patch) -> Uncertainty | None:
+    if patch.scene.gap is None:
         return None
     sentence = "the gap is given, and its own error is not known"
     return Uncertainty("given gap", "not covered", sentence)
 
 
-def _one_patch(seal: Seal) -> Uncertainty | None:
-    if seal.scene.shape is not None and seal.scene.shape.own_gap:
+def _one_patch(patch: Patch) -> Uncertainty | None:
+    if patch.scene.shape is not None and patch.scene.shape.own_gap:
         return None
     sentence = "this is one piece of one rough surface; others leak more or less"
     return Uncertainty("one patch", "not covered", sentence)
 
 
-def _model(seal: Seal) -> Uncertainty:
-    contact = seal.scene.contact
+def _model(patch: Patch) -> Uncertainty:
+    contact = patch.scene.contact
     solid = {
         None: "",
         "gfmd": ", and a linear elastic contact without friction and adhesion",
@@ -69,7 +69,7 @@ def _model(seal: Seal) -> Uncertainty:
     return Uncertainty("model", "not covered", sentence)
 
 
-Source = Callable[[Seal], Uncertainty | None]
+Source = Callable[[Patch], Uncertainty | None]
 SOURCES: tuple[Source, ...] = (
     _flow,
     _contact_grid,

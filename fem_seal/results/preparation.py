@@ -3,8 +3,8 @@
 from dataclasses import asdict
 
 from fem_seal.digits import with_prefix
+from fem_seal.patch import Patch
 from fem_seal.results.record import Record
-from fem_seal.seal import Seal
 
 
 class StepRecord(Record):
@@ -18,12 +18,12 @@ class StepRecord(Record):
     seam: float
 
     @classmethod
-    def all_of(cls, seal: Seal) -> "tuple[StepRecord, ...] | None":
+    def all_of(cls, patch: Patch) -> "tuple[StepRecord, ...] | None":
         """None if the surface is from no file."""
-        if seal.prepared is None:
+        if patch.prepared is None:
             return None
         records = []
-        for step in seal.prepared.steps:
+        for step in patch.prepared.steps:
             numbers = asdict(step.statistics)
             records.append(cls(name=step.name, samples=numbers.pop("shape"), **numbers))
         return tuple(records)

@@ -2,9 +2,9 @@
 
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate
-from fem_seal.quantities.of_seal import shown_in
+from fem_seal.patch import Patch
+from fem_seal.quantities.of_patch import shown_in
 from fem_seal.results.record import Record
-from fem_seal.seal import Seal
 from fem_seal.units import RATES
 
 
@@ -24,12 +24,12 @@ class RateRecord(Record):
         return cls(value=value, lower=lower, upper=upper, unit=unit)
 
     @classmethod
-    def shown(cls, seal: Seal) -> "RateRecord | None":
+    def shown(cls, patch: Patch) -> "RateRecord | None":
         """The leak rate in output.leak_rate_unit, if the scene names one."""
-        if not seal.scene.needs_flow or seal.scene.output.leak_rate_unit is None:
+        if not patch.scene.needs_flow or patch.scene.output.leak_rate_unit is None:
             return None
-        unit = shown_in(seal)
-        return cls.of(seal.leak_rate, unit.name, unit.per_solved)
+        unit = shown_in(patch)
+        return cls.of(patch.leak_rate, unit.name, unit.per_solved)
 
 
 class GasRecord(Record):
@@ -43,11 +43,11 @@ class GasRecord(Record):
     mean_free_path: float
 
     @classmethod
-    def of(cls, seal: Seal) -> "GasRecord | None":
+    def of(cls, patch: Patch) -> "GasRecord | None":
         """None for a liquid, or without a flow."""
-        if not seal.scene.needs_flow or not isinstance(seal.scene.drive, GasDrive):
+        if not patch.scene.needs_flow or not isinstance(patch.scene.drive, GasDrive):
             return None
-        gas, leak = seal.scene.drive, seal.leak_rate
+        gas, leak = patch.scene.drive, patch.leak_rate
         rates = {kind: RateRecord.of(leak, RATES[kind], size) for kind, size in gas.rates.items()}
         return cls(
             mass_rate=rates["mass"],
@@ -55,5 +55,5 @@ class GasRecord(Record):
             throughput=rates["throughput"],
             reference_temperature=gas.reference_temperature,
             reference_pressure=gas.reference_pressure,
-            mean_free_path=gas.mean_free_path(seal.scene.fluid.viscosity),
+            mean_free_path=gas.mean_free_path(patch.scene.fluid.viscosity),
         )

@@ -14,13 +14,15 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, ValidationError
 
 from fem_seal import parallel
+from fem_seal.accuracy import Choice
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import peak_memory
+from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
-from fem_seal.quantities.of_seal import Quantities, quantities, verdict_of
+from fem_seal.quantities.of_patch import Quantities, quantities, verdict_of
 from fem_seal.quantities.remarks import cautions
 from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.quantities.tensor import ConductivityTensor
@@ -32,7 +34,6 @@ from fem_seal.results.record import Record
 from fem_seal.scene import Flow, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain
-from fem_seal.seal import Seal
 
 RESULT_FILE = "result.json"
 _PACKAGES = ("fem_seal", "fenics-dolfinx", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista")
@@ -97,11 +98,10 @@ class AccuracyRecord(Record):
     trials: tuple[TrialRecord, ...]
 
     @classmethod
-    def of(cls, seal: Seal) -> "AccuracyRecord | None":
-        """None if the scene asks for no total error."""
-        choice = seal.choice
-        return choice and cls(
-            total=seal.scene.accuracy.total,
+    def of(cls, choice: Choice) -> "AccuracyRecord":
+        """Parts of the error, and the grids tried."""
+        return cls(
+            total=choice.total,
             samples=choice.surface.shape,
             rtol=choice.rtol,
             contact_error=choice.contact_error if isfinite(choice.contact_error) else None,
@@ -222,48 +222,55 @@ def _numbers(value: object) -> Iterator[float]:
         yield value
 
 
-def summarise(seal: Seal, files: tuple[str, ...] = (), started: float | None = None) -> Result:
+def summarise(
+    patch: Patch,
+    files: tuple[str, ...] = (),
+    started: float | None = None,
+    *,
+    choice: Choice | None = None,
+) -> Result:
     """Collect what the products of the scene have given.
 
     Parameters
     ----------
-    seal : whose steps are read; nothing beyond the products is computed
+    patch : whose steps are read; nothing beyond the products is computed
     files : names of the files beside result.json
     started : perf_counter() at the start of the run, whose time is the total; the sum of the
         stages if left out
+    choice : of the contact grid, for a scene with [accuracy]
     """
-    leak = seal.leak_rate if seal.scene.needs_flow else None
-    sealed = seal.sealed
-    named = quantities(seal)
-    budget = error_budget(seal)
-    stages = dict(seal.seconds)
+    leak = patch.leak_rate if patch.scene.needs_flow else None
+    sealed = patch.sealed
+    named = quantities(patch)
+    budget = error_budget(patch)
+    stages = dict(patch.seconds)
     total = sum(stages.values()) if started is None else perf_counter() - started
     return Result(
         state="sealed" if sealed else "leaking",
         percolates=not sealed,
-        contact_area_fraction=seal.film.contact_area_fraction,
-        mean_gap=seal.film.mean_gap,
-        **_grid_numbers(seal),
-        accuracy=AccuracyRecord.of(seal),
-        preparation=StepRecord.all_of(seal),
-        gas=GasRecord.of(seal),
-        leak_rate_shown=RateRecord.shown(seal),
-        verdict=verdict_of(seal, budget),
+        contact_area_fraction=patch.film.contact_area_fraction,
+        mean_gap=patch.film.mean_gap,
+        **_grid_numbers(patch),
+        accuracy=choice and AccuracyRecord.of(choice),
+        preparation=StepRecord.all_of(patch),
+        gas=GasRecord.of(patch),
+        leak_rate_shown=RateRecord.shown(patch),
+        verdict=verdict_of(patch, budget),
         error_budget=budget,
-        cautions=cautions(seal, budget),
+        cautions=cautions(patch, budget),
         quantities=named,
         files=files,
         seconds=stages | {"total": total},
         peak_memory_bytes=parallel.total(peak_memory()),
-        provenance=Provenance.of(seal.scene),
-        **_contact_numbers(seal.contact),
+        provenance=Provenance.of(patch.scene if choice is None else choice.asked(patch.scene)),
+        **_contact_numbers(patch.contact),
         **_flow_numbers(leak, named and named.conductivity_tensor),
     )
 
 
-def _grid_numbers(seal: Seal) -> dict[str, Any]:
+def _grid_numbers(patch: Patch) -> dict[str, Any]:
     """Give the fields of Result that only a gap on a grid has."""
-    film = seal.film
+    film = patch.film
     if not isinstance(film, GridFilm):
         return {}
     return {

@@ -1,11 +1,14 @@
 """What the points of a sweep hand on: surface, contact, or a start for the contact."""
 
+from typing import Any
+
 from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.solve import Load
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
+from fem_seal.patch import Patch
+from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 
 # Where the area is prescribed the pressure is found by a search that may end elsewhere within its
 # tolerance when it starts elsewhere: such contacts start as single runs do.
@@ -24,31 +27,32 @@ class ContactPath:
         self._last: tuple[Scene, GridField, GapState] | None = None
         self._predictor = Predictor()
 
-    def lead(self, seal: Seal) -> None:
-        """Give a seal what it can use."""
-        if self._last is None:
-            return
-        scene, surface, contact = self._last
-        if seal.scene.surface != scene.surface or seal.scene.accuracy is not None:
-            self._last = None
-            return
-        seal.surface = surface
-        if (seal.scene.solid, seal.scene.contact) == (scene.solid, scene.contact):
-            seal.contact = contact
-        elif _one_path(scene, seal.scene):
-            seal.contact_start = self._predictor.start(_load(seal.scene))
+    def patch(self, scene: Scene, report: Report = silent, *, trust: bool = False) -> Patch:
+        """Patch of the next point, with what the last one hands on."""
+        known: dict[str, Any] = {}
+        if self._last is not None:
+            last, surface, contact = self._last
+            if scene.surface != last.surface:
+                self._last = None
+            else:
+                known["surface"] = surface
+                if (scene.solid, scene.contact) == (last.solid, last.contact):
+                    known["contact"] = contact
+                elif _one_path(last, scene):
+                    known["contact_start"] = self._predictor.start(_load(scene))
+        return Patch(scene, report, trust=trust, **known)
 
-    def follow(self, seal: Seal) -> None:
-        """Take note of a seal that has been computed."""
-        scene = seal.scene
-        if seal.surface is None or scene.accuracy is not None:
+    def follow(self, patch: Patch) -> None:
+        """Take note of a patch that has been computed."""
+        scene = patch.scene
+        if patch.surface is None:
             return
         if self._last is None or not _one_path(self._last[0], scene):
             self._predictor = Predictor()
-        self._last = scene, seal.surface, seal.contact
+        self._last = scene, patch.surface, patch.contact
         load = _load(scene)
-        if load is not None and isinstance(seal.contact, ContactState):
-            self._predictor.remember(load, seal.contact)
+        if load is not None and isinstance(patch.contact, ContactState):
+            self._predictor.remember(load, patch.contact)
 
 
 def _load(scene: Scene) -> Load | None:

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from fem_seal import __version__
+from fem_seal.accuracy import solved
 from fem_seal.errors import InvalidInput, MissingPackage, NotConverged
+from fem_seal.progress import Report, silent
 from fem_seal.results.result import Result, digest, input_files, summarise
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.sweep.contact_path import ContactPath
 
 Number = str | float | int | bool | None
@@ -118,14 +119,22 @@ def _digest(path: Path, size: int, time: int) -> str:
         return "unreadable"
 
 
-def compute(seal: Seal, values: tuple[str, ...], contacts: ContactPath) -> Point:
+def compute(
+    scene: Scene,
+    values: tuple[str, ...],
+    contacts: ContactPath,
+    report: Report = silent,
+    *,
+    trust: bool = False,
+) -> Point:
     """Compute a point; one that fails has its reason in place of numbers.
 
     Parameters
     ----------
-    seal : of a scene of `numbers_only`
+    scene : of `numbers_only`
     values : of the axes, as text
     contacts : hands the surface and the contact on from point to point
+    report, trust : as of `Patch`
 
     Raises
     ------
@@ -133,9 +142,13 @@ def compute(seal: Seal, values: tuple[str, ...], contacts: ContactPath) -> Point
         If no point can be computed on this machine.
     """
     try:
-        contacts.lead(seal)
-        numbers = dict(_numbers(summarise(seal)))
-        contacts.follow(seal)
+        if scene.accuracy is None:
+            patch, choice = contacts.patch(scene, report, trust=trust), None
+        else:
+            patch, choice = solved(scene, report, trust=trust)
+        numbers = dict(_numbers(summarise(patch, choice=choice)))
+        if choice is None:
+            contacts.follow(patch)
     except MissingPackage:
         raise
     except NotConverged as error:

@@ -9,10 +9,10 @@ from pathlib import Path
 from fem_seal import parallel
 from fem_seal.errors import InvalidInput
 from fem_seal.files import locked_folder
+from fem_seal.patch import require_trusted
 from fem_seal.progress import Report, silent
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.sweep.axis import Axis, combinations
 from fem_seal.sweep.contact_path import ContactPath
 from fem_seal.sweep.farm import WorkerKilledError, farm, watch
@@ -127,7 +127,7 @@ def sweep(
     tasks = []
     for values in points:
         scene = Scene.from_file(path, [*overrides, *map("{}={}".format, keys, values)])
-        Seal(scene, trust=trust)  # refuses a geometry that may not be run
+        require_trusted(scene, trust)
         tasks.append(Task(name_of(scene), values, scene))
     folder = SweepFolder(out.absolute(), keys)
     order = [task.name for task in tasks]
@@ -199,8 +199,8 @@ def compute_chain(
         if parallel.on_root(lambda t=task: folder.point(t.name)) is not None:
             continue
         label = ", ".join(map("{}={}".format, chain.keys, task.values))
-        seal = Seal(numbers_only(task.scene), _under(label, report), trust=chain.trust)
-        point = compute(seal, task.values, contacts)
+        scene = numbers_only(task.scene)
+        point = compute(scene, task.values, contacts, _under(label, report), trust=chain.trust)
         parallel.on_root(lambda t=task, p=point: (keep or folder.write)(t.name, p))
         computed += 1
     return computed

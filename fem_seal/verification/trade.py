@@ -19,9 +19,9 @@ from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, relative_half_width
 from fem_seal.memory import peak_memory
+from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.surface.resampling import resample
 from fem_seal.tables import shown_as
 
@@ -129,7 +129,7 @@ def trade(
     NotConverged
         If a contact does not reach its tolerance.
     """
-    surface = Seal(scene, report).surface
+    surface = Patch(scene, report).surface
     if surface is None:
         raise InvalidInput(
             "a trade needs [surface] and [contact]: the contact of a given gap cannot be solved "
@@ -175,12 +175,11 @@ def _on_grid(
     scene: Scene, surface: GridField, tolerances: Sequence[float], report: Report
 ) -> list[_Run]:
     """Solve the contact once and the flow by every method."""
-    seal = Seal(scene)
-    seal.surface = surface
+    patch = Patch(scene, surface=surface)
     name = " x ".join(map(str, surface.shape))
     report(f"contact {name}", "")
     start = process_time()
-    contact = seal.contact
+    contact = patch.contact
     contact_seconds = process_time() - start
     runs = []
     for choice in _choices(tolerances):
@@ -190,11 +189,12 @@ def _on_grid(
         flow = scene.flow.model_copy(
             update={"method": choice.method, "rtol": choice.rtol or scene.flow.rtol, **limits}
         )
-        seal = Seal(scene.model_copy(update={"flow": flow}))
-        seal.surface, seal.contact = surface, contact
+        patch = Patch(
+            scene.model_copy(update={"flow": flow}), surface=surface, contact=contact
+        )
         _forget_peak()
         start = process_time()
-        leak = seal.leak_rate
+        leak = patch.leak_rate
         spent = contact_seconds + process_time() - start
         run = _Run(surface.shape, choice, leak, spent, contact_seconds, peak_memory())
         runs.append(run)

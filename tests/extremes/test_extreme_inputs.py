@@ -10,9 +10,9 @@ from sample_gaps import rough_gap
 from fem_seal.errors import InvalidInput
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
+from fem_seal.patch import Patch
 from fem_seal.results import summarise
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 
 PART = "Input"
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -173,7 +173,7 @@ def pressed_map(heights, folder, small_scene):
     path = Path("map.npz")
     np.savez(folder / path, heights=heights, spacing=[1.0, 1.0], unit="um")
     small_scene["surface"] = {"kind": "file", "path": str(path)}
-    return Seal(Scene.from_mapping(small_scene, folder)).contact
+    return Patch(Scene.from_mapping(small_scene, folder)).contact
 
 
 @pytest.mark.parametrize("number", [-9999.0, -32768.0, 1e38, 3.4028234663852886e38], ids=str)
@@ -213,7 +213,7 @@ def test_fluids_that_lift_the_solid_off(part, small_scene, show):
     small_scene["flow"] = {"pressure_drop": part * load, "sides": "periodic", "rtol": 0.5}
     small_scene["limit"] = {"leak_rate": 1.0}
     small_scene["output"] = {"products": ["leak_rate"]}
-    found = summarise(Seal(Scene.from_mapping(small_scene))).verdict
+    found = summarise(Patch(Scene.from_mapping(small_scene))).verdict
     assert found.decision == "undecided"
     assert "the seal would lift off" in found.sentence
     show("limited", "the verdict is undecided: the seal would lift off")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from project import ROOT
 
-from fem_seal import Scene, Seal
+from fem_seal import Patch, Scene
 from fem_seal.field_file import HEIGHT_NAMES, read_map
 
 SCENES = ROOT / "demos" / "scenes"
@@ -29,7 +29,7 @@ def test_three_formats_leak_alike():
     scene = SCENES / "blasted.toml"
     changes = ["flow.method=finite-difference"]
     rates = [
-        Seal(Scene.from_file(scene, [f"surface.path={name}", *changes])).leak_rate.value
+        Patch(Scene.from_file(scene, [f"surface.path={name}", *changes])).leak_rate.value
         for name in FORMATS
     ]
     assert rates[0] > 0
@@ -38,7 +38,7 @@ def test_three_formats_leak_alike():
 
 def test_twin_of_the_scene_has_its_spectrum():
     of_map, of_twin = (
-        Seal(Scene.from_file(SCENES / f"{name}.toml")).surface.values
+        Patch(Scene.from_file(SCENES / f"{name}.toml")).surface.values
         for name in ("blasted", "blasted_twin")
     )
     powers = [np.abs(np.fft.rfft2(values)) ** 2 for values in (of_map, of_twin)]

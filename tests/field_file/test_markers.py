@@ -6,8 +6,8 @@ import pytest
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import HEIGHT_NAMES, Stated, read_map
 from fem_seal.field_file.markers import refuse_markers, without_marked
+from fem_seal.patch import Patch
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.surface import Spectrum, self_affine
 
 # In micrometres: rms 1, about 6 from top to bottom.
@@ -99,10 +99,10 @@ def test_missing_in_a_scene(tmp_path):
         )
 
     with pytest.raises(InvalidInput, match=r"1e\+38 stands"):
-        Seal(scene(fill="harmonic")).prepared  # noqa: B018
-    seal = Seal(scene(fill="harmonic", missing=1e38))
-    assert seal.prepared.steps[0].statistics.missing == HOLES.sum()
-    assert np.ptp(seal.surface.values) < 1e-5
+        Patch(scene(fill="harmonic")).prepared  # noqa: B018
+    patch = Patch(scene(fill="harmonic", missing=1e38))
+    assert patch.prepared.steps[0].statistics.missing == HOLES.sum()
+    assert np.ptp(patch.surface.values) < 1e-5
     for bad in ("some", True, [1.0]):
         with pytest.raises(InvalidInput, match=r"missing .*should be a number as it stands"):
             scene(missing=bad)

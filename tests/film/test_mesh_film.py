@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from fem_seal.patch import Patch
 from fem_seal.quantities.threshold import threshold_of_cut
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 
 SIZE = 0.05  # of the mesh, in units of the square's side
 
@@ -14,7 +14,7 @@ def film(expression):
     """Unit square (metres), meshed, with the gap of a formula."""
     square = {"kind": "rectangle", "length": "1 m", "width": "1 m", "mesh_size": f"{SIZE} m"}
     scene = {"shape": square | {"gap_expression": expression}, "output": {"products": ["contact"]}}
-    return Seal(Scene.from_mapping(scene)).film
+    return Patch(Scene.from_mapping(scene)).film
 
 
 @pytest.mark.parametrize("gap", [0.3, 1.0, 1.5])

@@ -7,10 +7,10 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 from fem_seal.quantities.aperture import hydraulic_aperture, uniform_rectangle
-from fem_seal.quantities.of_seal import quantities
+from fem_seal.quantities.of_patch import quantities
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 
 VISCOSITY, DROP = 1e-3, 1e5
 
@@ -66,7 +66,7 @@ def test_the_aperture_of_a_ring_of_uniform_gap_is_that_gap():
         "flow": {"pressure_drop": "1 bar", "rtol": 0.02},
         "output": {"products": ["hydraulic_aperture"]},
     }
-    found = quantities(Seal(Scene.from_mapping(scene))).hydraulic_aperture
+    found = quantities(Patch(Scene.from_mapping(scene))).hydraulic_aperture
     assert found.lower <= 2e-6 <= found.upper
     # Both leak rates are known to 2 %: together 4 %, a third of that for the height.
     assert found.upper - found.lower <= 0.04 / 3 * 2e-6 * (1 + 1e-2)

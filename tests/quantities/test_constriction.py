@@ -152,8 +152,8 @@ def test_share_is_seen_through_the_seam():
 
 def test_on_the_mesh_of_a_shape():
     """A strip whose middle is lowest: from wall to wall, with its share of the pressure drop."""
+    from fem_seal.patch import Patch
     from fem_seal.scene import Scene
-    from fem_seal.seal import Seal
 
     scene = Scene.from_mapping(
         {
@@ -169,9 +169,9 @@ def test_on_the_mesh_of_a_shape():
             "output": {"products": ["constriction"]},
         }
     )
-    from fem_seal.quantities.of_seal import quantities
+    from fem_seal.quantities.of_patch import quantities
 
-    found = quantities(Seal(scene)).constriction
+    found = quantities(Patch(scene)).constriction
     assert found.gap == pytest.approx(1e-6, rel=1e-12)
     assert found.x == pytest.approx(4e-3)
     # From wall to wall; the place may be any vertex of the line x = 4 mm, on the wall as well.

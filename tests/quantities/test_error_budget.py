@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from fem_seal import job
+from fem_seal.accuracy import solved
 from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
     Uncertainty,
     combined,
@@ -19,7 +21,6 @@ from fem_seal.render.report import report
 from fem_seal.results import Result, summarise
 from fem_seal.results.words import budget_words, summary_of
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.units import Rate
 
 LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)
@@ -133,11 +134,11 @@ def rough(total=None, limit=None, **flow):
 
 def test_contact_error_counts_in_the_verdict(tmp_path):
     """A limit just above the bounds of the flow: the contact grid's error leaves it open."""
-    free = Seal(rough(total=0.3))
-    leak, error = free.leak_rate, free.choice.contact_error
+    free, choice = solved(rough(total=0.3))
+    leak, error = free.leak_rate, choice.contact_error
     assert error > 0.001
     near = leak.upper * (1 + 0.5 * error)
-    assert summarise(Seal(rough(0.3, limit=near))).verdict.decision == "undecided"
+    assert summarise(solved(rough(0.3, limit=near))[0]).verdict.decision == "undecided"
     far = leak.upper * (1 + 1.01 * error)
     folder = tmp_path / "out"
     result = job.run(rough(0.3, limit=far), folder)
@@ -156,15 +157,15 @@ def test_contact_error_counts_in_the_verdict(tmp_path):
 
 def test_budget_of_a_scene():
     """Without [accuracy] the contact grid is named as not covered; a gap is given and its own."""
-    names = {entry.name: entry for entry in error_budget(Seal(rough(rtol=0.5)))}
+    names = {entry.name: entry for entry in error_budget(Patch(rough(rtol=0.5)))}
     assert names["flow"].kind == "guaranteed"
     assert names["contact grid"].kind == "not covered"
     assert {"one patch", "model"} <= names.keys()
-    by_differences = error_budget(Seal(rough(method="finite-difference")))
+    by_differences = error_budget(Patch(rough(method="finite-difference")))
     assert not any(entry.counted for entry in by_differences)
     assert budget_words(by_differences).startswith("not covered: flow, contact grid")
     contact = rough().output.model_copy(update={"products": ("contact",)})
-    assert error_budget(Seal(rough().model_copy(update={"output": contact}))) is None
+    assert error_budget(Patch(rough().model_copy(update={"output": contact}))) is None
 
 
 def test_an_older_result_still_reads_and_reports(tmp_path):

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from fem_seal import job
+from fem_seal.patch import Patch
 from fem_seal.render.report import report
 from fem_seal.results import Result, summarise
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 
 
 def pressed(pressure, modulus=1e7):
@@ -37,7 +37,7 @@ def pressed(pressure, modulus=1e7):
 )
 def test_contact_everywhere_or_hardly_anywhere(pressure, words):
     """A pressure in Pa that was meant in MPa, and the other way round."""
-    result = summarise(Seal(pressed(pressure)))
+    result = summarise(Patch(pressed(pressure)))
     assert len(result.cautions) == (words is not None)
     if words:
         assert words in result.cautions[0]
@@ -67,15 +67,15 @@ ROUGH = np.random.default_rng(3).random((9, 9)) * 1e-7
 
 def test_given_gaps(given):
     """Roundings of another program, everything in contact, and heights in µm taken for metres."""
-    [open_] = summarise(Seal(given(ROUGH + 1e-9))).cautions
+    [open_] = summarise(Patch(given(ROUGH + 1e-9))).cautions
     assert "no sample is in contact" in open_
     assert "gap.contact_below" in open_
-    assert not summarise(Seal(given(ROUGH + 1e-9, contact_below="2 nm"))).cautions
-    [closed] = summarise(Seal(given(0 * ROUGH))).cautions
+    assert not summarise(Patch(given(ROUGH + 1e-9, contact_below="2 nm"))).cautions
+    [closed] = summarise(Patch(given(0 * ROUGH))).cautions
     assert "all samples are in contact, and the mean gap is 0" in closed
     touching = np.where(ROUGH < 3e-8, 0, ROUGH)
-    assert not summarise(Seal(given(touching))).cautions
-    [steep] = summarise(Seal(given(1e6 * touching))).cautions
+    assert not summarise(Patch(given(touching))).cautions
+    [steep] = summarise(Patch(given(1e6 * touching))).cautions
     assert "are heights and spacing in the same unit?" in steep
 
 

@@ -6,11 +6,11 @@ import pytest
 from fem_seal.contact import bearing, solve
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
+from fem_seal.patch import Patch
 from fem_seal.quantities.constriction import constriction
-from fem_seal.quantities.of_seal import quantities
+from fem_seal.quantities.of_patch import quantities
 from fem_seal.quantities.threshold import threshold_of_cut, threshold_of_pressure
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 
 
 @pytest.fixture
@@ -49,20 +49,20 @@ def test_gap_that_is_sealed_has_no_threshold_of_its_own():
 @pytest.mark.parametrize("area", [0.1, 0.8])
 def test_bearing_threshold_is_that_of_its_cuts(scene, area):
     """The same from a leaking and from a sealed contact, and the bearing model agrees."""
-    seal = Seal(scene(model="bearing", area_fraction=area))
-    found = quantities(seal).threshold
+    patch = Patch(scene(model="bearing", area_fraction=area))
+    found = quantities(patch).threshold
     for fraction, state in ((found.area_leaking, False), (found.area_sealed, True)):
-        assert sealed(bearing(seal.surface, area_fraction=fraction).gap) is state
+        assert sealed(bearing(patch.surface, area_fraction=fraction).gap) is state
     assert found.pressure_sealed is None
 
 
 def test_elastic_threshold_lies_between_contacts_that_leak_and_seal(scene):
-    seal = Seal(scene(pressure="0.1 MPa"))
-    found = quantities(seal).threshold
+    patch = Patch(scene(pressure="0.1 MPa"))
+    found = quantities(patch).threshold
     assert found.pressure_sealed / found.pressure_leaking <= 1.01 * (1 + 1e-9)  # docs/verdict.md
     assert found.area_leaking <= found.area_sealed
     for pressure, state in ((found.pressure_leaking, False), (found.pressure_sealed, True)):
-        contact = solve(seal.surface, 1e7, pressure=pressure, tolerance=1e-6)
+        contact = solve(patch.surface, 1e7, pressure=pressure, tolerance=1e-6)
         assert sealed(contact.gap) is state
     assert 0 < found.contacts < 25
 
@@ -70,7 +70,7 @@ def test_elastic_threshold_lies_between_contacts_that_leak_and_seal(scene):
 def test_elastic_threshold_does_not_depend_on_where_it_is_sought_from(scene):
     """Two brackets of 1 % around one threshold overlap."""
     light, heavy = (
-        quantities(Seal(scene(pressure=pressure))).threshold for pressure in ("0.1 MPa", "1 MPa")
+        quantities(Patch(scene(pressure=pressure))).threshold for pressure in ("0.1 MPa", "1 MPa")
     )
     assert light.pressure_leaking <= heavy.pressure_sealed
     assert heavy.pressure_leaking <= light.pressure_sealed

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 from fem_seal.quantities.verdict import Shown, verdict, what_would_decide
 from fem_seal.results import summarise
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.units import Rate
 
 ML_PER_HOUR = 1e-6 / 3600
@@ -97,14 +97,14 @@ def rough(tmp_path):
 @pytest.fixture
 def truth(rough):
     """Bounds of ±2 %."""
-    return Seal(rough(1.0, rtol=0.04)).leak_rate
+    return Patch(rough(1.0, rtol=0.04)).leak_rate
 
 
 @pytest.mark.parametrize(("part", "decision"), [(1.1, "within limit"), (0.9, "above limit")])
 def test_refinement_stops_when_the_bounds_decide(rough, truth, part, decision):
     """Far earlier than for the truth, with bounds that hold it and exclude the limit."""
-    seal = Seal(rough(part * truth.value, decide=True, max_unknowns=20_000))
-    leak, result = seal.leak_rate, summarise(seal)
+    patch = Patch(rough(part * truth.value, decide=True, max_unknowns=20_000))
+    leak, result = patch.leak_rate, summarise(patch)
     assert result.verdict.decision == decision
     assert leak.converged
     assert leak.lower <= truth.upper
@@ -116,8 +116,8 @@ def test_refinement_stops_when_the_bounds_decide(rough, truth, part, decision):
 
 
 def test_undecided_at_the_limit_of_unknowns(rough, truth):
-    seal = Seal(rough(truth.value, decide=True, max_unknowns=1000))
-    result = summarise(seal)
+    patch = Patch(rough(truth.value, decide=True, max_unknowns=1000))
+    result = summarise(patch)
     assert result.verdict.decision == "undecided"
     assert not result.converged
     assert "of the limit, undecided" in result.reason
@@ -127,10 +127,10 @@ def test_undecided_at_the_limit_of_unknowns(rough, truth):
 def test_advice_decides(rough, truth):
     """A limit inside a wide bracket; the tolerance advised is within half of one that decides."""
     limit = 1.15 * truth.value
-    first = summarise(Seal(rough(limit, rtol=0.6))).verdict
+    first = summarise(Patch(rough(limit, rtol=0.6))).verdict
     assert first.decision == "undecided"
     # √(lower upper) of a wide bracket is off by some per cent, and so is the advice.
-    second = summarise(Seal(rough(limit, rtol=first.needed_rtol / 2)))
+    second = summarise(Patch(rough(limit, rtol=first.needed_rtol / 2)))
     assert second.verdict.decision == "within limit"
 
 
@@ -140,7 +140,7 @@ def test_verdict_does_not_depend_on_the_unit(rough, written):
     size = {"m^3/s": 1, "ml/h": 1e-6 / 3600, "l/min": 1e-3 / 60, "mm^3/day": 1e-9 / 86400}
     unit = written.removeprefix("{} ")
     for factor, decision in ((1e-14, "above limit"), (1e-9, "within limit")):
-        result = summarise(Seal(rough(written.format(factor / size[unit]), rtol=0.5)))
+        result = summarise(Patch(rough(written.format(factor / size[unit]), rtol=0.5)))
         assert result.verdict.decision == decision
         assert f"{unit} allowed" in result.verdict.sentence
 
@@ -159,13 +159,13 @@ def test_limit_of_a_shape():
                 "output": {"products": ["leak_rate"]},
             }
         )
-        result = summarise(Seal(scene))
+        result = summarise(Patch(scene))
         assert result.verdict.decision == decision
         assert result.quantities.constriction.gap == pytest.approx(1e-6, rel=1e-12, abs=0)
 
 
 def test_words_of_a_scene_with_a_limit(rough, truth):
-    result = summarise(Seal(rough(f"{truth.value} m^3/s", rtol=0.3)))
+    result = summarise(Patch(rough(f"{truth.value} m^3/s", rtol=0.3)))
     labels = dict(lines_of(result))
     assert labels["verdict"].startswith("undecided")
     assert "sealed if the gap were lowered" in labels["tightest"]

@@ -7,17 +7,17 @@ import pytest
 from drawn_fields import leaking
 
 from fem_seal.leak_rate import FlowField
+from fem_seal.patch import Patch
 from fem_seal.render import shape
 from fem_seal.render.flow import CONTACT, NO_FLOW
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 
 SIZE = {"length": "4 mm", "width": "2 mm", "mesh_size": "1 mm"}
 
 
 def strip(gap):
     scene = {"shape": {"kind": "rectangle", **SIZE, **gap}, "output": {"products": ["contact"]}}
-    return Seal(Scene.from_mapping(scene)).film
+    return Patch(Scene.from_mapping(scene)).film
 
 
 def flow_everywhere(film, density=1.0):

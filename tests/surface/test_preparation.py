@@ -5,8 +5,8 @@ import pytest
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import FieldMap
+from fem_seal.patch import Patch
 from fem_seal.scene import Scene
-from fem_seal.seal import Seal
 from fem_seal.surface import (
     Preparation,
     Spectrum,
@@ -114,15 +114,15 @@ def pressed(folder, model="gfmd", **fields):
 def test_a_map_that_does_not_repeat_is_not_pressed(tmp_path):
     """Refused with three ways out, each of which is one; the bearing model repeats nothing."""
     with pytest.raises(InvalidInput) as refused:
-        Seal(pressed(tmp_path)).contact  # noqa: B018
+        Patch(pressed(tmp_path)).contact  # noqa: B018
     ways = ({"periodic": True}, {"detrend": "plane"}, {"make_periodic": "mirror"})
     for way in ways:
         [(name, value)] = way.items()
         assert f"{name} = {str(value).lower() if value is True else repr(value)}" in str(
             refused.value
         )
-        assert Seal(pressed(tmp_path, **way)).contact.gap.periodic
-    assert not Seal(pressed(tmp_path, model="bearing")).contact.gap.periodic
+        assert Patch(pressed(tmp_path, **way)).contact.gap.periodic
+    assert not Patch(pressed(tmp_path, model="bearing")).contact.gap.periodic
 
 
 @pytest.mark.parametrize("said", [True, None])

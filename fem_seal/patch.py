@@ -1,4 +1,4 @@
-"""Seal: from a scene to its leak rate, each step computed when it is first asked for."""
+"""Patch: from a scene to the leak rate of one patch of rough contact, each step computed when it is first asked for."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,49 +20,75 @@ from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import CONTACTS, FLOWS, made_surface, prepared_surface
 
 if TYPE_CHECKING:
-    from fem_seal.accuracy import Choice
     from fem_seal.contact.state import GapState
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
 
-class Seal:
+class Patch:
     """The steps of a scene: surface, contact, film, sealed, leak_rate.
 
     Each is computed once, when it or a later step is first read, and imports only what it needs:
-    the contact works without FEniCSx, and a sealed gap is never meshed.
+    the contact works without FEniCSx, and a sealed film is never meshed.
 
     Under mpirun all processes must read the same steps: the first computes surface and contact
     and gives them to the others, and the flow is solved by all.
 
     Parameters
     ----------
-    scene : what is to be computed
-    report : called with the stage and its latest news
-    trust : whether gmsh may run a .geo file that is not the package's own
+    scene : Scene
+        What is to be computed. `accuracy.solved` makes that of a scene with
+        [accuracy], which wants several contact grids.
+    report : callable
+        Called with the stage and its latest news.
+    trust : bool
+        Whether gmsh may run a .geo file that is not the package's own, with your rights.
+    surface : GridField, optional
+        Heights [m] in place of those that the scene gives, such as the same on another grid.
+    contact : GapState, optional
+        Contact of that surface, if it is known already.
+    contact_start : (nx, ny) array, optional
+        A contact pressure [Pa] near that of the contact; it saves iterations.
+    leak_rate : LeakRate, optional
+        Leak rate of that contact, if it is known already.
+    contact_error : float, optional
+        Relative error of the leak rate that the contact's grid is estimated to leave; infinite if
+        nothing can be said. None: it was not estimated.
 
     Raises
     ------
     InvalidInput
-        If the scene names such a file without `trust`, or is no Scene.
+        If the scene is none, has [accuracy], or has a geometry that may not be run.
     """
 
-    contact_start: np.ndarray | None = None  # a pressure [Pa] near the contact's saves iterations
-
-    def __init__(self, scene: Scene, report: Report = silent, *, trust: bool = False):
+    def __init__(
+        self,
+        scene: Scene,
+        report: Report = silent,
+        *,
+        trust: bool = False,
+        surface: GridField | None = None,
+        contact: "GapState | None" = None,
+        contact_start: np.ndarray | None = None,
+        leak_rate: LeakRate | None = None,
+        contact_error: float | None = None,
+    ):
         if not isinstance(scene, Scene):
             raise InvalidInput(
-                f"a Seal is made of a Scene, not of a {type(scene).__name__}; "
+                f"a Patch is made of a Scene, not of a {type(scene).__name__}; "
                 "Scene.from_file(path) reads one"
             )
-        if isinstance(scene.shape, MeshFile) and scene.shape.needs_gmsh:
-            from fem_seal.mesh.geometry import require_trust
-
-            require_trust(scene.shape.path, trust)
-        self.scene = scene
-        self.report = report
-        self.trust = trust
+        if scene.accuracy is not None:
+            raise InvalidInput(
+                "a scene with [accuracy] has no contact grid yet: patch, choice = solved(scene), "
+                "from fem_seal.accuracy, tries some and makes the Patch of the chosen one"
+            )
+        require_trusted(scene, trust)
+        self.scene, self.report, self.trust = scene, report, trust
+        self.contact_error = contact_error
         self.seconds: dict[str, float] = {}
+        self._surface, self._contact, self._contact_start = surface, contact, contact_start
+        self._leak_rate = leak_rate
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -77,38 +103,8 @@ class Seal:
     @cached_property
     def surface(self) -> GridField | None:
         """Heights [m] of the rough face; None if the scene gives a gap instead."""
-        if self.choice is not None:
-            return self.choice.surface
-        return self.given_surface()
-
-    @cached_property
-    def prepared(self) -> "PreparedSurface | None":
-        """Heights of a file and the steps that prepared them; None for any other surface."""
-        surface = self.scene.surface
-        if not isinstance(surface, FileSurface):
-            return None
-        with self.timed("surface"):
-            return parallel.on_root(lambda: prepared_surface(surface))
-
-    @cached_property
-    def choice(self) -> "Choice | None":
-        """Contact grid and flow tolerance that keep accuracy.total; None if the scene has none."""
-        wanted = self.scene.accuracy
-        if wanted is None:
-            return None
-        from fem_seal.accuracy import choose
-
-        with self.timed("accuracy"):
-            return choose(
-                wanted.total,
-                self.given_surface(),
-                self._on_grid,
-                max_refinement=wanted.max_refinement,
-                report=self.report,
-            )
-
-    def given_surface(self) -> GridField | None:
-        """Heights [m] as the scene gives them, whatever contact grid is chosen."""
+        if self._surface is not None:
+            return self._surface
         if self.prepared is not None:
             contact = self.scene.contact
             if contact is not None and contact.model == "gfmd":
@@ -120,37 +116,68 @@ class Seal:
         with self.timed("surface"):
             return parallel.on_root(lambda: made_surface(surface))
 
-    def _on_grid(
-        self, surface: GridField, rtol: float, contact: "GapState | None" = None
-    ) -> "Seal":
-        """Same scene on another grid of the surface, with a tolerance of the flow alone."""
-        seal = Seal(self.scene.with_tolerance(rtol), self.report, trust=self.trust)
-        seal.surface = surface
-        if contact is not None:
-            seal.contact = contact
-        return seal
+    @cached_property
+    def prepared(self) -> "PreparedSurface | None":
+        """Heights of a file and the steps that prepared them; None for any other surface."""
+        surface = self.scene.surface
+        if not isinstance(surface, FileSurface):
+            return None
+        with self.timed("surface"):
+            return parallel.on_root(lambda: prepared_surface(surface))
 
-    def pressed_by(self, pressure: float) -> "Seal":
-        """Same surface, contact grid and tolerance of the flow under another mean pressure [Pa]."""
-        rtol = self.scene.flow.rtol if self.choice is None else self.choice.rtol
-        contact = self.scene.contact.model_copy(update={"pressure": pressure})
-        scene = self.scene.with_tolerance(rtol).model_copy(update={"contact": contact})
-        other = Seal(scene, self.report, trust=self.trust)
-        other.surface = self.surface
-        other.contact_start = self.contact.pressure.values
+    def on_grid(
+        self,
+        surface: GridField,
+        rtol: float,
+        *,
+        contact: "GapState | None" = None,
+        leak_rate: LeakRate | None = None,
+        contact_error: float | None = None,
+    ) -> "Patch":
+        """Same scene on another grid of the surface, with a tolerance of the flow.
+
+        Parameters
+        ----------
+        surface : GridField
+            Heights [m].
+        rtol : float
+            Tolerance of the flow.
+        contact, leak_rate, contact_error : optional
+            As of `Patch`.
+        """
+        other = Patch(
+            self.scene.with_tolerance(rtol),
+            self.report,
+            trust=self.trust,
+            surface=surface,
+            contact=contact,
+            leak_rate=leak_rate,
+            contact_error=contact_error,
+        )
+        if "prepared" in vars(self):
+            vars(other)["prepared"] = self.prepared
         return other
+
+    def pressed_by(self, pressure: float) -> "Patch":
+        """Same surface and tolerance of the flow under another mean pressure [Pa]."""
+        contact = self.scene.contact.model_copy(update={"pressure": pressure})
+        scene = self.scene.model_copy(update={"contact": contact})
+        start = self.contact.pressure.values
+        return Patch(
+            scene, self.report, trust=self.trust, surface=self.surface, contact_start=start
+        )
 
     @cached_property
     def contact(self) -> "GapState | None":
         """Gap, pressure and residual of the contact; None if the scene gives a gap instead."""
-        if self.choice is not None:
-            return self.choice.contact
+        if self._contact is not None:
+            return self._contact
         if self.surface is None:
             return None
         press = CONTACTS[self.scene.contact.model]
         with self.timed("contact"):
             return parallel.on_root(
-                lambda: press(self.scene, self.surface, self.contact_start, self.report)
+                lambda: press(self.scene, self.surface, self._contact_start, self.report)
             )
 
     @cached_property
@@ -202,8 +229,8 @@ class Seal:
 
         That of a gas is counted at the reference conditions of the fluid.
         """
-        if self.choice is not None:
-            return self.choice.leak_rate
+        if self._leak_rate is not None:
+            return self._leak_rate
         method = self.scene.flow.method
         if self.sealed:
             return LeakRate.sealed(method)
@@ -218,3 +245,11 @@ class Seal:
         """Leak rate of another film under the scene's pressures, to the scene's tolerance."""
         scene = self.scene.model_copy(update={"limit": None})
         return FLOWS[scene.flow.method](scene, film, self.report)
+
+
+def require_trusted(scene: Scene, trust: bool) -> None:
+    """InvalidInput if a scene names a .geo file of a stranger that may not be run."""
+    if isinstance(scene.shape, MeshFile) and scene.shape.needs_gmsh:
+        from fem_seal.mesh.geometry import require_trust
+
+        require_trust(scene.shape.path, trust)
