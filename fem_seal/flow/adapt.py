@@ -29,7 +29,7 @@ from fem_seal.mesh.triangles import TriangleMesh
 
 USUAL_GAIN = 0.4  # ratio of the half-widths after and before sharpening, until one is measured
 GROWTH = 4.0  # of the unknowns from level to level, at most: 3.9 were seen on open rough gaps
-WHILE_JOINED = 0.3  # part of a step by shares while cells are joined at vertices of small gap
+WHILE_JOINED = 0.3  # least part of a step by shares, where false flow spoils them
 
 
 @dataclass(frozen=True)
@@ -275,7 +275,7 @@ def _mark(
     joints = problem.joints()
     whole = WHILE_JOINED if joints.any() else 1.0
     if held < wanted:
-        whole = min(whole, held / wanted)
+        whole = min(whole, max(held / wanted, WHILE_JOINED))
     if whole < 1:
         large = doerfler(shares, whole * part * tuning.theta)
     leaks = completed(large | through, residuals, part_reached * tuning.theta_residual)
