@@ -9,10 +9,11 @@ from fem_seal import parallel
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
-from fem_seal.progress import Report
+from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
 
 if TYPE_CHECKING:
+    from fem_seal.contact.settings import Load
     from fem_seal.contact.state import BearingState, ContactState, GapState
     from fem_seal.film import Film, GridFilm
     from fem_seal.surface import PreparedSurface
@@ -60,21 +61,22 @@ def elastic_contact(
     scene: Scene,
     surface: GridField,
     start: "ContactState | np.ndarray | None",
-    *,
-    pressure: float | None = None,
-    area_fraction: float | None = None,
-    mean_gap: float | None = None,
-    progress: Callable[[int, float], None] | None = None,
+    load: "Load",
+    report: Report = silent,
 ) -> "ContactState":
-    """Contact of a scene's solids under one load, which need not be that of the scene.
+    """Contact of a scene's solids under a load, which need not be that of the scene.
 
     Parameters
     ----------
-    scene : whose [solid] and [contact] say how it is solved
-    surface : heights [m]
-    start : contact or pressure [Pa] to start from
-    pressure, area_fraction, mean_gap : the load, exactly one of them
-    progress : called with iteration and residual
+    scene : Scene
+        Its [solid] and [contact] say how it is solved.
+    surface : GridField
+        Heights [m].
+    start : ContactState, array [Pa] or None
+        Contact or pressure to start from.
+    load : Load
+    report : callable
+        Called with the iteration and its residual.
 
     Raises
     ------
@@ -83,7 +85,10 @@ def elastic_contact(
     NotConverged
         If contact.tolerance is not reached.
     """
-    from fem_seal.contact import layer_of, solve
+    from fem_seal.contact import contact_under
+
+    def progress(iteration: int, residual: float) -> None:
+        report("contact", f"iteration {iteration}, residual {residual:.1e}")
 
     rise = np.ptp(surface.values)
     if rise and not 1 / LARGEST_RISE < rise < LARGEST_RISE:
@@ -91,41 +96,15 @@ def elastic_contact(
             f"the heights of the surface differ by {rise:.1e} m, whose powers are beyond double "
             "precision; check their unit, or surface.rms_height or rms_slope"
         )
-    contact = scene.contact
-    return solve(
-        surface,
-        scene.solid.E_star,
-        pressure=pressure,
-        area_fraction=area_fraction,
-        mean_gap=mean_gap,
-        tolerance=contact.tolerance,
-        solver=contact.solver,
-        start=start,
-        layer=layer_of(scene.solid),
-        max_iterations=contact.max_iterations,
-        precision=contact.precision,
-        threads=contact.threads,
-        progress=progress,
-    )
+    contact, solid = scene.contact, scene.solid.elastic
+    stopping = contact.stopping(progress)
+    return contact_under(surface, solid, load, stopping, contact.arithmetic, start)
 
 
 def _elastic(
     scene: Scene, surface: GridField, start: np.ndarray | None, report: Report
 ) -> "ContactState":
-    contact = scene.contact
-
-    def progress(iteration: int, residual: float) -> None:
-        report("contact", f"iteration {iteration}, residual {residual:.1e}")
-
-    return elastic_contact(
-        scene,
-        surface,
-        start,
-        pressure=contact.pressure,
-        area_fraction=contact.area_fraction,
-        mean_gap=contact.mean_gap,
-        progress=progress,
-    )
+    return elastic_contact(scene, surface, start, scene.contact.load, report)
 
 
 def _bearing(
@@ -142,7 +121,7 @@ CONTACTS: dict[str, ContactModel] = {"gfmd": _elastic, "bearing": _bearing}
 
 
 def _finite_elements(scene: Scene, film: "Film", report: Report) -> LeakRate:
-    from fem_seal.flow import Limits, leak_rate
+    from fem_seal.flow import leak_rate
 
     flow = scene.flow
 
@@ -156,9 +135,7 @@ def _finite_elements(scene: Scene, film: "Film", report: Report) -> LeakRate:
         method=flow.method,
         rtol=flow.rtol,
         decide=scene.deciding_rate,
-        limits=Limits(
-            unknowns=flow.max_unknowns, seconds=flow.max_seconds, memory_bytes=flow.max_memory
-        ),
+        limits=flow.limits,
         progress=progress,
         field=scene.needs_field,
     )

@@ -4,21 +4,25 @@ from fem_seal.contact.bearing import bearing
 from fem_seal.contact.grid_error import Extrapolation, extrapolate, on_finer_grids
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.load_path import load_path
-from fem_seal.contact.methods import METHODS
-from fem_seal.contact.of_scene import layer_of
-from fem_seal.contact.solve import solve
+from fem_seal.contact.methods import METHODS, Stopping
+from fem_seal.contact.settings import Arithmetic, Load, Solid
+from fem_seal.contact.solve import contact_under, solve
 from fem_seal.contact.state import BearingState, ContactState, GapState
 
 __all__ = [
     "METHODS",
+    "Arithmetic",
     "BearingState",
     "ContactState",
     "Extrapolation",
     "GapState",
     "Layer",
+    "Load",
+    "Solid",
+    "Stopping",
     "bearing",
+    "contact_under",
     "extrapolate",
-    "layer_of",
     "load_path",
     "on_finer_grids",
     "solve",

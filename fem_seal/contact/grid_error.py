@@ -9,7 +9,8 @@ import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import Stopping
-from fem_seal.contact.solve import Load, load_to, one_load
+from fem_seal.contact.settings import Load, one_load
+from fem_seal.contact.solve import load_to
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField

@@ -8,7 +8,8 @@ import numpy as np
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.methods import Stopping
-from fem_seal.contact.solve import Load, Start, load_to, start_pressure
+from fem_seal.contact.settings import Load
+from fem_seal.contact.solve import Start, load_to, start_pressure
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField

@@ -1,6 +1,6 @@
 """From a surface and a load to the elastic contact."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,47 +9,12 @@ from fem_seal.contact.coarse_start import coarse_start
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.methods import METHODS, Progress, Stopping
+from fem_seal.contact.settings import Arithmetic, Load, Solid, one_load
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
 Start = np.ndarray | GridField | ContactState
-
-
-@dataclass(frozen=True)
-class Load:
-    """One prescribed quantity: `kind` is pressure [Pa], area_fraction [1] or mean_gap [m]."""
-
-    kind: str
-    value: float
-
-    def __post_init__(self):
-        if not np.isfinite(self.value):
-            raise InvalidInput(f"{self.kind} must be finite, got {self.value}")
-        if self.kind == "pressure" and self.value < 0:
-            raise InvalidInput(f"pressure must not be negative, got {self.value} Pa")
-        if self.kind == "area_fraction" and not 0 <= self.value < 1:
-            raise InvalidInput(f"area_fraction must lie in [0, 1), got {self.value}")
-        if self.kind == "mean_gap" and self.value <= 0:
-            raise InvalidInput(
-                f"mean_gap must be positive, got {self.value} m; full contact is a matter of "
-                "pressure"
-            )
-
-
-def one_load(**named_loads: float | None) -> Load:
-    """Return the only load that is not None.
-
-    Raises
-    ------
-    InvalidInput
-        Unless exactly one load is not None and it is in its range.
-    """
-    loads = [Load(kind, float(value)) for kind, value in named_loads.items() if value is not None]
-    if len(loads) != 1:
-        named = ", ".join(load.kind for load in loads) or "none"
-        raise InvalidInput(f"give exactly one load out of {', '.join(named_loads)}; got {named}")
-    return loads[0]
 
 
 def solve(
@@ -118,7 +83,44 @@ def solve(
     """
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
     stopping = Stopping(solver, tolerance, max_iterations, progress)
-    pair = ContactPair.prepared(height, contact_modulus, layer, threads, precision)
+    arithmetic = Arithmetic(threads, precision)
+    return contact_under(height, Solid(contact_modulus, layer), load, stopping, arithmetic, start)
+
+
+def contact_under(
+    height: GridField,
+    solid: Solid,
+    load: Load,
+    stopping: Stopping,
+    arithmetic: Arithmetic,
+    start: Start | None = None,
+) -> ContactState:
+    """The contact of `solve`, with its settings as objects.
+
+    Parameters
+    ----------
+    height : GridField
+        Heights [m].
+    solid : Solid
+    load : Load
+    stopping : Stopping
+        Method and tolerance.
+    arithmetic : Arithmetic
+    start : array, GridField or ContactState, optional
+        Pressure to start from [Pa].
+
+    Returns
+    -------
+    ContactState
+
+    Raises
+    ------
+    InvalidInput, NotConverged
+        As `solve`.
+    """
+    pair = ContactPair.prepared(
+        height, solid.contact_modulus, solid.layer, arithmetic.threads, arithmetic.precision
+    )
     first = start_pressure(start, height.shape)
     if first is not None:
         first = pair.complementary(first)

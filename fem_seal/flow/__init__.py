@@ -3,6 +3,6 @@
 from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.functions import FlowFunctions, flow_functions
 from fem_seal.flow.leak import METHODS, leak_rate
-from fem_seal.flow.limits import Limits
+from fem_seal.limits import Limits
 
 __all__ = ["METHODS", "FlowFunctions", "Limits", "Tuning", "flow_functions", "leak_rate"]

@@ -14,10 +14,10 @@ from fem_seal.flow.course import Course, out_of_reach
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.leak import require_conducting, require_positive, unit_of_leak_rate
-from fem_seal.flow.limits import USUAL_GROWTH, Limits
 from fem_seal.flow.marking import doerfler, halvings
 from fem_seal.flow.tensor_bounds import TensorBounds, relative_width, widest
 from fem_seal.grid import GridField
+from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.bisection import Refinement, TooFine, bisect
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
 from fem_seal.mesh.seams import squares_across, unmatched

@@ -12,10 +12,11 @@ from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, film_conductivity
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
 from fem_seal.flow.goal import Decision, Tolerance
-from fem_seal.flow.limits import USUAL_GROWTH, End, Limits
+from fem_seal.flow.limits import End
 from fem_seal.flow.posed import first_mesh, length_unit, points_of, require_film
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
+from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.bisection import TooFine
 from fem_seal.registry import require_known
 

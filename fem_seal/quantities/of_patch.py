@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fem_seal import parallel
+from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
@@ -108,7 +109,7 @@ def _of_elastic(patch: Patch) -> Threshold | None:
 
     def press(pressure: float, start: ContactState) -> ContactState:
         patch.report("threshold", f"contact at {pressure:.3e} Pa")
-        return elastic_contact(patch.scene, patch.surface, start, pressure=pressure)
+        return elastic_contact(patch.scene, patch.surface, start, Load("pressure", pressure))
 
     return threshold_of_pressure(patch.contact, press, lambda gap: patch.film_of(gap).sealed)
 
@@ -137,7 +138,6 @@ def _trapped_volume(patch: Patch) -> float:
 
 
 def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
-    from fem_seal.flow import Limits
     from fem_seal.flow.cell_tensor import conductivity_tensor
 
     flow = patch.scene.flow
@@ -150,9 +150,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
         viscosity=patch.scene.fluid.viscosity,
         representation=flow.representation,
         rtol=flow.rtol,
-        limits=Limits(
-            unknowns=flow.max_unknowns, seconds=flow.max_seconds, memory_bytes=flow.max_memory
-        ),
+        limits=flow.limits,
         progress=progress,
     )
     return ConductivityTensor.of(found)

@@ -1,9 +1,10 @@
 """The sections of a scene file: frozen, validated, in SI units."""
 
+from collections.abc import Callable
 from functools import partial
 from math import isclose
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import (
     BaseModel,
@@ -18,8 +19,12 @@ from pydantic import (
     model_validator,
 )
 
+from fem_seal.limits import Limits
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.units import RateUnit, to_si
+
+if TYPE_CHECKING:
+    from fem_seal import contact
 
 
 def _plain_number(value: object) -> object:
@@ -151,6 +156,16 @@ class Solid(Section):
         return self
 
     @property
+    def elastic(self) -> "contact.Solid":
+        """The solid as the contact takes it."""
+        from fem_seal.contact import Layer, Solid
+
+        if self.layer_thickness is None:
+            return Solid(self.E_star)
+        layer = Layer(self.layer_thickness, self.layer_base, self.layer_poisson_ratio)
+        return Solid(self.E_star, layer)
+
+    @property
     def E_star(self) -> float:
         """Contact modulus [Pa]: 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2 (Johnson 1985, eq. 4.24)."""
         if self.youngs_modulus is None or self.poisson_ratio is None:
@@ -187,6 +202,29 @@ class Contact(Section):
         return self
 
 
+    @property
+    def load(self) -> "contact.Load":
+        """The one load that is set."""
+        from fem_seal.contact.settings import one_load
+
+        return one_load(
+            pressure=self.pressure, area_fraction=self.area_fraction, mean_gap=self.mean_gap
+        )
+
+    def stopping(self, progress: Callable[[int, float], None] | None = None) -> "contact.Stopping":
+        """Method and tolerance of an elastic contact."""
+        from fem_seal.contact import Stopping
+
+        return Stopping(self.solver, self.tolerance, self.max_iterations, progress)
+
+    @property
+    def arithmetic(self) -> "contact.Arithmetic":
+        """Threads and precision of the transforms."""
+        from fem_seal.contact import Arithmetic
+
+        return Arithmetic(self.threads, self.precision)
+
+
 class Flow(Section):
     """What drives the flow, and how its leak rate is computed."""
 
@@ -211,6 +249,11 @@ class Flow(Section):
     max_unknowns: Count | None = Field(None, description="stop with the best bounds so far")
     max_seconds: Seconds | None = Field(None, description="stop with the best bounds so far")
     max_memory: Bytes | None = Field(None, description="stop with the best bounds so far")
+
+    @property
+    def limits(self) -> Limits:
+        """Where a refinement stops although its tolerance is not reached."""
+        return Limits(self.max_unknowns, self.max_seconds, self.max_memory)
 
     @model_validator(mode="after")
     def _check(self) -> "Flow":

@@ -3,7 +3,7 @@
 from typing import Any
 
 from fem_seal.contact.load_path import Predictor
-from fem_seal.contact.solve import Load
+from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch

@@ -1,0 +1,88 @@
+"""What a contact is asked for: the solid, one load, and how to compute."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.contact.halfspace import Layer
+from fem_seal.errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class Solid:
+    """The elastic solid.
+
+    Attributes
+    ----------
+    contact_modulus : float
+        E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
+    layer : Layer or None
+        Of finite thickness; None: a half-space.
+    """
+
+    contact_modulus: float
+    layer: Layer | None = None
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """How the transforms are computed.
+
+    Attributes
+    ----------
+    threads : int
+        Of the FFTs.
+    precision : "mixed" or "double"
+        Mixed computes search directions in float32, all else in float64: same iterations.
+    """
+
+    threads: int = 1
+    precision: str = "mixed"
+
+
+@dataclass(frozen=True)
+class Load:
+    """The one prescribed quantity.
+
+    Attributes
+    ----------
+    kind : "pressure", "area_fraction" or "mean_gap"
+    value : float
+        Mean pressure [Pa] >= 0, contact area fraction in [0, 1), or mean gap [m] > 0.
+
+    Raises
+    ------
+    InvalidInput
+        If the value is out of range.
+    """
+
+    kind: str
+    value: float
+
+    def __post_init__(self):
+        if not np.isfinite(self.value):
+            raise InvalidInput(f"{self.kind} must be finite, got {self.value}")
+        if self.kind == "pressure" and self.value < 0:
+            raise InvalidInput(f"pressure must not be negative, got {self.value} Pa")
+        if self.kind == "area_fraction" and not 0 <= self.value < 1:
+            raise InvalidInput(f"area_fraction must lie in [0, 1), got {self.value}")
+        if self.kind == "mean_gap" and self.value <= 0:
+            raise InvalidInput(
+                f"mean_gap must be positive, got {self.value} m; full contact is a matter of "
+                "pressure"
+            )
+
+
+def one_load(**named_loads: float | None) -> Load:
+    """Return the only load that is not None.
+
+    Raises
+    ------
+    InvalidInput
+        Unless exactly one load is not None and it is in its range.
+    """
+    loads = [Load(kind, float(value)) for kind, value in named_loads.items() if value is not None]
+    if len(loads) != 1:
+        named = ", ".join(load.kind for load in loads) or "none"
+        raise InvalidInput(f"give exactly one load out of {', '.join(named_loads)}; got {named}")
+    return loads[0]
