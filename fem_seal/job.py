@@ -108,8 +108,7 @@ def draw(
         with writing(folder):
             names = draw_pictures(film, leak, target.staged)
             if everything:
-                levels = [record.as_level() for record in result.levels]
-                names += draw_details(film, leak, levels, target.staged)
+                names += draw_details(film, leak, result.levels, target.staged)
         files = tuple(sorted({*result.files, *names}))
         target.commit(result.model_copy(update={"files": files}))
     return names

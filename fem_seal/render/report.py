@@ -167,7 +167,7 @@ def _is_picture(path: Path) -> bool:
 def _bounds(result: Result) -> bytes:
     from fem_seal.render.bounds import bounds_plot
 
-    levels = [record.as_level() for record in result.levels]
+    levels = result.levels
     with temporary_folder() as scratch:
         return bounds_plot(levels, scratch / "bounds.png").read_bytes()
 

@@ -1,7 +1,6 @@
 """What result.json says."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
 from datetime import UTC, datetime
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
@@ -14,7 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, ValidationError
 
 from fem_seal import parallel
-from fem_seal.accuracy import Choice
+from fem_seal.accuracy import Choice, Trial
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
@@ -63,30 +62,6 @@ class Bounds(Record):
     unit: Literal["m^3/s"] = "m^3/s"
 
 
-class LevelRecord(Record):
-    """One mesh of the refinement."""
-
-    unknowns: int
-    cells: int
-    lower: float
-    upper: float
-    iterations: dict[str, int]
-    seconds: dict[str, float]
-
-    def as_level(self) -> Level:
-        """The level as the flow solver returned it, for the plots."""
-        return Level(**self.model_dump())
-
-
-class TrialRecord(Record):
-    """One contact grid that was tried for the total error."""
-
-    samples: tuple[int, int]
-    leak_rate: float
-    lower: float
-    upper: float
-
-
 class AccuracyRecord(Record):
     """What was chosen to keep accuracy.total; an error is null where nothing can be said."""
 
@@ -95,7 +70,7 @@ class AccuracyRecord(Record):
     rtol: float
     contact_error: float | None
     flow_error: float | None
-    trials: tuple[TrialRecord, ...]
+    trials: tuple[Trial, ...]
 
     @classmethod
     def of(cls, choice: Choice) -> "AccuracyRecord":
@@ -106,7 +81,7 @@ class AccuracyRecord(Record):
             rtol=choice.rtol,
             contact_error=choice.contact_error if isfinite(choice.contact_error) else None,
             flow_error=choice.flow_error if isfinite(choice.flow_error) else None,
-            trials=tuple(TrialRecord(**asdict(trial)) for trial in choice.trials),
+            trials=choice.trials,
         )
 
 
@@ -167,7 +142,7 @@ class Result(Record):
     pressed_gap: float | None = None
     penetration: float | None = None
     contact_iterations: int | None
-    levels: tuple[LevelRecord, ...]
+    levels: tuple[Level, ...]
     accuracy: AccuracyRecord | None = None
     preparation: tuple[StepRecord, ...] | None = None
     files: tuple[FileName, ...]
@@ -307,17 +282,7 @@ def _flow_numbers(leak: LeakRate | None, tensor: ConductivityTensor | None) -> d
         "unknowns": leak.unknowns,
         "inflow": leak.inflow,
         "outflow": leak.outflow,
-        "levels": tuple(
-            LevelRecord(
-                unknowns=level.unknowns,
-                cells=level.cells,
-                lower=level.lower,
-                upper=level.upper,
-                iterations=dict(level.iterations),
-                seconds=dict(level.seconds),
-            )
-            for level in leak.levels
-        ),
+        "levels": leak.levels,
     }
 
 
