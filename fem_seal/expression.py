@@ -28,15 +28,20 @@ FUNCTIONS: dict[str, tuple[Callable[..., np.ndarray], int]] = {
 }
 VARIABLES = ("x", "y", "r", "theta", "pi")
 
-_BINARY = {
+# NumPy's numbers and arrays; both divide by 0 and overflow without an exception, unlike a float.
+Value = np.ndarray | np.floating
+
+_BINARY: dict[type[ast.operator], Callable[[Value, Value], Value]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
     ast.Pow: operator.pow,
 }
-_UNARY = {ast.UAdd: operator.pos, ast.USub: operator.neg}
-# NumPy's float64 divides by 0 and overflows without an exception, unlike Python's float.
+_UNARY: dict[type[ast.unaryop], Callable[[Value], Value]] = {
+    ast.UAdd: np.positive,
+    ast.USub: np.negative,
+}
 PI = np.float64(np.pi)
 LONGEST = 1000  # most characters of a formula, so that it cannot exhaust the parser
 
@@ -62,7 +67,8 @@ def evaluate(text: str, points: np.ndarray) -> np.ndarray:
     """
     tree = _parsed(text)
     x, y = points.T
-    names = dict(zip(VARIABLES, (x, y, np.hypot(x, y), np.arctan2(y, x), PI), strict=True))
+    values: tuple[Value, ...] = (x, y, np.hypot(x, y), np.arctan2(y, x), PI)
+    names = dict(zip(VARIABLES, values, strict=True))
     try:
         with np.errstate(all="ignore"):
             value = _value(tree, names, text)
@@ -86,7 +92,7 @@ def _parsed(text: str) -> ast.expr:
         raise InvalidInput(f"{text!r} is not an expression in {', '.join(VARIABLES)}") from None
 
 
-def _value(node: ast.expr, names: dict[str, np.ndarray], text: str) -> np.ndarray:
+def _value(node: ast.expr, names: dict[str, Value], text: str) -> Value:
     """Value of a node of the syntax tree; InvalidInput if its kind is not allowed."""
     match node:
         case ast.Constant(value=int() | float()) if not isinstance(node.value, bool):

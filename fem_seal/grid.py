@@ -32,7 +32,7 @@ class GridField:
     spacing: tuple[float, float]
     periodic: bool = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         values = np.array(self.values, dtype=np.float64, order="C")
         if values.ndim != 2 or 0 in values.shape:
             raise InvalidInput(f"a grid needs a two-dimensional array, got shape {values.shape}")
@@ -50,7 +50,7 @@ class GridField:
         object.__setattr__(self, "spacing", spacing)
         object.__setattr__(self, "periodic", bool(self.periodic))
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         (nx, ny), (dx, dy) = self.shape, self.spacing
         values = f"{self.values.min():.4g} to {self.values.max():.4g}"
         return (
@@ -60,13 +60,14 @@ class GridField:
     @property
     def shape(self) -> tuple[int, int]:
         """Number of samples (nx, ny)."""
-        return self.values.shape
+        nx, ny = self.values.shape
+        return nx, ny
 
     @property
     def size(self) -> tuple[float, float]:
         """Lengths (Lx, Ly) of the rectangle [m]."""
-        intervals = self.shape if self.periodic else (n - 1 for n in self.shape)
-        return tuple(n * d for n, d in zip(intervals, self.spacing, strict=True))
+        (nx, ny), (dx, dy) = self.shape, self.spacing
+        return (nx * dx, ny * dy) if self.periodic else ((nx - 1) * dx, (ny - 1) * dy)
 
     def vertices(self) -> np.ndarray:
         """Samples, with the first row and column repeated at the end if the field is periodic.
@@ -98,4 +99,5 @@ class GridField:
         fine[1::2, 1::2] = np.where((i + j) % 2 == 0, rising, falling) / 2
         if self.periodic:
             fine = fine[:-1, :-1]
-        return GridField(fine, tuple(d / 2 for d in self.spacing), self.periodic)
+        dx, dy = self.spacing
+        return GridField(fine, (dx / 2, dy / 2), self.periodic)

@@ -134,14 +134,14 @@ class LeakRate:
     levels: tuple[Level, ...] = field(default=(), repr=False)
     field: FlowField | None = field(default=None, repr=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.lower is not None and not self.lower <= self.upper:
             raise Inconsistent(
                 f"the bounds cross: lower {self.lower:.6e} > upper {self.upper:.6e} m^3/s; "
                 "this is a defect of the solver, please report the gap"
             )
 
-    def __str__(self):
+    def __str__(self) -> str:
         if self.state == "sealed":
             return "sealed: 0 m^3/s, no open path joins inlet and outlet"
         unfinished = "" if self.converged else f"; {self.reason}"

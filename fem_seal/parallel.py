@@ -33,12 +33,14 @@ def _world() -> "MPI.Comm | None":
 
 def processes() -> int:
     """Number of processes of this run."""
-    return _world().size if _world() else 1
+    world = _world()
+    return world.size if world else 1
 
 
 def is_root() -> bool:
     """Whether this process is the first one, which writes, draws and prints."""
-    return _world() is None or _world().rank == 0
+    world = _world()
+    return world is None or world.rank == 0
 
 
 def on_root(compute: Callable[[], Answer]) -> Answer:
@@ -61,17 +63,19 @@ def on_root(compute: Callable[[], Answer]) -> Answer:
 
 def total(number: int) -> int:
     """Sum of a number over the processes."""
-    return _world().allreduce(number) if _world() else number
+    world = _world()
+    return world.allreduce(number) if world else number
 
 
 def abort_together() -> None:
     """Make an unexpected error of one process end all of them, which would wait for it for ever."""
-    if _world() is None:
+    world = _world()
+    if world is None:
         return
 
     def hook(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
         sys.__excepthook__(kind, error, trace)
-        _world().Abort(1)
+        world.Abort(1)
 
     sys.excepthook = hook
 
@@ -90,18 +94,18 @@ def fail(message: str, status: int) -> int:
     """
     # The name of a file in the message may contain line breaks or control characters.
     message = printable(" ".join(message.splitlines()))
-    if _world() is None:
+    world = _world()
+    if world is None:
         print(message, file=sys.stderr)  # noqa: T201 (the one line of a failed command)
         return status
-    _fail_together(message, status)
+    _fail_together(world, message, status)
 
 
-def _fail_together(message: str, status: int) -> NoReturn:
-    rank = _world().rank
-    if rank:
+def _fail_together(world: "MPI.Comm", message: str, status: int) -> NoReturn:
+    if world.rank:
         # Most errors occur on all processes: wait until the first has printed it and ended them.
         time.sleep(2)
-        message = f"{message} (process {rank})"
+        message = f"{message} (process {world.rank})"
     print(message, file=sys.stderr, flush=True)  # noqa: T201
-    _world().Abort(status)
+    world.Abort(status)
     raise SystemExit(status)

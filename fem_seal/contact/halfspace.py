@@ -60,7 +60,7 @@ class Layer:
     base: str = "fixed"
     poisson_ratio: float = 0.5
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (np.isfinite(self.thickness) and self.thickness > 0):
             raise InvalidInput(f"thickness must be a positive length in m, got {self.thickness}")
         require_known(BASES, self.base, "base")

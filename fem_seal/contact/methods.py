@@ -62,7 +62,7 @@ class Stopping:
     progress: Progress | None = None
     gap_tolerance: float = GAP_TOLERANCE
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_known(METHODS, self.solver, "solver")
         if not SMALLEST_TOLERANCE <= self.tolerance < 1:
             raise InvalidInput(

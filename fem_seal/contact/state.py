@@ -29,7 +29,7 @@ class GapState:
 
     gap: GridField
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         lowest = self.gap.values.min()
         if lowest < 0:
             raise InvalidInput(f"a gap must not be negative, got {lowest:.3e} m")
@@ -121,7 +121,7 @@ class ContactState(GapState):
     solver: str
     converged: bool
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         lowest = self.pressure.values.min()
         if lowest < 0:

@@ -168,7 +168,7 @@ def _numbers_about(
     for name in (*_MISSING, "scale_factor", "add_offset"):
         if name not in attributes:
             continue
-        number = np.ravel(attributes[name])
+        number = np.ravel(np.asarray(attributes[name]))
         if number.size != 1 or number.dtype.kind not in "iuf":
             raise InvalidInput(f"{name} of {what} must be one number, got {attributes[name]!r}")
         about[name] = number[0]

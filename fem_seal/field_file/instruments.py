@@ -15,23 +15,27 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.field_file.hdf5 import memory_to_read, refuse_data_elsewhere
-from fem_seal.field_file.recorded import Recorded
+from fem_seal.field_file.recorded import Pair, Recorded
 from fem_seal.memory import refuse_too_large
 
 if TYPE_CHECKING:
     from SurfaceTopography.IO.Reader import ChannelInfo, ReaderBase
 
 # What parsers of binary formats raise where a file ends early or holds nonsense.
-_BROKEN = (
-    *(OSError, EOFError, ValueError, TypeError, LookupError, AttributeError, AssertionError),
-    *(
-        ArithmeticError,
-        RuntimeError,
-        struct.error,
-        zipfile.BadZipFile,
-        zlib.error,
-        ParseError,
-    ),
+_BROKEN: tuple[type[Exception], ...] = (
+    OSError,
+    EOFError,
+    ValueError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    AssertionError,
+    ArithmeticError,
+    RuntimeError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+    ParseError,
 )
 
 
@@ -61,7 +65,10 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
         given = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
         topography = reader.topography(channel_index=info.index, **given)
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
-        spacing = None if given else tuple(float(d) for d in topography.pixel_size)
+        spacing: Pair | None = None
+        if not given:
+            dx, dy = topography.pixel_size
+            spacing = float(dx), float(dy)
         unit = topography.unit
         return Recorded(values, unit, spacing, unit, bool(topography.is_periodic) or None)
 
@@ -90,7 +97,7 @@ def _readable(path: Path) -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # deprecations inside the readers concern their authors
             yield
-    except (*_BROKEN, *from_package) as error:
+    except _BROKEN + from_package as error:
         reason = str(error).strip().split("\n")[0] or type(error).__name__
         raise InvalidInput(f"{path} cannot be read by SurfaceTopography: {reason}") from None
 

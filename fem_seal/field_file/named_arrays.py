@@ -162,8 +162,8 @@ def _spacing(
         return _pair(attributes["spacing"], f"spacing in {arrays.path}"), None
     if "system_size" in attributes:
         # Tamaas puts the depth of a volume before the two lengths of its face.
-        size = np.ravel(attributes["system_size"])[-2:]
-        size = _pair(size, f"system_size in {arrays.path}")
+        lengths = np.ravel(np.asarray(attributes["system_size"]))[-2:]
+        size = _pair(lengths, f"system_size in {arrays.path}")
         return (size[0] / shape[0], size[1] / shape[1]), None
     return None, None
 
@@ -191,10 +191,10 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
             f"{name} in {path} is not evenly spaced and increasing: steps from {steps.min():g} "
             f"to {steps.max():g}; resample it onto an even grid"
         )
-    length = np.ravel(axis.attributes.get("length", n * mean))
-    if length.dtype.kind not in "iuf" or length.size != 1:
-        raise InvalidInput(f"length of {name} in {path} must be one number, got {length}")
-    length = float(length[0])
+    written = np.ravel(np.asarray(axis.attributes.get("length", n * mean)))
+    if written.dtype.kind not in "iuf" or written.size != 1:
+        raise InvalidInput(f"length of {name} in {path} must be one number, got {written}")
+    length = float(written[0])
     # SurfaceTopography writes the length, n steps, in single precision.
     if not np.isclose(length, n * mean, rtol=SAME_LENGTH, atol=0):
         raise InvalidInput(

@@ -96,11 +96,12 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
 
 def _scale(said: str | None, stated: str | None, what: str) -> float:
     """Metres in the unit of a file or, if it has none, of the scene."""
-    if said is None and stated is None:
-        raise InvalidInput(
-            f'{what} have no unit; say it in the scene, such as unit = "um", or by --length-unit um'
-        )
     if said is None:
+        if stated is None:
+            raise InvalidInput(
+                f"{what} have no unit; say it in the scene, such as "
+                'unit = "um", or by --length-unit um'
+            )
         return length_in_metres(stated, what)
     scale = length_in_metres(said, what)
     if stated is not None and not isclose(length_in_metres(stated, what), scale, rel_tol=1e-12):
@@ -111,19 +112,17 @@ def _scale(said: str | None, stated: str | None, what: str) -> float:
 
 
 def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
-    stated_spacing = stated.size and tuple(
-        length / n for length, n in zip(stated.size, recorded.values.shape, strict=True)
-    )
+    nx, ny = recorded.values.shape
     if recorded.spacing is None:
-        if stated_spacing is None:
+        if stated.size is None:
             raise InvalidInput(
                 f'{path} does not say its lengths; give its size, such as size = ["1 mm", "1 mm"], '
                 'or by --size "1 mm,1 mm"'
             )
-        return stated_spacing
+        return stated.size[0] / nx, stated.size[1] / ny
     unit = stated.unit if recorded.length_unit is None else None
     scale = _scale(recorded.length_unit, unit, f"the lengths of {path}")
-    spacing = tuple(float(d) * scale for d in recorded.spacing)
+    spacing = float(recorded.spacing[0]) * scale, float(recorded.spacing[1]) * scale
     if not all(np.isfinite(d) and d > 0 for d in spacing):
         raise InvalidInput(f"spacing in {path} must be two positive lengths, got {spacing} m")
     if max(spacing) > LONGEST_PIXEL * min(spacing):
@@ -131,13 +130,13 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
             f"spacing in {path} is {spacing[0]:g} m by {spacing[1]:g} m, pixels more than "
             f"{LONGEST_PIXEL:.0e} times as long as wide; check the units"
         )
-    if stated_spacing is not None and not all(
-        isclose(a, b, rel_tol=SAME_LENGTH) for a, b in zip(spacing, stated_spacing, strict=True)
+    size = nx * spacing[0], ny * spacing[1]
+    if stated.size is not None and not all(
+        isclose(a, b, rel_tol=SAME_LENGTH) for a, b in zip(size, stated.size, strict=True)
     ):
-        size = [f"{n * d:g} m" for n, d in zip(recorded.values.shape, spacing, strict=True)]
         raise InvalidInput(
-            f"{path} says size = {size[0]} by {size[1]}, but size = {stated.size[0]:g} m by "
-            f"{stated.size[1]:g} m was given; leave out what is wrong"
+            f"{path} says size = {size[0]:g} m by {size[1]:g} m, but size = {stated.size[0]:g} m "
+            f"by {stated.size[1]:g} m was given; leave out what is wrong"
         )
     return spacing
 

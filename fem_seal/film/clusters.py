@@ -193,7 +193,7 @@ def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool
         Links of a cluster to itself are included: such a cluster winds around the cell.
     """
     shape = np.array(labels.shape)
-    start, stop = _last_edges(*labels.shape, connectivity)
+    start, stop = _last_edges(labels.shape[0], labels.shape[1], connectivity)
     wraps = (start == shape) | (stop == shape)
     shift = (stop == shape).astype(int) - (start == shape)
     keep = wraps.any(axis=1) & shift.any(axis=1) & (~wraps | np.array(periodic)).all(axis=1)

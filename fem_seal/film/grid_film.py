@@ -38,7 +38,7 @@ class GridFilm:
     sides: str = "wall"
     representation: str = "linear"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not isinstance(self.field, GridField):
             raise InvalidInput(
                 f"the gap is a {type(self.field).__name__}; make it a "

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-Gap = TypeVar("Gap", float, np.ndarray)
+Gap = TypeVar("Gap", float, np.float64, np.ndarray)
 
 
 def film_conductivity(gap: Gap, viscosity: float) -> Gap:

@@ -34,7 +34,7 @@ class MeshFilm:
     mesh: "TriangleMesh"
     values: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         bad = ~np.isfinite(self.values)
         fault = "not finite"
         if not bad.any():

@@ -42,7 +42,7 @@ class VertexGraph:
         points : (V, 2) float
             Coordinates of the vertices [m].
         """
-        critical = highest_spanning(self.gap[self.gap > 0], lambda h: self._spanning(h).any())
+        critical = highest_spanning(self.gap[self.gap > 0], lambda h: bool(self._spanning(h).any()))
         if critical == 0:
             return None
         x, y = points[np.argmax(self._spanning(critical) & (self.gap == critical))]

@@ -88,7 +88,7 @@ def _dissect(
     extent = rows[1] - rows[0], columns[1] - columns[0]
     if tiles is None and max(extent) <= CHUNK:
         tiles = tile_links(pixels, rows, columns)
-    if extent == (1, 1):
+    if tiles is not None and extent == (1, 1):
         return _tile_piece(pixels, rows[0], columns[0], tiles[0, 0])
     axis = int(extent[1] > extent[0])
     half = extent[axis] // 2

@@ -193,8 +193,8 @@ def _merge_plan(
     second = [(i + step[0], j + step[1]) for i, j in first]
     inner = sorted((set(first) | set(second)) - set(outer))
     place = {node: k for k, node in enumerate(inner + outer)}
-    runs = (_runs([place[node] for node in part]) for part in (first, second))
-    return *runs, len(place), len(inner)
+    first_runs, second_runs = (_runs([place[node] for node in part]) for part in (first, second))
+    return first_runs, second_runs, len(place), len(inner)
 
 
 def _runs(places: list[int]) -> tuple[Run, ...]:

@@ -58,7 +58,7 @@ class Plan:
     loads: tuple[float, ...] = LOADS
     threads: int = 1
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.seeds < 1:
             raise InvalidInput(f"the number of seeds must be at least 1, got {self.seeds}")
         if not 0 < self.rtol < 2:

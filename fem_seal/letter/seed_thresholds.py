@@ -35,7 +35,7 @@ class Search:
     edges: tuple[str, ...] = ("open", "periodic")
     flow: bool = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not 0 < self.resolution < 1:
             raise InvalidInput(f"resolution of A/A0 must lie in (0, 1), got {self.resolution}")
         if not self.edges:

@@ -38,7 +38,7 @@ class RoughCase:
     short: float = 1.0
     long: float = 0.125
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.n >= 8:
             raise InvalidInput(f"the side must have at least 8 samples, got {self.n}")
         if not 1 <= self.short < self.long * self.n <= self.n:

@@ -182,7 +182,7 @@ def _same_extent(mesh: float, covered: float) -> None:
         )
 
 
-def _within(points: np.ndarray, steps: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+def _within(points: np.ndarray, steps: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """Positions (n, 2) in the grid, clipped by rounding; InvalidInput if a point is outside."""
     last = np.array(shape) - 1
     out = ((steps < -OUTSIDE) | (steps > last + OUTSIDE)).any(axis=1)
@@ -196,7 +196,7 @@ def _within(points: np.ndarray, steps: np.ndarray, shape: tuple[int, int]) -> np
     return _clipped(steps, shape)
 
 
-def _clipped(steps: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+def _clipped(steps: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     return np.clip(steps, 0, np.array(shape) - 1)
 
 

@@ -65,8 +65,8 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
         )
     sides, twin = sides.copy(), np.arange(len(xy))
     if inlet.loop == outlet.loop:
-        for first, label in ((inlet, BOTTOM), (outlet, TOP)):
-            cell, side = loops.wall_after(first)
+        for end, label in ((inlet, BOTTOM), (outlet, TOP)):
+            cell, side = loops.wall_after(end)
             sides[cell, side] = label
     else:
         xy, cells, sides, twin = _cut(xy, cells, sides, loops, inlet, outlet)

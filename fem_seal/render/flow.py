@@ -13,7 +13,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.colours import CONTACT_COLOUR, WHITE
-from fem_seal.render.offscreen import LONG_SIDE, Mesh, Scale, Triangles, Window, draw
+from fem_seal.render.offscreen import LONG_SIDE, Layer, Mesh, Scale, Triangles, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
 from fem_seal.render.tiles import mosaic
 
@@ -120,7 +120,7 @@ def _panel(
     # Triangles wider than a pixel extend over contact, which carries no flow: hide that part.
     palette = np.array([(*CONTACT.colour, 255), (*CONTACT.colour, 0)])
     contact = view.mean_colours((view.samples > 0).astype(np.uint8), palette)
-    layers = [contact, flow] if isinstance(flow, Mesh) else [flow, contact]
+    layers: tuple[Layer, ...] = (contact, flow) if isinstance(flow, Mesh) else (flow, contact)
     return Panel(draw(layers, view.window, long_side), view.window, title)
 
 

@@ -75,11 +75,10 @@ def flow_figure(flows: dict[str, FlowPicture], folder: Path) -> list[Path]:
     for model, picture in flows.items():
         field = replace(picture.flow, flux=picture.flow.flux / picture.peak)
         title = f"{_title(model, picture.gap)}, peak {picture.peak:.2g} m²/s"
-        common = {"long_side": PANEL_SIDE}
-        whole.append(flow_panel(field, GridFilm(picture.gap), scale, title=title, **common))
-        parts.append(
-            flow_panel(field, GridFilm(picture.gap), scale, window=_part(picture.gap), **common)
-        )
+        film = GridFilm(picture.gap)
+        part = _part(picture.gap)
+        whole.append(flow_panel(field, film, scale, title=title, long_side=PANEL_SIDE))
+        parts.append(flow_panel(field, film, scale, window=part, long_side=PANEL_SIDE))
     key = (CONTACT, NO_FLOW)
     return _pages(
         folder, "fig2", lambda path: write_page([whole, parts], path, scale=scale, key=key)
@@ -152,13 +151,23 @@ def current_figure(
 def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -> None:
     """Draw brackets as error bars, finite differences as crosses with the band of their links."""
     label, fd_label = f"{model}, certified finite elements", f"{model}, finite differences"
+    first = True
     for seed, marker in zip(sorted({row.seed for row in rows}), MARKERS * 9, strict=False):
         points = [row for row in rows if row.seed == seed and row.value > 0]
         area = [row.area for row in points]
         value = np.array([row.value for row in points])
         bars = value - [row.lower for row in points], [row.upper for row in points] - value
-        style = {"color": colour, "markersize": 5, "markerfacecolor": "white", "capsize": 2}
-        axes.errorbar(area, value, yerr=bars, fmt=marker, label=label, **style)
+        axes.errorbar(
+            area,
+            value,
+            yerr=bars,
+            fmt=marker,
+            label=label if first else None,
+            color=colour,
+            markersize=5,
+            markerfacecolor="white",
+            capsize=2,
+        )
         leaking = [row for row in points if row.harmonic > 0]
         middle = np.array([row.linear_gap for row in leaking])
         lower = middle - [row.harmonic for row in leaking]
@@ -172,9 +181,9 @@ def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -
             alpha=0.55,
             markersize=4,
             elinewidth=0.8,
-            label=fd_label,
+            label=fd_label if first else None,
         )
-        label = fd_label = None
+        first = False
 
 
 def _lines(axes: "Axes", rows: Sequence[CurrentRow], medium: str, colour: str) -> None:

@@ -55,7 +55,7 @@ class Window:
     y0: float
     y1: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (self.x0 < self.x1 and self.y0 < self.y1):
             raise InvalidInput(
                 f"a picture needs a window with x0 < x1 and y0 < y1 [m], got x {self.x0:g} to "
@@ -67,7 +67,7 @@ class Window:
         width, height = self.x1 - self.x0, self.y1 - self.y0
         scale = long_side / max(width, height)
         shortest = min(SHORT_SIDE, long_side)
-        return tuple(max(shortest, round(side * scale)) for side in (width, height))
+        return max(shortest, round(width * scale)), max(shortest, round(height * scale))
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Scale:
     colours: str = "viridis"
     beyond: str = "neither"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         least = 0.0 if self.logarithmic else -np.inf
         if not (np.isfinite([self.low, self.high]).all() and least < self.low < self.high):
             kind = "0 < low < high" if self.logarithmic else "low < high"
@@ -208,9 +208,10 @@ def _import_pyvista() -> ModuleType:
     return pyvista
 
 
-def draw(
-    layers: Sequence[Tiles | Triangles | Mesh], window: Window, long_side: int = LONG_SIDE
-) -> np.ndarray:
+Layer = Tiles | Triangles | Mesh
+
+
+def draw(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) -> np.ndarray:
     """Draw layers, later ones over earlier ones, in parallel projection.
 
     Parameters
@@ -241,7 +242,7 @@ def draw(
         plotter.set_background("white")
         for depth, layer in enumerate(layers):
             to_pixels = _Map(window, width, height, depth)
-            DRAWERS[type(layer)](vista, plotter, layer, to_pixels)
+            _draw(vista, plotter, layer, to_pixels)
         plotter.camera_position = [
             (width / 2, height / 2, len(layers) + 10.0),
             (width / 2, height / 2, 0.0),
@@ -318,4 +319,11 @@ def _draw_mesh(vista: ModuleType, plotter: "pyvista.Plotter", mesh: Mesh, to_pix
     )
 
 
-DRAWERS = {Tiles: _draw_tiles, Triangles: _draw_triangles, Mesh: _draw_mesh}
+def _draw(vista: ModuleType, plotter: "pyvista.Plotter", layer: Layer, to_pixels: _Map) -> None:
+    match layer:
+        case Tiles():
+            _draw_tiles(vista, plotter, layer, to_pixels)
+        case Triangles():
+            _draw_triangles(vista, plotter, layer, to_pixels)
+        case Mesh():
+            _draw_mesh(vista, plotter, layer, to_pixels)

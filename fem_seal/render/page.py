@@ -217,14 +217,20 @@ def _add_bar(figure: "Figure", scale: Scale, beside: _Box) -> None:
         extendfrac=0.03,
     )
     bar.set_label(scale.label)
-    bar.outline.set_linewidth(0.8)
+    bar.ax.spines["outline"].set_linewidth(0.8)
+
+
+def _shade(colour: tuple[int, int, int]) -> tuple[float, float, float]:
+    """Matplotlib's red, green and blue, 0..1."""
+    red, green, blue = colour
+    return red / 255, green / 255, blue / 255
 
 
 def _add_key(figure: "Figure", key: Sequence[Swatch], columns: int) -> None:
     from matplotlib.patches import Patch
 
     handles = [
-        Patch(facecolor=np.array(s.colour) / 255, edgecolor="black", linewidth=0.6, label=s.name)
+        Patch(facecolor=_shade(s.colour), edgecolor="black", linewidth=0.6, label=s.name)
         for s in key
     ]
     figure.legend(

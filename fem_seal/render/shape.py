@@ -1,5 +1,6 @@
 """Pictures of a film of any shape on the triangles of its mesh: mesh, gap and flow."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from fem_seal.render.flow import (
     flow_scale,
     flow_triangles,
 )
-from fem_seal.render.offscreen import LONG_SIDE, Mesh, Scale, Triangles, Window, draw
+from fem_seal.render.offscreen import LONG_SIDE, Layer, Mesh, Scale, Triangles, Window, draw
 from fem_seal.render.page import Panel, Swatch, write_page
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def mesh_picture(film: MeshFilm, path: str | Path) -> Path:
         If no OpenGL library is installed.
     """
     mesh = film.mesh
-    layers = [*_contact_of(film), Mesh(mesh.xy, mesh.cells, EDGES, 0.5), *_boundaries(mesh)]
+    layers = (*_contact_of(film), Mesh(mesh.xy, mesh.cells, EDGES, 0.5), *_boundaries(mesh))
     return write_page([[_panel(layers, mesh)]], path, key=_key(film))
 
 
@@ -63,7 +64,7 @@ def gap_picture(film: MeshFilm, path: str | Path) -> Path:
     factor, unit = readable(highest, "m")
     scale = Scale(f"gap [{unit}]", 0.0, (highest or 1.0) * factor, False, GAP_COLOURS)
     values = Triangles(mesh.xy, mesh.cells, film.values * factor, scale)
-    layers = [values, *_contact_of(film), *_boundaries(mesh)]
+    layers: tuple[Layer, ...] = (values, *_contact_of(film), *_boundaries(mesh))
     return write_page([[_panel(layers, mesh)]], path, scale=scale, key=_key(film))
 
 
@@ -71,7 +72,8 @@ def flow_picture(leak: LeakRate, film: MeshFilm, path: str | Path) -> Path:
     """Picture of the flow density on a logarithmic scale; see `mesh_picture`."""
     field: FlowField = flow_of(leak)
     scale = flow_scale(field)
-    layers = [*_contact_of(film), flow_triangles(field, scale), *_boundaries(film.mesh)]
+    flow = flow_triangles(field, scale)
+    layers: tuple[Layer, ...] = (*_contact_of(film), flow, *_boundaries(film.mesh))
     panel = _panel(layers, film.mesh)
     key = (*_key(film), NO_FLOW) if scale.beyond == "min" or _pockets(film, field) else _key(film)
     return write_page([[panel]], path, scale=scale, key=key)
@@ -100,7 +102,7 @@ def draw_shape(film: MeshFilm, leak: LeakRate | None, folder: Path) -> tuple[str
     return "flow.png", "gap.png", "shape.png"
 
 
-def _panel(layers: list[Triangles | Mesh], mesh: "TriangleMesh") -> Panel:
+def _panel(layers: Sequence[Layer], mesh: "TriangleMesh") -> Panel:
     (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)
     margin = MARGIN * max(x1 - x0, y1 - y0)
     window = Window(*(float(v) for v in (x0 - margin, x1 + margin, y0 - margin, y1 + margin)))

@@ -141,15 +141,17 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
     return path
 
 
-def _shades(number: int) -> list[tuple[float, ...]]:
+def _shades(number: int) -> list[str]:
     """Colours from light (coarse) to dark (fine), whose order survives printing in grey."""
     from matplotlib import colormaps
+    from matplotlib.colors import to_hex
 
-    return [colormaps["plasma"](0.85 * (1 - k / max(number - 1, 1))) for k in range(number)]
+    plasma = colormaps["plasma"]
+    return [to_hex(plasma(0.85 * (1 - k / max(number - 1, 1)))) for k in range(number)]
 
 
 def _keys(
-    axes: "Axes", shades: dict[tuple[int, int], tuple[float, ...]], points: Sequence[Point]
+    axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Point]
 ) -> None:
     """Name colours (contact grids) and markers (flow methods) beside the axes."""
     from matplotlib.lines import Line2D

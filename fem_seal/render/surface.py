@@ -50,9 +50,8 @@ def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:
     heights = field.values - field.values.mean()
     scale, unit = readable(float(np.abs(heights).max()), "m")
     length_scale, length_unit = readable(max(n * d for n, d in _sides(field)), "m")
-    extent = [0.0, 0.0, 0.0, 0.0]
-    for k, (n, d) in enumerate(_sides(field)):
-        extent[2 * k + 1] = n * d * length_scale
+    along_x, along_y = (n * d * length_scale for n, d in _sides(field))
+    extent = 0.0, along_x, 0.0, along_y
     image = axes.imshow(
         heights.T * scale, origin="lower", extent=extent, cmap="viridis", interpolation="nearest"
     )

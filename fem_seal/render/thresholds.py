@@ -149,8 +149,9 @@ def _legend(figure: "Figure", sizes: list[int], hursts: list[float]) -> None:
 
     def entry(marker: str, colour: str, filled: bool, name: str, alpha: float = 1.0) -> Line2D:
         face = colour if filled else "white"
-        style = {"color": colour, "markerfacecolor": face, "linestyle": "none", "alpha": alpha}
-        return Line2D([], [], marker=marker, label=name, **style)
+        point = Line2D([], [], marker=marker, color=colour, markerfacecolor=face, label=name)
+        point.set(linestyle="none", alpha=alpha)
+        return point
 
     entries = [entry("o", kind.colour, kind.filled, kind.name) for kind in KINDS]
     entries += [

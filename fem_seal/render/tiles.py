@@ -51,7 +51,7 @@ class Mosaic:
         -------
         (tiles along x, tiles along y) float
         """
-        total, number = field, 1.0
+        total, number = field, np.ones(1)
         for axis, block in enumerate(self.block):
             starts = np.arange(0, field.shape[axis], block)
             total = np.add.reduceat(total, starts, axis=axis, dtype=float)
@@ -116,7 +116,8 @@ def mosaic(
     """
     sites = film.sites
     samples = sites.on_samples(sites.gap)
-    whole = _rectangle(sites, samples.shape)
+    nx, ny = samples.shape
+    whole = _rectangle(sites, (nx, ny))
     window = whole if window is None else window
     _check_inside(window, whole)
     first, last, block = [], [], []

@@ -101,8 +101,8 @@ def _mirror(values: np.ndarray) -> np.ndarray:
 
 def _windowed(name: str) -> Callable[[np.ndarray], np.ndarray]:
     def weigh(values: np.ndarray) -> np.ndarray:
-        mean = values.mean()
-        return mean + (values - mean) * window(name, values.shape)
+        mean, (nx, ny) = values.mean(), values.shape
+        return mean + (values - mean) * window(name, (nx, ny))
 
     return weigh
 

@@ -1,6 +1,6 @@
 """From a map as it was measured to heights that can be pressed: each step off unless named."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fem_seal.errors import InvalidInput
@@ -119,8 +119,8 @@ def prepare(found: FieldMap, preparation: Preparation) -> PreparedSurface:
         If a step cannot be taken, or points are missing at the end.
     """
     steps = [Step("read", MapStatistics.of(found))]
-    for name, step in _on_maps(preparation):
-        found = step(found)
+    for name, prepared in _on_maps(found, preparation):
+        found = prepared
         steps.append(Step(name, MapStatistics.of(found)))
     if found.missing:
         raise InvalidInput(
@@ -134,25 +134,31 @@ def prepare(found: FieldMap, preparation: Preparation) -> PreparedSurface:
         repeats = steps[-1].statistics.seam <= LARGEST_SEAM
     repeats = repeats and preparation.make_periodic is None
     field = measured = GridField(found.values, found.spacing, repeats)
-    for name, step in _on_fields(preparation):
-        field = step(field)
+    for name, cell in _on_fields(field, preparation):
+        field = cell
         steps.append(Step(name, MapStatistics.of(field)))
     return PreparedSurface(field, measured, tuple(steps))
 
 
-def _on_maps(plan: Preparation) -> Iterator[tuple[str, Callable[[FieldMap], FieldMap]]]:
+def _on_maps(heights: FieldMap, plan: Preparation) -> Iterator[tuple[str, FieldMap]]:
+    """Name and outcome of each step of the plan that points may be missing for."""
     if plan.crop is not None:
-        yield "crop", lambda found: cropped(found, plan.crop)
+        heights = cropped(heights, plan.crop)
+        yield "crop", heights
     # Filled points are no measurements: the trend is that of the others, and holes at a tilted
     # border are filled without the tilt.
     if plan.detrend is not None:
-        yield f"detrend {plan.detrend}", lambda found: detrended(found, plan.detrend)
+        heights = detrended(heights, plan.detrend)
+        yield f"detrend {plan.detrend}", heights
     if plan.fill is not None:
-        yield f"fill {plan.fill}", lambda found: fill(found, plan.fill, plan.max_missing)
+        heights = fill(heights, plan.fill, plan.max_missing)
+        yield f"fill {plan.fill}", heights
 
 
-def _on_fields(plan: Preparation) -> Iterator[tuple[str, Callable[[GridField], GridField]]]:
+def _on_fields(heights: GridField, plan: Preparation) -> Iterator[tuple[str, GridField]]:
+    """Name and outcome of each step of the plan that needs all points."""
     if plan.make_periodic is not None:
-        yield plan.make_periodic, lambda field: periodic_cell(field, plan.make_periodic)
+        heights = periodic_cell(heights, plan.make_periodic)
+        yield plan.make_periodic, heights
     if plan.twin_seed is not None:
-        yield "twin", lambda field: twin(field, plan.twin_seed)
+        yield "twin", twin(heights, plan.twin_seed)

@@ -39,7 +39,7 @@ def resample(field: GridField, shape: tuple[int, int]) -> GridField:
     for axis, n in enumerate(shape):
         modes = _padded(fft.rfft(values, axis=axis, norm="forward"), values.shape[axis], n, axis)
         values = fft.irfft(modes, n=n, axis=axis, norm="forward")
-    spacing = tuple(length / n for length, n in zip(field.size, shape, strict=True))
+    spacing = field.size[0] / shape[0], field.size[1] / shape[1]
     return GridField(values, spacing, periodic=True)
 
 

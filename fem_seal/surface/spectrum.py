@@ -38,14 +38,14 @@ class Spectrum:
     rolloff_wavelength: float | None = None
     plateau: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not 0 < self.hurst <= 1:
             raise InvalidInput(f"hurst must lie in (0, 1], got {self.hurst}")
         if not (np.isfinite(self.plateau) and self.plateau > 0):
             raise InvalidInput(f"plateau must be a positive density in m^4, got {self.plateau}")
-        if self.rolloff_wavelength is None:
-            object.__setattr__(self, "rolloff_wavelength", self.long_wavelength)
-        long, rolloff, short = self.long_wavelength, self.rolloff_wavelength, self.short_wavelength
+        long, short = self.long_wavelength, self.short_wavelength
+        rolloff = long if self.rolloff_wavelength is None else self.rolloff_wavelength
+        object.__setattr__(self, "rolloff_wavelength", rolloff)
         if not (np.isfinite(long) and long >= rolloff >= short > 0 and long > short):
             raise InvalidInput(
                 "wavelengths must be in the order long_wavelength >= rolloff_wavelength >= "
@@ -55,8 +55,12 @@ class Spectrum:
     @property
     def wavenumbers(self) -> tuple[float, float, float]:
         """(q_l, q_r, q_s) [1/m]."""
-        wavelengths = self.long_wavelength, self.rolloff_wavelength, self.short_wavelength
-        return tuple(2 * np.pi / wavelength for wavelength in wavelengths)
+        rolloff = self.rolloff_wavelength or self.long_wavelength
+        return (
+            2 * np.pi / self.long_wavelength,
+            2 * np.pi / rolloff,
+            2 * np.pi / self.short_wavelength,
+        )
 
     def density(self, q: np.ndarray) -> np.ndarray:
         """C(q) [m^4] at wavenumbers q [1/m], of any shape."""

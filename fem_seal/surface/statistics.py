@@ -64,8 +64,9 @@ class MapStatistics:
         across = [_mean_square(values[0] - values[-1]), _mean_square(values[:, 0] - values[:, -1])]
         slope = sum(square / d**2 for square, d in zip(inside, field.spacing, strict=True))
         seam = max((a / i) ** 0.5 if i > 0 else 0.0 for a, i in zip(across, inside, strict=True))
+        nx, ny = values.shape
         return cls(
-            values.shape,
+            (nx, ny),
             values.size - known.size,
             float(known.std()) if known.size else 0.0,
             float(slope**0.5),

@@ -78,7 +78,7 @@ def _spacing(
         raise InvalidInput(f"shape must be two positive numbers of samples, got {shape}")
     if len(size) != 2 or not all(np.isfinite(length) and length > 0 for length in size):
         raise InvalidInput(f"size must be two positive lengths in metres, got {size}")
-    spacing = tuple(length / n for length, n in zip(size, shape, strict=True))
+    spacing = size[0] / shape[0], size[1] / shape[1]
     # Allow for rounding: a cut-off of one sample is usually computed as size / n.
     if spectrum.short_wavelength < max(spacing) * (1 - 1e-9):
         raise InvalidInput(
@@ -114,7 +114,7 @@ def _gaussian_modes(shape: tuple[int, int], seed: int) -> np.ndarray:
     if not isinstance(seed, int | np.integer) or seed < 0:
         raise InvalidInput(f"seed must be a non-negative integer, got {seed!r}")
     nx, ny = shape
-    kx = np.rint(np.fft.fftfreq(nx) * nx).astype(np.int64)
+    kx = np.rint(np.fft.fftfreq(nx, 1.0) * nx).astype(np.int64)
     ky = np.arange(ny // 2 + 1)
     shells = max(nx, ny) // 2
     # NumPy guarantees the raw stream of a bit generator for ever, but not its distributions.

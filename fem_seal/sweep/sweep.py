@@ -72,7 +72,7 @@ class Work:
     executor: Executor | None = None
     gather: bool = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         k, n = self.part
         if self.jobs < 1:
             raise InvalidInput(f"--jobs = {self.jobs} must be at least 1")
