@@ -1,8 +1,9 @@
 # make demo   install what is missing and run the first scene
 # make test   install what is missing and run the tests
+# make lint   install what is missing and check style and types
 # make limits install what is missing, try the extremes and write docs/limits.md
 # make setup  install what is missing
-.PHONY: demo test limits setup clean
+.PHONY: demo test lint limits setup clean
 
 # One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
 export OMP_NUM_THREADS ?= 1
@@ -19,6 +20,10 @@ demo: .venv/ready
 
 test: .venv/ready
 	.venv/bin/python -m pytest
+
+lint: .venv/ready
+	.venv/bin/ruff check .
+	.venv/bin/mypy
 
 limits: .venv/ready
 	.venv/bin/python tests/extremes/limits_page.py docs/limits.md

@@ -1,4 +1,4 @@
-"""Patch: from a scene to the leak rate of one patch of rough contact, each step computed when it is first asked for."""
+"""Patch: from a scene to the leak rate of one patch of rough contact, each step when asked for."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -182,7 +182,7 @@ class Patch:
 
     @cached_property
     def film(self) -> "GridFilm | MeshFilm":
-        """The domain of the fluid: the gap with its sides, on its grid or on the mesh of a shape."""
+        """Domain of the fluid: the gap with its sides, on its grid or on the mesh of a shape."""
         from fem_seal.film import GridFilm
 
         shape, flow = self.scene.shape, self.scene.flow

@@ -245,7 +245,9 @@ def spoken(status: int, error: str) -> str:
     return "while Python started" if early else f"traceback: {error[-2000:]}"
 
 
-def campaign(count: int, seed: int, jobs: tuple[Job, ...], every: int = 4) -> tuple[Counter, list[str]]:
+def campaign(
+    count: int, seed: int, jobs: tuple[Job, ...], every: int = 4
+) -> tuple[Counter, list[str]]:
     """End commands at random moments.
 
     Parameters

@@ -88,7 +88,8 @@ def test_contacts_are_handed_on(scene_file, tmp_path, monkeypatch):
     assert all(
         one.contact is other.contact for one, other in zip(patches[::2], patches[1::2], strict=True)
     )
-    for pressure, patch, row in zip(loads, patches[1::2], rows(tmp_path / "out")[1::2], strict=True):
+    later = rows(tmp_path / "out")[1::2]
+    for pressure, patch, row in zip(loads, patches[1::2], later, strict=True):
         keys = [f"contact.pressure={pressure}", "contact.area_fraction=", "flow.links=harmonic"]
         alone = Patch(Scene.from_file(scene_file, keys))
         assert np.array_equal(patch.contact.contact, alone.contact.contact)

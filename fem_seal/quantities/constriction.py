@@ -68,7 +68,7 @@ def constriction(
 
 
 def _width_on_mesh(film: MeshFilm) -> float | None:
-    """Distance between the solid on both sides of the critical constriction; see `channel_width`."""
+    """Distance between the solids on both sides of the constriction; see `channel_width`."""
     mesh, position = film.mesh, film.constriction.position
     solid = film.values == 0
     for name, ends in mesh.groups():

@@ -30,7 +30,8 @@ def _contact(patch: Patch, gap: GridField) -> str | None:
     """Remark that all, or hardly any, of the samples touch, and what is the likely cause."""
     touching = np.count_nonzero(gap.values == 0)
     if touching == gap.values.size:
-        given = "the gap" if patch.scene.contact is None else "the heights, the load and the modulus"
+        pressed = patch.scene.contact is not None
+        given = "the heights, the load and the modulus" if pressed else "the gap"
         return f"all samples are in contact, and the mean gap is 0: are {given} in the right units?"
     if patch.scene.contact is None:
         if touching == 0 and patch.scene.gap.contact_below is None:

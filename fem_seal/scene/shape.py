@@ -273,14 +273,14 @@ def check_shape(scene: "Scene") -> bool:
         )
     if scene.accuracy is not None:
         raise ContradictionError(
-            "[accuracy] refines the grid of the contact, but a [shape] reads its gap at the vertices "
-            "of a mesh that stays as it is; set flow.rtol, and compare meshes by mesh_size"
+            "[accuracy] refines the grid of the contact, but a [shape] reads its gap at the "
+            "vertices of a mesh that stays as it is; set flow.rtol, and compare meshes by mesh_size"
         )
     unavailable = set(scene.output.products) - PRODUCTS
     if unavailable:
         raise ContradictionError(
-            f"output.products names {sorted(unavailable)[0]!r}, which is that of a periodic cell; a "
-            f"[shape] is none: choose from {', '.join(sorted(PRODUCTS))}"
+            f"output.products names {sorted(unavailable)[0]!r}, which is that of a periodic cell; "
+            f"a [shape] is none: choose from {', '.join(sorted(PRODUCTS))}"
         )
     if shape.own_gap:
         for name in ("gap", "surface", "solid", "contact"):

@@ -88,7 +88,9 @@ def ours(gap: GridField) -> dict[str, float]:
         "P1 upper": bounds.upper,
         "P1 lower": bounds.lower,
         "√(lo·hi)": bounds.value,
-        "P2 upper": quadratic_upper(GridFilm(gap, "periodic"), viscosity=1 / 12, pressure_drop=1.0).value,
+        "P2 upper": quadratic_upper(
+            GridFilm(gap, "periodic"), viscosity=1 / 12, pressure_drop=1.0
+        ).value,
     }
 
 

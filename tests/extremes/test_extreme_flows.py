@@ -141,8 +141,8 @@ def test_slender_pixels(kind, aspect, show):
     else:
         show(
             "limited",
-            f"the closed form lies inside the bounds; {MOST_UNKNOWNS} unknowns do not reach 5 %, as "
-            "the answer says",
+            f"the closed form lies inside the bounds; {MOST_UNKNOWNS} unknowns do not reach 5 %, "
+            "as the answer says",
         )
 
 

@@ -100,7 +100,8 @@ def test_pocket_of_a_uniform_gap_holds_gap_times_area(sides, representation):
     gap = GridField(h, (1.0, 1.0), periodic=True)
     exact = 8 * 6 * 1e-6  # linear: 5 rows of pixels and 2 half rows; constant: 6 rows
     assert GridFilm(gap, sides, representation).trapped_volume == approx(exact, rel=1e-13)
-    assert GridFilm(gap, sides, representation).pockets.sum() == 6 * (9 if representation == "linear" else 8)
+    samples = 9 if representation == "linear" else 8
+    assert GridFilm(gap, sides, representation).pockets.sum() == 6 * samples
 
 
 def test_nothing_is_trapped_in_an_open_gap():

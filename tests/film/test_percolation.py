@@ -145,13 +145,13 @@ def test_carrying_has_the_shape_of_the_samples():
 def test_periodic_sides_need_matching_columns():
     rng = np.random.default_rng(0)
     with pytest.raises(InvalidInput, match="periodic"):
-        GridFilm(gap(rng.random((4, 5))), "periodic", "linear").sealed
+        GridFilm(gap(rng.random((4, 5))), "periodic", "linear")
 
 
 def test_bad_choices_and_negative_gaps():
     with pytest.raises(InvalidInput, match=r"sides = 'open'.*wall, periodic"):
-        GridFilm(gap([[1.0]]), "open", "linear").sealed
+        GridFilm(gap([[1.0]]), "open", "linear")
     with pytest.raises(InvalidInput, match=r"representation = 'cubic'.*linear, constant"):
-        GridFilm(gap([[1.0]]), "wall", "cubic").sealed
+        GridFilm(gap([[1.0]]), "wall", "cubic")
     with pytest.raises(InvalidInput, match="negative"):
-        GridFilm(gap([[1.0, -1e-9]])).sealed
+        GridFilm(gap([[1.0, -1e-9]]))
