@@ -10,11 +10,10 @@ PACKAGE = ROOT / "fem_seal"
 # Packages and modules whose docstrings are in this dialect throughout.
 FINISHED = [
     *("film", "theory", "finite_difference", "mesh", "render", "surface"),
+    *("verification", "field_file", "quantities", "results", "files"),
     *("digits.py", "expression.py", "fenicsx.py", "fluid.py", "grid.py", "leak_rate.py"),
     *("doctor.py", "gap_file.py", "parallel.py", "progress.py", "units.py"),
 ]
-# Modules of these packages that still have fields outside sections.
-UNFINISHED = {"mesh/files.py"}
 
 SECTION = re.compile(r"^([A-Z]\w+)\n-{3,}\n(.*?)(?=\n\n|\Z)", re.MULTILINE | re.DOTALL)
 ENTRY = re.compile(r"^(\*{0,2}\w+(?:, \*{0,2}\w+)*) : ", re.MULTILINE)
@@ -24,8 +23,7 @@ def modules():
     for name in FINISHED:
         path = PACKAGE / name
         for module in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            if str(module.relative_to(PACKAGE)) not in UNFINISHED:
-                yield module
+            yield module
 
 
 def entries(docstring, *sections):

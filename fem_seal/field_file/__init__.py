@@ -1,6 +1,6 @@
-"""Heights and gaps from files: what each format says, brought to metres.
+"""Heights and gaps from files of many formats, converted to metres.
 
-Nothing here imports a format's library before a file of that format is read.
+The library of a format is imported only when a file of that format is read.
 """
 
 from fem_seal.field_file.read import GAP_NAMES, HEIGHT_NAMES, read_map

@@ -30,21 +30,21 @@ if TYPE_CHECKING:
     import h5py
     from scipy.io import netcdf_variable
 
-# What the libraries raise at the end of a truncated file, or at bytes that make no sense; found by
-# cutting files off at every length and by flipping bytes.
+# Errors that the libraries raise on truncated or damaged files. The list comes from a test that
+# cuts files off at every length and flips bytes.
 BROKEN = (
     *(OSError, ValueError, EOFError, LookupError, TypeError, RuntimeError),
     *(BadZipFile, zlib.error, lzma.LZMAError, TokenError),
 )
 
 HDF5 = b"\x89HDF"
-# Attributes that name the number of a missing point; the first that is there counts.
+# Attributes that hold the number written for a missing point; the first one present counts.
 _MISSING = ("_FillValue", "missing_value")
 
 
 @contextmanager
 def whole(path: Path, what: str) -> Iterator[None]:
-    """Say in one sentence that a file is not there, or is no whole file of its format."""
+    """Raise InvalidInput with one sentence if a file is missing, or not a whole file of `what`."""
     try:
         yield
     except FileNotFoundError:
@@ -54,18 +54,18 @@ def whole(path: Path, what: str) -> Iterator[None]:
         raise InvalidInput(f"{path} cannot be read: {reason}") from None
 
 
-def read_npz(path: Path, wanted: Iterable[str]) -> NamedArrays:
-    """Read the arrays of an npz that are wanted; their lengths are metres unless it says more."""
+def read_npz(path: Path, names: Iterable[str]) -> NamedArrays:
+    """Read the named arrays of an npz; lengths without a unit are metres, but for Tamaas files."""
     with whole(path, "npz"), path.open("rb") as file:
         if file.read(len(MAGIC_PREFIX)) == MAGIC_PREFIX:
             raise InvalidInput(f"{path} holds one array without lengths; rename it to .npy")
         file.seek(0)
         with np.load(file, allow_pickle=False) as loaded:
-            # An empty archive is given back as one as well; anything else was pickled, and refused.
-            present = [name for name in wanted if name in loaded.files]
-            found = {name: Variable(_npz_array(loaded, name, path)) for name in present}
-            # Tamaas has no units, whereas our own files are in metres.
-            return NamedArrays(path, found, tuple(loaded.files), {}, si="attrs" not in found)
+            # np.load returns an NpzFile here, also for an empty archive; it has refused pickles.
+            present = [name for name in names if name in loaded.files]
+            arrays = {name: Variable(_npz_array(loaded, name, path)) for name in present}
+            # Tamaas, which writes `attrs`, has no units; the package's own files are in metres.
+            return NamedArrays(path, arrays, tuple(loaded.files), {}, si="attrs" not in arrays)
 
 
 def _npz_array(loaded: "np.lib.npyio.NpzFile", name: str, path: Path) -> np.ndarray:
@@ -91,7 +91,7 @@ def read_npy(path: Path) -> np.ndarray:
 
 
 def _refuse_large_array(file: IO[bytes], what: str) -> None:
-    """Weigh an array by its npy header; ValueError if it has none."""
+    """Check the size that the npy header declares against memory; ValueError without a header."""
     version = read_magic(file)
     # Version 3 differs from 2 in the encoding of names alone.
     read = read_array_header_1_0 if version == (1, 0) else read_array_header_2_0
@@ -99,23 +99,23 @@ def _refuse_large_array(file: IO[bytes], what: str) -> None:
     refuse_too_large(memory_to_read(shape, dtype), what)
 
 
-def read_netcdf(path: Path, wanted: Iterable[str]) -> NamedArrays:
+def read_netcdf(path: Path, names: Iterable[str]) -> NamedArrays:
     """Read NetCDF 3 with SciPy, and NetCDF 4, which is HDF5, with h5py."""
     if _magic(path).startswith(HDF5):
-        return read_hdf5(path, wanted)
+        return read_hdf5(path, names)
     from scipy.io import netcdf_file
 
-    # SciPy reads all arrays, and by the sizes that the file declares.
+    # SciPy reads all arrays and allocates the sizes that the file declares.
     with whole(path, "NetCDF"):
         refuse_too_large(2 * path.stat().st_size, str(path))
     with whole(path, "NetCDF"), netcdf_file(path, mmap=False, maskandscale=True) as file:
-        held = {name: file.variables[name] for name in wanted if name in file.variables}
-        found = {name: _netcdf_variable(held[name], f"{name} in {path}") for name in held}
-        return NamedArrays(path, found, tuple(file.variables), _plain(file._attributes))
+        present = {name: file.variables[name] for name in names if name in file.variables}
+        arrays = {n: _netcdf_variable(array, f"{n} in {path}") for n, array in present.items()}
+        return NamedArrays(path, arrays, tuple(file.variables), _plain(file._attributes))
 
 
-def read_hdf5(path: Path, wanted: Iterable[str]) -> NamedArrays:
-    """Read the data sets at the top of an HDF5 file that are wanted."""
+def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
+    """Read the named data sets at the top level of an HDF5 file."""
     try:
         import h5py
     except ImportError:
@@ -127,19 +127,19 @@ def read_hdf5(path: Path, wanted: Iterable[str]) -> NamedArrays:
     with whole(path, "HDF5"), h5py.File(path, "r") as file:
         refuse_data_elsewhere(file, path)
         held = tuple(name for name in file if _holds_data(file[name]))
-        found = {n: _data_set(file[n], f"{n} in {path}") for n in wanted if n in held}
-        return NamedArrays(path, found, held, dict(file.attrs))
+        arrays = {n: _data_set(file[n], f"{n} in {path}") for n in names if n in held}
+        return NamedArrays(path, arrays, held, dict(file.attrs))
 
 
 def _holds_data(item: "h5py.Dataset | h5py.Group") -> bool:
-    """Whether it is neither a folder nor a mere dimension of NetCDF 4."""
+    """Whether an item is a data set: neither a group nor a NetCDF 4 dimension without values."""
     name = str(_decoded(item.attrs.get("NAME", "")))
     return hasattr(item, "shape") and not name.startswith("This is a netCDF dimension but not")
 
 
 def _netcdf_variable(variable: "netcdf_variable", what: str) -> Variable:
     attributes = _plain(variable._attributes)
-    # SciPy takes these numbers as they are, and compares texts with lengths.
+    # Check these attributes first: SciPy uses them unchecked.
     _numbers_about(variable.data, attributes, what)
     values = np.ma.filled(variable[...].astype(_real(variable)), np.nan)
     return Variable(values, attributes, variable.dimensions)

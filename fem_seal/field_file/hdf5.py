@@ -1,4 +1,4 @@
-"""HDF5 files of strangers: their data must lie in the file itself, and fit into memory."""
+"""Checks of HDF5 files: all data must lie in the file itself and fit into memory."""
 
 import math
 from collections.abc import Iterable
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
 
 
 def refuse_data_elsewhere(file: "h5py.File", path: Path) -> None:
-    """Refuse a file whose arrays may come out of other files.
+    """Refuse a file whose arrays may lie in other files.
 
-    External links, virtual data sets and raw storage name any file of the reader's machine, whose
-    bytes would become heights. No link is followed here.
+    External links, virtual data sets and external storage can name any file of the reader's
+    machine, whose bytes would then become heights. No link is followed here.
 
     Raises
     ------
     InvalidInput
-        If the file has one of these anywhere.
+        If the file has an external link, a virtual data set or external storage.
     """
     import h5py
 
     inside = (h5py.h5l.TYPE_HARD, h5py.h5l.TYPE_SOFT)
 
-    # The walks end at the first answer. (An exception would not pass through HDF5 unharmed.)
+    # A visitor returns its message, which ends the walk: HDF5 does not pass on exceptions.
     def link(name: bytes, info: "h5py.h5l.LinkInfo") -> str | None:
         if info.type in inside:
             return None
@@ -58,5 +58,5 @@ def refuse_large_data_set(
 
 
 def memory_to_read(shape: Iterable[int], dtype: "np.dtype") -> int:
-    """Bytes of an array as it is stored, and as the float64 that it becomes."""
+    """Bytes of an array as stored plus those of its float64 copy."""
     return math.prod(shape) * (dtype.itemsize + 8)

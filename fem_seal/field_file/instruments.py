@@ -1,4 +1,4 @@
-"""Maps written by instruments, through SurfaceTopography, which knows over thirty formats."""
+"""Maps in the formats of instruments, read by SurfaceTopography (over thirty formats)."""
 
 import struct
 import warnings
@@ -21,6 +21,7 @@ from fem_seal.memory import refuse_too_large
 if TYPE_CHECKING:
     from SurfaceTopography.IO.Reader import ChannelInfo, ReaderBase
 
+<<<<<<< HEAD
 # What parsers of binary formats raise where a file ends early or holds nonsense.
 _BROKEN: tuple[type[Exception], ...] = (
     OSError,
@@ -36,6 +37,19 @@ _BROKEN: tuple[type[Exception], ...] = (
     zipfile.BadZipFile,
     zlib.error,
     ParseError,
+=======
+# Errors that parsers of binary formats raise on truncated or damaged files.
+_BROKEN = (
+    *(OSError, EOFError, ValueError, TypeError, LookupError, AttributeError, AssertionError),
+    *(
+        ArithmeticError,
+        RuntimeError,
+        struct.error,
+        zipfile.BadZipFile,
+        zlib.error,
+        ParseError,
+    ),
+>>>>>>> f0bd76e (Plain words and numpydoc sections in verification, field_file, quantities, results and files)
 )
 
 
@@ -61,20 +75,25 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
         info = _channel(reader, channel, path)
         if info.nb_grid_pts is not None:
             refuse_too_large(memory_to_read(info.nb_grid_pts, np.dtype(float)), str(path))
-        # A missing size must be given to the reader, or it refuses; what we give is not used.
-        given = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
-        topography = reader.topography(channel_index=info.index, **given)
+        # The reader insists on a size. Where the file has none, pass a placeholder, and report no
+        # spacing below.
+        size = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
+        topography = reader.topography(channel_index=info.index, **size)
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
+<<<<<<< HEAD
         spacing: Pair | None = None
         if not given:
             dx, dy = topography.pixel_size
             spacing = float(dx), float(dy)
+=======
+        spacing = None if size else tuple(float(d) for d in topography.pixel_size)
+>>>>>>> f0bd76e (Plain words and numpydoc sections in verification, field_file, quantities, results and files)
         unit = topography.unit
         return Recorded(values, unit, spacing, unit, bool(topography.is_periodic) or None)
 
 
 def _refuse_bombs(path: Path) -> None:
-    """Look into archives and HDF5 before a reader believes them.
+    """Check archives and HDF5 files before a reader allocates the sizes that they declare.
 
     Several formats are zip archives (x3p) or HDF5 (datx) under another name.
     """
@@ -121,8 +140,8 @@ def _open(path: Path) -> "ReaderBase":
         reader = open_topography(str(path))
     except CannotDetectFileFormat:
         reader = None
-    # Some readers take any bytes: that of MATLAB then finds no channel, and terrain (hgt) has no
-    # signature at all.
+    # Some readers accept any bytes: the MATLAB reader then has no channel, and the format hgt
+    # (terrain) has no signature to check.
     terrain = reader is not None and reader.format() == "hgt" and path.suffix.lower() != ".hgt"
     if reader is None or terrain or not reader.channels:
         raise InvalidInput(f"{path} is in no format that SurfaceTopography knows, or is cut off")

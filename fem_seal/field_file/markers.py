@@ -4,8 +4,8 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 
-# What programs write where nothing was measured: of terrain and of instruments, of 16 and 32 bits,
-# of NetCDF (its default fill value), the largest float and double.
+# Numbers that programs write for missing points: in terrain and instrument files, in 16 and 32
+# bits, NetCDF's default fill value, the largest float and double.
 CUSTOMARY = (
     *(999.0, 9999.0, 99999.0, 32767.0, 32768.0, 65535.0, 2147483647.0, 2147483648.0),
     *(1e20, 1e30, 9.969209968386869e36, 1e37, 1e38, 1.70141e38, float(np.finfo(np.float32).max)),
@@ -13,11 +13,10 @@ CUSTOMARY = (
 )
 # Single precision rounds 1e38 by this much.
 SAME = 1e-6
-# A number that recurs is taken for a mark if it is so many times farther from the others than they
-# are from each other, and less than half of the points. Clipped peaks, a lapped plateau and a
-# saturated detector lie beside the heights next to them, at about 0 in this measure; the flat
-# floor of pockets in a rough land lies at depth over roughness, some tens at most. A customary mark
-# is one from 1 on.
+# An extreme value that occurs more than once, but at less than half of the points, counts as a
+# mark if its distance from the other values exceeds FAR times their range. In this measure clipped
+# peaks, a lapped plateau and a saturated detector are at about 0, and the flat floor of pockets at
+# depth over roughness, some tens at most. A customary number counts as a mark from 1 on.
 FAR = 100.0
 
 
@@ -55,7 +54,7 @@ def refuse_markers(values: np.ndarray, what: str) -> None:
         if not others.size:
             return  # a smooth face
         count = known.size - others.size
-        # Half of each, so that the difference of the largest doubles is a number.
+        # Halve both, so that the difference of the largest doubles does not overflow.
         distance = np.abs(others / 2 - extreme / 2).min()
         spread = others.max() / 2 - others.min() / 2
         customary = np.isclose(abs(extreme), CUSTOMARY, rtol=SAME, atol=0).any()

@@ -1,12 +1,13 @@
 """Arrays with names and attributes, as npz, NetCDF and HDF5 hold them, read as a map of samples.
 
-Layouts that are understood beside our own (`gap` or `heights`, `spacing`, `periodic`, `unit`):
+Layouts that are understood besides the package's own (`gap` or `heights`, `spacing`, `periodic`,
+`unit`):
 
 * SurfaceTopography 1.18, which ContactMechanics uses: `heights` (x, y), coordinates `x` and `y`
   with the attributes `length`, `unit` and `periodic`, and a `mask` of undefined points.
 * Tamaas 2.9 (tamaas/dumpers): the fields of a model, its `system_size` as an attribute, and in
-  npz all attributes as JSON in an array `attrs`. A model repeats and has no units. Where the
-  `traction` is positive there is contact, though the gap is a rounding above 0.
+  npz all attributes as JSON in an array `attrs`. A model is periodic and has no units. Samples with
+  positive `traction` are in contact, although rounding may leave their gap slightly above 0.
 * ContactMechanics 1.8 (IO/NetCDF.py): frames of fields on `nx` by `ny` points, no lengths.
 """
 
@@ -20,7 +21,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import SAME_LENGTH, Pair, Recorded
 
-# Read beside the samples themselves, where a file has them.
+# Arrays that are read besides the samples, where a file has them.
 ABOUT = ("spacing", "periodic", "unit", "x", "y", "mask", "attrs")
 # Fields that are positive exactly where the solids touch, by the names other codes give them.
 CONTACT_PRESSURES = ("traction", "forces")
@@ -30,7 +31,17 @@ FRAMES = "frame"
 
 @dataclass(frozen=True, eq=False)
 class Variable:
-    """One array of a file with its attributes and the names of its dimensions."""
+    """One array of a file.
+
+    Attributes
+    ----------
+    values : array
+        Numbers or text as stored.
+    attributes : Mapping[str, object]
+        Attributes of the array.
+    dimensions : tuple[str, ...]
+        Names of its dimensions, where the format has such names.
+    """
 
     values: np.ndarray
     attributes: Mapping[str, object] = field(default_factory=dict)
@@ -39,12 +50,20 @@ class Variable:
 
 @dataclass(frozen=True, eq=False)
 class NamedArrays:
-    """What was read of a file.
+    """The arrays that were read from one file.
 
-    variables : those of `wanted_names` that are there
-    held : names of all arrays of the file
-    attributes : of the file
-    si : whether lengths without a unit are metres, as in our own npz
+    Attributes
+    ----------
+    path : Path
+        The file.
+    variables : Mapping[str, Variable]
+        Arrays by name, of the names that were asked for.
+    held : tuple[str, ...]
+        Names of all arrays of the file.
+    attributes : Mapping[str, object]
+        Attributes of the whole file.
+    si : bool
+        Whether lengths without a unit are metres, as in the package's own npz.
     """
 
     path: Path
@@ -54,29 +73,31 @@ class NamedArrays:
     si: bool = False
 
 
-def wanted_names(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of the arrays worth reading, for samples under one of `names`."""
+def names_to_read(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of all arrays to read from a file that has its samples under one of `names`."""
     return (*names, *ABOUT, *CONTACT_PRESSURES)
 
 
 def interpret(arrays: NamedArrays, names: tuple[str, ...]) -> Recorded:
-    """Find the samples and what is said of them.
+    """Take the samples, their spacing and their units out of the arrays of a file.
 
     Parameters
     ----------
-    arrays : of a file
-    names : under which the samples may stand; the first that is there is taken
+    arrays : NamedArrays
+        Arrays of one file.
+    names : tuple of str
+        Names that the samples may have; the first one in the file is taken.
 
     Raises
     ------
     InvalidInput
-        If there are no such samples, or what is said of them makes no sense.
+        If the file has no such samples, or their spacing, units or other attributes make no sense.
     """
     name = next((name for name in names if name in arrays.variables), None)
     if name is None:
-        wanted = " or ".join(map(repr, names))
+        possible = " or ".join(map(repr, names))
         held = ", ".join(sorted(arrays.held)) or "nothing"
-        raise InvalidInput(f"{arrays.path} has no array {wanted}; it holds {held}")
+        raise InvalidInput(f"{arrays.path} has no array {possible}; it holds {held}")
     samples = arrays.variables[name]
     attributes = dict(arrays.attributes) | _tamaas_attributes(arrays)
     tamaas = "system_size" in attributes
@@ -91,7 +112,7 @@ def interpret(arrays: NamedArrays, names: tuple[str, ...]) -> Recorded:
 
 
 def _map_of(samples: Variable, name: str, path: Path, normal: bool = False) -> np.ndarray:
-    """Real numbers (nx, ny): the last frame, and of a vector its normal, last component."""
+    """Real numbers (nx, ny): the last frame; of vectors the normal component, which is the last."""
     values = np.asarray(samples.values)
     if values.dtype.kind not in "biuf":
         raise InvalidInput(f"{name} in {path} must hold real numbers, not {values.dtype}")
@@ -124,7 +145,7 @@ def _without_masked(values: np.ndarray, arrays: NamedArrays) -> np.ndarray:
 
 
 def _contact(arrays: NamedArrays) -> np.ndarray | None:
-    """Where another code says that the solids touch."""
+    """Samples (nx, ny) at which another code reports contact."""
     for name in CONTACT_PRESSURES:
         if name in arrays.variables:
             return _map_of(arrays.variables[name], name, arrays.path, normal=True) > 0
@@ -136,21 +157,21 @@ def _tamaas_attributes(arrays: NamedArrays) -> dict[str, object]:
     if "attrs" not in arrays.variables:
         return {}
     try:
-        found = json.loads(str(arrays.variables["attrs"].values))
+        attributes = json.loads(str(arrays.variables["attrs"].values))
     except ValueError:
-        found = None
-    if not isinstance(found, dict):
+        attributes = None
+    if not isinstance(attributes, dict):
         raise InvalidInput(f"attrs in {arrays.path} is not the JSON that Tamaas writes")
-    return found
+    return attributes
 
 
 def _spacing(
     arrays: NamedArrays, shape: tuple[int, ...], attributes: Mapping[str, object]
 ) -> tuple[Pair | None, str | None]:
-    """(dx, dy) and its unit, from whatever says it."""
+    """(dx, dy) and its unit: from `spacing`, coordinates, or an attribute; None without these."""
     if "spacing" in arrays.variables:
-        given = arrays.variables["spacing"]
-        return _pair(given.values, f"spacing in {arrays.path}"), _unit(arrays, given)
+        spacing = arrays.variables["spacing"]
+        return _pair(spacing.values, f"spacing in {arrays.path}"), _unit(arrays, spacing)
     if {"x", "y"} <= set(arrays.variables):
         x, y = arrays.variables["x"], arrays.variables["y"]
         units = _unit(arrays, x), _unit(arrays, y)
@@ -185,7 +206,7 @@ def _step(axis: Variable, n: int, name: str, path: Path) -> float:
     steps = np.diff(x.astype(float))
     mean = (float(x[-1]) - float(x[0])) / (n - 1)
     precision = np.finfo(x.dtype if x.dtype.kind == "f" else float).eps
-    # Coordinates are rounded to their precision, and computed in a few operations.
+    # Tolerance: coordinates come from a few operations, each rounded to their precision.
     if not np.abs(steps - mean).max() <= 8 * precision * np.abs(x).max() or mean <= 0:
         raise InvalidInput(
             f"{name} in {path} is not evenly spaced and increasing: steps from {steps.min():g} "
@@ -220,19 +241,19 @@ def _text(value: object) -> str:
 def _periodic(arrays: NamedArrays) -> bool | None:
     if "periodic" in arrays.variables:
         return _truth(arrays.variables["periodic"].values, arrays.path)
-    said = {
+    values = {
         _truth(arrays.variables[name].attributes["periodic"], arrays.path)
         for name in ("x", "y")
         if name in arrays.variables and "periodic" in arrays.variables[name].attributes
     }
-    if len(said) > 1:
+    if len(values) > 1:
         raise InvalidInput(f"{arrays.path} repeats along one axis only, which is not supported")
-    return said.pop() if said else None
+    return values.pop() if values else None
 
 
 def _truth(value: object, path: Path) -> bool:
-    """True or false as a truth value or as 1 or 0; a text such as "false" would count as true."""
-    given = np.asarray(value)
-    if given.size != 1 or given.dtype.kind not in "biuf" or given.item() not in (0, 1):
+    """Read a truth value, 1 or 0; refuse text, since bool("false") is True."""
+    number = np.asarray(value)
+    if number.size != 1 or number.dtype.kind not in "biuf" or number.item() not in (0, 1):
         raise InvalidInput(f"periodic in {path} must be one true or false, got {value!r}")
-    return bool(given.item())
+    return bool(number.item())

@@ -1,4 +1,4 @@
-"""One file to one map in metres; the ending of its name says the format."""
+"""Read one file into one map in metres; the suffix of its name selects the format."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,13 +10,13 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import read_hdf5, read_netcdf, read_npy, read_npz
 from fem_seal.field_file.instruments import read_instrument
 from fem_seal.field_file.markers import refuse_markers, without_marked
-from fem_seal.field_file.named_arrays import NamedArrays, interpret, wanted_names
+from fem_seal.field_file.named_arrays import NamedArrays, interpret, names_to_read
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text import read_text
 from fem_seal.memory import within_available_memory
 
-# Under which arrays are looked for unless the scene names one: ours, then those of reynoldsflow
-# and of the contact mechanics challenge (Müser et al., Tribol. Lett. 65, 118 (2017)).
+# Names of the arrays to read unless the scene names one: first the package's own, then those of
+# reynoldsflow and of the contact mechanics challenge (Müser et al., Tribol. Lett. 65, 118 (2017)).
 GAP_NAMES = ("gap", "gaps")
 HEIGHT_NAMES = ("heights", "surface")
 
@@ -32,16 +32,16 @@ def read_map(
     ----------
     path : .npz, .npy, .nc (NetCDF 3 or 4), .h5 or .hdf5, .txt, .csv; anything else is read by
         SurfaceTopography
-    names : under which the samples may stand in a file of many arrays
-    stated : what the scene says of the file
-    heights : whether a value far from all others is refused until `stated` says what it is. A gap
-        has such values: its contact
+    names : names that the samples may have in a file of many arrays
+    stated : statements of the scene about the file
+    heights : whether to refuse a value far from all others unless `stated.missing` explains it.
+        A gap has such values, the zeros of its contact
 
     Raises
     ------
     InvalidInput
-        If the file cannot be read, holds no such map, or what it says of units and lengths is
-        missing or contradicts what is stated; or if a value looks like a mark of missing points.
+        If the file cannot be read or holds no such map, if its units or lengths are missing or
+        contradict those of the scene, or if a value looks like a mark of missing points.
     """
     path, stated = Path(path), stated or Stated()
     names = (stated.array,) if stated.array is not None else names
@@ -55,18 +55,18 @@ def read_map(
         raise InvalidInput(f"{infinite} of {recorded.values.size} values of {path} are infinite")
     if heights and stated.missing != "none":
         refuse_markers(recorded.values, str(path))
-    found = in_metres(recorded, stated, path)
-    if found.periodic is None and reader is _instrument:
-        # Of what was measured nobody needs to say that it does not repeat.
-        return replace(found, periodic=False)
-    return found
+    field = in_metres(recorded, stated, path)
+    if field.periodic is None and reader is _instrument:
+        # A measured map is not periodic unless its file or the scene says so.
+        return replace(field, periodic=False)
+    return field
 
 
 def _named(
     opener: Callable[[Path, Names], NamedArrays],
 ) -> Callable[[Path, Names], Recorded]:
     def read(path: Path, names: Names) -> Recorded:
-        return interpret(opener(path, wanted_names(names)), names)
+        return interpret(opener(path, names_to_read(names)), names)
 
     return read
 
@@ -85,9 +85,9 @@ def _text(path: Path, names: Names) -> Recorded:
 
 
 def _instrument(path: Path, names: Names) -> Recorded:
-    # Channels have the instrument's names: only one that was asked for is looked for.
-    asked = names[0] if names not in (GAP_NAMES, HEIGHT_NAMES) else None
-    return read_instrument(path, asked)
+    # Instruments name their channels; without a name in the scene the default channel is read.
+    channel = names[0] if names not in (GAP_NAMES, HEIGHT_NAMES) else None
+    return read_instrument(path, channel)
 
 
 READERS: dict[str, Callable[[Path, Names], Recorded]] = {

@@ -1,4 +1,4 @@
-"""What a file says of its samples, what the scene says of the file, and both together in SI."""
+"""Units, lengths and periodicity of a map: from its file, from the scene, and combined in SI."""
 
 from dataclasses import dataclass
 from math import isclose
@@ -14,18 +14,24 @@ Pair = tuple[float, float]
 
 # Files in single precision round lengths to 6e-8; a contradiction is larger.
 SAME_LENGTH = 1e-6
-# Over the width; on a polar grid it is metres over radians.
+# Largest ratio of a pixel's sides; a polar grid has metres over radians.
 LONGEST_PIXEL = 1e12
 
 
 @dataclass(frozen=True, eq=False)
 class FieldMap:
-    """Samples [m] on a uniform grid, of which some may be missing; `GridField` is one without.
+    """Samples of a map in metres; points may be missing, which a `GridField` does not allow.
 
-    values : (nx, ny) float64 [m], NaN where a point is missing
-    spacing : (dx, dy) [m]
-    periodic : whether sample 0 stands again at nx dx and ny dy; None if nobody has said
-    contact : (nx, ny) bool, where the file says that the solids touch; None if it does not say
+    Attributes
+    ----------
+    values : (nx, ny) float64
+        Heights or gaps [m], NaN where a point is missing.
+    spacing : (dx, dy)
+        Distance of neighbouring samples [m].
+    periodic : bool or None
+        Whether sample 0 stands again at nx dx and ny dy; None if neither file nor scene says.
+    contact : (nx, ny) bool or None
+        Samples where the file says that the solids touch; None if it does not say.
     """
 
     values: np.ndarray
@@ -41,13 +47,22 @@ class FieldMap:
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """Samples and all that a file says of them; None where it says nothing.
+    """Samples with the statements of their file; None where the file says nothing.
 
-    values : (nx, ny) float, NaN where a point is missing
-    unit : of the values
-    spacing : (dx, dy) in `length_unit`
-    periodic : whether the map repeats
-    contact : (nx, ny) bool, where the solids touch
+    Attributes
+    ----------
+    values : (nx, ny) float
+        Samples in the file's unit, NaN where a point is missing.
+    unit : str or None
+        Unit of the values.
+    spacing : (dx, dy) or None
+        Distance of neighbouring samples in `length_unit`.
+    length_unit : str or None
+        Unit of the spacing.
+    periodic : bool or None
+        Whether the map repeats.
+    contact : (nx, ny) bool or None
+        Samples where the solids touch.
     """
 
     values: np.ndarray
@@ -60,13 +75,20 @@ class Recorded:
 
 @dataclass(frozen=True)
 class Stated:
-    """What the scene says of a file; None leaves it to the file.
+    """Statements of the scene about a file; None leaves the question to the file.
 
-    array : name of the array, or of the channel of an instrument's file
-    unit : of the values, and of the lengths where the file has lengths without a unit
-    size : (nx dx, ny dy) [m], one pixel a sample, as instruments count
-    periodic : whether the map repeats
-    missing : number in the file that marks missing points; "none": every number is a sample
+    Parameters
+    ----------
+    array : str or None
+        Name of the array, or of the channel of an instrument's file.
+    unit : str or None
+        Unit of the values, and of the lengths where the file has lengths without a unit.
+    size : (nx dx, ny dy) or None
+        Lengths of the map [m]; each sample counts as one pixel, as in instruments.
+    periodic : bool or None
+        Whether the map repeats.
+    missing : float or Literal['none'] or None
+        Number in the file that marks missing points; "none" if every number is a sample.
     """
 
     array: str | None = None
@@ -77,15 +99,15 @@ class Stated:
 
 
 def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
-    """Put together what the file and the scene say.
+    """Convert samples to metres by the units and lengths of the file or of the scene.
 
     Raises
     ------
     InvalidInput
-        If neither says a unit or a size, or both do and contradict each other.
+        If neither the file nor the scene has a unit or a size, or if they contradict each other.
     """
     scale = _scale(recorded.unit, stated.unit, f"the values of {path}")
-    # One multiplication: the same heights in nm and in m differ by rounding alone.
+    # A single multiplication, so that heights in nm and in m differ by one rounding.
     return FieldMap(
         recorded.values * scale if scale != 1 else recorded.values,
         _spacing(recorded, stated, path),
@@ -94,19 +116,27 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
     )
 
 
-def _scale(said: str | None, stated: str | None, what: str) -> float:
+def _scale(recorded: str | None, stated: str | None, what: str) -> float:
     """Metres in the unit of a file or, if it has none, of the scene."""
+<<<<<<< HEAD
     if said is None:
         if stated is None:
             raise InvalidInput(
                 f"{what} have no unit; say it in the scene, such as "
                 'unit = "um", or by --length-unit um'
             )
+=======
+    if recorded is None and stated is None:
+        raise InvalidInput(
+            f'{what} have no unit; say it in the scene, such as unit = "um", or by --length-unit um'
+        )
+    if recorded is None:
+>>>>>>> f0bd76e (Plain words and numpydoc sections in verification, field_file, quantities, results and files)
         return length_in_metres(stated, what)
-    scale = length_in_metres(said, what)
+    scale = length_in_metres(recorded, what)
     if stated is not None and not isclose(length_in_metres(stated, what), scale, rel_tol=1e-12):
         raise InvalidInput(
-            f"{what} are in {said}, but unit = {stated!r} was given; leave out what is wrong"
+            f"{what} are in {recorded}, but unit = {stated!r} was given; leave out what is wrong"
         )
     return scale
 

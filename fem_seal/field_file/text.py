@@ -1,6 +1,6 @@
-"""Matrices of numbers as text, one line a row (first axis), comments behind #.
+"""Maps as text: one line for each row (first axis), comments after #.
 
-Between the numbers of a line stand blanks, commas or semicolons.
+Blanks, commas or semicolons separate the numbers of a line.
 """
 
 import re
@@ -13,8 +13,8 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import whole
 from fem_seal.field_file.recorded import Recorded
 
-# ContactMechanics 1.8 (CommandLineInterface/HardWall.py) ends the head of a gap like this; the
-# surfaces of Tamaas 2.9 (`tamaas surface`) have a head of parameters without any unit.
+# ContactMechanics 1.8 (CommandLineInterface/HardWall.py) ends the header of a gap with this line.
+# Surfaces of Tamaas 2.9 (`tamaas surface`) have a header of parameters, and no unit.
 _UNIT = re.compile(r"reported in units of (\S+?)\.?$", re.MULTILINE)
 _HEAD_BYTES = 10_000
 # "0,5 0,7" and "0,5;0,7"
@@ -22,13 +22,13 @@ _DECIMAL_COMMA = re.compile(r"\d,\d+(?:\s+[-+\d]|\s*;)")
 
 
 def read_text(path: Path) -> Recorded:
-    """Read a matrix, and the unit where the head names one.
+    """Read a matrix, and its unit if the header names one.
 
     Raises
     ------
     InvalidInput
-        If the file is missing or its lines are not numbers, or not equally many; if their decimals
-        stand behind commas; or if it is a list of points in place of a map.
+        If the file is missing, if its lines are not numbers or differ in length, if it has decimal
+        commas, or if it lists points instead of a map.
     """
     with whole(path, "text"):
         with path.open(encoding="utf-8") as file:
@@ -39,7 +39,7 @@ def read_text(path: Path) -> Recorded:
             raise InvalidInput(f"{path} has decimal commas; write decimal points")
         separator = next((mark for mark in ";," if mark in first), None)
         with warnings.catch_warnings():
-            # An empty file is an error here, not a warning.
+            # Treat an empty file as an error; NumPy only warns.
             warnings.simplefilter("error", UserWarning)
             try:
                 values = np.loadtxt(path, ndmin=2, delimiter=separator)

@@ -18,12 +18,18 @@ _NAME = re.compile(rf"{re.escape(PREFIX)}(.+)-(\d+)-(\d+)-[0-9a-f]+(\.\w+)?")
 
 @dataclass(frozen=True)
 class Owner:
-    """A process, told apart from any later one that gets its number.
+    """A process, distinguished from any later process of the same number.
 
-    place : host name and process namespace; containers of one host count processes apart
-    process : its number
-    start : clock ticks between the start of the machine and that of the process; 0 where
-        the system does not say
+    Attributes
+    ----------
+    place : str
+        Host name and process namespace; each container of a host counts its processes
+        separately.
+    process : int
+        Number of the process.
+    start : int
+        Clock ticks between the start of the machine and that of the process; 0 where the system
+        does not say.
     """
 
     place: str

@@ -39,10 +39,16 @@ _UNREADABLE = (
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A mesh as a file has it, nothing checked but what the format says.
+    """A mesh as its file describes it; only the format has been checked.
 
-    xy : (V, 2) float [m]; cells : (C, 3) int
-    inlet, outlet, wall : (n, 2) int, edges of each group
+    Attributes
+    ----------
+    xy : (V, 2) float
+        Coordinates of the points [m].
+    cells : (C, 3) int
+        Corners of the triangles.
+    inlet, outlet, wall : (n, 2) int
+        End points of the boundary edges of each group.
     """
 
     xy: np.ndarray
@@ -54,7 +60,13 @@ class Triangles:
 
 @dataclass(frozen=True)
 class GroupNames:
-    """What the groups are called in a file: a name, or the number of a tag."""
+    """Names of the boundary groups in a mesh file.
+
+    Parameters
+    ----------
+    inlet, outlet, wall : str or int
+        Name of the group, or the number of its tag.
+    """
 
     inlet: str | int = "inlet"
     outlet: str | int = "outlet"

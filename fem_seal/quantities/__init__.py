@@ -1,4 +1,4 @@
-"""What else a seal engineer asks: how tight, how near to sealing, what is trapped, is it enough.
+"""Quantities beside the leak rate: constriction, threshold, aperture, trapped volume, verdict.
 
-Each quantity is a module of its own and computed only if the scene names it.
+Each quantity has its own module and is computed only if the scene names it.
 """

@@ -10,7 +10,15 @@ from fem_seal.leak_rate import LeakRate
 
 @dataclass(frozen=True)
 class HydraulicAperture:
-    """Height [m] with bounds, where the leak rate has them."""
+    """Hydraulic aperture of a film.
+
+    Attributes
+    ----------
+    value : float
+        Height of the uniform film of the same leak rate [m].
+    lower, upper : float or None
+        Bounds of the height [m]; None where the leak rate has none.
+    """
 
     value: float
     lower: float | None

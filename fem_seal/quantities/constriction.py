@@ -1,4 +1,4 @@
-"""The critical constriction: where it is, how high and wide, and how much of the pressure it takes.
+"""The critical constriction: position, gap, width, and its share of the pressure drop.
 
 Near percolation this one place governs the leak rate (W. B. Dapp, M. H. Müser, Sci. Rep. 6, 19513
 (2016)).
@@ -12,7 +12,7 @@ from fem_seal.film import Film, GridFilm, MeshFilm
 from fem_seal.film.lattice import Lattice
 from fem_seal.leak_rate import FlowField
 
-REACH = 32  # sites around the constriction that are looked at first
+REACH = 32  # first radius of the search for contact around the constriction, in sites
 OPPOSITE = -0.5  # cosine: the other side of a channel lies within 60 degrees of straight across
 
 
@@ -20,11 +20,20 @@ OPPOSITE = -0.5  # cosine: the other side of a channel lies within 60 degrees of
 class Constriction:
     """The tightest place on the widest path from inlet to outlet.
 
-    x, y : place [m]
-    gap : height there [m]: lowered uniformly by so much, the gap is sealed
-    width : across the channel, from contact to contact or wall [m]; None without contact
-    pressure_share : part of the dissipation in the disc of radius `width` around the place; with
-        one channel, the part of the pressure drop that is lost there. None without width or flow.
+    Attributes
+    ----------
+    x, y : float
+        Position [m].
+    gap : float
+        Gap at this position [m]. A uniform lowering of the counter-face by this much seals the
+        film.
+    width : float or None
+        Width of the channel at this position, from contact or wall to contact or wall [m]; None
+        without contact.
+    pressure_share : float or None
+        Part of the dissipation inside the disc of radius `width` around the position. With a
+        single channel this is the part of the pressure drop lost there. None without width or
+        flow.
     """
 
     x: float
@@ -37,7 +46,7 @@ class Constriction:
 def constriction(
     film: Film, field: FlowField | None = None, potential: np.ndarray | None = None
 ) -> Constriction | None:
-    """Find the critical constriction of a film and what it takes of the pressure.
+    """Find the critical constriction of a film and its share of the pressure drop.
 
     Parameters
     ----------
@@ -45,7 +54,7 @@ def constriction(
     field : FlowField
         The flow, for the share of the pressure.
     potential : (N,) float
-        At the points of `field`, what the flux is linear in: p of a liquid, p² of a gas.
+        Potential at the points of `field`; the flux is linear in it: p of a liquid, p² of a gas.
 
     Returns
     -------
@@ -68,7 +77,11 @@ def constriction(
 
 
 def _width_on_mesh(film: MeshFilm) -> float | None:
+<<<<<<< HEAD
     """Distance between the solids on both sides of the constriction; see `channel_width`."""
+=======
+    """Width of the channel at the critical constriction; see `channel_width`."""
+>>>>>>> f0bd76e (Plain words and numpydoc sections in verification, field_file, quantities, results and files)
     mesh, position = film.mesh, film.constriction.position
     solid = film.values == 0
     for name, ends in mesh.groups():
@@ -77,9 +90,9 @@ def _width_on_mesh(film: MeshFilm) -> float | None:
     offsets = mesh.xy[solid] - position
     away = offsets[offsets.any(axis=1)]
     if len(away) < len(offsets):
-        # On a wall: the other end of the channel lies ahead of it.
-        here = (mesh.xy == position).all(axis=1)
-        corners = mesh.xy[mesh.cells[here[mesh.cells].any(axis=1)]]
+        # The constriction lies on a wall: the other end of the channel lies ahead of it.
+        at_position = (mesh.xy == position).all(axis=1)
+        corners = mesh.xy[mesh.cells[at_position[mesh.cells].any(axis=1)]]
         ahead = corners.mean(axis=(0, 1)) - position
         away = np.concatenate([away, -1e-9 * ahead[None]])
     ends = _both_sides(away)

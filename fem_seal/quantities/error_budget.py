@@ -1,4 +1,4 @@
-"""The error budget: everything that makes a leak rate uncertain, in one list.
+"""The error budget: one list of all reasons that make a leak rate uncertain.
 
 result.json, the verdict, the printed words and the report all show this list, which
 `uncertainties.error_budget` makes.
@@ -20,16 +20,24 @@ Kind = Literal["guaranteed", "estimated", "not covered"]
 class Uncertainty:
     """One reason why the true leak rate may differ from the computed one.
 
-    name : of the reason, such as "contact grid"
-    kind : "guaranteed": a theorem gives the factors; "estimated": they are an estimate; "not
-        covered": nothing is known, or nothing on a side whose factor is None
-    sentence : what the entry means, in plain words
-    lower, upper : the true leak rate is at least `lower` times and at most `upper` times the
-        computed one, as far as this reason goes. Both None: the entry is named and counted
-        nowhere. One None: the leak rate is open on that side, and no verdict may rely on it
-    caution : whether the user is warned of it
-    upper_rate : what leaks at most for this reason [m³/s], where it was computed; all that counts
-        of a sealed contact, whose leak rate of 0 no factor can raise
+    Parameters
+    ----------
+    name : str
+        Name of the reason, such as "contact grid".
+    kind : "guaranteed", "estimated" or "not covered"
+        "guaranteed": a theorem gives the factors. "estimated": the factors are an estimate.
+        "not covered": nothing is known, or nothing on a side whose factor is None.
+    sentence : str
+        Meaning of the entry in plain words.
+    lower, upper : float or None
+        For this reason the true leak rate lies between `lower` times and `upper` times the
+        computed one. Both None: the entry is named but not counted. One None: the leak rate is
+        unbounded on that side, and no verdict may rely on it.
+    caution : bool
+        Whether the user is warned of it.
+    upper_rate : float or None
+        Upper bound of the leak rate under this reason [m³/s], where it was computed. A sealed
+        contact needs it, since no factor can raise its leak rate of 0.
     """
 
     name: str
@@ -54,7 +62,7 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
 
     The errors multiply: true over computed leak rate is the product of one ratio for each entry.
     If each ratio keeps its own bounds, the product keeps the product of the bounds, whether or not
-    the errors have a common cause. (A root of summed squares would be narrower, but wants
+    the errors have a common cause. (A root of summed squares would be narrower, but requires
     independent errors.)
 
     Parameters
@@ -63,7 +71,7 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
 
     Returns
     -------
-    (lower, upper); None where a counted entry leaves the side open.
+    (lower, upper); None on a side that a counted entry leaves unbounded.
     """
     counted = [entry for entry in budget if entry.counted]
     lowers = [entry.lower for entry in counted]
@@ -75,7 +83,7 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
 
 
 def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
-    """List all entries but the bracket of the flow, which the bounds of the leak rate hold."""
+    """All entries except that of the flow, which the bounds of the leak rate already contain."""
     return tuple(entry for entry in budget if entry.name != FLOW)
 
 

@@ -25,7 +25,21 @@ from fem_seal.steps import elastic_contact
 
 @dataclass(frozen=True)
 class Quantities:
-    """What a scene's products name, in SI units; None for what they do not, or does not exist."""
+    """The quantities that a scene names, in SI units; None if not named, or if it does not exist.
+
+    Attributes
+    ----------
+    constriction : Constriction or None
+        Critical constriction.
+    threshold : Threshold or None
+        Percolation threshold.
+    hydraulic_aperture : HydraulicAperture or None
+        Hydraulic aperture [m].
+    trapped_volume : float or None
+        Volume of the pockets [m³].
+    conductivity_tensor : ConductivityTensor or None
+        Effective film conductivity in all directions.
+    """
 
     constriction: Constriction | None = None
     threshold: Threshold | None = None
@@ -37,15 +51,15 @@ class Quantities:
 def quantities(patch: Patch) -> Quantities | None:
     """Compute the quantities that the scene names; None if it names none.
 
-    A limit asks for the constriction as well: it says how near to sealed the seal is.
+    A limit implies the constriction, which tells how near the patch is to sealing.
     """
     scene = patch.scene
     named = set(scene.output.products) | ({"constriction"} if scene.limit else set())
-    wanted = [name for name in QUANTITIES if name in named]
-    if not wanted:
+    names = [name for name in QUANTITIES if name in named]
+    if not names:
         return None
     with patch.timed("quantities"):
-        return Quantities(**{name: QUANTITIES[name](patch) for name in wanted})
+        return Quantities(**{name: QUANTITIES[name](patch) for name in names})
 
 
 def verdict_of(patch: Patch, budget: ErrorBudget | None = None) -> Verdict | None:
@@ -53,8 +67,10 @@ def verdict_of(patch: Patch, budget: ErrorBudget | None = None) -> Verdict | Non
 
     Parameters
     ----------
-    seal : whose leak rate is judged
-    budget : of the leak rate; made here if left out
+    patch : Patch
+        Patch whose leak rate is judged.
+    budget : ErrorBudget or None
+        Uncertainties of the leak rate; made here if left out.
     """
     scene = patch.scene
     if not scene.needs_flow:
@@ -69,7 +85,7 @@ def verdict_of(patch: Patch, budget: ErrorBudget | None = None) -> Verdict | Non
 
 
 def shown_in(patch: Patch) -> Shown:
-    """Unit that people read: of the output, else of the limit, else m³/s."""
+    """Unit in which people read the leak rate: of the output, else of the limit, else m³/s."""
     scene = patch.scene
     unit = scene.output.leak_rate_unit or (scene.limit and scene.limit.leak_rate.unit)
     if not unit:
@@ -127,7 +143,7 @@ def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
         height, drive = 1.0, scene.drive.pressure_drop
         uniform = uniform_rectangle(film, height, scene.fluid.viscosity, drive)
     else:
-        # Of a shape in contact everywhere no height is known to be of the right size.
+        # A shape in contact everywhere has no height of its own; any will do.
         height = film.highest or 1.0
         uniform = patch.leak_rate_of(film.with_gap(height))
     return hydraulic_aperture(patch.leak_rate, uniform, height)

@@ -1,4 +1,4 @@
-"""What whoever uses a result should be warned of."""
+"""Cautions: warnings to the user of a result."""
 
 import numpy as np
 
@@ -8,31 +8,35 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.slope import slope_between_samples
 
-STEEP = 1.0  # slope from which a film is none, and a unit more likely wrong
-FEW = 10  # samples in contact below which their area says nothing
+STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably wrong
+FEW = 10  # samples in contact below which the contact area means nothing
 
 
 def cautions(patch: Patch, budget: ErrorBudget | None) -> tuple[str, ...]:
-    """Sentences about the error budget, the contact and the gap of a seal.
+    """Sentences about the error budget, the contact and the gap of a patch.
 
     Parameters
     ----------
-    seal : whose contact and gap are looked at
-    budget : its error budget, whose cautions come first
+    patch : Patch
+        Patch whose contact and gap are checked.
+    budget : ErrorBudget or None
+        Its error budget, whose cautions come first.
     """
-    found = [entry.sentence for entry in budget or () if entry.caution]
+    sentences = [entry.sentence for entry in budget or () if entry.caution]
     if patch.scene.shape is None or not patch.scene.shape.own_gap:
-        found.extend(filter(None, (_contact(patch, patch.grid_gap), _slope(patch.grid_gap))))
-    return tuple(found)
+        sentences.extend(filter(None, (_contact(patch, patch.grid_gap), _slope(patch.grid_gap))))
+    return tuple(sentences)
 
 
 def _contact(patch: Patch, gap: GridField) -> str | None:
-    """Remark that all, or hardly any, of the samples touch, and what is the likely cause."""
+    """Warn if all samples, or hardly any, are in contact, and name the likely cause."""
     touching = np.count_nonzero(gap.values == 0)
     if touching == gap.values.size:
-        pressed = patch.scene.contact is not None
-        given = "the heights, the load and the modulus" if pressed else "the gap"
-        return f"all samples are in contact, and the mean gap is 0: are {given} in the right units?"
+        no_contact = patch.scene.contact is None
+        inputs = "the gap" if no_contact else "the heights, the load and the modulus"
+        return (
+            f"all samples are in contact, and the mean gap is 0: are {inputs} in the right units?"
+        )
     if patch.scene.contact is None:
         if touching == 0 and patch.scene.gap.contact_below is None:
             return (
@@ -51,7 +55,7 @@ def _contact(patch: Patch, gap: GridField) -> str | None:
 
 
 def _slope(gap: GridField) -> str | None:
-    """Remark that the gap is no thin film."""
+    """Warn if the gap is too steep for a thin film."""
     slope = slope_between_samples(gap)
     if slope <= STEEP:
         return None

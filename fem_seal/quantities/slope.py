@@ -1,4 +1,4 @@
-"""How steep a gap is: Reynolds' equation wants slopes well below one."""
+"""Slope of a gap: Reynolds' equation requires slopes well below one."""
 
 import numpy as np
 

@@ -11,7 +11,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Component:
-    """One component with guaranteed bounds [m³/(Pa s)]."""
+    """One component with guaranteed bounds.
+
+    Attributes
+    ----------
+    value, lower, upper : float
+        Estimate and its bounds [m³/(Pa s)].
+    """
 
     value: float
     lower: float
@@ -22,11 +28,20 @@ class Component:
 class ConductivityTensor:
     """Symmetric K* with mean flux = -K*·(mean pressure gradient); h³/(12 η) for a smooth channel.
 
-    xx, xy, yy : components [m³/(Pa s)], x along the flow of the scene
-    easiest, hardest : principal values of the estimate [m³/(Pa s)]
-    angle : of the easiest direction to x, in degrees, above -90 and at most 90
-    unknowns : of the last mesh, for one direction
-    converged : flow.rtol was reached in every direction; reason : which limit ended it, else ""
+    Attributes
+    ----------
+    xx, xy, yy : Component
+        Components [m³/(Pa s)]; x is the direction of the scene's flow.
+    easiest, hardest : float
+        Principal values of the estimate [m³/(Pa s)].
+    angle : float
+        Angle from x to the easiest direction in degrees, above -90 and at most 90.
+    unknowns : int
+        Unknowns of the last mesh for one direction.
+    converged : bool
+        Whether flow.rtol was reached in every direction.
+    reason : str
+        The limit that ended the refinement, "" if converged.
     """
 
     xx: Component

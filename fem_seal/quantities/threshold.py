@@ -1,4 +1,4 @@
-"""How far a seal is from the percolation threshold, at which it begins or ceases to leak."""
+"""Distance of a contact from its percolation threshold, at which it begins or ceases to leak."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,17 +11,24 @@ from fem_seal.grid import GridField
 
 PRECISION = 1.01  # ratio of the two pressures between which an elastic contact seals
 STEP = 1.5  # ratio of pressures on the way to them
-LEAST = 1e-6  # part of the first pressure below which nothing is tried
+LEAST = 1e-6  # the search ends below this part of the first pressure
 
 
 @dataclass(frozen=True)
 class Threshold:
-    """The last leaking and the first sealed state on the way of more and more contact.
+    """The last leaking and the first sealed state while the contact grows.
 
-    model : what grows: "gfmd" (elastic, by pressure), "bearing" or "gap" (lowered uniformly)
-    area_leaking, area_sealed : contact area fractions
-    pressure_leaking, pressure_sealed : mean pressures [Pa], elastic only; they differ by 1 %
-    contacts : elastic contacts solved for it
+    Attributes
+    ----------
+    model : "gfmd", "bearing" or "gap"
+        How the contact grows: an elastic contact under rising pressure, a cut at a falling
+        plane, or a gap that is lowered uniformly.
+    area_leaking, area_sealed : float
+        Contact area fractions of the two states.
+    pressure_leaking, pressure_sealed : float or None
+        Mean pressures of the two states [Pa], which differ by 1 %; elastic contact only.
+    contacts : int
+        Number of elastic contacts that were solved.
     """
 
     model: str
@@ -37,8 +44,10 @@ def threshold_of_cut(film: Film, model: str) -> Threshold | None:
 
     Parameters
     ----------
-    film : of the gap, or of the gap between the surfaces before they touch
-    model : "gap" or "bearing", whose contact is just this cut
+    film : Film
+        Film of the gap or, for "bearing", of the gap before the surfaces touch.
+    model : "gap" or "bearing"
+        Label of the result. The contact of the bearing model is exactly this cut.
 
     Returns
     -------
@@ -62,13 +71,17 @@ def threshold_of_pressure(
     """Bisect the pressure between a leaking and a sealed elastic contact.
 
     Contact only grows with the pressure (J. R. Barber, Q. J. Mech. Appl. Math. 27, 1 (1974)), so
-    that there is one threshold. About ten contacts, each begun from the last leaking one.
+    that the threshold is unique. The search solves about ten contacts, each started from the last
+    leaking one.
 
     Parameters
     ----------
-    start : a contact under any pressure > 0
-    press : solves the contact under a pressure [Pa], from the contact given
-    is_sealed : of a gap
+    start : ContactState
+        A contact under any pressure > 0.
+    press : callable
+        Solves the contact under a pressure [Pa], started from another contact.
+    is_sealed : callable
+        Whether a gap is sealed.
 
     Raises
     ------

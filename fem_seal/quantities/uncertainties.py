@@ -1,4 +1,4 @@
-"""Where the uncertainties of a leak rate come from, one function each.
+"""Sources of uncertainty of a leak rate, one function each.
 
 To add one, write a function `(Patch) -> Uncertainty | None` and put it into `SOURCES`.
 """
@@ -13,7 +13,7 @@ from fem_seal.quantities.slip import slip
 
 
 def error_budget(patch: Patch) -> ErrorBudget | None:
-    """List what makes the leak rate of a seal uncertain; None if the scene needs no flow."""
+    """List the uncertainties of the leak rate of a patch; None if the scene needs no flow."""
     if not patch.scene.needs_flow:
         return None
     entries = (source(patch) for source in SOURCES)

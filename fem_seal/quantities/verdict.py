@@ -1,4 +1,4 @@
-"""The verdict: what the bounds say about a limit, and what it would take if they say nothing."""
+"""The verdict: the leak rate held against a limit, and what an undecided verdict would need."""
 
 from dataclasses import dataclass
 from math import expm1, log, sinh, sqrt
@@ -14,20 +14,28 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.units import Rate
 
-# Below this no refinement is worth naming; the estimate is not known so well.
-LEAST_RTOL = 1e-6
+LEAST_RTOL = 1e-6  # smallest tolerance that is advised; the estimate is not more precise
 
 
 @dataclass(frozen=True)
 class Verdict:
     """A decision and its reasons.
 
-    decision : "sealed"; "leaking", where no limit is given; "within limit" (highest leak rate that
-        the error budget leaves <= limit), "above limit" (lowest one > limit), "undecided"
-    sentence : the decision in words, with what was counted and what is not covered
-    limit : of the leak rate, as given; None without one
-    needed_rtol, needed_unknowns : estimates of what would decide an undecided one, else None. The
-        truth is taken to be √(lower upper), and brackets to narrow as one over the unknowns.
+    Attributes
+    ----------
+    decision : str
+        "sealed"; "leaking" where the scene has no limit; "within limit" if the highest leak
+        rate that the error budget allows is <= limit; "above limit" if the lowest is > limit;
+        else "undecided".
+    sentence : str
+        The decision in words, with the uncertainties that were counted and those that are not
+        covered.
+    limit : str or None
+        Limit of the leak rate as the scene states it; None without one.
+    needed_rtol, needed_unknowns : float or None
+        Estimates of the tolerance and of the unknowns that would decide an undecided verdict,
+        else None. They take √(lower upper) for the true leak rate and assume that the width of
+        the bracket falls as one over the unknowns.
     """
 
     decision: str
@@ -39,7 +47,15 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Shown:
-    """How leak rates are shown: a unit, and how many of it are 1 m³/s of the solved leak rate."""
+    """Unit in which people read leak rates.
+
+    Parameters
+    ----------
+    name : str
+        Name of the unit.
+    per_solved : float
+        Number of this unit in 1 m³/s of the solved leak rate.
+    """
 
     name: str
     per_solved: float
@@ -112,7 +128,7 @@ def verdict(
 def what_would_decide(
     leak: LeakRate, limit: float, lower: float | None = 1.0, upper: float | None = 1.0
 ) -> tuple[float | None, int | None]:
-    """Tolerance, and unknowns, at which the bounds would part from the limit; None if unknown.
+    """Tolerance and unknowns at which the bounds would exclude the limit; None if unknown.
 
     With a leak rate of Q = √(lower upper) and the factors of the other uncertainties, a bracket of
     the flow with ln(upper / lower) = 2 w just touches the limit L where Q e^w (upper factor) = L or
@@ -120,8 +136,12 @@ def what_would_decide(
 
     Parameters
     ----------
-    leak : with bounds; limit : [m³/s]
-    lower, upper : factors of all uncertainties beside the flow; None where a side is open
+    leak : LeakRate
+        Leak rate with bounds.
+    limit : float
+        Limit L [m³/s].
+    lower, upper : float or None
+        Factors of all uncertainties beside the flow; None on an unbounded side.
     """
     if leak.lower == 0:
         return None, None
@@ -133,12 +153,12 @@ def what_would_decide(
     if needed < LEAST_RTOL:
         return None, None
     reached = relative_width(leak.lower, leak.upper)
-    # A wider bracket may decide as well if it lies on one side; it cannot lie on both.
+    # This is sufficient. A wider bracket may decide too, if all of it lies on one side.
     return needed, max(round(leak.unknowns * reached / needed), leak.unknowns)
 
 
 def _range(leak: LeakRate, rest: ErrorBudget) -> tuple[float | None, float | None]:
-    """Lowest and highest leak rate [m³/s] that all counted entries leave; None where open."""
+    """Lowest and highest leak rate [m³/s] by all counted entries; None where unbounded."""
     lower, upper = combined(rest)
     return (
         None if lower is None else leak.lower * lower,
@@ -147,7 +167,7 @@ def _range(leak: LeakRate, rest: ErrorBudget) -> tuple[float | None, float | Non
 
 
 def _of_sealed(shown: Shown, given: str | None, limit: float | None, rest: ErrorBudget) -> Verdict:
-    """Verdict of a gap without an open path, which an entry of the budget may open all the same."""
+    """Verdict on a sealed gap; an entry of the budget may still open a path."""
     opened = [entry for entry in rest if entry.counted and entry.upper is None]
     sentence = "no open path joins inlet and outlet"
     if limit is None or not opened:
@@ -188,7 +208,7 @@ def _wish(
 
 
 def _open(rest: ErrorBudget) -> list[Uncertainty]:
-    """Entries that leave a side open."""
+    """Entries that leave a side unbounded."""
     return [entry for entry in rest if entry.counted and None in (entry.lower, entry.upper)]
 
 

@@ -1,1 +1,1 @@
-"""Checks of the method: exact cases, methods side by side, and what accuracy costs."""
+"""Verification: exact cases, comparison of the methods, and the cost of accuracy."""

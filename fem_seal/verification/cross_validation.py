@@ -28,14 +28,28 @@ EXACT = 1e-7  # a smaller relative error counts as none: CG stops at 1e-8 of the
 class Row:
     """An answer, compared with the reference.
 
-    squares : of the grid along the flow; unknowns : of the solve
-    value : leak rate [m^3/s]; error : relative to the reference
-    band : the method's own estimate of its relative error: half-width of the bracket, or change
-        from the grid before; None without either
-    order, expected : of convergence in the spacing, observed and from theory; None where the error
-        is below the half-width of the reference, or theory gives no simple order
-    verdict : see `judge`
-    seconds : of CPU time
+    Attributes
+    ----------
+    method : str
+        Name of the answer; linear elements give three, such as "FE upper".
+    squares : int
+        Squares of the grid along the flow.
+    unknowns : int
+        Unknowns of the solve.
+    value : float
+        Leak rate [m^3/s].
+    error : float
+        Error relative to the reference.
+    band : float or None
+        Relative error that the method itself estimates: half-width of its bracket, or change
+        from the coarser grid. None on the first grid of a method without bounds.
+    order, expected : float or None
+        Order of convergence in the spacing, observed and by theory. None where the error is
+        below the half-width of the reference, or where theory gives no simple order.
+    verdict : str
+        Comparison with the reference; see `judge`.
+    seconds : float
+        CPU time [s].
     """
 
     method: str
@@ -52,7 +66,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Reference:
-    """The exact leak rate, or the narrowest certified bracket [m^3/s]."""
+    """The exact leak rate, or the narrowest certified bracket.
+
+    Attributes
+    ----------
+    lower, upper : float
+        Bounds of the leak rate [m^3/s], equal where it is known exactly.
+    """
 
     lower: float
     upper: float

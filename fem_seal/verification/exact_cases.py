@@ -23,14 +23,22 @@ SMOOTH = 0.5 * np.log(1e4)  # exponent of the smooth checkerboard, contrast 1e4
 class ExactCase:
     """A gap whose leak rate is known, and its samples on any grid.
 
-    gaps : function from the number of squares along the flow to one or more gaps; `exact` is the
-        geometric mean of their leak rates (duality gives the product of two)
-    representation, sides : of the gaps
-    exact : leak rate at Δp = 1, η = 1/12
-    order : expected order of convergence of each bound in the spacing; None if unknown
-    source : of the exact value and of the order
-    quadratic_order : expected order of quadratic elements if it differs from `order`; they gain
-        nothing where the gap itself is interpolated or a corner limits the order
+    Parameters
+    ----------
+    gaps : Callable[[int], tuple[GridField, ...]]
+        Function from the number of squares along the flow to one or more gaps. `exact` is the
+        geometric mean of their leak rates (duality gives the product of two).
+    representation, sides : str
+        How the gaps are read between their samples, and what lies at y = 0 and Ly.
+    exact : float
+        Leak rate at Δp = 1, η = 1/12.
+    order : float or None
+        Expected order of convergence of each bound in the spacing; None if unknown.
+    source : str
+        Source of the exact value and of the order.
+    quadratic_order : float or None
+        Expected order of quadratic elements where it differs from `order`. They gain nothing
+        where the gap itself is interpolated or a corner limits the order.
     """
 
     gaps: Callable[[int], tuple[GridField, ...]]
@@ -77,7 +85,7 @@ def _channel(n: int) -> tuple[GridField, ...]:
 
 
 def block_gap(conductivity: np.ndarray, n: int) -> GridField:
-    """Squares of these conductivities K = g³ over the unit square, on n × n pixels.
+    """Gap of the unit square cut into squares of constant conductivity K = g³, on n × n pixels.
 
     Parameters
     ----------

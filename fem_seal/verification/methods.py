@@ -21,9 +21,18 @@ CASCADE_UNKNOWNS = 70_000
 class Setting:
     """Fluid, drive and reading of the gap for all methods.
 
-    viscosity : [Pa s]; pressure_drop : [Pa]
-    sides : "wall" or "periodic"; representation : "linear" or "constant"
-    rtol : of the adaptive bracket, (upper - lower) / √(lower upper)
+    Parameters
+    ----------
+    viscosity : float
+        Viscosity η [Pa s].
+    pressure_drop : float
+        Pressure drop Δp [Pa].
+    sides : "wall" or "periodic"
+        Boundary at y = 0 and y = Ly.
+    representation : "linear" or "constant"
+        How the gap is read between its samples.
+    rtol : float
+        Largest relative width (upper - lower) / √(lower upper) of the adaptive bracket.
     """
 
     viscosity: float
@@ -37,9 +46,18 @@ class Setting:
 class Answer:
     """One number of one method on one grid.
 
-    value : leak rate [m^3/s], nan if the method did not converge
-    certified : "above" for an upper bound, "below" for a lower bound, else ""
-    seconds : of CPU time
+    Attributes
+    ----------
+    method : str
+        Name of the method, with the bound that the number is.
+    value : float
+        Leak rate [m^3/s]; nan if the method did not converge.
+    certified : "above", "below" or ""
+        The leak rate is an upper bound, a lower bound or neither.
+    unknowns : int
+        Unknowns of the solve.
+    seconds : float
+        CPU time [s].
     """
 
     method: str

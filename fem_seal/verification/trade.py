@@ -1,4 +1,4 @@
-"""What accuracy costs: contact grids × flow methods × tolerances, error against time and memory.
+"""Cost of accuracy: contact grids × flow methods × tolerances, error against time and memory.
 
 The error of a leak rate has two parts. The flow part is the half-width of the certified bracket,
 or, for finite differences, the distance from the best answer on the same gap. The contact part is
@@ -32,7 +32,15 @@ LEAST_SAMPLES = 8
 
 @dataclass(frozen=True)
 class Choice:
-    """A flow method; `rtol` is None if the method has no tolerance."""
+    """A flow method with its tolerance.
+
+    Parameters
+    ----------
+    method : "adaptive", "uniform" or "finite-difference"
+        Name of the method, as in flow.method.
+    rtol : float or None
+        Relative width of the bracket; None if the method has no tolerance.
+    """
 
     method: str
     rtol: float | None
@@ -45,14 +53,25 @@ class Choice:
 class Point:
     """One leak rate, its error and its cost.
 
-    samples : (nx, ny) of the contact grid
-    flow : the method and its tolerance
-    leak_rate, lower, upper : [m^3/s]; no bounds for finite differences
-    contact_error, flow_error, total_error : relative, the last being the sum
-    seconds : of CPU time, contact and flow; contact_seconds : of the contact alone
-    memory_bytes : largest resident memory of the process during the flow solve, with libraries
-    pareto : whether no other point of its kind, with or without bounds, is both faster and more
-        accurate
+    Attributes
+    ----------
+    samples : (nx, ny)
+        Samples of the contact grid.
+    flow : Choice
+        Flow method and its tolerance.
+    leak_rate, lower, upper : float
+        Leak rate with its bounds [m^3/s]; finite differences have no bounds.
+    contact_error, flow_error, total_error : float
+        Relative errors; the total is the sum of the other two.
+    seconds : float
+        CPU time [s] of contact and flow.
+    contact_seconds : float
+        CPU time [s] of the contact alone.
+    memory_bytes : int
+        Largest resident memory of the process during the flow solve, libraries included.
+    pareto : bool
+        Whether no other point of its kind, with or without bounds, is both faster and more
+        accurate.
     """
 
     samples: tuple[int, int]
@@ -88,7 +107,17 @@ class _Run:
 
 @dataclass(frozen=True)
 class Trade:
-    """All points, the extrapolated leak rate [m^3/s] and its relative uncertainty."""
+    """Leak rates of one scene over contact grids and flow methods.
+
+    Attributes
+    ----------
+    points : tuple[Point, ...]
+        All leak rates with errors and cost.
+    reference : float
+        Leak rate extrapolated to a contact grid of spacing 0 [m^3/s].
+    uncertainty : float
+        Relative uncertainty of the reference.
+    """
 
     points: tuple[Point, ...]
     reference: float
@@ -144,7 +173,7 @@ def trade(
 
 
 def _warm_up() -> None:
-    """Load the libraries first: otherwise the first point would be charged for them."""
+    """Import the libraries, so that the first point's time does not include it."""
     from fem_seal.flow import leak_rate
 
     leak_rate(GridField(np.ones((8, 8)), (1.0, 1.0)), viscosity=1.0, pressure_drop=1.0)
