@@ -15,12 +15,12 @@ def film_conductivity(gap: Gap, viscosity: float) -> Gap:
 
     Parameters
     ----------
-    gap : float or array [m]
+    gap : float, array or UFL expression [m]
     viscosity : float
         η [Pa s].
 
     Returns
     -------
-    float or array [m³/(Pa s)]
+    as `gap` [m³/(Pa s)]
     """
     return gap**3 / (12 * viscosity)

@@ -1,4 +1,4 @@
-"""Energies ∫ ∇v·T·∇v of functions linear on triangles, a batch of triangles after the other.
+"""Energies ∫ ∇v·T·∇v (`forms.py`) of functions linear on triangles, one batch after the other.
 
 The functions may jump between cells, so that no cell needs its neighbours: DOLFINx integrates on
 one small mesh of triangles that share no vertex, and that mesh is moved over the cells of any
@@ -20,6 +20,7 @@ from fem_seal.fenicsx import (
     geometry_dofs,
     ufl,
 )
+from fem_seal.flow.forms import reynolds
 
 AT_ONCE = 1 << 12  # cells
 
@@ -31,7 +32,7 @@ class Batch:
         corners = np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (AT_ONCE, 1))
         cells = np.arange(3 * AT_ONCE).reshape(-1, 3)
         self._mesh = create_triangle_mesh(MPI.COMM_SELF, corners, cells)
-        # As long as addresses are, which NumPy would make of them each time.
+        # intp, so that NumPy need not convert the indices on every use.
         self._points = geometry_dofs(self._mesh).astype(np.intp)
         V, W = functionspace(self._mesh, ("DG", 1)), functionspace(self._mesh, ("DG", 0))
         self._corner_dofs = cell_dofs(V, 3).astype(np.intp)
@@ -40,9 +41,8 @@ class Batch:
         xx, xy, yy = self._tensor
         T = ufl.as_tensor([[xx, xy], [xy, yy]])
         u, v, self._v = ufl.TrialFunction(V), ufl.TestFunction(V), fem.Function(V)
-        flux = ufl.dot(T, ufl.grad(self._v))
-        self._matrix = fem.form(ufl.inner(ufl.dot(T, ufl.grad(u)), ufl.grad(v)) * ufl.dx)
-        self._slopes = fem.form(ufl.inner(flux, ufl.grad(v)) * ufl.dx)
+        self._matrix = fem.form(reynolds(u, v, T))
+        self._slopes = fem.form(reynolds(self._v, v, T))
         self._vector = fem.petsc.assemble_vector(self._slopes)
 
     def place(self, corners: np.ndarray, tensor: np.ndarray) -> None:

@@ -1,7 +1,8 @@
 """Quadratic elements on the pixel mesh: one more upper bound, to hold the linear ones against.
 
-∫K|∇p|² of a continuous piecewise quadratic p, K = g³ by quadrature that is exact for it: where the
-gap is smooth its energy converges at order 4 in the spacing, that of linear elements at order 2.
+∫K|∇p|² of a continuous piecewise quadratic p, K = g³. UFL chooses the degree of the quadrature, 3
+for K and 1 for each of the gradients, so that it is exact. Where the gap is smooth this energy
+converges at order 4 in the spacing, that of linear elements at order 2.
 For one process, and for gaps whose conductivity spans what double precision can hold.
 """
 
@@ -24,6 +25,7 @@ from fem_seal.fenicsx import (
 )
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.flow.adapt import Tuning
+from fem_seal.flow.forms import energy, reynolds
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.flow.linear import minimise_by_cg
 from fem_seal.flow.numbering import Unknowns
@@ -33,8 +35,6 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.mesh.nested import PIXEL, uniform_mesh
 
 METHOD = "quadratic"
-# K = g³ has degree 3 on a cell, each of the two gradients degree 1.
-QUADRATURE_DEGREE = 3 + 2 * 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,14 +89,14 @@ def quadratic_upper(
     triangles = mesh.cells[cells.kept]
     # A gap that is constant on each cell has no vertex values; then K is its cube on all corners.
     corners = values[triangles][..., 0] if values.size else np.cbrt(data.K[cells.kept])[:, None]
-    energy = _least_energy(
+    least = _least_energy(
         mesh.xy / PIXEL * represented.aspect,
         triangles,
         np.broadcast_to(corners, triangles.shape),
         numbering,
         tolerance,
     )
-    upper = energy * film_conductivity(highest, viscosity) * pressure_drop
+    upper = least * film_conductivity(highest, viscosity) * pressure_drop
     return LeakRate("leaking", METHOD, upper, 0.0, upper, unknowns=numbering.count)
 
 
@@ -133,10 +133,9 @@ def _least_energy(
     g, p = fem.Function(W), fem.Function(V)
     g.x.array[cell_dofs(W, 3)] = gap[own]
     u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
-    dx = ufl.dx(metadata={"quadrature_degree": QUADRATURE_DEGREE})
-    A = fem.petsc.assemble_matrix(fem.form(g**3 * ufl.inner(ufl.grad(u), ufl.grad(v)) * dx))
+    A = fem.petsc.assemble_matrix(fem.form(reynolds(u, v, g**3)))
     A.assemble()
-    energy = fem.form(g**3 * ufl.inner(ufl.grad(p), ufl.grad(p)) * dx)
+    form = fem.form(energy(p, g**3))
     nodes, size = cell_dofs(V, 6), 6 * len(cells)
     indptr, indices, entries = A.getValuesCSR()
     matrix = csr_array((entries, indices, indptr), shape=(size, size))
@@ -145,11 +144,11 @@ def _least_energy(
     places = nodes[free], numbering.of_node[own][free]
     P = csr_array((ones, places), shape=(size, numbering.count))
     p.x.array[nodes] = numbering.given[own]
-    start = fem.assemble_scalar(energy)
+    start = fem.assemble_scalar(form)
     load = -(P.T @ (matrix @ p.x.array))
     p.x.array[:] += P @ _solved(csr_array(P.T @ matrix @ P), load, start, tolerance)
     A.destroy()
-    return float(fem.assemble_scalar(energy))
+    return float(fem.assemble_scalar(form))
 
 
 def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float) -> np.ndarray:
