@@ -21,8 +21,7 @@ from fem_seal.memory import refuse_too_large
 if TYPE_CHECKING:
     from SurfaceTopography.IO.Reader import ChannelInfo, ReaderBase
 
-<<<<<<< HEAD
-# What parsers of binary formats raise where a file ends early or holds nonsense.
+# Errors that parsers of binary formats raise on truncated or damaged files.
 _BROKEN: tuple[type[Exception], ...] = (
     OSError,
     EOFError,
@@ -37,19 +36,6 @@ _BROKEN: tuple[type[Exception], ...] = (
     zipfile.BadZipFile,
     zlib.error,
     ParseError,
-=======
-# Errors that parsers of binary formats raise on truncated or damaged files.
-_BROKEN = (
-    *(OSError, EOFError, ValueError, TypeError, LookupError, AttributeError, AssertionError),
-    *(
-        ArithmeticError,
-        RuntimeError,
-        struct.error,
-        zipfile.BadZipFile,
-        zlib.error,
-        ParseError,
-    ),
->>>>>>> f0bd76e (Plain words and numpydoc sections in verification, field_file, quantities, results and files)
 )
 
 
@@ -80,14 +66,10 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
         size = {} if info.physical_sizes is not None else {"physical_sizes": info.nb_grid_pts}
         topography = reader.topography(channel_index=info.index, **size)
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=float), np.nan)
-<<<<<<< HEAD
         spacing: Pair | None = None
-        if not given:
+        if not size:
             dx, dy = topography.pixel_size
             spacing = float(dx), float(dy)
-=======
-        spacing = None if size else tuple(float(d) for d in topography.pixel_size)
->>>>>>> f0bd76e (Plain words and numpydoc sections in verification, field_file, quantities, results and files)
         unit = topography.unit
         return Recorded(values, unit, spacing, unit, bool(topography.is_periodic) or None)
 

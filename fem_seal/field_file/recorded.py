@@ -118,20 +118,12 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
 
 def _scale(recorded: str | None, stated: str | None, what: str) -> float:
     """Metres in the unit of a file or, if it has none, of the scene."""
-<<<<<<< HEAD
-    if said is None:
+    if recorded is None:
         if stated is None:
             raise InvalidInput(
                 f"{what} have no unit; say it in the scene, such as "
                 'unit = "um", or by --length-unit um'
             )
-=======
-    if recorded is None and stated is None:
-        raise InvalidInput(
-            f'{what} have no unit; say it in the scene, such as unit = "um", or by --length-unit um'
-        )
-    if recorded is None:
->>>>>>> f0bd76e (Plain words and numpydoc sections in verification, field_file, quantities, results and files)
         return length_in_metres(stated, what)
     scale = length_in_metres(recorded, what)
     if stated is not None and not isclose(length_in_metres(stated, what), scale, rel_tol=1e-12):

@@ -77,11 +77,7 @@ def constriction(
 
 
 def _width_on_mesh(film: MeshFilm) -> float | None:
-<<<<<<< HEAD
-    """Distance between the solids on both sides of the constriction; see `channel_width`."""
-=======
     """Width of the channel at the critical constriction; see `channel_width`."""
->>>>>>> f0bd76e (Plain words and numpydoc sections in verification, field_file, quantities, results and files)
     mesh, position = film.mesh, film.constriction.position
     solid = film.values == 0
     for name, ends in mesh.groups():
