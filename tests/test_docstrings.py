@@ -22,8 +22,7 @@ ENTRY = re.compile(r"^(\*{0,2}\w+(?:, \*{0,2}\w+)*) : ", re.MULTILINE)
 def modules():
     for name in FINISHED:
         path = PACKAGE / name
-        for module in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            yield module
+        yield from sorted(path.rglob("*.py")) if path.is_dir() else [path]
 
 
 def entries(docstring, *sections):
