@@ -12,7 +12,6 @@ from fem_seal.scene.sections import Pressure, Section, Viscosity
 from fem_seal.units import to_si
 
 if TYPE_CHECKING:
-    from fem_seal.scene.scene import Scene
     from fem_seal.scene.sections import Flow
 
 Temperature = Annotated[float, BeforeValidator(partial(to_si, unit="K")), Field(gt=0)]
@@ -74,23 +73,6 @@ def gauge_pressures(flow: "Flow") -> tuple[float, float]:
     return flow.inlet_pressure - ambient, flow.outlet_pressure - ambient
 
 
-def check_ambient(scene: "Scene") -> None:
-    """Refuse an ambient pressure that contradicts the scene, or that cannot be guessed."""
-    flow = scene.flow
-    if flow.ambient_pressure is not None and flow.pressure_drop is not None:
-        raise ContradictionError(
-            "flow.ambient_pressure goes with flow.inlet_pressure and flow.outlet_pressure; with "
-            "flow.pressure_drop the outlet is at ambient pressure: leave it out"
-        )
-    elastic = scene.contact is not None and scene.contact.model == "gfmd"
-    if elastic and _ambient_is_open(flow.outlet_pressure, flow.ambient_pressure):
-        raise ContradictionError(
-            f"flow.ambient_pressure is missing: flow.outlet_pressure = {flow.outlet_pressure:g} Pa "
-            "is below 1 bar, and the pressure above that on the back of the solid carries part of "
-            "the load; give it, such as '1 bar' or, if all is in a vacuum, the outlet's"
-        )
-
-
 def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
     """Name the ambient pressure in the mapping of a scene from before it had to be named.
 
@@ -100,12 +82,12 @@ def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
     """
     flow = scene.get("flow", {})
     outlet = flow.get("outlet_pressure")
-    if not _ambient_is_open(outlet, flow.get("ambient_pressure")):
+    if not ambient_is_open(outlet, flow.get("ambient_pressure")):
         return scene
     return {**scene, "flow": {**flow, "ambient_pressure": outlet}}
 
 
-def _ambient_is_open(outlet: float | None, ambient: float | None) -> bool:
+def ambient_is_open(outlet: float | None, ambient: float | None) -> bool:
     """Whether the outlet is too near a vacuum to be taken for the ambient pressure."""
     return ambient is None and outlet is not None and outlet < ATMOSPHERIC * (1 - 1e-9)
 

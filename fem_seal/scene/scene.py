@@ -1,48 +1,23 @@
-"""The whole scene: its sections, and what they demand of each other."""
+"""Scene: what a scene file says, read and checked."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import ValidationError, model_validator
 
 from fem_seal.errors import InvalidInput
-from fem_seal.fluid import Drive
-from fem_seal.scene.accuracy import Accuracy, check_accuracy
+from fem_seal.scene.checks import check
+from fem_seal.scene.contents import Contents
 from fem_seal.scene.files import override, read_toml
-from fem_seal.scene.fluid import Fluid, check_ambient, drive, gauge_pressures
-from fem_seal.scene.limit import Limit, check_rates, refuse_rates
-from fem_seal.scene.measured import FileSurface, Gap
-from fem_seal.scene.messages import ContradictionError, explain
-from fem_seal.scene.sections import (
-    Contact,
-    Flow,
-    Output,
-    Section,
-    SelfAffineSurface,
-    Solid,
-)
-from fem_seal.scene.shape import AnyShape, check_shape
-
-Surface = Annotated[SelfAffineSurface | FileSurface, Field(discriminator="kind")]
+from fem_seal.scene.messages import explain
 
 
-class Scene(Section):
-    """One seal and what is wanted of it. Lengths in m, pressures in Pa, viscosity in Pa s.
+class Scene(Contents):
+    """One patch of a seal, and the products wanted of it; lengths in m, pressures in Pa.
 
     Either `gap`, or `surface` and `contact` (and `solid` for an elastic contact).
     """
-
-    surface: Surface | None = Field(None, description="the rough counter-face")
-    solid: Solid | None = Field(None, description="elasticity of the two solids")
-    contact: Contact | None = Field(None, description="contact model and load")
-    gap: Gap | None = Field(None, description="in place of surface, solid and contact")
-    shape: AnyShape | None = Field(None, description="of the seal, if it is not the gap's grid")
-    fluid: Fluid | None = Field(None, description="the liquid or gas that leaks")
-    flow: Flow = Field(Flow(), description="pressure drop, sides and method")
-    accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
-    limit: Limit | None = Field(None, description="what the leak rate is held against")
-    output: Output = Field(Output(), description="what is wanted")
 
     @classmethod
     def from_file(cls, path: str | Path, overrides: Iterable[str] = ()) -> "Scene":
@@ -96,81 +71,7 @@ class Scene(Section):
         flow = self.flow.model_copy(update={"rtol": rtol})
         return self.model_copy(update={"flow": flow, "accuracy": None})
 
-    @property
-    def needs_flow(self) -> bool:
-        """Whether some product needs the leak rate."""
-        wanted = {"leak_rate", "mesh", "constriction", "hydraulic_aperture"}
-        return bool(wanted.intersection(self.output.products))
-
-    @property
-    def needs_field(self) -> bool:
-        """Whether some product needs the flow itself and not only its leak rate."""
-        wanted = {"pictures", "mesh", "constriction"}
-        return self.limit is not None or bool(wanted.intersection(self.output.products))
-
-    @property
-    def drive(self) -> Drive:
-        """What pushes the fluid through; for scenes that need the flow."""
-        return drive(self.fluid, self.flow)
-
-    @property
-    def gauge_pressures(self) -> tuple[float, float]:
-        """Pressures of inlet and outlet above ambient [Pa]; for scenes that need the flow."""
-        return gauge_pressures(self.flow)
-
-    @property
-    def deciding_rate(self) -> float | None:
-        """Solved leak rate [m^3/s] whose exceeding is to be decided; None without one."""
-        if self.limit is None or not self.limit.decide:
-            return None
-        return self.limit.volume_rate(self.drive)
-
     @model_validator(mode="after")
     def _check(self) -> "Scene":
-        if check_shape(self):
-            self._check_gap()
-        check_accuracy(self)
-        if self.needs_flow:
-            if self.fluid is None:
-                raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
-            check_rates(self, self.drive)
-            check_ambient(self)
-        else:
-            refuse_rates(self)
-        if "conductivity_tensor" in self.output.products:
-            self._check_tensor()
-        if "mesh" in self.output.products and self.flow.method == "finite-difference":
-            raise ContradictionError(
-                "output.products names 'mesh', but flow.method = 'finite-difference' has none; "
-                "choose adaptive or uniform"
-            )
+        check(self)
         return self
-
-    def _check_tensor(self) -> None:
-        if self.fluid is None:
-            raise ContradictionError(
-                "[fluid] is missing: a conductivity tensor needs fluid.viscosity"
-            )
-        if self.flow.method != "adaptive":
-            raise ContradictionError(
-                f"output.products names 'conductivity_tensor', which flow.method = "
-                f"{self.flow.method!r} does not compute; choose adaptive"
-            )
-
-    def _check_gap(self) -> None:
-        if self.gap is not None:
-            for name in ("surface", "solid", "contact"):
-                if getattr(self, name) is not None:
-                    raise ContradictionError(
-                        f"[gap] stands in place of [{name}]; give one of the two"
-                    )
-            return
-        for name in ("surface", "contact"):
-            if getattr(self, name) is None:
-                raise ContradictionError(
-                    f"[{name}] is missing; give [surface] and [contact], or [gap]"
-                )
-        if self.contact.model == "gfmd" and self.solid is None:
-            raise ContradictionError(
-                "[solid] is missing: contact.model = 'gfmd' needs its contact_modulus"
-            )

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from functools import partial
 from math import pi
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -20,9 +20,6 @@ from fem_seal.scene.mesh_cost import refuse_too_many
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import Count, InputFile, Length, Section
 from fem_seal.units import to_si
-
-if TYPE_CHECKING:
-    from fem_seal.scene.scene import Scene
 
 Angle = Annotated[float, BeforeValidator(partial(to_si, unit="rad")), Field(gt=0, lt=2 * pi)]
 Position = Annotated[float, BeforeValidator(partial(to_si, unit="m"))]
@@ -248,51 +245,3 @@ class MeshFile(Shape):
 AnyShape = Annotated[
     Rectangle | Strip | FaceSeal | Sector | PlateWithHoles | MeshFile, Field(discriminator="kind")
 ]
-
-
-def check_shape(scene: "Scene") -> bool:
-    """Whether the gap comes from other sections than [shape].
-
-    Raises
-    ------
-    ContradictionError
-        If other sections ask for what a shape cannot give, or say the gap a second time.
-    """
-    shape, flow = scene.shape, scene.flow
-    if shape is None:
-        return True
-    for field, only in (("sides", "wall"), ("representation", "linear")):
-        if getattr(flow, field) != only:
-            raise ContradictionError(
-                f"flow.{field} = {getattr(flow, field)!r} is for a gap on a grid; leave it out "
-                f"with [shape], whose mesh {_SAYS[field]}"
-            )
-    if flow.method == "finite-difference":
-        raise ContradictionError(
-            "flow.method = 'finite-difference' needs a grid; [shape] takes adaptive or uniform"
-        )
-    if scene.accuracy is not None:
-        raise ContradictionError(
-            "[accuracy] refines the grid of the contact, but a [shape] reads its gap at the "
-            "vertices of a mesh that stays as it is; set flow.rtol, and compare meshes by mesh_size"
-        )
-    unavailable = set(scene.output.products) - PRODUCTS
-    if unavailable:
-        raise ContradictionError(
-            f"output.products names {sorted(unavailable)[0]!r}, which is that of a periodic cell; "
-            f"a [shape] is none: choose from {', '.join(sorted(PRODUCTS))}"
-        )
-    if shape.own_gap:
-        for name in ("gap", "surface", "solid", "contact"):
-            if getattr(scene, name) is not None:
-                raise ContradictionError(
-                    f"[shape] gives the gap and so does [{name}]; give one of the two"
-                )
-    return not shape.own_gap
-
-
-PRODUCTS = {
-    *("contact", "leak_rate", "pictures", "mesh"),
-    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume"),
-}
-_SAYS = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}

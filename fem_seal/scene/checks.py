@@ -1,0 +1,208 @@
+"""What the sections of a scene demand of each other; each check raises ContradictionError."""
+
+from fem_seal.fluid import Drive
+from fem_seal.scene.contents import Contents
+from fem_seal.scene.fluid import ambient_is_open
+from fem_seal.scene.messages import ContradictionError
+from fem_seal.units import RateUnit
+
+MOST = 1e100  # m³/s, of a limit; in any unit it is still a number
+
+
+def check(scene: Contents) -> None:
+    """All checks, in the order in which a user wants to know."""
+    if check_shape(scene):
+        check_gap(scene)
+    check_accuracy(scene)
+    if scene.needs_flow:
+        if scene.fluid is None:
+            raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
+        check_rates(scene, scene.drive)
+        check_ambient(scene)
+    else:
+        refuse_rates(scene)
+    if "conductivity_tensor" in scene.output.products:
+        check_tensor(scene)
+    if "mesh" in scene.output.products and scene.flow.method == "finite-difference":
+        raise ContradictionError(
+            "output.products names 'mesh', but flow.method = 'finite-difference' has none; "
+            "choose adaptive or uniform"
+        )
+
+
+def check_shape(scene: Contents) -> bool:
+    """Whether the gap comes from other sections than [shape].
+
+    Raises
+    ------
+    ContradictionError
+        If other sections ask for what a shape cannot give, or say the gap a second time.
+    """
+    shape, flow = scene.shape, scene.flow
+    if shape is None:
+        return True
+    for field, only in (("sides", "wall"), ("representation", "linear")):
+        if getattr(flow, field) != only:
+            raise ContradictionError(
+                f"flow.{field} = {getattr(flow, field)!r} is for a gap on a grid; leave it out "
+                f"with [shape], whose mesh {_SAYS[field]}"
+            )
+    if flow.method == "finite-difference":
+        raise ContradictionError(
+            "flow.method = 'finite-difference' needs a grid; [shape] takes adaptive or uniform"
+        )
+    if scene.accuracy is not None:
+        raise ContradictionError(
+            "[accuracy] refines the grid of the contact, but a [shape] reads its gap at the "
+            "vertices of a mesh that stays as it is; set flow.rtol, and compare meshes by mesh_size"
+        )
+    unavailable = set(scene.output.products) - PRODUCTS
+    if unavailable:
+        raise ContradictionError(
+            f"output.products names {sorted(unavailable)[0]!r}, which is that of a periodic cell; "
+            f"a [shape] is none: choose from {', '.join(sorted(PRODUCTS))}"
+        )
+    if shape.own_gap:
+        for name in ("gap", "surface", "solid", "contact"):
+            if getattr(scene, name) is not None:
+                raise ContradictionError(
+                    f"[shape] gives the gap and so does [{name}]; give one of the two"
+                )
+    return not shape.own_gap
+
+
+PRODUCTS = {
+    *("contact", "leak_rate", "pictures", "mesh"),
+    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume"),
+}
+_SAYS = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}
+
+
+def check_gap(scene: Contents) -> None:
+    """Refuse a gap that the scene says twice, or not at all."""
+    if scene.gap is not None:
+        for name in ("surface", "solid", "contact"):
+            if getattr(scene, name) is not None:
+                raise ContradictionError(
+                    f"[gap] stands in place of [{name}]; give one of the two"
+                )
+        return
+    for name in ("surface", "contact"):
+        if getattr(scene, name) is None:
+            raise ContradictionError(
+                f"[{name}] is missing; give [surface] and [contact], or [gap]"
+            )
+    if scene.contact.model == "gfmd" and scene.solid is None:
+        raise ContradictionError(
+            "[solid] is missing: contact.model = 'gfmd' needs its contact_modulus"
+        )
+
+
+def check_accuracy(scene: Contents) -> None:
+    """Hold [accuracy] against the rest of a scene; ContradictionError where they do not agree."""
+    if scene.accuracy is None:
+        return
+    if scene.surface is None:
+        raise ContradictionError(
+            "[accuracy] needs [surface] and [contact]: the contact of a given gap cannot be solved "
+            "on another grid; set flow.rtol"
+        )
+    if not scene.needs_flow:
+        raise ContradictionError(
+            "[accuracy] is about the leak rate, which output.products does not name"
+        )
+    if "rtol" in scene.flow.model_fields_set:
+        raise ContradictionError("accuracy.total chooses flow.rtol itself; give one of the two")
+    if scene.flow.method == "finite-difference":
+        raise ContradictionError(
+            "accuracy.total needs bounds, and flow.method = 'finite-difference' has none; choose "
+            "adaptive or uniform"
+        )
+
+
+def check_rates(scene: Contents, drive: Drive) -> None:
+    """Hold units and limit against the fluid; ContradictionError where they do not fit."""
+    if scene.output.leak_rate_unit is not None:
+        _require_kind("output.leak_rate_unit", scene.output.leak_rate_unit, drive)
+    limit = scene.limit
+    if limit is None:
+        return
+    _require_kind("limit.leak_rate", limit.leak_rate.unit, drive)
+    if not 1 / MOST < limit.volume_rate(drive) < MOST:
+        raise ContradictionError(
+            f"limit.leak_rate = {limit.leak_rate.number:g} {limit.leak_rate.unit.name} is no leak "
+            "rate of this world; check its unit"
+        )
+    flow = scene.flow
+    if flow.method == "finite-difference":
+        raise ContradictionError(
+            "[limit] is decided by bounds, and flow.method = 'finite-difference' has none; choose "
+            "adaptive or uniform"
+        )
+    if limit.decide and scene.accuracy is not None:
+        raise ContradictionError(
+            "limit.decide and accuracy.total both say when to stop; give one of the two"
+        )
+    if limit.decide and not (flow.max_unknowns or flow.max_seconds or flow.max_memory):
+        raise ContradictionError(
+            "limit.decide needs flow.max_unknowns, flow.max_seconds or flow.max_memory, since a "
+            "leak rate that equals the limit is never decided"
+        )
+
+
+def refuse_rates(scene: Contents) -> None:
+    """ContradictionError where a scene without a leak rate says how to show or judge it."""
+    for what, given in (
+        ("[limit]", scene.limit),
+        ("output.leak_rate_unit", scene.output.leak_rate_unit),
+    ):
+        if given is not None:
+            raise ContradictionError(
+                f"{what} is about the leak rate, which output.products does not name"
+            )
+
+
+def _require_kind(field: str, unit: RateUnit, drive: Drive) -> None:
+    if unit.kind in drive.rates:
+        return
+    raise ContradictionError(
+        f"{field} in {unit.name!r} is {_IN_WORDS[unit.kind]} per time, but a liquid leaks a volume "
+        "per time, such as ml/h"
+    )
+
+
+_IN_WORDS = {
+    "throughput": "a pressure times a volume",
+    "amount": "an amount",
+    "mass": "a mass",
+}
+
+
+def check_ambient(scene: Contents) -> None:
+    """Refuse an ambient pressure that contradicts the scene, or that cannot be guessed."""
+    flow = scene.flow
+    if flow.ambient_pressure is not None and flow.pressure_drop is not None:
+        raise ContradictionError(
+            "flow.ambient_pressure goes with flow.inlet_pressure and flow.outlet_pressure; with "
+            "flow.pressure_drop the outlet is at ambient pressure: leave it out"
+        )
+    elastic = scene.contact is not None and scene.contact.model == "gfmd"
+    if elastic and ambient_is_open(flow.outlet_pressure, flow.ambient_pressure):
+        raise ContradictionError(
+            f"flow.ambient_pressure is missing: flow.outlet_pressure = {flow.outlet_pressure:g} Pa "
+            "is below 1 bar, and the pressure above that on the back of the solid carries part of "
+            "the load; give it, such as '1 bar' or, if all is in a vacuum, the outlet's"
+        )
+
+
+def check_tensor(scene: Contents) -> None:
+    """Refuse a conductivity tensor that the scene cannot give."""
+    if scene.fluid is None:
+        raise ContradictionError(
+            "[fluid] is missing: a conductivity tensor needs fluid.viscosity"
+        )
+    if scene.flow.method != "adaptive":
+        raise ContradictionError(
+            f"output.products names 'conductivity_tensor', which flow.method = "
+            f"{scene.flow.method!r} does not compute; choose adaptive"
+        )

@@ -1,0 +1,62 @@
+"""The sections of a scene side by side, and what follows from them together."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from fem_seal.fluid import Drive
+from fem_seal.scene.accuracy import Accuracy
+from fem_seal.scene.fluid import Fluid, drive, gauge_pressures
+from fem_seal.scene.limit import Limit
+from fem_seal.scene.measured import FileSurface, Gap
+from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffineSurface, Solid
+from fem_seal.scene.shape import AnyShape
+
+Surface = Annotated[SelfAffineSurface | FileSurface, Field(discriminator="kind")]
+
+
+class Contents(Section):
+    """All sections. Lengths in m, pressures in Pa, viscosity in Pa s.
+
+    Either `gap`, or `surface` and `contact` (and `solid` for an elastic contact).
+    """
+
+    surface: Surface | None = Field(None, description="the rough counter-face")
+    solid: Solid | None = Field(None, description="elasticity of the two solids")
+    contact: Contact | None = Field(None, description="contact model and load")
+    gap: Gap | None = Field(None, description="in place of surface, solid and contact")
+    shape: AnyShape | None = Field(None, description="of the seal, if it is not the gap's grid")
+    fluid: Fluid | None = Field(None, description="the liquid or gas that leaks")
+    flow: Flow = Field(Flow(), description="pressure drop, sides and method")
+    accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
+    limit: Limit | None = Field(None, description="what the leak rate is held against")
+    output: Output = Field(Output(), description="what is wanted")
+
+    @property
+    def needs_flow(self) -> bool:
+        """Whether some product needs the leak rate."""
+        wanted = {"leak_rate", "mesh", "constriction", "hydraulic_aperture"}
+        return bool(wanted.intersection(self.output.products))
+
+    @property
+    def needs_field(self) -> bool:
+        """Whether some product needs the flow itself and not only its leak rate."""
+        wanted = {"pictures", "mesh", "constriction"}
+        return self.limit is not None or bool(wanted.intersection(self.output.products))
+
+    @property
+    def drive(self) -> Drive:
+        """What pushes the fluid through; for scenes that need the flow."""
+        return drive(self.fluid, self.flow)
+
+    @property
+    def gauge_pressures(self) -> tuple[float, float]:
+        """Pressures of inlet and outlet above ambient [Pa]; for scenes that need the flow."""
+        return gauge_pressures(self.flow)
+
+    @property
+    def deciding_rate(self) -> float | None:
+        """Solved leak rate [m^3/s] whose exceeding is to be decided; None without one."""
+        if self.limit is None or not self.limit.decide:
+            return None
+        return self.limit.volume_rate(self.drive)
