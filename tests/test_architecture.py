@@ -36,7 +36,7 @@ ORDER = [
     ),
     *("surface", "contact", "scene", "fenicsx", "mesh", "film", "theory", "finite_difference"),
     *("flow", "coupling"),
-    *("steps", "patch", "accuracy", "quantities", "results", "sweep"),
+    *("steps", "patch", "accuracy", "upscaling", "quantities", "results", "sweep"),
     *("letter", "verification", "render"),
     *("job", "doctor", "cli", "__main__"),
 ]

@@ -9,7 +9,7 @@ from project import ROOT
 PACKAGE = ROOT / "fem_seal"
 # Packages and modules whose docstrings are in this dialect throughout.
 FINISHED = [
-    *("film", "theory", "finite_difference", "mesh", "render", "surface"),
+    *("upscaling", "film", "theory", "finite_difference", "mesh", "render", "surface"),
     *("verification", "field_file", "quantities", "results", "files"),
     *("digits.py", "expression.py", "fenicsx.py", "fluid.py", "grid.py", "leak_rate.py"),
     *("doctor.py", "gap_file.py", "parallel.py", "progress.py", "units.py"),

@@ -1,0 +1,190 @@
+"""The pressure across a contact, P(x): uniform, Hertz's, or a table such as finite elements give.
+
+P is the total normal stress, carried by the solid and the fluid together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import Protocol
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+
+
+class Profile(Protocol):
+    """Contact pressure along the leak path, x = 0 at the inlet."""
+
+    @property
+    def length(self) -> float:
+        """Length L of the leak path [m]."""
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Places [m] from 0 to L between which the profile is monotone."""
+
+    @property
+    def highest(self) -> float:
+        """Largest pressure [Pa]."""
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Pressure P(x) [Pa] at places x [m], 0 <= x <= L."""
+
+
+def _require_positive(**numbers: float) -> None:
+    for name, number in numbers.items():
+        if not (np.isfinite(number) and number > 0):
+            raise InvalidInput(f"{name} of a pressure profile must be positive, got {number:g}")
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """The same pressure everywhere.
+
+    Parameters
+    ----------
+    pressure : float
+        P [Pa], > 0.
+    length : float
+        L [m], > 0.
+
+    Raises
+    ------
+    InvalidInput
+        For numbers out of range.
+    """
+
+    pressure: float
+    length: float
+
+    def __post_init__(self):
+        _require_positive(pressure=self.pressure, length=self.length)
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Both ends [m]."""
+        return np.array([0.0, self.length])
+
+    @property
+    def highest(self) -> float:
+        """P [Pa]."""
+        return self.pressure
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """P [Pa] everywhere."""
+        return np.full_like(x, self.pressure, dtype=float)
+
+
+@dataclass(frozen=True)
+class Hertz:
+    """Pressure of a cylinder on a plane, P(x) = P_max √(1 - (x - a)²/a²).
+
+    Parameters
+    ----------
+    maximum : float
+        P_max [Pa], > 0; π/4 of it is the mean pressure.
+    length : float
+        Width 2 a of the contact [m], > 0.
+
+    Raises
+    ------
+    InvalidInput
+        For numbers out of range.
+    """
+
+    maximum: float
+    length: float
+
+    def __post_init__(self):
+        _require_positive(maximum=self.maximum, length=self.length)
+
+    @classmethod
+    def pressed(cls, line_load: float, radius: float, contact_modulus: float) -> "Hertz":
+        """Contact of a cylinder: a = 2 √(w R/(π E*)), P_max = 2 w/(π a).
+
+        K. L. Johnson, Contact Mechanics (Cambridge, 1985), eqs. 4.43 and 4.45.
+
+        Parameters
+        ----------
+        line_load : float
+            w, force per length of the cylinder [N/m].
+        radius : float
+            R of the cylinder [m]; of two cylinders 1/R = 1/R1 + 1/R2.
+        contact_modulus : float
+            E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
+        """
+        _require_positive(line_load=line_load, radius=radius, contact_modulus=contact_modulus)
+        a = 2 * sqrt(line_load * radius / (pi * contact_modulus))
+        return cls(2 * line_load / (pi * a), 2 * a)
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Both ends and the middle [m]."""
+        return np.array([0.0, 0.5 * self.length, self.length])
+
+    @property
+    def highest(self) -> float:
+        """P_max [Pa]."""
+        return self.maximum
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Pressure [Pa] at x [m]."""
+        from_middle = 2 * np.asarray(x) / self.length - 1
+        return self.maximum * np.sqrt(np.maximum(1 - from_middle**2, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class TabulatedProfile:
+    """Pressure that is linear between the places of a table.
+
+    Parameters
+    ----------
+    x : (n,) float
+        Places [m] along the leak path, ascending from the inlet; the first one becomes 0. n >= 2.
+    pressure : (n,) float
+        P [Pa], >= 0, not 0 everywhere.
+
+    Raises
+    ------
+    InvalidInput
+        For lists of different lengths, places that do not ascend, or pressures out of range.
+    """
+
+    x: Sequence[float] | np.ndarray
+    pressure: Sequence[float] | np.ndarray
+
+    def __post_init__(self):
+        x, P = np.array(self.x, dtype=float), np.array(self.pressure, dtype=float)
+        if x.ndim != 1 or x.shape != P.shape or x.size < 2:
+            raise InvalidInput(
+                "a pressure profile needs as many pressures as places, at least two; got "
+                f"{x.size} places and {P.size} pressures"
+            )
+        if not (np.isfinite(x).all() and (np.diff(x) > 0).all()):
+            raise InvalidInput("the places x of a pressure profile must be numbers that ascend")
+        if not np.isfinite(P).all() or P.min() < 0 or P.max() == 0:
+            raise InvalidInput(
+                "the pressures of a profile must be numbers, not negative, and not all 0"
+            )
+        object.__setattr__(self, "x", x - x[0])
+        object.__setattr__(self, "pressure", P)
+
+    @property
+    def length(self) -> float:
+        """L [m]."""
+        return float(self.x[-1])
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Places of the table [m]."""
+        return self.x
+
+    @property
+    def highest(self) -> float:
+        """Largest pressure of the table [Pa]."""
+        return float(self.pressure.max())
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Pressure [Pa] at x [m]."""
+        return np.interp(x, self.x, self.pressure)

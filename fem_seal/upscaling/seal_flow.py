@@ -1,0 +1,382 @@
+"""Leak rate of a seal whose film conducts K(P(x) - p): scales apart.
+
+Where the roughness is much finer than the leak path, the film at x sees one fluid pressure p(x) and
+conducts what a patch does at the net load P(x) - p. With s = ∫ dx/width(x) along the path,
+
+    K(P(x) - p) dΦ/ds = -Q,    Φ = p of a liquid, T0 p_abs²/(2 T p0) of a gas (`fluid`).
+
+It is integrated from the outlet backwards. In each cell P takes its smallest or largest value and K
+is a step function of the load, so that every cell is solved exactly: Φ rises by Q Δs/K(w) until w =
+P - p reaches the next step. 1/K(P - p) falls with p and grows with P; solutions of dΦ/ds = -Q/K
+compare (larger 1/K everywhere gives larger p at the inlet), and p at the inlet grows with Q. So the
+upper steps of K with the smallest P of each cell enclose Q from above, the lower steps with the
+largest P from below. Where P <= p the film is open, K is infinite and p constant: the seal
+begins where P = p_in.
+"""
+
+from bisect import bisect_left
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, log, pi, sqrt
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.fluid import Drive, GasDrive
+from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
+from fem_seal.upscaling.profile import Profile
+
+CELLS = 1000  # of the leak path
+# Relative error of the leak rate that solves the boundary condition; bounds are widened by it.
+SHOOTING = 1e-9
+
+
+@dataclass(frozen=True)
+class StraightPath:
+    """A leak path of constant width.
+
+    Parameters
+    ----------
+    length : float
+        L along the flow [m].
+    circumference : float
+        W across it [m].
+
+    Raises
+    ------
+    InvalidInput
+        If a length is not positive.
+    """
+
+    length: float
+    circumference: float
+
+    def __post_init__(self):
+        if not (self.length > 0 and self.circumference > 0):
+            raise InvalidInput("leak path and circumference of a seal must be positive")
+
+    def resistance(self, x: np.ndarray) -> np.ndarray:
+        """∫ dx/W from the inlet to x [m], without unit."""
+        return np.asarray(x) / self.circumference
+
+
+@dataclass(frozen=True)
+class RingPath:
+    """A flat ring, through which the fluid leaks from one radius to the other.
+
+    Parameters
+    ----------
+    inlet_radius, outlet_radius : float
+        Radii [m]; the inlet may be inside or outside.
+
+    Raises
+    ------
+    InvalidInput
+        If the radii are not positive or equal.
+    """
+
+    inlet_radius: float
+    outlet_radius: float
+
+    def __post_init__(self):
+        if not (min(self.inlet_radius, self.outlet_radius) > 0 and self.length > 0):
+            raise InvalidInput("the radii of a ring must be positive and differ")
+
+    @property
+    def length(self) -> float:
+        """L = |r_outlet - r_inlet| [m]."""
+        return abs(self.outlet_radius - self.inlet_radius)
+
+    @property
+    def circumference(self) -> float:
+        """Mean circumference [m]."""
+        return pi * (self.outlet_radius + self.inlet_radius)
+
+    def resistance(self, x: np.ndarray) -> np.ndarray:
+        """|ln(r/r_inlet)|/(2π) from the inlet to x [m], without unit."""
+        outwards = 1 if self.outlet_radius > self.inlet_radius else -1
+        return np.abs(np.log1p(outwards * np.asarray(x) / self.inlet_radius)) / (2 * pi)
+
+
+LeakPath = StraightPath | RingPath
+
+
+@dataclass(frozen=True)
+class EndPressures:
+    """Pressures above ambient at both ends, and the quantity Φ whose gradient drives the fluid.
+
+    Parameters
+    ----------
+    inlet, outlet : float
+        p_in > p_out [Pa], above the pressure on the back of the solid.
+    ambient : float
+        Absolute pressure on the back of the solid [Pa]; counts for a gas.
+    per_square : float
+        0 for a liquid, Φ = p. For a gas T0/(2 T p0) [1/Pa], Φ = per_square × p_abs²: volumes count
+        at T0 and p0.
+
+    Raises
+    ------
+    InvalidInput
+        If the inlet's pressure is not above the outlet's.
+    """
+
+    inlet: float
+    outlet: float = 0.0
+    ambient: float = 0.0
+    per_square: float = 0.0
+
+    def __post_init__(self):
+        if not self.inlet > self.outlet:
+            raise InvalidInput(
+                f"the inlet's pressure, {self.inlet:g} Pa, must be above the outlet's, "
+                f"{self.outlet:g} Pa"
+            )
+
+    @classmethod
+    def of(cls, drive: Drive, gauge_pressures: tuple[float, float]) -> "EndPressures":
+        """Take the pressures of a scene.
+
+        Parameters
+        ----------
+        drive : LiquidDrive or GasDrive
+        gauge_pressures : (float, float)
+            Pressures of inlet and outlet above ambient [Pa].
+        """
+        inlet, outlet = gauge_pressures
+        if not isinstance(drive, GasDrive):
+            return cls(inlet, outlet)
+        squares = drive.inlet_pressure**2 - drive.outlet_pressure**2
+        ambient = drive.outlet_pressure - outlet
+        return cls(inlet, outlet, ambient, drive.pressure_drop / squares)
+
+    def potential(self, pressure: float) -> float:
+        """Φ [Pa] of a pressure above ambient [Pa]."""
+        if self.per_square == 0:
+            return pressure
+        return self.per_square * (pressure + self.ambient) ** 2
+
+    def pressure(self, potential: float) -> float:
+        """Pressure above ambient [Pa] of Φ [Pa]."""
+        if self.per_square == 0:
+            return potential
+        return sqrt(max(potential, 0.0) / self.per_square) - self.ambient
+
+    @property
+    def drop(self) -> float:
+        """Φ(p_in) - Φ(p_out) [Pa]."""
+        return self.potential(self.inlet) - self.potential(self.outlet)
+
+
+@dataclass(frozen=True, eq=False)
+class PathFlow:
+    """Pressures and conductivity along the leak path, from the inlet to the outlet.
+
+    Parameters
+    ----------
+    x : (n,) float
+        Ends of the cells [m].
+    contact_pressure, fluid_pressure : (n,) float
+        P and p [Pa], p above ambient.
+    conductivity : (n,) float
+        K(P - p) [m³/(Pa s)]; infinite where the film is open, P <= p.
+    sealing_length : float
+        Length [m] over which the pressure falls: (∫ρ dx)²/∫ρ² dx with ρ = -dΦ/dx. A constant
+        gradient gives the length of the path.
+    """
+
+    x: np.ndarray
+    contact_pressure: np.ndarray
+    fluid_pressure: np.ndarray
+    conductivity: np.ndarray
+    sealing_length: float
+
+
+@dataclass(frozen=True, eq=False)
+class SealFlow:
+    """Leak rate of a seal with bounds, under the hypothesis that the scales are apart.
+
+    Parameters
+    ----------
+    state : "leaking", "sealed" or "lifted off"
+        "lifted off": P <= p_in everywhere, there is no contact left and no leak rate.
+    value, lower, upper : float
+        Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off.
+    path : PathFlow or None
+        Pressures and conductivity along the path, of the value; None unless leaking.
+    """
+
+    state: str
+    value: float
+    lower: float
+    upper: float
+    path: PathFlow | None = None
+
+
+def seal_flow(
+    table: ConductivityTable,
+    profile: Profile,
+    path: LeakPath,
+    ends: EndPressures,
+    *,
+    cells: int = CELLS,
+) -> SealFlow:
+    """Leak rate of a seal whose patches all conduct as a table says.
+
+    Parameters
+    ----------
+    table : ConductivityTable
+        K of a patch against its net load.
+    profile : Profile
+        Contact pressure P(x).
+    path : StraightPath or RingPath
+        Of the profile's length.
+    ends : EndPressures
+    cells : int
+        Cells of the leak path, at least; each spans an equal part of it. The bounds hold for any
+        number.
+
+    Returns
+    -------
+    SealFlow
+
+    Raises
+    ------
+    InvalidInput
+        If profile and leak path differ in length.
+    """
+    if abs(profile.length - path.length) > 1e-9 * path.length:
+        raise InvalidInput(
+            f"the pressure profile is {profile.length:g} m long and the leak path {path.length:g} m"
+        )
+    if profile.highest <= ends.inlet:
+        return SealFlow("lifted off", inf, inf, inf)
+    if profile.highest - ends.inlet >= table.sealing_load:
+        return SealFlow("sealed", 0.0, 0.0, 0.0)
+    x = _cell_ends(profile, cells)
+    P, s = profile(x), path.resistance(x)
+    low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
+    middle = profile(0.5 * (x[:-1] + x[1:]))
+    lengths = np.diff(s)
+    lower = _leak_rate(table.lowest, high, lengths, ends) * (1 - 2 * SHOOTING)
+    upper = _leak_rate(table.highest, low, lengths, ends) * (1 + 2 * SHOOTING)
+    value = _leak_rate(table.interpolated, middle, lengths, ends)
+    along = _path_flow(table, profile, x, middle, lengths, ends, value)
+    return SealFlow("leaking", value, lower, upper, along)
+
+
+def _cell_ends(profile: Profile, cells: int) -> np.ndarray:
+    """Ends of at least so many cells [m], nodes of the profile among them."""
+    if len(profile.nodes) == 2 and np.ptp(profile(profile.nodes)) == 0:
+        return profile.nodes
+    even = np.linspace(0, profile.length, cells + 1)
+    return np.union1d(even, profile.nodes)
+
+
+def _leak_rate(
+    steps: ConductivitySteps, pressure: np.ndarray, lengths: np.ndarray, ends: EndPressures
+) -> float:
+    """Leak rate [m³/s] at which the fluid has the inlet's pressure at the inlet.
+
+    Parameters
+    ----------
+    steps : ConductivitySteps
+    pressure, lengths : (n,) float
+        P of each cell [Pa], and its Δs.
+    ends : EndPressures
+    """
+    from scipy.optimize import brentq
+
+    net = pressure.max() - ends.inlet
+    if net <= 0:
+        return inf
+    # Where the load is highest decides whether any fluid passes, and whether the film stays closed.
+    K = float(steps(np.nextafter(net, inf)))
+    if K in (0.0, inf):
+        return K
+    excess = _excess(steps, pressure, lengths, ends)
+    finite = steps.conductivity[np.isfinite(steps.conductivity) & (steps.conductivity > 0)]
+    scale = ends.drop / lengths.sum()
+    low, high = log(finite.min() * scale) - 1, log(finite.max() * scale) + 1
+    while excess(low) > 0:
+        low -= 5
+    while excess(high) < 0:
+        high += 5
+    return float(np.exp(brentq(excess, low, high, xtol=SHOOTING, rtol=1e-15)))
+
+
+def _excess(
+    steps: ConductivitySteps, pressure: np.ndarray, lengths: np.ndarray, ends: EndPressures
+) -> Callable[[float], float]:
+    """Function of ln Q: pressure that it makes at the inlet, minus the inlet's [Pa]."""
+    cells = list(zip(pressure[::-1].tolist(), lengths[::-1].tolist(), strict=True))
+    loads, K = steps.loads.tolist(), steps.conductivity.tolist()
+
+    def excess(log_rate: float) -> float:
+        rate, p = np.exp(log_rate), ends.outlet
+        for P, length in cells:
+            p = _across(loads, K, P, p, rate * length, ends)
+            if p > ends.inlet:
+                break
+        return p - ends.inlet
+
+    return excess
+
+
+def _across(
+    loads: list[float], K: list[float], P: float, p: float, flux: float, ends: EndPressures
+) -> float:
+    """Pressure [Pa] at the inlet's side of a cell, from the pressure p [Pa] at its outlet's side.
+
+    Parameters
+    ----------
+    loads, K : list of float
+        Of `ConductivitySteps`.
+    P : float
+        Contact pressure of the cell [Pa].
+    p : float
+    flux : float
+        Q Δs [m³/s].
+    ends : EndPressures
+    """
+    if p >= P:
+        return p
+    for step in range(bisect_left(loads, P - p), -1, -1):
+        # At this step K holds until the net load has fallen to that of the next one.
+        to = P - loads[step - 1] if step else P
+        if K[step] == inf:
+            return p
+        if K[step] > 0:
+            rise = K[step] * (ends.potential(to) - ends.potential(p))
+            if rise >= flux:
+                return min(to, ends.pressure(ends.potential(p) + flux / K[step]))
+            flux -= rise
+        p = to
+    return p
+
+
+def _path_flow(
+    table: ConductivityTable,
+    profile: Profile,
+    x: np.ndarray,
+    middle: np.ndarray,
+    lengths: np.ndarray,
+    ends: EndPressures,
+    rate: float,
+) -> PathFlow:
+    """Pressures along the path at a leak rate [m³/s]; see `seal_flow`."""
+    steps = table.interpolated
+    if len(lengths) == 1:
+        # A uniform profile is solved in one cell, and drawn in many.
+        x = np.linspace(0, x[-1], CELLS + 1)
+        middle, lengths = np.full(CELLS, middle[0]), np.full(CELLS, lengths[0] / CELLS)
+    loads, K = steps.loads.tolist(), steps.conductivity.tolist()
+    p = [ends.outlet]
+    for P, length in zip(middle[::-1].tolist(), lengths[::-1].tolist(), strict=True):
+        p.append(_across(loads, K, P, p[-1], rate * length, ends))
+    fluid = np.array(p[::-1])
+    P = profile(x)
+    potentials = np.array([ends.potential(pressure) for pressure in fluid])
+    drops = -np.diff(potentials)
+    sealing_length = drops.sum() ** 2 / np.sum(drops**2 / np.diff(x))
+    return PathFlow(x, P, fluid, steps(P - fluid), float(sealing_length))

@@ -1,0 +1,307 @@
+"""The flow through a seal of known patches against closed forms and quadratures of its equation."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad, solve_ivp
+from westergaard import waves_along_the_flow
+
+from fem_seal.errors import InvalidInput
+from fem_seal.fluid import GasDrive, LiquidDrive
+from fem_seal.upscaling import (
+    ConductivityTable,
+    EndPressures,
+    Hertz,
+    RingPath,
+    StraightPath,
+    TabulatedProfile,
+    Uniform,
+    seal_flow,
+)
+
+ETA = 1e-3
+STRIP = StraightPath(2e-3, 0.15)
+BAR = EndPressures(1e5)
+SMOOTH = (1e-6) ** 3 / (12 * ETA)
+
+
+def exponential(e_fold, top, count=400, K0=SMOOTH):
+    """K = K0 exp(-w/e_fold) at loads from 0 to top."""
+    loads = np.linspace(0, top, count)
+    return ConductivityTable.exact(loads, K0 * np.exp(-loads / e_fold))
+
+
+def constant(K=SMOOTH, top=1e9):
+    return ConductivityTable.exact([0, top], [K, K])
+
+
+def encloses(flow, exact, width):
+    """The bounds hold the exact value, are so narrow, and the value is between them."""
+    assert flow.lower <= exact <= flow.upper
+    assert flow.lower <= flow.value <= flow.upper
+    assert flow.upper / flow.lower - 1 < width
+
+
+@pytest.mark.parametrize("profile", [Uniform(1e6, 2e-3), Hertz(1e6, 2e-3)])
+def test_smooth_strip(profile):
+    """A constant K takes no notice of the profile where P > p: Q = K W (p_in - p_out)/L there."""
+    inlet = 0.2e6
+    open_part = 0.0
+    if isinstance(profile, Hertz):
+        # P = p_in at the distance a √(1 - (p_in/P_max)²) before the middle.
+        open_part = 1e-3 * (1 - np.sqrt(1 - 0.2**2))
+    flow = seal_flow(constant(), profile, STRIP, EndPressures(inlet))
+    exact = SMOOTH * 0.15 * inlet / (2e-3 - open_part)
+    # At each end of Hertz's profile one cell of 1000, of which the open part is not known.
+    encloses(flow, exact, 2.1e-3)
+
+
+@pytest.mark.parametrize("radii", [(0.01, 0.012), (0.012, 0.01)])
+def test_smooth_ring(radii):
+    flow = seal_flow(constant(), Uniform(1e6, 2e-3), RingPath(*radii), BAR)
+    encloses(flow, 2 * np.pi * SMOOTH * 1e5 / np.log(1.2), 1e-8)
+
+
+def test_slender_ring_is_a_strip():
+    """2π/ln(r2/r1) → W/L, W the mean circumference; next order (L/r)²/12."""
+    ring = RingPath(1.0, 1.002)
+    strip = StraightPath(ring.length, ring.circumference)
+    flows = [seal_flow(constant(), Uniform(1e6, 2e-3), path, BAR).value for path in (ring, strip)]
+    assert flows[0] == pytest.approx(flows[1], rel=1e-6)
+
+
+def test_exponential_conductivity():
+    """∫ K0 exp(-(P - p)/c) dp = K0 c exp(-P/c) (exp(p_in/c) - exp(p_out/c))."""
+    e_fold, P = 5e4, 6e5
+    ends = EndPressures(1.5e5, 0.2e5)
+    exact = SMOOTH * e_fold * np.exp(-P / e_fold) * (np.exp(3) - np.exp(0.4)) * 0.15 / 2e-3
+    table = exponential(e_fold, 1e6, 4001)
+    flow = seal_flow(table, Uniform(P, 2e-3), STRIP, ends)
+    # Steps of 250 Pa: each bound is off by at most exp(250/5e4) = 1.005.
+    encloses(flow, exact, 0.011)
+    # ln K is linear, as it is interpolated: what is left are 16 steps an interval, (1/16)²/24.
+    assert flow.value == pytest.approx(exact, rel=1e-5)
+
+
+def test_value_of_a_coarse_table():
+    """ln K is interpolated: 21 loads an e-fold apart give an exponential K to a part in 1e3."""
+    e_fold, P = 5e4, 6e5
+    exact = SMOOTH * e_fold * np.exp(-P / e_fold) * np.expm1(2) * 0.15 / 2e-3
+    flow = seal_flow(exponential(e_fold, 1e6, 21), Uniform(P, 2e-3), STRIP, BAR)
+    assert flow.lower < exact < flow.upper
+    # Midpoint steps of h = c/16: 1 - h²/(24 c²) each; 21 loads from 0 to 20 c.
+    assert flow.value == pytest.approx(exact, rel=1e-3)
+
+
+def test_gas():
+    """K constant: Q = K W/L T0/(2 T p0) (p_in² - p_out²), the LiquidDrive of a gas."""
+    drive = GasDrive(3e5, 1e5, 300.0, 0.029, 273.15, 101325.0)
+    ends = EndPressures.of(drive, (2e5, 0.0))
+    flow = seal_flow(constant(), Uniform(1e6, 2e-3), STRIP, ends)
+    encloses(flow, SMOOTH * 0.15 * drive.pressure_drop / 2e-3, 1e-8)
+    # Half-way p_abs² is half-way: the pressure falls faster towards the outlet.
+    middle = np.interp(1e-3, flow.path.x, flow.path.fluid_pressure)
+    assert middle == pytest.approx(np.sqrt(5e10) - 1e5, rel=1e-3)
+
+
+def test_gas_whose_conductivity_falls():
+    """Quadrature of ∫ K(P - p) T0 p_abs/(T p0) dp."""
+    drive = GasDrive(3e5, 1e5, 300.0, 0.029, 273.15, 101325.0)
+    e_fold, P = 5e4, 6e5
+    flow = seal_flow(
+        exponential(e_fold, 1e6, 4001), Uniform(P, 2e-3), STRIP, EndPressures.of(drive, (2e5, 0))
+    )
+    per_pascal = 273.15 / (300 * 101325)
+    exact, _ = quad(lambda p: np.exp(-(P - p) / e_fold) * (p + 1e5) * per_pascal, 0, 2e5)
+    encloses(flow, SMOOTH * exact * 75, 0.011)
+
+
+def test_liquid_of_a_scene():
+    ends = EndPressures.of(LiquidDrive(1e5, 2e5), (3e5, 2e5))
+    assert (ends.inlet, ends.outlet, ends.drop) == (3e5, 2e5, 1e5)
+
+
+def separable(P, e_fold, inlet, x0, x1):
+    """K = K0 exp(-(P(x) - p)/c): Q = K0 c (1 - exp(-p_in/c)) exp(p_in/c)/∫ exp(P/c) dx × W."""
+    resistance, _ = quad(lambda x: np.exp((P(x) - inlet) / e_fold), x0, x1, limit=200)
+    return SMOOTH * e_fold * -np.expm1(-inlet / e_fold) / resistance * 0.15
+
+
+@pytest.mark.parametrize("rising", [True, False])
+def test_linear_profile_with_exponential_conductivity(rising):
+    x = np.array([0.0, 2e-3])
+    P = np.array([4e5, 8e5]) if rising else np.array([8e5, 4e5])
+    flow = seal_flow(exponential(1e5, 1e6, 2001), TabulatedProfile(x, P), STRIP, BAR)
+    exact = separable(lambda t: np.interp(t, x, P), 1e5, 1e5, 0, 2e-3)
+    # Steps of 500 Pa in the load and 400 Pa in the profile, of an e-fold of 1e5.
+    encloses(flow, exact, 0.02)
+    assert flow.value == pytest.approx(exact, rel=1e-5)
+
+
+def test_two_humps_and_an_open_valley():
+    """Where P falls below p in a valley the film is open there, and conducts without resistance."""
+    x = np.array([0, 0.5, 1.0, 1.5, 2.0]) * 1e-3
+    P = np.array([2e5, 5e5, 0.0, 6e5, 1e5])
+    inlet, e_fold = 1e5, 1e5
+    ends = EndPressures(inlet)
+    flow = seal_flow(exponential(e_fold, 1e6, 4001), TabulatedProfile(x, P), STRIP, ends)
+    p, places = flow.path.fluid_pressure, flow.path.x
+    pressed = np.interp(places, x, P) > p + 1
+    valley = ~pressed & (places > 0.5e-3) & (places < 1.5e-3)
+    # The second hump, of higher contact pressure, takes most of the drop.
+    assert np.interp(1.0e-3, places, p) > 0.5 * inlet
+    assert valley.sum() > 50
+    assert np.ptp(p[valley]) < 1e-6 * inlet
+    # Where P > p, in all of a cell: Q = -W K dp/dx, K from the cell's middle.
+    middle = 0.5 * (places[1:] + places[:-1])
+    K = SMOOTH * np.exp(-(np.interp(middle, x, P) - 0.5 * (p[1:] + p[:-1])) / e_fold)
+    flux = -np.diff(p) / np.diff(places) * K * 0.15
+    inside = pressed[1:] & pressed[:-1]
+    assert flux[inside] == pytest.approx(flow.value, rel=0.02)
+    assert flow.lower < flow.value < flow.upper < 1.1 * flow.lower
+
+
+WAVES = {"amplitude": 1e-6, "wavelength": 20e-6, "full": 1e6, "viscosity": ETA}
+
+
+def table_of_waves(loads):
+    return ConductivityTable.exact(loads, [waves_along_the_flow(w, **WAVES) for w in loads])
+
+
+def test_waves_under_uniform_pressure():
+    """Quadrature of Westergaard's K(P - p)."""
+    P, inlet = 5e5, 4e5
+    exact, _ = quad(lambda p: waves_along_the_flow(P - p, **WAVES), 0, inlet, epsrel=1e-8)
+    flow = seal_flow(
+        table_of_waves(np.linspace(0, 6e5, 301)), Uniform(P, 2e-3), STRIP, EndPressures(inlet)
+    )
+    encloses(flow, exact * 75, 0.06)
+    assert flow.value == pytest.approx(exact * 75, rel=1e-3)
+
+
+def test_hertz_on_waves():
+    """Runge and Kutta's method from the outlet backwards meets P = p at the inlet's pressure."""
+    inlet, profile = 2e5, Hertz(7e5, 2e-3)
+    flow = seal_flow(table_of_waves(np.linspace(0, 7e5, 701)), profile, STRIP, EndPressures(inlet))
+    assert flow.lower < flow.value < flow.upper < 1.03 * flow.lower
+
+    def slope(backwards, p):
+        net = max(float(profile(2e-3 - backwards)) - p[0], 0.0)
+        return [flow.value / (0.15 * waves_along_the_flow(net, **WAVES))]
+
+    # Up to where P(x) = p_in, by the formula of the profile.
+    start = 1e-3 * (1 - np.sqrt(1 - (inlet / 7e5) ** 2))
+    reached = solve_ivp(slope, (0, 2e-3 - start), [0.0], rtol=1e-7, atol=1e-2)
+    # p_in moves as Q does near the middle, by less elsewhere.
+    assert reached.y[0, -1] == pytest.approx(inlet, rel=3e-3)
+
+
+def test_linear_in_the_circumference():
+    table, profile = exponential(1e5, 1e6), Hertz(8e5, 2e-3)
+    one, three = (seal_flow(table, profile, StraightPath(2e-3, W), BAR) for W in (0.05, 0.15))
+    assert three.value == pytest.approx(3 * one.value, rel=1e-8)
+    assert three.path.fluid_pressure == pytest.approx(one.path.fluid_pressure, rel=1e-6)
+
+
+def test_two_half_leak_paths_in_series():
+    """Both halves of a falling profile leak what the whole leaks, at the pressure between them."""
+    table = exponential(1e5, 1e6)
+    whole = TabulatedProfile([0, 2e-3], [8e5, 4e5])
+    halves = TabulatedProfile([0, 1e-3], [8e5, 6e5]), TabulatedProfile([0, 1e-3], [6e5, 4e5])
+    flow = seal_flow(table, whole, STRIP, BAR, cells=2000)
+    between = float(np.interp(1e-3, flow.path.x, flow.path.fluid_pressure))
+    ends = EndPressures(1e5, between), EndPressures(between)
+    for half, pressures in zip(halves, ends, strict=True):
+        part = seal_flow(table, half, StraightPath(1e-3, 0.15), pressures)
+        # Cells of 1 µm, and 16 steps to each of 400 loads.
+        assert part.value == pytest.approx(flow.value, rel=1e-3)
+
+
+@pytest.mark.parametrize("profile", [Uniform, Hertz])
+def test_sealed_if_the_highest_net_load_passes_the_sealing_load(profile):
+    table = ConductivityTable.exact([0, 1e5, 2e5, 3e5], [SMOOTH, 0.1 * SMOOTH, 1e-3 * SMOOTH, 0])
+    assert table.sealing_load == 3e5
+    just_sealed = seal_flow(table, profile(4.001e5, 2e-3), STRIP, BAR)
+    assert (just_sealed.state, just_sealed.upper) == ("sealed", 0)
+    leaking = seal_flow(table, profile(3.99e5, 2e-3), STRIP, BAR)
+    assert leaking.state == "leaking"
+    # Between the last leaking load and the sealing one nothing is known but the upper bound.
+    assert leaking.lower == 0 < leaking.value < leaking.upper
+
+
+def test_lifted_off():
+    flow = seal_flow(constant(), Uniform(1e5, 2e-3), STRIP, BAR)
+    assert (flow.state, flow.value) == ("lifted off", np.inf)
+
+
+def test_beyond_the_table_only_the_upper_bound_is_known():
+    flow = seal_flow(constant(top=5e5), Uniform(7e5, 2e-3), STRIP, BAR)
+    assert flow.lower == 0
+    assert flow.upper == pytest.approx(SMOOTH * 75 * 1e5, rel=1e-8)
+
+
+def test_below_the_first_load_the_film_may_be_open():
+    """At net loads that the table does not know from below, K may be infinite."""
+    table = ConductivityTable.exact([2e5, 3e5], [SMOOTH, 0.5 * SMOOTH])
+    assert seal_flow(table, Uniform(2.5e5, 2e-3), STRIP, BAR).upper == np.inf
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.floats(0, 8e5), min_size=2, max_size=6),
+    st.lists(st.floats(0.05, 1.0), min_size=3, max_size=8),
+    st.floats(0.1e5, 3e5),
+)
+def test_more_cells_stay_inside(pressures, falls, inlet):
+    """For any profile and any falling K the bounds of 16 cells hold those of 64, and the value."""
+    loads = np.linspace(0, 9e5, len(falls))
+    table = ConductivityTable.exact(loads, SMOOTH * np.cumprod(falls))
+    profile = TabulatedProfile(np.linspace(0, 2e-3, len(pressures)), [*pressures[:-1], 9e5])
+    coarse, fine = (
+        seal_flow(table, profile, STRIP, EndPressures(inlet), cells=n) for n in (16, 64)
+    )
+    room = 1 + 1e-7
+    assert coarse.lower <= fine.lower * room
+    assert fine.lower <= fine.value <= fine.upper
+    assert fine.upper <= coarse.upper * room
+
+
+def test_bounds_that_scatter_are_widened_until_they_fall():
+    table = ConductivityTable([0, 1, 2], [3, 1, 2], [4, 2, 3])
+    assert table.lower.tolist() == [3, 1, 1]
+    assert table.upper.tolist() == [4, 3, 3]
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: ConductivityTable([0, 1], [1], [1]), "as many lower and upper bounds as loads"),
+        (lambda: ConductivityTable([1, 0], [1, 1], [1, 1]), "must ascend"),
+        (lambda: ConductivityTable([0], [2], [1]), "cross at a load of 0 Pa"),
+        (lambda: ConductivityTable([-1], [1], [1]), "not negative"),
+        (lambda: TabulatedProfile([0, 1], [1]), "2 places and 1 pressures"),
+        (lambda: TabulatedProfile([0, 0], [1, 1]), "ascend"),
+        (lambda: TabulatedProfile([0, 1], [0, 0]), "not all 0"),
+        (lambda: Hertz(0, 1), "maximum of a pressure profile must be positive"),
+        (lambda: EndPressures(1, 2), "must be above the outlet's"),
+        (lambda: RingPath(1, 1), "must be positive and differ"),
+        (lambda: StraightPath(0, 1), "must be positive"),
+        (
+            lambda: seal_flow(constant(), Uniform(1e6, 1e-3), STRIP, BAR),
+            "0.001 m long and the leak path 0.002 m",
+        ),
+    ],
+)
+def test_bad_input(make, words):
+    with pytest.raises(InvalidInput, match=words):
+        make()
+
+
+def test_hertz_from_line_load():
+    """Johnson's eqs. 4.43 and 4.45, and the pressure sums up to the line load."""
+    profile = Hertz.pressed(line_load=1e4, radius=2e-3, contact_modulus=1e7)
+    total, _ = quad(profile, 0, profile.length)
+    assert total == pytest.approx(1e4, rel=1e-7)
+    # P_max = √(w E*/(π R)).
+    assert profile.maximum == pytest.approx(np.sqrt(1e4 * 1e7 / (np.pi * 2e-3)))
