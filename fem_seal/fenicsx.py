@@ -50,8 +50,10 @@ from fem_seal.memory import give_back_freed_memory  # noqa: E402
 __all__ = [
     "MPI",
     "VERSION",
+    "MeshTags",
     "PETSc",
     "cell_dofs",
+    "cell_facets",
     "cell_vertices",
     "create_triangle_mesh",
     "explained_compilation",
@@ -59,6 +61,8 @@ __all__ = [
     "functionspace",
     "geometry_dofs",
     "input_cells",
+    "is_linear",
+    "mesh",
     "ufl",
     "vector_functionspace",
 ]
@@ -71,6 +75,7 @@ if VERSION < (0, 7):
     # Do not print the command lines of the compiler for each form that is compiled.
     logging.root.addFilter(lambda record: record.levelno >= logging.WARNING)
 
+MeshTags = getattr(mesh, "MeshTags", None) or mesh.MeshTagsMetaClass  # renamed before 0.7
 functionspace = getattr(fem, "functionspace", None) or fem.FunctionSpace  # renamed in 0.7
 
 
@@ -180,6 +185,29 @@ def input_cells(msh) -> np.ndarray:
 def cell_vertices(msh) -> np.ndarray:
     """For each cell of this rank its vertices (c, 3), as rows of the argument `points`."""
     return np.asarray(msh.geometry.input_global_indices, dtype=np.int64)[geometry_dofs(msh)]
+
+
+def cell_facets(msh: mesh.Mesh) -> np.ndarray:
+    """For each cell of this rank, ghosts included, the facets (c, 3) opposite its corners."""
+    for dimensions in ((2, 1), (1, 2), (1, 0)):  # later versions make none of them unasked
+        msh.topology.create_connectivity(*dimensions)
+    return msh.topology.connectivity(2, 1).array.reshape(-1, 3)
+
+
+def is_linear(function: fem.Function) -> bool:
+    """Whether a function is scalar, continuous and linear (P1) on straight triangles.
+
+    All ranks must call this together.
+    """
+    msh, dofmap = function.function_space.mesh, function.function_space.dofmap
+    nodes = msh.geometry.dofmap  # an adjacency list before 0.7
+    own = nodes.shape[1] if isinstance(nodes, np.ndarray) else np.diff(nodes.offsets).max(initial=0)
+    return (
+        msh.topology.cell_type == mesh.CellType.triangle
+        and msh.comm.allreduce(int(own), MPI.MAX) == 3
+        and (dofmap.index_map_bs, dofmap.dof_layout.num_dofs) == (1, 3)
+        and dofmap.index_map.size_global == msh.topology.index_map(0).size_global
+    )
 
 
 def cell_dofs(space, per_cell: int) -> np.ndarray:

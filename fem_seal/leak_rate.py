@@ -1,6 +1,7 @@
 """LeakRate: the result of every flow solver, by finite elements or finite differences."""
 
 from dataclasses import dataclass, field
+from enum import IntEnum
 
 import numpy as np
 
@@ -59,6 +60,23 @@ class Level:
         return relative_half_width(self.lower, self.upper)
 
 
+class FacetTag(IntEnum):
+    """Numbers of the parts of the boundary of a flow, as tags of the facets of its mesh.
+
+    INLET, OUTLET: the pressure is prescribed. WALL: no fluid crosses it. CONTACT: the gap is 0, or
+    carries no flow on the other side, such as in a pocket of a grid; no fluid crosses it either.
+    SEAM: the side y = 0 or y = Ly of periodic sides, or a bank of the cut through a ring; flow
+    leaves through one and enters through the other, at the same pressure.
+    """
+
+    INSIDE = 0
+    INLET = 1
+    OUTLET = 2
+    WALL = 3
+    CONTACT = 4
+    SEAM = 5
+
+
 @dataclass(frozen=True, eq=False)
 class FlowField:
     """The flow on the last mesh, for pictures and files.
@@ -75,6 +93,9 @@ class FlowField:
         Pressure [Pa].
     flux : (C, 2) float
         Flow density j of the primal solution, volume per time and width [m^2/s].
+    facet_tags : (C, 3) int8 or None
+        `FacetTag` of the side opposite each corner, INSIDE where another cell shares the side.
+        None in files that an earlier version wrote.
     """
 
     points: np.ndarray
@@ -82,6 +103,7 @@ class FlowField:
     gap: np.ndarray
     pressure: np.ndarray
     flux: np.ndarray
+    facet_tags: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ import json
 import os
 import re
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -135,14 +135,20 @@ def field():
         gap=rng.random(4) * 1e-7,
         pressure=rng.random(4) * 1e5,
         flux=rng.random((2, 2)) * 1e-12,
+        facet_tags=np.array([[3, 0, 1], [2, 3, 0]], dtype=np.int8),
     )
 
 
 def test_flow_field_is_read_back_exactly(field, tmp_path):
     write_flow(tmp_path, field)
     read = read_flow(tmp_path)
-    for name in ("points", "cells", "gap", "pressure", "flux"):
+    for name in ("points", "cells", "gap", "pressure", "flux", "facet_tags"):
         np.testing.assert_array_equal(getattr(read, name), getattr(field, name), name)
+
+
+def test_flow_of_an_earlier_version_has_no_tags(field, tmp_path):
+    write_flow(tmp_path, replace(field, facet_tags=None))
+    assert read_flow(tmp_path).facet_tags is None
 
 
 def test_flow_field_that_was_not_asked_for(tmp_path):

@@ -1,8 +1,17 @@
 """Reynolds flow through a gap by finite elements, with bounds of the leak rate from both sides."""
 
 from fem_seal.flow.adapt import Tuning
+from fem_seal.flow.from_dolfinx import film_from_dolfinx
 from fem_seal.flow.functions import FlowFunctions, flow_functions
 from fem_seal.flow.leak import METHODS, leak_rate
 from fem_seal.limits import Limits
 
-__all__ = ["METHODS", "FlowFunctions", "Limits", "Tuning", "flow_functions", "leak_rate"]
+__all__ = [
+    "METHODS",
+    "FlowFunctions",
+    "Limits",
+    "Tuning",
+    "film_from_dolfinx",
+    "flow_functions",
+    "leak_rate",
+]

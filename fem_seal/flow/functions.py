@@ -1,34 +1,42 @@
-"""The flow as functions on a DOLFINx mesh, for whoever wants to go on with it in FEniCSx."""
+"""The flow as functions and facet tags on a DOLFINx mesh, for going on with it in FEniCSx."""
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from fem_seal.fenicsx import (
     MPI,
+    MeshTags,
     cell_dofs,
+    cell_facets,
     cell_vertices,
     create_triangle_mesh,
     fem,
     functionspace,
     input_cells,
+    mesh,
     vector_functionspace,
 )
-from fem_seal.leak_rate import FlowField
+from fem_seal.leak_rate import FacetTag, FlowField
 
 
 @dataclass(frozen=True, eq=False)
 class FlowFunctions:
-    """What a leak rate keeps of its last mesh, in the hands of DOLFINx.
+    """What a leak rate keeps of its last mesh, as objects of DOLFINx.
 
     mesh : dolfinx.mesh.Mesh of the cells that carry flow, parted along contact lines
     gap : dolfinx.fem.Function, linear [m]
     pressure : dolfinx.fem.Function, linear [Pa]
     flux : dolfinx.fem.Function, a constant vector on each cell [m^2/s]
+    facet_tags : dolfinx.mesh.MeshTags, `FacetTag` of every exterior facet; None if the field has
+        none. The pressure on opposite facets of a SEAM is the same, but the mesh does not join them
     """
 
-    mesh: object
+    mesh: mesh.Mesh
     gap: fem.Function
     pressure: fem.Function
     flux: fem.Function
+    facet_tags: MeshTags | None
 
 
 def flow_functions(field: FlowField, comm: MPI.Comm = MPI.COMM_WORLD) -> FlowFunctions:
@@ -39,14 +47,23 @@ def flow_functions(field: FlowField, comm: MPI.Comm = MPI.COMM_WORLD) -> FlowFun
     field : from `leak_rate(..., field=True).field`, the same on every rank
     comm : the ranks over which the mesh is distributed
     """
-    mesh = create_triangle_mesh(comm, field.points, field.cells)
-    linear = functionspace(mesh, ("Lagrange", 1))
-    vertices, dofs = cell_vertices(mesh), cell_dofs(linear, 3)
+    msh = create_triangle_mesh(comm, field.points, field.cells)
+    linear = functionspace(msh, ("Lagrange", 1))
+    vertices, dofs = cell_vertices(msh), cell_dofs(linear, 3)
     gap, pressure = fem.Function(linear, name="gap"), fem.Function(linear, name="pressure")
     gap.x.array[dofs], pressure.x.array[dofs] = field.gap[vertices], field.pressure[vertices]
-    flux = fem.Function(vector_functionspace(mesh, ("DG", 0)), name="flux")
+    flux = fem.Function(vector_functionspace(msh, ("DG", 0)), name="flux")
     of_cell = cell_dofs(flux.function_space, 1)
-    flux.x.array.reshape(-1, 2)[of_cell[:, 0]] = field.flux[input_cells(mesh)]
+    flux.x.array.reshape(-1, 2)[of_cell[:, 0]] = field.flux[input_cells(msh)]
     for function in (gap, pressure, flux):
         function.x.scatter_forward()
-    return FlowFunctions(mesh, gap, pressure, flux)
+    tags = None if field.facet_tags is None else _mesh_tags(msh, field.facet_tags)
+    return FlowFunctions(msh, gap, pressure, flux, tags)
+
+
+def _mesh_tags(msh: mesh.Mesh, tags: np.ndarray) -> MeshTags:
+    """MeshTags of the exterior facets, from the tags (C, 3) of all cells of the field."""
+    facets, own = cell_facets(msh), tags[input_cells(msh)]
+    exterior = own != FacetTag.INSIDE
+    facet, first = np.unique(facets[exterior], return_index=True)
+    return mesh.meshtags(msh, 1, facet.astype(np.int32), own[exterior][first].astype(np.int32))

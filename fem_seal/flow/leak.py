@@ -242,4 +242,5 @@ def _field(
         gap=highest * problem.vertex_gap[vertex],
         pressure=pressure.ravel()[first],
         flux=flux * conductivity * pressure_drop / length_unit(film),
+        facet_tags=problem.facet_tags(number),
     )

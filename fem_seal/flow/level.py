@@ -19,7 +19,15 @@ from fem_seal.flow.linear import CellSpace, Minimum
 from fem_seal.flow.numbering import Unknowns
 from fem_seal.flow.sharpening import Sharpening, energy_drops, pressure_hats, stream_hats
 from fem_seal.flow.traces import mean_gradient_values
-from fem_seal.flow.unknowns import components, dual_unknowns, open_cells, primal_unknowns
+from fem_seal.flow.unknowns import (
+    components,
+    dual_unknowns,
+    open_cells,
+    primal_unknowns,
+    side_ends,
+)
+from fem_seal.leak_rate import FacetTag
+from fem_seal.mesh.edges import find_edges
 from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
@@ -120,6 +128,34 @@ class LevelProblem:
         key = self._cells.astype(np.int64) * (numbering.count + 2) + pressure
         _, corner, point = np.unique(key.ravel(), return_index=True, return_inverse=True)
         return point.reshape(-1, 3), corner
+
+    def facet_tags(self, points: np.ndarray) -> np.ndarray:
+        """`FacetTag` (C, 3) of the side opposite each corner, INSIDE where two cells share a side.
+
+        Parameters
+        ----------
+        points : (C, 3), the points of the corners, of `parted_points`
+        """
+        mesh, sides = self.mesh, self.mesh.numbered_edges.slots()
+        flows = np.zeros((len(self.kept) + 1, 3), dtype=bool)  # the last row is outside, slot -1
+        flows[:-1][self.kept] = ~self.data.shut
+        alone = sides[:, 1] < 0
+        through = flows.ravel()[sides[:, 0]] & (alone | flows.ravel()[sides[:, 1]])
+        tags = np.full(3 * len(self.kept), FacetTag.CONTACT, dtype=np.int8)
+        on_seam = mesh.sides_on_top().ravel()[sides].any(axis=1) & ~alone
+        tags[sides[through & ~alone]] = FacetTag.INSIDE
+        tags[sides[through & on_seam]] = FacetTag.SEAM
+        side = sides[through & alone, 0]
+        ends = mesh.cells.ravel()[side_ends(side)]
+        at_inlet, at_outlet = (end[ends].all(axis=1) for end in (mesh.inlet, mesh.outlet))
+        tags[side] = np.select(
+            [at_inlet, at_outlet], [FacetTag.INLET, FacetTag.OUTLET], FacetTag.WALL
+        )
+        tags = tags.reshape(-1, 3)[self.kept]
+        # A contact line of a single side has the same two points on both of its sides.
+        edges = find_edges(points[:, [[1, 2], [2, 0], [0, 1]]], int(points.max()) + 1).of_cell
+        tags[np.bincount(edges.ravel())[edges] == 2] = FacetTag.INSIDE
+        return tags
 
     def pressure(self, guess: np.ndarray) -> Minimum:
         """Minimise ∫K|∇p|² (Dirichlet's principle): the energy is an upper bound of the leak rate.

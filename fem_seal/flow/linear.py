@@ -1,10 +1,11 @@
 """The one place that knows PETSc: energies of functions linear on each cell, and their minima.
 
 A problem is an energy E(v) = ∫ ∇v·T·∇v (`forms.py`) with a constant tensor T on each cell, over
-functions v = lift + P x: P is the 0/1 matrix of the numbering (`numbering.py`), never formed. The cells are
-integrated one batch after the other (`integrals.py`), and corners of one unknown add up in its
-row. CG with BoomerAMG needs a handful of iterations from the coarser solution at any size, as
-long as the matrix is not scaled by its diagonal: that would spoil the constant as near-null vector.
+functions v = lift + P x: P is the 0/1 matrix of the numbering (`numbering.py`), never formed. The
+cells are integrated one batch after the other (`integrals.py`), and corners of one unknown add up
+in its row. CG with BoomerAMG needs a handful of iterations from the coarser solution at any size,
+as long as the matrix is not scaled by its diagonal: that would spoil the constant as near-null
+vector.
 """
 
 from collections.abc import Callable

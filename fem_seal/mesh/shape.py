@@ -54,6 +54,21 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
         If the mesh is not in one piece or touches itself in a point, or if inlet and outlet touch
         each other, or one of them is missing or in several pieces.
     """
+    return shape_mesh_with_values(xy, cells, sides, np.empty((len(xy), 0)))[0]
+
+
+def shape_mesh_with_values(
+    xy: np.ndarray, cells: np.ndarray, sides: np.ndarray, values: np.ndarray
+) -> tuple[TriangleMesh, np.ndarray]:
+    """Mesh of `shape_mesh` and the values (V', ...) of a function at its vertices.
+
+    Parameters
+    ----------
+    xy, cells, sides
+        As for `shape_mesh`, which says what it raises.
+    values : (V, ...) float
+        Values at the vertices; the function is linear on each triangle.
+    """
     _require_one_piece(len(xy), cells)
     loops = _Loops(xy, cells, sides)
     inlet, outlet = loops.only_piece(INLET), loops.only_piece(OUTLET)
@@ -69,11 +84,11 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
             cell, side = loops.wall_after(end)
             sides[cell, side] = label
     else:
-        xy, cells, sides, twin = _cut(xy, cells, sides, loops, inlet, outlet)
+        xy, cells, sides, twin, values = _cut(xy, cells, sides, values, loops, inlet, outlet)
     first = longest_edge_first(xy, cells)
     cells = turned(cells, first).astype(np.int32)
     mesh = TriangleMesh(xy, cells, turned(sides, first), twin.astype(np.int32))
-    return _ends_apart(mesh)
+    return _ends_apart(mesh, values)
 
 
 def _require_one_piece(count: int, cells: np.ndarray) -> None:
@@ -172,10 +187,11 @@ def _cut(
     xy: np.ndarray,
     cells: np.ndarray,
     sides: np.ndarray,
+    values: np.ndarray,
     loops: _Loops,
     inlet: _Piece,
     outlet: _Piece,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Cut the mesh from the loop of the inlet to that of the outlet.
 
     If every path runs through vertices of other walls, all cells are halved until one does not:
@@ -184,21 +200,24 @@ def _cut(
     Returns
     -------
     xy, cells, sides, twin : as in `cut_open`
+    values : at the vertices
     """
     while True:
         path = shortest_path(cells, sides, loops.vertices(inlet.loop), loops.vertices(outlet.loop))
         if path is not None:
-            return cut_open(xy, cells, sides, path)
+            xy, cells, sides, twin = cut_open(xy, cells, sides, path)
+            return xy, cells, sides, twin, values[twin]
         first = longest_edge_first(xy, cells)
         twin = np.arange(len(xy), dtype=np.int32)
         whole = TriangleMesh(xy, turned(cells, first).astype(np.int32), turned(sides, first), twin)
-        mesh = bisect(whole, np.ones(len(cells), dtype=bool)).mesh
+        halved = bisect(whole, np.ones(len(cells), dtype=bool))
+        mesh, values = halved.mesh, halved.at_vertices(values)
         xy, cells, sides = mesh.xy, mesh.cells, mesh.sides
         loops = _Loops(xy, cells, sides)
         inlet, outlet = loops.only_piece(INLET), loops.only_piece(OUTLET)
 
 
-def _ends_apart(mesh: TriangleMesh) -> TriangleMesh:
+def _ends_apart(mesh: TriangleMesh, values: np.ndarray) -> tuple[TriangleMesh, np.ndarray]:
     """Halve wall sides with both ends on the inlet, or both on the outlet.
 
     Afterwards a boundary edge with both ends on the inlet is an inlet edge, as `flow` assumes.
@@ -211,5 +230,6 @@ def _ends_apart(mesh: TriangleMesh) -> TriangleMesh:
         marked = np.zeros(len(mesh.cells), dtype=bool)
         marked[cell[both]] = True
         if not marked.any():
-            return mesh
-        mesh = bisect(mesh, marked).mesh
+            return mesh, values
+        halved = bisect(mesh, marked)
+        mesh, values = halved.mesh, halved.at_vertices(values)

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 CONTACT_FILE = "contact.npz"
 FLOW_FILE = "flow.vtu"
 MESH_FILE = "mesh.vtu"
+TAGS = "facet_tags"
 
 
 def write_contact(folder: Path, contact: GapState) -> str:
@@ -70,10 +71,15 @@ def write_flow(folder: Path, field: FlowField) -> str:
         _in_space(field.points),
         [("triangle", field.cells)],
         point_data={"gap": field.gap, "pressure": field.pressure},
-        cell_data={"flux": [_in_space(field.flux)]},
+        cell_data={"flux": [_in_space(field.flux)], **_tags(field)},
     )
     meshio.write(folder / FLOW_FILE, mesh)
     return FLOW_FILE
+
+
+def _tags(field: FlowField) -> dict[str, list[np.ndarray]]:
+    """Facet tags as cell data, if the field has them."""
+    return {} if field.facet_tags is None else {TAGS: [field.facet_tags]}
 
 
 def write_mesh(folder: Path, gap: "MeshFilm") -> str:
@@ -168,13 +174,17 @@ def read_flow(folder: str | Path) -> FlowField:
     mesh = read_file(path)
     cells = mesh.get_cells_type("triangle")
     check_indices(path, len(mesh.points), [cells])
-    flux = {name: parts[0] for name, parts in mesh.cell_data.items()}
+    of_cells = {name: parts[0] for name, parts in mesh.cell_data.items()}
+    tags = None  # earlier versions did not write them
+    if TAGS in of_cells:
+        tags = _array(of_cells, TAGS, (len(cells), 3), path).astype(np.int8)
     return FlowField(
         points=mesh.points[:, :2].astype(float),
         cells=cells,
         gap=_array(mesh.point_data, "gap", (len(mesh.points),), path),
         pressure=_array(mesh.point_data, "pressure", (len(mesh.points),), path),
-        flux=_array(flux, "flux", (len(cells), 2), path),
+        flux=_array(of_cells, "flux", (len(cells), 2), path),
+        facet_tags=tags,
     )
 
 

@@ -1,12 +1,16 @@
 """The flow handed to DOLFINx: its integrals, from forms written out as in a textbook."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from sample_gaps import rough_gap
+from dolfinx_meshes import COARSE, lengths
+from sample_gaps import FLUID, rough_gap
 
 from fem_seal.fenicsx import MPI, fem, ufl, vector_functionspace
 from fem_seal.flow import Limits, flow_functions, leak_rate
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import FacetTag
 
 WATER = {"viscosity": 1e-3, "pressure_drop": 1e5}
 
@@ -55,3 +59,53 @@ def test_pressure_is_parted_along_contact():
     assert np.sort(found.gap.x.array) == pytest.approx(np.sort(flow.field.gap), rel=0, abs=0)
     area = integral(fem.Constant(found.mesh, 1.0) * ufl.dx)
     assert area == pytest.approx(64e-12, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize("contact", [0.0, 0.3])
+def test_every_exterior_facet_has_its_tag(sides, contact):
+    """Inlet and outlet lie at x = 0 and Lx and have the pressures of the flow, walls or the seam at
+    y = 0 and Ly, and along contact the gap is 0; together they are the boundary. What should be 0
+    is a sum of terms of either sign: 1e-14 of their size, and the tolerance 1e-12."""
+    gap = rough_gap((16, 12), contact, 3)
+    found = flow_functions(leak_rate(gap, sides=sides, field=True, **COARSE, **FLUID).field)
+    ds = ufl.Measure("ds", found.mesh, subdomain_data=found.facet_tags)
+    x, y = ufl.SpatialCoordinate(found.mesh)
+    Lx, Ly = (n - 1 for n in gap.vertices().shape)
+    length = dict(zip(list(FacetTag)[1:], lengths(found), strict=True))
+    one = fem.Constant(found.mesh, 1.0)
+    assert sum(length.values()) == pytest.approx(integral(one * ufl.ds), rel=1e-12)
+    off = {
+        FacetTag.INLET: x**2 + (found.pressure - FLUID["pressure_drop"]) ** 2,
+        FacetTag.OUTLET: (Lx - x) ** 2 + found.pressure**2,
+        FacetTag.WALL: y * (Ly - y),
+        FacetTag.CONTACT: found.gap**2,
+        FacetTag.SEAM: y * (Ly - y),
+    }
+    for tag, square in off.items():
+        assert integral(square * ds(int(tag))) == pytest.approx(0, abs=1e-12), tag
+    side, other = FacetTag.WALL, FacetTag.SEAM
+    if sides == "periodic":
+        side, other = other, side
+        assert integral(y * ds(int(side))) == pytest.approx(length[side] * Ly / 2, rel=1e-12)
+    assert length[other] == 0
+    if contact == 0:
+        assert length == pytest.approx({**length, FacetTag.INLET: Ly, side: 2 * Lx}, rel=1e-12)
+        assert length[FacetTag.CONTACT] == 0
+    else:
+        assert 0 < length[FacetTag.INLET] < Ly
+        assert length[FacetTag.CONTACT] > Ly
+
+
+def test_tags_of_an_adaptive_mesh():
+    """Contact inside coarse cells is seen once they are fine enough; tags stay on the boundary."""
+    flow = leak_rate(rough_gap((32, 32), 0.3, 5), rtol=0.1, field=True, **FLUID)
+    found = flow_functions(flow.field)
+    one = fem.Constant(found.mesh, 1.0)
+    assert sum(lengths(found)) == pytest.approx(integral(one * ufl.ds), rel=1e-12)
+
+
+def test_field_without_tags():
+    """Files of earlier versions have none."""
+    flow = leak_rate(rough_gap((8, 8), 0.0, 5), field=True, **COARSE, **FLUID)
+    assert flow_functions(replace(flow.field, facet_tags=None)).facet_tags is None

@@ -1,0 +1,137 @@
+"""A film from DOLFINx: a mesh with facet tags and the gap as a function on it."""
+
+from collections.abc import Collection
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.fenicsx import (
+    MeshTags,
+    cell_dofs,
+    cell_facets,
+    fem,
+    geometry_dofs,
+    is_linear,
+    mesh,
+)
+from fem_seal.film import MeshFilm
+from fem_seal.leak_rate import FacetTag
+from fem_seal.mesh.checks import labelled
+from fem_seal.mesh.files import FLAT, Triangles
+from fem_seal.mesh.shape import shape_mesh_with_values
+
+SOURCE = "the DOLFINx mesh"
+
+
+def film_from_dolfinx(
+    msh: mesh.Mesh,
+    facet_tags: MeshTags,
+    gap: fem.Function,
+    inlet: int | Collection[int] = FacetTag.INLET,
+    outlet: int | Collection[int] = FacetTag.OUTLET,
+    wall: int | Collection[int] = FacetTag.WALL,
+) -> MeshFilm:
+    """Film on a DOLFINx mesh, for `leak_rate` and all else that takes a film.
+
+    All ranks of the mesh must call this together; each gets the whole film.
+
+    Parameters
+    ----------
+    msh : dolfinx.mesh.Mesh
+        Straight triangles in a plane [m].
+    facet_tags : dolfinx.mesh.MeshTags
+        Tags of the edges, such as `gmsh` gives for physical curves. Edges inside the mesh may have
+        other tags.
+    gap : dolfinx.fem.Function
+        Continuous and linear (P1) on this mesh [m], exactly 0 in contact.
+    inlet, outlet, wall : int or several
+        Tags of the edges on the inlet, the outlet and the walls; each edge of the boundary has one.
+
+    Returns
+    -------
+    MeshFilm
+
+    Raises
+    ------
+    InvalidInput
+        If the mesh is not of straight triangles in a plane, the gap is not P1 on it or negative, an
+        edge of the boundary has no tag, inlet or outlet have no edge, or the shape is none that
+        `shape_mesh` can take.
+    """
+    _require_gap_on(msh, gap)
+    if facet_tags.dim != 1:
+        raise InvalidInput(
+            f"the facet tags are tags of dimension {facet_tags.dim}; give those of the edges"
+        )
+    vertices, points, values, edges, tags = _gathered(msh, facet_tags, gap)
+    # Sort vertices by position and cells by vertices: the film is the same on any number of ranks.
+    _, first, number = np.unique(vertices, return_index=True, return_inverse=True)
+    xyz, at_vertex = points.reshape(-1, 3)[first], values.ravel()[first]
+    order = np.lexsort(xyz.T[::-1])
+    place = np.argsort(order)
+    xyz, at_vertex, edges = xyz[order], at_vertex[order], place[edges]
+    cells = np.unique(np.sort(place[number].reshape(-1, 3), axis=1), axis=0)
+    extent = np.ptp(xyz, axis=0)
+    if extent[2] > FLAT * extent.max():
+        raise InvalidInput(
+            f"{SOURCE} is not plane: z varies by {extent[2]:.3g} m; give the mesh of the film in "
+            "the plane z = 0"
+        )
+    groups = {}
+    for name, numbers in (("inlet", inlet), ("outlet", outlet), ("wall", wall)):
+        groups[name] = edges[np.isin(tags, numbers)]
+        if name != "wall" and not len(groups[name]):
+            present = ", ".join(map(str, np.unique(tags))) or "none"
+            raise InvalidInput(
+                f"{SOURCE} has no {name}: no facet has the tag {numbers}; its tags are {present}"
+            )
+    triangles = Triangles(xyz[:, :2], cells, **groups)
+    parts = labelled(triangles, SOURCE, reorient=True)
+    return MeshFilm(*shape_mesh_with_values(*parts, at_vertex))
+
+
+def _require_gap_on(msh: mesh.Mesh, gap: fem.Function) -> None:
+    """Raise InvalidInput unless the gap is P1 on straight triangles of this mesh."""
+    if gap.function_space.mesh is not msh:
+        raise InvalidInput("the gap is a function on another mesh; give it on the mesh of the film")
+    if msh.topology.cell_type != mesh.CellType.triangle:
+        raise InvalidInput(
+            f"{SOURCE} has cells of type {msh.topology.cell_type.name}; a film needs triangles"
+        )
+    if not is_linear(gap):
+        raise InvalidInput(
+            "the gap is not linear on straight triangles; interpolate it into a space "
+            '("Lagrange", 1) on a mesh of degree 1'
+        )
+
+
+def _gathered(msh: mesh.Mesh, facet_tags: MeshTags, gap: fem.Function) -> list[np.ndarray]:
+    """Cells and tagged edges of all ranks, vertices by their number in the whole mesh.
+
+    Returns
+    -------
+    vertices : (C, 3) int
+    points : (C, 3, 3) float
+        Coordinates of the corners [m].
+    values : (C, 3) float
+        Gap at the corners [m].
+    edges : (n, 2) int
+        Vertices of the tagged edges.
+    tags : (n,) int
+    """
+    dofmap, facets = gap.function_space.dofmap, cell_facets(msh)
+    number = dofmap.index_map.size_local + dofmap.index_map.num_ghosts
+    # The degrees of freedom of P1 are the vertices.
+    in_whole = dofmap.index_map.local_to_global(np.arange(number, dtype=np.int32))
+    dofs = cell_dofs(gap.function_space, 3)
+    vertices = in_whole[dofs].astype(np.int64)
+    tagged = np.isin(facets, facet_tags.indices)
+    tags = facet_tags.values[np.searchsorted(facet_tags.indices, facets[tagged])]
+    edges = np.sort(vertices[:, [[1, 2], [2, 0], [0, 1]]][tagged], axis=1)
+    # Ghost cells are other ranks' own, but only one of the ranks may know the tag of an edge.
+    own = slice(msh.topology.index_map(2).size_local)
+    cells = vertices[own], msh.geometry.x[geometry_dofs(msh)[own]], gap.x.array[dofs[own]]
+    parts = msh.comm.allgather((*cells, np.column_stack([edges, tags])))
+    *cells, rows = (np.concatenate(part) for part in zip(*parts, strict=True))
+    rows = np.unique(rows, axis=0)
+    return [*cells, rows[:, :2], rows[:, 2]]

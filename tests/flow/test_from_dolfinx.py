@@ -1,0 +1,167 @@
+"""A film handed in as a DOLFINx mesh with facet tags and a gap, held against closed forms."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from dolfinx.mesh import CellType, create_rectangle, create_unit_square, meshtags
+from dolfinx_meshes import (
+    COARSE,
+    MESHES,
+    ends,
+    function,
+    rectangle,
+    slanted,
+    summary,
+    tagged,
+    unstructured,
+)
+from sample_gaps import FLUID, rough_gap
+from test_mpi import ENVIRONMENT
+
+from fem_seal.errors import InvalidInput
+from fem_seal.fenicsx import MPI
+from fem_seal.flow import film_from_dolfinx, flow_functions, leak_rate
+from fem_seal.leak_rate import FacetTag
+
+SAME = 2 * np.sqrt(0.3 * 4e-8)  # bounds of one mesh, as in test_mpi
+
+
+@pytest.mark.parametrize("make", [rectangle, unstructured])
+@pytest.mark.parametrize("along", [True, False])
+def test_linear_gap_has_the_closed_form(make, along):
+    """g = 1 + x/2 along the flow resists by ∫dx/g³, g = 1 + y/2 across it conducts ∫g³ dy. The
+    bounds enclose the closed form on any triangles; one of the two is exact but for the solver
+    where the flow is as the mesh, 1 % is asked for."""
+    msh, tags = make()
+    gap = function(msh, lambda x: 1 + x[0 if along else 1] / 2)
+    length = 2.0 if make is rectangle else 1.0
+    flow = leak_rate(film_from_dolfinx(msh, tags, gap), rtol=0.01, **FLUID)
+    resistance = 1 - 1 / (1 + length / 2) ** 2  # ∫ (1 + x/2)^-3 dx
+    exact = 1 / resistance if along else (1.5**4 - 1) / 2 / length  # ∫ (1 + y/2)^3 dy
+    assert flow.converged
+    assert flow.lower * (1 - 1e-8) <= exact <= flow.upper * (1 + 1e-8)
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_gap_is_the_function_at_every_vertex(name):
+    """Also where a ring is cut open, and where a wall between two outlets is halved: linear, so
+    that rounding is all that is left."""
+    msh, tags = MESHES[name]()
+    film = film_from_dolfinx(msh, tags, function(msh, slanted))
+    x = np.column_stack([film.mesh.xy, np.zeros(len(film.mesh.xy))]).T
+    assert film.values == pytest.approx(slanted(x), rel=1e-14)
+    whole = len(msh.geometry.x)
+    assert (len(film.mesh.xy) > whole) == film.mesh.periodic == (name == "ring")
+
+
+def test_there_and_back():
+    """The mesh of a flow, with its tags and its gap, is a film again, of the same leak rate: its
+    first mesh gives the same bounds but for what CG has left, 2e-8 on either side, which counts to
+    the first order in the sharpening: 2 √(0.3 · 2 · 2e-8)."""
+    gap = rough_gap((12, 10), 0.0, 3)
+    flow = leak_rate(gap, field=True, **COARSE, **FLUID)
+    functions = flow_functions(flow.field)
+    walls = (FacetTag.WALL, FacetTag.CONTACT)
+    film = film_from_dolfinx(functions.mesh, functions.facet_tags, functions.gap, wall=walls)
+    back = leak_rate(film, **COARSE, **FLUID)
+    assert (back.lower, back.upper) == pytest.approx((flow.lower, flow.upper), rel=SAME)
+
+
+def test_tags_may_have_any_number():
+    msh, _ = rectangle()
+    tags = tagged(msh, *ends(2.0, inlet=12, outlet=7, wall=40))
+    film = film_from_dolfinx(msh, tags, function(msh, slanted), inlet=12, outlet=7, wall=[40, 41])
+    assert film.mesh.xy[film.mesh.inlet][:, 0] == pytest.approx(0.0)
+    assert film.mesh.xy[film.mesh.outlet][:, 0] == pytest.approx(2.0)
+
+
+def refused(msh, tags, gap) -> str:
+    with pytest.raises(InvalidInput) as error:
+        film_from_dolfinx(msh, tags, gap)
+    assert "\n" not in str(error.value)
+    return str(error.value)
+
+
+def test_cells_that_are_no_triangles():
+    msh = create_unit_square(MPI.COMM_WORLD, 2, 2, CellType.quadrilateral)
+    tags = meshtags(msh, 1, np.array([0], dtype=np.int32), np.array([1], dtype=np.int32))
+    assert "cells of type quadrilateral" in refused(msh, tags, function(msh, slanted))
+
+
+@pytest.mark.parametrize(("family", "degree"), [("Lagrange", 2), ("DG", 1), ("DG", 0), ("CR", 1)])
+def test_gap_that_is_not_linear(family, degree):
+    msh, tags = rectangle()
+    gap = function(msh, slanted, degree, family)
+    assert "the gap is not linear" in refused(msh, tags, gap)
+
+
+def test_gap_on_another_mesh():
+    msh, tags = rectangle()
+    other = create_rectangle(MPI.COMM_WORLD, [[0.0, 0.0], [2.0, 1.0]], [12, 8])
+    assert "another mesh" in refused(msh, tags, function(other, slanted))
+
+
+def test_negative_gap():
+    msh, tags = rectangle()
+    assert "negative" in refused(msh, tags, function(msh, lambda x: x[0] - 0.1))
+
+
+def test_boundary_without_a_tag():
+    msh, _ = rectangle()
+    _, *tags = ends(2.0)
+    gap = function(msh, slanted)
+    assert "24 boundary edges are in none of the groups" in refused(msh, tagged(msh, *tags), gap)
+
+
+@pytest.mark.parametrize(("missing", "number"), [("inlet", 1), ("outlet", 2)])
+def test_no_inlet_or_outlet(missing, number):
+    msh, _ = rectangle()
+    tags = tagged(msh, *ends(2.0, **{missing: 9}))
+    message = refused(msh, tags, function(msh, slanted))
+    assert f"no {missing}: no facet has the tag {number}; its tags are" in message
+    assert message.endswith("3, 9")
+
+
+def test_tags_of_cells():
+    msh, _ = rectangle()
+    tags = meshtags(msh, 2, np.array([0], dtype=np.int32), np.array([1], dtype=np.int32))
+    assert "dimension 2" in refused(msh, tags, function(msh, slanted))
+
+
+def test_mesh_that_leaves_the_plane():
+    """A slanted plane would be projected, and its areas with it."""
+    msh, tags = rectangle()
+    gap = function(msh, slanted)
+    msh.geometry.x[:, 2] = msh.geometry.x[:, 0] / 4
+    assert "not plane: z varies by 0.5 m" in refused(msh, tags, gap)
+
+
+@pytest.mark.mpi
+def test_two_ranks_find_what_one_finds():
+    """Meshes are the same to the last digit, gaps and the lengths of inlet, outlet, wall, contact
+    and seam to rounding, and bounds of the first mesh to what CG has left."""
+    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+    script = Path(__file__).with_name("dolfinx_meshes.py")
+    done = subprocess.run(
+        ["mpirun", "-n", "2", sys.executable, str(script)],
+        env=clean | ENVIRONMENT | {"PYTHONPATH": str(script.parents[1])},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    one, two, other = summary(), *json.loads(done.stdout.splitlines()[-1])
+    assert two == other
+    assert two.keys() == one.keys()
+    for name in MESHES:
+        assert two[name]["mesh"] == one[name]["mesh"]
+        assert two[name]["gap"] == pytest.approx(one[name]["gap"], rel=1e-14)
+        assert two[name]["bounds"] == pytest.approx(one[name]["bounds"], rel=SAME), name
+    for sides in ("wall", "periodic"):
+        assert two[sides] == pytest.approx(one[sides], rel=1e-12)
