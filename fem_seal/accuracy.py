@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from math import expm1, inf, log, log1p, sinh
 from typing import Protocol
 
+from fem_seal import parallel
 from fem_seal.contact.state import GapState
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -137,14 +138,18 @@ def chosen_grid(
 
 
 def solved(
-    scene: Scene, report: Report = silent, *, trust: bool = False
+    scene: Scene,
+    report: Report = silent,
+    *,
+    trust: bool = False,
+    comm: parallel.Comm = None,
 ) -> tuple[Patch, Choice | None]:
     """Patch of a scene, on the contact grid that keeps its total error if it asks for one.
 
     Parameters
     ----------
     scene : Scene
-    report, trust : as of `Patch`
+    report, trust, comm : as of `Patch`
 
     Returns
     -------
@@ -161,8 +166,8 @@ def solved(
     """
     wanted = scene.accuracy
     if wanted is None:
-        return Patch(scene, report, trust=trust), None
-    first = Patch(scene.with_tolerance(wanted.total), report, trust=trust)
+        return Patch(scene, report, trust=trust, comm=comm), None
+    first = Patch(scene.with_tolerance(wanted.total), report, trust=trust, comm=comm)
 
     def on_grid(surface: GridField, rtol: float, contact: GapState | None) -> Patch:
         return first.on_grid(surface, rtol, contact=contact)

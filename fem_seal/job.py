@@ -36,6 +36,7 @@ def run(
     overwrite: bool = False,
     report: Report = silent,
     trust: bool = False,
+    comm: parallel.Comm = None,
 ) -> Result:
     """Compute the products of a scene and write them into a folder.
 
@@ -47,6 +48,8 @@ def run(
     overwrite : whether another scene's result may be replaced
     report : called with the stage and its latest news
     trust : whether gmsh may run a .geo file that is not the package's own, with your rights
+    comm : processes that call this together, all of this run if left out; with MPI.COMM_SELF each
+        process runs a scene of its own
 
     Returns
     -------
@@ -61,18 +64,18 @@ def run(
     """
     start = perf_counter()
     require_packages(scene)
-    folder = ResultFolder(out, Provenance.of(scene), overwrite, _names(scene))
+    folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, _names(scene))
     with ExitStack() as held:
         # `and None`: the folder, open in the first process, is nothing to send to the others.
-        parallel.on_root(lambda: held.enter_context(folder) and None)
-        patch, choice = solved(scene, report, trust=trust)
+        parallel.on_root(lambda: held.enter_context(folder) and None, comm)
+        patch, choice = solved(scene, report, trust=trust, comm=comm)
         # All processes compute before the first one writes.
         if scene.needs_flow:
             patch.leak_rate  # noqa: B018
         patch.film  # noqa: B018
-        files = parallel.on_root(lambda: _write_products(patch, folder.staged))
+        files = parallel.on_root(lambda: _write_products(patch, folder.staged), comm)
         result = summarise(patch, files, start, choice=choice)
-        parallel.on_root(lambda: folder.commit(result))
+        parallel.on_root(lambda: folder.commit(result), comm)
     return result
 
 

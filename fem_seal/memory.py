@@ -4,6 +4,7 @@ import ctypes
 import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from fem_seal.errors import InvalidInput
@@ -20,6 +21,27 @@ def peak_memory() -> int:
     status = Path("/proc/self/status").read_text()
     line = next(line for line in status.splitlines() if line.startswith("VmHWM:"))
     return int(line.split()[1]) * 1024
+
+
+@dataclass(frozen=True)
+class ProcessMemory:
+    """Memory of a process [bytes]: resident now, and at its peak."""
+
+    resident: int
+    peak: int
+
+
+def memory_of(process: int) -> ProcessMemory | None:
+    """Memory of another process of this machine; None if it has ended."""
+    try:
+        lines = Path(f"/proc/{process}/status").read_text().splitlines()
+    except OSError:
+        return None
+    sizes = {line.split()[0]: int(line.split()[1]) * 1024 for line in lines if line[:2] == "Vm"}
+    # A process that has ended and not been waited for has no memory any more.
+    if "VmRSS:" not in sizes:
+        return None
+    return ProcessMemory(sizes["VmRSS:"], sizes["VmHWM:"])
 
 
 def available_memory(root: Path = Path("/")) -> int:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from functools import cache
 from types import TracebackType
-from typing import TYPE_CHECKING, NoReturn, TypeVar
+from typing import TYPE_CHECKING, NoReturn, TypeAlias, TypeVar
 
 from fem_seal.errors import FemSealError, printable
 
@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 Answer = TypeVar("Answer")
+# The processes that work on one problem together; None stands for all of this run.
+Comm: TypeAlias = "MPI.Comm | None"
 
 # Environment variables that Open MPI, MPICH and Slurm set for the processes they start.
 _LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK")
@@ -31,40 +33,74 @@ def _world() -> "MPI.Comm | None":
     return Intracomm(MPI.COMM_WORLD) if MPI.COMM_WORLD.size > 1 else None
 
 
-def processes() -> int:
-    """Number of processes of this run."""
-    world = _world()
-    return world.size if world else 1
+def _together(comm: Comm) -> "MPI.Comm | None":
+    """Communicator of more than one process, of all if none is given; None for a single one."""
+    if comm is None:
+        return _world()
+    if comm.size == 1:
+        return None
+    from mpi4py.util.pkl5 import Intracomm
+
+    return Intracomm(comm)
 
 
-def is_root() -> bool:
+def alone() -> Comm:
+    """Communicator of this process alone, for a problem that it solves without the others."""
+    if _world() is None:
+        return None
+    from mpi4py import MPI
+
+    return MPI.COMM_SELF
+
+
+def communicator(comm: Comm = None) -> "MPI.Comm":
+    """Communicator for a solver: the given one, or that of all processes of this run."""
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD if comm is None else comm
+
+
+def processes(comm: Comm = None) -> int:
+    """Number of processes of a communicator, or of this run."""
+    together = _together(comm)
+    return 1 if together is None else together.size
+
+
+def is_root(comm: Comm = None) -> bool:
     """Whether this process is the first one, which writes, draws and prints."""
-    world = _world()
-    return world is None or world.rank == 0
+    together = _together(comm)
+    return together is None or together.rank == 0
 
 
-def on_root(compute: Callable[[], Answer]) -> Answer:
-    """Compute on the first process; return the answer, or raise its error, on every process."""
-    world = _world()
-    if world is None:
+def on_root(compute: Callable[[], Answer], comm: Comm = None) -> Answer:
+    """Compute on the first process; return the answer, or raise its error, on every process.
+
+    Parameters
+    ----------
+    compute : callable
+    comm : MPI.Comm, optional
+        The processes that call this together; all of this run if left out.
+    """
+    together = _together(comm)
+    if together is None:
         return compute()
     answer: Answer | None = None
     failure: FemSealError | None = None
-    if world.rank == 0:
+    if together.rank == 0:
         try:
             answer = compute()
         except FemSealError as error:
             failure = error
-    answer, failure = world.bcast((answer, failure), root=0)
+    answer, failure = together.bcast((answer, failure), root=0)
     if failure is not None:
         raise failure
     return answer
 
 
-def total(number: int) -> int:
-    """Sum of a number over the processes."""
-    world = _world()
-    return world.allreduce(number) if world else number
+def total(number: int, comm: Comm = None) -> int:
+    """Sum of a number over the processes of a communicator, or of this run."""
+    together = _together(comm)
+    return number if together is None else together.allreduce(number)
 
 
 def abort_together() -> None:

@@ -54,6 +54,9 @@ class Patch:
     contact_error : float, optional
         Relative error of the leak rate that the contact's grid is estimated to leave; infinite if
         nothing can be said. None: it was not estimated.
+    comm : MPI.Comm, optional
+        The processes that read the steps together; all of this run if left out. With
+        MPI.COMM_SELF each process solves a patch of its own.
 
     Raises
     ------
@@ -72,6 +75,7 @@ class Patch:
         contact_start: np.ndarray | None = None,
         leak_rate: LeakRate | None = None,
         contact_error: float | None = None,
+        comm: parallel.Comm = None,
     ):
         if not isinstance(scene, Scene):
             raise InvalidInput(
@@ -84,7 +88,7 @@ class Patch:
                 "from fem_seal.accuracy, tries some and makes the Patch of the chosen one"
             )
         require_trusted(scene, trust)
-        self.scene, self.report, self.trust = scene, report, trust
+        self.scene, self.report, self.trust, self.comm = scene, report, trust, comm
         self.contact_error = contact_error
         self.seconds: dict[str, float] = {}
         self._surface, self._contact, self._contact_start = surface, contact, contact_start
@@ -114,7 +118,7 @@ class Patch:
         if surface is None:
             return None
         with self.timed("surface"):
-            return parallel.on_root(lambda: made_surface(surface))
+            return parallel.on_root(lambda: made_surface(surface), self.comm)
 
     @cached_property
     def prepared(self) -> "PreparedSurface | None":
@@ -123,7 +127,7 @@ class Patch:
         if not isinstance(surface, FileSurface):
             return None
         with self.timed("surface"):
-            return parallel.on_root(lambda: prepared_surface(surface))
+            return parallel.on_root(lambda: prepared_surface(surface), self.comm)
 
     def on_grid(
         self,
@@ -153,6 +157,7 @@ class Patch:
             contact=contact,
             leak_rate=leak_rate,
             contact_error=contact_error,
+            comm=self.comm,
         )
         if "prepared" in vars(self):
             vars(other)["prepared"] = self.prepared
@@ -164,7 +169,12 @@ class Patch:
         scene = self.scene.model_copy(update={"contact": contact})
         start = self.contact.pressure.values
         return Patch(
-            scene, self.report, trust=self.trust, surface=self.surface, contact_start=start
+            scene,
+            self.report,
+            trust=self.trust,
+            surface=self.surface,
+            contact_start=start,
+            comm=self.comm,
         )
 
     @cached_property
@@ -177,7 +187,8 @@ class Patch:
         press = CONTACTS[self.scene.contact.model]
         with self.timed("contact"):
             return parallel.on_root(
-                lambda: press(self.scene, self.surface, self._contact_start, self.report)
+                lambda: press(self.scene, self.surface, self._contact_start, self.report),
+                self.comm,
             )
 
     @cached_property
@@ -193,7 +204,9 @@ class Patch:
 
         grid = None if shape.own_gap else self.grid_gap
         with self.timed("shape"):
-            return parallel.on_root(lambda: shaped_film(shape, grid, trust=self.trust))
+            return parallel.on_root(
+                lambda: shaped_film(shape, grid, trust=self.trust), self.comm
+            )
 
     def film_of(self, gap: GridField) -> "GridFilm | MeshFilm":
         """The film of another gap [m] on the same grid, such as that of another load."""
@@ -214,7 +227,9 @@ class Patch:
             return self.contact.gap
         given = self.scene.gap
         with self.timed("gap"):
-            return parallel.on_root(lambda: load_gap(given.path, given.stated, given.contact_below))
+            return parallel.on_root(
+                lambda: load_gap(given.path, given.stated, given.contact_below), self.comm
+            )
 
     @cached_property
     def sealed(self) -> bool:
@@ -235,7 +250,7 @@ class Patch:
         if self.sealed:
             return LeakRate.sealed(method)
         with self.timed("flow"):
-            leak = FLOWS[method](self.scene, self.film, self.report)
+            leak = FLOWS[method](self.scene, self.film, self.report, self.comm)
         if leak.field is None:
             return leak
         pressure = self.scene.drive.pressure(leak.field.pressure)
@@ -244,7 +259,7 @@ class Patch:
     def leak_rate_of(self, film: "GridFilm | MeshFilm") -> LeakRate:
         """Leak rate of another film under the scene's pressures, to the scene's tolerance."""
         scene = self.scene.model_copy(update={"limit": None})
-        return FLOWS[scene.flow.method](scene, film, self.report)
+        return FLOWS[scene.flow.method](scene, film, self.report, self.comm)
 
 
 def require_trusted(scene: Scene, trust: bool) -> None:

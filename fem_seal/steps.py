@@ -120,7 +120,9 @@ ContactModel = Callable[[Scene, GridField, np.ndarray | None, Report], "GapState
 CONTACTS: dict[str, ContactModel] = {"gfmd": _elastic, "bearing": _bearing}
 
 
-def _finite_elements(scene: Scene, film: "Film", report: Report) -> LeakRate:
+def _finite_elements(
+    scene: Scene, film: "Film", report: Report, comm: parallel.Comm
+) -> LeakRate:
     from fem_seal.flow import leak_rate
 
     flow = scene.flow
@@ -138,10 +140,13 @@ def _finite_elements(scene: Scene, film: "Film", report: Report) -> LeakRate:
         limits=flow.limits,
         progress=progress,
         field=scene.needs_field,
+        comm=parallel.communicator(comm),
     )
 
 
-def _finite_differences(scene: Scene, film: "GridFilm", report: Report) -> LeakRate:
+def _finite_differences(
+    scene: Scene, film: "GridFilm", report: Report, comm: parallel.Comm
+) -> LeakRate:
     from fem_seal.finite_difference.solver import solve
 
     flow = scene.flow
@@ -151,11 +156,12 @@ def _finite_differences(scene: Scene, film: "GridFilm", report: Report) -> LeakR
             viscosity=scene.fluid.viscosity,
             pressure_drop=scene.drive.pressure_drop,
             links=flow.links,
-        )
+        ),
+        comm,
     )
 
 
-Method = Callable[[Scene, "Film", Report], LeakRate]
+Method = Callable[[Scene, "Film", Report, parallel.Comm], LeakRate]
 FLOWS: dict[str, Method] = {
     "adaptive": _finite_elements,
     "uniform": _finite_elements,

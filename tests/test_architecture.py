@@ -36,7 +36,7 @@ ORDER = [
     ),
     *("surface", "contact", "scene", "fenicsx", "mesh", "film", "theory", "finite_difference"),
     *("flow", "coupling"),
-    *("steps", "patch", "accuracy", "upscaling", "quantities", "results", "sweep"),
+    *("points", "steps", "patch", "accuracy", "upscaling", "quantities", "results", "sweep"),
     *("letter", "verification", "render"),
     *("job", "doctor", "cli", "__main__"),
 ]
@@ -49,7 +49,7 @@ FENCES = {
     "petsc4py": FINITE_ELEMENTS,
     "pyvista": {"render"},
     "vtk": {"render"},
-    "pydantic": {"scene", "results", "sweep", "letter"},
+    "pydantic": {"scene", "results", "points", "sweep", "letter"},
     "pint": {"units"},
 }
 

@@ -17,7 +17,7 @@ from project import write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
-from fem_seal.sweep.farm import WorkerKilledError, farm
+from fem_seal.points.farm import WorkerKilledError, farm
 
 ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
 VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
@@ -150,7 +150,7 @@ def environment_of(path):
 def test_a_worker_is_alone_with_one_thread(tmp_path, monkeypatch):
     monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
-    farm([tmp_path / "seen"], environment_of, 1, lambda: None)
+    farm([tmp_path / "seen"], environment_of, 1, lambda: 0)
     seen = (tmp_path / "seen").read_text().splitlines()
     assert "OMP_NUM_THREADS=1" in seen
     assert not [line for line in seen if line.startswith("OMPI_COMM")]
@@ -160,24 +160,25 @@ def test_a_worker_is_alone_with_one_thread(tmp_path, monkeypatch):
 
 def test_a_killed_worker_is_said(tmp_path):
     with pytest.raises(WorkerKilledError):
-        farm([tmp_path], killed_once, 1, lambda: None)
-    farm([tmp_path], killed_once, 1, lambda: None)
+        farm([tmp_path], killed_once, 1, lambda: 0)
+    farm([tmp_path], killed_once, 1, lambda: 0)
 
 
 def test_a_point_that_kills_its_process_is_a_row(scene_file, tmp_path, monkeypatch):
     """As one that wants too much memory does; the others are computed."""
     (tmp_path / "deadly.py").write_text(
         "import os, signal\n"
-        "from fem_seal.sweep.sweep import compute_chain as whole\n"
-        "def compute_chain(chain):\n"
+        "from fem_seal.points.compute import compute_alone as whole\n"
+        "def compute_alone(chain):\n"
         "    if any(task.values == ('2',) for task in chain.tasks):\n"
         "        os.kill(os.getpid(), signal.SIGKILL)\n"
         "    return whole(chain)\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     import deadly
+    compute_module = sys.modules["fem_seal.points.compute"]
 
-    monkeypatch.setattr(sys.modules["fem_seal.sweep.sweep"], "compute_chain", deadly.compute_chain)
+    monkeypatch.setattr(compute_module, "compute_alone", deadly.compute_alone)
     axes = [Axis.parse("surface.seed=1..3")]
     tally = sweep(scene_file, axes, Path("out"), work=Work(jobs=2))
     assert (tally.points, tally.failed) == (3, 1)

@@ -34,7 +34,7 @@ class FlowSpy:
     leak: LeakRate
     solves: int = 0
 
-    def __call__(self, scene, gap, report):
+    def __call__(self, scene, gap, report, comm):
         self.solves += 1
         return self.leak
 

@@ -126,11 +126,11 @@ def test_another_surface_is_not_handed_on(tmp_path):
 def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
     solve, solves = FLOWS["finite-difference"], []
 
-    def third_is_interrupted(scene, gap, report):
+    def third_is_interrupted(scene, gap, report, comm):
         solves.append(scene.contact.area_fraction)
         if len(solves) == 3:
             raise KeyboardInterrupt
-        return solve(scene, gap, report)
+        return solve(scene, gap, report, comm)
 
     monkeypatch.setitem(FLOWS, "finite-difference", third_is_interrupted)
     vary = ("--vary", "contact.area_fraction=0.05,0.1,0.15,0.2", "--out", "out")

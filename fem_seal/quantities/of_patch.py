@@ -96,11 +96,11 @@ def shown_in(patch: Patch) -> Shown:
 def _constriction(patch: Patch) -> Constriction | None:
     field = patch.leak_rate.field
     potential = None if field is None else patch.scene.drive.potential(field.pressure)
-    return parallel.on_root(lambda: constriction(patch.film, field, potential))
+    return parallel.on_root(lambda: constriction(patch.film, field, potential), patch.comm)
 
 
 def _threshold(patch: Patch) -> Threshold | None:
-    return parallel.on_root(lambda: _THRESHOLDS[_model(patch)](patch))
+    return parallel.on_root(lambda: _THRESHOLDS[_model(patch)](patch), patch.comm)
 
 
 def _model(patch: Patch) -> str:
@@ -150,7 +150,7 @@ def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
 
 
 def _trapped_volume(patch: Patch) -> float:
-    return parallel.on_root(lambda: patch.film.trapped_volume)
+    return parallel.on_root(lambda: patch.film.trapped_volume, patch.comm)
 
 
 def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
@@ -168,6 +168,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
         rtol=flow.rtol,
         limits=flow.limits,
         progress=progress,
+        comm=parallel.communicator(patch.comm),
     )
     return ConductivityTensor.of(found)
 

@@ -96,14 +96,14 @@ class Provenance(Record):
     date: str
 
     @classmethod
-    def of(cls, scene: Scene) -> "Provenance":
-        """Versions and input files as they are now."""
+    def of(cls, scene: Scene, comm: parallel.Comm = None) -> "Provenance":
+        """Versions and input files as they are now, and how many processes work together."""
         return cls(
             scene=scene.to_mapping(),
             seed=getattr(scene.surface, "seed", None),
             inputs={str(path): digest(path) for path in input_files(scene)},
             versions={"python": python_version()} | dict(_versions()),
-            processes=parallel.processes(),
+            processes=parallel.processes(comm),
             date=datetime.now(UTC).isoformat(timespec="seconds"),
         )
 
@@ -236,8 +236,10 @@ def summarise(
         quantities=named,
         files=files,
         seconds=stages | {"total": total},
-        peak_memory_bytes=parallel.total(peak_memory()),
-        provenance=Provenance.of(patch.scene if choice is None else choice.asked(patch.scene)),
+        peak_memory_bytes=parallel.total(peak_memory(), patch.comm),
+        provenance=Provenance.of(
+            patch.scene if choice is None else choice.asked(patch.scene), patch.comm
+        ),
         **_contact_numbers(patch.contact),
         **_flow_numbers(leak, named and named.conductivity_tensor),
     )

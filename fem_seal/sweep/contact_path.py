@@ -6,6 +6,7 @@ from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.grid import GridField
+from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
@@ -27,7 +28,14 @@ class ContactPath:
         self._last: tuple[Scene, GridField, GapState] | None = None
         self._predictor = Predictor()
 
-    def patch(self, scene: Scene, report: Report = silent, *, trust: bool = False) -> Patch:
+    def patch(
+        self,
+        scene: Scene,
+        report: Report = silent,
+        *,
+        trust: bool = False,
+        comm: Comm = None,
+    ) -> Patch:
         """Patch of the next point, with what the last one hands on."""
         known: dict[str, Any] = {}
         if self._last is not None:
@@ -40,7 +48,7 @@ class ContactPath:
                     known["contact"] = contact
                 elif _one_path(last, scene):
                     known["contact_start"] = self._predictor.start(_load(scene))
-        return Patch(scene, report, trust=trust, **known)
+        return Patch(scene, report, trust=trust, comm=comm, **known)
 
     def follow(self, patch: Patch) -> None:
         """Take note of a patch that has been computed."""

@@ -12,6 +12,7 @@ from typing import Any
 from fem_seal import __version__
 from fem_seal.accuracy import solved
 from fem_seal.errors import InvalidInput, MissingPackage, NotConverged
+from fem_seal.parallel import Comm
 from fem_seal.progress import Report, silent
 from fem_seal.results.result import Result, digest, input_files, summarise
 from fem_seal.scene import Scene
@@ -126,6 +127,7 @@ def compute(
     report: Report = silent,
     *,
     trust: bool = False,
+    comm: Comm = None,
 ) -> Point:
     """Compute a point; one that fails has its reason in place of numbers.
 
@@ -134,7 +136,7 @@ def compute(
     scene : of `numbers_only`
     values : of the axes, as text
     contacts : hands the surface and the contact on from point to point
-    report, trust : as of `Patch`
+    report, trust, comm : as of `Patch`
 
     Raises
     ------
@@ -143,9 +145,9 @@ def compute(
     """
     try:
         if scene.accuracy is None:
-            patch, choice = contacts.patch(scene, report, trust=trust), None
+            patch, choice = contacts.patch(scene, report, trust=trust, comm=comm), None
         else:
-            patch, choice = solved(scene, report, trust=trust)
+            patch, choice = solved(scene, report, trust=trust, comm=comm)
         numbers = dict(_numbers(summarise(patch, choice=choice)))
         if choice is None:
             contacts.follow(patch)

@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import create_text, write_text, writing
+from fem_seal.points import PointFolder
 from fem_seal.results.result import Provenance
 from fem_seal.sweep.point import COLUMNS, Point
 from fem_seal.tables import csv_text
@@ -16,7 +17,7 @@ TABLE_FILE, ORIGIN_FILE, POINTS = "sweep.csv", "sweep.json", "points"
 _POINT_FILE = re.compile(r"[0-9a-f]{32}\.json")
 
 
-class SweepFolder:
+class SweepFolder(PointFolder[Point]):
     """The points of one sweep; any number of processes may write into the folder at once.
 
     Parameters
@@ -26,11 +27,9 @@ class SweepFolder:
     """
 
     def __init__(self, path: Path, keys: tuple[str, ...]):
+        super().__init__(path / POINTS)
         self.path = path
         self.keys = keys
-        self._points = path / POINTS
-        # By name; a point never changes once it is there, unless it is to be tried again.
-        self._read: dict[str, Point] = {}
 
     def open(self, origin: Provenance) -> None:
         """Begin a sweep, or go on with one.
@@ -70,20 +69,31 @@ class SweepFolder:
             for name in (TABLE_FILE, ORIGIN_FILE):
                 (self.path / name).unlink(missing_ok=True)
             for name in self._names():
-                (self._points / f"{name}.json").unlink(missing_ok=True)
+                self.remove(name)
+
+    def load(self, path: Path) -> Point:
+        """Read the file of a point."""
+        point = Point.from_json(path.read_text("utf-8"))
+        if len(point.values) != len(self.keys):
+            raise ValueError("a point of another sweep")
+        return point
+
+    def save(self, path: Path, point: Point) -> None:
+        """Write the file of a point."""
+        write_text(path, point.to_json())
 
     def point(self, name: str) -> Point | None:
-        """Read a point that need not be computed; None if there is none, or it is damaged."""
-        point = self._point(name)
-        return None if point is None or point.again else point
+        """Read a point, also one that failed; None if there is none, or it is damaged."""
+        point = super().point(name)
+        if point is not None and point.again:
+            # Another process may replace it at any time.
+            del self._read[name]
+        return point
 
-    def there(self, name: str) -> bool:
-        """Whether there is a point, even one to be tried again."""
-        return self._point(name) is not None
-
-    def write(self, name: str, point: Point) -> None:
-        """Keep a point."""
-        write_text(self._points / f"{name}.json", point.to_json())
+    def finished(self, name: str) -> bool:
+        """Whether a point need not be computed: it is there, and has not to be tried again."""
+        point = self.point(name)
+        return point is not None and not point.again
 
     def gather(self, first: Sequence[str] = ()) -> list[Point]:
         """Write the table of all points that are there.
@@ -102,8 +112,8 @@ class SweepFolder:
         # Repeated until nothing has come meanwhile: the last table then misses no finished point.
         while (names := self._names()) != before:
             before = names
-            asked = [point for point in map(self._point, first) if point is not None]
-            others = [self._point(name) for name in names.difference(first)]
+            asked = [point for point in map(self.point, first) if point is not None]
+            others = [self.point(name) for name in names.difference(first)]
             newest = sorted(filter(None, others), key=lambda point: point.finished, reverse=True)
             kept: dict[tuple[str, ...], Point] = {}
             for point in (*asked, *newest):
@@ -113,23 +123,10 @@ class SweepFolder:
         return rows
 
     def _names(self) -> set[str]:
-        if not self._points.is_dir():
+        if not self.folder.is_dir():
             return set()
-        files = (path.name for path in self._points.iterdir())
+        files = (path.name for path in self.folder.iterdir())
         return {name.removesuffix(".json") for name in files if _POINT_FILE.fullmatch(name)}
-
-    def _point(self, name: str) -> Point | None:
-        if name not in self._read:
-            try:
-                point = Point.from_json((self._points / f"{name}.json").read_text("utf-8"))
-            except (OSError, ValueError):
-                return None
-            if len(point.values) != len(self.keys):
-                return None
-            if point.again:
-                return point
-            self._read[name] = point
-        return self._read[name]
 
     def _table(self, rows: list[Point]) -> str:
         columns = dict.fromkeys(COLUMNS)

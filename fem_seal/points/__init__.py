@@ -1,0 +1,16 @@
+"""Many points: independent chains of computations in one process or many, a file for each point."""
+
+from fem_seal.points.compute import Outcome, compute_points
+from fem_seal.points.folder import PointFolder, RecordFolder
+from fem_seal.points.task import Chain, Task
+from fem_seal.points.work import Work
+
+__all__ = [
+    "Chain",
+    "Outcome",
+    "PointFolder",
+    "RecordFolder",
+    "Task",
+    "Work",
+    "compute_points",
+]

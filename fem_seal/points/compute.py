@@ -1,0 +1,225 @@
+"""Compute the points that are missing, in this process or in many."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import monotonic
+
+from fem_seal import parallel
+from fem_seal.errors import FemSealError, MissingPackage
+from fem_seal.points.farm import WorkerKilledError, farm, watch
+from fem_seal.points.task import Chain, Task, nothing
+from fem_seal.points.work import Work
+from fem_seal.progress import Report, silent
+
+KILLED = "the process that computed it was killed; most likely it ran out of memory"
+# Between two looks at the table passes this many times the time that one takes.
+SELDOM = 10
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What `compute_points` has done.
+
+    Attributes
+    ----------
+    computed : int
+        How many points were computed, by whatever process.
+    missing : int
+        How many of all points have no file, those of other parts as well.
+    failures : dict of str to str
+        Reasons by label, of points that failed and left no file.
+    """
+
+    computed: int
+    missing: int
+    failures: dict[str, str]
+
+
+class _Seldom:
+    """Call a function, but not so often that it takes much of the time."""
+
+    def __init__(self, call: Callable[[], object]):
+        self._call, self._next = call, 0.0
+
+    def __call__(self) -> None:
+        start = monotonic()
+        if start >= self._next:
+            self._call()
+            end = monotonic()
+            self._next = end + SELDOM * (end - start)
+
+
+def compute_points(
+    chains: Sequence[Chain],
+    work: Work,
+    *,
+    report: Report = silent,
+    gather: Callable[[], object] = nothing,
+) -> Outcome:
+    """Compute the points of some chains that their folders do not hold.
+
+    Parameters
+    ----------
+    chains : sequence of Chain
+        Of all parts.
+    work : Work
+        How they are shared out.
+    report : callable
+        Called with the point and its latest news.
+    gather : callable
+        Makes a table of what is there; called now and then by the first process, and at the end.
+
+    Returns
+    -------
+    Outcome
+
+    Raises
+    ------
+    InvalidInput
+        If a folder cannot be written.
+    MissingPackage
+        If no point can be computed on this machine.
+    """
+    k, n = work.part
+    mine = [] if work.gather else list(chains[k - 1 :: n])
+    missing = parallel.on_root(lambda: _cleared(mine), work.comm)
+    failures: dict[str, str] = {}
+    try:
+        if missing and work.jobs == 1 and work.executor is None:
+            now_and_then = _Seldom(gather)
+            told = under(f"{len(missing)} points", report)
+            for chain in mine:
+                failures |= compute_chain(chain, told, after_each=now_and_then)
+        elif missing:
+            failures = _in_many(mine, missing, work, report, gather)
+    finally:
+        if parallel.is_root(work.comm):
+            gather()
+    left, all_left = parallel.on_root(lambda: (_not_there(mine), _not_there(chains)), work.comm)
+    return Outcome(len(missing) - len(left), len(all_left), failures)
+
+
+def _cleared(chains: Sequence[Chain]) -> list[str]:
+    """Names of the points to compute; files of failed and damaged ones are removed."""
+    missing = []
+    for chain in chains:
+        for task in chain.tasks:
+            if not chain.folder.finished(task.name):
+                chain.folder.remove(task.name)
+                missing.append(task.name)
+    return missing
+
+
+def _not_there(chains: Sequence[Chain]) -> list[str]:
+    """Names of the points that have no file."""
+    return [
+        task.name for chain in chains for task in chain.tasks if not chain.folder.there(task.name)
+    ]
+
+
+def compute_chain(
+    chain: Chain,
+    report: Report = silent,
+    *,
+    comm: parallel.Comm = None,
+    after_each: Callable[[], object] = nothing,
+) -> dict[str, str]:
+    """Compute the points of a chain that its folder does not hold.
+
+    Parameters
+    ----------
+    chain : Chain
+    report : callable
+        Called with the point and its latest news.
+    comm : MPI.Comm, optional
+        The processes that compute the chain together; all of this run if left out.
+    after_each : callable
+        Called by the first of them after each point.
+
+    Returns
+    -------
+    dict of str to str
+        Reasons by label, of points that failed and left no file.
+    """
+    handed_on = chain.begin()
+    failures: dict[str, str] = {}
+    for task in chain.tasks:
+        # Another process may have computed the point meanwhile.
+        if parallel.on_root(lambda t=task: chain.folder.finished(t.name), comm):
+            continue
+        try:
+            point = task.compute(handed_on, under(task.label, report), comm)
+        except MissingPackage:
+            raise
+        except FemSealError as error:
+            point = task.failed(str(error))
+            if point is None:
+                failures[task.label] = str(error)
+                continue
+        parallel.on_root(lambda t=task, p=point: chain.folder.write(t.name, p), comm)
+        parallel.on_root(lambda: after_each() and None, comm)
+    return failures
+
+
+def compute_alone(chain: Chain) -> dict[str, str]:
+    """Compute a chain in a worker, which solves without the other processes."""
+    return compute_chain(chain, comm=parallel.alone())
+
+
+def under(head: str, report: Report) -> Report:
+    """Name the point before each stage."""
+    return lambda stage, detail: report(f"{head}: {stage}", detail)
+
+
+def _in_many(
+    chains: list[Chain],
+    missing: Sequence[str],
+    work: Work,
+    report: Report,
+    gather: Callable[[], object],
+) -> dict[str, str]:
+    """Compute chains in workers; reasons of the points that failed and left no file."""
+    folder_of = {task.name: chain.folder for chain in chains for task in chain.tasks}
+    now_and_then = _Seldom(gather)
+
+    def look() -> int:
+        now_and_then()
+        done = sum(folder_of[name].there(name) for name in missing)
+        report(f"{done}/{len(missing)} points", "")
+        return done
+
+    chains = [chain for chain in chains if _not_there([chain])]
+    failures: dict[str, str] = {}
+    if work.executor is not None:
+        for reasons in watch(chains, compute_alone, work.executor, look):
+            failures |= reasons
+        return failures
+    alone = False
+    while chains:
+        # A point whose process is killed twice, the second time alone, has failed.
+        batch = chains[:1] if alone else chains
+        try:
+            for reasons in farm(batch, compute_alone, 1 if alone else work.jobs, look, work.memory):
+                failures |= reasons
+        except WorkerKilledError:
+            chains = [chain for chain in chains if _not_there([chain])]
+            if not chains:
+                break
+            if alone:
+                chains[0] = _without_killer(chains[0], failures)
+            alone = True
+        else:
+            chains, alone = chains[len(batch) :], False
+    return failures
+
+
+def _without_killer(chain: Chain, failures: dict[str, str]) -> Chain:
+    """Record the failure of the point that killed its process; the points after it go on."""
+    killer = next(task for task in chain.tasks if not chain.folder.there(task.name))
+    point = killer.failed(KILLED)
+    if point is None:
+        failures[killer.label] = KILLED
+    else:
+        chain.folder.write(killer.name, point)
+    rest: tuple[Task, ...] = chain.tasks[chain.tasks.index(killer) + 1 :]
+    return Chain(chain.folder, rest, chain.begin)

@@ -1,0 +1,119 @@
+"""A folder with a file for each finished point; any number of processes may write into it."""
+
+from abc import ABC, abstractmethod
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from pydantic import TypeAdapter
+
+from fem_seal.files import write_text
+
+Point = TypeVar("Point")
+
+
+class PointFolder(ABC, Generic[Point]):
+    """Points of one kind, each in a file of its own.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Made when the first point is written.
+    """
+
+    suffix = ".json"
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self._read: dict[str, Point] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Send no points along to the process that computes others."""
+        return vars(self) | {"_read": {}}
+
+    @abstractmethod
+    def load(self, path: Path) -> Point:
+        """Read a file.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be read.
+        ValueError
+            If it holds no point of this folder.
+        """
+
+    @abstractmethod
+    def save(self, path: Path, point: Point) -> None:
+        """Write a file that appears whole or not at all."""
+
+    def path_of(self, name: str) -> Path:
+        """Path of the file of a point."""
+        return self.folder / f"{name}{self.suffix}"
+
+    def point(self, name: str) -> Point | None:
+        """Read a point; None if there is none or its file is damaged."""
+        if name not in self._read:
+            try:
+                self._read[name] = self.load(self.path_of(name))
+            except (OSError, ValueError):
+                return None
+        return self._read[name]
+
+    def finished(self, name: str) -> bool:
+        """Whether a point need not be computed any more."""
+        return self.point(name) is not None
+
+    def there(self, name: str) -> bool:
+        """Whether a point has a file, damaged or not."""
+        return self.path_of(name).exists()
+
+    def write(self, name: str, point: Point) -> None:
+        """Keep a point.
+
+        Raises
+        ------
+        InvalidInput
+            If the folder cannot be written.
+        """
+        self.save(self.path_of(name), point)
+
+    def remove(self, name: str) -> None:
+        """Remove a point, if it is there."""
+        self.path_of(name).unlink(missing_ok=True)
+        self._read.pop(name, None)
+
+
+class RecordFolder(PointFolder[Point]):
+    """Points that are dataclasses, as JSON.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    kind : type
+        The dataclass.
+    """
+
+    def __init__(self, folder: Path, kind: type[Point]):
+        super().__init__(folder)
+        self.kind = kind
+
+    def load(self, path: Path) -> Point:
+        """Read a file; pydantic's ValidationError is a ValueError."""
+        return adapter(self.kind).validate_json(path.read_bytes())
+
+    def save(self, path: Path, point: Point) -> None:
+        """Write a file."""
+        write_text(path, adapter(self.kind).dump_json(point, indent=1).decode() + "\n")
+
+    def matching(self, pattern: str) -> list[Point]:
+        """Points of the folder, by this process or others, whose names match a glob."""
+        paths = sorted(self.folder.glob(f"{pattern}{self.suffix}"))
+        points = (self.point(path.name.removesuffix(self.suffix)) for path in paths)
+        return [point for point in points if point is not None]
+
+
+@lru_cache
+def adapter(kind: type) -> TypeAdapter:
+    """Reader and writer of a dataclass as JSON."""
+    return TypeAdapter(kind)

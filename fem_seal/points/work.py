@@ -1,0 +1,57 @@
+"""How points are shared out."""
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+from fem_seal import parallel
+from fem_seal.errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class Work:
+    """How the points are shared out.
+
+    Attributes
+    ----------
+    jobs : int
+        Processes of this machine.
+    part : tuple of int
+        (k, n) computes every n-th chain from the k-th on, k from 1; parts may run anywhere.
+    executor : concurrent.futures.Executor, optional
+        Computes the chains in place of processes of this machine, such as `client.get_executor()`
+        of Dask or mpi4py's `MPIPoolExecutor`; its workers see the same files under the same names.
+    gather : bool
+        Compute nothing, and make the table of what is there.
+    memory : int, optional
+        Most memory of all jobs together [bytes]; what the machine has available if left out.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is out of range, or there are several jobs in each process of an mpirun.
+    """
+
+    jobs: int = 1
+    part: tuple[int, int] = (1, 1)
+    executor: Executor | None = None
+    gather: bool = False
+    memory: int | None = None
+
+    def __post_init__(self) -> None:
+        k, n = self.part
+        if self.jobs < 1:
+            raise InvalidInput(f"--jobs = {self.jobs} must be at least 1")
+        if not 1 <= k <= n:
+            raise InvalidInput(f"--part = {k}/{n} must be K/N with 1 <= K <= N")
+        if self.jobs > 1 and parallel.processes() > 1:
+            raise InvalidInput(
+                "with --jobs each point is solved by one process; start the command without mpirun"
+            )
+
+    @property
+    def comm(self) -> parallel.Comm:
+        """Processes that read and write the folder, and compute points unless workers do.
+
+        All of this run; but this one alone if an executor has taken the others as its workers.
+        """
+        return None if self.executor is None else parallel.alone()
