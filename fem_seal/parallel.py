@@ -5,6 +5,7 @@ import sys
 import time
 from collections.abc import Callable
 from functools import cache
+from importlib.util import find_spec
 from types import TracebackType
 from typing import TYPE_CHECKING, NoReturn, TypeAlias, TypeVar
 
@@ -51,6 +52,26 @@ def alone() -> Comm:
     from mpi4py import MPI
 
     return MPI.COMM_SELF
+
+
+def start_petsc(comm: Comm) -> None:
+    """Start PETSc for fewer than all processes of this run.
+
+    PETSc starts when it is first imported, and then waits for all processes of MPI.COMM_WORLD. A
+    worker that solves alone would wait for ever for the others, which have no need of PETSc yet.
+
+    Parameters
+    ----------
+    comm : MPI.Comm or None
+        The processes that solve together; nothing is done for all of this run.
+    """
+    if comm is None or _world() is None or comm.size == _world().size:
+        return
+    if "petsc4py.PETSc" in sys.modules or find_spec("petsc4py") is None:
+        return
+    import petsc4py
+
+    petsc4py.init(comm=comm)
 
 
 def communicator(comm: Comm = None) -> "MPI.Comm":

@@ -88,6 +88,7 @@ class Patch:
                 "from fem_seal.accuracy, tries some and makes the Patch of the chosen one"
             )
         require_trusted(scene, trust)
+        parallel.start_petsc(comm)
         self.scene, self.report, self.trust, self.comm = scene, report, trust, comm
         self.contact_error = contact_error
         self.seconds: dict[str, float] = {}

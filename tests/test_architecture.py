@@ -46,7 +46,7 @@ FENCES = {
     "dolfinx": FINITE_ELEMENTS,
     "ufl": FINITE_ELEMENTS,
     "basix": FINITE_ELEMENTS,
-    "petsc4py": FINITE_ELEMENTS,
+    "petsc4py": FINITE_ELEMENTS | {"parallel"},
     "pyvista": {"render"},
     "vtk": {"render"},
     "pydantic": {"scene", "results", "points", "sweep", "letter"},

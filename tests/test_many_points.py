@@ -16,8 +16,8 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
-from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 from fem_seal.points.farm import WorkerKilledError, farm
+from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 
 ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
 VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
@@ -84,6 +84,55 @@ def test_rows_are_the_same_on_a_dask_cluster(scene_file):
         assert len(client.scheduler_info()["workers"]) == 2
     assert (tally.points, tally.computed, tally.failed) == (6, 6, 0)
     assert rows("dask") == rows("one")
+
+
+MPI_SCRIPT = """
+from pathlib import Path
+from mpi4py import MPI
+from mpi4py.futures import MPICommExecutor, MPIPoolExecutor
+from fem_seal.sweep import Axis, Work, sweep
+
+def compute(executor):
+    axes = [Axis.parse("surface.seed=1..3"), Axis.parse("contact.area_fraction=0.1,0.2")]
+    sweep(Path("scene.toml"), axes, Path("mpi"), work=Work(executor=executor))
+
+if __name__ == "__main__":
+"""
+MPI_ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OMPI_MCA_btl": "^tcp",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+}
+MPI_EXECUTORS = {
+    "MPIPoolExecutor": (
+        ["-m", "mpi4py.futures"],
+        "    with MPIPoolExecutor() as executor:\n        compute(executor)\n",
+    ),
+    "MPICommExecutor": (
+        [],
+        "    with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:\n"
+        "        if executor is not None:\n            compute(executor)\n",
+    ),
+}
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("kind", MPI_EXECUTORS)
+def test_rows_are_the_same_for_workers_of_mpi(kind, small_scene, tmp_path):
+    """A worker solves alone, and waits for nobody: not even to start PETSc."""
+    small_scene["flow"] |= {"method": "adaptive", "rtol": 0.5}
+    write_toml(tmp_path / "scene.toml", small_scene)
+    options, main = MPI_EXECUTORS[kind]
+    (tmp_path / "script.py").write_text(MPI_SCRIPT + main)
+    command = ["mpirun", "-n", "2", "--oversubscribe", sys.executable, *options, "script.py"]
+    done = subprocess.run(
+        command, env=ALONE | MPI_ENVIRONMENT, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    assert run(*VARY, "--out", "one") == 0
+    assert rows("mpi") == rows("one")
 
 
 def test_a_table_of_points():
@@ -176,6 +225,7 @@ def test_a_point_that_kills_its_process_is_a_row(scene_file, tmp_path, monkeypat
     )
     monkeypatch.syspath_prepend(tmp_path)
     import deadly
+
     compute_module = sys.modules["fem_seal.points.compute"]
 
     monkeypatch.setattr(compute_module, "compute_alone", deadly.compute_alone)

@@ -163,7 +163,9 @@ def compute_chain(
 
 def compute_alone(chain: Chain) -> dict[str, str]:
     """Compute a chain in a worker, which solves without the other processes."""
-    return compute_chain(chain, comm=parallel.alone())
+    comm = parallel.alone()
+    parallel.start_petsc(comm)
+    return compute_chain(chain, comm=comm)
 
 
 def under(head: str, report: Report) -> Report:
