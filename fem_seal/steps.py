@@ -23,16 +23,10 @@ LARGEST_RISE = 1e100  # m, of heights; its third power is still a number, and so
 
 def made_surface(surface: SelfAffineSurface) -> GridField:
     """Random heights [m] of a section."""
-    from fem_seal.surface import Spectrum, self_affine
+    from fem_seal.surface import self_affine
 
-    spectrum = Spectrum(
-        surface.hurst,
-        surface.long_wavelength,
-        surface.short_wavelength,
-        surface.rolloff_wavelength,
-    )
     return self_affine(
-        spectrum,
+        surface.spectrum,
         surface.shape,
         surface.size,
         rms_height=surface.rms_height,
@@ -44,17 +38,9 @@ def made_surface(surface: SelfAffineSurface) -> GridField:
 
 def prepared_surface(surface: FileSurface) -> "PreparedSurface":
     """Heights [m] of a file after the steps that a section names."""
-    from fem_seal.surface import Preparation, measured_surface
+    from fem_seal.surface import measured_surface
 
-    steps = Preparation(
-        crop=surface.crop,
-        fill=surface.fill,
-        max_missing=surface.max_missing,
-        detrend=surface.detrend,
-        make_periodic=surface.make_periodic,
-        twin_seed=surface.twin_seed,
-    )
-    return measured_surface(surface.path, surface.stated, steps)
+    return measured_surface(surface.path, surface.stated, surface.preparation)
 
 
 def elastic_contact(

@@ -1,8 +1,8 @@
 """The sections that name a file of heights or of a gap."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from math import isfinite
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import AfterValidator, Field, PlainValidator, Strict, model_validator
 
@@ -11,6 +11,9 @@ from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.field_file.recorded import Stated
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import Coordinate, InputFile, Length, Number, Section
+
+if TYPE_CHECKING:
+    from fem_seal.surface.preparation import Preparation
 
 
 def _length_unit(unit: str) -> str:
@@ -73,6 +76,15 @@ class FileSurface(FieldFile):
     twin_seed: Seed | None = Field(
         None, description="press a random surface with the same spectrum instead"
     )
+
+    @property
+    def preparation(self) -> "Preparation":
+        """The steps that prepare the map."""
+        from fem_seal.surface.preparation import Preparation
+
+        return Preparation(
+            **{step.name: getattr(self, step.name) for step in fields(Preparation)}
+        )
 
     @property
     def stated(self) -> Stated:

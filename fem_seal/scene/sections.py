@@ -25,6 +25,7 @@ from fem_seal.units import RateUnit, to_si
 
 if TYPE_CHECKING:
     from fem_seal import contact
+    from fem_seal.surface.spectrum import Spectrum
 
 
 def _plain_number(value: object) -> object:
@@ -96,6 +97,15 @@ class SelfAffineSurface(Section):
         "exact", description="the rms value holds on this sample, or in the ensemble mean"
     )
     seed: Annotated[int, Strict()] = Field(0, ge=0, description="of the random phases")
+
+    @property
+    def spectrum(self) -> "Spectrum":
+        """The cut-offs and the Hurst exponent, as the synthesis takes them."""
+        from fem_seal.surface.spectrum import Spectrum
+
+        return Spectrum(
+            self.hurst, self.long_wavelength, self.short_wavelength, self.rolloff_wavelength
+        )
 
     @property
     def spacing(self) -> tuple[float, float]:
