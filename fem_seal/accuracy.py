@@ -12,6 +12,7 @@ from typing import Protocol
 
 from fem_seal import parallel
 from fem_seal.contact.state import GapState
+from fem_seal.coupling import LiftedState
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
@@ -29,9 +30,10 @@ SHARE, LAST_SHARE = 2 / 3, 0.9
 
 
 class Solved(Protocol):
-    """A contact and its leak rate."""
+    """A dry contact, its equilibrium with the fluid if that is resolved, and the leak rate."""
 
     contact: GapState
+    lifted: LiftedState | None
     leak_rate: LeakRate
 
 
@@ -54,7 +56,7 @@ class Choice:
     """The contact grid and the flow tolerance that keep a total error.
 
     total : relative error asked for; max_refinement : finest grid allowed
-    surface, contact, leak_rate : on the chosen grid; the leak rate has `converged` False where no
+    surface, contact, lifted, leak_rate : on the chosen grid; the leak rate has `converged` False where no
         allowed grid keeps the total error
     rtol : of the flow
     contact_error : relative error that the contact grid is estimated to leave
@@ -66,6 +68,7 @@ class Choice:
     max_refinement: int
     surface: GridField
     contact: GapState
+    lifted: LiftedState | None
     leak_rate: LeakRate
     rtol: float
     contact_error: float
@@ -113,6 +116,10 @@ def chosen_grid(
         here = resample(surface, shape)
         solved = on_grid(here, total, None)
         leak = solved.leak_rate
+        if leak.state == "lifted off":
+            # On any grid, since a grid has no say in what load and fluid are.
+            part = inf
+            break
         trials.append(Trial(shape, leak.value, leak.lower, leak.upper))
         part = contact_part([trial.leak_rate for trial in trials])
         share = LAST_SHARE if shape == shapes[-1] else SHARE
@@ -121,14 +128,17 @@ def chosen_grid(
     rtol = total
     if leak.converged and part < budget and flow_part(leak) > budget - part:
         rtol = 2 * sinh(budget - part)
-        leak = on_grid(here, rtol, solved.contact).leak_rate
-    if leak.converged and part + flow_part(leak) > budget:
+        solved = on_grid(here, rtol, solved.contact)
+        leak = solved.leak_rate
+    missed = part + flow_part(leak) > budget
+    if leak.converged and missed and leak.state != "lifted off":
         leak = replace(leak, converged=False, reason=_missed(total, part, shapes[-1]))
     return Choice(
         total=total,
         max_refinement=max_refinement,
         surface=here,
         contact=solved.contact,
+        lifted=solved.lifted,
         leak_rate=leak,
         rtol=rtol,
         contact_error=_relative(part),
@@ -179,6 +189,7 @@ def solved(
         choice.rtol,
         contact=choice.contact,
         leak_rate=choice.leak_rate,
+        lifted=choice.lifted,
         contact_error=choice.contact_error,
     )
     patch.seconds.update(first.seconds)
@@ -221,7 +232,7 @@ def contact_part(leak_rates: Sequence[float]) -> float:
 
 def flow_part(leak: LeakRate) -> float:
     """Half of ln(upper / lower): how far √(lower upper) can be from the truth; inf without both."""
-    if leak.state == "sealed":
+    if leak.state in ("sealed", "lifted off"):
         return 0.0
     return 0.5 * log(leak.upper / leak.lower) if leak.lower > 0 else inf
 

@@ -250,7 +250,7 @@ def require_packages(scene: Scene) -> None:
 def _write_products(patch: Patch, folder: Path) -> tuple[str, ...]:
     names: list[str] = []
     leak = patch.leak_rate if patch.scene.needs_flow else None
-    film, contact = patch.film, patch.contact
+    film, contact = patch.film, patch.film_contact
     with writing(folder.parent):
         if contact is not None:
             names.append(write_contact(folder, contact))

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from enum import IntEnum
+from math import inf
 
 import numpy as np
 
@@ -114,7 +115,7 @@ class LeakRate:
 
     Parameters
     ----------
-    state : "leaking" or "sealed"
+    state : "leaking", "sealed" or "lifted off"
     method : str
         Name of the method.
     value : float
@@ -164,6 +165,8 @@ class LeakRate:
             )
 
     def __str__(self) -> str:
+        if self.state == "lifted off":
+            return "lifted off: the fluid carries the whole load, and nothing limits the leak rate"
         if self.state == "sealed":
             return "sealed: 0 m^3/s, no open path joins inlet and outlet"
         unfinished = "" if self.converged else f"; {self.reason}"
@@ -173,6 +176,11 @@ class LeakRate:
     def sealed(cls, method: str) -> "LeakRate":
         """Leak rate of a gap without an open path from inlet to outlet: exactly zero."""
         return cls(state="sealed", method=method, value=0.0, lower=0.0, upper=0.0)
+
+    @classmethod
+    def lifted_off(cls, method: str) -> "LeakRate":
+        """Leak rate where the fluid lifts the solid off: infinite, as nothing holds the gap."""
+        return cls(state="lifted off", method=method, value=inf, lower=inf, upper=inf)
 
 
 def rate_text(value: float, lower: float | None, upper: float | None, unit: str) -> str:

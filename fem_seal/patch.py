@@ -17,16 +17,20 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.shape import MeshFile
-from fem_seal.steps import CONTACTS, FLOWS, made_surface, prepared_surface
+from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, lifting_problem, made_surface, prepared_surface
 
 if TYPE_CHECKING:
     from fem_seal.contact.state import GapState
+    from fem_seal.coupling import LiftedState
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
 
 class Patch:
     """The steps of a scene: surface, contact, film, sealed, leak_rate.
+
+    With flow.lift = "resolved" the fluid lifts the solid: `contact` is the dry contact, `lifted` the
+    equilibrium of contact and fluid, and film and leak rate are those of the latter.
 
     Each is computed once, when it or a later step is first read, and imports only what it needs:
     the contact works without FEniCSx, and a sealed film is never meshed.
@@ -51,6 +55,8 @@ class Patch:
         A contact pressure [Pa] near that of the contact; it saves iterations.
     leak_rate : LeakRate, optional
         Leak rate of that contact, if it is known already.
+    lifted : LiftedState, optional
+        Equilibrium of that contact with the fluid, if it is known already.
     contact_error : float, optional
         Relative error of the leak rate that the contact's grid is estimated to leave; infinite if
         nothing can be said. None: it was not estimated.
@@ -74,6 +80,7 @@ class Patch:
         contact: "GapState | None" = None,
         contact_start: np.ndarray | None = None,
         leak_rate: LeakRate | None = None,
+        lifted: "LiftedState | None" = None,
         contact_error: float | None = None,
         comm: parallel.Comm = None,
     ):
@@ -93,7 +100,7 @@ class Patch:
         self.contact_error = contact_error
         self.seconds: dict[str, float] = {}
         self._surface, self._contact, self._contact_start = surface, contact, contact_start
-        self._leak_rate = leak_rate
+        self._leak_rate, self._lifted = leak_rate, lifted
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -137,6 +144,7 @@ class Patch:
         *,
         contact: "GapState | None" = None,
         leak_rate: LeakRate | None = None,
+        lifted: "LiftedState | None" = None,
         contact_error: float | None = None,
     ) -> "Patch":
         """Same scene on another grid of the surface, with a tolerance of the flow.
@@ -147,7 +155,7 @@ class Patch:
             Heights [m].
         rtol : float
             Tolerance of the flow.
-        contact, leak_rate, contact_error : optional
+        contact, leak_rate, lifted, contact_error : optional
             As of `Patch`.
         """
         other = Patch(
@@ -157,6 +165,7 @@ class Patch:
             surface=surface,
             contact=contact,
             leak_rate=leak_rate,
+            lifted=lifted,
             contact_error=contact_error,
             comm=self.comm,
         )
@@ -165,9 +174,10 @@ class Patch:
         return other
 
     def pressed_by(self, pressure: float) -> "Patch":
-        """Same surface and tolerance of the flow under another mean pressure [Pa]."""
+        """Same surface and tolerance of the flow, dry, under another mean pressure [Pa]."""
         contact = self.scene.contact.model_copy(update={"pressure": pressure})
-        scene = self.scene.model_copy(update={"contact": contact})
+        flow = self.scene.flow.model_copy(update={"lift": "none"})
+        scene = self.scene.model_copy(update={"contact": contact, "flow": flow})
         start = self.contact.pressure.values
         return Patch(
             scene,
@@ -180,7 +190,7 @@ class Patch:
 
     @cached_property
     def contact(self) -> "GapState | None":
-        """Gap, pressure and residual of the contact; None if the scene gives a gap instead."""
+        """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
         if self._contact is not None:
             return self._contact
         if self.surface is None:
@@ -191,6 +201,55 @@ class Patch:
                 lambda: press(self.scene, self.surface, self._contact_start, self.report),
                 self.comm,
             )
+
+    @cached_property
+    def lifted(self) -> "LiftedState | None":
+        """Contact and flow in one equilibrium; None unless the scene resolves the lift."""
+        if self._lifted is not None:
+            return self._lifted
+        if self.scene.lift != "resolved":
+            return None
+        from fem_seal.coupling import lifted
+
+        problem = lifting_problem(self.scene, self.surface, self.report, self.comm)
+        # The dry contact is that with the outlet's pressure everywhere if this is the ambient one.
+        dry = self.contact if problem.load is None or problem.outlet == 0 else None
+        with self.timed("lift"):
+            return lifted(problem, self.scene.flow.rtol, dry=dry, report=self.report)
+
+    @property
+    def lifted_off(self) -> bool:
+        """Whether the fluid carries the whole load, so that nothing limits the leak rate."""
+        return self.lifted is not None and self.lifted.state == "lifted off"
+
+    @property
+    def film_contact(self) -> "GapState | None":
+        """The contact whose gap is the film: the lifted one if the lift is resolved, else the dry.
+
+        Of a seal that is lifted off: the solids as they just touch.
+        """
+        if self.lifted is None:
+            return self.contact
+        return self._touching if self.lifted_off else self.lifted.contact
+
+    @cached_property
+    def _touching(self) -> "GapState":
+        from fem_seal.contact.settings import Load
+
+        load = Load("pressure", 0.0)
+        return parallel.on_root(
+            lambda: elastic_contact(self.scene, self.surface, None, load), self.comm
+        )
+
+    @property
+    def mean_pressure(self) -> float | None:
+        """Load per area that solid and fluid carry together [Pa]; None if the solid has none."""
+        contact = self.film_contact
+        load = getattr(contact, "mean_pressure", None)
+        if self.lifted is None:
+            return load
+        given = self.scene.contact.pressure
+        return load + self.lifted.fluid_load if given is None else given
 
     @cached_property
     def film(self) -> "GridFilm | MeshFilm":
@@ -224,8 +283,9 @@ class Patch:
     @cached_property
     def grid_gap(self) -> GridField:
         """Gap [m] on its grid; not for scenes whose shape gives the gap itself."""
-        if self.contact is not None:
-            return self.contact.gap
+        contact = self.film_contact
+        if contact is not None:
+            return contact.gap
         given = self.scene.gap
         with self.timed("gap"):
             return parallel.on_root(
@@ -248,19 +308,49 @@ class Patch:
         if self._leak_rate is not None:
             return self._leak_rate
         method = self.scene.flow.method
-        if self.sealed:
+        if self.lifted_off:
+            return LeakRate.lifted_off(method)
+        if self.lifted is not None:
+            leak = _with_reasons(self.lifted.leak_rate, self.lifted.reason)
+        elif self.sealed:
             return LeakRate.sealed(method)
-        with self.timed("flow"):
-            leak = FLOWS[method](self.scene, self.film, self.report, self.comm)
+        else:
+            with self.timed("flow"):
+                leak = FLOWS[method](self.scene, self.film, self.report, self.comm)
         if leak.field is None:
             return leak
         pressure = self.scene.drive.pressure(leak.field.pressure)
         return replace(leak, field=replace(leak.field, pressure=pressure))
 
+    @cached_property
+    def lift_range(self) -> tuple[LeakRate, LeakRate]:
+        """Leak rates of the dry contacts under the loads that outlet and inlet leave to the solid.
+
+        Any fluid pressure between those of the two ends leaks something between them (a half-space
+        under a `pressure`). The second is "lifted off" where the inlet's pressure is no less than
+        the load.
+        """
+        load = self.scene.contact.pressure
+        inlet, outlet = self.scene.gauge_pressures
+
+        def under(pressure: float) -> LeakRate:
+            if pressure <= 0:
+                return LeakRate.lifted_off(self.scene.flow.method)
+            return self.pressed_by(pressure).leak_rate
+
+        with self.timed("lift"):
+            return (self.leak_rate if outlet == 0 else under(load - outlet)), under(load - inlet)
+
     def leak_rate_of(self, film: "GridFilm | MeshFilm") -> LeakRate:
         """Leak rate of another film under the scene's pressures, to the scene's tolerance."""
         scene = self.scene.model_copy(update={"limit": None})
         return FLOWS[scene.flow.method](scene, film, self.report, self.comm)
+
+
+def _with_reasons(leak: LeakRate, *more: str) -> LeakRate:
+    """Leak rate that has not converged for further reasons; empty ones are none."""
+    reasons = [reason for reason in (leak.reason, *more) if reason]
+    return replace(leak, converged=not reasons, reason="; ".join(reasons))
 
 
 def require_trusted(scene: Scene, trust: bool) -> None:

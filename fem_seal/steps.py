@@ -15,6 +15,7 @@ from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
     from fem_seal.contact.state import BearingState, ContactState, GapState
+    from fem_seal.coupling import Problem
     from fem_seal.film import Film, GridFilm
     from fem_seal.surface import PreparedSurface
 
@@ -104,6 +105,76 @@ def _bearing(
 
 ContactModel = Callable[[Scene, GridField, np.ndarray | None, Report], "GapState"]
 CONTACTS: dict[str, ContactModel] = {"gfmd": _elastic, "bearing": _bearing}
+
+
+def lifting_problem(
+    scene: Scene, surface: GridField, report: Report, comm: parallel.Comm = None
+) -> "Problem":
+    """Contact and flow of a scene as the steps of one pass through both.
+
+    The pressures of the fields are above ambient.
+    """
+    from fem_seal.contact.halfspace import HalfSpace
+    from fem_seal.coupling import Problem
+    from fem_seal.contact.settings import Load
+    from fem_seal.film import GridFilm
+
+    contact, flow, drive = scene.contact, scene.flow, scene.drive
+    inlet, outlet = scene.gauge_pressures
+    zero = np.zeros(1)
+    solid, arithmetic = scene.solid.elastic, contact.arithmetic
+    half_space = HalfSpace(
+        surface.shape, surface.spacing, solid.layer, arithmetic.threads, arithmetic.precision
+    )
+    length = (surface.spacing[0] * surface.spacing[1]) ** 0.5
+
+    def displacement(pressure: np.ndarray) -> np.ndarray:
+        return half_space.displacement(pressure) * (2 * length / solid.contact_modulus)
+
+    def press(
+        heights: GridField, load: float | None, start: "ContactState | None"
+    ) -> "ContactState":
+        given = contact.load if load is None else Load("pressure", load)
+        return parallel.on_root(lambda: elastic_contact(scene, heights, start, given), comm)
+
+    # What a pass reads is the field, and on the way no limit is decided.
+    products = (*scene.output.products, "constriction")
+    output = scene.output.model_copy(update={"products": products})
+    whole = scene.model_copy(update={"output": output})
+
+    def solve(film: GridFilm, tolerance: float | None) -> LeakRate:
+        if film.sealed:
+            return LeakRate.sealed(flow.method)
+        if tolerance is None:
+            return FLOWS[flow.method](whole, film, report, comm)
+        rough = flow.model_copy(update={"rtol": tolerance})
+        return FLOWS[flow.method](
+            whole.model_copy(update={"flow": rough, "limit": None}), film, silent, comm
+        )
+
+    def carried(film: GridFilm, leak: LeakRate) -> np.ndarray:
+        if leak.field is None:
+            from fem_seal.finite_difference.node_pressure import node_pressure
+
+            solved = node_pressure(film, drive.pressure_drop, flow.links)
+        else:
+            from fem_seal.coupling.fluid_pressure import on_sites
+
+            solved = on_sites(leak.field, film)
+        return outlet + (drive.pressure(solved) - drive.pressure(zero))
+
+    return Problem(
+        height=surface,
+        displacement=displacement,
+        press=press,
+        film=lambda gap: GridFilm(gap, flow.sides, flow.representation),
+        flow=solve,
+        carried=carried,
+        inlet=inlet,
+        outlet=outlet,
+        load=contact.pressure,
+        comm=comm,
+    )
 
 
 def _finite_elements(

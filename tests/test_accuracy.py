@@ -28,6 +28,7 @@ class Fake:
 
     contact: str
     leak_rate: LeakRate
+    lifted: None = None
 
 
 def on_grid_of(error, asked=None):

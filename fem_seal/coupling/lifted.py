@@ -8,19 +8,24 @@ pressure p_c:
     load            mean(p_c + p_f) = P₀
 
 A given p_f makes the first line a dry contact with the heights h - S p_f under the load
-P₀ - mean(p_f); a given g makes the second line the flow through a film. A state is lifted if the
-p_f of its flow is the p_f of its contact: the fixed point of one *pass* through contact and flow.
-It is found by Anderson's acceleration (J. ACM 12, 547 (1965)) of depth two, since plain passes may
-cycle. A fixed point is settled when one more pass changes the leak rate by little: that change is
-an estimate of what the iteration leaves open, and no bound.
+P₀ - mean(p_f); a given g makes the second line the flow through a film. One *pass* solves both, and
+a state is an equilibrium if a pass does not change its p_f. Plain passes may cycle, so that
+Anderson's acceleration of depth two (J. ACM 12, 547 (1965)) chooses the p_f of the next pass; the
+more passes are needed, the smaller a step it takes.
+
+Single samples go on closing and opening, and move p_f beside them by a finite amount: the passes
+are judged by the leak rate. They have settled if it stays the same for three passes of which the
+last was plain, one that a small step has not made look settled. The change that is left is an
+estimate of what the iteration leaves open, and no bound.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from math import log
+from dataclasses import dataclass, replace
+from math import inf, log
 
 import numpy as np
 
+from fem_seal import parallel
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.fluid_pressure import pressure_on_samples
 from fem_seal.film import GridFilm
@@ -30,14 +35,18 @@ from fem_seal.progress import Report, silent
 
 DEPTH = 2  # of Anderson's acceleration; depth four is no better
 MOST_PASSES = 40
-# Tolerances of the flow on the way: coarse until the leak rate changes by less than `NEAR`.
-COARSE, FINE, NEAR = 0.3, 0.1, 0.1
-SETTLED = 1 / 5  # change of ln Q over the tolerance of the flow, below which a pass has settled
+# Part of a step that is taken: 1 for the first passes, half of it for as many more, and so on.
+PASSES_OF_ONE_STEP, LEAST_STEP = 12, 0.25
+COARSE = 0.1  # tolerance of the first flows; the others follow the change of the leak rate
+SETTLED = 1 / 5  # change of ln Q over the tolerance of the flow, below which passes have settled
+# Lift-off: the fluid still carries more than the load where this part of it is left to the solid.
+LEAST_LEFT = 1e-3
+LEFT_PER_PASS = 0.1  # part of what is left to the solid that the next pass leaves it at least
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What contact and flow are of, each as a function.
+    """The steps of one pass, each as a function.
 
     Attributes
     ----------
@@ -47,25 +56,32 @@ class Problem:
         (nx, ny) pressure [Pa] -> displacement S p [m], up to a constant.
     press : callable
         (heights, load left to the solid [Pa] or None, start) -> ContactState. None where the load
-        of the scene is an area or a mean gap, which the fluid does not change.
+        is a held area or mean gap, which the fluid does not change.
     film : callable
         gap -> GridFilm
     flow : callable
-        (film, rtol) -> LeakRate with its field, pressures above ambient [Pa]
+        (film, tolerance) -> LeakRate with its field. Tolerance None: as the result is to have it.
+    carried : callable
+        (film, leak rate) -> pressure above ambient [Pa] on the film's samples, NaN where no flow
+        is known.
     inlet, outlet : float
-        Fluid pressures above ambient [Pa].
+        Fluid pressures above ambient [Pa], the higher one at the inlet.
     load : float or None
         P₀ [Pa], what solid and fluid carry together; None for a held area or mean gap.
+    comm : MPI.Comm or None
+        The processes that solve together; all of this run if None.
     """
 
     height: GridField
     displacement: Callable[[np.ndarray], np.ndarray]
     press: Callable[[GridField, float | None, ContactState | None], ContactState]
     film: Callable[[GridField], GridFilm]
-    flow: Callable[[GridFilm, float], LeakRate]
+    flow: Callable[[GridFilm, float | None], LeakRate]
+    carried: Callable[[GridFilm, LeakRate], np.ndarray]
     inlet: float
     outlet: float
     load: float | None
+    comm: parallel.Comm = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,21 +91,22 @@ class LiftedState:
     Attributes
     ----------
     state : "leaking", "sealed" or "lifted off"
-        Lifted off: the fluid carries the whole load, and no contact holds it.
+        Lifted off: the fluid carries the whole load, and no equilibrium keeps the solids together.
     contact : ContactState or None
         Its pressure is the excess p_c over the fluid's; None if lifted off.
     fluid_pressure : GridField
         p_f on the contact's samples [Pa], above ambient.
     leak_rate : LeakRate or None
-        Through the contact's gap, to the tolerance asked for; None if lifted off.
+        Through the contact's gap, to the tolerance of the result; None if lifted off.
     passes : int
         Contacts and flows solved.
     change : float
-        |Δ ln Q| of the last pass.
+        Spread of ln Q over the last three passes or, if they have not settled, over the range.
     converged : bool
-        Whether the last pass changed the leak rate by less than a fifth of the tolerance.
+        Whether the passes have settled.
     lowest, highest : float
-        Least and largest leak rate of the second half of the passes [m³/s].
+        Least and largest leak rate [m³/s]: of the last three passes if they have settled, else of
+        the second half of all, and from both starts where there were two.
     """
 
     state: str
@@ -102,6 +119,22 @@ class LiftedState:
     lowest: float
     highest: float
 
+    @property
+    def fluid_load(self) -> float:
+        """Mean of p_f: the part of the load that the fluid carries [Pa]."""
+        return float(self.fluid_pressure.values.mean())
+
+    @property
+    def reason(self) -> str:
+        """Sentence that says why the state is not an equilibrium; empty if it has settled."""
+        if self.converged:
+            return ""
+        low, high = (f"{rate:.3g}" if rate else "0 (sealed)" for rate in (self.lowest, self.highest))
+        return (
+            f"contact and flow have not settled after {self.passes} passes: the leak rate varies "
+            f"from {low} to {high} m^3/s"
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class _Pass:
@@ -111,6 +144,7 @@ class _Pass:
     contact: ContactState
     film: GridFilm
     leak: LeakRate
+    tolerance: float
     made: np.ndarray
 
     @property
@@ -123,22 +157,23 @@ def lifted(
     problem: Problem,
     rtol: float,
     *,
-    start: float = 0.5,
     dry: ContactState | None = None,
     most_passes: int = MOST_PASSES,
     report: Report = silent,
 ) -> LiftedState:
     """Solve contact and flow together.
 
+    The passes begin with the outlet's pressure everywhere. Where that film is sealed, sealed and
+    leaking states may exist side by side, and passes that begin with the inlet's pressure follow:
+    the state is theirs, and has settled only if both agree.
+
     Parameters
     ----------
     problem : Problem
     rtol : float
-        Tolerance of the last flow; a fifth of it is allowed to the last pass.
-    start : float
-        Fluid pressure to begin with, everywhere: 0 the outlet's, 1 the inlet's.
+        Tolerance of the last flow; a fifth of it is allowed to the change of ln Q.
     dry : ContactState, optional
-        A contact to start from.
+        Contact with the outlet's pressure everywhere, if it is known.
     most_passes : int
         Passes after which a state that has not settled is returned with `converged` False.
     report : callable
@@ -153,102 +188,190 @@ def lifted(
     NotConverged
         If a contact or a flow fails.
     """
-    shape = problem.height.shape
-    pressure = np.full(shape, problem.outlet + start * (problem.inlet - problem.outlet))
+    low = np.full(problem.height.shape, problem.outlet)
+    if problem.load is not None and problem.load <= problem.outlet:
+        return _lifted_off(problem, low, 0)
+    if dry is None:
+        dry = _contact(problem, low, None)
+    first = lifted_from(problem, rtol, low, dry, most_passes, report, known=True)
+    if not problem.film(dry.gap).sealed:
+        return first
+    high = _carriable(problem, low, np.full_like(low, problem.inlet))
+    top = _contact(problem, high, dry)
+    if high.min() == problem.inlet and problem.film(top.gap).sealed and first.state == "sealed":
+        # Sealed with the inlet's pressure everywhere: sealed at any pressure between the ends'.
+        return first
+    return _both(first, lifted_from(problem, rtol, high, top, most_passes, report, known=True))
+
+
+def _both(first: LiftedState, second: LiftedState) -> LiftedState:
+    """Compare the states of two starts; the second is returned."""
+    passes = first.passes + second.passes
+    if "lifted off" in (first.state, second.state):
+        agree = first.state == second.state
+    else:
+        spread = _spread([first.leak_rate.value, second.leak_rate.value])
+        agree = spread <= relative_part(second.leak_rate) + first.change + second.change
+    if agree:
+        return replace(second, passes=passes, converged=first.converged and second.converged)
+    lowest, highest = min(first.lowest, second.lowest), max(first.highest, second.highest)
+    return replace(
+        second,
+        passes=passes,
+        converged=False,
+        change=_spread([lowest, highest]),
+        lowest=lowest,
+        highest=highest,
+    )
+
+
+def relative_part(leak: LeakRate) -> float:
+    """Width ln(upper/lower) of a bracket; 0 without bounds or if sealed."""
+    if not leak.lower:
+        return 0.0
+    return log(leak.upper / leak.lower)
+
+
+def lifted_from(
+    problem: Problem,
+    rtol: float,
+    pressure: np.ndarray,
+    contact: ContactState | None,
+    most_passes: int = MOST_PASSES,
+    report: Report = silent,
+    *,
+    known: bool = False,
+) -> LiftedState:
+    """Pass through contact and flow from a fluid pressure until the leak rate settles.
+
+    Parameters
+    ----------
+    problem, rtol, most_passes, report : as of `lifted`
+    pressure : (nx, ny) float
+        Fluid pressure above ambient to begin with [Pa]; its mean is below the load.
+    contact : ContactState or None
+        A contact to start from.
+    known : bool
+        Whether that contact is the one with the fluid pressure to begin with.
+
+    Returns
+    -------
+    LiftedState
+    """
     passes: list[_Pass] = []
     rates: list[float] = []
-    contact, change, plain = dry, np.inf, False
-    while len(rates) < most_passes:
-        if _carried(problem, pressure):
-            return _lifted_off(problem, pressure, rates)
-        way = max(rtol, FINE if change < NEAR else COARSE)
-        this = _one_pass(problem, pressure, contact, way)
-        contact = this.contact
-        rates.append(this.leak.value)
-        change = _change(rates)
-        report("lift", f"pass {len(rates)}, leak rate {this.leak.value:.3g} m^3/s")
-        settled = change < SETTLED * rtol
-        if settled and plain:
-            return _finished(problem, this, rates, change, rtol, True)
+    change, plain = inf, False
+    while True:
+        if not (known and not passes):
+            contact = _contact(problem, pressure, contact)
+        this = _one_pass(problem, pressure, contact, min(max(change / 2, rtol), COARSE))
         passes = [*passes[-DEPTH:], this]
-        # What seems settled has to stand one plain pass.
-        plain = settled
-        pressure = this.made if plain else _accelerated(passes, problem)
-    return _finished(problem, this, rates, change, rtol, False)
+        rates.append(this.leak.value)
+        change = _spread(rates[-2:]) if len(rates) > 1 else inf
+        report("lift", f"pass {len(rates)}, leak rate {this.leak.value:.3g} m^3/s")
+        carries = problem.load is not None and _left(problem, this.made) <= 0
+        if plain and not carries and _spread(rates[-3:]) < SETTLED * rtol:
+            return _finished(problem, this, rates, rtol, rates[-3:], True)
+        if len(rates) >= most_passes:
+            return _finished(problem, this, rates, rtol, rates[len(rates) // 2 :], False)
+        # Hardly any load is left to the solid, and the fluid carries all of it still.
+        if carries and _left(problem, this.given) < LEAST_LEFT * problem.load:
+            return _lifted_off(problem, this.made, len(rates))
+        plain = change < SETTLED * rtol
+        step = max(0.5 ** (len(rates) // PASSES_OF_ONE_STEP), LEAST_STEP)
+        wanted = this.made if plain else _accelerated(passes, problem, step)
+        pressure = _carriable(problem, this.given, wanted)
 
 
-def _carried(problem: Problem, pressure: np.ndarray) -> bool:
-    """Whether the fluid carries the whole load."""
-    return problem.load is not None and float(pressure.mean()) >= problem.load
+def _contact(
+    problem: Problem, pressure: np.ndarray, start: ContactState | None
+) -> ContactState:
+    """Contact with a fluid pressure: a dry one with heights h - S p_f."""
+    height = problem.height
+    load = None if problem.load is None else problem.load - float(pressure.mean())
+    lowered = height.values - problem.displacement(pressure)
+    return problem.press(GridField(lowered, height.spacing, height.periodic), load, start)
 
 
 def _one_pass(
-    problem: Problem, pressure: np.ndarray, start: ContactState | None, rtol: float
+    problem: Problem, pressure: np.ndarray, contact: ContactState, tolerance: float
 ) -> _Pass:
-    height = problem.height
-    lowered = height.values - problem.displacement(pressure)
-    load = None if problem.load is None else problem.load - float(pressure.mean())
-    heights = GridField(lowered, height.spacing, height.periodic)
-    contact = problem.press(heights, load, start)
     film = problem.film(contact.gap)
-    leak = problem.flow(film, rtol)
-    ends = problem.inlet, problem.outlet
-    return _Pass(pressure, contact, film, leak, pressure_on_samples(film, *ends, leak.field))
+    leak = problem.flow(film, tolerance)
+
+    def read() -> np.ndarray:
+        carried = None if leak.state == "sealed" else problem.carried(film, leak)
+        return pressure_on_samples(film, problem.inlet, problem.outlet, carried)
+
+    return _Pass(pressure, contact, film, leak, tolerance, parallel.on_root(read, problem.comm))
 
 
-def _change(rates: list[float]) -> float:
-    """|Δ ln Q| of the last pass; 0 if it was sealed twice, infinite if it began or ceased to be."""
-    if len(rates) < 2:
-        return np.inf
-    before, after = rates[-2:]
-    if before == after:
+def _left(problem: Problem, pressure: np.ndarray) -> float:
+    """Load that a fluid pressure leaves to the solid [Pa]."""
+    return problem.load - float(pressure.mean())
+
+
+def _carriable(problem: Problem, given: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Wanted fluid pressure, or so much of the way to it that some load is left to the solid."""
+    if problem.load is None:
+        return wanted
+    before, after = _left(problem, given), _left(problem, wanted)
+    least = LEFT_PER_PASS * before
+    if after >= least:
+        return wanted
+    return given + (before - least) / (before - after) * (wanted - given)
+
+
+def _spread(rates: list[float]) -> float:
+    """Spread of ln Q; 0 if all are sealed, infinite if only some are."""
+    low, high = min(rates), max(rates)
+    if low == high:
         return 0.0
-    return abs(log(after / before)) if before > 0 and after > 0 else np.inf
+    return log(high / low) if low > 0 else inf
 
 
-def _accelerated(passes: list[_Pass], problem: Problem) -> np.ndarray:
-    """Next fluid pressure: of the mixtures of the last passes that with the least residual."""
+def _accelerated(passes: list[_Pass], problem: Problem, step: float) -> np.ndarray:
+    """Next fluid pressure: of the mixtures of the last passes that of least residual, and a step."""
     last = passes[-1]
-    if len(passes) == 1:
-        return last.made
-    residuals = np.stack([(last.residual - p.residual).ravel() for p in passes[:-1]], axis=1)
-    made = np.stack([(last.made - p.made).ravel() for p in passes[:-1]], axis=1)
-    weights = np.linalg.lstsq(residuals, last.residual.ravel(), rcond=None)[0]
-    mixed = last.made - (made @ weights).reshape(last.made.shape)
-    low, high = sorted((problem.inlet, problem.outlet))
-    return np.clip(mixed, low, high)
+    given, residual = last.given, last.residual
+    if len(passes) > 1:
+        residuals = np.stack([(residual - p.residual).ravel() for p in passes[:-1]], axis=1)
+        weights = np.linalg.lstsq(residuals, residual.ravel(), rcond=None)[0]
+        for weight, before in zip(weights, passes[:-1], strict=True):
+            given = given - weight * (last.given - before.given)
+            residual = residual - weight * (last.residual - before.residual)
+    return np.clip(given + step * residual, problem.outlet, problem.inlet)
 
 
 def _finished(
-    problem: Problem, last: _Pass, rates: list[float], change: float, rtol: float, converged: bool
+    problem: Problem, last: _Pass, rates: list[float], rtol: float, seen: list[float], settled: bool
 ) -> LiftedState:
-    """Solve the last flow to its tolerance."""
-    leak = problem.flow(last.film, rtol)
-    later = rates[len(rates) // 2 :]
+    """Solve the last flow as the result is to have it."""
+    leak = problem.flow(last.film, None)
     return LiftedState(
         state=leak.state,
         contact=last.contact,
         fluid_pressure=_field(problem, last.given),
         leak_rate=leak,
         passes=len(rates),
-        change=change,
-        converged=converged,
-        lowest=min(later),
-        highest=max(later),
+        change=_spread(seen),
+        converged=settled,
+        lowest=min(seen),
+        highest=max(seen),
     )
 
 
-def _lifted_off(problem: Problem, pressure: np.ndarray, rates: list[float]) -> LiftedState:
+def _lifted_off(problem: Problem, pressure: np.ndarray, passes: int) -> LiftedState:
     return LiftedState(
         state="lifted off",
         contact=None,
         fluid_pressure=_field(problem, pressure),
         leak_rate=None,
-        passes=len(rates),
-        change=np.inf,
+        passes=passes,
+        change=0.0,
         converged=True,
-        lowest=max(rates, default=0.0),
-        highest=np.inf,
+        lowest=inf,
+        highest=inf,
     )
 
 

@@ -89,6 +89,9 @@ def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
 
 def of_flow(leak: LeakRate) -> Uncertainty:
     """Entry of the bounds of the flow through the gap as it is represented."""
+    if leak.state == "lifted off":
+        sentence = "nothing limits the flow of a seal that is lifted off"
+        return Uncertainty(FLOW, "guaranteed", sentence, 1.0, 1.0)
     if leak.state == "sealed":
         sentence = "no open path joins inlet and outlet of the gap as it is represented"
         return Uncertainty(FLOW, "guaranteed", sentence, 1.0, 1.0)

@@ -1,4 +1,4 @@
-"""What the pressure of the fluid, which a dry contact leaves out, may do to the leak rate.
+"""What the fluid's pressure does to the leak rate, as far as the scene has not resolved it.
 
 The fluid carries part of the load and opens the film. For an elastic half-space under the total
 load P per area and any fluid pressure between p_out and p_in above ambient, the leak rate lies
@@ -7,13 +7,16 @@ gaps, and the flow grows with the gap. On a grid, and for a layer of finite thic
 of the stiffness have the wrong sign for the proof. So the factors are called estimates here.
 """
 
+from math import exp, isinf
+
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.errors import NotConverged
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
 
-NAME = "fluid pressure"
+# Name of the entry where the lift is left out, and where it is computed.
+NAME, COMPUTED = "fluid pressure", "lift"
 # Part of the contact pressure below which the fluid's pressure is not worth a word.
 NEGLIGIBLE = 1e-3
 
@@ -21,13 +24,18 @@ NEGLIGIBLE = 1e-3
 def fluid_pressure(patch: Patch) -> Uncertainty | None:
     """Say what the fluid's pressure may change; None without an elastic contact or if it is low.
 
-    With a limit, the dry contact under the load that the fluid's pressure leaves to the solid is
+    Resolved: how far contact and flow have settled. Range: the leak rates at both ends. None: with
+    a limit, the dry contact under the load that the fluid's pressure leaves to the solid is
     solved, with its flow, if the dry contact keeps the limit: it may not keep it when lifted. The
     same the other way round for an outlet below ambient, which presses the solids together.
     """
     contact = patch.scene.contact
     if contact is None or contact.model != "gfmd":
         return None
+    if patch.scene.lift == "resolved":
+        return _resolved(patch)
+    if patch.scene.lift == "range":
+        return _range(patch)
     inlet, outlet = patch.scene.gauge_pressures
     load = patch.contact.mean_pressure if contact.pressure is None else contact.pressure
     lifts, presses = (pressure > NEGLIGIBLE * load for pressure in (inlet, -outlet))
@@ -65,6 +73,52 @@ def fluid_pressure(patch: Patch) -> Uncertainty | None:
     return Uncertainty(NAME, kind, "; ".join(words), lower, upper, True, upper_rate)
 
 
+def _resolved(patch: Patch) -> Uncertainty:
+    """Entry of the equilibrium of contact and flow."""
+    state, value = patch.lifted, patch.leak_rate.value
+    if state.state == "lifted off":
+        sentence = (
+            f"the fluid carries the whole load of {_pressure(patch.scene.contact.pressure)}: no "
+            "equilibrium keeps the solids together"
+        )
+        return Uncertainty(COMPUTED, "estimated", sentence, 1.0, 1.0, caution=True)
+    if not state.converged:
+        lower = min(1.0, state.lowest / value) if value else 1.0
+        upper = max(1.0, state.highest / value) if value else None
+        rate = state.highest if upper is None else None
+        return Uncertainty(COMPUTED, "estimated", state.reason, lower, upper, True, rate)
+    share = f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load"
+    sentence = (
+        f"{share}; by how much the leak rate still changes from pass to pass through contact and "
+        "flow"
+    )
+    return Uncertainty(COMPUTED, "estimated", sentence, exp(-state.change), exp(state.change))
+
+
+def _range(patch: Patch) -> Uncertainty:
+    """Entry of the dry contacts at both ends of the fluid's pressure."""
+    dry, (closed, opened) = patch.leak_rate, patch.lift_range
+    least = _end(dry, 0)
+    lower = min(1.0, _end(closed, 0) / least) if least else 1.0
+    upper, rate = _upper_factor(dry, opened), _end(opened, 1)
+    sentence = (
+        "any fluid pressure between those of inlet and outlet is covered: between "
+        f"{rounded_down(_end(closed, 0))} and {rounded_up(rate)} m^3/s"
+    )
+    if isinf(rate):
+        sentence = (
+            "the inlet's pressure is no less than the load, so that the seal may lift off; at "
+            f"least {rounded_down(_end(closed, 0))} m^3/s"
+        )
+        return Uncertainty(COMPUTED, "not covered", sentence, lower, None, caution=True)
+    return Uncertainty(COMPUTED, "estimated", sentence, lower, upper, upper_rate=rate)
+
+
+def _end(leak: LeakRate, side: int) -> float:
+    """Lower (0) or upper (1) bound; the value of a method without bounds [m³/s]."""
+    return leak.value if leak.lower is None else (leak.lower, leak.upper)[side]
+
+
 def _when_opened(patch: Patch, pressure: float) -> tuple[LeakRate | None, list[str]]:
     """Leak rate of the dry contact at `pressure`, and words on it; None where it decides nothing.
 
@@ -89,7 +143,7 @@ def _upper_factor(dry: LeakRate, opened: LeakRate | None) -> float | None:
         return None
     if dry.state == "sealed":
         return 1.0 if opened.state == "sealed" else None
-    return max(1.0, opened.upper / dry.upper)
+    return max(1.0, _end(opened, 1) / _end(dry, 1))
 
 
 def _when_closed(patch: Patch, pressure: float) -> tuple[float | None, list[str]]:

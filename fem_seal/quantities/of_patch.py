@@ -1,7 +1,7 @@
 """The quantities and the verdict of a scene, from the steps of its Patch."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fem_seal import parallel
 from fem_seal.contact.settings import Load
@@ -56,6 +56,9 @@ def quantities(patch: Patch) -> Quantities | None:
     scene = patch.scene
     named = set(scene.output.products) | ({"constriction"} if scene.limit else set())
     names = [name for name in QUANTITIES if name in named]
+    if patch.lifted_off:
+        # There is no film, but a load that would keep the solids together.
+        names = [name for name in names if name == "threshold"]
     if not names:
         return None
     with patch.timed("quantities"):
@@ -127,7 +130,16 @@ def _of_elastic(patch: Patch) -> Threshold | None:
         patch.report("threshold", f"contact at {pressure:.3e} Pa")
         return elastic_contact(patch.scene, patch.surface, start, Load("pressure", pressure))
 
-    return threshold_of_pressure(patch.contact, press, lambda gap: patch.film_of(gap).sealed)
+    dry = threshold_of_pressure(patch.contact, press, lambda gap: patch.film_of(gap).sealed)
+    if patch.scene.lift == "none":
+        return dry
+    # The fluid carries at least the outlet's pressure and at most the inlet's.
+    inlet, outlet = patch.scene.gauge_pressures
+    return replace(
+        dry,
+        pressure_leaking=dry.pressure_leaking + outlet,
+        pressure_sealed=dry.pressure_sealed + inlet,
+    )
 
 
 _THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {

@@ -44,8 +44,8 @@ def _contact(patch: Patch, gap: GridField) -> str | None:
                 "roundings there, set gap.contact_below; and is the gap in the right unit?"
             )
         return None
-    elastic = isinstance(patch.contact, ContactState)
-    if elastic and patch.contact.mean_pressure > 0 and touching < FEW:
+    elastic = isinstance(patch.film_contact, ContactState)
+    if elastic and patch.film_contact.mean_pressure > 0 and touching < FEW:
         samples = "1 sample is" if touching == 1 else f"only {touching} samples are"
         return (
             f"{samples} in contact, too few for their area: are the heights, the load and the "

@@ -7,7 +7,7 @@ from fem_seal.quantities.error_budget import Uncertainty
 
 
 def slip(patch: Patch) -> Uncertainty | None:
-    """Estimate the slip of a gas at the critical constriction; None for a liquid or a sealed gap.
+    """Estimate the slip of a gas at the critical constriction; None for a liquid and without a leak rate.
 
     To first order slip multiplies the flow through a channel of height g by 1 + 6 Kn, Kn = λ/g, λ
     the mean free path at the mean pressure (E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167
@@ -16,7 +16,7 @@ def slip(patch: Patch) -> Uncertainty | None:
     first order is too low itself and wider places slip less.
     """
     drive = patch.scene.drive
-    if patch.sealed or not isinstance(drive, GasDrive):
+    if patch.sealed or patch.lifted_off or not isinstance(drive, GasDrive):
         return None
     path = drive.mean_free_path(patch.scene.fluid.viscosity)
     tightest = patch.film.constriction.gap

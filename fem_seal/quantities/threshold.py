@@ -26,7 +26,9 @@ class Threshold:
     area_leaking, area_sealed : float
         Contact area fractions of the two states.
     pressure_leaking, pressure_sealed : float or None
-        Mean pressures of the two states [Pa], which differ by 1 %; elastic contact only.
+        Mean pressures of the two states [Pa], which differ by 1 %; elastic contact only. Where the
+        fluid lifts the solid: loads of both together, under which the patch leaks, or is sealed,
+        at any fluid pressure between the ends'; they differ by the pressure drop as well.
     contacts : int
         Number of elastic contacts that were solved.
     """

@@ -24,7 +24,7 @@ class Verdict:
     Attributes
     ----------
     decision : str
-        "sealed"; "leaking" where the scene has no limit; "within limit" if the highest leak
+        "sealed"; "leaking" or "lifted off" where the scene has no limit; "within limit" if the highest leak
         rate that the error budget allows is <= limit; "above limit" if the lowest is > limit;
         else "undecided".
     sentence : str
@@ -101,6 +101,10 @@ def verdict(
     given = None if limit is None else f"{limit.number:g} {limit.unit.name}"
     rest = beside_flow(budget)
     open_points = _not_covered(rest)
+    if leak.state == "lifted off":
+        sentence = "the fluid carries the whole load, and nothing limits the leak rate"
+        decision = "lifted off" if limit is None else "above limit"
+        return Verdict(decision, f"{decision}: {sentence}", given)
     if leak.state == "sealed":
         return _of_sealed(shown, given, limit_solved, rest)
     if limit is None:

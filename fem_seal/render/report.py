@@ -69,7 +69,9 @@ def report(folder: str | Path) -> Path:
 def verdict(result: Result) -> str:
     """Say in a sentence or two what was asked: how much leaks and how sure that is."""
     leak = result.leak_rate_shown or result.leak_rate
-    if leak is None:
+    if result.state == "lifted off":
+        sentence = "Lifted off: the fluid carries the whole load, and nothing limits the leak rate."
+    elif leak is None:
         sentence = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact."
     elif result.state == "sealed":
         sentence = "Sealed: no open path joins inlet and outlet, the leak rate is zero."

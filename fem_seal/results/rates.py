@@ -28,6 +28,8 @@ class RateRecord(Record):
         """The leak rate in output.leak_rate_unit, if the scene names one."""
         if not patch.scene.needs_flow or patch.scene.output.leak_rate_unit is None:
             return None
+        if patch.lifted_off:
+            return None
         unit = shown_in(patch)
         return cls.of(patch.leak_rate, unit.name, unit.per_solved)
 
@@ -44,8 +46,10 @@ class GasRecord(Record):
 
     @classmethod
     def of(cls, patch: Patch) -> "GasRecord | None":
-        """None for a liquid, or without a flow."""
+        """None for a liquid, without a flow, or if lifted off."""
         if not patch.scene.needs_flow or not isinstance(patch.scene.drive, GasDrive):
+            return None
+        if patch.lifted_off:
             return None
         gas, leak = patch.scene.drive, patch.leak_rate
         rates = {kind: RateRecord.of(leak, RATES[kind], size) for kind, size in gas.rates.items()}

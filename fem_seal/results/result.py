@@ -14,7 +14,7 @@ from pydantic import AfterValidator, Field, ValidationError
 
 from fem_seal import parallel
 from fem_seal.accuracy import Choice, Trial
-from fem_seal.contact.state import ContactState, GapState
+from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.leak_rate import LeakRate, Level
@@ -27,6 +27,7 @@ from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict
+from fem_seal.results.lift import LiftRecord
 from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.record import Record
@@ -118,7 +119,7 @@ class Result(Record):
     """The numbers of one run; docs/results.md explains each."""
 
     schema_version: Literal[1] = Field(1, alias="schema")
-    state: Literal["leaking", "sealed"]
+    state: Literal["leaking", "sealed", "lifted off"]
     percolates: bool
     leak_rate: Bounds | None
     leak_rate_shown: RateRecord | None = None
@@ -133,6 +134,7 @@ class Result(Record):
     unknowns: int
     inflow: float | None
     outflow: float | None
+    lift: LiftRecord | None = None
     contact_area_fraction: float
     mean_gap: float
     gap_is_periodic: bool | None = None
@@ -221,7 +223,8 @@ def summarise(
     stages = dict(patch.seconds)
     total = sum(stages.values()) if started is None else perf_counter() - started
     return Result(
-        state="sealed" if sealed else "leaking",
+        state="lifted off" if patch.lifted_off else "sealed" if sealed else "leaking",
+        lift=LiftRecord.of(patch),
         percolates=not sealed,
         contact_area_fraction=patch.film.contact_area_fraction,
         mean_gap=patch.film.mean_gap,
@@ -240,8 +243,12 @@ def summarise(
         provenance=Provenance.of(
             patch.scene if choice is None else choice.asked(patch.scene), patch.comm
         ),
-        **_contact_numbers(patch.contact),
-        **_flow_numbers(leak, named and named.conductivity_tensor),
+        **_contact_numbers(patch),
+        **_flow_numbers(
+            leak,
+            named and named.conductivity_tensor,
+            patch.lift_range if patch.scene.lift == "range" else (),
+        ),
     )
 
 
@@ -256,11 +263,12 @@ def _grid_numbers(patch: Patch) -> dict[str, Any]:
     }
 
 
-def _contact_numbers(contact: GapState | None) -> dict[str, Any]:
+def _contact_numbers(patch: Patch) -> dict[str, Any]:
     """Give the fields of Result that only an elastic contact has."""
+    contact = patch.film_contact
     elastic = isinstance(contact, ContactState)
     return {
-        "mean_pressure": contact.mean_pressure if elastic else None,
+        "mean_pressure": patch.mean_pressure,
         "kkt_residual": contact.kkt_residual if elastic else None,
         "pressed_gap": contact.pressed_gap if elastic else None,
         "penetration": contact.penetration if elastic else None,
@@ -268,18 +276,24 @@ def _contact_numbers(contact: GapState | None) -> dict[str, Any]:
     }
 
 
-def _flow_numbers(leak: LeakRate | None, tensor: ConductivityTensor | None) -> dict[str, Any]:
-    """Give the fields of Result that the flow, or the tensor, decides."""
-    found = [flow for flow in (leak, tensor) if flow is not None]
+def _flow_numbers(
+    leak: LeakRate | None, tensor: ConductivityTensor | None, ends: tuple[LeakRate, ...]
+) -> dict[str, Any]:
+    """Give the fields of Result that the flow, the tensor and the ends of a range decide."""
+    found = [flow for flow in (leak, tensor, *ends) if flow is not None]
     reached = {
         "converged": all(flow.converged for flow in found),
-        "reason": "; ".join(flow.reason for flow in found if flow.reason),
+        "reason": "; ".join(dict.fromkeys(flow.reason for flow in found if flow.reason)),
     }
     if leak is None:
         nothing = dict.fromkeys(("leak_rate", "method", "inflow", "outflow"))
         return nothing | reached | {"unknowns": 0, "levels": ()}
     return reached | {
-        "leak_rate": Bounds(value=leak.value, lower=leak.lower, upper=leak.upper),
+        "leak_rate": (
+            None
+            if leak.state == "lifted off"
+            else Bounds(value=leak.value, lower=leak.lower, upper=leak.upper)
+        ),
         "method": leak.method,
         "unknowns": leak.unknowns,
         "inflow": leak.inflow,

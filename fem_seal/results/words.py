@@ -7,6 +7,7 @@ from fem_seal.quantities.constriction import Constriction
 from fem_seal.quantities.error_budget import ErrorBudget, combined
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold
+from fem_seal.results.lift import lift_words
 from fem_seal.results.preparation import preparation_words
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.result import AccuracyRecord, Result
@@ -35,6 +36,8 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
         lines.append(("flow", flow_words(result)))
         if result.gap_is_periodic and result.flow().sides == "wall":
             lines.append(("sides", WALLS))
+    elif result.state == "lifted off":
+        lines.append(("leak rate", "unlimited: the fluid carries the whole load"))
     lines.extend(lines_of(result))
     if result.accuracy:
         lines.append(("accuracy", accuracy_words(result.accuracy)))
@@ -107,6 +110,8 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
         lines.append(("surface", preparation_words(result.preparation)))
     if result.leak_rate_shown:
         lines.append(("in units", rate_words(result.leak_rate_shown)))
+    if result.lift:
+        lines.append(("lift", lift_words(result.lift)))
     if result.gas:
         lines.append(("gas", gas_words(result.gas)))
     if result.provenance.scene.get("limit"):

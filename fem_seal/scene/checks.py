@@ -19,6 +19,7 @@ def check(scene: Contents) -> None:
             raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
         check_rates(scene, scene.drive)
         check_ambient(scene)
+        check_lift(scene)
     else:
         refuse_rates(scene)
     if "conductivity_tensor" in scene.output.products:
@@ -176,6 +177,41 @@ _IN_WORDS = {
     "amount": "an amount",
     "mass": "a mass",
 }
+
+
+def check_lift(scene: Contents) -> None:
+    """Refuse a lift where the fluid's pressure lifts nothing, or where its range is not known."""
+    lift, contact = scene.flow.lift, scene.contact
+    if lift in (None, "none"):
+        return
+    given = f"flow.lift = {lift!r}"
+    if scene.shape is not None:
+        raise ContradictionError(
+            f"{given} needs a contact on its own grid, and [shape] has its own mesh; leave one out"
+        )
+    if contact is None:
+        raise ContradictionError(
+            f"{given} has nothing to lift: [gap] is given, and no solid is bent; leave it out"
+        )
+    if contact.model != "gfmd":
+        raise ContradictionError(
+            f"{given} has nothing to lift: contact.model = {contact.model!r} knows no elasticity; "
+            "leave it out, or choose gfmd"
+        )
+    if lift == "resolved":
+        return
+    if contact.pressure is None:
+        held = "area_fraction" if contact.mean_gap is None else "mean_gap"
+        raise ContradictionError(
+            f"{given} needs contact.pressure: the two ends of the range are dry contacts under "
+            f"what the fluid leaves of a load, and contact.{held} is none; choose 'resolved'"
+        )
+    if scene.solid.layer_thickness is not None:
+        raise ContradictionError(
+            f"{given} holds for a half-space: a layer sinks at one place where it is pressed at "
+            "another, so that more fluid pressure need not open the gap everywhere; choose "
+            "'resolved', or leave out solid.layer_thickness"
+        )
 
 
 def check_ambient(scene: Contents) -> None:

@@ -55,6 +55,14 @@ class Contents(Section):
         return gauge_pressures(self.flow)
 
     @property
+    def lift(self) -> str:
+        """What the fluid's pressure does to the solid: "none", "range" or "resolved".
+
+        "none" where no product needs the flow.
+        """
+        return (self.flow.lift or "none") if self.needs_flow else "none"
+
+    @property
     def deciding_rate(self) -> float | None:
         """Solved leak rate [m^3/s] whose exceeding is to be decided; None without one."""
         if self.limit is None or not self.limit.decide:

@@ -244,6 +244,9 @@ class Flow(Section):
     ambient_pressure: Load | None = Field(
         None, description="absolute, on the back of the solid; the outlet's if left out"
     )
+    lift: Literal["none", "range", "resolved"] | None = Field(
+        None, description="what the fluid's pressure does to the solid; none if left out"
+    )
     sides: Literal["wall", "periodic"] = Field("wall", description="at y = 0 and y = Ly")
     # Both energies are known to the tolerance of their solver, 1e-8.
     rtol: Number = Field(0.05, ge=1e-9, description="(upper - lower) / sqrt(lower upper) wanted")

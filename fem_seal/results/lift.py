@@ -1,0 +1,83 @@
+"""What result.json says of the fluid that lifts the solid."""
+
+from math import isfinite
+
+from fem_seal.digits import rounded_down, rounded_up, with_prefix
+from fem_seal.patch import Patch
+from fem_seal.results.record import Record
+
+
+class DryRecord(Record):
+    """The contact without the fluid's pressure."""
+
+    contact_area_fraction: float
+    mean_gap: float
+
+
+class LiftRecord(Record):
+    """Loads, passes and leak rates of a lift; docs/results.md explains each."""
+
+    model: str
+    solid_pressure: float | None
+    fluid_pressure: float | None
+    steps: int
+    change: float | None
+    lowest: float | None
+    highest: float | None
+    dry: DryRecord
+
+    @classmethod
+    def of(cls, patch: Patch) -> "LiftRecord | None":
+        """None if the scene leaves the lift out."""
+        model = patch.scene.lift
+        if model == "none":
+            return None
+        contact = patch.contact
+        dry = DryRecord(
+            contact_area_fraction=contact.contact_area_fraction, mean_gap=contact.mean_gap
+        )
+        if model == "range":
+            low, high = patch.lift_range
+            lowest = low.value if low.lower is None else low.lower
+            highest = high.value if high.upper is None else high.upper
+            loads, steps, change = (None, None), 2, None
+        else:
+            state = patch.lifted
+            solid = state.contact.mean_pressure if state.contact else None
+            loads, steps = (solid, state.fluid_load), state.passes
+            lowest, highest = state.lowest, state.highest
+            change = state.change if state.contact else None
+        return cls(
+            model=model,
+            solid_pressure=loads[0],
+            fluid_pressure=loads[1],
+            steps=steps,
+            change=_finite(change),
+            lowest=_finite(lowest),
+            highest=_finite(highest),
+            dry=dry,
+        )
+
+
+def lift_words(lift: LiftRecord) -> str:
+    """Say what the fluid carries, or which range its pressure leaves."""
+    area = 100 * lift.dry.contact_area_fraction
+    dry = f"dry, {area:.4g} % of the area would touch"
+    if lift.model == "range":
+        low = f"at least {rounded_down(lift.lowest)}"
+        high = "without an upper end, the seal may lift off"
+        if lift.highest is not None:
+            high = f"at most {rounded_up(lift.highest)} m^3/s"
+        return f"at any fluid pressure between the ends' {low} and {high}"
+    if lift.solid_pressure is None:
+        return f"no load is left to the solid; {dry}; {lift.steps} passes"
+    carried = with_prefix(lift.fluid_pressure, "Pa")
+    kept = with_prefix(lift.solid_pressure, "Pa")
+    passes = f"{lift.steps} passes"
+    if lift.change is not None:
+        passes += f", leak rate to {100 * lift.change:.2g} %"
+    return f"the fluid carries {carried}, the solid {kept}; {dry}; {passes}"
+
+
+def _finite(number: float | None) -> float | None:
+    return number if number is not None and isfinite(number) else None

@@ -1,0 +1,46 @@
+"""Small scenes for the tests of lifted contacts."""
+
+import numpy as np
+
+from fem_seal.grid import GridField
+from fem_seal.patch import Patch
+from fem_seal.scene import Scene
+from fem_seal.steps import lifting_problem
+from fem_seal.progress import silent
+
+E_STAR = 1e7  # Pa
+
+
+def scene(
+    load=1.5e5, inlet=1e5, n=32, seed=1, solid=None, fluid=None, output=None, contact=None, **flow
+):
+    """Rough rubber under water: `load` and `inlet` above ambient in Pa, `n` samples a side."""
+    pressures = {} if "inlet_pressure" in flow else {"pressure_drop": inlet}
+    return Scene.from_mapping(
+        {
+            "surface": {
+                **{"kind": "self-affine", "shape": [n, n], "size": [1e-4, 1e-4], "hurst": 0.8},
+                **{"long_wavelength": 5e-5, "short_wavelength": 4e-4 / n, "rms_slope": 0.1},
+                "seed": seed,
+            },
+            "solid": {"contact_modulus": E_STAR, **(solid or {})},
+            "contact": contact or {"pressure": load},
+            "fluid": fluid or {"viscosity": 1e-3},
+            "flow": {"sides": "periodic", "lift": "resolved", **pressures, **flow},
+            "output": {"products": ["leak_rate"], **(output or {})},
+        }
+    )
+
+
+def wave(n, length=1e-4, height=1e-6, across=True):
+    """Heights Δ cos(2πy/λ), or along x if not `across`, on n² samples."""
+    phase = 2 * np.pi * np.arange(n) / n
+    ridges = height * np.cos(phase)
+    values = np.broadcast_to(ridges if across else ridges[:, None], (n, n)).copy()
+    return GridField(values, (length / n, length / n), periodic=True)
+
+
+def problem_of(scene, surface=None):
+    """Steps of a pass through contact and flow of a scene."""
+    surface = Patch(scene).surface if surface is None else surface
+    return lifting_problem(scene, surface, silent)

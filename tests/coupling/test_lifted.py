@@ -1,0 +1,180 @@
+"""Contact and flow in one equilibrium, against closed forms, theorems and other solvers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lifted_scenes import E_STAR, problem_of, scene, wave
+
+from fem_seal.contact import solve
+from fem_seal.coupling import lifted
+from fem_seal.coupling.lifted import lifted_from
+from fem_seal.grid import GridField
+from fem_seal.patch import Patch
+
+
+def test_uniform_fluid_pressure_is_a_dry_contact_under_the_rest_of_the_load():
+    """Inlet a millionth above the outlet, both far above ambient: dry contact under P₀ - p_f."""
+    load, fluid = 2e5, 8e4
+    patch = Patch(
+        scene(load, inlet_pressure=fluid * (1 + 1e-6), outlet_pressure=fluid, ambient_pressure=0)
+    )
+    dry = solve(patch.surface, E_STAR, pressure=load - fluid)
+    assert dry.contact_area_fraction < 0.8 * patch.contact.contact_area_fraction
+    # The gap is known to the certificate, 1e-6 of the energy: 1e-3 of the rms height.
+    atol = 1e-3 * patch.surface.values.std()
+    np.testing.assert_allclose(patch.film.field.values, dry.gap.values, atol=atol)
+    assert patch.lifted.converged
+    assert patch.lifted.contact.mean_pressure == pytest.approx(load - fluid, rel=1e-5)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6])
+def test_waves_along_the_flow_under_uniform_pressure(share):
+    """Westergaard: contact fraction (2/π) arcsin √((P₀ - p_f)/(π E* Δ/λ)), to a sample or two."""
+    n, length, height = 128, 1e-4, 1e-6
+    full = np.pi * E_STAR * height / length
+    load = 0.7 * full
+    fluid = share * load
+    flow = {"inlet_pressure": fluid * (1 + 1e-6), "outlet_pressure": fluid, "ambient_pressure": 0}
+    state = lifted(problem_of(scene(load, **flow), wave(n, length, height)), 0.05)
+    exact = 2 / np.pi * np.arcsin(np.sqrt((load - fluid) / full))
+    assert state.contact.contact_area_fraction == pytest.approx(exact, abs=2 / n)
+
+
+def test_vanishing_fluid_pressure_gives_the_dry_answer():
+    """p_in → ambient: gap and area of the dry contact."""
+    patch = Patch(scene(inlet=1e-9 * 1.5e5))
+    assert patch.film.contact_area_fraction == patch.contact.contact_area_fraction
+    atol = 1e-6 * patch.surface.values.std()
+    np.testing.assert_allclose(patch.film.field.values, patch.contact.gap.values, atol=atol)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_range_encloses_resolved(seed):
+    """Dry contacts under P₀ - p_out and P₀ - p_in leak no more and no less than the lifted one."""
+    resolved = Patch(scene(seed=seed))
+    low, high = Patch(scene(seed=seed, lift="range")).lift_range
+    assert resolved.lifted.converged
+    assert low.upper < high.lower  # or nothing is shown
+    assert low.lower <= resolved.leak_rate.upper
+    assert resolved.leak_rate.lower <= high.upper
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_both_starts_come_to_one_state(seed):
+    """From the outlet's and from the inlet's pressure: the same to what is claimed."""
+    problem = problem_of(scene(seed=seed, load=1.2e5, inlet=6e4))
+    shape = problem.height.shape
+    low, high = (
+        lifted_from(problem, 0.02, np.full(shape, pressure), None)
+        for pressure in (problem.outlet, problem.inlet)
+    )
+    assert low.converged
+    assert high.converged
+    claimed = low.change + high.change + 0.02
+    assert abs(np.log(low.leak_rate.value / high.leak_rate.value)) <= claimed
+
+
+def test_more_fluid_pressure_opens_the_gap_everywhere():
+    """Ordered pressures p_f ≤ p_f' under one total load: ordered gaps (Half-space; a constant end)."""
+    problem = problem_of(scene())
+    rng = np.random.default_rng(0)
+    some = problem.inlet * rng.random((8, 8)).repeat(4, axis=0).repeat(4, axis=1)
+    gaps = []
+    for pressure in (np.zeros_like(some), some, np.full_like(some, problem.inlet)):
+        heights = problem.height.values - problem.displacement(pressure)
+        field = GridField(heights, problem.height.spacing, periodic=True)
+        gaps.append(problem.press(field, problem.load - pressure.mean(), None).gap.values)
+    slack = 1e-3 * problem.height.values.std()  # of the certificate
+    assert np.all(gaps[0] <= gaps[1] + slack)
+    assert np.all(gaps[1] <= gaps[2] + slack)
+    assert gaps[2].mean() > 1.1 * gaps[1].mean() > 1.2 * gaps[0].mean()
+
+
+def test_forces_balance():
+    """Solid and fluid carry the load together, and the fluid's pressure lies between the ends'."""
+    patch = Patch(scene())
+    state = patch.lifted
+    assert state.contact.mean_pressure + state.fluid_load == pytest.approx(1.5e5, rel=1e-6)
+    assert 0 <= state.fluid_pressure.values.min()
+    assert state.fluid_pressure.values.max() <= 1e5
+    assert 0 < state.fluid_load < 1e5
+
+
+@pytest.mark.parametrize(("load", "off"), [(0.9e5, False), (0.2e5, True)])
+def test_lift_off(load, off):
+    """The fluid carries about half of its 1 bar: 0.9 bar keep the solids together, 0.2 do not."""
+    patch = Patch(scene(load))
+    assert patch.lifted_off is off
+    assert (patch.leak_rate.state == "lifted off") is off
+    if off:
+        # No equilibrium: whatever is left to the solid, the fluid's pressure exceeds the load.
+        assert patch.lifted.fluid_load >= load
+
+
+def test_load_below_the_outlet_lifts_off_at_once():
+    flow = {"inlet_pressure": 4e5, "outlet_pressure": 3e5, "ambient_pressure": 1e5}
+    state = Patch(scene(load=1.9e5, **flow)).lifted
+    assert (state.state, state.passes) == ("lifted off", 0)
+
+
+def test_sealed_with_the_inlets_pressure_everywhere():
+    """Full contact that the fluid cannot open: sealed, without a second start."""
+    patch = Patch(scene(load=5e6))
+    assert patch.leak_rate.state == "sealed"
+    assert patch.lifted.converged
+
+
+def test_finite_differences_agree_with_finite_elements():
+    """Both flows lead to one equilibrium, as far as the grid of the differences allows."""
+    elements = Patch(scene(n=64))
+    differences = Patch(scene(n=64, method="finite-difference"))
+    assert differences.lifted.converged
+    dry = Patch(scene(n=64, lift="none", method="finite-difference")).leak_rate.value
+    dry_elements = Patch(scene(n=64, lift="none")).leak_rate.value
+    # Both differ by their discretisation when dry already; the lift must not add as much again.
+    apart = abs(np.log(dry / dry_elements))
+    assert abs(np.log(differences.leak_rate.value / elements.leak_rate.value)) < 2 * apart + 0.05
+    assert elements.leak_rate.value > 2 * dry_elements
+
+
+@pytest.mark.parametrize("contact", [{"area_fraction": 0.2}, {"mean_gap": 1.5e-7}])
+def test_held_area_or_mean_gap(contact):
+    """They are kept, and the solid bends: the total load is that of solid and fluid."""
+    patch = Patch(scene(contact=contact))
+    state = patch.lifted
+    assert state.converged
+    name, value = next(iter(contact.items()))
+    reached = getattr(
+        state.contact, {"area_fraction": "contact_area_fraction", "mean_gap": "mean_gap"}[name]
+    )
+    tolerance = 1 / patch.surface.values.size if name == "area_fraction" else 1e-4 * value
+    assert reached == pytest.approx(value, abs=tolerance, rel=1e-3)
+    assert patch.mean_pressure == pytest.approx(state.contact.mean_pressure + state.fluid_load)
+
+
+def test_layer_walls_and_constant_pixels():
+    """They settle too; a thin layer bends less where the fluid presses, and is lifted less."""
+    layer = {"layer_thickness": 5e-6, "layer_poisson_ratio": 0.3}
+    patch = Patch(scene(solid=layer, sides="wall", representation="constant", load=1e6))
+    assert patch.lifted.converged
+    assert patch.film.contact_area_fraction < patch.contact.contact_area_fraction
+
+
+def test_a_gas_carries_more_than_a_liquid():
+    """p² is linear along a uniform film: its mean pressure is above that of a liquid."""
+    gas = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
+    ends = {"inlet_pressure": 2e5, "outlet_pressure": 1e5}
+    loads = [
+        Patch(scene(load=2.5e5, fluid=fluid, **ends)).lifted.fluid_load for fluid in (gas, None)
+    ]
+    assert loads[0] > loads[1]
+
+
+def test_unsettled_passes_say_so():
+    """With two passes nothing can have settled: the range that was seen, and no more."""
+    state = lifted(problem_of(scene()), 0.05, most_passes=2)
+    assert not state.converged
+    assert state.lowest <= state.leak_rate.value * 1.05
+    assert "have not settled after 2 passes" in state.reason
+    assert replace(state, converged=True).reason == ""
