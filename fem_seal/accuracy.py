@@ -56,8 +56,8 @@ class Choice:
     """The contact grid and the flow tolerance that keep a total error.
 
     total : relative error asked for; max_refinement : finest grid allowed
-    surface, contact, lifted, leak_rate : on the chosen grid; the leak rate has `converged` False where no
-        allowed grid keeps the total error
+    surface, contact, lifted, leak_rate : on the chosen grid; the leak rate has `converged` False
+        where no allowed grid keeps the total error
     rtol : of the flow
     contact_error : relative error that the contact grid is estimated to leave
     flow_error : relative half-width of the bracket, certified

@@ -17,7 +17,14 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.shape import MeshFile
-from fem_seal.steps import CONTACTS, FLOWS, elastic_contact, lifting_problem, made_surface, prepared_surface
+from fem_seal.steps import (
+    CONTACTS,
+    FLOWS,
+    elastic_contact,
+    lifting_problem,
+    made_surface,
+    prepared_surface,
+)
 
 if TYPE_CHECKING:
     from fem_seal.contact.state import GapState
@@ -29,8 +36,8 @@ if TYPE_CHECKING:
 class Patch:
     """The steps of a scene: surface, contact, film, sealed, leak_rate.
 
-    With flow.lift = "resolved" the fluid lifts the solid: `contact` is the dry contact, `lifted` the
-    equilibrium of contact and fluid, and film and leak rate are those of the latter.
+    With flow.lift = "resolved" the fluid lifts the solid: `contact` is the dry contact, `lifted`
+    the equilibrium of contact and fluid, and film and leak rate are those of the latter.
 
     Each is computed once, when it or a later step is first read, and imports only what it needs:
     the contact works without FEniCSx, and a sealed film is never meshed.

@@ -115,8 +115,8 @@ def lifting_problem(
     The pressures of the fields are above ambient.
     """
     from fem_seal.contact.halfspace import HalfSpace
-    from fem_seal.coupling import Problem
     from fem_seal.contact.settings import Load
+    from fem_seal.coupling import Problem
     from fem_seal.film import GridFilm
 
     contact, flow, drive = scene.contact, scene.flow, scene.drive

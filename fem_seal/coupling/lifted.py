@@ -129,7 +129,8 @@ class LiftedState:
         """Sentence that says why the state is not an equilibrium; empty if it has settled."""
         if self.converged:
             return ""
-        low, high = (f"{rate:.3g}" if rate else "0 (sealed)" for rate in (self.lowest, self.highest))
+        seen = self.lowest, self.highest
+        low, high = (f"{rate:.3g}" if rate else "0 (sealed)" for rate in seen)
         return (
             f"contact and flow have not settled after {self.passes} passes: the leak rate varies "
             f"from {low} to {high} m^3/s"
@@ -283,9 +284,7 @@ def lifted_from(
         pressure = _carriable(problem, this.given, wanted)
 
 
-def _contact(
-    problem: Problem, pressure: np.ndarray, start: ContactState | None
-) -> ContactState:
+def _contact(problem: Problem, pressure: np.ndarray, start: ContactState | None) -> ContactState:
     """Contact with a fluid pressure: a dry one with heights h - S p_f."""
     height = problem.height
     load = None if problem.load is None else problem.load - float(pressure.mean())
@@ -331,7 +330,7 @@ def _spread(rates: list[float]) -> float:
 
 
 def _accelerated(passes: list[_Pass], problem: Problem, step: float) -> np.ndarray:
-    """Next fluid pressure: of the mixtures of the last passes that of least residual, and a step."""
+    """Next fluid pressure: the mixture of the last passes of least residual, and a step from it."""
     last = passes[-1]
     given, residual = last.given, last.residual
     if len(passes) > 1:

@@ -58,7 +58,8 @@ def _solved(network: Network, carrying: np.ndarray) -> np.ndarray:
     number = np.cumsum(free) - 1
     inner = free[columns]
     unknowns = int(free.sum())
-    off = coo_array((weights[inner], (number[rows[inner]], number[columns[inner]])), (unknowns,) * 2)
+    links = number[rows[inner]], number[columns[inner]]
+    off = coo_array((weights[inner], links), (unknowns,) * 2)
     matrix = coo_array((np.ones(unknowns), (np.arange(unknowns),) * 2)) - off
     right_side = np.bincount(
         number[rows[~inner]], weights[~inner] * known[columns[~inner]], unknowns

@@ -7,7 +7,9 @@ from fem_seal.quantities.error_budget import Uncertainty
 
 
 def slip(patch: Patch) -> Uncertainty | None:
-    """Estimate the slip of a gas at the critical constriction; None for a liquid and without a leak rate.
+    """Estimate the slip of a gas at the critical constriction.
+
+    None for a liquid, and where the film is sealed or lifted off.
 
     To first order slip multiplies the flow through a channel of height g by 1 + 6 Kn, Kn = λ/g, λ
     the mean free path at the mean pressure (E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167

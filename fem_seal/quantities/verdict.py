@@ -24,9 +24,9 @@ class Verdict:
     Attributes
     ----------
     decision : str
-        "sealed"; "leaking" or "lifted off" where the scene has no limit; "within limit" if the highest leak
-        rate that the error budget allows is <= limit; "above limit" if the lowest is > limit;
-        else "undecided".
+        "sealed"; "leaking" or "lifted off" where the scene has no limit; "within limit" if the
+        highest leak rate that the error budget allows is <= limit; "above limit" if the lowest is
+        > limit; else "undecided".
     sentence : str
         The decision in words, with the uncertainties that were counted and those that are not
         covered.
