@@ -1,11 +1,22 @@
-"""Refine where the bounds disagree until they agree: the loop around one level.
+"""Adaptive refinement: solve, bound, mark, refine, until the bounds agree.
 
-Each level solves the primal and the regularised dual; cells are marked by what they add to the
-difference of the two (Dörfler), and among the closed cells those that most of the flow would pass
-are marked too: a channel kept shut by a few cells of small resistance adds little to the
-difference of energies, yet all its flow is missing from the lower bound. What marked cells leave to
-mark is refined as well, without a solve (`look_ahead.py`). The true dual, which alone is a bound,
-is solved when the regularised one says that the tolerance is near.
+On each mesh, with unit pressure drop and K = g³ (`level.py`),
+
+    primal             Q_hi   = min_p ∫ K|∇p|²,       p = 1 at the inlet, 0 at the outlet
+    dual               1/Q_lo = min_ψ ∫ |∇ψ|²/K,      ψ of unit flux, constant in blocked cells
+    regularised dual   1/Q_ε  = min_ψ ∫ ∇ψ·R_ε·∇ψ,    blocked cells conduct ε times as in the primal
+
+    indicators         e_T = ∫_T K|∇p|² + J·R_ε·J + 2 J·∇p >= 0,   Σ e_T = Q_hi - Q_ε
+
+Only primal and dual are bounds. A blocked cell is partly in contact, so that the dual must take ψ
+constant in it. The regularised dual shows how much would flow through the blocked cells once they
+are resolved. It is solved on every level and steers the refinement; the dual is solved when Q_hi
+and Q_ε are close to the tolerance.
+
+Three sets of cells are marked (Dörfler): those with the largest e_T; the blocked cells with the
+largest flux, since a channel that a few blocked cells close has small e_T although all its flux
+is missing from Q_lo; and those with the largest jumps of the pressure's flux. `look_ahead.py`
+refines further without a solve.
 """
 
 import time
@@ -27,32 +38,49 @@ from fem_seal.leak_rate import Level, relative_width
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-USUAL_GAIN = 0.4  # ratio of the half-widths after and before sharpening, until one is measured
-GROWTH = 4.0  # of the unknowns from level to level, at most: 3.9 were seen on open rough gaps
-WHILE_JOINED = 0.3  # least part of a step by shares, where false flow spoils them
+# Ratio of the bracket's widths after and before the hierarchical correction, until it is measured.
+USUAL_GAIN = 0.4
+# Largest growth of the unknowns from level to level: 3.9 was seen on open rough gaps.
+GROWTH = 4.0
+# Smallest part of a step by indicators while false flow spoils them.
+WHILE_JOINED = 0.3
 
 
 @dataclass(frozen=True)
 class Tuning:
-    """Numbers that cost time or unknowns but never the truth of the bounds (docs/adaptivity.md).
+    """Parameters that change the cost of the bounds, never their validity (docs/adaptivity.md).
 
-    epsilon : conductivity of closed cells in the regularised dual, relative to the primal's
-    theta : part of the difference of energies that the marked cells hold
-    theta_throughflow : part of the flow through closed cells that the marked ones carry
-    theta_residual : part of the pressure's residuals that the marked cells hold at least
-    ahead : halvings ahead of a solve, at most; more of them save levels and cost unknowns (of the
-        leak rate; the conductivity tensor does not look ahead)
-    cut : the dual takes gaps below this part of the critical constriction for contact
-    floor : the primal raises positive gaps to this part of it
-    ceiling : where the gap is this many times it, the pressure is taken to be constant; cut, floor
-        and ceiling keep the contrast within what double precision can solve
-    tolerance : relative error of the energy at which CG stops; the flux has its square root
-    coarsest : squares along the shorter side of the first mesh
+    Parameters
+    ----------
+    epsilon : float
+        Factor ε of the regularised dual: blocked cells conduct ε times as much as in the
+        primal.
+    theta : float
+        Part of the sum of the error indicators that the marked cells hold (Dörfler).
+    theta_blocked : float
+        Part of the flux through blocked cells that the marked ones carry.
+    theta_residual : float
+        Least part of the pressure's flux residuals that the marked cells hold.
+    ahead : int
+        Largest number of halvings ahead of a solve. More of them save levels and cost unknowns.
+        The conductivity tensor does not look ahead.
+    cut : float
+        The dual treats gaps below this part of the critical constriction's gap as contact.
+    floor : float
+        The primal raises positive gaps to this part of the critical constriction's gap.
+    ceiling : float
+        Cells whose mean gap exceeds this multiple of the critical constriction's gap are
+        equipotential. `cut`, `floor` and `ceiling` keep the contrast within the range of double
+        precision.
+    tolerance : float
+        Relative error of the energy at which CG stops; the flux then has an error of its root.
+    coarsest : int
+        Squares along the shorter side of the first mesh.
     """
 
     epsilon: float = 0.1
     theta: float = 0.9
-    theta_throughflow: float = 0.7
+    theta_blocked: float = 0.7
     theta_residual: float = 0.5
     ahead: int = 2
     cut: float = 1e-2
@@ -64,14 +92,21 @@ class Tuning:
 
 @dataclass(frozen=True)
 class Strategy:
-    """How the mesh grows.
+    """How the mesh is refined.
 
-    uniform : halve all cells instead of those that matter
-    rtol : tolerance (upper - lower) / √(lower upper) the caller is after; it steers when the true
-        dual is solved and how large the last steps are
-    every_dual : solve the true dual on every level, so that both bounds can be watched
-    max_unknowns : no mesh with more pressure unknowns is solved, except the first
-    tuning : the numbers behind it
+    Parameters
+    ----------
+    uniform : bool
+        Halve all cells instead of the marked ones.
+    rtol : float
+        Relative width (upper - lower) / √(lower upper) that the caller asks for. It decides
+        when the true dual is solved and how large the last steps are.
+    every_dual : bool
+        Solve the true dual on every level, so that both bounds can be watched.
+    max_unknowns : int or None
+        Largest number of pressure unknowns of a mesh; the first mesh is solved in any case.
+    tuning : Tuning
+        Parameters of the refinement.
     """
 
     uniform: bool = False
@@ -83,12 +118,18 @@ class Strategy:
 
 @dataclass(frozen=True, eq=False)
 class Bracket:
-    """A level of the refinement: the bounds so far and the solution behind them.
+    """One level of the refinement: the best bounds so far and the solutions on this mesh.
 
-    level : numbers of this level for unit pressure drop and K = g³, g in units of its maximum
-    problem, pressure : the mesh with its primal solution; what PETSc holds of it is freed when
-        the next level is asked for
-    stream : the true dual's, if it was solved
+    Attributes
+    ----------
+    level : Level
+        Numbers of this level for unit pressure drop and K = g³, g in units of its maximum.
+    problem : LevelProblem
+        The mesh with its numberings. The next level frees what PETSc holds of it.
+    pressure : Minimum
+        Solution of the primal problem.
+    stream : Stream or None
+        Solution of the true dual problem, if it was solved.
     """
 
     level: Level
@@ -98,18 +139,18 @@ class Bracket:
 
     @property
     def stalled(self) -> str:
-        """Why CG stopped short of its tolerance in a solve behind the bounds, "" if it did not."""
+        """Reason why CG stopped short of its tolerance in a solve behind the bounds, else ""."""
         return self.pressure.stalled or (self.stream.stalled if self.stream else "")
 
     def certified(self) -> "Bracket":
-        """The same with the true dual, for a caller who has to stop before it was solved."""
+        """The same bracket with the dual solved, for a caller that stops before it was."""
         if self.stream is not None:
             return self
         _, guess = self.problem.mesh.first_guess()
         stream = self.problem.stream(guess)
         if stream is None:
             return self
-        lower, upper = self.problem.sharpened(self.pressure, stream)
+        lower, upper = self.problem.corrected(self.pressure, stream)
         iterations = {**self.level.iterations, "dual": stream.iterations}
         lower, upper = max(lower, self.level.lower), min(upper, self.level.upper)
         level = replace(self.level, lower=lower, upper=upper, iterations=iterations)
@@ -117,7 +158,7 @@ class Bracket:
 
 
 class _Log:
-    """What a level costs: seconds between laps, by name, and iterations of the solves."""
+    """Cost of a level: seconds between laps and CG iterations, by stage."""
 
     def __init__(self):
         self.seconds: dict[str, float] = {}
@@ -138,7 +179,7 @@ def brackets(
     strategy: Strategy,
     comm: MPI.Comm,
 ) -> Iterator[Bracket]:
-    """Bounds on ever finer meshes; the caller stops when it has seen enough.
+    """Yield bounds on finer and finer meshes; the caller decides when to stop.
 
     Parameters
     ----------
@@ -162,53 +203,55 @@ def brackets(
         guess = start.guess(problem)
         del start
         log.lap("mesh")
-        found = _solve(problem, guess, strategy, near, gain, log)
-        upper = min(upper, found.pressure.total.least_upper())
-        if found.stream is not None:
-            sharper = problem.sharpened(found.pressure, found.stream)
-            lower, upper = max(lower, sharper[0]), min(upper, sharper[1])
-            gain, near = found.gain(*sharper), True
+        solution = _solve(problem, guess, strategy, near, gain, log)
+        upper = min(upper, solution.pressure.total.least_upper())
+        if solution.stream is not None:
+            corrected = problem.corrected(solution.pressure, solution.stream)
+            lower, upper = max(lower, corrected[0]), min(upper, corrected[1])
+            gain, near = solution.gain(*corrected), True
             log.lap("sharpening")
         counts = problem.unknowns, problem.space.count
         level = Level(*counts, lower, upper, log.iterations, log.seconds)
-        yield Bracket(level, problem, found.pressure, found.stream)
+        yield Bracket(level, problem, solution.pressure, solution.stream)
         log = _Log()
         if strategy.uniform:
-            # Each unknown has two sides at least, each of them two ends at most, and its middle
-            # becomes an unknown: a mesh that would only be counted need not be made.
+            # Stop before making a mesh that would exceed the limit. It has at least twice as many
+            # unknowns: every unknown has at least two sides, a side has at most two ends, and the
+            # midpoint of each side becomes an unknown.
             if 2 * problem.unknowns > (strategy.max_unknowns or np.inf):
                 return
             # Halving all cells twice makes the uniform mesh with squares half as wide.
             twice = np.full(len(problem.kept), 2, dtype=np.int8)
-            start = Start.after(problem, found.pressure, found.stream)
-            del problem, guess, found
+            start = Start.after(problem, solution.pressure, solution.stream)
+            del problem, guess, solution
             start = start.refined(gap, twice)
         else:
-            found = _guided(problem, guess, found, strategy, log)
-            reached = relative_width(lower, upper) if found.stream is not None else np.inf
-            marks = _mark(problem, found, gain * found.difference, reached, strategy)
-            start, guide = Start.after(problem, found.pressure, found.guide), found.guide
-            # Two meshes need not be in memory at once.
-            del problem, guess, found
-            start = refined_ahead(start, gap, marks, guide, strategy.tuning.ahead)
+            solution = _with_regularised_dual(problem, guess, solution, strategy, log)
+            reached = relative_width(lower, upper) if solution.stream is not None else np.inf
+            marks = _mark(problem, solution, gain * solution.difference, reached, strategy)
+            regularised = solution.regularised
+            start = Start.after(problem, solution.pressure, regularised)
+            # Free this mesh before the next one is made.
+            del problem, guess, solution
+            start = refined_ahead(start, gap, marks, regularised, strategy.tuning.ahead)
         log.lap("refine")
 
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """Solutions on one mesh: pressure, guiding (regularised) and true stream function."""
+    """Solutions on one mesh: pressure, regularised and true stream function."""
 
     pressure: Minimum
-    guide: Stream | None
+    regularised: Stream | None
     stream: Stream | None
 
     @property
     def difference(self) -> float:
-        """Relative width of the bounds before sharpening, if all closed cells were open."""
-        return self.pressure.energy / self.guide.conductance - 1
+        """(Q_hi - Q_ε) / Q_ε, the relative width if all blocked cells were resolved."""
+        return self.pressure.energy / self.regularised.conductance - 1
 
     def gain(self, lower: float, upper: float) -> float:
-        """Relative width of sharper bounds over that of those solved for."""
+        """Ratio of the relative widths of the corrected bounds and of the solved ones."""
         width = self.pressure.energy / self.stream.conductance - 1
         return (upper / lower - 1) / width if width > ROUNDING else 1.0
 
@@ -216,86 +259,92 @@ class _Solved:
 def _solve(
     problem: LevelProblem, guess: Guess, strategy: Strategy, near: bool, gain: float, log: _Log
 ) -> _Solved:
-    """Solve the primal, and the true dual where it may decide: if it is near, or by the guide."""
+    """Solve the primal, the regularised dual unless `near`, and the dual if it may decide."""
     pressure = problem.pressure(guess.pressure)
     log.lap("primal", pressure)
-    found = _Solved(pressure, None, None)
+    solution = _Solved(pressure, None, None)
     psi = guess.stream
     if not near:
-        found = _guided(problem, guess, found, strategy, log)
-        psi = found.guide.psi
+        solution = _with_regularised_dual(problem, guess, solution, strategy, log)
+        psi = solution.regularised.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
-        if not last and gain * found.difference >= 2 * strategy.rtol:
-            return found
+        if not last and gain * solution.difference >= 2 * strategy.rtol:
+            return solution
     stream = problem.stream(psi)
     log.lap("dual", stream)
-    return replace(found, stream=stream)
+    return replace(solution, stream=stream)
 
 
-def _guided(
-    problem: LevelProblem, guess: Guess, found: _Solved, strategy: Strategy, log: _Log
+def _with_regularised_dual(
+    problem: LevelProblem, guess: Guess, solution: _Solved, strategy: Strategy, log: _Log
 ) -> _Solved:
-    """Solve the regularised dual, unless that was done.
+    """Solve the regularised dual unless that has been done.
 
-    After the true dual it is solved only if the mesh is refined: its time is the next level's.
+    Where the dual has been solved first, this solve belongs to the refinement, and its time to
+    the next level.
     """
-    if found.guide is not None:
-        return found
-    psi = guess.stream if found.stream is None else found.stream.psi
-    guide = problem.regularised_stream(psi, strategy.tuning.epsilon)
-    if guide is None:
+    if solution.regularised is not None:
+        return solution
+    psi = guess.stream if solution.stream is None else solution.stream.psi
+    regularised = problem.regularised_stream(psi, strategy.tuning.epsilon)
+    if regularised is None:
         raise Inconsistent("contact bars an open gap; please report the gap as a defect")
-    log.lap("regularised dual", guide)
-    return replace(found, guide=guide)
+    log.lap("regularised dual", regularised)
+    return replace(solution, regularised=regularised)
 
 
 def _mark(
-    problem: LevelProblem, found: _Solved, expected: float, reached: float, strategy: Strategy
+    problem: LevelProblem, solution: _Solved, expected: float, reached: float, strategy: Strategy
 ) -> Marks:
-    """Which cells of the whole mesh to halve, and how often.
+    """Mark the cells of the whole mesh, and say how often to halve each.
 
     Parameters
     ----------
-    expected : relative width of the sharpened bounds if all closed cells were open
-    reached : what it is, infinite where that is not known
+    problem, solution : the mesh and its solutions
+    expected : relative width of the corrected bounds if all blocked cells were resolved
+    reached : relative width of the corrected bounds; infinite if the dual was not solved
+    strategy : tolerance and parameters
     """
     tuning = strategy.tuning
-    shares = problem.shares(found.pressure, found.guide)
-    throughflow = problem.throughflow(found.guide)
-    # What closed cells keep from the lower bound is not in the shares, nor in what is expected.
+    indicators = problem.indicators(solution.pressure, solution.regularised)
+    blocked_flux = problem.blocked_flux(solution.regularised)
+    # The flux that blocked cells withhold from Q_lo shows in `reached`, but neither in the
+    # indicators nor in `expected`: take the size of its step from `reached`.
     part, part_reached = part_of_a_step(expected, strategy), part_of_a_step(reached, strategy)
-    large = doerfler(shares, part * tuning.theta)
-    through = doerfler(throughflow, part_reached * tuning.theta_throughflow)
-    # Where the pressure lets flow pass that should not, the cells concerned add little to the
-    # difference of energies, but all others on the way of that flow do, whatever their size: it is
-    # no use to refine these before those.
-    residuals = problem.residuals(found.pressure, found.guide.conductance)
-    wanted = part_reached * tuning.theta_residual * residuals.sum()
+    large = doerfler(indicators, part * tuning.theta)
+    through = doerfler(blocked_flux, part_reached * tuning.theta_blocked)
+    # Where the linear pressure leaks (see `residuals`), the indicators of the leaking cells are
+    # small, but those of all cells along the false flow are large, whatever their size. Refine the
+    # leaking cells first.
+    residuals = problem.residuals(solution.pressure, solution.regularised.conductance)
+    required = part_reached * tuning.theta_residual * residuals.sum()
     held = residuals[large | through].sum()
     joints = problem.joints()
     whole = WHILE_JOINED if joints.any() else 1.0
-    if held < wanted:
-        whole = min(whole, max(held / wanted, WHILE_JOINED))
+    if held < required:
+        whole = min(whole, max(held / required, WHILE_JOINED))
     if whole < 1:
-        large = doerfler(shares, whole * part * tuning.theta)
+        large = doerfler(indicators, whole * part * tuning.theta)
     leaks = completed(large | through, residuals, part_reached * tuning.theta_residual)
-    large = halvings(shares, large)
+    large = halvings(indicators, large)
     times = np.zeros(len(problem.kept), dtype=np.int8)
     times[problem.kept] = np.max([large, through, 2 * leaks, 4 * joints], axis=0)
-    # The size of a last step is measured: nothing is added to its share ahead of the solve.
-    least_share = shares[large > 0].min(initial=np.inf) if part == 1 else np.inf
-    return Marks(times, float(least_share), float(throughflow[through].min(initial=np.inf)))
+    # The last step has a measured size: do not look ahead by indicators then.
+    least_indicator = indicators[large > 0].min(initial=np.inf) if part == 1 else np.inf
+    return Marks(times, float(least_indicator), float(blocked_flux[through].min(initial=np.inf)))
 
 
 def part_of_a_step(width: float, strategy: Strategy) -> float:
-    """How much of a full step is left to do: the last one should not overshoot the tolerance.
+    """Part of a full step that is still needed, so that the last step does not overshoot.
 
     Halving the cells that hold a part θ of the difference lowers it by about 0.63 θ. A step that
-    just fails costs one level more, a larger one few unknowns: it aims a tenth below the tolerance.
+    just fails costs another level, a slightly larger one only a few unknowns: aim a tenth below
+    the tolerance.
 
     Parameters
     ----------
-    width : relative, of the bounds; infinite if they are still far apart
+    width : relative width of the bounds; infinite if there is no lower bound yet
+    strategy : tolerance and parameters
     """
     aim = 0.9 * strategy.rtol
     needed = 1.6 * (1 - aim / max(width, aim)) / strategy.tuning.theta

@@ -1,9 +1,10 @@
-"""Area means of g³ and 1/g³ on the triangles of the nested family, from the pixel upwards.
+"""Area means of g³ and 1/g³ on the triangles of the nested family.
 
-On a triangle at or below the pixel the gap is linear and the means are closed forms of its three
-vertex values; above the pixel they are means over the pixel triangles inside, summed upwards once:
-each coarse triangle is two finer ones of equal area. (Differences of running sums would not do:
-the contrast of 1/g³ exceeds what double precision can subtract.)
+On a triangle at or below the pixel the gap is linear, and the means are closed forms of its three
+vertex values. Above the pixel they are means over the pixel triangles inside, computed once from
+fine to coarse: each coarse triangle consists of two finer ones of equal area. (A table of
+cumulative sums would not do: the contrast of 1/g³ exceeds the digits of double precision, and
+differences of sums would lose small values.)
 """
 
 from collections.abc import Callable
@@ -43,13 +44,13 @@ def mean_inverse_cube(gaps: np.ndarray) -> np.ndarray:
 
 
 def cube_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """`mean_cube` of gaps at the corners, in arrays that broadcast; least work if b and c do."""
+    """`mean_cube` of gaps a, b, c at the corners; the arrays broadcast (cheapest for b and c)."""
     both, squares = b + c, b * b + c * c
     return (a * (a * (a + both) + (squares + b * c)) + both * squares) / 10
 
 
 def inverse_cube_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """`mean_inverse_cube` likewise."""
+    """`mean_inverse_cube` of gaps a, b, c at the corners; the arrays broadcast."""
     with np.errstate(divide="ignore"):
         return 1 / (a * (b * c))
 
@@ -62,7 +63,7 @@ def linear_pixel_means(gap: np.ndarray, mean) -> np.ndarray:
     # The diagonal joins sw and ne where i + j is even, se and nw elsewhere.
     first, second = np.where(even, sw, se), np.where(even, ne, nw)
     rest = np.where(even, se, sw), np.where(even, nw, ne)
-    # One corner after the other in memory: twice as fast as the three of a triangle together.
+    # Store corner by corner: twice as fast as the three corners of each triangle together.
     triangles = (np.moveaxis(np.stack([third, first, second]), 0, -1) for third in rest)
     return np.stack([mean(gaps) for gaps in triangles], axis=-1)
 
@@ -71,14 +72,20 @@ def linear_pixel_means(gap: np.ndarray, mean) -> np.ndarray:
 class Pyramid:
     """Two means over all triangles of the nested family, up to squares 2^k pixels wide.
 
-    diagonal[k] : (2, mx/2^k, my/2^k, 2), triangles whose hypotenuse is the diagonal of a square 2^k
-        pixels wide; last index: right angle at the lower or the upper side
-    axial[k] : (2, mx/2^k, my/2^k, 4), triangles whose hypotenuse is the south, east, north or west
-        side of that square and whose right angle is its centre
-    means : (2, n), all of them, one table after the other
-    starts : (k, 2), where diagonal[k] and axial[k] start in `means`
+    For k = 0, the pixel itself, both tables are empty: the closed forms hold there.
 
-    On the pixel (k = 0) both are empty: there the closed forms hold.
+    Attributes
+    ----------
+    diagonal : tuple of (2, mx/2^k, my/2^k, 2)
+        Means over the triangles whose hypotenuse is the diagonal of a square 2^k pixels wide.
+        Last index: right angle at the lower or the upper side.
+    axial : tuple of (2, mx/2^k, my/2^k, 4)
+        Means over the triangles whose hypotenuse is the south, east, north or west side of such
+        a square and whose right angle is its centre.
+    means : (2, n)
+        All tables, one after the other.
+    starts : (k, 2)
+        First index of diagonal[k] and of axial[k] in `means`.
     """
 
     diagonal: tuple[np.ndarray, ...]
@@ -90,7 +97,7 @@ class Pyramid:
     def from_pixels(
         cls, pixel_means: Callable[[slice], np.ndarray], squares: tuple[int, int], width: int
     ) -> "Pyramid":
-        """Sum upwards to squares `width` pixels wide.
+        """Compute the means from fine to coarse, up to squares `width` pixels wide.
 
         Parameters
         ----------
@@ -107,7 +114,7 @@ class Pyramid:
             for part, table in zip(np.split(means, ends[:-1], axis=1), tables, strict=True)
         ]
         diagonal, axial = tuple(views[::2]), tuple(views[1::2])
-        # The means on all pixels would be most of the memory of the pyramid.
+        # Work in strips: the means on all pixels would take most of the pyramid's memory.
         for strip in parts(0, mx if width > 1 else 0, _STRIP):
             half = slice(strip.start // 2, strip.stop // 2)
             diagonal[1][:, half], axial[1][:, half] = _summed(pixel_means(strip))
@@ -116,7 +123,7 @@ class Pyramid:
         return cls(diagonal, axial, means, np.append(0, ends[:-1]).reshape(-1, 2))
 
     def lookup(self, place: "Place") -> np.ndarray:
-        """Means (2, ...) on the cells at some places."""
+        """Means (2, ...) on the cells at given places."""
         columns = np.array([table.shape[2] for table in self.diagonal])
         kind = np.where(place.is_diagonal, 0, 1)
         square = place.i * columns[place.level] + place.j
@@ -141,11 +148,18 @@ def _summed(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Where some cells (n,) of a mesh, pixel triangles or larger, stand in a pyramid.
+    """Position in a pyramid of n cells, each a pixel triangle or larger.
 
-    level : k of the square 2^k pixels wide that holds the cell; i, j : its place among the squares
-    is_diagonal : bool, whether the hypotenuse is a diagonal of that square
-    part : last index of the means, of the diagonal or the axial ones
+    Attributes
+    ----------
+    level : (n,) int
+        K of the square, 2^k pixels wide, that contains the cell.
+    i, j : (n,) int
+        Column and row of this square.
+    is_diagonal : (n,) bool
+        Whether the hypotenuse is a diagonal of the square.
+    part : (n,) int
+        Last index into the diagonal or the axial means.
     """
 
     level: np.ndarray
@@ -168,9 +182,9 @@ class Place:
 
     @classmethod
     def _around(cls, thrice: np.ndarray, level: np.ndarray, is_diagonal: np.ndarray) -> "Place":
-        """From three times the centroids (2, ...) of cells, in widths of their squares."""
-        # The square is cut into nine. The centroids of axial triangles lie in the places (p, q) =
-        # (1, 0), (2, 1), (1, 2) and (0, 1), those of diagonal ones at q = 1 or q = 2.
+        """Places from three times the centroids (2, ...) of cells, in widths of their squares."""
+        # Cut the square into 3 × 3. The centroids of axial triangles lie at (p, q) = (1, 0),
+        # (2, 1), (1, 2) and (0, 1), those of diagonal triangles at q = 1 or q = 2.
         i, j = thrice // 3
         p, q = thrice[0] - 3 * i, thrice[1] - 3 * j
         side = np.where(q == 1, 3 - p, q)
@@ -178,9 +192,9 @@ class Place:
 
 
 def _measured(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Level (n,) of cells with corners (3, n, 2), whether they are diagonal, and the corners.
+    """Level (n,) of cells with corners (3, n, 2), whether they are diagonal, and their corners.
 
-    The latter (2, 3, n) in half widths of the square that holds the cell: small whole numbers.
+    The corners (2, 3, n) are in half widths of the square that contains the cell: small integers.
     """
     width, is_diagonal = extent(xy)
     level = np.frexp(width >> DEPTH)[1] - 1
@@ -189,9 +203,9 @@ def _measured(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def extent(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Width (n,) of the squares that hold cells with corners (3, n, 2); whether they are diagonal.
+    """Width (n,) of the squares that contain cells with corners (3, n, 2); diagonal or axial.
 
-    Of a diagonal cell the hypotenuse is a diagonal of that square, of others one of its sides.
+    The hypotenuse of a diagonal cell is a diagonal of the square, that of an axial cell a side.
     """
     across, along = np.abs(xy[1] - xy[2]).T
     return np.maximum(across, along), np.minimum(across, along) > 0

@@ -1,4 +1,4 @@
-"""What the primal and the dual problem need to know of each cell of a mesh."""
+"""Data of each cell for the primal and the dual problem: averages, contact, resistivity."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,26 +17,38 @@ ISOTROPIC = np.array([1.0, 0.0, 1.0])  # xx, xy, yy
 
 @dataclass(frozen=True, eq=False)
 class CellContact:
-    """Where the contact is, seen from each cell (C cells).
+    """Contact as each of C cells sees it.
 
-    shut : (C, 3) bool, sides (opposite each corner) along which the gap is zero
-    closed : (C,) bool, cells in which the stream function must be constant
-    contact : (C, 3) bool, corners from which the stream function rises as a power
-    stiff : (C,) bool, cells so conductive that the pressure is taken to be the same all over them
+    Attributes
+    ----------
+    zero_gap : (C, 3) bool
+        Zero-gap sides (opposite each corner): the gap is zero along the whole side.
+    blocked : (C,) bool
+        Blocked cells: the stream function must be constant in them.
+    contact_vertex : (C, 3) bool
+        Contact vertices: corners from which the stream function rises as a power.
+    equipotential : (C,) bool
+        Cells so conductive that the pressure is taken to be constant in each.
     """
 
-    shut: np.ndarray
-    closed: np.ndarray
-    contact: np.ndarray
-    stiff: np.ndarray
+    zero_gap: np.ndarray
+    blocked: np.ndarray
+    contact_vertex: np.ndarray
+    equipotential: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class CellData(CellContact):
-    """What the primal and the dual problem need of each cell (C cells).
+    """Data of C cells for the primal and the dual problem; see also `CellContact`.
 
-    K : (C,), mean of g³; zero where the cell is all contact
-    resistivity : (C, 3), tensor xx, xy, yy of the dual, zero where `closed`
+    Attributes
+    ----------
+    K : (C,)
+        Mean of g³; zero where the whole cell is contact.
+    resistivity : (C, 3)
+        Tensor xx, xy, yy of the dual problem; zero where `blocked`.
+    zero_gap, blocked, contact_vertex, equipotential : arrays
+        As in `CellContact`.
     """
 
     K: np.ndarray
@@ -52,26 +64,31 @@ class CellData(CellContact):
         means: tuple[np.ndarray, np.ndarray],
         ceiling: float,
     ) -> "CellData":
-        """Of n cells with a gap at their corners.
+        """Data of n cells from the gap at their corners.
 
         Parameters
         ----------
-        xy, aspect : corners (3, n, 2), and what their x and y are to be multiplied by
-        gaps : (3, n, 2), raised for the primal and lowered for the dual
-        linear : (n,) bool, cells on which the gap is linear, or one for all
-        means : of g³ and of 1/g³, each (n,)
-        ceiling : no cell conducts more than its cube in the dual
+        xy, aspect : arrays
+            Coordinates (3, n, 2) of the corners, and the factors that scale x and y.
+        gaps : (3, n, 2) float
+            Gap at the corners, raised for the primal and lowered for the dual.
+        linear : (n,) bool, or one bool
+            Cells on which the gap is linear.
+        means : pair of (n,) float
+            Means of g³ and of 1/g³.
+        ceiling : float
+            Cube root of the largest conductivity in the dual.
         """
         (raised, lowered), (cube, inverse_cube) = np.moveaxis(gaps, -1, 0), means
         zero, contact = (raised == 0) & linear, (lowered == 0) & linear
-        shut = zero[[1, 2, 0]] & zero[[2, 0, 1]]
-        closed = contact.all(axis=0) | (np.isinf(inverse_cube) & ~linear)
+        zero_gap = zero[[1, 2, 0]] & zero[[2, 0, 1]]
+        blocked = contact.all(axis=0) | (np.isinf(inverse_cube) & ~linear)
         most = ceiling**3
         limited = np.maximum(inverse_cube, 1 / most)
         tensor = traces.resistivity(xy, aspect, lowered, contact, limited)
-        # Beside contact the trace is what resists; the least is added to it.
-        tensor[contact.any(axis=0) & ~closed] += ISOTROPIC / most
-        return cls(shut.T, closed, contact.T, most < cube, cube, tensor)
+        # At contact vertices the resistivity is that of the power traces; add the smallest one.
+        tensor[contact.any(axis=0) & ~blocked] += ISOTROPIC / most
+        return cls(zero_gap.T, blocked, contact.T, most < cube, cube, tensor)
 
     @classmethod
     def joined(
@@ -79,11 +96,14 @@ class CellData(CellContact):
         mesh: NestedMesh | TriangleMesh,
         some: Callable[[np.ndarray, np.ndarray], "CellData"],
     ) -> "CellData":
-        """Of all cells of a mesh, some after the others: what is at work fits into the cache.
+        """Data of all cells of a mesh, computed in batches that fit into the cache.
 
         Parameters
         ----------
-        some : data of n cells whose corners are the vertices (3, n), at xy (3, n, 2)
+        mesh : NestedMesh or TriangleMesh
+            The mesh.
+        some : callable
+            Data of n cells from their vertices (3, n) and their coordinates (3, n, 2).
         """
         count = len(mesh.cells)
         flags, sides, numbers = (count, bool), ((count, 3), bool), (count, float)
@@ -91,26 +111,31 @@ class CellData(CellContact):
         whole = cls(*(np.empty(*kind) for kind in kinds))
         for cells in parts(0, count, _AT_ONCE):
             vertices = mesh.cells[cells].T
-            found = some(vertices, mesh.xy.take(vertices, axis=0))
+            batch = some(vertices, mesh.xy.take(vertices, axis=0))
             for name in cls.__dataclass_fields__:
-                getattr(whole, name)[cells] = getattr(found, name)
+                getattr(whole, name)[cells] = getattr(batch, name)
         return whole
 
     def part(self, cells: np.ndarray) -> "CellData":
-        """The data of some cells, (C,) bool or indices."""
+        """Data of the cells of a mask (C,) or of indices."""
         return CellData(*(getattr(self, name)[cells] for name in self.__dataclass_fields__))
 
-    def regularised(self, leak: float, cut: float) -> np.ndarray:
-        """Resistivity (C, 3) with closed cells conducting `leak` times what they do in the primal.
+    def regularised(self, epsilon: float, cut: float) -> np.ndarray:
+        """Resistivity R_ε (C, 3): in blocked cells 1/(ε K) is added, elsewhere it is unchanged.
 
-        cut : as of the gap; what closed cells conduct counts at least as its cube, since without a
-            smallest conductivity the contrast makes deep solves collapse
+        Parameters
+        ----------
+        epsilon : float
+            ε, the conductivity of blocked cells relative to the primal problem.
+        cut : float
+            `cut` of the gap. Its cube is the smallest K that counts: without it the contrast makes
+            CG break down on fine meshes.
         """
-        conducted = leak * np.maximum(self.K, cut**3)
-        # What conducts nothing at all, without a cut, is no part of any problem.
-        added = np.divide(self.closed, conducted, out=np.zeros_like(self.K), where=conducted > 0)
+        conducted = epsilon * np.maximum(self.K, cut**3)
+        # Cells with K = 0 and cut = 0 carry no flow and are in neither problem.
+        added = np.divide(self.blocked, conducted, out=np.zeros_like(self.K), where=conducted > 0)
         return self.resistivity + added[:, None] * ISOTROPIC
 
     def without_values(self) -> CellContact:
-        """What is left when the averages are no longer needed."""
-        return CellContact(self.shut, self.closed, self.contact, self.stiff)
+        """The contact without the averages, whose memory can be freed."""
+        return CellContact(self.zero_gap, self.blocked, self.contact_vertex, self.equipotential)

@@ -1,10 +1,14 @@
-"""Both problems on one mesh of a cell that is periodic in both directions, as 2 × 2 matrices.
+"""Primal and dual problem of a cell that is periodic in both directions, as 2 × 2 matrices.
 
-A* takes the jumps of the pressure across the two seams to the fluxes through them. With p_J the
-minimiser for the jumps J, J·A·J = ∫ K|∇p_J|² ≥ J·A*·J for all J at once, p_J being linear in J. The
-same for stream functions of jumps G, G·B·G = ∫|∇ψ_G|²/K: by Thomson's principle (in Legendre's
-form) J·A*·J ≥ max_G 2 J×G - G·B·G =: J·C·J, J×G = J_x G_y - J_y G_x. Hence C ≤ A* ≤ A as
-quadratic forms, exactly, from two solves each.
+The tensor A* maps the jumps J of the pressure across the two seams to the fluxes through them.
+
+    primal    J·A·J = ∫ K|∇p_J|²,    p_J minimises it among pressures with jumps J
+    dual      G·B·G = ∫ |∇ψ_G|²/K,   ψ_G minimises it among stream functions with jumps G
+              J·C·J = max_G 2 J×G - G·B·G,   J×G = J_x G_y - J_y G_x
+
+Dirichlet's principle gives A* <= A for all J at once, since p_J is linear in J; Thomson's
+principle in Legendre's form gives C <= A*. Hence C <= A* <= A as quadratic forms, from two solves
+each.
 """
 
 from dataclasses import dataclass
@@ -15,12 +19,12 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap
 from fem_seal.flow.gradients import shape_gradients
 from fem_seal.flow.linear import CellSpace
-from fem_seal.flow.numbering import Unknowns
+from fem_seal.flow.numbering import Numbering
 from fem_seal.flow.torus import (
     jumps_along,
     open_torus,
-    pressure_unknowns,
-    stream_unknowns,
+    pressure_numbering,
+    stream_numbering,
 )
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.mesh.nested import NestedMesh
@@ -33,10 +37,18 @@ _CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])  # J×G = J·_CROSS·G
 class Family:
     """Minimisers for a basis of jumps.
 
-    jumps : (k, 2); corner_values : (k, C, 3)
-    energies : (k, k), ∫ ∇v_a·T·∇v_b, raised by what rounding may have taken away
-    iterations : of CG, of all of them
-    stalled : why CG stopped short of its tolerance for one of them, "" if it did not
+    Attributes
+    ----------
+    jumps : (k, 2)
+        The jumps across both seams.
+    corner_values : (k, C, 3)
+        Corner values of each minimiser.
+    energies : (k, k)
+        ∫ ∇v_a·T·∇v_b, raised by a bound of its rounding error.
+    iterations : int
+        CG iterations of all solves together.
+    stalled : str
+        Reason why CG stopped short of its tolerance in one of the solves, else "".
     """
 
     jumps: np.ndarray
@@ -52,13 +64,13 @@ class Family:
 
 def upper_matrix(pressures: Family) -> np.ndarray:
     """A (2, 2): energies of pressures with jumps in the span of the family's dual basis."""
-    # Along one winding w a jump J does what (J·w) times the basis does, and w = J/|J|².
+    # Along a single winding w a jump J has the effect of (J·w) times the basis; w = J/|J|².
     basis = np.linalg.pinv(pressures.jumps)
     return basis @ pressures.energies @ basis.T
 
 
 def best_flux(streams: Family) -> np.ndarray:
-    """(k, 2): weights of the family of the flux that bounds best, as a linear function of J."""
+    """Weights (k, 2) of the maximising G in the family, as a linear function of J."""
     crossing = streams.jumps @ _CROSS.T  # (k, 2): J×G_a = crossing[a]·J
     return np.linalg.solve(streams.energies, crossing) if len(streams.jumps) else crossing
 
@@ -94,7 +106,7 @@ class CellProblem:
         cells = open_torus(mesh, self._whole)
         self.kept = cells.kept
         self.data = self._whole.part(cells.kept)
-        self._numbering = pressure_unknowns(mesh, self._seams, self._whole, cells)
+        self._numbering = pressure_numbering(mesh, self._seams, self._whole, cells)
         self._driving = jumps_along(cells.windings)
         corners = mesh.corners(gap.aspect, mesh.cells[cells.kept])
         sides = mesh.edges[1][cells.kept]
@@ -118,25 +130,25 @@ class CellProblem:
         return self._family(self._numbering, crossed, self._driving, tensor, guess)
 
     def streams(self, guess: np.ndarray) -> Family:
-        """Minimise ∫|∇ψ|²/K for each jump that contact and closed cells allow."""
-        found = stream_unknowns(self.mesh, self._seams, self._whole, self.kept, merge_closed=True)
-        return self._family(
-            found.unknowns, found.seams_crossed, found.jumps, self.data.resistivity, guess
-        )
+        """Minimise ∫|∇ψ|²/K for each jump that contact and blocked cells allow."""
+        return self._stream_family(self.data.resistivity, guess, merge_blocked=True)
 
-    def regularised_streams(self, guess: np.ndarray, leak: float) -> Family:
-        """The same with closed cells conducting `leak` times what they do in the primal."""
-        found = stream_unknowns(self.mesh, self._seams, self._whole, self.kept, merge_closed=False)
-        return self._family(
-            found.unknowns, found.seams_crossed, found.jumps, self._regularised(leak), guess
-        )
+    def regularised_streams(self, guess: np.ndarray, epsilon: float) -> Family:
+        """Regularised dual: blocked cells conduct `epsilon` times as much as in the primal."""
+        return self._stream_family(self._regularised(epsilon), guess, merge_blocked=False)
 
-    def _regularised(self, leak: float) -> np.ndarray:
-        return self.data.regularised(leak, self._gap.cut)
+    def _stream_family(
+        self, tensor: np.ndarray, guess: np.ndarray, *, merge_blocked: bool
+    ) -> Family:
+        stream = stream_numbering(self.mesh, self._seams, self._whole, self.kept, merge_blocked)
+        return self._family(stream.numbering, stream.seams_crossed, stream.jumps, tensor, guess)
+
+    def _regularised(self, epsilon: float) -> np.ndarray:
+        return self.data.regularised(epsilon, self._gap.cut)
 
     def _family(
         self,
-        periodic: Unknowns,
+        periodic: Numbering,
         crossed: np.ndarray,
         jumps: np.ndarray,
         tensor: np.ndarray,
@@ -146,18 +158,18 @@ class CellProblem:
         rounding, stalled = 0.0, ""
         for k, jump in enumerate(jumps):
             lift = crossed @ jump
-            numbering = Unknowns(periodic.of_corner, lift, periodic.count)
+            numbering = Numbering(periodic.of_corner, lift, periodic.count)
             start = numbering.from_corners(np.tensordot(jump, guess, axes=1))
-            found = self._space.minimise(tensor.__getitem__, numbering, start, self.tolerance)
-            values[k], iterations = found.corner_values, iterations + found.iterations
-            rounding = max(rounding, found.total.error / found.total.value)
-            stalled = stalled or found.stalled
+            minimum = self._space.minimise(tensor.__getitem__, numbering, start, self.tolerance)
+            values[k], iterations = minimum.corner_values, iterations + minimum.iterations
+            rounding = max(rounding, minimum.total.error / minimum.total.value)
+            stalled = stalled or minimum.stalled
         slopes = [self.gradients(v) for v in values]
         fluxes = [_applied(tensor, slope) for slope in slopes]
         energies = [[(self._areas * (a * b).sum(axis=1)).sum() for b in fluxes] for a in slopes]
         energies = np.array(energies).reshape(2 * (len(jumps),))
-        # Rounding moves an entry by that part of the root of the two diagonal ones at most, and so
-        # any combination of the functions by twice that part of the diagonal.
+        # The rounding error of entry (a, b) is at most `rounding` √(E_aa E_bb), so that of any
+        # combination of the functions is at most twice `rounding` times the diagonal part.
         energies += 2 * rounding * np.diag(np.diag(energies))
         return Family(jumps, values, energies, iterations, stalled)
 
@@ -165,35 +177,35 @@ class CellProblem:
         """Gradient (C, 2) of the function with given corner values (C, 3)."""
         return np.einsum("cid,ci->cd", self._slopes, corner_values)
 
-    def shares(self, pressures: Family, streams: Family, leak: float) -> np.ndarray:
-        """What each cell (C,) adds to the relative difference of the two matrices.
+    def indicators(self, pressures: Family, streams: Family, epsilon: float) -> np.ndarray:
+        """Error indicators e_T (C,): the part of each cell in the relative difference of A and C.
 
-        e_T = ∫ K|∇p|² + j·R·j - 2 ∇p·j with the best flux j for the jump of p, summed over an
-        orthonormal basis of pressures, so that the direction in which least flows counts as much
-        as the others: Σ e_T = tr(A⁻¹(A - C)).
+        e_T = ∫_T K|∇p|² + j·R·j - 2 ∇p·j with the best flux j for the jump of p, summed over an
+        orthonormal basis of pressures. Thus the direction of smallest flow counts as much as the
+        others: Σ e_T = tr(A⁻¹(A - C)).
         """
-        tensor, total = self._regularised(leak), np.zeros(len(self._areas))
+        tensor, total = self._regularised(epsilon), np.zeros(len(self._areas))
         for weights in _orthonormal(pressures):
             psi = streams.combined(best_flux(streams) @ (weights @ pressures.jumps))
             p, s = self.gradients(pressures.combined(weights)), self.gradients(psi)
-            mean = self.gradients(mean_gradient_values(psi, self.data.contact))
+            mean = self.gradients(mean_gradient_values(psi, self.data.contact_vertex))
             cell = self.data.K * (p * p).sum(axis=1) + (s * _applied(tensor, s)).sum(axis=1)
             cell -= 2 * (p[:, 0] * mean[:, 1] - p[:, 1] * mean[:, 0])
             total += self._areas * cell
         return total
 
-    def throughflow(self, pressures: Family, streams: Family) -> np.ndarray:
-        """Flow through each closed cell (C,), |j| times its width, in parts of the whole."""
+    def blocked_flux(self, pressures: Family, streams: Family) -> np.ndarray:
+        """Flux |j| × width through each blocked cell (C,), relative to the whole flux."""
         width, total = np.sqrt(2 * self._areas), np.zeros(len(self._areas))
         for weights in _orthonormal(pressures):
             jump = weights @ pressures.jumps
             slope = self.gradients(streams.combined(best_flux(streams) @ jump))
             total += np.linalg.norm(slope, axis=1) * width * np.linalg.norm(jump)
-        return np.where(self.data.closed, total, 0.0)
+        return np.where(self.data.blocked, total, 0.0)
 
 
 def _orthonormal(pressures: Family) -> np.ndarray:
-    """(k, k): rows of weights that combine a family to pressures of energy one, orthogonal."""
+    """Weights (k, k): each row combines the family into a pressure, orthonormal in energy."""
     scale = 1 / np.sqrt(pressures.energies.diagonal())
     values, vectors = np.linalg.eigh(scale[:, None] * pressures.energies * scale)
     return (scale[:, None] * vectors / np.sqrt(values)).T

@@ -10,7 +10,7 @@ from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film.winding import periodic_sites, widest_winding
 from fem_seal.flow.adapt import Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
-from fem_seal.flow.course import Course, out_of_reach
+from fem_seal.flow.convergence import ConvergenceHistory, out_of_reach
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.leak import require_conducting, require_positive, unit_of_leak_rate
@@ -22,11 +22,11 @@ from fem_seal.mesh.bisection import Refinement, TooFine, bisect
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
 from fem_seal.mesh.seams import squares_across, unmatched
 
-LEAST_SQUARES = 4  # across the cell: fewer cannot tell a side from its copy
-# Of the largest conductivity: without ends of given pressure, what conducts less drowns in the
-# rounding of the pressure where the gap is open.
+LEAST_SQUARES = 4  # across the cell; with fewer a side could not be told from its copy
+# Smallest part of the largest conductivity that can be resolved. The pressure is prescribed
+# nowhere, so its rounding errors in open regions hide smaller conductivities.
 LEAST_CONDUCTIVITY = 1e-15
-GROWTH = 2.2  # at most, of the unknowns from level to level: bisecting all cells doubles them
+GROWTH = 2.2  # largest growth of the unknowns from level to level: bisecting all cells doubles them
 TIGHTEST = "the tightest place on the widest way around the cell"
 
 
@@ -54,7 +54,7 @@ def conductivity_tensor(
     representation : "linear" or "constant"
     rtol : stop when upper - lower <= rtol √(lower upper) in every direction
     limits : where to stop before that
-    progress : called with unknowns and relative gap of each mesh
+    progress : called with unknowns and relative width of each mesh
     tuning : cost of the bounds, never their truth
     comm : all its ranks must call this together, with the same gap
 
@@ -95,7 +95,7 @@ def conductivity_tensor(
 
 
 def _missed(found: TensorBounds, rtol: float) -> str:
-    """Say how far the bounds are from the tolerance, and in which direction."""
+    """Message on the distance of the bounds from the tolerance, and the direction."""
     width, (x, y) = widest(found.lower, found.upper)
     along = (x, y) @ found.upper @ (x, y) / np.linalg.eigvalsh(found.upper)[-1]
     known = f"known to {width:.2g}" if np.isfinite(width) else "without a lower bound"
@@ -106,7 +106,7 @@ def _missed(found: TensorBounds, rtol: float) -> str:
 
 
 def _rounding_doubt(narrowest: float) -> str:
-    """Say so if conductivities differ by more than double precision holds; gap over its largest."""
+    """Message if the constriction's gap (over the largest) is too small for double precision."""
     if narrowest**3 >= LEAST_CONDUCTIVITY:
         return ""
     return (
@@ -130,12 +130,12 @@ def _refined(
 
     laps = [started]
 
-    def why_stop(course: Course) -> str:
+    def why_stop(history: ConvergenceHistory) -> str:
         laps.append(time.perf_counter())
         limit = limits.exceeded(started, USUAL_GROWTH, laps[-1] - laps[-2])
-        return comm.bcast(limit or out_of_reach(course, rtol))
+        return comm.bcast(limit or out_of_reach(history, rtol))
 
-    # Meshes are nested: the last upper bound is the least, and the last lower one the greatest.
+    # Meshes are nested: the last upper bound is the smallest, and the last lower one the largest.
     lower, upper = np.zeros((2, 2)), None
     try:
         for found in _levels(gap, width, strategy, comm, why_stop):
@@ -158,10 +158,18 @@ def _refined(
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Bounds of one mesh.
+    """Bounds on one mesh.
 
-    lower : None where it was not computed, as the mesh is too coarse for it
-    reason : why there is no finer mesh to come, "" if there is
+    Attributes
+    ----------
+    lower : array or None
+        Lower bound; None on a mesh too coarse for it.
+    upper : array
+        Upper bound.
+    unknowns : int
+        Pressure unknowns for one direction.
+    reason : str
+        Reason why no finer mesh follows, "" if one does.
     """
 
     lower: np.ndarray | None
@@ -186,7 +194,7 @@ class _Start:
         return _Start(step.mesh, values, np.array([step.prolong(f) for f in self.functions]))
 
     def refined(self, gap: LinearGap | ConstantGap, times: np.ndarray) -> "_Start":
-        """Bisect each cell so many times at least, and what the seams demand."""
+        """Bisect each cell at least `times` times, and more where the seams must match."""
         start = self
         while times.any():
             step = bisect(start.mesh, times > 0)
@@ -211,46 +219,46 @@ def _levels(
     width: int,
     strategy: Strategy,
     comm: MPI.Comm,
-    why_stop: Callable[[Course], str],
+    why_stop: Callable[[ConvergenceHistory], str],
 ) -> Iterator[_Found]:
     start, most, tuning = _first(gap, width), strategy.max_unknowns or np.inf, strategy.tuning
-    course: Course = []
+    history: ConvergenceHistory = []
     while True:
         problem = CellProblem(gap, start.mesh, start.values, comm, tuning.tolerance)
-        if course and problem.unknowns > most:
+        if history and problem.unknowns > most:
             return
         guess = start.functions[:, problem.kept]
         pressures = problem.pressures(guess[:2])
-        guide = problem.regularised_streams(guess[2:], tuning.epsilon)
+        regularised = problem.regularised_streams(guess[2:], tuning.epsilon)
         upper = upper_matrix(pressures)
-        reached = relative_width(lower_matrix(guide), upper)
-        last = not course or GROWTH * problem.unknowns > most
-        course.append((problem.unknowns, reached))
-        reason, lower = why_stop(course), None
-        if len(course) > 1 and not reached < 0.99 * course[-2][1]:
-            reason = reason or pressures.stalled or guide.stalled
+        reached = relative_width(lower_matrix(regularised), upper)
+        last = not history or GROWTH * problem.unknowns > most
+        history.append((problem.unknowns, reached))
+        reason, lower = why_stop(history), None
+        if len(history) > 1 and not reached < 0.99 * history[-2][1]:
+            reason = reason or pressures.stalled or regularised.stalled
         if last or reason or reached < 2 * strategy.rtol:
-            lower = lower_matrix(problem.streams(_by_jumps(guide, guess[2:])))
+            lower = lower_matrix(problem.streams(_by_jumps(regularised, guess[2:])))
         yield _Found(lower, upper, problem.unknowns, reason)
         if lower is not None and np.isfinite(relative_width(lower, upper)):
             reached = relative_width(lower, upper)
         part = part_of_a_step(reached, strategy)
-        shares = problem.shares(pressures, guide, tuning.epsilon)
+        indicators = problem.indicators(pressures, regularised, tuning.epsilon)
         times = np.zeros(len(problem.kept), dtype=int)
         times[problem.kept] = np.maximum(
-            halvings(shares, doerfler(shares, part * tuning.theta)),
-            doerfler(problem.throughflow(pressures, guide), part * tuning.theta_throughflow),
+            halvings(indicators, doerfler(indicators, part * tuning.theta)),
+            doerfler(problem.blocked_flux(pressures, regularised), part * tuning.theta_blocked),
         )
         functions = start.functions.copy()
         functions[:2, problem.kept] = _by_jumps(pressures, guess[:2])
-        functions[2:, problem.kept] = _by_jumps(guide, guess[2:])
+        functions[2:, problem.kept] = _by_jumps(regularised, guess[2:])
         start = replace(start, functions=functions).refined(gap, times)
-        del problem, pressures, guide
+        del problem, pressures, regularised
 
 
 def _by_jumps(family: Family, otherwise: np.ndarray) -> np.ndarray:
     """Functions (2, C, 3) for unit jumps out of a family that may have fewer."""
     if len(family.jumps) < 2:
-        # Along the one direction of the family; the rest is never used.
+        # Only the component along the family's one direction is used later.
         return np.array([family.combined(row) for row in np.linalg.pinv(family.jumps)])
     return family.corner_values if len(otherwise) else otherwise

@@ -1,10 +1,10 @@
-"""An energy, summed cell by cell, and how far rounding can have moved it.
+"""An energy ∫ ∇v·T·∇v, summed cell by cell, with a bound of its rounding error.
 
-The functions are exact as they are stored, and so are the bounds but for the arithmetic of the
-energy: each cell adds |T| G·T·G. In a slender cell a component of the gradient G is a difference of
-terms that may exceed it by the ratio of the cell's sides, and what rounding does to it grows alike.
-The terms themselves are known, so the error is bounded for the function at hand (running error
-analysis: Higham, Accuracy and Stability of Numerical Algorithms, 2002, section 3.3).
+The stored function is exactly admissible, so only the arithmetic of its energy can spoil a bound.
+Each cell adds |T| G·T·G. In a slender cell a component of the gradient G is a difference of terms
+that exceed it by the ratio of the cell's sides, and its rounding error grows by the same ratio.
+Since the terms are known, the error of this very sum can be bounded (running error analysis:
+Higham, Accuracy and Stability of Numerical Algorithms, 2002, section 3.3).
 """
 
 from collections.abc import Iterable
@@ -15,8 +15,8 @@ import numpy as np
 
 from fem_seal.flow.gradients import gradients, shape_gradients
 
-# Relative error of what no cell shows: sums of positive terms over up to 1e7 cells and up the
-# pyramid of averages, and gaps halved 2 · 24 times at middles of edges.
+# Relative error of all steps outside the cells: sums of positive terms over up to 1e7 cells and
+# over the pyramid of averages, and gaps averaged 2 · 24 times at midpoints of edges.
 ROUNDING = 1e-12
 # Relative error of each term of a cell: 12 roundings in a component of the gradient, which counts
 # twice, 40 in the tensor (of which 15 in its moments), 10 in the area and the sums.
@@ -25,11 +25,16 @@ _TERM = 80 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Energy:
-    """∫ ∇v·T·∇v.
+    """An energy ∫ ∇v·T·∇v with a bound of its rounding error.
 
-    value : as computed
-    error : what rounding in its terms can have done to it
-    terms : the energy if no two terms of a gradient had opposite signs
+    Attributes
+    ----------
+    value : float
+        Energy as computed.
+    error : float
+        Bound of the rounding errors of its terms.
+    terms : float
+        Sum with the absolute values of all terms of each gradient.
     """
 
     value: float
@@ -37,23 +42,27 @@ class Energy:
     terms: float = 0.0
 
     @classmethod
-    def sum(cls, some: Iterable["Energy"]) -> "Energy":
-        """All of them together."""
-        rows = [(one.value, one.error, one.terms) for one in some]
+    def sum(cls, energies: Iterable["Energy"]) -> "Energy":
+        """Sum of energies, of their errors and of their terms."""
+        rows = [(energy.value, energy.error, energy.terms) for energy in energies]
         return cls(*(fsum(column) for column in zip(*rows, strict=True)))
 
     @classmethod
     def of_cells(
         cls, corners: np.ndarray, tensor: np.ndarray, corner_values: np.ndarray, blur: float
     ) -> "Energy":
-        """Of a function that is linear on n triangles.
+        """Energy of a function v that is linear on n triangles.
 
         Parameters
         ----------
-        corners : (n, 3, 2), the first one at the origin
-        tensor : (n, 3), components xx, xy, yy of T
-        corner_values : (n, 3)
-        blur : coordinates are off by this times the rounding unit at most
+        corners : (n, 3, 2) float
+            Corners, the first one at the origin.
+        tensor : (n, 3) float
+            Components xx, xy, yy of T.
+        corner_values : (n, 3) float
+            Values of v.
+        blur : float
+            Largest error of a coordinate in units of the rounding unit.
         """
         slopes, areas = shape_gradients(corners)
         gx, gy = gradients(slopes, corner_values).T
@@ -67,11 +76,12 @@ class Energy:
         return cls(value.sum(), _TERM * error.sum() + _TERM**2 * total, total)
 
     def least_upper(self, drop: float = 0.0) -> float:
-        """An upper bound of the energy after hats have lowered it by `drop`.
+        """Upper bound of the energy after bubble functions have lowered it by `drop`.
 
-        The drop is 2 r·s - s·A·s with the residual r of hats s. Each r is a sum over cells, in each
-        of them off by _TERM times √(terms of the cell · stiffness of the hat) at most, and
-        s·diag(A)·s ≤ 3 s·A·s, as a cell has three hats: Cauchy and Schwarz.
+        The drop is 2 r·s - s·A·s for bubble functions of residual r, stiffness A and coefficients
+        s. Each r is a sum over cells; the error of a summand is at most _TERM times
+        √(terms of the cell · stiffness of the bubble). With s·diag(A)·s ≤ 3 s·A·s, since a cell has
+        three bubble functions, the inequality of Cauchy and Schwarz bounds the error of r·s.
         """
         drop = max(drop, 0.0)
         off = 2 * _TERM * np.sqrt(3 * self.terms) * np.sqrt(drop)
@@ -85,7 +95,7 @@ def _terms_of_gradients(
     corner_values: np.ndarray,
     blur: float,
 ) -> np.ndarray:
-    """Sums (2, n) of the absolute terms of `gradients`, times how uncertain the triangles are."""
+    """Sums (2, n) of the absolute terms of `gradients`, times the condition of the triangles."""
     (ux, uy), (vx, vy) = corners[:, 1:].transpose(1, 2, 0)
     # Twice the area is ux vy - uy vx; beside right angles along the axes one of them is zero.
     products = np.abs(ux * vy) + np.abs(uy * vx)

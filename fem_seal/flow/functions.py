@@ -1,4 +1,4 @@
-"""The flow as functions and facet tags on a DOLFINx mesh, for going on with it in FEniCSx."""
+"""The flow as functions and facet tags on a DOLFINx mesh, for computations in FEniCSx."""
 
 from dataclasses import dataclass
 
@@ -22,14 +22,21 @@ from fem_seal.leak_rate import FacetTag, FlowField
 
 @dataclass(frozen=True, eq=False)
 class FlowFunctions:
-    """What a leak rate keeps of its last mesh, as objects of DOLFINx.
+    """The flow of a `FlowField` as DOLFINx functions.
 
-    mesh : dolfinx.mesh.Mesh of the cells that carry flow, parted along contact lines
-    gap : dolfinx.fem.Function, linear [m]
-    pressure : dolfinx.fem.Function, linear [Pa]
-    flux : dolfinx.fem.Function, a constant vector on each cell [m^2/s]
-    facet_tags : dolfinx.mesh.MeshTags, `FacetTag` of every exterior facet; None if the field has
-        none. The pressure on opposite facets of a SEAM is the same, but the mesh does not join them
+    Attributes
+    ----------
+    mesh : dolfinx.mesh.Mesh
+        Mesh of the cells that carry flow, parted along contact lines.
+    gap : dolfinx.fem.Function
+        Gap, linear [m].
+    pressure : dolfinx.fem.Function
+        Pressure, linear [Pa].
+    flux : dolfinx.fem.Function
+        Flow density, constant on each cell [m²/s].
+    facet_tags : dolfinx.mesh.MeshTags or None
+        `FacetTag` of every exterior facet; None if the field has none. The pressure on opposite
+        facets of a SEAM is the same, but the mesh does not join them.
     """
 
     mesh: mesh.Mesh

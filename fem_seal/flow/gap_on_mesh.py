@@ -1,4 +1,4 @@
-"""The gap as a function on nested meshes, and what the two bounds need to know of each cell.
+"""The gap as a function on nested meshes, and the averages of g³ and 1/g³ on each cell.
 
 Gaps are in units of the largest one, lengths in pixels (scaled by the aspect of a pixel).
 """
@@ -26,16 +26,21 @@ __all__ = [
 
 
 class LinearGap:
-    """Samples are vertices, the gap is linear on the pixel triangles.
+    """The samples are vertices, and the gap is linear on the pixel triangles.
 
     Parameters
     ----------
-    gap : GridField, in units of its maximum
-    cut : the dual takes gaps below it for contact (lowering the gap lowers the lower bound)
-    floor : the primal raises positive gaps below it (raising the gap raises the upper bound)
-    width : pixels, squares of the starting mesh
-    ceiling : cells of a higher mean cube are `stiff` in the primal, and in the dual as conductive
-        as the ceiling; both err to the safe side
+    gap : GridField
+        Gap in units of its maximum.
+    cut : float
+        The dual treats gaps below it as contact: a smaller gap lowers the lower bound.
+    floor : float
+        The primal raises positive gaps to it: a larger gap raises the upper bound.
+    width : int
+        Width of the squares of the first mesh, in pixels.
+    ceiling : float
+        Cells with a mean cube above ceiling³ are equipotential in the primal, and have the
+        conductivity ceiling³ in the dual. Both bounds stay valid.
     """
 
     def __init__(
@@ -73,7 +78,7 @@ class LinearGap:
         return np.concatenate([values, self._sampled(*fine.xy[len(values) :].T, (a + b) / 2)])
 
     def _sampled(self, x: np.ndarray, y: np.ndarray, linear: np.ndarray) -> np.ndarray:
-        """Gap (n, 2) at points of a mesh: samples, entered into what is `linear` between them."""
+        """Gap (n, 2) at points of a mesh: `linear`, replaced by the samples at pixel vertices."""
         on_pixel = np.flatnonzero((x | y) & (PIXEL - 1) == 0)
         i, j = x[on_pixel] >> DEPTH, y[on_pixel] >> DEPTH
         samples = self._samples.reshape(-1, 2)
@@ -85,11 +90,12 @@ class LinearGap:
         return values[:, 0]
 
     def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
-        """Averages, shut sides and resistivity tensors of all cells.
+        """Averages, contact and resistivity tensors of all cells.
 
         Parameters
         ----------
-        mesh, values : the mesh and the gap at its vertices
+        mesh, values : NestedMesh, array
+            The mesh, and the gap (V, 2) at its vertices.
         """
         return CellData.joined(mesh, partial(self._some, values))
 
@@ -104,14 +110,14 @@ class LinearGap:
         return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
-        """Averages on the quarters of some cells.
+        """Averages on the quarters of n cells.
 
         Parameters
         ----------
         xy, gaps : (3, n, 2), corners of the cells and the gap there
         """
         six, (width, _) = with_middles(gaps), averages.extent(xy)
-        # Of triangles two pixels wide the middles may be samples.
+        # Triangles two pixels wide have midpoints that are samples.
         two = np.flatnonzero(width == 2 * PIXEL)
         x, y = with_middles(xy.take(two, axis=1))[:, 3:].astype(np.int64).reshape(2, -1)
         linear = six[:, 3:].take(two, axis=2).reshape(2, -1).T
@@ -124,7 +130,7 @@ class LinearGap:
 
 
 class VertexGap:
-    """The gap is given at the vertices of any triangles and linear on them and on their parts.
+    """The gap is prescribed at the vertices of a mesh, and linear on its triangles.
 
     Parameters
     ----------
@@ -151,7 +157,7 @@ class VertexGap:
     ) -> np.ndarray:
         """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
 
-        The middle of an edge has the mean of its ends: the gap stays the same function.
+        The midpoint of an edge gets the mean of its ends, so the gap stays the same function.
         """
         return np.concatenate([values, (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2])
 
@@ -160,7 +166,7 @@ class VertexGap:
         return values[:, 0]
 
     def cell_data(self, mesh: TriangleMesh, values: np.ndarray) -> CellData:
-        """Averages, shut sides and resistivity tensors, in closed form on every cell."""
+        """Averages, contact and resistivity tensors, in closed form on every cell."""
         return CellData.joined(mesh, partial(self._some, values))
 
     def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
@@ -169,7 +175,7 @@ class VertexGap:
         return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
-        """Averages on the quarters of some cells; as of LinearGap."""
+        """Averages on the quarters of cells; see `LinearGap.quarter_data`."""
         return QuarterData.of(*_quarter_means(with_middles(gaps)))
 
 
@@ -180,7 +186,7 @@ def _linear_means(gaps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _quarter_means(six: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same (4, n) on quarters, for gaps (2, 6, n) at corners and middles."""
+    """Means (4, n) of g³ and 1/g³ on the quarters, for gaps (2, 6, n) at corners and midpoints."""
     raised, lowered = (on_quarters(gaps) for gaps in six)
     cube, inverse_cube = (
         averages.cube_of_corners(*raised),
@@ -207,13 +213,13 @@ class ConstantGap:
         )
 
     def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
-        """Nothing (V, 0): the gap jumps at the vertices."""
+        """No values (V, 0): the gap jumps at the vertices."""
         return np.empty((len(mesh.xy), 0))
 
     def refined_values(
         self, values: np.ndarray, fine: NestedMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
-        """Nothing (V', 0)."""
+        """No values (V', 0)."""
         return np.empty((len(fine.xy), 0))
 
     def plotted_values(self, mesh: NestedMesh, values: np.ndarray) -> np.ndarray:
@@ -222,7 +228,7 @@ class ConstantGap:
         return np.cbrt(self._means[0, i, j])
 
     def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
-        """Averages of all cells; contact is whole pixels, so no side is shut by itself."""
+        """Averages of all cells. Contact consists of whole pixels: there are no zero-gap sides."""
         return CellData.joined(mesh, self._some)
 
     def _some(self, vertices: np.ndarray, xy: np.ndarray) -> CellData:
@@ -231,13 +237,13 @@ class ConstantGap:
         coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)
         place = averages.Place.of(xy.take(coarse, axis=1))
         cube[coarse], inverse_cube[coarse] = self._above_pixel.lookup(place)
-        closed, most = np.isinf(inverse_cube), self.ceiling**3
-        isotropic = np.where(closed, 0.0, np.maximum(inverse_cube, 1 / most))
+        blocked, most = np.isinf(inverse_cube), self.ceiling**3
+        isotropic = np.where(blocked, 0.0, np.maximum(inverse_cube, 1 / most))
         none = np.zeros((len(cube), 3), dtype=bool)
-        return CellData(none, closed, none, most < cube, cube, isotropic[:, None] * ISOTROPIC)
+        return CellData(none, blocked, none, most < cube, cube, isotropic[:, None] * ISOTROPIC)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
-        """Averages on the quarters of some cells; as of LinearGap, with no gaps (3, n, 0)."""
+        """Averages on the quarters of cells; see `LinearGap.quarter_data`; gaps are (3, n, 0)."""
         i, j = thrice_centroids(np.moveaxis(xy, -1, 0)) // (3 * PIXEL)
         cube, inverse_cube = self._means[:, i, j]
         coarse = np.flatnonzero(averages.extent(xy)[0] > 2 * PIXEL)

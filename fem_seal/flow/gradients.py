@@ -15,7 +15,7 @@ def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     (C, 3, 2), (C,)
     """
     a, b, c = x.transpose(1, 2, 0)
-    # One component of all cells after the other in memory: loops over two of them are slow.
+    # Store component by component: NumPy loops over a last axis of length two are slow.
     slopes = np.empty((3, 2, len(x)))
     (ux, uy), (vx, vy) = c - b, a - c
     twice = ux * vy - uy * vx
@@ -28,7 +28,7 @@ def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def gradients(slopes: np.ndarray, corner_values: np.ndarray) -> np.ndarray:
     """Gradients (n, 2) of linear functions, from those of the barycentric coordinates (n, 3, 2).
 
-    From differences of the corner values (n, 3): the same added to all is not even rounded.
+    Uses differences of the corner values (n, 3): a common constant cancels exactly.
     """
     _, b, c = slopes.transpose(1, 2, 0)
     a, *others = corner_values.T

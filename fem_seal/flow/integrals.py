@@ -46,14 +46,17 @@ class Batch:
         self._vector = fem.petsc.assemble_vector(self._slopes)
 
     def place(self, corners: np.ndarray, tensor: np.ndarray) -> None:
-        """Move onto n cells, n ≤ AT_ONCE; the triangles that are left over get no energy.
+        """Move the triangles onto n ≤ AT_ONCE cells; T = 0 on the remaining triangles.
 
         Parameters
         ----------
-        corners : (n, 3, 2), tensor : (n, 3), components xx, xy, yy of T
+        corners : (n, 3, 2) float
+            Corners of the cells.
+        tensor : (n, 3) float
+            Components xx, xy, yy of T.
         """
         n = len(corners)
-        # One coordinate after the other: both of a point at once take three times as long.
+        # Assign x and y separately: both at once would take three times as long.
         for axis, x in enumerate(self._mesh.geometry.x.T[:2]):
             x[self._points[:n]] = corners[..., axis]
         for component, values in zip(self._tensor, tensor.T, strict=True):
@@ -69,7 +72,7 @@ class Batch:
         return self._vector.array_r[dofs]
 
     def add_to(self, matrix: PETSc.Mat, rows: np.ndarray) -> None:
-        """Add the energy to a matrix; rows (n, 3) of the corners, -1 for a given value.
+        """Add the energy to a matrix; rows (n, 3) of the corners, -1 for a prescribed value.
 
         All ranks of the matrix must call this together.
         """

@@ -11,9 +11,8 @@ from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, film_conductivity
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
-from fem_seal.flow.goal import Decision, Tolerance
-from fem_seal.flow.limits import End
-from fem_seal.flow.posed import first_mesh, length_unit, points_of, require_film
+from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_film
+from fem_seal.flow.stopping import Decision, Stopping, Tolerance
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
@@ -21,8 +20,8 @@ from fem_seal.mesh.bisection import TooFine
 from fem_seal.registry import require_known
 
 METHODS = ("adaptive", "uniform")
-NARROWEST = 1e-60  # of the largest gap
-LEAST_UNIT = 1e-100  # leaves the 180 decades that a constriction may take away
+NARROWEST = 1e-60  # smallest critical constriction, as a part of the largest gap
+LEAST_UNIT = 1e-100  # leaves room for the 180 decades of NARROWEST cubed
 
 
 @explained_compilation()
@@ -93,16 +92,16 @@ def leak_rate(
     if film.sealed:
         return LeakRate.sealed(method)
     scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
-    goal = Tolerance(rtol) if decide is None else Decision(decide)
+    criterion = Tolerance(rtol) if decide is None else Decision(decide)
     growth = 4.0 if method == "uniform" else USUAL_GROWTH
     narrowest = film.constriction.gap / film.highest
     require_conducting("the critical constriction", narrowest)
-    end = End(goal, limits or Limits(), growth, narrowest, time.perf_counter())
+    stopping = Stopping(criterion, limits or Limits(), growth, narrowest, time.perf_counter())
     strategy = Strategy(
         uniform=method == "uniform",
-        rtol=goal.rtol,
-        every_dual=every_dual or decide is not None or end.doubtful,
-        max_unknowns=end.limits.unknowns,
+        rtol=criterion.rtol,
+        every_dual=every_dual or decide is not None or stopping.doubtful,
+        max_unknowns=stopping.limits.unknowns,
         tuning=tuning or Tuning(),
     )
     levels: list[Level] = []
@@ -110,8 +109,8 @@ def leak_rate(
     try:
         for bracket in _brackets(film, narrowest, strategy, comm):
             levels.append(_in_si(bracket.level, scale))
-            reached = goal.reached(levels[-1].lower, levels[-1].upper)
-            reason = "" if reached else comm.bcast(end.reason(levels))
+            reached = criterion.reached(levels[-1].lower, levels[-1].upper)
+            reason = "" if reached else comm.bcast(stopping.reason(levels))
             if bracket.stalled and no_closer(levels) and not reached:
                 reason = reason or bracket.stalled
             if reason:
@@ -124,7 +123,7 @@ def leak_rate(
                 last = _field(bracket, film, viscosity, pressure_drop)
             if reached or reason:
                 break
-            # Two meshes need not be in memory at once.
+            # Free this mesh before the next one is made.
             del bracket
         else:
             reason = f"the next mesh would have more than {strategy.max_unknowns} unknowns"
@@ -133,12 +132,12 @@ def leak_rate(
             raise
         reason = str(limit)
     if reason:
-        reason = f"{reason}; {goal.missed(result.lower, result.upper)}"
+        reason = f"{reason}; {criterion.missed(result.lower, result.upper)}"
     return replace(result, converged=not reason, reason=reason, field=last)
 
 
 def no_closer(levels: Sequence[Level]) -> bool:
-    """Whether the last mesh has brought the bounds less than 1 % closer than the one before."""
+    """Whether the last mesh has improved both bounds by less than 1 %."""
     if len(levels) < 2:
         return False
     before, last = levels[-2:]
@@ -146,7 +145,7 @@ def no_closer(levels: Sequence[Level]) -> bool:
 
 
 def require_positive(values: Mapping[str, float]) -> None:
-    """InvalidInput if one of the values, by name, is not a positive number."""
+    """Raise InvalidInput if one of the named values is not a positive number."""
     for name, value in values.items():
         if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
             raise InvalidInput(f"{name} = {value} must be a positive number")
@@ -176,11 +175,14 @@ def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) ->
 
 
 def require_conducting(tightest: str, narrowest: float) -> None:
-    """InvalidInput if the cube of what is tightest is beyond double precision.
+    """Raise InvalidInput if the cube of the smallest gap is beyond double precision.
 
     Parameters
     ----------
-    tightest : its name; narrowest : its gap over the largest one
+    tightest : str
+        Name of the narrowest place, for the message.
+    narrowest : float
+        Its gap over the largest gap.
     """
     if narrowest < NARROWEST:
         raise InvalidInput(
@@ -210,7 +212,7 @@ def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) ->
     return LeakRate(
         state="leaking",
         method=method,
-        # Without a lower bound yet, the upper one is all that is known.
+        # Geometric mean of the bounds, or the upper bound where there is no lower one yet.
         value=lower * float(np.sqrt(upper / lower)) if lower > 0 else upper,
         lower=lower,
         upper=upper,
@@ -221,9 +223,7 @@ def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) ->
     )
 
 
-def _field(
-    bracket: Bracket, film: Film, viscosity: float, pressure_drop: float
-) -> FlowField:
+def _field(bracket: Bracket, film: Film, viscosity: float, pressure_drop: float) -> FlowField:
     """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
     problem, highest = bracket.problem, film.highest
     cells = problem.mesh.cells[problem.kept]
@@ -233,9 +233,9 @@ def _field(
     conductivity = film_conductivity(highest, viscosity)
     flux = -problem.data.K[:, None] * problem.gradients(bracket.pressure.corner_values)
     if bracket.stream is not None:
-        # Where the pressure was taken to be constant, the stream function knows what flows.
-        stiff = problem.data.stiff
-        flux[stiff] = problem.flux(bracket.stream)[stiff]
+        # Where the pressure was taken to be constant, take the flux from the stream function.
+        equipotential = problem.data.equipotential
+        flux[equipotential] = problem.flux(bracket.stream)[equipotential]
     return FlowField(
         points=points_of(film, problem.mesh)[vertex],
         cells=number,

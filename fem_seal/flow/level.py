@@ -1,4 +1,13 @@
-"""One mesh: the primal and the dual problem on it, and what each cell adds to their difference."""
+"""The primal and the dual problem on one mesh, their bounds, and the error indicators.
+
+For unit pressure drop and K = g³ (g in units of its maximum), with a tensor R that has at least
+the energy of 1/K on every admissible stream function (`traces.py`):
+
+    p minimises ∫ K|∇p|²      over p = 1 at the inlet, 0 at the outlet    (Dirichlet's principle)
+    ψ minimises ∫ ∇ψ·R·∇ψ     over ψ with a jump of 1 across the film     (Thomson's principle)
+
+    1 / ∫ ∇ψ·R·∇ψ  <=  Q  <=  ∫ K|∇p|²
+"""
 
 from dataclasses import dataclass
 
@@ -14,18 +23,18 @@ from fem_seal.flow.gap_on_mesh import (
     VertexGap,
 )
 from fem_seal.flow.gradients import gradients, shape_gradients
+from fem_seal.flow.hierarchical import Correction, energy_drops, pressure_bubbles, stream_bubbles
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace, Minimum
-from fem_seal.flow.numbering import Unknowns
-from fem_seal.flow.sharpening import Sharpening, energy_drops, pressure_hats, stream_hats
-from fem_seal.flow.traces import mean_gradient_values
-from fem_seal.flow.unknowns import (
+from fem_seal.flow.numbering import Numbering
+from fem_seal.flow.topology import (
     components,
-    dual_unknowns,
+    dual_numbering,
     open_cells,
-    primal_unknowns,
+    primal_numbering,
     side_ends,
 )
+from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.leak_rate import FacetTag
 from fem_seal.mesh.edges import find_edges
 from fem_seal.mesh.grouping import parts
@@ -37,22 +46,29 @@ from fem_seal.mesh.triangles import TriangleMesh
 class Stream:
     """A stream function of unit flux, from the true or from the regularised dual.
 
-    psi : (V,), at the vertices of the mesh; zero where nothing flows
-    energy : ∫∇ψ·R·∇ψ
-    iterations : of CG
-    leak : what closed cells conduct, relative to the primal; zero in the true dual
-    stalled : why CG stopped short of its tolerance, "" if it did not
+    Attributes
+    ----------
+    psi : (V,)
+        ψ at the vertices of the mesh; zero where nothing flows.
+    energy : Energy
+        ∫ ∇ψ·R·∇ψ.
+    iterations : int
+        CG iterations.
+    epsilon : float
+        Factor ε of the regularised dual; zero in the true dual.
+    stalled : str
+        Reason why CG stopped short of its tolerance, else "".
     """
 
     psi: np.ndarray
     energy: Energy
     iterations: int
-    leak: float
+    epsilon: float
     stalled: str = ""
 
     @property
     def conductance(self) -> float:
-        """1 / energy: a lower bound of the leak rate, but for rounding, if the dual was true."""
+        """1 / energy; for the true dual a lower bound of the leak rate, up to rounding."""
         return 1 / self.energy.value
 
 
@@ -69,7 +85,7 @@ class LevelProblem:
 
     Notes
     -----
-    Attributes with the suffix C below run over the cells that carry flow, `kept`.
+    Arrays of length C below run over the cells that carry flow, `kept`.
     """
 
     def __init__(
@@ -86,12 +102,13 @@ class LevelProblem:
         cells = open_cells(mesh, data)
         self.kept = cells.kept
         self.data = data.part(cells.kept)
-        self._contact: CellContact = data.without_values()
-        self.primal_numbering: Unknowns = primal_unknowns(mesh, data, cells)
+        self._cell_contact: CellContact = data.without_values()
+        self.primal_numbering: Numbering = primal_numbering(mesh, data, cells)
         del data, cells
         self._cells = triangles = mesh.cells.compress(self.kept, axis=0)
 
-        # Not a method: an object that refers to itself stays in memory until Python looks for such.
+        # A closure, not a bound method: this avoids a reference cycle, so the mesh is freed at
+        # once.
         def corners(cells: np.ndarray | slice) -> np.ndarray:
             return mesh.corners(gap.aspect, triangles[cells])
 
@@ -116,14 +133,15 @@ class LevelProblem:
         return self._gap.plotted_values(self.mesh, self.values)
 
     def parted_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the mesh, a vertex counted once for each of the pressures around it.
+        """Points of the mesh; a vertex counts once for each pressure that the cells have there.
 
         Returns
         -------
-        (C, 3), the point of each corner; and for each point one of its corners, 3 cell + k
+        point : (C, 3), point of each corner
+        corner : one corner of each point, as 3 cell + k
         """
         numbering = self.primal_numbering
-        # Unknowns from 2 on, and what is given: 1 where the pressure is zero, 0 where it is one.
+        # Label of the pressure: unknowns count from 2, the outlet has 1, the inlet 0.
         pressure = numbering.of_corner - numbering.lift + 2
         key = self._cells.astype(np.int64) * (numbering.count + 2) + pressure
         _, corner, point = np.unique(key.ravel(), return_index=True, return_inverse=True)
@@ -138,7 +156,7 @@ class LevelProblem:
         """
         mesh, sides = self.mesh, self.mesh.numbered_edges.slots()
         flows = np.zeros((len(self.kept) + 1, 3), dtype=bool)  # the last row is outside, slot -1
-        flows[:-1][self.kept] = ~self.data.shut
+        flows[:-1][self.kept] = ~self.data.zero_gap
         alone = sides[:, 1] < 0
         through = flows.ravel()[sides[:, 0]] & (alone | flows.ravel()[sides[:, 1]])
         tags = np.full(3 * len(self.kept), FacetTag.CONTACT, dtype=np.int8)
@@ -164,7 +182,7 @@ class LevelProblem:
         ----------
         guess : (unknowns,), to start from
         """
-        # Cells of one pressure add nothing to the energy, and to the matrix only rounding.
+        # Cells of constant pressure have no energy; in the matrix they would leave rounding errors.
         K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
         return self.space.minimise(
             lambda cells: K[cells, None] * ISOTROPIC,
@@ -175,153 +193,164 @@ class LevelProblem:
         )
 
     def stream(self, guess: np.ndarray) -> Stream | None:
-        """Minimise ∫|∇ψ|²/K (Thomson's principle); None where closed cells bar every channel.
+        """Minimise ∫|∇ψ|²/K (Thomson's principle); None if blocked cells close every channel.
 
         Parameters
         ----------
         guess : (V,), at the vertices of the mesh
         """
-        numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=True)
+        numbering = dual_numbering(self.mesh, self._cell_contact, self.kept, merge_blocked=True)
         return numbering and self._minimal_stream(0.0, numbering, guess)
 
-    def regularised_stream(self, guess: np.ndarray, leak: float) -> Stream | None:
-        """The same with closed cells conducting `leak` times what they do in the primal.
+    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> Stream | None:
+        """Regularised dual: blocked cells conduct `epsilon` times as much as in the primal.
 
-        No bound, but it knows where flow would pass if the closed cells were resolved.
+        Its energy is no bound, but it shows where fluid would flow if the blocked cells were
+        resolved.
         """
-        numbering = dual_unknowns(self.mesh, self._contact, self.kept, merge_closed=False)
-        return numbering and self._minimal_stream(leak, numbering, guess)
+        numbering = dual_numbering(self.mesh, self._cell_contact, self.kept, merge_blocked=False)
+        return numbering and self._minimal_stream(epsilon, numbering, guess)
 
-    def _minimal_stream(self, leak: float, numbering: Unknowns, guess: np.ndarray) -> Stream:
-        found = self.space.minimise(
-            lambda cells: self._resistivity(leak, cells),
+    def _minimal_stream(self, epsilon: float, numbering: Numbering, guess: np.ndarray) -> Stream:
+        minimum = self.space.minimise(
+            lambda cells: self._resistivity(epsilon, cells),
             numbering,
             numbering.from_corners(guess[self._cells]),
             self.tolerance,
         )
         psi = np.zeros(len(self.mesh.xy))
         for cells in parts(0, self.space.count, AT_ONCE):
-            psi[self._cells[cells]] = numbering.corners(found.values, cells)
-        return Stream(psi, found.total, found.iterations, leak, found.stalled)
+            psi[self._cells[cells]] = numbering.corners(minimum.values, cells)
+        return Stream(psi, minimum.total, minimum.iterations, epsilon, minimum.stalled)
 
-    def _resistivity(self, leak: float, cells: slice) -> np.ndarray:
-        """Tensor (n, 3) of the true dual, or of the regularised one if leak > 0."""
-        if leak == 0:
+    def _resistivity(self, epsilon: float, cells: slice) -> np.ndarray:
+        """Tensor (n, 3) of the true dual, or of the regularised one if epsilon > 0."""
+        if epsilon == 0:
             return self.data.resistivity[cells]
-        return self.data.part(cells).regularised(leak, self._gap.cut)
+        return self.data.part(cells).regularised(epsilon, self._gap.cut)
 
-    def shares(self, pressure: Minimum, stream: Stream) -> np.ndarray:
-        """What each cell (C,) adds to the difference of the bounds (Prager and Synge).
+    def indicators(self, pressure: Minimum, stream: Stream) -> np.ndarray:
+        """Error indicators e_T (C,): the part of each cell in upper - lower (Prager and Synge).
 
-        e_T = ∫ K|∇p|² + J·R·J + 2 J·∇p, with J the rotated gradient of ψ scaled to its leak rate.
-        Each is ≥ 0, and Σ e_T = upper - lower, exactly for the true dual; closed cells of the
-        regularised one are not conforming to power traces, and its sum is off by about 1e-4.
+        e_T = ∫_T K|∇p|² + J·R·J + 2 J·∇p >= 0, with the flux J, the rotated gradient of ψ scaled
+        to its leak rate. For the true dual Σ e_T = upper - lower exactly. For the regularised dual
+        the sum is off by about 1e-4, since ψ in blocked cells does not match the power traces of
+        their neighbours.
         """
-        Q, shares = stream.conductance, np.empty(self.space.count)
-        for cells in parts(0, len(shares), AT_ONCE):
+        Q, indicators = stream.conductance, np.empty(self.space.count)
+        for cells in parts(0, len(indicators), AT_ONCE):
             slopes, areas = shape_gradients(self._corners(cells))
-            px, py = gradients(slopes, pressure.unknowns.corners(pressure.values, cells)).T
-            psi, contact = stream.psi[self._cells[cells]], self.data.contact[cells]
+            px, py = gradients(slopes, pressure.numbering.corners(pressure.values, cells)).T
+            psi, contact = stream.psi[self._cells[cells]], self.data.contact_vertex[cells]
             sx, sy = gradients(slopes, psi).T
             mx, my = gradients(slopes, mean_gradient_values(psi, contact)).T
-            xx, xy, yy = self._resistivity(stream.leak, cells).T
+            xx, xy, yy = self._resistivity(stream.epsilon, cells).T
             primal = self.data.K[cells] * (px * px + py * py)
-            # Q² alone may be below what double precision holds.
+            # Not Q² first: it may underflow.
             dual = Q * (Q * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy))
-            shares[cells] = areas * (primal + dual + 2 * Q * (my * px - mx * py))
-        return shares
+            indicators[cells] = areas * (primal + dual + 2 * Q * (my * px - mx * py))
+        return indicators
 
     def residuals(self, pressure: Minimum, least: float) -> np.ndarray:
-        """Estimate of the pressure's error from its flux, Σ (jump of the flow)²/K over sides, (C,).
+        """Residual estimate (C,) of the pressure's error: Σ over sides (jump of the flux)²/K.
 
-        The flow through a side should leave one cell and enter the other, and there should be
-        none through a wall or along contact. Dividing by the K of the cell itself, and not by
-        that of the better conducting of the two, keeps the estimate reliable where good
-        conductors touch at one vertex alone (C. Bernardi and R. Verfürth, Numer. Math. 85, 579
-        (2000); M. Petzoldt, Adv. Comput. Math. 16, 47 (2002)): there the linear pressure lets
-        pass what hardly flows, at no cost in energy.
+        The flux of the exact pressure is continuous across sides and zero through walls and along
+        contact. The jump is divided by the K of the cell itself, not by the larger K of the two
+        cells: this keeps the estimate reliable where good conductors touch at a single vertex
+        (C. Bernardi and R. Verfürth, Numer. Math. 85, 579 (2000); M. Petzoldt, Adv. Comput. Math.
+        16, 47 (2002)). There a linear pressure lets fluid leak through the vertex at almost no
+        cost in energy.
 
         Parameters
         ----------
-        pressure : the solution
-        least : conductivity to divide by in cells that conduct less
+        pressure : Minimum
+            Solution of the primal problem.
+        least : float
+            Smallest conductivity to divide by.
         """
         out = np.empty((self.space.count, 3))
         for cells in parts(0, len(out), AT_ONCE):
             slopes, areas = shape_gradients(self._corners(cells))
-            slope = gradients(slopes, pressure.unknowns.corners(pressure.values, cells))
+            slope = gradients(slopes, pressure.numbering.corners(pressure.values, cells))
             weight = -2 * areas * self.data.K[cells]
             out[cells] = weight[:, None] * (slopes * slope[:, None]).sum(axis=2)
         side = self.mesh.edges[1].compress(self.kept, axis=0)
         jump = np.bincount(side.ravel(), out.ravel())[side]
-        jump[self.data.shut] = out[self.data.shut]
-        # Flow may pass through sides along which the pressure is given.
+        jump[self.data.zero_gap] = out[self.data.zero_gap]
+        # No condition on the flux through sides of prescribed pressure.
         a, b, c = (self.primal_numbering.of_corner < 0).T
         jump[np.stack([b & c, c & a, a & b], axis=1)] = 0.0
         return (jump * jump).sum(axis=1) / np.maximum(self.data.K, least)
 
     def joints(self) -> np.ndarray:
-        """Cells (C,) bool of one pressure only since they touch where the gap is small.
+        """Cells (C,) bool that join equipotential groups at a vertex of small gap.
 
-        Stiff cells that touch have one pressure. Those that share high vertices conduct well to
-        each other; groups of such cells that meet in low vertices alone do not, and are joined
-        until the cells at these vertices are small enough not to be stiff.
+        All equipotential cells that touch have the same pressure. That is accurate if they share
+        a vertex of large gap. Groups that meet only at vertices of small gap should differ in
+        pressure; they are wrongly joined until the cells at these vertices are refined so far that
+        they are no longer equipotential.
         """
-        joined, stiff = np.zeros(self.space.count, dtype=bool), np.flatnonzero(self.data.stiff)
-        if not len(stiff) or not self.values.shape[1]:
+        joined = np.zeros(self.space.count, dtype=bool)
+        equipotential = np.flatnonzero(self.data.equipotential)
+        if not len(equipotential) or not self.values.shape[1]:
             return joined
-        high = self.values[self._cells[stiff], 0] >= self._gap.ceiling
-        stiff, high = stiff[high.any(axis=1)], high[high.any(axis=1)]
-        vertex, cell = self.mesh.twin[self._cells[stiff]], np.nonzero(high)[0]
+        high = self.values[self._cells[equipotential], 0] >= self._gap.ceiling
+        equipotential, high = equipotential[high.any(axis=1)], high[high.any(axis=1)]
+        vertex, cell = self.mesh.twin[self._cells[equipotential]], np.nonzero(high)[0]
         count = len(self.mesh.xy)
         pairs = np.stack([vertex[high], count + cell], axis=1)
-        group = components(pairs, count + len(stiff))[count:]
-        # Pressures at one point differ across contact, which parts the groups already.
+        group = components(pairs, count + len(equipotential))[count:]
+        # Cells on both sides of a contact line have different unknowns and are not joined.
         pressure = self.primal_numbering.of_corner - self.primal_numbering.lift
-        key = np.stack([vertex[~high], pressure[stiff][~high]])
+        key = np.stack([vertex[~high], pressure[equipotential][~high]])
         _, place = np.unique(key, axis=1, return_inverse=True)
         low = np.nonzero(~high)[0]
         least, most = np.full((2, len(low)), len(group) + count) * [[1], [-1]]
         np.minimum.at(least, place.ravel(), group[low])
         np.maximum.at(most, place.ravel(), group[low])
-        joined[stiff[low[(least < most)[place.ravel()]]]] = True
+        joined[equipotential[low[(least < most)[place.ravel()]]]] = True
         return joined
 
     def flux(self, stream: Stream) -> np.ndarray:
-        """Mean flux J (C, 2) on each cell: the gradient of ψ turned, scaled to its leak rate."""
+        """Mean flux J (C, 2) of each cell: the rotated gradient of ψ, scaled to its leak rate."""
         psi = stream.psi[self._cells]
-        dx, dy = self.gradients(mean_gradient_values(psi, self.data.contact)).T
+        dx, dy = self.gradients(mean_gradient_values(psi, self.data.contact_vertex)).T
         return stream.conductance * np.stack([dy, -dx], axis=1)
 
-    def throughflow(self, stream: Stream) -> np.ndarray:
-        """Flow through each closed cell (C,), |J| times its width; zero in cells not closed."""
-        flow, closed = np.zeros(self.space.count), np.flatnonzero(self.data.closed)
-        slopes, areas = shape_gradients(self._corners(closed))
-        steepness = np.linalg.norm(gradients(slopes, stream.psi[self._cells[closed]]), axis=1)
-        flow[closed] = stream.conductance * steepness * np.sqrt(2 * areas)
-        return flow
+    def blocked_flux(self, stream: Stream) -> np.ndarray:
+        """Flux |J| × width through each blocked cell (C,); zero in all other cells."""
+        flux, blocked = np.zeros(self.space.count), np.flatnonzero(self.data.blocked)
+        slopes, areas = shape_gradients(self._corners(blocked))
+        steepness = np.linalg.norm(gradients(slopes, stream.psi[self._cells[blocked]]), axis=1)
+        flux[blocked] = stream.conductance * steepness * np.sqrt(2 * areas)
+        return flux
 
     def gradients(
         self, corner_values: np.ndarray, cells: np.ndarray | slice = slice(None)
     ) -> np.ndarray:
-        """Gradient (n, 2), on all or some cells, of a function with corner values (n, 3) there."""
+        """Gradient (n, 2) on n cells of the function with corner values (n, 3)."""
         return gradients(shape_gradients(self._corners(cells))[0], corner_values)
 
-    def sharpened(self, pressure: Minimum, stream: Stream) -> tuple[float, float]:
-        """Lower and upper bound, from a true dual, after hats on the middles of the edges.
+    def corrected(self, pressure: Minimum, stream: Stream) -> tuple[float, float]:
+        """Lower and upper bound after the hierarchical correction, widened for rounding errors.
 
-        Both with room for rounding.
+        Parameters
+        ----------
+        pressure : Minimum
+            Solution of the primal problem.
+        stream : Stream
+            Solution of the true dual problem.
         """
-        cells = self.mesh, self._contact, self.kept
+        cells = self.mesh, self._cell_contact, self.kept
         place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
-        dual = Sharpening(
-            stream_hats(*cells),
+        dual = Correction(
+            stream_bubbles(*cells),
             lambda some: stream.psi.take(self.mesh.cells.take(some, axis=0)),
             lambda data: data.resistivity[:, 0],
         )
-        primal = Sharpening(
-            pressure_hats(*cells),
-            lambda some: pressure.unknowns.corners(pressure.values, place[some]),
+        primal = Correction(
+            pressure_bubbles(*cells),
+            lambda some: pressure.numbering.corners(pressure.values, place[some]),
             lambda data: data.K,
         )
         gap = self._gap, self.mesh, self.values
@@ -329,13 +358,13 @@ class LevelProblem:
         return 1 / stream.energy.least_upper(raised), pressure.total.least_upper(lowered)
 
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:
-        """Flow in through the inlet and out through the outlet, from the discrete equations."""
+        """Inflow and outflow from the residuals of the discrete equations at inlet and outlet."""
         prescribed = self.primal_numbering.of_corner < 0
         inlet = self.primal_numbering.lift
         at_ends = np.flatnonzero(prescribed.any(axis=1))
         sides = inlet[at_ends], (prescribed & (inlet == 0))[at_ends]
         slopes, areas = shape_gradients(self._corners(at_ends))
-        slope = gradients(slopes, pressure.unknowns.corners(pressure.values, at_ends))
+        slope = gradients(slopes, pressure.numbering.corners(pressure.values, at_ends))
         weight = areas * self.data.K[at_ends]
         into, out = (
             (weight * (slope * gradients(slopes, side.astype(float))).sum(axis=1)).sum()

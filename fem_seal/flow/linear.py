@@ -1,11 +1,14 @@
-"""The one place that knows PETSc: energies of functions linear on each cell, and their minima.
+"""Minimisation of energies of functions linear on each cell, by CG with BoomerAMG (PETSc).
 
 A problem is an energy E(v) = ∫ ∇v·T·∇v (`forms.py`) with a constant tensor T on each cell, over
-functions v = lift + P x: P is the 0/1 matrix of the numbering (`numbering.py`), never formed. The
-cells are integrated one batch after the other (`integrals.py`), and corners of one unknown add up
-in its row. CG with BoomerAMG needs a handful of iterations from the coarser solution at any size,
-as long as the matrix is not scaled by its diagonal: that would spoil the constant as near-null
-vector.
+functions v = lift + P x. P is the 0/1 matrix of the numbering (`numbering.py`); it is never formed.
+With the stiffness matrix A of the cells, x solves
+
+    P'A P x = -P'A lift.
+
+The cells are integrated in batches (`integrals.py`), and the corners of an unknown add up in its
+row. From the solution on the coarser mesh, CG with BoomerAMG needs a handful of iterations at any
+size. The matrix must not be scaled by its diagonal: constants would no longer be near-null vectors.
 """
 
 from collections.abc import Callable
@@ -16,17 +19,17 @@ import numpy as np
 from fem_seal.fenicsx import MPI, PETSc
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.integrals import AT_ONCE, batch
-from fem_seal.flow.numbering import Unknowns
+from fem_seal.flow.numbering import Numbering
 from fem_seal.mesh.grouping import parts
 
 MAX_ITERATIONS = 100
-# CG knows the energy by what it has taken off that of its start: below this part of it, it has to
-# start again from the energy summed cell by cell.
+# CG computes its energy as that of its start minus a decrease. Where less than this part of the
+# start is left, cancellation has spoilt it: restart from the energy summed cell by cell.
 LOST = 1e-11
-# Where CG breaks down, one more start must lower the energy at least to this part to be worth it.
+# After a breakdown of CG, restart only if the last start lowered the energy to this part.
 WORTH = 0.9
 
-# What each is worth: docs/adaptivity.md.
+# The effect of each option is measured in docs/adaptivity.md.
 _BOOMERAMG = {
     "pc_hypre_type": "boomeramg",
     "pc_hypre_boomeramg_coarsen_type": "PMIS",
@@ -40,14 +43,22 @@ _BOOMERAMG = {
 class Minimum:
     """The minimiser of an energy.
 
-    unknowns, values : a numbering and what its unknowns (count,) are, on every rank
-    total : ∫ ∇v·T·∇v, summed cell by cell (all terms positive)
-    iterations : of CG
-    stalled : why CG stopped short of its tolerance, "" if it did not. The energy then is above the
-        least one by more, but still that of an admissible function
+    Attributes
+    ----------
+    numbering : Numbering
+        Numbering of the corners.
+    values : (count,)
+        Values of the unknowns, on every rank.
+    total : Energy
+        ∫ ∇v·T·∇v, summed cell by cell (all terms are positive).
+    iterations : int
+        CG iterations.
+    stalled : str
+        Reason why CG stopped short of its tolerance, else "". The energy is then further above
+        its minimum, but still that of an admissible function.
     """
 
-    unknowns: Unknowns
+    numbering: Numbering
     values: np.ndarray
     total: Energy
     iterations: int
@@ -60,8 +71,8 @@ class Minimum:
 
     @property
     def corner_values(self) -> np.ndarray:
-        """(C, 3), of every cell."""
-        return self.unknowns.corners(self.values)
+        """Corner values (C, 3) on all cells."""
+        return self.numbering.corners(self.values)
 
 
 class CellSpace:
@@ -69,12 +80,17 @@ class CellSpace:
 
     Parameters
     ----------
-    count : number of cells, C
-    corners : of a slice of n cells where its corners (n, 3, 2) lie, seen from the first one, the
-        same on every rank
-    sides : gives the number (C, 3) of the side opposite each corner, the same for two cells at it
-    comm : MPI communicator
-    blur : coordinates are off by this times the rounding unit at most
+    count : int
+        Number of cells, C.
+    corners : callable
+        Coordinates (n, 3, 2) of the corners of a slice of n cells, relative to the first corner;
+        the same on every rank.
+    sides : callable
+        Number (C, 3) of the side opposite each corner, the same for both cells at the side.
+    comm : MPI.Comm
+        MPI communicator.
+    blur : float
+        Largest error of a coordinate in units of the rounding unit.
     """
 
     def __init__(
@@ -92,122 +108,134 @@ class CellSpace:
     def minimise(
         self,
         tensor: Callable[[slice], np.ndarray],
-        unknowns: Unknowns,
+        numbering: Numbering,
         guess: np.ndarray,
         tolerance: float,
         balanced: bool = False,
     ) -> Minimum:
-        """Minimise ∫ ∇v·T·∇v over the functions that `unknowns` describes.
+        """Minimise ∫ ∇v·T·∇v over the functions of a numbering.
 
         Parameters
         ----------
-        tensor : of a slice of n cells the components xx, xy, yy of T, (n, 3)
-        unknowns : numbering of the corners
-        guess : (count,), start
-        tolerance : relative error of the energy at which CG stops
-        balanced : ask too that the residuals add up to no more than the root of `tolerance` times
-            the energy: of a pressure they are what flows in and not out
+        tensor : callable
+            Components xx, xy, yy of T, (n, 3), on a slice of n cells.
+        numbering : Numbering
+            Numbering of the corners.
+        guess : (count,) float
+            Initial values of the unknowns.
+        tolerance : float
+            Relative error of the energy at which CG stops.
+        balanced : bool
+            Stop only if the sum of the residuals, too, is at most √tolerance times the energy. For
+            a pressure this sum is the difference of inflow and outflow.
 
         Notes
         -----
         Where the tensor spans more decades than double precision has digits, CG may break down. It
-        then starts again from the energy summed cell by cell: once, and as long as that pays.
+        is then restarted from the energy summed cell by cell: once in any case, and again as long
+        as the energy falls noticeably.
         """
-        matrix = self._assembled(tensor, unknowns)
+        matrix = self._assembled(tensor, numbering)
         x, right_side = matrix.createVecs()
         right_side.setOption(PETSc.Vec.Option.IGNORE_NEGATIVE_INDICES, True)
-        values, iterations, stalled_before = unknowns.representable(guess), 0, False
+        values, iterations, stalled_before = numbering.representable(guess), 0, False
         try:
             while True:
                 right_side.set(0)
-                total = start = self._energy(tensor, unknowns, values, right_side)
+                total = start = self._energy(tensor, numbering, values, right_side)
                 right_side.scale(-1)
                 lost = LOST * start.value
-                found = minimise_by_cg(
+                cg = minimise_by_cg(
                     matrix, right_side, x, start.value, tolerance, balanced, lost / 2
                 )
-                iterations += found.iterations
+                iterations += cg.iterations
                 moved = values + np.concatenate(self.comm.allgather(x.array_r))
-                moved = unknowns.representable(moved)
-                energy = self._energy(tensor, unknowns, moved)
-                # Not a number is never less: what is returned is always an admissible function.
+                moved = numbering.representable(moved)
+                energy = self._energy(tensor, numbering, moved)
+                # This is False for NaN, so that the returned function is always admissible.
                 if energy.value < start.value:
                     values, total = moved, energy
-                again = total.value < (WORTH * start.value if found.stalled else lost)
-                if not again and (not found.stalled or stalled_before):
-                    return Minimum(unknowns, values, total, iterations, found.stalled)
-                stalled_before = bool(found.stalled)
+                again = total.value < (WORTH * start.value if cg.stalled else lost)
+                if not again and (not cg.stalled or stalled_before):
+                    return Minimum(numbering, values, total, iterations, cg.stalled)
+                stalled_before = bool(cg.stalled)
         finally:
-            # petsc4py puts off freeing what is only dropped, and the meshes come and go.
-            for thing in (matrix, x, right_side):
-                thing.destroy()
+            # Free the memory now: petsc4py would defer it.
+            for petsc_object in (matrix, x, right_side):
+                petsc_object.destroy()
 
     def _energy(
         self,
         tensor: Callable[[slice], np.ndarray],
-        unknowns: Unknowns,
+        numbering: Numbering,
         values: np.ndarray,
         slopes: PETSc.Vec | None = None,
     ) -> Energy:
         """Energy; half its derivative by the unknowns is added to `slopes`."""
         energies = []
         for part in self._own_parts():
-            v = unknowns.corners(values, part)
-            # Only differences matter on a cell, and without the rest they keep all their digits.
+            v = numbering.corners(values, part)
+            # Subtract the value at the first corner: the differences then keep all their digits.
             v -= v[:, :1].copy()
             corners, T = self._corners(part), tensor(part)
             energies.append(Energy.of_cells(corners, T, v, self._blur))
             if slopes is not None:
                 batch().place(corners, T)
                 of_corner = batch().slopes(v)
-                slopes.setValues(unknowns.of_corner[part], of_corner, PETSc.InsertMode.ADD_VALUES)
+                slopes.setValues(numbering.of_corner[part], of_corner, PETSc.InsertMode.ADD_VALUES)
         if slopes is not None:
             slopes.assemble()
         return Energy.sum(self.comm.allgather(Energy.sum(energies)))
 
     def _own_parts(self) -> list[slice]:
-        """Batches of this rank, as many as of the rank with the most: all assemble together."""
+        """Batches of this rank; empty ones make their number equal on all ranks, as assembly needs."""
         begin, end = self._shares[self.comm.rank : self.comm.rank + 2]
         own = list(parts(begin, end, AT_ONCE))
         most = -(-self.count // self.comm.size)
         return own + [slice(end, end)] * (-(-most // AT_ONCE) - len(own))
 
-    def _assembled(self, tensor: Callable[[slice], np.ndarray], unknowns: Unknowns) -> PETSc.Mat:
+    def _assembled(self, tensor: Callable[[slice], np.ndarray], numbering: Numbering) -> PETSc.Mat:
         """The matrix of the unknowns."""
-        begin, end = self._rows(unknowns)
-        own, count = end - begin, unknowns.count
-        # Entries of a row: its neighbours and itself.
-        most = 1 + unknowns.neighbours(self._sides())[begin:end].astype(PETSc.IntType)
+        begin, end = self._rows(numbering)
+        own, count = end - begin, numbering.count
+        # Entries of a row: its neighbours and the diagonal.
+        most = 1 + numbering.neighbours(self._sides())[begin:end].astype(PETSc.IntType)
         matrix = PETSc.Mat().createAIJ(
             ((own, count), (own, count)),
             nnz=(np.minimum(most, own), np.minimum(most, count - own)),
             comm=self.comm,
         )
-        # A rank without rows would else take another path through the assembly, and all would wait.
+        # Without this option a rank without rows assembles differently, and the others hang.
         matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, True)
         for part in self._own_parts():
             batch().place(self._corners(part), tensor(part))
-            batch().add_to(matrix, unknowns.of_corner[part])
+            batch().add_to(matrix, numbering.of_corner[part])
         matrix.assemble()
         return matrix
 
-    def _rows(self, unknowns: Unknowns) -> tuple[int, int]:
-        """First row of this rank and of the next; a rank has the unknowns that its cells bring.
+    def _rows(self, numbering: Numbering) -> tuple[int, int]:
+        """First row of this rank and of the next.
 
-        Unknowns are numbered as the cells come to meet them.
+        Unknowns are numbered in the order in which the cells first use them; a rank owns those
+        that its cells use first.
         """
         begin, end = self._shares[self.comm.rank : self.comm.rank + 2]
-        met = unknowns.of_corner[begin:end].max(initial=-1) + 1
+        met = numbering.of_corner[begin:end].max(initial=-1) + 1
         met = np.maximum.accumulate(self.comm.allgather(int(met)))
-        first = [0, *met[:-1].tolist(), unknowns.count]
+        first = [0, *met[:-1].tolist(), numbering.count]
         return first[self.comm.rank], first[self.comm.rank + 1]
 
 
 @dataclass(frozen=True)
 class Iterations:
-    """How CG ended.
+    """End of a CG iteration.
 
-    iterations : of CG; stalled : why it stopped short of its tolerance, "" if it did not
+    Attributes
+    ----------
+    iterations : int
+        Number of iterations.
+    stalled : str
+        Reason why it stopped short of its tolerance, else "".
     """
 
     iterations: int
@@ -223,21 +251,27 @@ def minimise_by_cg(
     balanced: bool = False,
     least: float = 0.0,
 ) -> Iterations:
-    """CG for x from zero until the energy r'Mr of the error is `tolerance` of the energy reached.
+    """Solve A x = b by CG from x = 0 until the energy of the error is small enough.
 
     Parameters
     ----------
-    matrix, right_side : of the correction to a start
-    x : where the solution goes
-    start : energy of the start
-    tolerance, balanced : as in `CellSpace.minimise`
-    least : stop as well where the energy falls below it
+    matrix, right_side : PETSc.Mat, PETSc.Vec
+        A and b of the correction x to a start.
+    x : PETSc.Vec
+        Receives the solution.
+    start : float
+        Energy of the start.
+    tolerance, balanced : float, bool
+        As in `CellSpace.minimise`.
+    least : float
+        Stop as well if the energy falls below this value.
 
     Notes
     -----
-    Relative residuals would lie: the energy of the start may exceed the minimum a million times.
-    In CG the energy after k steps is start - b·x_k, and r'Mr, with M the preconditioner, is the
-    energy of the error within a factor of two.
+    After k steps the energy is start - b·x_k, and r'Mr, with the residual r and the preconditioner
+    M, is the energy of the error within a factor of two. CG stops if the latter is at most
+    `tolerance` times the former. A test of r relative to its start would be misleading, since the
+    energy of the start may be a million times the minimum.
     """
     ksp = PETSc.KSP().create(matrix.comm)
     ksp.setOptionsPrefix("fem_seal_")

@@ -1,9 +1,10 @@
-"""Refine where a solve has marked cells, and further where the next one would mark their parts.
+"""Refine the marked cells, and without a solve those of their parts that would be marked next.
 
-A solve says which cells to halve, not where in them the flow will pass. Near percolation one half
-of a cell with contact would be marked by the next solve, a half of that by the one after it, and so
-on down to the pixel. Here ψ takes at each new vertex the value that is best if all others stay:
-with it and the averages on the new cells, those that would be marked are halved without a solve.
+A solve marks cells, but does not show where inside them fluid will flow. Near percolation the next
+solve would mark one half of a marked blocked cell, the solve after it one half of that, and so on
+down to the pixel. Here each new vertex gets the value of ψ that minimises the energy while all
+other vertices keep theirs. With these values and the averages on the new cells, the cells that the
+next solve would mark are halved at once.
 """
 
 from collections.abc import Iterator
@@ -21,8 +22,9 @@ from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-# Of the smallest marked share. Without a pressure only the least that a share can be is known, and
-# the true one is larger: of 1, 0.5 and 0.25, a half took the least time and the fewest unknowns.
+# Part of the smallest marked indicator above which a new cell is marked. Without a pressure only a
+# lower limit of its indicator is known. Of 1, 0.5 and 0.25, 0.5 took the least time and the fewest
+# unknowns.
 _PART = 0.5
 
 
@@ -30,22 +32,28 @@ def refined_ahead(
     start: Start,
     gap: LinearGap | ConstantGap | VertexGap,
     marks: Marks,
-    guide: Stream,
+    regularised: Stream,
     times: int,
 ) -> Start:
-    """Carry all to the mesh refined by some marks and ahead of them.
+    """Refine by marks, and further ahead of the next solve.
 
     Parameters
     ----------
-    start : on the mesh that was solved
-    gap : the gap as represented
-    marks : of its cells
-    guide : the regularised dual that marked them
-    times : how often to look ahead at most
+    start : Start
+        Solutions on the mesh that was solved.
+    gap : LinearGap, ConstantGap or VertexGap
+        The gap as represented.
+    marks : Marks
+        Marked cells of this mesh.
+    regularised : Stream
+        Solution of the regularised dual, from which the marks come.
+    times : int
+        Largest number of halvings ahead.
 
     Returns
     -------
-    Start, ψ at the new vertices better than linear
+    Start
+        On the refined mesh; ψ is better than the linear interpolation at its new vertices.
     """
     before = len(start.stream)
     start = start.refined(gap, marks.times)
@@ -53,10 +61,10 @@ def refined_ahead(
         new = np.flatnonzero((start.mesh.cells >= before).any(axis=1))
         mesh = start.mesh.part(new)
         data = gap.cell_data(mesh, start.values)
-        look = _Look(mesh, gap.aspect, data, data.regularised(guide.leak, gap.cut))
+        look = _Look(mesh, gap.aspect, data, data.regularised(regularised.epsilon, gap.cut))
         psi = look.relaxed(start.stream, before, _on_rim(start.mesh))
         once = np.zeros(len(start.mesh.cells), dtype=np.int8)
-        once[new] = look.marked(psi, guide.conductance, marks)
+        once[new] = look.marked(psi, regularised.conductance, marks)
         start, before = replace(start, stream=psi), len(psi)
         if not once.any():
             break
@@ -64,32 +72,41 @@ def refined_ahead(
     return start
 
 
-def least_share(J: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndarray:
-    """The least that K|∇p|² + J·R·J + 2 J·∇p can be on each cell (n,), whatever the pressure.
+def least_indicator(J: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndarray:
+    """Minimum (n,) of K|∇p|² + J·R·J + 2 J·∇p over all pressures, J·R·J - |J|²/K at ∇p = -J/K.
 
-    It is so at ∇p = -J/K. On cells with power traces J has another mean, and this is an estimate.
+    On cells with power traces the mean of J differs from `J`, and the result is an estimate.
 
     Parameters
     ----------
-    J : (n, 2), the gradient of ψ, not turned, scaled to its leak rate
-    K : (n,), mean of g³; where it is zero the share is left out
-    tensor : (n, 3), resistivity xx, xy, yy in the axes of that gradient
+    J : (n, 2) float
+        Gradient of ψ, not rotated, scaled to its leak rate.
+    K : (n,) float
+        Mean of g³. Where it is zero, the term with K is left out.
+    tensor : (n, 3) float
+        Resistivity xx, xy, yy in the axes of that gradient.
     """
     (jx, jy), (xx, xy, yy) = J.T, tensor.T
     conducting = np.where(K > 0, K, np.inf)
-    # J² alone may be below what double precision holds.
+    # Not J² first: it may underflow.
     along_x = jx * (xx * jx + 2 * xy * jy - jx / conducting)
     return along_x + jy * (yy * jy - jy / conducting)
 
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """All n cells at new vertices, some after the others: their gradients would take most room.
+    """The n cells at new vertices, visited in batches to save memory.
 
-    mesh : these cells, with all vertices
-    aspect : of a pixel
-    data : of the cells
-    tensor : (n, 3), resistivity of the guide
+    Attributes
+    ----------
+    mesh : NestedMesh or TriangleMesh
+        These cells, with all vertices.
+    aspect : array or float
+        Aspect of a pixel.
+    data : CellData
+        Data of the cells.
+    tensor : (n, 3)
+        Resistivity of the regularised dual.
     """
 
     mesh: NestedMesh | TriangleMesh
@@ -103,9 +120,16 @@ class _Look:
             yield part, cells, *shape_gradients(self.mesh.corners(self.aspect, cells))
 
     def relaxed(self, psi: np.ndarray, before: int, on_rim: np.ndarray) -> np.ndarray:
-        """ψ (V,) with the best value at each vertex from `before` on, if all others stayed.
+        """ψ (V,) with each vertex from `before` on at its best value if all others stay.
 
+        Parameters
+        ----------
+        psi : (V,)
+            Stream function at the vertices.
+        before : int
+            Number of vertices of the mesh that was solved.
         on_rim : (V,) bool
+            Vertices at which ψ is prescribed or tied to another vertex.
         """
         of_corner = np.empty((2, *self.mesh.cells.shape))
         for part, cells, slopes, areas in self._parts():
@@ -117,7 +141,7 @@ class _Look:
         corners = self.mesh.cells.ravel()
         own, slope = (np.bincount(corners, some.ravel(), len(psi)) for some in of_corner)
         free = np.arange(len(psi)) >= before
-        # On walls ψ is given or the same all along, and on a seam two vertices are one.
+        # On walls ψ is prescribed or constant; on a seam two vertices share one value.
         free &= ~on_rim
         return psi - np.divide(slope, own, out=np.zeros_like(psi), where=free & (own > 0))
 
@@ -127,9 +151,9 @@ class _Look:
         for part, cells, slopes, areas in self._parts():
             J = conductance * gradients(slopes, psi[cells])
             flow = np.hypot(*J.T) * np.sqrt(2 * areas)
-            share = areas * least_share(J, self.data.K[part], self.tensor[part])
-            again[part] = self.data.closed[part] & (flow >= marks.least_flow)
-            again[part] |= share >= _PART * marks.least_share
+            indicator = areas * least_indicator(J, self.data.K[part], self.tensor[part])
+            again[part] = self.data.blocked[part] & (flow >= marks.least_flux)
+            again[part] |= indicator >= _PART * marks.least_indicator
         return again & (self.data.K > 0)
 
 

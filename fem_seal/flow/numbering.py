@@ -1,7 +1,9 @@
-"""Corners of cells as unknowns: what makes functions that may jump between cells conforming.
+"""Numberings: corners of cells that share an unknown, which makes the functions conforming.
 
-Both problems live in the space of functions linear on each cell and free to jump between cells.
-Corners with the same number are one unknown, corners without one have a prescribed value.
+The functions of both problems are linear on each cell and may jump between cells. A numbering
+makes corners one unknown, and prescribes the value of corners without one:
+
+    v at a corner = lift + value of its unknown
 """
 
 from dataclasses import dataclass
@@ -12,13 +14,18 @@ from fem_seal.mesh.grouping import parts
 
 
 @dataclass(frozen=True, eq=False)
-class Unknowns:
-    """A numbering of the corners of C cells.
+class Numbering:
+    """A numbering of the corners of C cells: v = lift + value of the unknown of the corner.
 
-    of_corner : (C, 3) int32, unknown of each corner or -1 where the value is prescribed; unknowns
-        are numbered as the cells come to meet them
-    lift : (C, 3), jumps and prescribed values; unknowns add to them
-    count : number of unknowns
+    Attributes
+    ----------
+    of_corner : (C, 3) int32
+        Unknown of each corner, or -1 where the value is prescribed. Unknowns are numbered in
+        the order in which the cells first use them.
+    lift : (C, 3)
+        Prescribed values, and jumps that are added to the unknowns.
+    count : int
+        Number of unknowns.
     """
 
     of_corner: np.ndarray
@@ -26,19 +33,20 @@ class Unknowns:
     count: int
 
     def corners(self, values: np.ndarray, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """Corner values (n, 3), on all or some cells, of the function with unknowns (count,)."""
+        """Corner values (n, 3), on all or given cells, of the function with `values` (count,)."""
         number, lift = self.of_corner[cells], self.lift[cells]
         if not self.count:
             return lift.astype(float)
-        found = values.take(number)
-        found[number < 0] = 0.0
-        found += lift
-        return found
+        corner_values = values.take(number)
+        corner_values[number < 0] = 0.0
+        corner_values += lift
+        return corner_values
 
     def representable(self, values: np.ndarray) -> np.ndarray:
         """Values of the unknowns (count,), rounded so that adding the jumps to them is exact.
 
-        A function with jumps is then stored as it is, without errors that contrast could magnify.
+        The function is then stored exactly, without rounding errors that a high contrast would
+        magnify.
         """
         jump = np.abs(self.lift[self.of_corner >= 0]).max(initial=0)
         if jump == 0 or jump % 1:
@@ -54,43 +62,46 @@ class Unknowns:
         return same[0] & same[1]
 
     def from_corners(self, corner_values: np.ndarray) -> np.ndarray:
-        """Values of the unknowns (count,) nearest to given corner values (C, 3)."""
+        """Values of the unknowns (count,): means over their corners of corner_values - lift."""
         total, corners = np.zeros((2, self.count + 1))
         for k in range(3):
-            # Corners without an unknown are counted into a place of their own, and left out.
+            # Corners without an unknown are summed in entry 0, which is dropped.
             number = self.of_corner[:, k] + 1
             total += np.bincount(number, corner_values[:, k] - self.lift[:, k], self.count + 1)
             corners += np.bincount(number, minlength=self.count + 1)
         return total[1:] / corners[1:]
 
     def neighbours(self, sides: np.ndarray) -> np.ndarray:
-        """How many unknowns (count,) share a cell with each, at most.
+        """Upper bound (count,) of the number of unknowns that share a cell with each unknown.
 
         Parameters
         ----------
-        sides : (C, 3), number of the side opposite each corner, the same for two cells at it
+        sides : (C, 3) int
+            Number of the side opposite each corner, the same for both cells at the side.
 
         Notes
         -----
-        Two for each corner, less one for each side that two cells see with the same unknowns.
+        Each corner has two neighbours; a side on which two cells have the same unknowns would be
+        counted twice.
         """
         last = np.empty(int(sides.max(initial=-1)) + 1, dtype=np.int32)
         last[sides.ravel()] = np.arange(sides.size, dtype=np.int32)
-        found = np.zeros(self.count + 1, dtype=np.int64)
+        neighbours = np.zeros(self.count + 1, dtype=np.int64)
         for cells in parts(0, len(sides), 1 << 18):
             slot = np.arange(3 * cells.start, 3 * cells.stop, dtype=np.int32)
             other = last.take(sides[cells].ravel())
             shared = other != slot
-            here, there = (self._ends(side.compress(shared)) for side in (slot, other))
-            same = (here[0] == there[0]) & (here[1] == there[1])
-            # Corners without an unknown are counted into a place of their own, and left out.
-            found += 2 * np.bincount(self.of_corner[cells].ravel() + 1, minlength=self.count + 1)
-            for end in here:
-                found -= np.bincount(end.compress(same) + 1, minlength=self.count + 1)
-        return found[1:]
+            own, others = (self._ends(side.compress(shared)) for side in (slot, other))
+            same = (own[0] == others[0]) & (own[1] == others[1])
+            # Corners without an unknown are counted in entry 0, which is dropped.
+            corners = self.of_corner[cells].ravel() + 1
+            neighbours += 2 * np.bincount(corners, minlength=self.count + 1)
+            for end in own:
+                neighbours -= np.bincount(end.compress(same) + 1, minlength=self.count + 1)
+        return neighbours[1:]
 
     def _ends(self, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Unknowns (n,) at the ends of sides, given as 3 cell + side: the lower and the higher."""
+        """Lower and higher unknown (n,) at the two ends of sides with slots 3 cell + side."""
         side, of_slot = sides % 3, self.of_corner.ravel()
         following = of_slot.take(sides + np.where(side == 2, -2, 1))
         preceding = of_slot.take(sides + np.where(side == 0, 2, -1))
@@ -105,17 +116,22 @@ def numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
 
     Parameters
     ----------
-    label : (C, 3) int, of each corner; free : (labels,) bool, whether it is an unknown
+    label : (C, 3) int
+        Label of each corner.
+    free : (labels,) bool
+        Labels that are unknowns.
 
     Returns
     -------
-    (C, 3) int32, consecutive numbers of free labels as the cells come to meet them, -1 of others;
-    and how many there are
+    number : (C, 3) int32
+        Consecutive numbers of the free labels in the order of the cells; -1 for the others.
+    count : int
+        Number of unknowns.
     """
     met = label.ravel()
     last = len(met)
     met_at = np.full(len(free), last, dtype=np.int32)
-    # Written backwards, what stays is the first place.
+    # Assign in reverse order, so that the first occurrence wins.
     met_at[met[::-1]] = np.arange(last - 1, -1, -1, dtype=np.int32)
     met_at[~free] = last
     new = np.zeros(last + 1, dtype=bool)

@@ -1,4 +1,4 @@
-"""Quadratic elements on the pixel mesh: one more upper bound, to hold the linear ones against.
+"""Quadratic elements on the pixel mesh: another upper bound, to compare with linear elements.
 
 ∫K|∇p|² of a continuous piecewise quadratic p, K = g³. UFL chooses the degree of the quadrature, 3
 for K and 1 for each of the gradients, so that it is exact. Where the gap is smooth this energy
@@ -28,8 +28,8 @@ from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.forms import energy, reynolds
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.flow.linear import minimise_by_cg
-from fem_seal.flow.numbering import Unknowns
-from fem_seal.flow.unknowns import OpenCells, open_cells, primal_unknowns
+from fem_seal.flow.numbering import Numbering
+from fem_seal.flow.topology import OpenCells, open_cells, primal_numbering
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.mesh.nested import PIXEL, uniform_mesh
@@ -38,10 +38,17 @@ METHOD = "quadratic"
 
 
 @dataclass(frozen=True, eq=False)
-class _Numbering:
-    """Unknowns of the six nodes of each cell, three corners and the three sides opposite to them.
+class _NodeNumbering:
+    """Unknowns of the six nodes of each cell: three corners and the opposite midpoints.
 
-    of_node : (C, 6) int, -1 where the pressure is given; given : (C, 6), that pressure
+    Attributes
+    ----------
+    of_node : (C, 6) int
+        Unknown of each node, or -1 where the pressure is prescribed.
+    given : (C, 6)
+        Prescribed pressure.
+    count : int
+        Number of unknowns.
     """
 
     of_node: np.ndarray
@@ -71,7 +78,7 @@ def quadratic_upper(
     Raises
     ------
     NotConverged
-        If CG with BoomerAMG does not get there.
+        If CG with BoomerAMG does not converge.
     """
     if film.sealed:
         return LeakRate.sealed(METHOD)
@@ -85,9 +92,9 @@ def quadratic_upper(
     values = represented.vertex_values(mesh)
     data = represented.cell_data(mesh, values)
     cells = open_cells(mesh, data)
-    numbering = _numbered(primal_unknowns(mesh, data, cells), cells)
+    numbering = _numbered(primal_numbering(mesh, data, cells), cells)
     triangles = mesh.cells[cells.kept]
-    # A gap that is constant on each cell has no vertex values; then K is its cube on all corners.
+    # A gap that is constant on each cell has no vertex values: use the cube root of K.
     corners = values[triangles][..., 0] if values.size else np.cbrt(data.K[cells.kept])[:, None]
     least = _least_energy(
         mesh.xy / PIXEL * represented.aspect,
@@ -100,8 +107,8 @@ def quadratic_upper(
     return LeakRate("leaking", METHOD, upper, 0.0, upper, unknowns=numbering.count)
 
 
-def _numbered(corners: Unknowns, cells: OpenCells) -> _Numbering:
-    """Add an unknown for each side to those of the corners; shut sides are not shared."""
+def _numbered(corners: Numbering, cells: OpenCells) -> _NodeNumbering:
+    """Add an unknown for each side; the two cells at a zero-gap side have one each."""
     slots = np.arange(3 * len(cells.kept))
     slots[cells.pairs[:, 1]] = cells.pairs[:, 0]
     given = np.full(len(slots), np.nan)
@@ -110,7 +117,7 @@ def _numbered(corners: Unknowns, cells: OpenCells) -> _Numbering:
     of_side = np.full(slots.shape, -1)
     free, number = np.unique(slots[np.isnan(given)], return_inverse=True)
     of_side[np.isnan(given)] = corners.count + number
-    return _Numbering(
+    return _NodeNumbering(
         np.concatenate([corners.of_corner, of_side], axis=1),
         np.concatenate([corners.lift, np.nan_to_num(given)], axis=1),
         corners.count + len(free),
@@ -121,7 +128,7 @@ def _least_energy(
     points: np.ndarray,
     cells: np.ndarray,
     gap: np.ndarray,
-    numbering: _Numbering,
+    numbering: _NodeNumbering,
     tolerance: float,
 ) -> float:
     """Minimum of ∫g³|∇p|² over the quadratic functions of a numbering; gap (C, 3) at corners."""
@@ -152,7 +159,7 @@ def _least_energy(
 
 
 def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float) -> np.ndarray:
-    """Correction to a start of given energy."""
+    """Correction x that minimises the energy, from a start of energy `start`."""
     A = PETSc.Mat().createAIJ(
         matrix.shape,
         csr=(
@@ -165,10 +172,10 @@ def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float)
     b, x = A.createVecLeft(), A.createVecRight()
     b.array = load
     try:
-        found = minimise_by_cg(A, b, x, start, tolerance)
-        if found.stalled:
-            raise NotConverged(found.stalled)
+        cg = minimise_by_cg(A, b, x, start, tolerance)
+        if cg.stalled:
+            raise NotConverged(cg.stalled)
         return x.array.copy()
     finally:
-        for thing in (A, b, x):
-            thing.destroy()
+        for petsc_object in (A, b, x):
+            petsc_object.destroy()

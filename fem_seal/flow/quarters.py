@@ -1,8 +1,9 @@
-"""Triangles halved twice: their parts, and hats on them, in terms of the whole.
+"""The quarters of triangles that are halved twice, and the bubble functions on them.
 
-A triangle (a, b, c) is halved from a to the middle m of bc, and its halves from m to the middles
-d of ab and e of ca. That maps linearly from one triangle to another, so that all there is to know
-of the parts are sums over the corners of the whole, with the same weights for every triangle.
+A triangle (a, b, c) is halved from a to the midpoint m of bc, and its halves from m to the
+midpoints d of ab and e of ca. Linear maps carry this from one triangle to another, so that all
+data of the quarters are sums over the corners of the triangle, with the same weights for all
+triangles.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 
 
 def with_middles(corners: np.ndarray) -> np.ndarray:
-    """Values (k, 6, n) at the corners a, b, c and, linear, at the middles of the sides opposite.
+    """Values (k, 6, n) of linear functions at the corners a, b, c and at the opposite midpoints.
 
     Parameters
     ----------
@@ -30,8 +31,8 @@ def on_quarters(six: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     Returns
     -------
-    At (a, c, b, a), one after the other for each quarter, (2, 2, n); at d and e, (2, n), which
-    every other quarter has; and at m, (n,), which all have
+    (2, 2, n), (2, n) and (n,): values at a, c, b, a, one for each quarter; values at d and e, each
+    for every other quarter; and values at m, for all quarters.
     """
     a, b, c, m, e, d = six
     return np.stack([a, c, b, a]).reshape(2, 2, -1), np.stack([d, e]), m
@@ -40,7 +41,7 @@ def on_quarters(six: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def thrice_centroids(corners: np.ndarray) -> np.ndarray:
     """Three times the centroids (k, 4, n) of the quarters, from corners (k, 3, n) in integers.
 
-    A half of 3 a + 2 b + c, a + b + 4 c, a + 4 b + c and 3 a + b + 2 c.
+    They are 3 a + 2 b + c, a + b + 4 c, a + 4 b + c and 3 a + b + 2 c, divided by 2.
     """
     a, b, c = np.moveaxis(corners, 1, 0)
     once = a + b + c
@@ -50,10 +51,14 @@ def thrice_centroids(corners: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class QuarterData:
-    """What the two energies need of the quarters of n cells: all first ones, all second ones, ...
+    """Averages on the quarters of n cells: first all first quarters, then all second ones, ...
 
-    K : (4 n,), mean of g³
-    resistivity : (4 n, 1), mean of 1/g³; zero where it is infinite
+    Attributes
+    ----------
+    K : (4 n,)
+        Mean of g³.
+    resistivity : (4 n, 1)
+        Mean of 1/g³; zero where it is infinite.
     """
 
     K: np.ndarray
@@ -68,10 +73,14 @@ class QuarterData:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Products ∫∇λ·∇λ, each (n,), of barycentric coordinates λ_b and λ_c of n triangles.
+    """Products ∫ ∇λ·∇λ, each (n,), of the barycentric coordinates λ_b and λ_c of n triangles.
 
-    bb, bc, cc : of the two with each other
-    sums, differences : of λ_b + λ_c, and of λ_b - λ_c, with itself
+    Attributes
+    ----------
+    bb, bc, cc : array
+        Products of λ_b and λ_c with themselves and with each other.
+    sums, differences : array
+        Products of λ_b + λ_c, and of λ_b - λ_c, with itself.
     """
 
     bb: np.ndarray
@@ -82,8 +91,8 @@ class Shape:
 
     @classmethod
     def of(cls, x: np.ndarray, y: np.ndarray) -> "Shape":
-        """Of triangles with corners a, b and c at (x, y), each (3, n), seen from one of them."""
-        # ∇λ is the opposite side, turned, over twice the area.
+        """Products of triangles with corners a, b, c at (x, y), each (3, n), relative to one."""
+        # ∇λ is the opposite side, rotated, over twice the area.
         bx, by, cx, cy = x[0] - x[2], y[0] - y[2], x[1] - x[0], y[1] - y[0]
         scale = 0.5 / np.abs(bx * cy - by * cx)
         bc = scale * (bx * cx + by * cy)
@@ -97,7 +106,7 @@ class Shape:
         )
 
     def slopes(self, corner_values: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, ...]:
-        """∫ c ∇φ·∇v, each (n,), for the hats φ of m, e and d.
+        """∫ c ∇φ·∇v, each (n,), for the bubble functions φ of m, e and d.
 
         Parameters
         ----------
@@ -106,11 +115,11 @@ class Shape:
 
         Notes
         -----
-        Each of the hats is twice a sum of barycentric coordinates: that of m is 2 λ_c on the first
-        half (m, a, b) and 2 λ_b on the other one; that of d is 2 (λ_b - λ_c) on (d, m, a) and 2 λ_a
-        on (d, b, m); that of e is 2 λ_a on (e, m, c) and 2 (λ_c - λ_b) on (e, a, m).
+        Each bubble function is twice a sum of barycentric coordinates: for m it is 2 λ_c on the
+        half (m, a, b) and 2 λ_b on the other half; for d it is 2 (λ_b - λ_c) on (d, m, a) and
+        2 λ_a on (d, b, m); for e it is 2 λ_a on (e, m, c) and 2 (λ_c - λ_b) on (e, a, m).
         """
-        # From differences of the corner values: the same added to all is not even rounded.
+        # Use differences of the corner values: a common constant then cancels exactly.
         v_a, v_b, v_c = corner_values.T
         v_b, v_c = (v_b - v_a) / 2, (v_c - v_a) / 2
         b, c_ = self.bb * v_b + self.bc * v_c, self.bc * v_b + self.cc * v_c
@@ -122,7 +131,7 @@ class Shape:
         )
 
     def stiffness(self, c: np.ndarray) -> tuple[np.ndarray, ...]:
-        """∫ c |∇φ|², each (n,), for the hats of m, e and d."""
+        """∫ c |∇φ|², each (n,), for the bubbles of m, e and d."""
         return (
             (c[0] + c[2]) * self.cc + (c[1] + c[3]) * self.bb,
             c[1] * self.sums + c[3] * self.differences,
@@ -130,7 +139,7 @@ class Shape:
         )
 
     def couplings(self, c: np.ndarray) -> tuple[np.ndarray, ...]:
-        """∫ c ∇φ·∇χ, each (n,), for the hat φ of m and the hats χ of e and d."""
+        """∫ c ∇φ·∇χ, each (n,), for the bubble φ of m and the bubbles χ of e and d."""
         return (
             c[3] * (self.bc - self.bb) - c[1] * (self.bc + self.bb),
             c[0] * (self.bc - self.cc) - c[2] * (self.bc + self.cc),

@@ -1,4 +1,4 @@
-"""What the next level starts from: the solutions of the last one, carried to its mesh."""
+"""Initial values for the next level: the solutions of the last one, prolongated to its mesh."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,15 @@ from fem_seal.mesh.triangles import TriangleMesh
 
 @dataclass(frozen=True, eq=False)
 class Guess:
-    """What the solves of a level start from: unknowns of the pressure, ψ (V,) at the vertices."""
+    """Initial values of the solves on one mesh.
+
+    Attributes
+    ----------
+    pressure : (unknowns,)
+        Values of the pressure unknowns.
+    stream : (V,)
+        ψ at the vertices.
+    """
 
     pressure: np.ndarray
     stream: np.ndarray
@@ -22,10 +30,18 @@ class Guess:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """A mesh, the gap at its vertices, and what to start from.
+    """A mesh, the gap at its vertices, and functions to start from.
 
-    pressure : (C, 3), at the corners, since it jumps across contact
-    stream : (V,), at the vertices
+    Attributes
+    ----------
+    mesh : NestedMesh or TriangleMesh
+        Mesh to be solved next.
+    values : (V, k)
+        Gap at its vertices, raised and lowered; k = 0 for pixels of constant gap.
+    pressure : (C, 3)
+        Pressure at the corners, since it jumps across contact.
+    stream : (V,)
+        ψ at the vertices.
     """
 
     mesh: NestedMesh | TriangleMesh
@@ -37,13 +53,13 @@ class Start:
     def first(
         cls, gap: LinearGap | ConstantGap | VertexGap, mesh: NestedMesh | TriangleMesh
     ) -> "Start":
-        """On the first mesh, as if the gap were the same everywhere."""
+        """Start on the first mesh with the solution of a uniform gap."""
         pressure, stream = mesh.first_guess()
         return cls(mesh, gap.vertex_values(mesh), pressure[mesh.cells], stream)
 
     @classmethod
     def after(cls, problem: LevelProblem, pressure: Minimum, stream: Stream | None) -> "Start":
-        """The solutions on a mesh; what carries no flow now never will, and needs no guess."""
+        """Start from the solutions on a mesh; cells without flow stay so, and get zeros."""
         mesh = problem.mesh
         at_corners = np.zeros(mesh.cells.shape)
         at_corners[problem.kept] = pressure.corner_values
@@ -51,12 +67,12 @@ class Start:
         return cls(mesh, problem.values, at_corners, at_vertices)
 
     def guess(self, problem: LevelProblem) -> Guess:
-        """In place of the pressure at the corners of all cells its unknowns alone."""
+        """Initial values of the unknowns of a problem on this mesh."""
         pressure = self.pressure.compress(problem.kept, axis=0)
         return Guess(problem.primal_numbering.from_corners(pressure), self.stream)
 
     def refined(self, gap: LinearGap | ConstantGap | VertexGap, times: np.ndarray) -> "Start":
-        """Carry all to the mesh in which each cell is bisected so many times at least."""
+        """Bisect each cell at least `times` (C,) times; prolongate the gap and both functions."""
         step = refine(self.mesh, times)
         values = self.values
         for mesh, edge_ends in step.by_rounds():

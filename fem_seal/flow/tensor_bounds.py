@@ -1,10 +1,10 @@
-"""Two matrices with a tensor between them, as quadratic forms."""
+"""Bounds of a tensor: two matrices between which it lies as a quadratic form."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-# Of the largest conductivity: what rounding makes of a direction in which nothing flows.
+# Part of the largest conductivity that rounding errors leave in a direction without flow.
 ROUNDING = 1e-14
 
 
@@ -12,9 +12,18 @@ ROUNDING = 1e-14
 class TensorBounds:
     """Two matrices between which the tensor lies as a quadratic form.
 
-    lower, upper : (2, 2), e·lower·e <= e·K*·e <= e·upper·e for every direction e
-    unknowns : of the last mesh, for one direction; levels : (unknowns, relative gap) of each mesh
-    converged : the tolerance was reached; reason : one sentence if not, else ""
+    Attributes
+    ----------
+    lower, upper : (2, 2)
+        E·lower·e <= e·K*·e <= e·upper·e for every direction e [m³/(Pa s)].
+    unknowns : int
+        Unknowns of the last mesh for one direction.
+    converged : bool
+        Whether the tolerance was reached.
+    reason : str
+        One sentence if it was not, else "".
+    levels : tuple[tuple[int, float], ...]
+        Unknowns and relative width of each mesh.
     """
 
     lower: np.ndarray
@@ -63,11 +72,11 @@ def relative_width(lower: np.ndarray, upper: np.ndarray) -> float:
 
 
 def widest(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
-    """Relative width of two bounds where it is largest, and the direction e (2,) of length one.
+    """Largest relative width of two bounds, and its direction e (2,) of length one.
 
-    Directions count in which more flows than rounding leaves of the others.
+    Directions in which the conductivity is at rounding level do not count.
     """
-    # Scaled to a diagonal of ones, a direction in which little flows keeps all its digits.
+    # Scale the diagonal to ones: a direction of small conductivity then keeps all its digits.
     diagonal = upper.diagonal()
     scale = np.divide(1.0, np.sqrt(diagonal), out=np.zeros(2), where=diagonal > 0)
     values, vectors = np.linalg.eigh(scale[:, None] * upper * scale)

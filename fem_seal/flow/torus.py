@@ -1,10 +1,10 @@
-"""Numberings of a cell that is periodic in both directions: who jumps where, and what winds.
+"""Numberings of a cell that is periodic in both directions: jumps across seams, and windings.
 
 A pressure with mean gradient e grows by e·(Lx, 0) across the seam x = Lx and by e·(0, Ly) across
-y = Ly; a stream function of mean flux f likewise by -f_y Lx and f_x Ly. Both are a periodic
-function plus J·n, where n counts the seams crossed and J are the two jumps. Open cells carry flow
-only if they wind around the cell; contact patches that wind by n restrict the jumps of the stream
-function to J·n = 0.
+the seam y = Ly; a stream function of mean flux f grows by -f_y Lx and f_x Ly. Each is a periodic
+function plus J·n, where n counts the seams crossed and J are its two jumps. Open cells carry flow
+only if their cluster winds around the cell. A contact patch that winds by n restricts the jumps of
+the stream function to J·n = 0.
 """
 
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.flow.gap_on_mesh import CellData
-from fem_seal.flow.numbering import Unknowns, numbered
-from fem_seal.flow.unknowns import (
+from fem_seal.flow.numbering import Numbering, numbered
+from fem_seal.flow.topology import (
     components,
     continuous_labels,
     passable_sides,
@@ -25,11 +25,18 @@ from fem_seal.mesh.seams import Seams, seam_pairs
 
 @dataclass(frozen=True, eq=False)
 class Unwound:
-    """Pieces laid out in the plane, joined across the seams.
+    """Pieces of clusters laid out in the plane, joined across the seams.
 
-    root : (n,) int, one piece of each joined cluster
-    offset : (n, 2) int, seams crossed from the root to the piece
-    windings : (k, 2) int, closed ways around the cell, and `winding_roots` (k,), of which cluster
+    Attributes
+    ----------
+    root : (n,) int
+        One piece of each joined cluster.
+    offset : (n, 2) int
+        Seams crossed from the root to the piece.
+    windings : (k, 2) int
+        Closed paths around the cell, as numbers of seams crossed.
+    winding_roots : (k,) int
+        Root of the cluster of each winding.
     """
 
     root: np.ndarray
@@ -39,11 +46,16 @@ class Unwound:
 
 
 def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) -> Unwound:
-    """Join pieces across seams: the copy of `second` next to `first` lies `jump` cells away.
+    """Join pieces across seams by a search along the links between them.
 
     Parameters
     ----------
-    first, second : (m,) pieces; jump : (m, 2) int; count : number of pieces
+    first, second : (m,) int
+        Linked pieces.
+    jump : (m, 2) int
+        Distance, in cells, of the copy of `second` that touches `first`.
+    count : int
+        Number of pieces.
     """
     neighbours: dict[int, list[tuple[int, tuple[int, int]]]] = {}
     links = np.unique(np.column_stack([first, second, jump]), axis=0)
@@ -59,25 +71,25 @@ def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) 
         placed[start] = (0, 0)
         todo = [start]
         while todo:
-            here = todo.pop()
-            for there, step in neighbours[here]:
-                reached = placed[here][0] + step[0], placed[here][1] + step[1]
-                if there not in placed:
-                    placed[there] = reached
-                    root[there], offset[there] = start, reached
-                    todo.append(there)
-                elif placed[there] != reached:
-                    way = reached[0] - placed[there][0], reached[1] - placed[there][1]
-                    windings.add((start, *way))
-    found = np.array(sorted(windings), dtype=int).reshape(-1, 3)
-    return Unwound(root, offset, found[:, 1:], found[:, 0])
+            piece = todo.pop()
+            for neighbour, step in neighbours[piece]:
+                reached = placed[piece][0] + step[0], placed[piece][1] + step[1]
+                if neighbour not in placed:
+                    placed[neighbour] = reached
+                    root[neighbour], offset[neighbour] = start, reached
+                    todo.append(neighbour)
+                elif placed[neighbour] != reached:
+                    x, y = placed[neighbour]
+                    windings.add((start, reached[0] - x, reached[1] - y))
+    table = np.array(sorted(windings), dtype=int).reshape(-1, 3)
+    return Unwound(root, offset, table[:, 1:], table[:, 0])
 
 
 def jumps_along(windings: np.ndarray) -> np.ndarray:
-    """Jumps (k, 2) of the pressures to solve for: a basis of what differs along the windings.
+    """Jumps (k, 2) of the pressures to solve for: a basis of those that drive different flows.
 
-    Two independent windings let any jump drive a flow; along a single primitive one only
-    J·w matters, and one J with J·w = 1 will do.
+    With two independent windings every jump drives a flow. With a single primitive winding w only
+    J·w matters, and one jump with J·w = 1 is enough.
     """
     if not len(windings):
         return np.empty((0, 2))
@@ -103,9 +115,10 @@ def _rank(windings: np.ndarray) -> int:
 
 
 def _primitive(windings: np.ndarray) -> tuple[int, int]:
-    """The shortest winding along the direction of all; a cluster that winds that way has it.
+    """The shortest winding in the common direction of all windings.
 
-    A loop that does not cross itself never winds around a torus twice.
+    A cluster that winds in this direction contains it: a closed path that does not cross itself
+    never winds twice around a torus.
     """
     m, n = (windings[0] // np.gcd(*windings[0])).tolist()
     return m, n
@@ -115,8 +128,16 @@ def _primitive(windings: np.ndarray) -> tuple[int, int]:
 class OpenTorus:
     """Cells that wind around the torus, and the sides through which they are joined.
 
-    kept : (C,) bool; pairs : (n, 2) slots; component : (C,) int, joined cells have the same
+    Attributes
+    ----------
+    kept : (C,) bool
+        Cells that carry flow.
+    pairs : (n, 2) int
+        Side slots of each passable edge.
+    component : (C,) int
+        Component of each cell; joined cells have the same.
     windings : (k, 2) int
+        Closed paths around the torus.
     """
 
     kept: np.ndarray
@@ -130,55 +151,64 @@ def open_torus(mesh: NestedMesh, data: CellData) -> OpenTorus:
     inner, alone = passable_sides(mesh, data)
     across, jump = seam_pairs(mesh, alone)
     piece = components(inner // 3, len(mesh.cells))
-    found = unwind(*piece[across // 3].T, jump, int(piece.max()) + 1)
-    component = found.root[piece]
-    kept = np.isin(component, found.winding_roots) & (data.K > 0)
+    unwound = unwind(*piece[across // 3].T, jump, int(piece.max()) + 1)
+    component = unwound.root[piece]
+    kept = np.isin(component, unwound.winding_roots) & (data.K > 0)
     pairs = np.concatenate([inner, across])
-    return OpenTorus(kept, pairs[kept[pairs[:, 0] // 3]], component, found.windings)
+    return OpenTorus(kept, pairs[kept[pairs[:, 0] // 3]], component, unwound.windings)
 
 
-def pressure_unknowns(mesh: NestedMesh, seams: Seams, data: CellData, cells: OpenTorus) -> Unknowns:
-    """Periodic part of the pressure: one unknown a point and side of contact, lift 0.
+def pressure_numbering(
+    mesh: NestedMesh, seams: Seams, data: CellData, cells: OpenTorus
+) -> Numbering:
+    """Number the periodic part of the pressure, with one unknown per point and side of contact.
 
-    One corner of each component has no unknown: its pressure is 0.
+    The lift is 0. One corner of each component has no unknown: its pressure is 0.
     """
     vertex = seams.twin[mesh.cells]
-    label, count = continuous_labels(vertex, len(mesh.xy), data.shut, cells.kept, cells.pairs)
+    label, count = continuous_labels(vertex, len(mesh.xy), data.zero_gap, cells.kept, cells.pairs)
     label = label.reshape(-1, 3)[cells.kept]
     _, first = np.unique(cells.component[cells.kept], return_index=True)
     free = np.ones(count, dtype=bool)
     free[label[first, 0]] = False
     of_corner, used = numbered(label, free)
-    return Unknowns(of_corner, np.zeros(label.shape, dtype=np.int8), used)
+    return Numbering(of_corner, np.zeros(label.shape, dtype=np.int8), used)
 
 
 @dataclass(frozen=True, eq=False)
-class StreamUnknowns:
-    """Periodic part of the stream function, and how it may jump.
+class StreamNumbering:
+    """Periodic part of the stream function, and the jumps that it admits: ψ = periodic part + J·n.
 
-    unknowns : lift 0; seams_crossed : (C, 3, 2), n of each corner: ψ = periodic part + J·n
-    jumps : (k, 2), a basis of the jumps that the patches allow, none if they bar everything
+    Attributes
+    ----------
+    numbering : Numbering
+        Numbering of the periodic part; its lift is 0.
+    seams_crossed : (C, 3, 2)
+        N of each corner.
+    jumps : (k, 2)
+        Basis of the jumps J that the contact patches admit; empty if they block every
+        direction.
     """
 
-    unknowns: Unknowns
+    numbering: Numbering
     seams_crossed: np.ndarray
     jumps: np.ndarray
 
 
-def stream_unknowns(
-    mesh: NestedMesh, seams: Seams, data: CellData, kept: np.ndarray, merge_closed: bool
-) -> StreamUnknowns:
-    """Stream function unknowns on the torus; arguments as in `unknowns.dual_unknowns`."""
-    pairs = patch_ties(mesh, data, kept, merge_closed)
+def stream_numbering(
+    mesh: NestedMesh, seams: Seams, data: CellData, kept: np.ndarray, merge_blocked: bool
+) -> StreamNumbering:
+    """Number the stream function on the torus; arguments as in `topology.dual_numbering`."""
+    pairs = patch_ties(mesh, data, kept, merge_blocked)
     patch = components(np.concatenate(pairs), len(mesh.xy))
     on_seam = np.flatnonzero(seams.copy.any(axis=1))
     twin = seams.twin[on_seam]
-    found = unwind(patch[twin], patch[on_seam], seams.copy[on_seam], int(patch.max()) + 1)
+    unwound = unwind(patch[twin], patch[on_seam], seams.copy[on_seam], int(patch.max()) + 1)
     of_cell = patch[mesh.cells[kept]]
-    label = found.root[of_cell]
-    live = np.zeros(len(found.root), dtype=bool)
-    live[label[~data.closed[kept]] if merge_closed else label] = True
+    label = unwound.root[of_cell]
+    live = np.zeros(len(unwound.root), dtype=bool)
+    live[label[~data.blocked[kept]] if merge_blocked else label] = True
     live[live.argmax()] = False
     of_corner, count = numbered(label, live)
-    unknowns = Unknowns(of_corner, np.zeros(label.shape, dtype=np.int8), count)
-    return StreamUnknowns(unknowns, found.offset[of_cell], jumps_across(found.windings))
+    numbering = Numbering(of_corner, np.zeros(label.shape, dtype=np.int8), count)
+    return StreamNumbering(numbering, unwound.offset[of_cell], jumps_across(unwound.windings))

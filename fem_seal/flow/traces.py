@@ -1,12 +1,15 @@
-"""Power traces: how the stream function leaves a contact point, so that its cell carries flow.
+"""Power traces: stream functions that rise as r⁴ from a contact vertex, so that its cell conducts.
 
-On a triangle with a contact vertex 1/g³ is not integrable, and a stream function that is linear
-there would have to be constant. The flux at a distance r from the contact goes as g³ ~ r³, hence
-ψ - ψ_0 ~ r⁴: on a cell with one contact vertex 0, with s = λ_b + λ_c and τ the place between b
-and c, take ψ = ψ_0 + s^m ((1-τ) D_b + τ D_c), D_i = ψ_i - ψ_0, m = 4; on a cell with a contact
-edge, ψ = ψ_0 + D λ_c^m. Both are continuous across cells, finite in energy, and linear in the
-vertex values. The energy of each is a quadratic form with constants in its kernel, and therefore
-that of a linear ψ under a constant symmetric resistivity *tensor*: one form serves all cells.
+On a triangle with a contact vertex 1/g³ is not integrable, so a linear stream function of finite
+energy would be constant. At a distance r from the contact the flux is proportional to g³ ~ r³,
+hence ψ - ψ_0 ~ r⁴. With m = 4 and D_i = ψ_i - ψ_0:
+
+    one contact vertex 0    ψ = ψ_0 + s^m ((1-τ) D_b + τ D_c),   s = λ_b + λ_c,  τ = λ_c/s
+    a contact edge          ψ = ψ_0 + D_c λ_c^m,                 c the third vertex
+
+Both are continuous across cells, have finite energy, and are linear in the vertex values. The
+energy of each is a quadratic form that vanishes for constants, hence equal to the energy of a
+linear ψ with a constant symmetric resistivity *tensor*: one form serves all cells.
 """
 
 import numpy as np
@@ -31,9 +34,10 @@ def segment_moments(b: np.ndarray, c: np.ndarray) -> np.ndarray:
 
     Notes
     -----
-    The closed forms cancel where b and c are close. For ratios below 4 the pole of the integrand is
-    at least a third of the interval away from it, and 20 Gauss points err by 3^-40 ~ 1e-19; beyond
-    it no term of the closed forms is more than eight times their sum.
+    The terms of the closed forms cancel where b and c are close. For ratios below 4 the pole of the
+    integrand lies at least a third of the interval's length outside it, so that 20 Gauss points
+    have an error of 3^-40 ~ 1e-19. For larger ratios no term of the closed forms exceeds eight
+    times their sum.
     """
     q = c / b
     near = (q < _NEAR) & (q > 1 / _NEAR)
@@ -75,8 +79,8 @@ def one_contact_tensor(
 
         v_x = ((m-1) d_x r_x, m r_x d_y - d_x r_y),  v_y = (m r_y d_x - d_y r_x, (m-1) d_y r_y),
 
-    each linear in τ. In slender cells the components differ by squares of the aspect: nothing here
-    adds terms of different powers of it.
+    each linear in τ. In slender cells the components of the tensor differ by squares of the aspect.
+    The formula never adds terms of different powers of the aspect, so that none is lost.
     """
     d, moments = e_c - e_b, segment_moments(b, c)
     (d_x, d_y), m = d, POWER
@@ -115,18 +119,23 @@ def resistivity(
     contact: np.ndarray,
     inverse_cube: np.ndarray,
 ) -> np.ndarray:
-    """Resistivity tensor (xx, xy, yy) of cells: that of power traces where there is contact.
+    """Resistivity tensor (xx, xy, yy) of cells; that of power traces at contact vertices.
 
     Parameters
     ----------
-    xy, aspect : corners (3, n, 2), and what their x and y are to be multiplied by
-    gaps : (3, n), at the corners
-    contact : (3, n) bool, corners from which the stream function rises as a power
-    inverse_cube : (n,), mean of 1/gap³
+    xy, aspect : arrays
+        Coordinates (3, n, 2) of the corners, and the factors that scale x and y.
+    gaps : (3, n) float
+        Gap at the corners.
+    contact : (3, n) bool
+        Contact vertices.
+    inverse_cube : (n,) float
+        Mean of 1/gap³.
 
     Returns
     -------
-    (n, 3); zero where the mean is infinite and where all corners are contact
+    (n, 3) float
+        Zero where the mean is infinite, and where all corners are contact vertices.
     """
     count = contact.sum(axis=0)
     isotropic = np.where(np.isinf(inverse_cube), 0.0, inverse_cube)
@@ -138,7 +147,7 @@ def resistivity(
     turned = (contact[:, one].argmax(axis=0) + np.arange(3)[:, None]) % 3
     _, b, c = gaps[turned, one]
     first, *others = xy[turned, one]
-    # Differences first: those of whole numbers are exact, and products of the aspect are not.
+    # Subtract before scaling: differences of integers are exact, products with the aspect are not.
     e_b, e_c = (((other - first) * aspect).T for other in others)
     tensor[one] = one_contact_tensor(e_b, e_c, b, c).T
     return tensor

@@ -47,7 +47,7 @@ def solved(problem: LevelProblem) -> tuple[Minimum, Stream | None]:
 
 
 def plain_bounds(problem: LevelProblem) -> np.ndarray:
-    """Lower and upper bound before sharpening."""
+    """Lower and upper bound before correction."""
     pressure, stream = solved(problem)
     return np.array([stream.conductance, pressure.energy])
 

@@ -165,7 +165,7 @@ def test_integrals_never_change(seed, representation, width, periodic):
     totals = []
     for _ in range(8):
         data, area = gap.cell_data(mesh, values), mesh.relative_areas()
-        assert not data.closed.any()
+        assert not data.blocked.any()
         totals.append(area @ np.stack([data.K, data.resistivity[:, 0]], axis=1))
         step = bisect(mesh, rng.random(len(mesh.cells)) < 0.3)
         values = gap.refined_values(values, step.mesh, step.edge_ends)
@@ -192,6 +192,6 @@ def test_raising_and_lowering(representation):
     lowered = np.where(samples < 1e-4, 0, samples)
     both = data(samples, cut=1e-4, floor=1e-2)
     assert np.array_equal(both.K, data(raised).K)
-    assert np.array_equal(both.shut, data(raised).shut)
+    assert np.array_equal(both.zero_gap, data(raised).zero_gap)
     for name in ("resistivity", "closed", "contact"):
         assert np.array_equal(getattr(both, name), getattr(data(lowered), name))

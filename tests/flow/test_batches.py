@@ -1,4 +1,4 @@
-"""Meshes are integrated and sharpened a batch of cells after the other: where one batch ends and
+"""Meshes are integrated and corrected a batch of cells after the other: where one batch ends and
 the next begins must not show in the bounds."""
 
 import numpy as np
@@ -6,51 +6,51 @@ import pytest
 from gaps import level_problem, represented, solved
 from sample_gaps import FLUID, rough_gap
 
-from fem_seal.flow import Limits, leak_rate, sharpening
+from fem_seal.flow import Limits, hierarchical, leak_rate
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.level import LevelProblem
 from fem_seal.verification.exact_cases import vertex_gap
 
 
-def sharpened(problem: LevelProblem) -> tuple[float, float]:
-    return problem.sharpened(*solved(problem))
+def corrected(problem: LevelProblem) -> tuple[float, float]:
+    return problem.corrected(*solved(problem))
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("periodic", [False, True])
 @pytest.mark.parametrize("at_once", [1, 2, 3, 7])
-def test_hats_in_small_batches(representation, periodic, at_once, monkeypatch):
-    """The cells of an edge belong to one hat, in whatever batch they are: apart, each would have a
-    hat of its own, the pressure could jump and the bounds would cross the truth. The same sums in
-    another order: 1e-12. Contact lines part hats of their own."""
+def test_bubbles_in_small_batches(representation, periodic, at_once, monkeypatch):
+    """The cells of an edge belong to one bubble, in whatever batch they are: apart, each would
+    have a bubble of its own, the pressure could jump and the bounds would cross the truth. The
+    same sums in another order: 1e-12. Contact lines part bubbles of their own."""
     gap = represented(rough_gap((12, 12), 0.3, 8), representation)
     markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
     problem = level_problem(gap, 1, periodic, markings=markings)
-    whole = sharpened(problem)
-    monkeypatch.setattr(sharpening, "_AT_ONCE", at_once)
-    assert sharpened(problem) == pytest.approx(whole, rel=1e-12, abs=0)
+    whole = corrected(problem)
+    monkeypatch.setattr(hierarchical, "_AT_ONCE", at_once)
+    assert corrected(problem) == pytest.approx(whole, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize("periodic", [False, True])
 @pytest.mark.parametrize("contact", [0.0, 0.3])
 @pytest.mark.parametrize("block", [1, 50, 700])
-def test_hats_in_small_blocks(periodic, contact, block, monkeypatch):
-    """No hat stands on the rim of a block: with as many steps as it takes, fewer hats find no lower
-    energies, as they would if the halves of one were free of each other, but the energies of
-    admissible functions. The sums differ in order: 1e-12."""
+def test_bubbles_in_small_blocks(periodic, contact, block, monkeypatch):
+    """No bubble stands on the rim of a block: with as many steps as it takes, fewer bubbles find
+    no lower energies, as they would if the halves of one were free of each other, but the energies
+    of admissible functions. The sums differ in order: 1e-12."""
     markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
     problem = level_problem(
         represented(rough_gap((12, 12), contact, 8)), 1, periodic, 1e-8, markings
     )
     found = solved(problem)
     assert 700 < len(problem.mesh.cells) < 1400
-    monkeypatch.setattr(sharpening, "_STEPS", 40)
-    whole = problem.sharpened(*found)
-    monkeypatch.setattr(sharpening, "_BLOCK", block)
-    lower, upper = problem.sharpened(*found)
+    monkeypatch.setattr(hierarchical, "_STEPS", 40)
+    whole = problem.corrected(*found)
+    monkeypatch.setattr(hierarchical, "_BLOCK", block)
+    lower, upper = problem.corrected(*found)
     assert 1 / found[1].energy.least_upper() <= lower < whole[0] * (1 + 1e-12)
     assert whole[1] * (1 - 1e-12) < upper <= found[0].total.least_upper()
-    if block == 700:  # two blocks, and a small part of the hats between them
+    if block == 700:  # two blocks, and a small part of the bubbles between them
         assert lower > (found[1].conductance + whole[0]) / 2
         assert upper < (found[0].energy + whole[1]) / 2
 

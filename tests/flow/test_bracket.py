@@ -48,20 +48,20 @@ def test_shares_are_positive_and_sum_to_the_difference(
     representation, periodic, contact, tolerance, spacing
 ):
     """Prager and Synge: e_T ≥ 0 and Σ e_T = upper - lower, for any admissible pair, converged or
-    not; power traces, closed cells and cuts included. Sums of 10³ terms: 1e-12 of the upper."""
+    not; power traces, blocked cells and cuts included. Sums of 10³ terms: 1e-12 of the upper."""
     limits = {"cut": 0.02, "floor": 0.02} if contact else {}
     rough = GridField(rough_gap((16, 16), contact, 5).values, spacing, periodic=True)
     gap = represented(rough, representation, width=2, **limits)
     markings = [everything, *([Random(1)] * 5)]
     problem = level_problem(gap, 2, periodic, tolerance, markings)
     pressure, stream = solved(problem)
-    shares = problem.shares(pressure, stream)
+    shares = problem.indicators(pressure, stream)
     assert shares.min() > -1e-12 * pressure.energy
     difference = pressure.energy - stream.conductance
     assert shares.sum() == pytest.approx(difference, abs=1e-12 * pressure.energy)
     assert 0 < stream.conductance < pressure.energy
     if contact and representation == "linear":
-        number = problem.data.contact.sum(axis=1)
+        number = problem.data.contact_vertex.sum(axis=1)
         assert {0, 1, 2} <= set(number)  # all kinds of traces took part
 
 

@@ -13,7 +13,7 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
 from fem_seal.flow.cell_tensor import conductivity_tensor
-from fem_seal.flow.course import LONG, MOST_UNKNOWNS, out_of_reach
+from fem_seal.flow.convergence import LONG, MOST_UNKNOWNS, out_of_reach
 from fem_seal.flow.tensor_bounds import TensorBounds, geometric_mean, relative_width
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh
@@ -281,11 +281,11 @@ def test_shares_of_the_cells_add_up_to_the_difference(representation):
     # Unit jumps of a uniform gap.
     coordinates = np.moveaxis((mesh.xy / mesh.xy.max(axis=0))[mesh.cells], -1, 0)
     pressures, streams = problem.pressures(coordinates), problem.streams(coordinates)
-    shares = problem.shares(pressures, streams, 0.1)
+    shares = problem.indicators(pressures, streams, 0.1)
     A, C = upper_matrix(pressures), lower_matrix(streams)
     expected = np.trace(np.linalg.solve(A, A - C))
     # The cells of this gap are open, so that the regularised dual is the true one.
-    assert not problem.data.closed.any()
+    assert not problem.data.blocked.any()
     assert shares.min() >= -1e-9 * expected
     assert shares.sum() == pytest.approx(expected, rel=1e-6)
 
@@ -389,7 +389,7 @@ def test_contrast_beyond_double_precision():
         tensor(closed_both_ways(1e-70))
 
 
-def course(order, gap=1e6, start=1000, growth=1.5, rise=()):
+def history(order, gap=1e6, start=1000, growth=1.5, rise=()):
     """Relative gaps that fall as unknowns^-order from mesh to mesh."""
     unknowns = [round(start * growth**k) for k in range(8)]
     gaps = [gap * (n / start) ** -order for n in unknowns]
@@ -398,18 +398,18 @@ def course(order, gap=1e6, start=1000, growth=1.5, rise=()):
 
 def test_what_is_out_of_reach():
     """From gap g at n unknowns, order p takes n (g/rtol)^(1/p) of them."""
-    slow = course(1)
+    slow = history(1)
     n, gap = slow[-1]
     assert slow[-1][0] >= LONG * slow[0][0]
     # Exactly as many as there are, and a little more.
     rtol = gap * n / MOST_UNKNOWNS
     assert not out_of_reach(slow, 1.001 * rtol)
     assert out_of_reach(slow, 0.999 * rtol)
-    assert not out_of_reach(course(3), 0.01)
+    assert not out_of_reach(history(3), 0.01)
     # Too early to tell; new resistance that was just found; nothing known; done.
     assert not out_of_reach(slow[:-1], 1e-9)
-    assert not out_of_reach(course(1, rise=(2e6, 9e5)), 1e-9)
-    assert not out_of_reach(course(1, gap=np.inf), 1e-9)
+    assert not out_of_reach(history(1, rise=(2e6, 9e5)), 1e-9)
+    assert not out_of_reach(history(1, gap=np.inf), 1e-9)
     assert not out_of_reach(slow, gap)
 
 

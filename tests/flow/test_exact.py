@@ -151,7 +151,7 @@ def test_separable_pixels_are_exact_on_the_first_mesh(sides, method):
     gap = GridField(np.cbrt(np.outer(f, h)), (0.5, 0.3))
     exact = 0.3 * h.sum() / (0.5 / f).sum()
     flow = solve(gap, 1000, 1e-6, method, representation="constant", sides=sides)
-    # CG error 2e-8; 1e-8 more for the sharpening, whose first order vanishes at the minimum.
+    # CG error 2e-8; 1e-8 more for the correction, whose first order vanishes at the minimum.
     assert [flow.lower, flow.upper] == pytest.approx([exact] * 2, rel=4e-8)
     assert len(flow.levels) == 1
     assert encloses(flow, exact)

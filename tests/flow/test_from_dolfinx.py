@@ -62,7 +62,7 @@ def test_gap_is_the_function_at_every_vertex(name):
 def test_there_and_back():
     """The mesh of a flow, with its tags and its gap, is a film again, of the same leak rate: its
     first mesh gives the same bounds but for what CG has left, 2e-8 on either side, which counts to
-    the first order in the sharpening: 2 √(0.3 · 2 · 2e-8)."""
+    the first order in the correction: 2 √(0.3 · 2 · 2e-8)."""
     gap = rough_gap((12, 10), 0.0, 3)
     flow = leak_rate(gap, field=True, **COARSE, **FLUID)
     functions = flow_functions(flow.field)

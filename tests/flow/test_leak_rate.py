@@ -9,7 +9,7 @@ from sample_gaps import FLUID, rough_gap
 from fem_seal.errors import InvalidInput
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.averages import mean_cube
-from fem_seal.flow.course import LONG, MOST_UNKNOWNS
+from fem_seal.flow.convergence import LONG, MOST_UNKNOWNS
 from fem_seal.grid import GridField
 from fem_seal.memory import available_memory
 from fem_seal.verification.exact_cases import vertex_gap
@@ -57,7 +57,7 @@ def test_limits(name, method, field, tight):
 
 def test_the_memory_of_the_machine_is_a_limit(monkeypatch):
     """Where the next mesh cannot be expected to fit, what is known so far is the result."""
-    monkeypatch.setattr("fem_seal.flow.limits.available_memory", lambda: 1000)
+    monkeypatch.setattr("fem_seal.limits.available_memory", lambda: 1000)
     flow = leak_rate(GAP, rtol=1e-6, **FLUID)
     assert len(flow.levels) == 1
     assert "more than there is" in flow.reason
@@ -72,7 +72,7 @@ def test_available_memory_is_that_of_the_machine():
 def test_first_mesh_is_solved_whatever_the_limits():
     flow = leak_rate(GAP, method="uniform", rtol=1e-6, limits=Limits(unknowns=1), **FLUID)
     assert len(flow.levels) == 1
-    assert flow.unknowns == flow.levels[0].unknowns > 1
+    assert flow.topology == flow.levels[0].unknowns > 1
     assert 0 < flow.lower < flow.upper
     assert not flow.converged
 
@@ -102,7 +102,7 @@ def test_a_tight_spot_does_not_end():
     gap = GridField(np.maximum(0, x[:, None] ** 2 - x**2 + 1e-9), (1.0, 1.0))
     flow = leak_rate(gap, **FLUID)
     assert flow.converged
-    assert flow.unknowns < 2000
+    assert flow.topology < 2000
 
 
 def test_a_line_of_tiny_gaps_may_decide():
@@ -219,7 +219,7 @@ def test_lower_bound_is_zero_until_a_dual_is_solved(every_dual):
 
 
 def test_tuning_changes_the_work_and_not_the_truth(tight):
-    slow = Tuning(epsilon=0.01, theta=0.3, theta_throughflow=0.1, cut=1e-4, floor=1e-6)
+    slow = Tuning(epsilon=0.01, theta=0.3, theta_blocked=0.1, cut=1e-4, floor=1e-6)
     fast = Tuning(theta=0.95, coarsest=4, tolerance=1e-4)
     for tuning in (slow, fast):
         flow = leak_rate(GAP, rtol=0.1, tuning=tuning, every_dual=True, **FLUID)
@@ -261,7 +261,7 @@ def test_flow_field_carries_the_leak_rate(method, sides, representation):
     through = (area * field.flux[:, 0]).sum() / gap.size[0]
     assert through == pytest.approx(flow.inflow, rel=100 * np.sqrt(2e-8), abs=0)
     assert flow.inflow == pytest.approx(flow.outflow, rel=100 * np.sqrt(2e-8), abs=0)
-    # An upper bound before sharpening, which cannot do more than cells of a quarter of the size:
+    # An upper bound before correction, which cannot do more than cells of a quarter of the size:
     # within the bracket and three times as much again.
     assert flow.lower <= through <= flow.upper + 3 * (flow.upper - flow.lower)
     # j = -K ∇p: along the pressure drop, and dissipating Q Δp in all.

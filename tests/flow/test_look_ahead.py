@@ -12,21 +12,21 @@ from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import batch
 from fem_seal.flow.level import LevelProblem
-from fem_seal.flow.look_ahead import least_share, refined_ahead
+from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
 from fem_seal.flow.start import Start
 from fem_seal.grid import GridField
 from fem_seal.mesh.triangles import ISLAND
 
-LEAK = 0.1
+EPSILON = 0.1
 
 
 def solved(gap, width: int, periodic_sides: bool):
-    """A mesh of squares `width` pixels wide with its pressure, its guide and what follows it."""
+    """A mesh of squares `width` pixels wide with its solutions and the start after it."""
     problem = level_problem(gap, width=width, periodic_sides=periodic_sides)
     pressure = problem.pressure(np.zeros(problem.unknowns))
-    guide = problem.regularised_stream(problem.mesh.first_guess()[1], LEAK)
-    return problem, pressure, guide, Start.after(problem, pressure, guide)
+    regularised = problem.regularised_stream(problem.mesh.first_guess()[1], EPSILON)
+    return problem, pressure, regularised, Start.after(problem, pressure, regularised)
 
 
 def some_marked(start: Start, share: float = np.inf, flow: float = np.inf) -> Marks:
@@ -41,9 +41,9 @@ def test_new_vertices_take_the_best_value(representation, periodic_sides):
     as DOLFINx integrates it, is rounding. Cells share no new vertices where one in seven is cut
     but for those that follow, so those with a new neighbour are left out."""
     gap = represented(rough_gap((32, 32), 0.3, 3), representation, cut=0.05, width=2)
-    _, _, guide, start = solved(gap, 2, periodic_sides)
+    _, _, regularised, start = solved(gap, 2, periodic_sides)
     before = len(start.stream)
-    ahead = refined_ahead(start, gap, some_marked(start), guide, 2)
+    ahead = refined_ahead(start, gap, some_marked(start), regularised, 2)
     mesh, data = ahead.mesh, gap.cell_data(ahead.mesh, ahead.values)
     plain = start.refined(gap, some_marked(start).times).stream
     new = (mesh.cells >= before).sum(axis=1)
@@ -51,14 +51,14 @@ def test_new_vertices_take_the_best_value(representation, periodic_sides):
     crowded[mesh.cells[new > 1]] = True
     alone = np.flatnonzero(~crowded & ~mesh.bottom & ~mesh.top)
     alone = alone[alone >= before]
-    batch().place(mesh.points(gap.aspect)[mesh.cells], data.regularised(LEAK, gap.cut))
+    batch().place(mesh.points(gap.aspect)[mesh.cells], data.regularised(EPSILON, gap.cut))
     slope, unrelaxed = (
         np.bincount(mesh.cells.ravel(), batch().slopes(psi[mesh.cells]).ravel(), len(plain))
         for psi in (ahead.stream, plain)
     )
     assert len(alone) > 20
     # Rounding of ψ times the largest resistivity, 1 / (ε cut³).
-    assert np.all(np.abs(slope[alone]) <= 1e-15 * 100 / (LEAK * gap.cut**3))
+    assert np.all(np.abs(slope[alone]) <= 1e-15 * 100 / (EPSILON * gap.cut**3))
     assert np.abs(unrelaxed[alone]).max() > 0.1
     assert np.abs(ahead.stream - plain)[alone].max() > 1e-3
 
@@ -74,23 +74,25 @@ def test_the_least_share():
         return K * (slope**2).sum(axis=1) + turned + 2 * (J * slope).sum(axis=1)
 
     best = -J / K[:, None]
-    np.testing.assert_allclose(least_share(J, K, R), share(best), atol=1e-13 * 100)
+    np.testing.assert_allclose(least_indicator(J, K, R), share(best), atol=1e-13 * 100)
     for _ in range(20):
-        assert np.all(least_share(J, K, R) <= share(best + 1e-3 * rng.normal(size=(50, 2))))
+        assert np.all(least_indicator(J, K, R) <= share(best + 1e-3 * rng.normal(size=(50, 2))))
 
 
 @pytest.mark.parametrize("width", [1, 4])
 def test_no_share_is_smaller(width):
     """Of a mesh that was solved: e_T, with its pressure, is nowhere below what ψ alone allows."""
     gap = represented(rough_gap((32, 32), 0.3, 5), cut=1e-3, width=width)
-    problem, pressure, guide, _ = solved(gap, width, True)
+    problem, pressure, regularised, _ = solved(gap, width, True)
     cells = problem.mesh.cells[problem.kept]
     slopes, areas = shape_gradients(problem.mesh.points(gap.aspect)[cells])
-    J = guide.conductance * gradients(slopes, guide.psi[cells])
-    tensor = problem.data.regularised(LEAK, gap.cut)
-    shares = problem.shares(pressure, guide)
-    least = areas * least_share(J, problem.data.K, tensor)
-    linear = ~problem.data.contact.any(axis=1)  # of a power trace the mean gradient is another one
+    J = regularised.conductance * gradients(slopes, regularised.psi[cells])
+    tensor = problem.data.regularised(EPSILON, gap.cut)
+    shares = problem.indicators(pressure, regularised)
+    least = areas * least_indicator(J, problem.data.K, tensor)
+    linear = ~problem.data.contact_vertex.any(
+        axis=1
+    )  # of a power trace the mean gradient is another one
     assert np.count_nonzero(linear) > 100
     assert np.all(shares[linear] >= least[linear] - 1e-9 * shares.sum())
 
@@ -98,8 +100,8 @@ def test_no_share_is_smaller(width):
 @pytest.mark.parametrize("periodic_sides", [False, True])
 def test_nothing_is_halved_ahead_of_no_mark(periodic_sides):
     gap = represented(rough_gap((32, 32), 0.3, 7), width=8)
-    _, _, guide, start = solved(gap, 8, periodic_sides)
-    ahead = refined_ahead(start, gap, some_marked(start), guide, 2)
+    _, _, regularised, start = solved(gap, 8, periodic_sides)
+    ahead = refined_ahead(start, gap, some_marked(start), regularised, 2)
     plain = start.refined(gap, some_marked(start).times)
     assert np.array_equal(ahead.mesh.cells, plain.mesh.cells)
     assert np.array_equal(ahead.pressure, plain.pressure)
@@ -112,12 +114,12 @@ def test_closed_cells_are_opened_where_they_let_flow_pass():
     samples[24:33] = 0
     samples[24:33, 27:30] = 0.5
     gap = represented(GridField(samples, (1.0, 1.0)), cut=1e-3, width=8)
-    problem, _, guide, start = solved(gap, 8, False)
+    problem, _, regularised, start = solved(gap, 8, False)
     flow = np.zeros(len(problem.kept))
-    flow[problem.kept] = problem.throughflow(guide)
-    marked = flow > 0.05 * guide.conductance
-    marks = Marks(marked.astype(np.int8), np.inf, 0.02 * guide.conductance)
-    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, guide, 2)
+    flow[problem.kept] = problem.blocked_flux(regularised)
+    marked = flow > 0.05 * regularised.conductance
+    marks = Marks(marked.astype(np.int8), np.inf, 0.02 * regularised.conductance)
+    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, regularised, 2)
     x, y = ahead.mesh.points((1.0, 1.0))[len(plain.mesh.xy) :].T
     assert len(x) > 10
     assert np.all(np.abs(x - 28) <= 12)
@@ -140,19 +142,19 @@ def test_fewer_levels_for_the_same_bounds():
 def test_what_would_be_marked_again_is_halved():
     """Every new cell whose least share is at least half the smallest marked one, and no other."""
     gap = represented(rough_gap((32, 32), 0.0, 3), cut=1e-3, width=8)
-    _, _, guide, start = solved(gap, 8, True)
+    _, _, regularised, start = solved(gap, 8, True)
     times = (np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8)
-    blind = refined_ahead(start, gap, Marks(times, np.inf, np.inf), guide, 1)
+    blind = refined_ahead(start, gap, Marks(times, np.inf, np.inf), regularised, 1)
     mesh = blind.mesh
     new = (mesh.cells >= len(start.stream)).any(axis=1)
     slopes, areas = shape_gradients(mesh.points(gap.aspect)[mesh.cells])
     data = gap.cell_data(mesh, blind.values)
-    J = guide.conductance * gradients(slopes, blind.stream[mesh.cells])
-    least = areas * least_share(J, data.K, data.regularised(guide.leak, gap.cut))
+    J = regularised.conductance * gradients(slopes, blind.stream[mesh.cells])
+    least = areas * least_indicator(J, data.K, data.regularised(regularised.epsilon, gap.cut))
     least = np.where(new, least, -np.inf)
     for rank in (1, 5, 20):
         share = 2 * np.sort(least)[-rank] * (1 - 1e-9)
-        ahead = refined_ahead(start, gap, Marks(times, share, np.inf), guide, 1)
+        ahead = refined_ahead(start, gap, Marks(times, share, np.inf), regularised, 1)
         once = (least >= share / 2).astype(np.int8)
         assert once.sum() == rank
         assert np.array_equal(ahead.mesh.cells, blind.refined(gap, once).mesh.cells)
@@ -162,11 +164,11 @@ def test_what_would_be_marked_again_is_halved():
 def test_each_vertex_is_moved_once(periodic_sides):
     """The second look leaves what the first has found."""
     gap = represented(rough_gap((32, 32), 0.3, 3), cut=0.05, width=2)
-    _, _, guide, start = solved(gap, 2, periodic_sides)
+    _, _, regularised, start = solved(gap, 2, periodic_sides)
     # Whatever can be halved is halved at each look.
     marks = some_marked(start, -np.inf, 0.0)
     count = len(start.refined(gap, marks.times).stream)
-    once, twice = (refined_ahead(start, gap, marks, guide, times) for times in (1, 2))
+    once, twice = (refined_ahead(start, gap, marks, regularised, times) for times in (1, 2))
     assert len(twice.stream) > len(once.stream) > count
     assert np.array_equal(once.stream[:count], twice.stream[:count])
 
@@ -175,9 +177,9 @@ def test_each_vertex_is_moved_once(periodic_sides):
 def test_side_walls_and_seams_stay(periodic_sides):
     """ψ is given on walls, and on a seam two vertices are one."""
     gap = represented(rough_gap((32, 32), 0.3, 3), cut=0.05, width=8)
-    _, _, guide, start = solved(gap, 8, periodic_sides)
+    _, _, regularised, start = solved(gap, 8, periodic_sides)
     marks = Marks(np.full(len(start.mesh.cells), 2, dtype=np.int8), np.inf, np.inf)
-    ahead, plain = refined_ahead(start, gap, marks, guide, 1), start.refined(gap, marks.times)
+    ahead, plain = refined_ahead(start, gap, marks, regularised, 1), start.refined(gap, marks.times)
     rim = plain.mesh.bottom | plain.mesh.top
     assert np.count_nonzero(rim[len(start.stream) :]) >= 4
     assert np.array_equal(ahead.stream[rim], plain.stream[rim])
@@ -188,9 +190,9 @@ def test_nothing_is_halved_in_contact():
     gap = np.ones((65, 65))
     gap[16:49, 16:49] = 0
     gap = represented(GridField(gap, (1.0, 1.0)), cut=1e-3, width=8)
-    _, _, guide, start = solved(gap, 8, False)
+    _, _, regularised, start = solved(gap, 8, False)
     marks = some_marked(start, -np.inf, 0.0)
-    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, guide, 1)
+    plain, ahead = start.refined(gap, marks.times), refined_ahead(start, gap, marks, regularised, 1)
     x, y = ahead.mesh.points((1.0, 1.0))[len(plain.mesh.xy) :].T
     assert len(x) > 50
     assert not ((np.abs(x - 32) < 8) & (np.abs(y - 32) < 8)).any()
@@ -202,10 +204,10 @@ def test_an_island_keeps_one_value():
     gap = VertexGap(np.ones(len(mesh.xy)), 1.0, 1e-3, 0.0)
     problem = LevelProblem(gap, mesh, gap.vertex_values(mesh), MPI.COMM_SELF, 1e-8)
     pressure = problem.pressure(np.zeros(problem.unknowns))
-    guide = problem.regularised_stream(mesh.first_guess()[1], LEAK)
-    start = Start.after(problem, pressure, guide)
+    regularised = problem.regularised_stream(mesh.first_guess()[1], EPSILON)
+    start = Start.after(problem, pressure, regularised)
     marks = Marks(np.full(len(mesh.cells), 2, dtype=np.int8), np.inf, np.inf)
-    ahead, plain = refined_ahead(start, gap, marks, guide, 1), start.refined(gap, marks.times)
+    ahead, plain = refined_ahead(start, gap, marks, regularised, 1), start.refined(gap, marks.times)
     cell, side = np.nonzero(ahead.mesh.sides == ISLAND)
     rim = ahead.mesh.cells[cell, (side + 1) % 3]
     assert np.count_nonzero(rim >= len(start.stream)) > 10

@@ -55,7 +55,7 @@ def results(tmp_path_factory) -> tuple[dict[str, dict], dict[str, dict]]:
 @pytest.mark.parametrize("case", CASES)
 def test_two_ranks_give_the_bounds_of_one(results, name, case):
     """Uniform: the same problems. Their minima agree to 2e-8, and the bounds to the first order
-    of the sharpening, 2 √(0.3 · 2 · 2e-8). Adaptive: marking may differ by a cell, but both
+    of the correction, 2 √(0.3 · 2 · 2e-8). Adaptive: marking may differ by a cell, but both
     brackets enclose one number."""
     one, two = (found[" ".join([name, *case])] for found in results)
     assert two["bounds"][0] <= one["bounds"][1]

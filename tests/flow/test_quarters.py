@@ -26,8 +26,8 @@ def points(corners: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_energies_of_hats(seed):
-    """The hat of m is linear on the halves, those of e and d on quarters: their gradients there,
+def test_energies_of_bubbles(seed):
+    """The bubble of m is linear on the halves, those of e and d on quarters: their gradients there,
     by differences of corner values, integrated one quarter after the other. Triangles of any shape
     but slivers: a dozen roundings, raised by the reciprocal of the smallest sine, squared."""
     rng = np.random.default_rng(seed)
@@ -38,23 +38,23 @@ def test_energies_of_hats(seed):
     assert len(area) > 30
     c = 10 ** rng.uniform(-3, 3, (4, len(area)))
     six, of_v = points(corners), gradients(slopes, v)
-    # Gradients (hat, quarter, n, 2) of the hats of m, e and d on the quarters.
-    hats = np.zeros((3, 4, len(area), 2))
+    # Gradients (bubble, quarter, n, 2) of the bubbles of m, e and d on the quarters.
+    bubbles = np.zeros((3, 4, len(area), 2))
     for quarter, (first, _, _) in enumerate(QUARTERS):
         half = HALVES[HALF_OF[quarter]]
-        hats[0, quarter] = shape_gradients(six[:, half])[0][:, 0]
+        bubbles[0, quarter] = shape_gradients(six[:, half])[0][:, 0]
         own, of_quarter = shape_gradients(six[:, QUARTERS[quarter]])
-        hats[first - 3, quarter] = own[:, 0]
+        bubbles[first - 3, quarter] = own[:, 0]
         assert of_quarter == pytest.approx(area / 4, rel=1e-12, abs=0)
     weight = c * area / 4
     shape = Shape.of(*np.moveaxis(corners, -1, 0).swapaxes(1, 2))
-    exact = np.einsum("qn,hqnx,kqnx->hkn", weight, hats, hats)
+    exact = np.einsum("qn,hqnx,kqnx->hkn", weight, bubbles, bubbles)
     scale = np.sqrt(np.einsum("hhn->hn", exact))
     assert np.array(shape.stiffness(c)) == pytest.approx(scale**2, rel=1e-10, abs=0)
     for k, found in zip((1, 2), shape.couplings(c), strict=True):
         assert (np.abs(found - exact[0, k]) < 1e-10 * scale[0] * scale[k]).all()
     assert (exact[1, 2] == 0).all()
-    exact = np.einsum("qn,hqnx,nx->hn", weight, hats, of_v)
+    exact = np.einsum("qn,hqnx,nx->hn", weight, bubbles, of_v)
     whole = np.sqrt(weight.sum(axis=0) * (of_v**2).sum(axis=1))
     assert (np.abs(np.array(shape.slopes(v, c)) - exact) < 1e-10 * scale * whole).all()
 
@@ -93,7 +93,7 @@ def test_means_on_the_quarters_of_a_grid(representation, width, halved, contact)
     assert found.K[here] == pytest.approx(exact.K[at], rel=1e-14, abs=0)
     assert (exact.K > 0).any()
     # Where there is contact the cells of the fine mesh have power traces.
-    plain = ~exact.contact.any(axis=1)[at]
+    plain = ~exact.contact_vertex.any(axis=1)[at]
     assert plain.any()
     resistivity = exact.resistivity[at[plain], 0]
     assert found.resistivity[here[plain], 0] == pytest.approx(resistivity, rel=1e-14, abs=0)

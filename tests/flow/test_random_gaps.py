@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from sample_gaps import FLUID
 
 from fem_seal.flow import Limits, leak_rate
-from fem_seal.flow.unknowns import dual_unknowns, open_cells
+from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh
 
@@ -170,7 +170,7 @@ def test_sealed_exactly_when_no_path_is_open(case):
     data = gap.cell_data(mesh, gap.vertex_values(mesh))
     kept = open_cells(mesh, data).kept
     assert kept.any() == open_path
-    assert (dual_unknowns(mesh, data, kept, merge_closed=True) is not None) == open_path
+    assert (dual_numbering(mesh, data, kept, merge_blocked=True) is not None) == open_path
     if not open_path:
         flow = bounds(samples, representation, sides, spacing, "adaptive")
         assert (flow.state, flow.lower, flow.upper, flow.levels) == ("sealed", 0.0, 0.0, ())

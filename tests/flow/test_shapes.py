@@ -28,7 +28,7 @@ from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.level import LevelProblem
-from fem_seal.flow.unknowns import dual_unknowns, open_cells
+from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.shape import shape_mesh
@@ -74,7 +74,7 @@ def test_face_seal_is_enclosed_and_both_bounds_close_at_second_order():
 def test_refining_closes_the_bracket_of_one_polygon(method):
     """All brackets enclose the same number. Corners of the hole cost a little of the order:
     the energy error falls like N^-(π/ω), ω = π + 2π/12 the angle inside the film. (From the second
-    mesh on: the first has no vertex between hole and rim, and sharpening does half the work.)"""
+    mesh on: the first has no vertex between hole and rim, and correction does half the work.)"""
     gap = uniform(ring(3, 12))
     limits = Limits(unknowns=6000)
     flow = leak_rate(gap, method=method, rtol=5e-4, every_dual=True, limits=limits, **FLUID)
@@ -157,7 +157,7 @@ def test_random_gaps_with_contact_are_enclosed(seed, shape, contact):
     assert max(level.lower for level in flow.levels) <= min(level.upper for level in flow.levels)
     assert flow.lower > 0
     # Power traces let every open path through at once: no patch bars the way.
-    assert dual_unknowns(mesh, data, kept, merge_closed=True) is not None
+    assert dual_numbering(mesh, data, kept, merge_blocked=True) is not None
 
 
 def on_arcs(n: int, inlet: tuple[float, float], outlet: tuple[float, float], inner: bool):
@@ -190,7 +190,7 @@ def test_inlet_and_outlet_on_any_stretch(outlet, inner, contact):
     problem = LevelProblem(represented, mesh, values, MPI.COMM_SELF, 1e-12)
     pressure, stream = solved(problem)
     difference = pressure.energy - stream.conductance
-    shares = problem.shares(pressure, stream)
+    shares = problem.indicators(pressure, stream)
     assert shares.sum() == pytest.approx(difference, abs=1e-9 * pressure.energy)
     lower, upper = bounds_on(gap, 6000)
     assert stream.conductance < lower < upper < pressure.energy
@@ -212,7 +212,7 @@ def test_shares_of_the_cells_sum_to_the_difference_of_the_bounds(shape, contact)
     for _ in range(2):
         problem = LevelProblem(represented, mesh, values, MPI.COMM_SELF, 1e-12)
         pressure, stream = solved(problem)
-        shares = problem.shares(pressure, stream)
+        shares = problem.indicators(pressure, stream)
         difference = pressure.energy - stream.conductance
         assert shares.sum() == pytest.approx(difference, abs=1e-9 * pressure.energy)
         assert shares.min() > -1e-12 * pressure.energy
@@ -260,7 +260,7 @@ def test_a_channel_once_around_the_ring_meets_the_cut():
 
 def test_no_hat_stands_on_a_wall():
     """Four triangles around the middle of a square have their longest edges on its sides. A uniform
-    gap is solved exactly; ψ is given on the walls, and a hat there would pass the true value."""
+    gap is solved exactly; ψ is given on the walls, and a bubble there would pass the true value."""
     xy = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]])
     cells = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
     mesh = shape_mesh(*labelled(xy, cells, ends_of_square))

@@ -1,4 +1,4 @@
-"""How large a step is: what is marked, for which bounds, and what hats are expected to gain."""
+"""How large a step is: what is marked, for which bounds, and what bubbles are expected to gain."""
 
 from dataclasses import replace
 
@@ -30,8 +30,8 @@ def test_the_part_of_a_step():
         )
 
 
-def test_the_gain_of_hats():
-    """Of bounds 0.2 apart, sharpened to 1.04 and 1.12; and none of bounds that agree."""
+def test_the_gain_of_bubbles():
+    """Of bounds 0.2 apart, corrected to 1.04 and 1.12; and none of bounds that agree."""
     pressure, stream = Minimum(None, None, Energy(1.2), 0), Stream(None, Energy(1.0), 0, 0.0)
     assert _Solved(pressure, None, stream).gain(1.04, 1.12) == pytest.approx(
         (1.12 / 1.04 - 1) / 0.2
@@ -42,27 +42,28 @@ def test_the_gain_of_hats():
 
 def test_what_is_marked():
     """Far from the tolerance full parts of both, in a last step as much as each has left to do:
-    shares by what is expected, closed cells by what was reached. A last step has no share ahead."""
+    shares by what is expected, blocked cells by what was reached. A last step has no share ahead.
+    """
     gap = represented(rough_gap((32, 32), 0.3, 5), cut=1e-3, width=4)
     problem = level_problem(gap, width=4, periodic_sides=True)
     pressure = problem.pressure(np.zeros(problem.unknowns))
-    guide = problem.regularised_stream(problem.mesh.first_guess()[1], 0.1)
-    found, strategy = _Solved(pressure, guide, None), Strategy(rtol=0.01)
+    regularised = problem.regularised_stream(problem.mesh.first_guess()[1], 0.1)
+    found, strategy = _Solved(pressure, regularised, None), Strategy(rtol=0.01)
     tuning = strategy.tuning
-    shares, flow = problem.shares(pressure, guide), problem.throughflow(guide)
+    shares, flow = problem.indicators(pressure, regularised), problem.blocked_flux(regularised)
 
     def check(expected, reached, theta, theta_flow, ahead):
         marks = _mark(problem, found, expected, reached, strategy)
         large, through = doerfler(shares, theta), doerfler(flow, theta_flow)
         assert np.array_equal(marks.times[problem.kept] > 0, large | through)
         assert not marks.times[~problem.kept].any()
-        assert marks.least_share == (shares[large].min() if ahead else np.inf)
-        assert marks.least_flow == flow[through].min()
+        assert marks.least_indicator == (shares[large].min() if ahead else np.inf)
+        assert marks.least_flux == flow[through].min()
         return large.sum(), through.sum()
 
     part = part_of_a_step(0.011, strategy)
-    far = check(1.0, np.inf, tuning.theta, tuning.theta_throughflow, True)
-    last = check(0.011, np.inf, part * tuning.theta, tuning.theta_throughflow, False)
-    both = check(0.011, 0.011, part * tuning.theta, part * tuning.theta_throughflow, False)
+    far = check(1.0, np.inf, tuning.theta, tuning.theta_blocked, True)
+    last = check(0.011, np.inf, part * tuning.theta, tuning.theta_blocked, False)
+    both = check(0.011, 0.011, part * tuning.theta, part * tuning.theta_blocked, False)
     assert far[0] > last[0]
     assert last[1] > both[1]

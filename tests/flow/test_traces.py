@@ -216,7 +216,9 @@ def test_tensors_of_a_mesh(spacing):
     mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
     data = gap.cell_data(mesh, gap.vertex_values(mesh))
     found = 0
-    for cell, contact, tensor in zip(mesh.cells, data.contact, data.resistivity, strict=True):
+    for cell, contact, tensor in zip(
+        mesh.cells, data.contact_vertex, data.resistivity, strict=True
+    ):
         if contact.sum() == 1:
             order = cell[[contact.argmax(), *np.flatnonzero(~contact)]]
             b, c = (samples[tuple(mesh.xy[v] // PIXEL)] for v in order[1:])
@@ -236,8 +238,8 @@ def test_contact_edges_of_a_mesh():
     mesh = uniform_mesh(gap.squares, 1, periodic_sides=False)
     data = gap.cell_data(mesh, gap.vertex_values(mesh))
     third = set()
-    for cell in np.flatnonzero(data.contact.sum(axis=1) == 2):
-        corner = int(np.flatnonzero(~data.contact[cell])[0])
+    for cell in np.flatnonzero(data.contact_vertex.sum(axis=1) == 2):
+        corner = int(np.flatnonzero(~data.contact_vertex[cell])[0])
         g = samples[tuple(mesh.xy[mesh.cells[cell, corner]] // PIXEL)]
         exact = float(contact_edge_resistivity(np.array([g]))[0])
         assert data.resistivity[cell] == pytest.approx([exact, 0.0, exact], rel=1e-15)

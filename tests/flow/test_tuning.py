@@ -91,7 +91,7 @@ def ditch(low: float) -> GridField:
 def test_the_cut_is_the_dual_s_and_the_floor_the_primal_s(representation, sides, low):
     """Gaps below the cut are contact to the stream function alone: the pressure is as continuous
     across them as before, and the upper bound the same. Nor does the floor change the lower one.
-    Same systems, solved to 1e-12; the sharpening sees the root of what CG left."""
+    Same systems, solved to 1e-12; the correction sees the root of what CG left."""
     gap, options = ditch(low), {"representation": representation, "sides": sides, "unknowns": 1}
     plain = Tuning(cut=0.0, floor=0.0, tolerance=1e-12)
     clipped = Tuning(cut=2 * low, floor=0.0, tolerance=1e-12)
@@ -140,9 +140,9 @@ def test_no_open_cell_resists_less_than_the_ceiling(ceiling):
     gap = represented(rough_gap((16, 16), 0.3, 5), ceiling=ceiling)
     mesh = uniform_mesh(gap.squares, 1, False)
     data = gap.cell_data(mesh, gap.vertex_values(mesh))
-    beside = data.contact.any(axis=1) & ~data.closed
+    beside = data.contact_vertex.any(axis=1) & ~data.blocked
     assert np.count_nonzero(beside) > 50
-    xx, xy, yy = data.resistivity[~data.closed].T
+    xx, xy, yy = data.resistivity[~data.blocked].T
     least = (xx + yy) / 2 - np.hypot((xx - yy) / 2, xy)  # the smaller eigenvalue
     assert least.min() >= ceiling**-3 * (1 - 1e-12)
 
@@ -156,16 +156,16 @@ def series(gap: GridField) -> float:
 @pytest.mark.parametrize("method", ["uniform", "adaptive"])
 @pytest.mark.parametrize("coarsest", [1, 2, 4])
 @pytest.mark.parametrize("ceiling", [3.0, 5.0, 7.0])
-def test_hats_do_not_gain_by_the_ceiling(method, coarsest, ceiling):
+def test_bubbles_do_not_gain_by_the_ceiling(method, coarsest, ceiling):
     """g(x): the stream function is y, and without a ceiling the lower bound is exact on every mesh.
     A cell may be below the ceiling while some of its quarters are above it: were their resistivity
-    raised, hats would seem to lower an energy that is the least there is."""
+    raised, bubbles would seem to lower an energy that is the least there is."""
     gap = vertex_gap(lambda x, y: np.exp(1.2 * np.cos(6 * np.pi * x)) + 0 * y, (32, 32))
     flow = bounds(gap, Tuning(coarsest=coarsest, ceiling=ceiling), method=method, unknowns=2500)
     assert_enclosed(flow, series(gap), series(gap))
 
 
-def test_hats_do_not_gain_by_the_usual_ceiling():
+def test_bubbles_do_not_gain_by_the_usual_ceiling():
     """The same on a film with one tight line, the rest about 2000 times as wide."""
     profile = np.where(np.arange(65) % 2, 0.207, 0.186)
     profile[32] = 1e-4
@@ -181,8 +181,8 @@ def test_hats_do_not_gain_by_the_usual_ceiling():
 @pytest.mark.parametrize("representation", REPRESENTATIONS)
 @pytest.mark.parametrize("method", ["uniform", "adaptive"])
 def test_bounds_improve_even_if_nothing_is_solved(representation, method):
-    """With a tolerance of 10 CG stops before it begins, and a mesh may do no better than the hats
-    on the one before it: what was proved there holds, and is reported still."""
+    """With a tolerance of 10 CG stops before it begins, and a mesh may do no better than the
+    bubbles on the one before it: what was proved there holds, and is reported still."""
     gap = rough_gap((16, 16), 0.2, 6)
     lazy = Tuning(tolerance=10.0, coarsest=4)
     flow = bounds(gap, lazy, unknowns=2000, representation=representation, method=method)

@@ -60,13 +60,14 @@ def test_flow_through_a_vertex_is_resolved():
 
 @pytest.mark.parametrize("seed", [7, 26, 44])
 def test_random_decades(seed):
-    """Of these brackets two spanned a factor of 2e4 and 1e8 at 35 000 unknowns: stiff cells that
-    touch at low vertices were of one pressure for good."""
+    """Of these brackets two spanned a factor of 2e4 and 1e8 at 35 000 unknowns: equipotential
+    cells that touch at low vertices were of one pressure for good."""
     assert width(random_decades(seed), 20_000) < {7: 1.106, 26: 1.106, 44: 1.5}[seed]
 
 
 def test_low_vertex_between_wide_parts_is_a_joint():
-    """Four wide corners around a low cross: stiff cells of different corners meet only there."""
+    """Four wide corners around a low cross: equipotential cells of different corners meet only
+    there."""
     values = np.ones((5, 5))
     values[2], values[:, 2] = 1e-6, 1e-6
     gap = GridField(values, (1.0, 1.0))

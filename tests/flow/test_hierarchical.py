@@ -1,4 +1,4 @@
-"""Hats on the middles of edges: they take off an energy what admissible functions can take."""
+"""Bubbles on the middles of edges: they take off an energy what admissible functions can take."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ from gaps import Random, everything, level_problem, plain_bounds, represented, s
 from sample_gaps import rough_gap
 from scipy.sparse.linalg import spsolve
 
-from fem_seal.flow import sharpening
-from fem_seal.flow.sharpening import pressure_hats, stream_hats
+from fem_seal.flow import hierarchical
+from fem_seal.flow.hierarchical import pressure_bubbles, stream_bubbles
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import DEPTH, uniform_mesh
@@ -17,8 +17,8 @@ from fem_seal.mesh.nested import DEPTH, uniform_mesh
 @pytest.mark.parametrize("width", [1, 2, 4])
 @pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 7.0)])
 @pytest.mark.parametrize("seed", range(3))
-def test_one_square_has_three_hats(representation, width, spacing, seed):
-    """Pressure and stream function are given at all four corners of one square: the hats on its
+def test_one_square_has_three_bubbles(representation, width, spacing, seed):
+    """Pressure and stream function are given at all four corners of one square: the bubbles on its
     diagonal and on the two sides where nothing is given are the only unknowns of the mesh of
     quarters. CG finds three unknowns in three steps. Squares of 1, 4 and 16 pixels."""
     shape = (width + 1, width + 1) if representation == "linear" else (width, width)
@@ -28,8 +28,9 @@ def test_one_square_has_three_hats(representation, width, spacing, seed):
     assert problem.unknowns == 0
     quarters = level_problem(gap, width, tolerance=1e-14, markings=[everything] * 2)
     assert quarters.unknowns == 3
-    found = problem.sharpened(*solved(problem))
-    # Widened against rounding by 1e-12 of the energies before the hats, at most ten times larger.
+    found = problem.corrected(*solved(problem))
+    # Widened against rounding by 1e-12 of the energies before the bubbles, at most ten times
+    # larger.
     assert found == pytest.approx(plain_bounds(quarters), rel=1e-11, abs=0)
     if representation == "constant" and width == 1:
         return  # a uniform gap, solved by the coarse mesh
@@ -39,7 +40,7 @@ def test_one_square_has_three_hats(representation, width, spacing, seed):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_best_hats_against_a_direct_solver(seed, monkeypatch):
+def test_best_bubbles_against_a_direct_solver(seed, monkeypatch):
     """With many steps: the minimum on the mesh of quarters, the values at the old vertices kept.
     CG with the diagonal gains a digit in two steps; the energies are of order one."""
     samples = np.random.default_rng(seed).uniform(0.2, 1, (7, 6))
@@ -56,8 +57,8 @@ def test_best_hats_against_a_direct_solver(seed, monkeypatch):
     ends, walls = fine.mesh.inlet | fine.mesh.outlet, fine.mesh.bottom | fine.mesh.top
     upper = best(fine.mesh, cube, p, ends, fine.mesh.inlet)
     lower = 1 / best(fine.mesh, 1 / g.prod(1), stream.psi, walls, fine.mesh.top)
-    monkeypatch.setattr(sharpening, "_STEPS", 40)
-    assert coarse.sharpened(pressure, stream) == pytest.approx((lower, upper), rel=1e-11, abs=0)
+    monkeypatch.setattr(hierarchical, "_STEPS", 40)
+    assert coarse.corrected(pressure, stream) == pytest.approx((lower, upper), rel=1e-11, abs=0)
 
 
 def best(mesh, coefficient, coarse, given, value) -> float:
@@ -76,15 +77,15 @@ def test_every_step_lowers_the_energies(contact, monkeypatch):
     problem = level_problem(represented(rough_gap((12, 12), contact, 8)), markings=[Random(2)] * 3)
     found = solved(problem)
     bounds = []
-    for steps in (0, 1, 2, 3, sharpening._STEPS, 40):
-        monkeypatch.setattr(sharpening, "_STEPS", steps)
-        bounds.append(problem.sharpened(*found))
+    for steps in (0, 1, 2, 3, hierarchical._STEPS, 40):
+        monkeypatch.setattr(hierarchical, "_STEPS", steps)
+        bounds.append(problem.corrected(*found))
     lower, upper = np.transpose(bounds)
     assert (np.diff(lower) > 0).all()
     assert (np.diff(upper) < 0).all()
     assert [lower[0], upper[0]] == pytest.approx(plain_bounds(problem), rel=1e-7, abs=0)
-    # Energies of neighbouring hats overlap by at most a half, so that CG gains a factor of three a
-    # step or more: of what 40 steps find, 4 miss no more than 3^-4.
+    # Energies of neighbouring bubbles overlap by at most a half, so that CG gains a factor of three
+    # a step or more: of what 40 steps find, 4 miss no more than 3^-4.
     assert lower[-1] - lower[-2] < 3**-4 * (lower[-1] - lower[0])
     assert upper[-2] - upper[-1] < 3**-4 * (upper[0] - upper[-1])
 
@@ -92,16 +93,16 @@ def test_every_step_lowers_the_energies(contact, monkeypatch):
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("periodic", [False, True])
 @pytest.mark.parametrize("contact", [0.0, 0.3])
-def test_sharpened_bounds(representation, periodic, contact):
-    """All cells halved twice, and those that must follow: hats on the middles of edges are among
-    the functions of that mesh, so that the sharpened bounds lie between those of the two meshes.
+def test_corrected_bounds(representation, periodic, contact):
+    """All cells halved twice, and those that must follow: bubbles on the middles of edges are among
+    the functions of that mesh, so that the corrected bounds lie between those of the two meshes.
     (With contact the power traces are not nested, and only the side towards the coarse mesh is
     certain for the lower bound.) CG errs by 2e-8."""
     gap = represented(rough_gap((12, 12), contact, 8), representation)
     markings = [Random(2)] * 3
     problem = level_problem(gap, 1, periodic, 1e-8, markings)
     pressure, stream = solved(problem)
-    lower, upper = problem.sharpened(pressure, stream)
+    lower, upper = problem.corrected(pressure, stream)
     quarters = level_problem(gap, 1, periodic, 1e-8, [*markings, everything, everything])
     fine = plain_bounds(quarters)
     assert fine[1] * (1 - 4e-8) <= upper < pressure.energy
@@ -113,31 +114,31 @@ def test_sharpened_bounds(representation, periodic, contact):
 
 @pytest.mark.parametrize("periodic", [False, True])
 def test_a_hat_for_each_edge(periodic):
-    """The cells at an edge share its hat, but not across contact: there p may jump, and ψ is given.
-    At an edge where both cells are open there are two sides with its number, or none."""
+    """The cells at an edge share its bubble, but not across contact: there p may jump, and ψ is
+    given. At an edge where both cells are open there are two sides with its number, or none."""
     gap = represented(rough_gap((12, 12), 0.3, 8))
     mesh = uniform_mesh(gap.squares, 1, periodic)
     data = gap.cell_data(mesh, gap.vertex_values(mesh))
     kept, (_, edge) = data.K > 0, mesh.edges
     sides = []
-    for hats in (pressure_hats, stream_hats):
-        found = hats(mesh, data, kept)
+    for bubbles in (pressure_bubbles, stream_bubbles):
+        found = bubbles(mesh, data, kept)
         sides.append(np.bincount(found.edge.ravel())[found.edge] * found.free[found.edge])
     ends = mesh.ends_of_sides()
     given = mesh.inlet[ends].all(axis=2) | mesh.outlet[ends].all(axis=2)
-    parted = data.shut & kept[:, None] & ~given
+    parted = data.zero_gap & kept[:, None] & ~given
     assert parted.any()
     assert (sides[0][parted] == 1).all()
     assert (sides[1][parted] == 0).all()
-    shared = ~data.shut & (np.bincount(edge.ravel())[edge] == 2)
+    shared = ~data.zero_gap & (np.bincount(edge.ravel())[edge] == 2)
     for found in sides:
         assert set(found[shared]) <= {0, 2}
         assert (found[shared] == 2).any()
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_no_hats_where_quarters_cannot_be_represented(representation):
-    """At the depth of the integer coordinates a side may have no middle: no hats on such cells."""
+def test_no_bubbles_where_quarters_cannot_be_represented(representation):
+    """Where the integer coordinates end a side may have no midpoint: no bubbles on such cells."""
     samples = np.ones((3, 3)) if representation == "linear" else np.ones((2, 2))
     gap = represented(GridField(samples, (1.0, 1.0)), representation)
     mesh = uniform_mesh((2, 2), 1, periodic_sides=False)
@@ -149,30 +150,30 @@ def test_no_hats_where_quarters_cannot_be_represented(representation):
     kept = np.ones(len(mesh.cells), dtype=bool)
     odd = (mesh.xy[mesh.ends_of_sides()].sum(axis=2) % 2).any(axis=2)
     assert odd.any()
-    for hats in (pressure_hats, stream_hats):
-        found = hats(mesh, data, kept)
+    for bubbles in (pressure_bubbles, stream_bubbles):
+        found = bubbles(mesh, data, kept)
         assert not found.free[found.edge[odd.any(axis=1)]].any()
         assert found.free.any()
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("periodic", [False, True])
-def test_sharpened_on_squares_of_several_pixels(representation, periodic):
-    """As on pixels: the hats are functions of the mesh of quarters, so that the sharpened bounds
-    lie between those of the two meshes. Both meshes are above the pixel, where a cell with contact
-    in it is closed (no power traces: the quarters are nested), and no hat may stand on one. CG errs
-    by 2e-8."""
+def test_corrected_on_squares_of_several_pixels(representation, periodic):
+    """As on pixels: the bubbles are functions of the mesh of quarters, so that the corrected
+    bounds lie between those of the two meshes. Both meshes are above the pixel, where a cell with
+    contact in it is closed (no power traces: the quarters are nested), and no bubble may stand on
+    one. CG errs by 2e-8."""
     gap = represented(rough_gap((64, 64), 0.004, 5, smooth=2), representation, width=8)
     problem = level_problem(gap, 8, periodic)
-    assert 0 < problem.data.closed.sum() < len(problem.data.closed) / 2
-    lower, upper = problem.sharpened(*solved(problem))
+    assert 0 < problem.data.blocked.sum() < len(problem.data.blocked) / 2
+    lower, upper = problem.corrected(*solved(problem))
     quarters = plain_bounds(level_problem(gap, 8, periodic, markings=[everything] * 2))
     plain = plain_bounds(problem)
-    # On a closed cell ψ is constant. A hat there costs nothing where its quarters are closed, and
-    # would lower the energy below that of any admissible function.
-    hats = stream_hats(problem.mesh, problem.data, problem.kept)
+    # On a blocked cell ψ is constant. A bubble there costs nothing where its quarters are closed,
+    # and would lower the energy below that of any admissible function.
+    bubbles = stream_bubbles(problem.mesh, problem.data, problem.kept)
     assert problem.kept.all()
-    assert not hats.free[hats.edge[problem.data.closed]].any()
-    assert hats.free.any()
+    assert not bubbles.free[bubbles.edge[problem.data.blocked]].any()
+    assert bubbles.free.any()
     assert quarters[1] * (1 - 4e-8) <= upper < plain[1]
     assert plain[0] < lower <= quarters[0] * (1 + 4e-8)

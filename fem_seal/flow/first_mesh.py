@@ -1,4 +1,4 @@
-"""A film posed for finite elements: its gap in units of the largest one, on a first mesh."""
+"""The normalised problem of a film: its gap in units of the largest gap, and a first mesh."""
 
 from functools import singledispatch
 
@@ -13,7 +13,7 @@ from fem_seal.mesh.triangles import TriangleMesh
 
 
 def require_film(film: Film) -> None:
-    """InvalidInput unless it is a film, and one with an area."""
+    """Raise InvalidInput unless the argument is a film with a positive area."""
     if not isinstance(film, GridFilm | MeshFilm):
         raise InvalidInput(
             f"the film is a {type(film).__name__}; make it a GridFilm(gap, sides, representation)"
@@ -49,8 +49,8 @@ def first_mesh(
 def _on_grid(
     film: GridFilm, cut: float, floor: float, ceiling: float, coarsest: int | None
 ) -> tuple[LinearGap | ConstantGap, NestedMesh]:
-    # Pockets count as contact: nothing flows there, but a coarse cell that holds a piece of a
-    # pocket and one of a channel would seem to conduct.
+    # Treat pockets as contact: nothing flows in them, but a coarse cell that covers parts of a
+    # pocket and of a channel would seem to conduct.
     scaled = np.where(film.carrying, film.samples / film.highest, 0.0)
     squares = tuple(n - (film.representation == "linear") for n in scaled.shape)
     width = 1 if coarsest is None else coarsest_width(squares, coarsest)
@@ -63,7 +63,7 @@ def _on_grid(
 def _on_mesh(
     film: MeshFilm, cut: float, floor: float, ceiling: float, coarsest: int | None
 ) -> tuple[VertexGap, TriangleMesh]:
-    # Pockets stay: no cell, on which the gap is linear, holds a piece of one and of a channel.
+    # Pockets may stay: the gap is linear on each cell, so no cell joins a pocket to a channel.
     scaled = film.values / film.highest
     return VertexGap(scaled, length_unit(film), cut, floor, ceiling), film.mesh
 

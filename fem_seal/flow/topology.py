@@ -1,7 +1,7 @@
-"""Which corner values of which cells are one unknown: the topology of both problems in arrays.
+"""Topology of both problems: the corner values of cells that are one unknown.
 
-Contact that splits the pressure, patches that tie the stream function together, and sides that are
-one line are all numberings of the corners (`numbering.py`).
+Contact lines across which the pressure jumps, contact patches on which the stream function is
+constant, and periodic sides are all expressed by numberings of the corners (`numbering.py`).
 """
 
 from dataclasses import dataclass
@@ -11,25 +11,30 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from fem_seal.flow.gap_on_mesh import CellContact, CellData
-from fem_seal.flow.numbering import Unknowns, numbered
+from fem_seal.flow.numbering import Numbering, numbered
 from fem_seal.mesh.nested import NestedMesh
 
 
 def components(pairs: np.ndarray, count: int) -> np.ndarray:
     """Component number (count,) of each node of the graph with edges `pairs` (n, 2)."""
     graph = coo_array((np.ones(len(pairs), dtype=np.int8), tuple(pairs.T)), shape=(count, count))
-    # Neither their order nor doubles matter, and said to be in order they are not sorted.
+    # Flag the matrix as canonical: SciPy then skips a sort that connected_components does not need.
     graph.has_canonical_format = True
     return connected_components(graph, directed=False)[1]
 
 
 @dataclass(frozen=True, eq=False)
 class OpenCells:
-    """Cells joined to inlet and outlet, and the sides through which they are joined.
+    """Cells connected to inlet and outlet, and the sides through which they are connected.
 
+    Attributes
+    ----------
     kept : (C,) bool
-    pairs : (n, 2) int32, the two (cell, side) slots, as 3 cell + side, of each passable edge
-    inlet, outlet : (m,) int32, slots of passable edges on the inlet and the outlet
+        The cells.
+    pairs : (n, 2) int32
+        Slots 3 cell + side of the two sides of each passable edge.
+    inlet, outlet : (m,) int32
+        Slots of passable sides on the inlet and on the outlet.
     """
 
     kept: np.ndarray
@@ -39,23 +44,25 @@ class OpenCells:
 
 
 def passable_sides(mesh: NestedMesh, data: CellData) -> tuple[np.ndarray, np.ndarray]:
-    """Sides of cells with K > 0 that are not shut, as slots 3 cell + side.
+    """Slots 3 cell + side of passable sides: K > 0 in the cell, and no zero-gap side.
 
     Returns
     -------
-    pairs : (n, 2) int32, the two sides of an edge between two cells
-    alone : (m,) int32, sides on the boundary
+    pairs : (n, 2) int32
+        Slots of the two sides of each passable edge between two cells.
+    alone : (m,) int32
+        Slots of passable sides on the boundary.
     """
     slots = mesh.numbered_edges.slots()
-    passable = ((data.K > 0)[:, None] & ~data.shut).ravel()
-    # A side outside, slot -1, is one that nothing passes.
+    passable = ((data.K > 0)[:, None] & ~data.zero_gap).ravel()
+    # The appended False makes slot -1, the missing neighbour of a boundary side, impassable.
     first, second = np.append(passable, False).take(slots).T
     alone = slots[:, 1] < 0
     return slots.compress(first & second, axis=0), slots[:, 0].compress(first & alone)
 
 
 def open_cells(mesh: NestedMesh, data: CellData) -> OpenCells:
-    """Find the cells that can carry flow: K > 0, joined to both ends through sides not shut."""
+    """Find the cells that can carry flow: connected to both ends through passable sides."""
     pairs, alone = passable_sides(mesh, data)
     ends = mesh.cells.ravel()[side_ends(alone)]
     inlet = alone[mesh.inlet[ends].all(axis=1)]
@@ -74,41 +81,41 @@ def side_ends(slots: np.ndarray) -> np.ndarray:
     return np.stack([3 * cell + (side + 1) % 3, 3 * cell + (side + 2) % 3], axis=1)
 
 
-def primal_unknowns(mesh: NestedMesh, data: CellContact, cells: OpenCells) -> Unknowns:
-    """Pressure unknowns: prescribed are p = 1 on passable inlet sides and p = 0 on the outlet.
-
-    Numbers refer to the kept cells.
-    """
+def primal_numbering(mesh: NestedMesh, data: CellContact, cells: OpenCells) -> Numbering:
+    """Number the pressure on the kept cells; p = 1 on passable inlet sides, 0 on outlet sides."""
     vertex = mesh.twin.take(mesh.cells)
-    label, count = continuous_labels(vertex, len(mesh.xy), data.shut, cells.kept, cells.pairs)
+    label, count = continuous_labels(vertex, len(mesh.xy), data.zero_gap, cells.kept, cells.pairs)
     ends = [label[side_ends(slots)] for slots in (cells.inlet, cells.outlet)]
     label = label.reshape(-1, 3).compress(cells.kept, axis=0)
-    group = _of_one_pressure(label[data.stiff[cells.kept]], ends, count)
+    group = _of_one_pressure(label[data.equipotential[cells.kept]], ends, count)
     at_inlet, at_outlet = (_marked(group[end], count) for end in ends)
     label = group.take(label)
     of_corner, used = numbered(label, ~(at_inlet | at_outlet))
-    return Unknowns(of_corner, at_inlet.take(label).astype(np.int8), used)
+    return Numbering(of_corner, at_inlet.take(label).astype(np.int8), used)
 
 
-def _of_one_pressure(stiff: np.ndarray, ends: list[np.ndarray], count: int) -> np.ndarray:
-    """Group (count,) of each label: stiff cells that touch have one pressure.
+def _of_one_pressure(equipotential: np.ndarray, ends: list[np.ndarray], count: int) -> np.ndarray:
+    """Group (count,) of each label: equipotential cells that touch share one pressure.
 
-    A function that is constant on some cells is one more admissible function, and so its energy an
-    upper bound. Stiff cells that would join inlet and outlet stay as they are.
+    Pressures that are constant on these cells are admissible, so their energy is still an upper
+    bound. Groups that would join inlet and outlet are left out.
 
     Parameters
     ----------
-    stiff : (n, 3), labels of the corners of stiff cells
-    ends : labels at the inlet and at the outlet
-    count : number of labels
+    equipotential : (n, 3) int
+        Labels of the corners of equipotential cells.
+    ends : list of arrays
+        Labels at the inlet and at the outlet.
+    count : int
+        Number of labels.
     """
-    if len(stiff) == 0:
+    if len(equipotential) == 0:
         return np.arange(count, dtype=np.int32)
-    group = components(stiff[:, [0, 1, 1, 2]].reshape(-1, 2), count)
+    group = components(equipotential[:, [0, 1, 1, 2]].reshape(-1, 2), count)
     through = _marked(group[ends[0]], count) & _marked(group[ends[1]], count)
     if not through.any():
         return group
-    return _of_one_pressure(stiff[~through[group[stiff[:, 0]]]], ends, count)
+    return _of_one_pressure(equipotential[~through[group[equipotential[:, 0]]]], ends, count)
 
 
 def _marked(places: np.ndarray, count: int) -> np.ndarray:
@@ -119,29 +126,39 @@ def _marked(places: np.ndarray, count: int) -> np.ndarray:
 
 
 def continuous_labels(
-    vertex: np.ndarray, vertices: int, shut: np.ndarray, kept: np.ndarray, pairs: np.ndarray
+    vertex: np.ndarray, vertices: int, zero_gap: np.ndarray, kept: np.ndarray, pairs: np.ndarray
 ) -> tuple[np.ndarray, int]:
-    """Label of each corner: corners at one point share theirs unless contact parts them.
+    """Label of each corner; corners at one point share a label unless contact separates them.
 
-    The pressure may jump across a contact line, where nothing flows: corners are joined only
-    through sides that are not shut, so that P1 cells do not leak across the line.
+    The pressure may jump across a contact line, through which nothing flows. Corners are joined
+    only through passable sides, so that linear pressures do not leak across the line.
 
     Parameters
     ----------
-    vertex : (C, 3), below `vertices`, equal for corners at one point
-    shut : (C, 3) bool, sides along which the gap is zero; kept : (C,) bool
-    pairs : (n, 2), slots of the sides through which kept cells are joined
+    vertex : (C, 3) int
+        Point of each corner, below `vertices`.
+    vertices : int
+        Number of points.
+    zero_gap : (C, 3) bool
+        Sides along which the gap is zero.
+    kept : (C,) bool
+        Cells that carry flow.
+    pairs : (n, 2) int
+        Slots of the sides through which kept cells are joined.
 
     Returns
     -------
-    label : (3 C,), and a number above all labels
+    label : (3 C,) int
+        Label of each corner.
+    count : int
+        A number above all labels.
     """
-    # Splitting can only happen at vertices of shut sides or next to cells that are left out.
+    # Labels of a point can differ only at zero-gap sides and next to cells that carry no flow.
     special = np.zeros(vertices, dtype=bool)
     special[vertex[~kept]] = True
-    special[vertex.ravel()[side_ends(np.flatnonzero(shut))]] = True
+    special[vertex.ravel()[side_ends(np.flatnonzero(zero_gap))]] = True
     flat = vertex.ravel()
-    # A pair of sides without a special vertex ties nothing that is not one unknown anyway.
+    # Pairs of sides without a special vertex join corners that have one label anyway.
     near = np.logical_or.reduce(special.take(vertex.T))
     pairs = pairs.compress(near.take(pairs[:, 0] // 3), axis=0)
     first, second = side_ends(pairs[:, 0]), side_ends(pairs[:, 1])
@@ -157,57 +174,63 @@ def continuous_labels(
     return label, vertices + len(corners)
 
 
-def dual_unknowns(
-    mesh: NestedMesh, data: CellContact, kept: np.ndarray, merge_closed: bool
-) -> Unknowns | None:
-    """Stream function unknowns: one for each contact patch, given on the side walls.
+def dual_numbering(
+    mesh: NestedMesh, data: CellContact, kept: np.ndarray, merge_blocked: bool
+) -> Numbering | None:
+    """Number the stream function: one unknown for each contact patch, prescribed on side walls.
 
     Parameters
     ----------
-    mesh, data : the mesh and its cells
-    kept : (C,) bool, cells that carry flow; in all others the stream function is constant
-    merge_closed : tie the corners of closed cells together (the true dual); False leaves them
-        free (the regularised dual, in which they conduct a little)
+    mesh, data : NestedMesh, CellContact
+        The mesh and the contact of its cells.
+    kept : (C,) bool
+        Cells that carry flow; the stream function is constant in all others.
+    merge_blocked : bool
+        True: the corners of a blocked cell are one unknown (true dual). False: they are free
+        (regularised dual, in which blocked cells conduct a little).
 
     Returns
     -------
-    Unknowns of the kept cells, or None if the patches bar every channel.
+    Numbering or None
+        Numbering of the kept cells; None if the patches close every channel.
     """
-    pairs = patch_ties(mesh, data, kept, merge_closed) + mesh.wall_ties()
+    pairs = patch_ties(mesh, data, kept, merge_blocked) + mesh.wall_ties()
     patch = components(np.concatenate(pairs), len(mesh.xy))
     if mesh.periodic:
         top = np.flatnonzero(mesh.top)
-        found = _winding(patch[mesh.twin[top]], patch[top], int(patch.max()) + 1)
-        if found is None:
+        joined = _winding(patch[mesh.twin[top]], patch[top], int(patch.max()) + 1)
+        if joined is None:
             return None
-        root, offset = found
+        root, offset = joined
     else:
         count = int(patch.max()) + 1
         root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
         if patch[mesh.bottom][0] == patch[mesh.top][0]:
             return None
         offset[patch[mesh.top][0]] = 1
-    # In as few bytes as hold it.
+    # Use the smallest integer type that holds the offsets.
     offset = offset.astype(np.min_scalar_type(-1 - int(np.abs(offset).max())))
     of_cell = patch.take(mesh.cells.compress(kept, axis=0))
     label = root[of_cell]
     live = np.zeros(len(root), dtype=bool)
-    live[label.compress(~data.closed[kept], axis=0) if merge_closed else label] = True
-    # Some value must be given: on walls the problem says which, else any one patch is pinned.
-    given = live.argmax() if mesh.periodic else patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
-    live[given] = False
+    live[label.compress(~data.blocked[kept], axis=0) if merge_blocked else label] = True
+    # ψ is prescribed on the walls. Between periodic sides it is defined up to a constant: pin it
+    # on any one patch.
+    walls = patch[[mesh.bottom.argmax(), mesh.top.argmax()]]
+    live[live.argmax() if mesh.periodic else walls] = False
     of_corner, count = numbered(label, live)
-    return Unknowns(of_corner, offset[of_cell], count)
+    return Numbering(of_corner, offset[of_cell], count)
 
 
 def patch_ties(
-    mesh: NestedMesh, data: CellData, kept: np.ndarray, merge_closed: bool
+    mesh: NestedMesh, data: CellData, kept: np.ndarray, merge_blocked: bool
 ) -> list[np.ndarray]:
-    """Pairs (n, 2) of vertices at which the stream function is the same; see `dual_unknowns`."""
-    tie = ~kept | data.closed if merge_closed else ~kept
+    """Pairs (n, 2) of vertices with the same stream function; see `dual_numbering`."""
+    tie = ~kept | data.blocked if merge_blocked else ~kept
     a, b, c = mesh.cells.compress(tie, axis=0).T
     pairs = [np.stack([a, b], 1), np.stack([b, c], 1)]
-    both = data.contact & data.contact[:, [1, 2, 0]]  # contact edges from corner k to k + 1
+    # Contact edges from corner k to corner k + 1.
+    both = data.contact_vertex & data.contact_vertex[:, [1, 2, 0]]
     edges = ((mesh.cells.compress(both[:, k], axis=0), k) for k in range(3))
     return pairs + [cells[:, [k, (k + 1) % 3]] for cells, k in edges]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from gaps import level_problem, plain_bounds, represented, solved
 
-from fem_seal.flow.unknowns import _winding, dual_unknowns, open_cells, primal_unknowns
+from fem_seal.flow.topology import _winding, dual_numbering, open_cells, primal_numbering
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import PIXEL, uniform_mesh
@@ -38,10 +38,10 @@ class Topology:
         self.cells = open_cells(self.mesh, self.data)
 
     def primal(self):
-        return primal_unknowns(self.mesh, self.data, self.cells)
+        return primal_numbering(self.mesh, self.data, self.cells)
 
-    def dual(self, merge_closed=True):
-        return dual_unknowns(self.mesh, self.data, self.cells.kept, merge_closed)
+    def dual(self, merge_blocked=True):
+        return dual_numbering(self.mesh, self.data, self.cells.kept, merge_blocked)
 
     def points_inside(self) -> int:
         """How many points lie between inlet and outlet."""
@@ -84,7 +84,7 @@ def test_contact_line_from_the_rim(start):
 def test_stiff_cells_never_join_inlet_and_outlet():
     """All cells above the ceiling: none is of one pressure, which would be both 0 and 1."""
     free, stiff = Topology((6, 5), []), Topology((6, 5), [], ceiling=0.5)
-    assert stiff.data.stiff.all()
+    assert stiff.data.equipotential.all()
     assert stiff.primal().count == free.primal().count == 4 * 5
 
 
@@ -132,18 +132,18 @@ def test_two_seals_side_by_side():
     assert solved(values) == pytest.approx(solved(values[:, :7]) + solved(values[:, 6:]), rel=6e-8)
 
 
-def test_hats_on_both_sides_of_a_contact_line():
-    """Each side of the line has its own hats, as on a wall, and the sharpened upper bounds add as
-    well. First order of the sharpening in the error of CG."""
+def test_bubbles_on_both_sides_of_a_contact_line():
+    """Each side of the line has its own bubbles, as on a wall, and the corrected upper bounds add
+    as well. First order of the correction in the error of CG."""
 
-    def sharpened(samples):
+    def corrected(samples):
         gap = represented(GridField(samples, (1.0, 1.0)))
         problem = level_problem(gap, tolerance=1e-12, markings=[lambda mesh: mesh.cells[:, 0] >= 0])
-        return problem.sharpened(*solved(problem))[1]
+        return problem.corrected(*solved(problem))[1]
 
     values = 0.5 + np.random.default_rng(1).random((9, 13))
     values[:, 6] = 0
-    whole, parts = sharpened(values), sharpened(values[:, :7]) + sharpened(values[:, 6:])
+    whole, parts = corrected(values), corrected(values[:, :7]) + corrected(values[:, 6:])
     assert whole == pytest.approx(parts, rel=3 * np.sqrt(0.3 * 2e-12))
 
 
@@ -208,14 +208,14 @@ def test_closed_cell_is_one_unknown():
     data = gap.cell_data(mesh, gap.vertex_values(mesh))
     kept = open_cells(mesh, data).kept
     assert kept.all()
-    corner = mesh.xy[mesh.cells[data.closed]] / PIXEL
+    corner = mesh.xy[mesh.cells[data.blocked]] / PIXEL
     assert len(corner) == 1
     assert (
         np.linalg.inv(np.pad(corner[0], ((0, 0), (0, 1)), constant_values=1).T) @ [9, 6, 1] > 0
     ).all()
-    true, regularised = (dual_unknowns(mesh, data, kept, merge) for merge in (True, False))
-    assert len(np.unique(true.of_corner[data.closed])) == 1
-    assert len(np.unique(regularised.of_corner[data.closed])) == 3
+    true, regularised = (dual_numbering(mesh, data, kept, merge) for merge in (True, False))
+    assert len(np.unique(true.of_corner[data.blocked])) == 1
+    assert len(np.unique(regularised.of_corner[data.blocked])) == 3
     assert true.count == regularised.count - 2
 
 
@@ -238,7 +238,7 @@ def test_barrier_between_the_walls(representation):
     assert case.dual() is None
     assert not case.cells.kept.any()
     case = Topology((9, 9), barrier[:-1], representation)
-    assert case.dual(merge_closed=False) is not None
+    assert case.dual(merge_blocked=False) is not None
     assert case.cells.kept.any()
 
 
@@ -256,7 +256,7 @@ def test_winding_patch_bars_the_flow(shift):
     ring = periodic_ring(shift)
     case = Topology((11, 9), ring, periodic=True)
     assert case.dual() is None
-    assert case.dual(merge_closed=False) is None
+    assert case.dual(merge_blocked=False) is None
     assert not case.cells.kept.any()
     # With walls at y = 0 the same ring joins them.
     assert Topology((11, 9), [*ring, (3, 8)]).dual() is None
@@ -333,7 +333,7 @@ def test_minima_are_admissible(periodic):
     assert (pressure[mesh.inlet[vertex]] == 1).all()
     assert (pressure[mesh.outlet[vertex]] == 0).all()
     # Of ψ there is one value at each vertex, which all its corners have by their numbers.
-    numbering = dual_unknowns(mesh, gap.cell_data(mesh, problem.values), kept, merge_closed=True)
+    numbering = dual_numbering(mesh, gap.cell_data(mesh, problem.values), kept, merge_blocked=True)
     for v in np.unique(vertex):
         at = vertex == v
         assert len(set(zip(numbering.of_corner[at], numbering.lift[at], strict=True))) == 1
@@ -356,7 +356,7 @@ def test_rows_of_the_matrix_have_room(periodic, contact):
     where each of them is one vertex and none is given, or there would be room for nothing."""
     case = Topology((7, 7), contact, periodic=periodic, halvings=2)
     vertex = case.mesh.twin[case.mesh.cells[case.cells.kept]]
-    for numbering in (case.primal(), case.dual(), case.dual(merge_closed=False)):
+    for numbering in (case.primal(), case.dual(), case.dual(merge_blocked=False)):
         number = numbering.of_corner
         room = numbering.neighbours(case.mesh.edges[1][case.cells.kept])
         assert len(room) == numbering.count

@@ -1,35 +1,36 @@
-"""How much narrower the hats of `flow/sharpening.py` make the bracket, step by step of their CG.
+"""How much narrower the bubbles of `flow/hierarchical.py` make the bracket, step by step of their
+CG.
 
-python tests/benchmarks/sharpening_steps.py
+python tests/benchmarks/correction_steps.py
 """
 
 import time
 
 from rough_gaps import VARIETY
 
-from fem_seal.flow import Limits, leak_rate, sharpening
+from fem_seal.flow import Limits, hierarchical, leak_rate
 from fem_seal.flow.level import LevelProblem
 
 STEPS = (0, 1, 2, 3, 4, 8)
 
 
 def main() -> None:
-    """Print the width of the bracket of the last mesh relative to that without hats."""
+    """Print the width of the bracket of the last mesh relative to that without bubbles."""
     print(f"{'':44s} unknowns  " + "  ".join(f"{k} steps" for k in STEPS) + "  CPU s of 4")
-    as_it_is = LevelProblem.sharpened
+    as_it_is = LevelProblem.corrected
     for case in VARIETY[::2]:
         last = {}
 
-        def sharpened(problem, pressure, stream, last=last):
+        def corrected(problem, pressure, stream, last=last):
             for steps in STEPS:
-                sharpening._STEPS = steps
+                hierarchical._STEPS = steps
                 started = time.process_time()
                 lower, upper = as_it_is(problem, pressure, stream)
                 last[steps] = (upper / lower - 1, time.process_time() - started)
-            sharpening._STEPS = 4
+            hierarchical._STEPS = 4
             return as_it_is(problem, pressure, stream)
 
-        LevelProblem.sharpened = sharpened
+        LevelProblem.corrected = corrected
         limits = Limits(unknowns=200_000)
         leak = leak_rate(case.gap(), viscosity=1e-3, pressure_drop=1e5, rtol=0.04, limits=limits)
         if not last:
