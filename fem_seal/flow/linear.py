@@ -188,7 +188,7 @@ class CellSpace:
         return Energy.sum(self.comm.allgather(Energy.sum(energies)))
 
     def _own_parts(self) -> list[slice]:
-        """Batches of this rank; empty ones make their number equal on all ranks, as assembly needs."""
+        """Batches of this rank, padded by empty ones: collective assembly needs as many on all."""
         begin, end = self._shares[self.comm.rank : self.comm.rank + 2]
         own = list(parts(begin, end, AT_ONCE))
         most = -(-self.count // self.comm.size)

@@ -193,5 +193,5 @@ def test_raising_and_lowering(representation):
     both = data(samples, cut=1e-4, floor=1e-2)
     assert np.array_equal(both.K, data(raised).K)
     assert np.array_equal(both.zero_gap, data(raised).zero_gap)
-    for name in ("resistivity", "closed", "contact"):
+    for name in ("resistivity", "blocked", "contact_vertex"):
         assert np.array_equal(getattr(both, name), getattr(data(lowered), name))
