@@ -222,7 +222,7 @@ def test_sealed_gap_has_no_leak_rate_and_no_unknowns(representation, sides):
     g = np.ones((8, 6))
     g[4] = 0
     flow = solve(GridField(g, (1, 1), True), sides=sides, representation=representation, **FLUID)
-    assert (flow.state, flow.value, flow.topology) == ("sealed", 0.0, 0)
+    assert (flow.state, flow.value, flow.unknowns) == ("sealed", 0.0, 0)
 
 
 def test_channel_along_a_diagonal_is_reported_as_not_converged():
