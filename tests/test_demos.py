@@ -16,6 +16,7 @@ SMALL = {
     "closing_saddle": {"n": 128},
     "how_contact_is_solved": {"n": 64},
     "letter": {"n": 64, "seeds": 3, "areas": (0.2,)},
+    "ordinary_dolfinx": {"n": 32},
     "price_of_accuracy": {"n": 32},
     "where_it_breaks": {"unknowns": 800},
 }
