@@ -20,7 +20,7 @@ from fem_seal.film.law import film_conductivity
 
 Expr = ufl.core.expr.Expr
 
-__all__ = ["energy", "film_conductivity", "film_flux", "reynolds"]
+__all__ = ["energy", "film_conductivity", "reynolds"]
 
 
 def reynolds(p: Expr, q: Expr, K: Expr) -> ufl.Form:
@@ -31,8 +31,3 @@ def reynolds(p: Expr, q: Expr, K: Expr) -> ufl.Form:
 def energy(p: Expr, K: Expr) -> ufl.Form:
     """Power (K ∇p, ∇p) = ∫ ∇p·K·∇p dx [W] that the flow dissipates; Q Δp at its minimum."""
     return reynolds(p, p, K)
-
-
-def film_flux(p: Expr, K: Expr) -> Expr:
-    """Flow density j = -K ∇p [m²/s], volume per time and width."""
-    return -K * ufl.grad(p)
