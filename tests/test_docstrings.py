@@ -10,7 +10,7 @@ PACKAGE = ROOT / "fem_seal"
 # Packages and modules whose docstrings are in this dialect throughout.
 FINISHED = [
     *("upscaling", "film", "theory", "finite_difference", "mesh", "render", "surface"),
-    *("verification", "field_file", "quantities", "results", "files", "flow"),
+    *("verification", "field_file", "quantities", "results", "files", "flow", "contact"),
     *("digits.py", "expression.py", "fenicsx.py", "fluid.py", "grid.py", "leak_rate.py"),
     *("doctor.py", "gap_file.py", "parallel.py", "progress.py", "units.py"),
 ]

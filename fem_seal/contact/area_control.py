@@ -1,4 +1,8 @@
-"""The mean pressure at which a wanted share of the surface touches."""
+"""The mean pressure at which a prescribed fraction of the samples is in contact.
+
+Solves Y(p) = Y0 for Y = erfinv(A/A0), which is linear in the pressure by Persson's theory
+A/A0 = erf(√2 p / (E* h'rms)), by secant steps inside a bracket.
+"""
 
 from dataclasses import replace
 
@@ -10,13 +14,13 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import NotConverged
 from fem_seal.surface.statistics import rms_slope
 
-# Reached where the area counted in samples is this close, relative, or within half a sample.
+# Relative tolerance of the area; half a sample is accepted in any case.
 AREA_TOLERANCE = 1e-3
-# While searching: at this certificate the area is right to about 1e-5 of the nominal area.
+# Certificate of the solves during the search; their area is accurate to about 1e-5 of A0.
 SEARCH_TOLERANCE = 1e-4
-# The area jumps where it passes the wanted one within this share of the pressure.
+# Relative width of the pressure bracket at which the area is taken to jump over the target.
 SMALLEST_STEP = 1e-6
-# An area that is still too large at this share of the first guess is that of first touch.
+# Part of the first guess below which an area that is too large is taken to be that of first touch.
 LEAST_PRESSURE = 1e-12
 MAX_SOLVES = 100
 
@@ -29,12 +33,12 @@ def pressure_for_area(
 ) -> ContactState:
     """Contact with a prescribed raw area fraction in (0, 1).
 
-    The area counted in samples is a step function of the pressure. The state returned has the
-    wanted number of touching samples to 1 part in 1000 or half a sample, whichever is more; where
-    the surface jumps over it (equal heights that touch together) the nearer side of the jump.
+    The number of samples in contact is a step function of the pressure. The returned state has the
+    prescribed number to 1 part in 1000 or half a sample, whichever is more. Where the number jumps
+    over it, since equal heights touch together, the state is on the nearer side of the jump.
 
-    The search runs at a loose tolerance and is repeated at the wanted one where it ends at a jump,
-    or where the area changes as the state is brought to that tolerance.
+    The search runs at a loose tolerance. It is repeated at the final tolerance if it ends at a
+    jump, or if the area changes when the state is solved to the final tolerance.
 
     Raises
     ------
@@ -64,14 +68,10 @@ def _search(
     pressure: float,
     start: np.ndarray | None,
 ) -> ContactState:
-    """State with the wanted area, or on the nearer side of a jump; all iterations are counted.
-
-    Solves Y(p) = Y(wanted) for Y = erfinv(A/A0), which Persson's theory has linear in the
-    pressure: a secant step inside a bracket, else bisection.
-    """
+    """State with the prescribed area, or on the nearer side of a jump; counts all iterations."""
     from scipy.special import erfinv
 
-    wanted = float(erfinv(area_fraction))
+    target = float(erfinv(area_fraction))
     below, above = (0.0, 0.0), (np.inf, np.inf)
     nearest: ContactState | None = None
     least = LEAST_PRESSURE * pressure
@@ -83,14 +83,14 @@ def _search(
         miss = state.contact_area_fraction - area_fraction
         if nearest is None or abs(miss) < abs(nearest.contact_area_fraction - area_fraction):
             nearest = state
-        here = (pressure, float(erfinv(state.contact_area_fraction)))
-        below, above = (here, above) if miss < 0 else (below, here)
+        end = (pressure, float(erfinv(state.contact_area_fraction)))
+        below, above = (end, above) if miss < 0 else (below, end)
         jump = above[0] - below[0] < SMALLEST_STEP * above[0] or above[0] < least
         if jump or _reached(state, area_fraction):
             return replace(nearest, iterations=iterations)
         same_side = same_side + 1 if was_below == (miss < 0) else 0
         was_below = miss < 0
-        pressure = _between(below, above, wanted, same_side)
+        pressure = _between(below, above, target, same_side)
     raise NotConverged(
         f"contact area fraction {area_fraction} not bracketed by {MAX_SOLVES} solves; the last "
         f"has {state.contact_area_fraction} at {pressure:.6e} Pa"
@@ -98,7 +98,7 @@ def _search(
 
 
 def _reached(state: ContactState, area_fraction: float) -> bool:
-    """Whether the area is the wanted one to 1 part in 1000 or half a sample."""
+    """Whether the area is the prescribed one to 1 part in 1000 or half a sample."""
     within = max(AREA_TOLERANCE * area_fraction, 0.5 / state.contact.size) * (1 + 1e-9)
     return abs(state.contact_area_fraction - area_fraction) <= within
 
@@ -115,22 +115,29 @@ def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | No
 
 
 def _between(
-    below: tuple[float, float], above: tuple[float, float], wanted: float, same_side: int
+    below: tuple[float, float], above: tuple[float, float], target: float, same_side: int
 ) -> float:
-    """Next pressure from the bracket's ends (pressure, Y).
+    """Next pressure between the bracket's ends (pressure, Y).
 
-    same_side : how many of the last areas in a row missed on the side of the one before
+    Parameters
+    ----------
+    below, above : tuple[float, float]
+        Ends of the bracket.
+    same_side : int
+        Number of consecutive areas that missed on the same side.
+    target
+        Y of the prescribed area.
     """
     if not np.isfinite(above[0]):
-        # No upper end yet: along the line from the origin and a little farther, at most fourfold,
-        # and farther each time in case the area does not grow.
+        # No upper end yet: extrapolate along the line through the origin, a little too far, by a
+        # factor of at most 4. Go farther each time, in case the area does not grow.
         least = 1.02**4.0 ** min(same_side, 4)
-        return below[0] * min(max(1.02 * wanted / max(below[1], 1e-300), least), 4.0)
-    # A secant that misses on one side again and again has met a jump.
+        return below[0] * min(max(1.02 * target / max(below[1], 1e-300), least), 4.0)
+    # Secants that keep missing on one side indicate a jump: bisect.
     if same_side >= 2 and below[0] == 0:
         return above[0] / 16
     if same_side >= 2 or not np.isfinite(above[1]) or above[1] <= below[1]:
         return (below[0] + above[0]) / 2
-    share = (wanted - below[1]) / (above[1] - below[1])
-    # Kept off the ends, so that the bracket shrinks from both sides.
-    return below[0] + min(max(share, 0.05), 0.95) * (above[0] - below[0])
+    fraction = (target - below[1]) / (above[1] - below[1])
+    # Keep off the ends, so that the bracket shrinks from both sides.
+    return below[0] + min(max(fraction, 0.05), 0.95) * (above[0] - below[0])

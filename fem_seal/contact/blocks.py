@@ -1,4 +1,4 @@
-"""Passes over large arrays in pieces that stay in the processor's cache."""
+"""Blocks of rows that fit into the processor's cache, for passes over large arrays."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""A start for light loads: the pressure of the same surface on coarser grids."""
+"""Initial pressure for light loads: the solution for the same surface on coarser grids."""
 
 import numpy as np
 
@@ -6,19 +6,25 @@ from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.methods import Stopping
 from fem_seal.grid import GridField
 
-# Measured at 512² and 1024²: at 1 % of contact a coarse start saves a quarter of the CPU time, at
-# 5 % a few percent, at 20 % nothing: what is left is local.
+# Contact area below which a coarse start pays. Measured at 512² and 1024²: it saves a quarter of
+# the CPU time at 1 % of contact, a few percent at 5 %, and nothing at 20 %, where the remaining
+# error is local.
 LIGHT = 0.06
-COARSEST = 128
-# A better coarse solution makes no better start.
+COARSEST = 128  # fewest samples along a side of a coarse grid
+# A more accurate coarse solution does not make a better start.
 ROUGHLY = Stopping(tolerance=0.3, gap_tolerance=float("inf"))
 
 
 def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:
-    """Pressure [Pa] on a grid of 2 x 2 means, repeated; None where it would not pay.
+    """Pressure [Pa] of the 2 × 2 means of the heights, repeated on the fine grid.
 
-    Contact is taken for light where Persson's √(8/π) p / (E* h'rms) is small, with the slope
-    from differences of neighbours. The coarser grid is started in the same way.
+    The coarse problem is started in the same way, recursively.
+
+    Returns
+    -------
+    (nx, ny) float, or None
+        None where a coarse start would not pay: on small or odd grids, and unless Persson's area
+        √(8/π) p / (E* h'rms) is below `LIGHT`, with the slope from differences of neighbours.
     """
     heights, spacing = pair.height.values, pair.height.spacing
     nx, ny = heights.shape

@@ -19,12 +19,21 @@ LEAST_SPAN = 1e-100  # [m]; below it, or above its inverse, squares of heights l
 class ContactPair:
     """A counter-face and a solid, ready to be loaded again and again.
 
-    height : GridField [m], periodic
+    Attributes
+    ----------
+    height : GridField [m]
+        Counter-face, periodic.
     contact_modulus : float [Pa]
+        E*.
     half_space : HalfSpace
-    unit_height : float [m], the rms height (a sample's spacing where the surface is flat)
+        The elastic solid on this grid.
+    unit_height : float [m]
+        Unit of length of the normalised problem: the rms height, or a sample's spacing where
+        the surface is flat.
     unit_pressure : float [Pa]
-    heights : (nx, ny), zero mean, unit rms
+        Unit of pressure of the normalised problem.
+    heights : (nx, ny)
+        Heights in `unit_height`, zero mean, unit rms.
     """
 
     height: GridField
@@ -43,7 +52,7 @@ class ContactPair:
         threads: int = 1,
         precision: str = "mixed",
     ) -> "ContactPair":
-        """Check the input, plan the transforms and take the units out.
+        """Check the input, plan the transforms and normalise heights and pressures.
 
         Raises
         ------
@@ -86,9 +95,9 @@ class ContactPair:
     def complementary(self, start: np.ndarray) -> np.ndarray:
         """Pressure [Pa], set to zero where the gap that it causes is open.
 
-        A sample is taken to touch where p > k g, with k the stiffness of one sample. Without this
-        the mean of two states, whose certificate is near zero, presses on every sample that touches
-        in one of them.
+        A sample counts as touching where p > k g, with k the stiffness of one sample. This is
+        needed for the mean of two states: its certificate is near zero, but it presses on every
+        sample that touches in either of them.
         """
         if not start.any():
             return start
@@ -112,22 +121,22 @@ class ContactPair:
         self, mean_pressure: float, stopping: Stopping, start: np.ndarray | None = None
     ) -> ContactState:
         """Contact under a mean pressure [Pa] > 0, from a uniform or another pressure [Pa]."""
-        wanted = mean_pressure / self.unit_pressure
+        load = mean_pressure / self.unit_pressure
         pressure = np.ones(self.height.shape) if start is None or not start.any() else start.copy()
-        pressure *= wanted / pressure.mean()
-        problem = Problem(self.heights, self.half_space, mean_pressure=wanted)
+        pressure *= load / pressure.mean()
+        problem = Problem(self.heights, self.half_space, mean_pressure=load)
         return self._converged(problem, pressure, stopping)
 
     def at_mean_gap(
         self, mean_gap: float, stopping: Stopping, start: np.ndarray | None = None
     ) -> ContactState:
         """Contact at a mean gap [m] > 0, from no pressure or another pressure [Pa]."""
-        wanted = mean_gap / self.unit_height
-        if wanted >= self.heights.max():
-            gap = np.maximum(wanted - self.heights, 0)
+        level = mean_gap / self.unit_height
+        if level >= self.heights.max():
+            gap = np.maximum(level - self.heights, 0)
             return self._open(gap * self.unit_height, stopping)
         pressure = np.zeros(self.height.shape) if start is None else start / self.unit_pressure
-        problem = Problem(self.heights, self.half_space, mean_gap=wanted)
+        problem = Problem(self.heights, self.half_space, mean_gap=level)
         return self._converged(problem, pressure, stopping)
 
     def touching(self, stopping: Stopping) -> ContactState:
@@ -154,7 +163,7 @@ class ContactPair:
     def _converged(
         self, problem: Problem, pressure: np.ndarray, stopping: Stopping
     ) -> ContactState:
-        """Solve, and measure the result by its pressure and the gap that this pressure causes."""
+        """Solve, and make the state of the accepted pressure and the gap that it causes."""
         spent = self.half_space.pairs
         end = converge(problem, pressure, stopping)
         pressure, gap = end.iterate.pressure, end.iterate.gap

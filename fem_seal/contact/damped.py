@@ -1,33 +1,40 @@
-"""Methods that move the surface: the letter's damped dynamics, and its accelerated descendant."""
+"""Methods that iterate the displacement: the letter's damped dynamics, and FISTA.
+
+Both minimise the elastic energy over displacements u >= h of the surface, with the operator S⁻¹
+from displacement to pressure (mode by mode the stiffness k(q)) and the mean pressure p̄:
+
+    damped   ü = -S⁻¹ u - p̄ - γ u̇;  after each step u = max(u, h)
+    FISTA    u_new = max(v - (S⁻¹ v + p̄)/k_max, h),  v = u_new + momentum (u_new - u)
+"""
 
 import numpy as np
 
 from fem_seal.contact.problem import Iterate, Iterates, Problem
 
-# A certificate costs an FFT pair, as much as a step.
+# A certificate costs an FFT pair, as much as a step: compute it only now and then.
 STEPS_PER_CHECK = 20
 
 
 def damped(problem: Problem, pressure: np.ndarray) -> Iterates:
     """Green's function molecular dynamics as in Dapp et al., Phys. Rev. Lett. 108, 244301 (2012).
 
-    Newton's equations of the modes, ü = -k(q) ũ - p̃ - γ ů with unit masses (Verlet), pressed by
-    the mean pressure (q = 0 only) or held at the mean gap; after each step the hard wall puts
-    points that penetrate back onto the counter-face. The slowest mode is critically damped,
-    γ = 2 min √k, so that the relaxation time grows as √L. The time step is half of the fastest
-    mode's stability limit, 2 / max √k. One FFT pair a step.
+    Newton's equations of the modes with unit masses, by Verlet's method. The mean pressure acts on
+    q = 0, or the mean gap is kept. After each step points that penetrate the counter-face are put
+    back onto it. The slowest mode is critically damped, γ = 2 min √k, so that the relaxation time
+    grows as √L. The time step is half of the stability limit of the fastest mode, 2 / max √k. Each
+    step takes one FFT pair.
     """
     half_space = problem.half_space
     step = 1 / half_space.stiffest**0.5
     drag = half_space.softest**0.5 * step
-    here = before = _start(problem, pressure)
+    u = u_old = _start(problem, pressure)
     iteration = 0
     while True:
-        yield _check(problem, here, iteration)
+        yield _check(problem, u, iteration)
         for _ in range(STEPS_PER_CHECK):
-            force = -(problem.mean_pressure or 0.0) - half_space.pressure(here)
-            ahead = (2 * here - (1 - drag) * before + step**2 * force) / (1 + drag)
-            before, here = here, problem.rested(ahead)
+            force = -(problem.mean_pressure or 0.0) - half_space.pressure(u)
+            u_new = (2 * u - (1 - drag) * u_old + step**2 * force) / (1 + drag)
+            u_old, u = u, problem.rested(u_new)
         iteration += STEPS_PER_CHECK
 
 
@@ -35,22 +42,22 @@ def fista(problem: Problem, pressure: np.ndarray) -> Iterates:
     """Nesterov's acceleration of the projected gradient, in the displacement.
 
     A. Beck, M. Teboulle, SIAM J. Imaging Sci. 2, 183 (2009), with the gradient restart of
-    B. O'Donoghue, E. Candès, Found. Comput. Math. 15, 715 (2015): the damped dynamics with a
-    friction that adapts itself. One FFT pair a step.
+    B. O'Donoghue, E. Candès, Found. Comput. Math. 15, 715 (2015). It resembles the damped dynamics
+    with an adaptive friction. Each step takes one FFT pair.
     """
     half_space = problem.half_space
-    here = ahead = _start(problem, pressure)
+    u = v = _start(problem, pressure)
     momentum, iteration = 1.0, 0
     while True:
-        yield _check(problem, here, iteration)
+        yield _check(problem, u, iteration)
         for _ in range(STEPS_PER_CHECK):
-            force = -(problem.mean_pressure or 0.0) - half_space.pressure(ahead)
-            reached = problem.rested(ahead + force / half_space.stiffest)
-            if np.vdot(ahead - reached, reached - here) > 0:
+            force = -(problem.mean_pressure or 0.0) - half_space.pressure(v)
+            u_new = problem.rested(v + force / half_space.stiffest)
+            if np.vdot(v - u_new, u_new - u) > 0:
                 momentum = 1.0
-            grown = (1 + (1 + 4 * momentum**2) ** 0.5) / 2
-            ahead = reached + (momentum - 1) / grown * (reached - here)
-            here, momentum = reached, grown
+            next_momentum = (1 + (1 + 4 * momentum**2) ** 0.5) / 2
+            v = u_new + (momentum - 1) / next_momentum * (u_new - u)
+            u, momentum = u_new, next_momentum
         iteration += STEPS_PER_CHECK
 
 

@@ -1,32 +1,35 @@
-"""Continuation of the residual beyond the free set, for the preconditioner."""
+"""Extension of the residual beyond the free set, for the preconditioner Eᵀ M E of `free_set_cg`."""
 
 import numpy as np
 
 from fem_seal.contact.halving import WHOLE, Halving
 
-# Coarser grids, each of a quarter of the samples. One fewer costs an iteration or two at 1024².
+# Number of coarser grids, each with a quarter of the samples. With one fewer, 1024² takes one or
+# two iterations more.
 LEVELS = 6
-# How fast the continuation fades: where a share s of a cell is free, the cell's value is weighted
-# s / (s + FADE (1 - s)). At 1 that is s itself, at 0 it would not fade at all. Measured at 256² to
-# 1024²: 0.7 and 1 are an iteration worse at one load or another, 0.25 and 2 at all.
+# Decay of the extension: a cell of which a fraction s is free gets the weight s / (s + FADE (1 -
+# s)), which is s for FADE = 1, and 1 for FADE = 0. Measured at 256² to 1024²: 0.7 and 1 take one
+# more iteration at some loads, 0.25 and 2 at all loads.
 FADE = 0.85
 
 
 class Extension:
-    """E: values on the free set continued over the other points, and its transpose.
+    """The extension E of values on the free set to the whole grid, and its transpose.
 
-    The inverse of the half-space restricted to the free set is the stiffness applied to that
-    continuation of a displacement which leaves no pressure outside: smooth, and fading with the
-    distance. Cut off at the edge instead, the stiffness sees a jump. E leaves the free points as
-    they are and fills the others from coarser grids, where cells hold the weighted means of the
-    free values in and around them and are filled from the next coarser grid as far as they are
-    not free. Between E and its transpose the stiffness stays symmetric, as conjugate gradients
-    need it.
+    Let u be a displacement on the free set. The pressure on the free set that causes it is the
+    stiffness M applied to a displacement of the whole grid: the one that equals u on the free set
+    and needs no pressure outside. That displacement is smooth and decays with the distance. If u
+    were set to zero outside, M would act on a jump at the edge.
+
+    E approximates it. Free points keep their values. The other points are interpolated from
+    coarser grids, whose cells hold weighted means of the free values in and around them, mixed
+    with the next coarser grid by the fraction of the cell that is not free. Eᵀ M E is symmetric,
+    as conjugate gradients require.
 
     Parameters
     ----------
-    free : (nx, ny) float, 1 at free points, 0 elsewhere
-        Kept, not copied; `update` takes note of what has changed in it.
+    free : (nx, ny) float
+        1 at free points, 0 elsewhere. Not copied: call `update` after changing it.
     """
 
     def __init__(self, free: np.ndarray):
@@ -38,10 +41,10 @@ class Extension:
             shape = self.levels[-1].values.shape
 
     def update(self) -> None:
-        """Read the free set anew."""
-        share = self.free
+        """Recompute all weights from the free set."""
+        fraction = self.free
         for level in self.levels:
-            share = level.update(share)
+            fraction = level.update(fraction)
 
     def extend(self, residual: np.ndarray, out: np.ndarray) -> None:
         """Write E residual into `out`; the residual is zero outside the free set."""
@@ -56,7 +59,7 @@ class Extension:
         finest.halving.interpolate(finest.values, residual, out, finest.outside)
 
     def gather(self, values: np.ndarray) -> None:
-        """Turn `values` into Eᵀ values, in place; outside the free set they lose their meaning."""
+        """Replace `values` by Eᵀ values; only the entries on the free set are meaningful."""
         fine = values
         for level in self.levels:
             level.halving.restrict(fine, level.values, level.outside)
@@ -72,8 +75,12 @@ class Extension:
 class _Level:
     """A grid and the next coarser one.
 
-    outside : (nx, ny), the share of each point that is not free
-    values, scale : on the coarser grid, work array and weights of the means
+    Attributes
+    ----------
+    outside : (nx, ny)
+        Fraction of each point that is not free.
+    values, scale : arrays
+        Work array and weights of the means, on the coarser grid.
     """
 
     def __init__(self, shape: tuple[int, int], dtype: np.dtype):
@@ -82,12 +89,12 @@ class _Level:
         self.values = np.empty(self.halving.coarse, dtype)
         self.scale = np.empty_like(self.values)
 
-    def update(self, share: np.ndarray) -> np.ndarray:
-        """Read the free share of the finer grid's points; return the coarser grid's (a view)."""
-        np.subtract(1, share, out=self.outside)
+    def update(self, fraction: np.ndarray) -> np.ndarray:
+        """Take the free fraction of the finer grid's points; return the coarser grid's (a view)."""
+        np.subtract(1, fraction, out=self.outside)
         self.outside /= WHOLE
-        self.halving.restrict(share, self.values)
-        # A quarter of a whole restriction: four points are one cell.
+        self.halving.restrict(fraction, self.values)
+        # The restriction of ones is 4 WHOLE: s + FADE (1 - s) in units of it.
         np.multiply(self.values, 1 - FADE, out=self.scale)
         self.scale += 4 * WHOLE * FADE
         np.reciprocal(self.scale, out=self.scale)

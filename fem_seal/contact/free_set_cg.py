@@ -28,17 +28,24 @@ LARGE = 1024
 
 @dataclass(frozen=True)
 class ExtensionRule:
-    """When the preconditioner is extended beyond the free set, by the certificate.
+    """When to extend the preconditioner beyond the free set, judged by the certificate.
 
-    Before the free set has settled, the extension may keep it from settling. It has settled below
-    a certificate of 0.02; in a start that is better than 0.2 it mostly has at once: measured from
-    256² to 1024², 5 to 60 % of contact, H = 0.4 and 0.8. On larger grids both have to fall with the
-    number of samples along a side: 0.02 is too early at 2048², 0.01 is not.
+    If used too early, the extension may keep the free set from settling. The free set has settled
+    below a certificate of 0.02, and in a start below 0.2 mostly at once (measured from 256² to
+    1024², 5 to 60 % of contact, H = 0.4 and 0.8). On larger grids both limits must fall inversely
+    to the number of samples along a side: at 2048² 0.02 is too early, 0.01 is not.
 
-    settled, settled_at_start : certificates
-    rises : iterations without a new least certificate until the extension is left out again
-    patience : iterations without a halved certificate until then
-    fall : factor by which the certificate has to fall before the extension is tried once more
+    Parameters
+    ----------
+    settled, settled_at_start : float
+        Certificates below which the free set counts as settled, later and in the start.
+    rises : int
+        Iterations without a new smallest certificate after which the extension is left out
+        again.
+    patience : int
+        Iterations without a halved certificate after which it is left out again.
+    fall : float
+        Factor by which the certificate must fall before the extension is tried once more.
     """
 
     settled: float = 0.02
@@ -54,17 +61,17 @@ DEFAULT_RULE = ExtensionRule()
 def free_set_cg(
     problem: Problem, pressure: np.ndarray, rule: ExtensionRule = DEFAULT_RULE
 ) -> Iterates:
-    """Minimise p·Sp/2 - p·h over p >= 0 in about 2.5 FFT pairs an iteration.
+    """Minimise p·Sp/2 - p·h over p >= 0 in about 2.5 FFT pairs per iteration.
 
-    Three things distinguish it from Polonsky and Keer's method (Wear 231, 206 (1999)): samples that
-    overlap join the free set at once, so that the search direction is never reset; the residual
-    is preconditioned by the half-space's stiffness restricted to the free set, once that has
-    settled with an `Extension` beyond its edge; the curvature along the search direction comes from
-    one forward transform.
+    It differs from Polonsky and Keer's method (Wear 231, 206 (1999)) in three points. Samples that
+    overlap join the free set at once, so that the search direction is never reset. The residual is
+    preconditioned by the half-space's stiffness on the free set, with an `Extension` beyond its
+    edge once the free set has settled. The curvature along the search direction takes a single
+    forward transform.
 
-    The numbers are those of the module's steps. The gap is in the half-space's exact work array,
-    z in its steering one. Passes over the arrays go block by block and are joined where they read
-    the same arrays.
+    Numbers in comments are the steps of the module's docstring. The gap is stored in the
+    half-space's exact work array, z in its steering array. Passes over the arrays go block by
+    block, and steps that read the same arrays are merged.
     """
     half_space, samples = problem.half_space, pressure.size
     loaded = problem.mean_pressure is not None
@@ -75,7 +82,7 @@ def free_set_cg(
     scale, total, rz_old, iteration = 1.0, float(p.sum()), np.inf, 0
     uniform = bool(np.ptp(p) == 0)
     while True:
-        # 1; step 8 leaves the scaling to this pass.
+        # 1, with the scaling of step 8.
         _scale(p, scale, out=g)
         if uniform:
             g[...] = 0.0  # A uniform pressure displaces uniformly: no transform for a cold start.
@@ -104,9 +111,9 @@ def free_set_cg(
         if extended:
             extension.gather(z)
         sum_z, rz = _restrict(z, free, r)
-        # 5: Polak and Ribière with the extension, because samples that join or leave the free set
-        # then spoil a direction kept by Fletcher and Reeves's formula, which is a little faster
-        # before.
+        # 5: with the extension the formula of Polak and Ribière, since samples that join or leave
+        # the free set then spoil the directions of Fletcher and Reeves. Before, the latter formula
+        # is a little faster.
         r_old_z = mean.take_out(z, sum_z, r_old if extended else None)
         beta = max(rz - r_old_z, 0.0) / rz_old
         rz_old = rz
@@ -121,15 +128,18 @@ def free_set_cg(
         # 8
         total = _advance(p, alpha, t)
         if loaded:
-            wanted = problem.mean_pressure * samples
-            scale, total = wanted / total, wanted
+            load = problem.mean_pressure * samples
+            scale, total = load / total, load
 
 
 @dataclass
 class _Settling:
-    """Whether the free set has settled, by how the certificate falls.
+    """Whether the free set has settled, judged by the fall of the certificate.
 
-    below : certificate below which it has settled next time
+    Attributes
+    ----------
+    below : float
+        Certificate below which the free set next counts as settled.
     """
 
     rule: ExtensionRule
@@ -143,16 +153,16 @@ class _Settling:
 
     @classmethod
     def of(cls, rule: ExtensionRule, samples: int) -> "_Settling":
-        """Apply the rule to a grid of so many samples."""
+        """Scale the rule to a grid of `samples` samples."""
         scale = min(1.0, LARGE / samples**0.5)
         return cls(rule, scale * rule.settled_at_start, scale * rule.settled)
 
     def changes(self, iteration: int, error: float) -> bool:
-        """Take note of a certificate; return whether the verdict has changed."""
+        """Record a certificate; return whether `settled` has changed."""
         before, rule = self.settled, self.rule
         if not self.settled:
             self.settled = error < self.below
-            # Only the progress made with the extension is watched.
+            # Watch the progress from here on, with the extension.
             self.least, self.least_at = error, iteration
             self.halved, self.halved_at = error, iteration
             self.below = min(self.below, self.later)
@@ -171,7 +181,10 @@ class _Settling:
 class _Mean:
     """The mean over the free set.
 
-    number : of free samples; inf where no load is prescribed, and nothing is taken out
+    Attributes
+    ----------
+    number : float
+        Number of free samples; inf where no load is prescribed, so that nothing is subtracted.
     """
 
     free: np.ndarray
@@ -216,7 +229,7 @@ def _restrict_gap(
         number += np.count_nonzero(mask)
         free[rows] = mask
         residual = r[rows]
-        # Subtracted in double, so that the small residual of pressed samples keeps its digits.
+        # Subtract in float64, so that the small residuals of pressed samples keep their digits.
         np.subtract(g[rows], level, out=residual, casting="same_kind")
         residual *= free[rows]
         total += float(residual.sum())
@@ -258,5 +271,5 @@ def _advance(p: np.ndarray, alpha: float, t: np.ndarray) -> float:
 
 
 def _product(one: np.ndarray, other: np.ndarray) -> float:
-    """Sum of the products of two blocks; unlike vdot, einsum takes padded rows as they are."""
+    """Sum of the products of two blocks; einsum, unlike vdot, does not copy padded rows."""
     return float(np.einsum("ij,ij->", one, other))

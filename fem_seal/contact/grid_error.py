@@ -1,4 +1,4 @@
-"""What the contact grid costs: the same surface under the same load on finer and finer grids."""
+"""Error of the contact grid: the same surface under the same load on finer and finer grids."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -28,17 +28,17 @@ def on_finer_grids(
     tolerance: float = 1e-6,
     threads: int = 1,
 ) -> Iterator[ContactState]:
-    """Contact of Fourier-resampled heights on finer grids, each yielded when done.
+    """Yield the contact of Fourier-resampled heights on one grid after the other.
 
-    Each starts from the coarser pressure, repeated on the finer samples.
+    Each solve starts from the pressure on the coarser grid, repeated on the finer samples.
 
     Parameters
     ----------
     height, contact_modulus, pressure, area_fraction, mean_gap, tolerance, threads
         As in `solve`.
     factors : sequence of float
-        Multiples of the number of samples, increasing, each giving whole numbers. Below 1 the
-        surface loses the waves that the coarse grid cannot hold and is no longer the same.
+        Multiples of the number of samples: increasing, and such that the numbers are whole. With a
+        factor below 1 the surface loses the waves that the coarse grid cannot represent.
 
     Returns
     -------
@@ -79,10 +79,12 @@ def _states(
 class Extrapolation:
     """Limit of a sequence on finer and finer grids.
 
+    Attributes
+    ----------
     limit : float
         Extrapolated value.
     error : float
-        Distance of the finest value from it: the estimate of the grid's error.
+        Distance of the finest value from the limit: the estimate of the grid's error.
     order : float
         Observed order of convergence in the spacing; nan where the sequence is not monotone.
     """
@@ -95,13 +97,15 @@ class Extrapolation:
 def extrapolate(values: Sequence[float], refinement: float = 2.0) -> Extrapolation:
     """Richardson's extrapolation of the last three values with their observed order.
 
-    Where they do not approach each other monotonically no order can be read off: then the limit is
-    the last value and the error the largest change among the three.
+    If they do not converge monotonically, no order can be observed: the limit is then the last
+    value, and the error the larger of the two changes.
 
     Parameters
     ----------
     values : sequence of float
-        A quantity (area, mean gap, leak rate) on grids each `refinement` times as fine.
+        A quantity (area, mean gap, leak rate) on a sequence of grids.
+    refinement : float
+        Ratio of the spacings of consecutive grids.
 
     Raises
     ------
@@ -133,7 +137,7 @@ def _shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
 
 
 def _repeated(pressure: GridField, shape: tuple[int, int]) -> np.ndarray:
-    """Pressure of the nearest coarse sample at every fine one (a Fourier series would ring)."""
+    """Pressure of the nearest coarse sample; Fourier interpolation would oscillate at edges."""
     values = pressure.values
     for axis, n in enumerate(shape):
         nearest = np.rint(np.arange(n) * values.shape[axis] / n).astype(int) % values.shape[axis]

@@ -17,7 +17,7 @@ PRECISIONS = {"double": "float64", "mixed": "float32"}
 def _fixed(depth: np.ndarray, nu: float) -> np.ndarray:
     """Bonded base: (2κ sinh 2ξ - 4ξ) / (2κ cosh 2ξ + 4ξ² + 1 + κ²), κ = 3 - 4ν."""
     kappa = 3 - 4 * nu
-    # Multiplied by 2 exp(-2ξ), so that short waves in a thick layer do not overflow.
+    # Multiply both by 2 exp(-2ξ), so that short waves in a thick layer do not overflow.
     decay = np.exp(-2 * depth)
     above = 2 * kappa * -np.expm1(-4 * depth) - 8 * depth * decay
     below = 2 * kappa * (1 + decay**2) + 2 * decay * (4 * depth**2 + 1 + kappa**2)
@@ -78,7 +78,7 @@ class HalfSpace:
     Dimensionless: with ℓ = (dx dy)^(1/2) and any height unit, pressures are in units of
     E* × height / (2ℓ), so that k(q) = qℓ for the half-space (elastic energy of
     Campañá, Müser, Phys. Rev. B 74, 075420 (2006): (1/4) E* q |ũ|² a mode). The mean of every
-    displacement is zero: it is a matter of the load, not of elasticity.
+    displacement is zero: it is determined by the load, not by elasticity.
 
     Parameters
     ----------

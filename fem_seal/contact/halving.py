@@ -1,25 +1,29 @@
-"""Linear interpolation from a periodic grid of cells of twice the size, and its transpose."""
+"""Linear interpolation from a periodic grid of twice the spacing, and its transpose.
+
+Along each axis a fine point lies at a quarter of the distance between the centres of its own
+coarse cell and of the nearer neighbouring cell:
+
+    interpolation   u_fine = 3 u_own + u_neighbour       (16 times the value, over two axes)
+    restriction     the transpose of the interpolation
+"""
 
 import numpy as np
 
 from fem_seal.contact.blocks import row_blocks
 
-# What a value of 1 everywhere is restricted to, over four; and what it is interpolated to.
-WHOLE = 16
+WHOLE = 16  # interpolation of ones; the restriction of ones is 4 × 16
 
 
 class Halving:
-    """Between a grid and one of half the samples along each axis.
+    """Transfer between a grid and the one with half as many samples along each axis.
 
-    Interpolation is linear between the cells' middles: along each axis a point takes 3 of its own
-    cell and 1 of the nearer neighbour, so that the values come out 16 times as large; the callers
-    put that into their weights. Restriction is the transpose. Where the number of samples is odd
-    the last cell is half empty.
+    Neither operation is normalised: callers include the factor 16 in their weights. Where the
+    number of samples is odd, the last coarse cell contains a single row or column.
 
     Parameters
     ----------
     shape : (nx, ny)
-        Of the finer grid.
+        Samples of the fine grid.
     """
 
     def __init__(self, shape: tuple[int, int]):
@@ -53,15 +57,15 @@ class Halving:
             own = 3 * wide[1:-1]
             np.add(own, wide[:-2], out=fine[0::2])
             np.add(own, wide[2:], out=fine[1::2])
-            here = slice(2 * rows.start, min(2 * rows.stop, self.shape[0]))
-            fine = fine[: here.stop - here.start]
+            fine_rows = slice(2 * rows.start, min(2 * rows.stop, self.shape[0]))
+            fine = fine[: fine_rows.stop - fine_rows.start]
             if weights is not None:
-                fine *= weights[here]
-            np.add(base[here], fine, out=out[here])
+                fine *= weights[fine_rows]
+            np.add(base[fine_rows], fine, out=out[fine_rows])
 
 
 def _rows(values: np.ndarray, first: int, last: int, period: int) -> np.ndarray:
-    """Rows of an array that repeats with a period; those it does not have are zero."""
+    """Rows of a periodic array; rows between its length and the period are zero."""
     if first >= 0 and last <= len(values):
         return values[first:last]
     rows = np.arange(first, last) % period

@@ -14,10 +14,10 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
-# Extrapolating further than this multiple of the last step starts worse than not at all.
+# Largest extrapolation, in steps: further, no extrapolation makes a better start.
 FURTHEST = 2.0
-# Pressure that an open sample lacks for contact, in units of E* × gap / spacing: near half the
-# stiffness of one sample. Half and one and a half times as much made paths dearer, over wide ranges
+# Pressure that an open sample lacks for contact, in units of E* × gap / spacing; it is near half
+# the stiffness of one sample. With 0.5 and 1.5 times this value paths take longer, over wide ranges
 # by a tenth.
 LACKING = 0.4
 
@@ -37,7 +37,7 @@ def load_path(
     precision: str = "mixed",
     max_iterations: int | None = None,
 ) -> Iterator[ContactState]:
-    """Contact under one load after the other, each yielded as soon as it is done.
+    """Yield the contact under one load after the other.
 
     The start of each is extrapolated linearly from the last two states, where open samples count
     with a negative pressure proportional to their gap: the extrapolation thus predicts which open
@@ -110,7 +110,7 @@ class Predictor:
         self._last: list[tuple[float, np.ndarray]] = []
 
     def remember(self, load: Load, state: ContactState) -> None:
-        """Take note of a state; all loads of a path are of one kind."""
+        """Store a state; all loads of a path are of one kind."""
         dx, dy = state.gap.spacing
         lacking = LACKING * state.contact_modulus / (dx * dy) ** 0.5 * state.gap.values
         self._last = [*self._last[-1:], (load.value, state.pressure.values - lacking)]
@@ -122,6 +122,6 @@ class Predictor:
         (before, signed_before), (last, signed_last) = self._last[0], self._last[-1]
         if before == last:
             return np.maximum(signed_last, 0)
-        # At -1 the path has turned back to the state before.
+        # A ratio of -1 returns to the state before the last.
         ratio = min(max((load.value - last) / (last - before), -1.0), FURTHEST)
         return np.maximum(signed_last + ratio * (signed_last - signed_before), 0)

@@ -1,4 +1,4 @@
-"""The methods by name, and the one loop that stops them."""
+"""The iterative methods by name, and the loop that stops them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +17,17 @@ Progress = Callable[[int, float], None]
 
 @dataclass(frozen=True)
 class Method:
-    """An endless iteration, when to give up by default, and whether coarser grids start it."""
+    """An iterative method for the contact problem.
+
+    Attributes
+    ----------
+    iterates : Callable[[Problem, array], Iterates]
+        Generator of iterates that never ends by itself.
+    max_iterations : int
+        Default limit of the iterations.
+    starts_coarse : bool
+        Whether `solve` starts it from the solution on a coarser grid.
+    """
 
     iterates: Callable[[Problem, np.ndarray], Iterates]
     max_iterations: int
@@ -31,29 +41,35 @@ METHODS = {
     "polonsky-keer": Method(polonsky_keer, 20000),
 }
 
-# A measure that has not fallen by a tenth in so many iterates is taken for the floor of the
-# arithmetic.
+# Give up if no measure has fallen by a tenth in this many iterates: rounding has been reached.
 PATIENCE = 300
 
-# Limits that hold at every tolerance. The certificate weights the gap with the pressure: samples
-# that carry next to nothing may be far from contact and still count as touching.
+# Limits that hold at every tolerance. They are needed since the certificate weights the gap with
+# the pressure: samples of tiny pressure could be far from contact and still count as touching.
 GAP_TOLERANCE = 1e-4
 MEAN_GAP_TOLERANCE = 1e-4
 
-# Float64 cannot tell a smaller certificate from zero.
+# In float64 a smaller certificate cannot be told from zero.
 SMALLEST_TOLERANCE = 1e-13
 
 
 @dataclass(frozen=True)
 class Stopping:
-    """When to stop.
+    """When to stop an iterative method.
 
-    solver : name of the method
-    tolerance : of the certificate
-    max_iterations : None for the method's own limit
-    progress : called after each iteration
-    gap_tolerance : of |g| on pressed samples and of the overlap, in units of the rms height; inf
-        where only the energy matters, as in a start for another solve
+    Parameters
+    ----------
+    solver : str
+        Name of the method.
+    tolerance : float
+        Tolerance of the certificate.
+    max_iterations : int or None
+        Largest number of iterations; None for the method's own limit.
+    progress : Progress or None
+        Called after each iteration.
+    gap_tolerance : float
+        Limit of |g| on pressed samples and of the overlap, in units of the rms height; inf
+        where only the energy matters, as in a start for another solve.
     """
 
     solver: str = "free-set-cg"
@@ -74,9 +90,9 @@ class Stopping:
     def shortfalls(self, measures: Measures, rounding: float) -> dict[str, tuple[float, float]]:
         """Value and limit of each measure that misses its limit.
 
-        A gap that is smaller than the `rounding` of the displacement cannot be asked for. That
-        matters only at a loose tolerance: else the certificate, which contains the overlap, misses
-        its own limit first.
+        The limit of the gap is at least the `rounding` error of the displacement. That matters only
+        at a loose tolerance: at a tight one the certificate, which contains the overlap, misses its
+        limit first.
         """
         gap_limit = max(self.gap_tolerance, rounding)
         limits = {
@@ -85,13 +101,23 @@ class Stopping:
             "deepest overlap / rms height": (measures.penetration, gap_limit),
             "relative error of the mean gap": (measures.mean_gap_error, MEAN_GAP_TOLERANCE),
         }
-        # "not <=" so that a value that is no number counts as missed.
+        # "not <=" so that NaN counts as missed.
         return {name: pair for name, pair in limits.items() if not pair[0] <= pair[1]}
 
 
 @dataclass(frozen=True, eq=False)
 class Converged:
-    """The accepted iterate, its measures, and the certificate after each iterate."""
+    """Result of a converged iteration.
+
+    Attributes
+    ----------
+    iterate : Iterate
+        The accepted iterate.
+    measures : Measures
+        Its measures.
+    residuals : tuple[float, ...]
+        Certificate after each iterate.
+    """
 
     iterate: Iterate
     measures: Measures
@@ -99,16 +125,15 @@ class Converged:
 
 
 def converge(problem: Problem, pressure: np.ndarray, stopping: Stopping) -> Converged:
-    """Iterate until the certificate is reached, and with it the contact set and the mean gap.
+    """Iterate until the certificate, the contact set and the mean gap meet their limits.
 
-    The other measures are computed only once the certificate is reached, so that an ordinary
-    iteration does not pay for them.
+    The other measures are computed only once the certificate has met its limit, to save time.
 
     Raises
     ------
     NotConverged
-        At the limit of iterations, when no measure improves any more, or when the error is not a
-        number. The message names each measure that was missed.
+        At the limit of iterations, if no measure improves any more, or if the error is NaN. The
+        message names each measure that was missed.
     """
     method = METHODS[stopping.solver]
     limit = stopping.max_iterations or method.max_iterations

@@ -1,4 +1,4 @@
-"""The contact problem without units, and the measure of how well a pressure solves it."""
+"""The contact problem without units, and the residuals of a pressure in it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,9 +12,15 @@ from fem_seal.contact.halfspace import HalfSpace
 class Problem:
     """Find p >= 0 and gap = S p - h + offset >= 0 with p gap = 0, at one load.
 
-    heights : (nx, ny) float64, zero mean, unit rms
-    half_space : HalfSpace, S
-    mean_pressure, mean_gap : exactly one of them is not None; > 0, in the units of HalfSpace
+    Attributes
+    ----------
+    heights : (nx, ny) float64
+        Heights h of the counter-face, zero mean, unit rms.
+    half_space : HalfSpace
+        The operator S from pressure to displacement.
+    mean_pressure, mean_gap : float or None
+        Prescribed load or mean gap > 0, in the units of HalfSpace; exactly one of them is not
+        None.
     """
 
     heights: np.ndarray
@@ -25,7 +31,7 @@ class Problem:
     def gap(self, pressure: np.ndarray) -> np.ndarray:
         """S p - h + mean gap; under pressure control the level is still free (new array)."""
         uniform = pressure.flat[0] == pressure.flat[-1] and np.ptp(pressure) == 0
-        # A uniform pressure displaces uniformly: the cold start costs no transform.
+        # A uniform pressure causes a uniform displacement: no transform is needed.
         displacement = 0.0 if uniform else self.half_space.displacement(pressure)
         gap = displacement - self.heights
         if self.mean_gap is not None:
@@ -61,7 +67,7 @@ class Problem:
         return float(np.vdot(pressure, gap) / pressure.sum())
 
     def measures(self, pressure: np.ndarray, gap: np.ndarray) -> "Measures":
-        """How well a pressure and the gap that it causes solve the problem."""
+        """Residuals of a pressure and the gap that it causes."""
         offset, pressed = self.offset(pressure, gap), pressure > 0
         total = float(pressure.sum()) or 1.0
         lowest = float(gap.min())
@@ -81,7 +87,7 @@ class Problem:
         )
 
     def rounding(self, pressure: np.ndarray) -> float:
-        """Rounding error of the displacement that a pressure causes, as estimated from above.
+        """Estimated upper bound of the rounding error of the displacement that a pressure causes.
 
         An FFT of N samples in float64 adds noise to the modes of at most ε log2 N times the rms of
         the samples (N. J. Higham, Accuracy and Stability of Numerical Algorithms (2002), theorem
@@ -119,13 +125,20 @@ class Problem:
 
 @dataclass(frozen=True)
 class Measures:
-    """How far a pressure is from solving a `Problem`; lengths in units of the rms height.
+    """Residuals of a pressure in a `Problem`; lengths in units of the rms height.
 
-    certificate : the duality gap Σ p (g - min g) / Σ p
-    complementarity : Σ |p g| / Σ p
-    pressed_gap : largest |g| on the samples that carry pressure
-    penetration : deepest overlap, the largest -g of all samples
-    mean_gap_error : relative error of the mean gap where it is prescribed, else 0
+    Attributes
+    ----------
+    certificate : float
+        Duality gap Σ p (g - min g) / Σ p.
+    complementarity : float
+        Σ |p g| / Σ p.
+    pressed_gap : float
+        Largest |g| on the samples that carry pressure.
+    penetration : float
+        Deepest overlap, the largest -g of all samples.
+    mean_gap_error : float
+        Relative error of the mean gap where it is prescribed, else 0.
     """
 
     certificate: float
@@ -139,10 +152,16 @@ class Measures:
 class Iterate:
     """One step of a method.
 
-    iteration : number of the step
-    pressure : (nx, ny), admissible
-    error : certificate of this pressure
-    gap : S p - h up to a constant, in double, computed from this pressure alone; None only where
+    Attributes
+    ----------
+    iteration : int
+        Number of the step.
+    pressure : (nx, ny)
+        Admissible pressure.
+    error : float
+        Certificate of this pressure.
+    gap : (nx, ny) or None
+        S p - h up to a constant, in float64, computed from this pressure alone; None only where
         the error is infinite. The method reads it again: do not overwrite it.
     """
 

@@ -66,7 +66,10 @@ class GapState:
 class BearingState(GapState):
     """The bearing ("cutting") model: the counter-face moved by `shift` and cut at the plane.
 
-    shift : float [m], from first touch.
+    Attributes
+    ----------
+    shift : float [m]
+        Approach of the surfaces from first touch.
     """
 
     shift: float

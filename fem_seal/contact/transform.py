@@ -45,7 +45,7 @@ class RealTransform:
         _load_wisdom()
         try:
             self._plan("FFTW_MEASURE", "FFTW_WISDOM_ONLY", threads=threads)
-        except RuntimeError:  # pyfftw's word for "not planned yet"
+        except RuntimeError:  # pyfftw raises this if there is no stored plan
             self._plan("FFTW_MEASURE", threads=threads)
             _save_wisdom()
 
@@ -53,9 +53,9 @@ class RealTransform:
         import pyfftw
 
         flags = (*effort, "FFTW_DESTROY_INPUT")
-        there, back = (self.values, self.modes), (self.modes, self.values)
-        forward = pyfftw.FFTW(*there, (0, 1), "FFTW_FORWARD", flags, threads)
-        backward = pyfftw.FFTW(*back, (0, 1), "FFTW_BACKWARD", flags, threads)
+        to_modes, to_values = (self.values, self.modes), (self.modes, self.values)
+        forward = pyfftw.FFTW(*to_modes, (0, 1), "FFTW_FORWARD", flags, threads)
+        backward = pyfftw.FFTW(*to_values, (0, 1), "FFTW_BACKWARD", flags, threads)
         self.forward, self.backward = forward.execute, backward.execute
 
 
