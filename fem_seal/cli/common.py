@@ -11,6 +11,7 @@ from fem_seal import parallel
 from fem_seal.errors import NotConverged, printable
 
 if TYPE_CHECKING:
+    from fem_seal.points import Work
     from fem_seal.results import Result
     from fem_seal.scene import Scene
 
@@ -69,6 +70,53 @@ def add_trust(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="let gmsh run the scene's .geo file, a program with your rights",
     )
+
+
+def add_work(command: argparse.ArgumentParser, what: str) -> None:
+    """Take how points are shared out.
+
+    Parameters
+    ----------
+    command : argparse.ArgumentParser
+    what : str
+        What each part takes every N-th of, such as "surface".
+    """
+    command.add_argument(
+        "--jobs", type=int, default=1, metavar="N", help="processes of this machine (1)"
+    )
+    command.add_argument(
+        "--memory",
+        type=float,
+        metavar="GB",
+        help="most memory of all jobs together (what the machine has available)",
+    )
+    command.add_argument(
+        "--part",
+        type=part,
+        default=(1, 1),
+        metavar="K/N",
+        help=f"only every N-th {what} from the K-th on, for job arrays (1/1)",
+    )
+    command.add_argument(
+        "--gather", action="store_true", help="compute nothing: write the tables of what is there"
+    )
+
+
+def part(text: str) -> tuple[int, int]:
+    """Read K/N."""
+    try:
+        k, n = map(int, text.split("/"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form K/N, such as 2/8") from None
+    return k, n
+
+
+def work_of(options: argparse.Namespace) -> "Work":
+    """How points are shared out, of `add_work`."""
+    from fem_seal.points import Work
+
+    memory = None if options.memory is None else int(1e9 * options.memory)
+    return Work(options.jobs, options.part, gather=options.gather, memory=memory)
 
 
 def add_output(command: argparse.ArgumentParser, default: str) -> None:

@@ -4,8 +4,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import add_command, say
+from fem_seal import parallel
+from fem_seal.cli.common import add_command, add_work, say, work_of
 from fem_seal.cli.percolation import add_search, numbers, require_one_process, search_of
+from fem_seal.errors import NotConverged
 
 if TYPE_CHECKING:
     from fem_seal.letter.campaign import Letter, Plan
@@ -63,6 +65,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
             help=f"A/A0 of the {model} points of Fig. 3, beside first contact (0.02 to closing)",
         )
     command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
+    add_work(command, "point")
     command.add_argument(
         "--out",
         type=Path,
@@ -96,7 +99,7 @@ def _letter(options: argparse.Namespace) -> int:
     # DOLFINx 0.5 to 0.7 must be loaded before VTK.
     from fem_seal import fenicsx  # noqa: F401
     from fem_seal.files import locked_folder, write_text
-    from fem_seal.letter.campaign import letter
+    from fem_seal.letter.campaign import compute_points_of, letter
     from fem_seal.letter.page import page
     from fem_seal.progress import Display
     from fem_seal.render import letter as figures
@@ -105,7 +108,15 @@ def _letter(options: argparse.Namespace) -> int:
     require_gl()
     plan = plan_of(options)
     out = options.out or Path("results") / f"letter-{options.size}"
-    with locked_folder(out, shared=True), Display() as report:
+    work = work_of(options)
+    with locked_folder(out, shared=True), Display(lines=True) as report:
+        missing = compute_points_of(plan, out, report, work).missing
+        if missing:
+            message = f"{missing} points of the letter are not computed yet"
+            if work.gather:
+                return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
+            say(f"{message}; the same command without --part, or with --gather, makes the figures")
+            return 0
         result, data = letter(plan, out, report)
         report("figures", "")
         write_text(out / "letter.md", page(result))

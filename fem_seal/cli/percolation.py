@@ -5,8 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import add_command, say
-from fem_seal.errors import InvalidInput
+from fem_seal import parallel
+from fem_seal.cli.common import add_command, add_work, say, work_of
+from fem_seal.errors import InvalidInput, NotConverged
 
 if TYPE_CHECKING:
     from fem_seal.letter.seed_thresholds import Search
@@ -38,6 +39,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument("--seeds", type=int, default=4, metavar="N", help="seeds 1 to N (4)")
     add_search(command)
     command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
+    add_work(command, "surface")
     command.add_argument(
         "--out",
         type=Path,
@@ -90,11 +92,11 @@ def seeds_up_to(count: int) -> range:
 
 
 def require_one_process(command: str) -> None:
-    """Refuse mpirun: these studies run many small problems, one after the other."""
-    from fem_seal import parallel
-
+    """Refuse mpirun: these studies compute many small problems, each by one process."""
     if parallel.processes() > 1:
-        raise InvalidInput(f"fem-seal {command} runs in one process; start it without mpirun")
+        raise InvalidInput(
+            f"fem-seal {command} solves each point in one process; start it without mpirun (--jobs N)"
+        )
 
 
 def _percolation(options: argparse.Namespace) -> int:
@@ -104,7 +106,7 @@ def _percolation(options: argparse.Namespace) -> int:
     seeds = seeds_up_to(options.seeds)
     from fem_seal.files import locked_folder
     from fem_seal.letter.percolation import TABLE_FILE, percolation
-    from fem_seal.letter.surfaces import RoughCase
+    from fem_seal.letter.surfaces import MODELS, RoughCase
     from fem_seal.progress import Display
     from fem_seal.render.thresholds import threshold_figure
 
@@ -112,14 +114,25 @@ def _percolation(options: argparse.Namespace) -> int:
         RoughCase(n, hurst, short, long)
         for n, hurst, short, long in product(options.n, options.hurst, options.short, options.long)
     ]
-    search = search_of(options)
-    with locked_folder(options.out, shared=True), Display() as report:
+    search, work = search_of(options), work_of(options)
+    with locked_folder(options.out, shared=True), Display(lines=True) as report:
         study = percolation(
-            cases, seeds, options.out, search=search, threads=options.threads, report=report
+            cases,
+            seeds,
+            options.out,
+            search=search,
+            threads=options.threads,
+            work=work,
+            report=report,
         )
-        threshold_figure(study.rows, options.out)
+        if study.rows:
+            threshold_figure(study.rows, options.out)
     say("\n".join(map(line, study.rows)))
     say(f"{len(study.seeds)} surfaces in {options.out}/{TABLE_FILE} and thresholds.png")
+    wanted = len(cases) * len(MODELS) * len(seeds)
+    if work.gather and len(study.seeds) < wanted:
+        message = f"{wanted - len(study.seeds)} of {wanted} surfaces are not computed yet"
+        return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
     return 0
 
 

@@ -5,7 +5,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.cli.common import add_command, add_output, add_scene, add_trust, say
+from fem_seal.cli.common import (
+    add_command,
+    add_output,
+    add_scene,
+    add_trust,
+    add_work,
+    say,
+    work_of,
+)
 from fem_seal.errors import NotConverged
 
 if TYPE_CHECKING:
@@ -36,35 +44,14 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         metavar="TABLE.csv",
         help="in place of --vary: a head of keys, and a line for each point",
     )
-    command.add_argument(
-        "--jobs", type=int, default=1, metavar="N", help="processes of this machine (1)"
-    )
-    command.add_argument(
-        "--part",
-        type=part,
-        default=(1, 1),
-        metavar="K/N",
-        help="only every N-th surface from the K-th on, for job arrays (1/1)",
-    )
-    command.add_argument(
-        "--gather", action="store_true", help="compute nothing: write the table of what is there"
-    )
+    add_work(command, "surface")
     add_output(command, "results/NAME-sweep for NAME.toml; done points are kept")
     command.set_defaults(command=_sweep)
 
 
-def part(text: str) -> tuple[int, int]:
-    """Read K/N."""
-    try:
-        k, n = map(int, text.split("/"))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form K/N, such as 2/8") from None
-    return k, n
-
-
 def _sweep(options: argparse.Namespace) -> int:
     from fem_seal.progress import Display
-    from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
+    from fem_seal.sweep import Axis, combinations, read_points, sweep
 
     out = options.out or Path("results") / f"{options.scene.stem}-sweep"
     if options.points is not None:
@@ -81,7 +68,7 @@ def _sweep(options: argparse.Namespace) -> int:
             overwrite=options.overwrite,
             report=report,
             trust=options.trust,
-            work=Work(options.jobs, options.part, gather=options.gather),
+            work=work_of(options),
         )
     names = [", ".join(map("{}={}".format, axes[0], point.values)) for point in tally.table]
     width = max(map(len, names), default=0)

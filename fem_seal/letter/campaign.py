@@ -1,6 +1,5 @@
 """The letter, reproduced: thresholds, pictures, currents and their errors; runs can resume."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,13 +10,15 @@ from fem_seal.grid import GridField
 from fem_seal.letter import pictures, rows
 from fem_seal.letter.cascade_start import CascadeStart, cascade_start
 from fem_seal.letter.flow_points import FlowPoint, GridPoint, flow_point, grid_point
-from fem_seal.letter.percolation import percolation
+from fem_seal.letter.percolation import percolation, threshold_task
 from fem_seal.letter.persson_curve import LOADS, persson_curve
-from fem_seal.letter.seed_thresholds import REFERENCE, Search
-from fem_seal.letter.store import PointStore, write_json, write_table
+from fem_seal.letter.seed_thresholds import REFERENCE, Search, SeedThresholds
+from fem_seal.letter.store import write_json, write_table
 from fem_seal.letter.surfaces import MODELS, RoughCase
+from fem_seal.letter.tasks import StudyTask, chain_of, compute_study
 from fem_seal.letter.threshold_rows import ThresholdRow
 from fem_seal.memory import peak_memory
+from fem_seal.points import Chain, Outcome, RecordFolder, Work
 from fem_seal.progress import Report, silent
 
 Point = TypeVar("Point")
@@ -106,14 +107,85 @@ class Figures:
     errors: list[rows.ErrorRow]
 
 
-def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figures]:
+@dataclass(frozen=True)
+class Points:
+    """Chains of all points of a plan, by kind; each is a chain of its own.
+
+    Attributes
+    ----------
+    flows, refined, cascade : list of Chain
+        Of `FlowPoint`, `GridPoint` and `CascadeStart`.
+    gaps, pictures : list of Chain
+        Of Figs. 1 and 2, one a model.
+    thresholds : list of Chain
+        Of `SeedThresholds`.
+    """
+
+    flows: list[Chain[FlowPoint]]
+    refined: list[Chain[GridPoint]]
+    cascade: list[Chain[CascadeStart]]
+    gaps: list[Chain[GridField]]
+    pictures: list[Chain[pictures.FlowPicture]]
+    thresholds: list[Chain[SeedThresholds]]
+
+    @classmethod
+    def of(cls, plan: Plan, out: Path) -> "Points":
+        """Points of a plan, in the folder `out`."""
+        gaps, flows = _pictures(plan, out)
+        return cls(
+            _flow_points(plan, out),
+            _grid_points(plan, out),
+            _cascade(plan, out) if plan.cascade else [],
+            gaps,
+            flows,
+            _thresholds(plan, out),
+        )
+
+    @property
+    def all(self) -> list[Chain]:
+        """All chains."""
+        return [
+            *self.thresholds,
+            *self.gaps,
+            *self.pictures,
+            *self.flows,
+            *self.refined,
+            *self.cascade,
+        ]
+
+
+def compute_points_of(
+    plan: Plan, out: Path, report: Report = silent, work: Work | None = None
+) -> Outcome:
+    """Compute the points of a plan that the folder lacks.
+
+    Parameters
+    ----------
+    plan : settings
+    out : folder of points/, with a file for each point, and of the data of Figs. 1 and 2
+    report : called with each point
+    work : how the points are shared out; one after the other if left out
+
+    Raises
+    ------
+    InvalidInput
+        If the folder holds points of other settings or cannot be written.
+    NotConverged
+        If a contact or a flow does not converge; the other points are computed all the same.
+    """
+    return compute_study(Points.of(plan, out).all, work, report)
+
+
+def letter(
+    plan: Plan, out: Path, report: Report = silent, work: Work | None = None
+) -> tuple[Letter, Figures]:
     """Compute the points that the folder lacks, and gather all of them.
 
     Parameters
     ----------
     plan : settings
     out : folder of letter.json, the data of each figure, and points/ with a file for each point
-    report : called with each point
+    report, work : as of `compute_points_of`
 
     Returns
     -------
@@ -122,28 +194,29 @@ def letter(plan: Plan, out: Path, report: Report = silent) -> tuple[Letter, Figu
     Raises
     ------
     InvalidInput
-        If the folder holds points of other settings or cannot be written.
+        If the folder holds points of other settings or cannot be written, or points are missing
+        that are to be computed elsewhere.
     NotConverged
-        If a contact or a flow does not converge.
+        If a contact or a flow does not converge; the other points are computed all the same.
     """
+    outcome = compute_points_of(plan, out, report, work)
+    if outcome.missing:
+        raise InvalidInput(f"{outcome.missing} points of the letter in {out} are not computed yet")
+    gather_only = Work(gather=True)
     study = percolation(
-        [plan.case],
-        range(1, plan.seeds + 1),
-        out,
-        search=plan.search,
-        threads=plan.threads,
-        report=report,
+        [plan.case], range(1, plan.seeds + 1), out, search=plan.search, work=gather_only
     )
     thresholds = {model: _threshold(study.rows, plan, model) for model in MODELS}
-    figures_1_and_2 = _pictures(plan, out, report)
-    points = _flow_points(plan, out, report)
-    refined = _grid_points(plan, out, report)
-    cascade = _cascade(plan, out, report) if plan.cascade else []
+    stored = Points.of(plan, out)
+    contacts = dict(zip(MODELS, _read(stored.gaps), strict=True))
+    flows = dict(zip(MODELS, _read(stored.pictures), strict=True))
+    points, refined, cascade = _read(stored.flows), _read(stored.refined), _read(stored.cascade)
     first = rows.first_contacts(points)
     currents = rows.current_rows(points, thresholds["elastic"])
     curve = persson_curve(plan.case, thresholds["elastic"], plan.loads)
     figures = Figures(
-        *figures_1_and_2,
+        contacts,
+        flows,
         currents,
         rows.persson_rows(curve, first),
         rows.error_rows(refined, first),
@@ -175,85 +248,100 @@ def _threshold(thresholds: list[ThresholdRow], plan: Plan, model: str) -> float:
     return next(row.threshold for row in thresholds if (row.model, row.pair, row.edges) == key)
 
 
-def _pictures(
-    plan: Plan, out: Path, report: Report
-) -> tuple[dict[str, GridField], dict[str, pictures.FlowPicture]]:
-    """Data of Figs. 1 and 2, kept in .npz files of the folder."""
-    from fem_seal.gap_file import load_gap
+def _read(chains: list[Chain[Point]]) -> list[Point]:
+    """Read points that are there."""
+    return [chain.folder.load(chain.folder.path_of(chain.tasks[0].name)) for chain in chains]
 
+
+def _thresholds(plan: Plan, out: Path) -> list[Chain[SeedThresholds]]:
+    folder = RecordFolder(out / "points", SeedThresholds)
+    return [
+        chain_of(folder, threshold_task(plan.case, model, seed, plan.search, plan.threads))
+        for model in MODELS
+        for seed in range(1, plan.seeds + 1)
+    ]
+
+
+def _pictures(
+    plan: Plan, out: Path
+) -> tuple[list[Chain[GridField]], list[Chain[pictures.FlowPicture]]]:
+    """Data of Figs. 1 and 2, one chain a model, kept in .npz files of the folder."""
     case, threads = plan.case, plan.threads
-    contacts, flows = {}, {}
+    gaps, flows = pictures.GapFolder(out), pictures.FlowFolder(out)
+    contact_chains, flow_chains = [], []
     for model in MODELS:
         name = f"{model}-{case.name}"
-        contact, flow = out / f"fig1-{name}.npz", out / f"fig2-{name}.npz"
-        if not contact.exists():
-            report(f"Fig. 1 {model}", "")
-            gap = pictures.contact_picture_data(case, model, threads)
-            pictures.save_gap(contact, gap)
-        if not flow.exists():
-            report(f"Fig. 2 {model}", "")
-            pictures.save_flow(flow, pictures.flow_picture_data(case, model, plan.rtol, threads))
-        contacts[model] = load_gap(contact)
-        flows[model] = pictures.load_flow(flow)
-    return contacts, flows
+        contact: StudyTask[GridField] = StudyTask(
+            f"fig1-{name}", f"Fig. 1 {model}", pictures.contact_picture_data, (case, model, threads)
+        )
+        flow: StudyTask[pictures.FlowPicture] = StudyTask(
+            f"fig2-{name}",
+            f"Fig. 2 {model}",
+            pictures.flow_picture_data,
+            (case, model, plan.rtol, threads),
+        )
+        contact_chains.append(chain_of(gaps, contact))
+        flow_chains.append(chain_of(flows, flow))
+    return contact_chains, flow_chains
 
 
-def _stored(
-    store: PointStore[Point],
-    name: str,
-    report: Report,
-    compute: Callable[[], Point],
-    same: Callable[[Point], bool],
-) -> Point:
-    report(name, "")
-    return store.point(name, compute, same)
-
-
-def _flow_points(plan: Plan, out: Path, report: Report) -> list[FlowPoint]:
+def _flow_points(plan: Plan, out: Path) -> list[Chain[FlowPoint]]:
     """Points of Fig. 3; first contact is the same for both models and computed once."""
-    store = PointStore(out / "points", FlowPoint)
+    folder = RecordFolder(out / "points", FlowPoint)
     case, rtol = plan.case, plan.rtol
     contacts = [("elastic", 0.0), *((m, area) for m in MODELS for area in plan.areas[m])]
-    return [
-        _stored(
-            store,
-            f"flow-{model}-{case.name}-seed{seed}-A{area:g}",
-            report,
-            lambda m=model, s=seed, a=area: flow_point(
-                case, m, s, a, rtol=rtol, threads=plan.threads
-            ),
-            lambda point: (point.case, point.rtol) == (case, rtol),
-        )
+    names = {
+        (seed, model, area): f"flow-{model}-{case.name}-seed{seed}-A{area:g}"
         for seed in range(1, plan.seeds + 1)
         for model, area in contacts
+    }
+    return [
+        chain_of(
+            folder,
+            StudyTask(
+                name,
+                name,
+                flow_point,
+                (case, model, seed, area),
+                {"rtol": rtol, "threads": plan.threads},
+                {"case": case, "rtol": rtol},
+            ),
+        )
+        for (seed, model, area), name in names.items()
     ]
 
 
-def _grid_points(plan: Plan, out: Path, report: Report) -> list[GridPoint]:
-    store = PointStore(out / "points", GridPoint)
+def _grid_points(plan: Plan, out: Path) -> list[Chain[GridPoint]]:
+    folder = RecordFolder(out / "points", GridPoint)
     case, rtol, factors = plan.case, plan.rtol, plan.grid_factors
+    names = {area: f"grid-{case.name}-seed1-A{area:g}" for area in plan.refined}
     return [
-        _stored(
-            store,
-            f"grid-{case.name}-seed1-A{area:g}",
-            report,
-            lambda a=area: grid_point(case, 1, a, rtol=rtol, factors=factors, threads=plan.threads),
-            lambda point: (point.case, point.rtol, point.factors) == (case, rtol, factors),
+        chain_of(
+            folder,
+            StudyTask(
+                name,
+                name,
+                grid_point,
+                (case, 1, area),
+                {"rtol": rtol, "factors": factors, "threads": plan.threads},
+                {"case": case, "rtol": rtol, "factors": factors},
+            ),
         )
-        for area in plan.refined
+        for area, name in names.items()
     ]
 
 
-def _cascade(plan: Plan, out: Path, report: Report) -> list[CascadeStart]:
-    store = PointStore(out / "points", CascadeStart)
+def _cascade(plan: Plan, out: Path) -> list[Chain[CascadeStart]]:
+    folder = RecordFolder(out / "points", CascadeStart)
     case = plan.case
+    contacts = (("elastic", 0.0), *((model, CASCADE_AREA) for model in MODELS))
+    names = {contact: f"cascade-{contact[0]}-{case.name}-A{contact[1]:g}" for contact in contacts}
     return [
-        _stored(
-            store,
-            f"cascade-{model}-{case.name}-A{area:g}",
-            report,
-            lambda m=model, a=area: cascade_start(case, m, a, plan.threads),
-            lambda point: point.case == case,
+        chain_of(
+            folder,
+            StudyTask(
+                name, name, cascade_start, (case, model, area, plan.threads), {}, {"case": case}
+            ),
         )
-        for model, area in (("elastic", 0.0), *((model, CASCADE_AREA) for model in MODELS))
+        for (model, area), name in names.items()
     ]

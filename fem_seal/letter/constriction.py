@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.letter.surfaces import PRESSURE_DROP, VISCOSITY
+from fem_seal.parallel import alone, communicator
 from fem_seal.quantities.constriction import share_within
 
 # Width of the bracket of the leak rate; a share of the dissipation needs no narrower one.
@@ -49,7 +50,12 @@ def constriction_share(gap: GridField, radius: float) -> ConstrictionShare:
     film = GridFilm(gap)
     tightest = film.constriction
     leak = leak_rate(
-        film, viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, rtol=RTOL, field=True
+        film,
+        viscosity=VISCOSITY,
+        pressure_drop=PRESSURE_DROP,
+        rtol=RTOL,
+        field=True,
+        comm=communicator(alone()),
     )
     (x, y), (Lx, Ly) = tightest.position, gap.size
     return ConstrictionShare(

@@ -17,6 +17,7 @@ from fem_seal.letter.surfaces import (
     at_area,
 )
 from fem_seal.memory import peak_memory
+from fem_seal.parallel import alone, communicator
 from fem_seal.theory.bruggeman import effective_conductivity
 
 SIDES = "periodic"
@@ -160,6 +161,7 @@ def certified(gap: GridField, rtol: float, field: bool = False) -> LeakRate:
         sides=SIDES,
         rtol=rtol,
         field=field,
+        comm=communicator(alone()),
     )
 
 

@@ -5,9 +5,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fem_seal.letter.seed_thresholds import Search, SeedThresholds, seed_thresholds
-from fem_seal.letter.store import PointStore, write_json, write_table
-from fem_seal.letter.surfaces import RoughCase
+from fem_seal.letter.store import write_json, write_table
+from fem_seal.letter.surfaces import MODELS, RoughCase
+from fem_seal.letter.tasks import StudyTask, chain_of, compute_study
 from fem_seal.letter.threshold_rows import ThresholdRow, threshold_rows
+from fem_seal.parallel import Comm
+from fem_seal.points import RecordFolder, Work
 from fem_seal.progress import Report, silent
 
 JSON_FILE, TABLE_FILE = "percolation.json", "percolation.csv"
@@ -26,9 +29,10 @@ def percolation(
     seeds: Sequence[int],
     out: Path,
     *,
-    models: Sequence[str] = ("bearing", "elastic"),
+    models: Sequence[str] = tuple(MODELS),
     search: Search | None = None,
     threads: int = 1,
+    work: Work | None = None,
     report: Report = silent,
 ) -> Study:
     """Thresholds of many ensembles; surfaces that the folder holds are not computed again.
@@ -38,45 +42,66 @@ def percolation(
     cases, seeds, models : all combinations are computed
     out : folder of a file for each surface in points/, and of percolation.json and
         percolation.csv, which hold all surfaces of the folder, by whatever run
+    work : how the surfaces are shared out; one after the other if left out
     search, threads, report : as in `seed_thresholds`
 
     Returns
     -------
-    Study
+    Study, of the surfaces that are there.
 
     Raises
     ------
     InvalidInput
         If the folder holds other settings or cannot be written.
     NotConverged
-        If a contact does not converge.
+        If a contact does not converge; the other surfaces are computed all the same.
     """
     search = search or Search()
-    store = PointStore(out / "points", SeedThresholds)
-    done, rows = [], []
-    for case in cases:
-        for model in models:
-            points = [
-                store.point(
-                    f"threshold-{model}-{case.name}-seed{seed}",
-                    lambda c=case, m=model, s=seed: seed_thresholds(
-                        c, m, s, search, threads=threads, report=report
-                    ),
-                    lambda point, c=case: (point.case, point.search) == (c, search),
-                )
-                for seed in seeds
-            ]
-            done.extend(points)
-            rows.extend(threshold_rows(points))
-    _gather(store, search, out)
+    folder = RecordFolder(out / "points", SeedThresholds)
+    ensembles = [
+        [threshold_task(case, model, seed, search, threads) for seed in seeds]
+        for case in cases
+        for model in models
+    ]
+    chains = [chain_of(folder, task) for tasks in ensembles for task in tasks]
+    compute_study(chains, work, report, lambda: _gather(folder, search, out))
+    done: list[SeedThresholds] = []
+    rows: list[ThresholdRow] = []
+    for tasks in ensembles:
+        stored = (folder.point(task.name) for task in tasks)
+        points = [point for point in stored if point is not None]
+        done.extend(points)
+        rows.extend(threshold_rows(points) if points else [])
     return Study(rows, done)
 
 
-def _gather(store: PointStore[SeedThresholds], search: Search, out: Path) -> None:
+class ThresholdTask(StudyTask[SeedThresholds]):
+    """A surface under one model, which reports each contact."""
+
+    def compute(self, handed_on: None, report: Report, comm: Comm) -> SeedThresholds:
+        """Compute the thresholds of the surface."""
+        return self.function(*self.arguments, **self.options, report=report)
+
+
+def threshold_task(
+    case: RoughCase, model: str, seed: int, search: Search, threads: int = 1
+) -> ThresholdTask:
+    """Task of one surface under one model."""
+    return ThresholdTask(
+        f"threshold-{model}-{case.name}-seed{seed}",
+        f"{model} {case.name} seed {seed}",
+        seed_thresholds,
+        (case, model, seed, search),
+        {"threads": threads},
+        {"case": case, "search": search},
+    )
+
+
+def _gather(folder: RecordFolder[SeedThresholds], search: Search, out: Path) -> None:
     """Write the tables of all points of one search that the folder holds, by any writer."""
-    before: list[SeedThresholds] | None = None
+    before: list[SeedThresholds] = []
     # Repeated until nothing has come meanwhile: the last table then misses no finished point.
-    while (points := [p for p in store.there("threshold-*") if p.search == search]) != before:
+    while (points := [p for p in folder.matching("threshold-*") if p.search == search]) != before:
         before = points
         ensembles: dict[tuple[RoughCase, str], list[SeedThresholds]] = {}
         for point in points:

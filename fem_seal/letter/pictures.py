@@ -10,6 +10,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.letter.flow_points import certified
 from fem_seal.letter.surfaces import RoughCase, at_area
+from fem_seal.points import PointFolder
 from fem_seal.registry import choose
 
 CONTACT_AREA, FLOW_AREA = 0.46, 0.2
@@ -43,6 +44,44 @@ def flow_picture_data(case: RoughCase, model: str, rtol: float, threads: int = 1
     """Gap and flow of a model at the area of Fig. 2."""
     gap = at_area(case.surface(SEED), model, FLOW_AREA, threads).gap
     return FlowPicture(gap, certified(gap, rtol, field=True).field)
+
+
+class GapFolder(PointFolder[GridField]):
+    """Gaps of Fig. 1."""
+
+    suffix = ".npz"
+
+    def load(self, path: Path) -> GridField:
+        """Read a gap."""
+        from fem_seal.gap_file import load_gap
+
+        return load_gap(path)
+
+    def save(self, path: Path, point: GridField) -> None:
+        """Write a gap."""
+        save_gap(path, point)
+
+    def finished(self, name: str) -> bool:
+        """Whether there is a file; pictures are large, and read once, for the figures."""
+        return self.there(name)
+
+
+class FlowFolder(PointFolder[FlowPicture]):
+    """Flows of Fig. 2."""
+
+    suffix = ".npz"
+
+    def load(self, path: Path) -> FlowPicture:
+        """Read a flow."""
+        return load_flow(path)
+
+    def save(self, path: Path, point: FlowPicture) -> None:
+        """Write a flow."""
+        save_flow(path, point)
+
+    def finished(self, name: str) -> bool:
+        """Whether there is a file; pictures are large, and read once, for the figures."""
+        return self.there(name)
 
 
 def save_gap(path: Path, gap: GridField) -> None:

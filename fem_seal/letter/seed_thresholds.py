@@ -122,18 +122,17 @@ def seed_thresholds(
     start = perf_counter()
     pressing = choose(MODELS, model, "model")
     surface = case.surface(seed)
-    stage = f"{model} {case.name} seed {seed}"
     brackets = crossings(
         surface,
         pressing,
         criteria_of(search.edges),
         search.resolution,
         threads=threads,
-        news=lambda text: report(stage, text),
+        news=lambda text: report("contact", text),
     )
     constriction = None
     if search.flow and "open" in search.edges:
-        report(stage, "flow through the last open contact")
+        report("flow through the last open contact", "")
         sealing = Criterion("open", "triangulation", "open")
         last = next(b.before.load for b in brackets if b.criterion == sealing)
         gap = _last_open(surface, pressing, last, threads)

@@ -3,14 +3,16 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import monotonic
+from typing import TypeAlias
 
 from fem_seal import parallel
-from fem_seal.errors import FemSealError, MissingPackage
+from fem_seal.errors import FemSealError, MissingPackage, NotConverged
 from fem_seal.points.farm import WorkerKilledError, farm, watch
 from fem_seal.points.task import Chain, Task, nothing
 from fem_seal.points.work import Work
 from fem_seal.progress import Report, silent
 
+Failures: TypeAlias = dict[str, FemSealError]
 KILLED = "the process that computed it was killed; most likely it ran out of memory"
 # Between two looks at the table passes this many times the time that one takes.
 SELDOM = 10
@@ -26,13 +28,13 @@ class Outcome:
         How many points were computed, by whatever process.
     missing : int
         How many of all points have no file, those of other parts as well.
-    failures : dict of str to str
-        Reasons by label, of points that failed and left no file.
+    failures : dict of str to FemSealError
+        Errors by label, of points that failed and left no file.
     """
 
     computed: int
     missing: int
-    failures: dict[str, str]
+    failures: Failures
 
 
 class _Seldom:
@@ -83,7 +85,7 @@ def compute_points(
     k, n = work.part
     mine = [] if work.gather else list(chains[k - 1 :: n])
     missing = parallel.on_root(lambda: _cleared(mine), work.comm)
-    failures: dict[str, str] = {}
+    failures: Failures = {}
     try:
         if missing and work.jobs == 1 and work.executor is None:
             now_and_then = _Seldom(gather)
@@ -123,7 +125,7 @@ def compute_chain(
     *,
     comm: parallel.Comm = None,
     after_each: Callable[[], object] = nothing,
-) -> dict[str, str]:
+) -> Failures:
     """Compute the points of a chain that its folder does not hold.
 
     Parameters
@@ -138,11 +140,11 @@ def compute_chain(
 
     Returns
     -------
-    dict of str to str
-        Reasons by label, of points that failed and left no file.
+    dict of str to FemSealError
+        Errors by label, of points that failed and left no file.
     """
     handed_on = chain.begin()
-    failures: dict[str, str] = {}
+    failures: Failures = {}
     for task in chain.tasks:
         # Another process may have computed the point meanwhile.
         if parallel.on_root(lambda t=task: chain.folder.finished(t.name), comm):
@@ -154,14 +156,14 @@ def compute_chain(
         except FemSealError as error:
             point = task.failed(str(error))
             if point is None:
-                failures[task.label] = str(error)
+                failures[task.label] = error
                 continue
         parallel.on_root(lambda t=task, p=point: chain.folder.write(t.name, p), comm)
         parallel.on_root(lambda: after_each() and None, comm)
     return failures
 
 
-def compute_alone(chain: Chain) -> dict[str, str]:
+def compute_alone(chain: Chain) -> Failures:
     """Compute a chain in a worker, which solves without the other processes."""
     comm = parallel.alone()
     parallel.start_petsc(comm)
@@ -179,8 +181,8 @@ def _in_many(
     work: Work,
     report: Report,
     gather: Callable[[], object],
-) -> dict[str, str]:
-    """Compute chains in workers; reasons of the points that failed and left no file."""
+) -> Failures:
+    """Compute chains in workers; errors of the points that failed and left no file."""
     folder_of = {task.name: chain.folder for chain in chains for task in chain.tasks}
     now_and_then = _Seldom(gather)
 
@@ -191,18 +193,18 @@ def _in_many(
         return done
 
     chains = [chain for chain in chains if _not_there([chain])]
-    failures: dict[str, str] = {}
+    failures: Failures = {}
     if work.executor is not None:
-        for reasons in watch(chains, compute_alone, work.executor, look):
-            failures |= reasons
+        for errors in watch(chains, compute_alone, work.executor, look):
+            failures |= errors
         return failures
     alone = False
     while chains:
         # A point whose process is killed twice, the second time alone, has failed.
         batch = chains[:1] if alone else chains
         try:
-            for reasons in farm(batch, compute_alone, 1 if alone else work.jobs, look, work.memory):
-                failures |= reasons
+            for errors in farm(batch, compute_alone, 1 if alone else work.jobs, look, work.memory):
+                failures |= errors
         except WorkerKilledError:
             chains = [chain for chain in chains if _not_there([chain])]
             if not chains:
@@ -215,12 +217,12 @@ def _in_many(
     return failures
 
 
-def _without_killer(chain: Chain, failures: dict[str, str]) -> Chain:
+def _without_killer(chain: Chain, failures: Failures) -> Chain:
     """Record the failure of the point that killed its process; the points after it go on."""
     killer = next(task for task in chain.tasks if not chain.folder.there(task.name))
     point = killer.failed(KILLED)
     if point is None:
-        failures[killer.label] = KILLED
+        failures[killer.label] = NotConverged(KILLED)
     else:
         chain.folder.write(killer.name, point)
     rest: tuple[Task, ...] = chain.tasks[chain.tasks.index(killer) + 1 :]

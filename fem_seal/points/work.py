@@ -43,6 +43,8 @@ class Work:
             raise InvalidInput(f"--jobs = {self.jobs} must be at least 1")
         if not 1 <= k <= n:
             raise InvalidInput(f"--part = {k}/{n} must be K/N with 1 <= K <= N")
+        if self.memory is not None and self.memory <= 0:
+            raise InvalidInput(f"--memory = {self.memory / 1e9:g} GB must be above 0")
         if self.jobs > 1 and parallel.processes() > 1:
             raise InvalidInput(
                 "with --jobs each point is solved by one process; start the command without mpirun"

@@ -21,7 +21,6 @@ from fem_seal.letter.constriction import constriction_share
 from fem_seal.letter.percolation import percolation
 from fem_seal.letter.seed_thresholds import REFERENCE, Search, SeedThresholds
 from fem_seal.letter.spanning import EDGES, PAIRS, Snapshot, criteria_of
-from fem_seal.letter.store import PointStore
 from fem_seal.letter.surfaces import (
     MODELS,
     PRESSURE_DROP,
@@ -30,6 +29,7 @@ from fem_seal.letter.surfaces import (
     RoughCase,
     at_area,
 )
+from fem_seal.points import RecordFolder
 
 CASE = RoughCase(64, short=4)
 CONTACT_ONLY = Search(resolution=0.004, edges=("open",), flow=False)
@@ -256,8 +256,10 @@ def test_an_interrupted_run_keeps_what_it_has(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "seed_thresholds", interrupted)
     with pytest.raises(KeyboardInterrupt):
         run_tiny(tmp_path, [1, 2])
-    files = [path.name for path in tmp_path.rglob("*") if path.is_file()]
+    files = [path.name for path in (tmp_path / "points").iterdir()]
     assert files == [f"threshold-bearing-{TINY.name}-seed1.json"]
+    record = json.loads((tmp_path / "percolation.json").read_text())
+    assert [seed["seed"] for seed in record["seeds"]] == [1]
 
 
 def test_a_write_that_fails_leaves_nothing(tmp_path, monkeypatch):
@@ -291,19 +293,51 @@ def test_other_settings_are_refused(tmp_path):
         run_tiny(tmp_path, [1], edges=("periodic",))
 
 
-def test_a_damaged_point_is_named(tmp_path):
-    run_tiny(tmp_path, [1])
+def test_a_damaged_point_is_computed_again(tmp_path):
+    before = run_tiny(tmp_path, [1])
     point = tmp_path / "points" / f"threshold-elastic-{TINY.name}-seed1.json"
     point.write_text(point.read_text()[:100])
-    with pytest.raises(InvalidInput, match=point.name):
-        run_tiny(tmp_path, [1])
+    assert run_tiny(tmp_path, [1]).rows == before.rows
 
 
 def test_points_come_back_as_they_were(tmp_path):
     threshold = thresholds("elastic", 1)
-    store = PointStore(tmp_path, SeedThresholds)
-    for compute in (lambda: threshold, lambda: pytest.fail("computed again")):
-        assert store.point("point", compute, lambda point: True) == threshold
+    folder = RecordFolder(tmp_path, SeedThresholds)
+    assert folder.point("point") is None
+    folder.write("point", threshold)
+    assert RecordFolder(tmp_path, SeedThresholds).point("point") == threshold
+
+
+def test_a_surface_that_fails_does_not_stop_the_others(tmp_path, monkeypatch):
+    real = study.seed_thresholds
+
+    def failing(case, model, seed, *args, **kwargs):
+        if seed == 2:
+            raise NotConverged("on purpose")
+        return real(case, model, seed, *args, **kwargs)
+
+    monkeypatch.setattr(study, "seed_thresholds", failing)
+    with pytest.raises(NotConverged, match=r"2 points .* bearing .* seed 2: on purpose"):
+        run_tiny(tmp_path, [1, 2, 3])
+    assert len(list((tmp_path / "points").iterdir())) == 4
+
+
+def test_tables_are_the_same_for_jobs_and_parts(tmp_path, capsys):
+    """To the last digit, whoever computes a surface; and what is missing is said."""
+    options = "--n 16 --short 4 --long 0.5 --seeds 3 --edges open --resolution 0.02 --no-flow"
+
+    def table(name, *how):
+        out = tmp_path / name
+        status = main(["percolation", *options.split(), *how, "--out", str(out)])
+        return status, (out / "percolation.csv").read_text()
+
+    whole = table("one")
+    assert whole[0] == 0
+    assert table("two", "--jobs", "2") == whole
+    assert table("parts", "--part", "1/2")[0] == 0
+    assert table("parts", "--gather")[0] == 3
+    assert "3 of 6 surfaces are not computed yet" in capsys.readouterr().err
+    assert table("parts", "--part", "2/2") == whole
 
 
 @pytest.mark.slow

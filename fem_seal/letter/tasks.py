@@ -1,0 +1,92 @@
+"""Points of the letter as tasks, and what their folder must hold."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from fem_seal.errors import InvalidInput
+from fem_seal.parallel import Comm
+from fem_seal.points import Chain, Outcome, PointFolder, Task, Work, compute_points
+from fem_seal.points.task import nothing
+from fem_seal.progress import Report
+
+Point = TypeVar("Point")
+
+
+@dataclass(frozen=True)
+class StudyTask(Task[Point]):
+    """A point that a function computes from its arguments.
+
+    Attributes
+    ----------
+    function : callable
+        Of a module, so that workers can import it.
+    arguments : tuple
+    options : mapping of str to Any
+        Of the function, by keyword.
+    settings : mapping of str to Any
+        Values by attribute that a stored point must have; its name does not tell them.
+    """
+
+    function: Callable[..., Point]
+    arguments: tuple[Any, ...]
+    options: Mapping[str, Any] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def compute(self, handed_on: None, report: Report, comm: Comm) -> Point:
+        """Call the function."""
+        report("computing", "")
+        return self.function(*self.arguments, **self.options)
+
+    def require_same(self, folder: PointFolder[Point]) -> None:
+        """Refuse a folder whose point has other settings.
+
+        Raises
+        ------
+        InvalidInput
+            If it has.
+        """
+        point = folder.point(self.name) if self.settings else None
+        if point is None:
+            return
+        if any(getattr(point, name) != value for name, value in self.settings.items()):
+            path = folder.path_of(self.name)
+            raise InvalidInput(f"{path} was computed with other settings; choose another --out")
+
+
+def compute_study(
+    chains: Sequence[Chain],
+    work: Work | None,
+    report: Report,
+    gather: Callable[[], object] = nothing,
+) -> Outcome:
+    """Compute the points that the folders lack; one that fails does not stop the others.
+
+    Parameters
+    ----------
+    chains : sequence of Chain
+        Of `StudyTask`.
+    work, report, gather : as of `compute_points`; one after the other if `work` is None
+
+    Raises
+    ------
+    FemSealError
+        If points have failed, after the others have been computed; or a stored point has other
+        settings, before any is computed.
+    """
+    for chain in chains:
+        for task in chain.tasks:
+            task.require_same(chain.folder)
+    outcome = compute_points(chains, work or Work(), report=report, gather=gather)
+    if outcome.failures:
+        label, error = next(iter(outcome.failures.items()))
+        count = len(outcome.failures)
+        points = "a point has failed" if count == 1 else f"{count} points have failed, the first of"
+        points += "" if count == 1 else " them"
+        raise type(error)(f"{points}: {label}: {error}")
+    return outcome
+
+
+def chain_of(folder: PointFolder[Point], task: StudyTask[Point]) -> Chain[Point]:
+    """A chain of one point."""
+    return Chain(folder, (task,))
