@@ -29,6 +29,9 @@ from fem_seal.upscaling.profile import Profile
 CELLS = 1000  # of the leak path
 # Relative error of the leak rate that solves the boundary condition; bounds are widened by it.
 SHOOTING = 1e-9
+ROUNDING = 1e-12  # of a pressure
+# ln of the ratio of two conductivities, at most: a sealed load counts as this.
+MOST_FALL = 20.0
 
 
 @dataclass(frozen=True)
@@ -180,16 +183,20 @@ class PathFlow:
         P and p [Pa], p above ambient.
     conductivity : (n,) float
         K(P - p) [m³/(Pa s)]; infinite where the film is open, P <= p.
-    sealing_length : float
-        Length [m] over which the pressure falls: (∫ρ dx)²/∫ρ² dx with ρ = -dΦ/dx. A constant
-        gradient gives the length of the path.
+    influence : (n - 1,) float
+        Of each cell's ln K on ln Q, d ln Q = Σ influence × d ln K; the sum is 1.
     """
 
     x: np.ndarray
     contact_pressure: np.ndarray
     fluid_pressure: np.ndarray
     conductivity: np.ndarray
-    sealing_length: float
+    influence: np.ndarray
+
+    @property
+    def sealing_length(self) -> float:
+        """Length [m] of the path that seals: 1/Σ influence²/Δx, at most the whole path."""
+        return float(1 / np.sum(self.influence**2 / np.diff(self.x)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,14 +318,17 @@ def _excess(
     """Function of ln Q: pressure that it makes at the inlet, minus the inlet's [Pa]."""
     cells = list(zip(pressure[::-1].tolist(), lengths[::-1].tolist(), strict=True))
     loads, K = steps.loads.tolist(), steps.conductivity.tolist()
+    # Where the table begins at P - p_in, p stops at p_in for all larger Q: the root is the smallest
+    # one, and what rounding makes of P - (P - p_in) must not hide it.
+    target = ends.inlet - ROUNDING * (ends.inlet - ends.outlet)
 
     def excess(log_rate: float) -> float:
         rate, p = np.exp(log_rate), ends.outlet
         for P, length in cells:
             p = _across(loads, K, P, p, rate * length, ends)
-            if p > ends.inlet:
+            if p >= ends.inlet:
                 break
-        return p - ends.inlet
+        return p - target
 
     return excess
 
@@ -376,7 +386,25 @@ def _path_flow(
         p.append(_across(loads, K, P, p[-1], rate * length, ends))
     fluid = np.array(p[::-1])
     P = profile(x)
+    return PathFlow(x, P, fluid, steps(P - fluid), _influence(table, middle, fluid, ends))
+
+
+def _influence(
+    table: ConductivityTable, middle: np.ndarray, fluid: np.ndarray, ends: EndPressures
+) -> np.ndarray:
+    """Influence of each cell on the leak rate; see `PathFlow`.
+
+    A change δ ln K changes p by δp, (δp)' + a δp = -(dp/ds) (δ ln K - δ ln Q), a = d ln K/dp dp/ds
+    at constant P, and δp = 0 at both ends: the influence is -μ dp, μ = exp(∫ a ds).
+    """
+    loads, K = table.loads, table.value
+    largest = max(K[0], np.finfo(float).tiny)
+    log_K = np.log(np.maximum(K / largest, np.exp(-MOST_FALL)))
+
+    def at(p: np.ndarray) -> np.ndarray:
+        return np.interp(middle - p, loads, log_K)
+
+    log_factor = np.cumsum(at(fluid[1:]) - at(fluid[:-1]))
     potentials = np.array([ends.potential(pressure) for pressure in fluid])
-    drops = -np.diff(potentials)
-    sealing_length = drops.sum() ** 2 / np.sum(drops**2 / np.diff(x))
-    return PathFlow(x, P, fluid, steps(P - fluid), float(sealing_length))
+    influence = np.exp(log_factor - log_factor.max()) * -np.diff(potentials)
+    return influence / influence.sum()

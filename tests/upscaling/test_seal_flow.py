@@ -165,8 +165,8 @@ def test_two_humps_and_an_open_valley():
 WAVES = {"amplitude": 1e-6, "wavelength": 20e-6, "full": 1e6, "viscosity": ETA}
 
 
-def table_of_waves(loads):
-    return ConductivityTable.exact(loads, [waves_along_the_flow(w, **WAVES) for w in loads])
+def table_of(loads, waves=WAVES):
+    return ConductivityTable.exact(loads, [waves_along_the_flow(w, **waves) for w in loads])
 
 
 def test_waves_under_uniform_pressure():
@@ -174,7 +174,7 @@ def test_waves_under_uniform_pressure():
     P, inlet = 5e5, 4e5
     exact, _ = quad(lambda p: waves_along_the_flow(P - p, **WAVES), 0, inlet, epsrel=1e-8)
     flow = seal_flow(
-        table_of_waves(np.linspace(0, 6e5, 301)), Uniform(P, 2e-3), STRIP, EndPressures(inlet)
+        table_of(np.linspace(0, 6e5, 301)), Uniform(P, 2e-3), STRIP, EndPressures(inlet)
     )
     encloses(flow, exact * 75, 0.06)
     assert flow.value == pytest.approx(exact * 75, rel=1e-3)
@@ -183,7 +183,7 @@ def test_waves_under_uniform_pressure():
 def test_hertz_on_waves():
     """Runge and Kutta's method from the outlet backwards meets P = p at the inlet's pressure."""
     inlet, profile = 2e5, Hertz(7e5, 2e-3)
-    flow = seal_flow(table_of_waves(np.linspace(0, 7e5, 701)), profile, STRIP, EndPressures(inlet))
+    flow = seal_flow(table_of(np.linspace(0, 7e5, 701)), profile, STRIP, EndPressures(inlet))
     assert flow.lower < flow.value < flow.upper < 1.03 * flow.lower
 
     def slope(backwards, p):
@@ -230,6 +230,24 @@ def test_sealed_if_the_highest_net_load_passes_the_sealing_load(profile):
     assert leaking.lower == 0 < leaking.value < leaking.upper
 
 
+@pytest.mark.parametrize("profile", [Uniform(6e5, 2e-3), Hertz(6e5, 2e-3)])
+def test_influence(profile):
+    """Of the loads above 5.2e5 Pa: by how much ln Q changes when ln K does there."""
+    table = exponential(5e4, 1e6, 2001)
+    flow = seal_flow(table, profile, STRIP, BAR)
+    change = 0.01 * (table.loads > 5.2e5)
+    changed = ConductivityTable.exact(table.loads, table.value * np.exp(-change))
+    effect = -np.log(seal_flow(changed, profile, STRIP, BAR).value / flow.value)
+    along = flow.path
+    net = along.contact_pressure - along.fluid_pressure
+    there = 0.5 * (net[1:] + net[:-1]) > 5.2e5
+    # A cell or two of 1000 at the load itself, and second order in the change of 1 %.
+    assert 0.01 * along.influence[there].sum() == pytest.approx(effect, rel=0.02)
+    assert along.sealing_length <= 2e-3 * (1 + 1e-9)
+    if isinstance(profile, Uniform):
+        assert along.sealing_length == pytest.approx(2e-3, rel=1e-3)
+
+
 def test_lifted_off():
     flow = seal_flow(constant(), Uniform(1e5, 2e-3), STRIP, BAR)
     assert (flow.state, flow.value) == ("lifted off", np.inf)
@@ -239,6 +257,21 @@ def test_beyond_the_table_only_the_upper_bound_is_known():
     flow = seal_flow(constant(top=5e5), Uniform(7e5, 2e-3), STRIP, BAR)
     assert flow.lower == 0
     assert flow.upper == pytest.approx(SMOOTH * 75 * 1e5, rel=1e-8)
+
+
+@pytest.mark.parametrize("P", [6e5, 0.1 + 3e5, 1e6 / 3])
+def test_table_that_begins_at_the_lowest_net_load(P):
+    """No net load is below P - p_in under a uniform pressure: nothing is open, for any rounding."""
+    loads = P - 1e5 + np.linspace(0, 1, 11) * 1e5
+    flow = seal_flow(
+        ConductivityTable.exact(loads, SMOOTH * np.exp(-np.arange(11))),
+        Uniform(P, 2e-3),
+        STRIP,
+        BAR,
+    )
+    upper = SMOOTH * 75 * 1e4 * np.sum(np.exp(-np.arange(10)))
+    assert flow.upper == pytest.approx(upper, rel=1e-7)
+    assert flow.lower == pytest.approx(upper / np.e, rel=1e-7)
 
 
 def test_below_the_first_load_the_film_may_be_open():
