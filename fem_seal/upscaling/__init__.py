@@ -1,17 +1,35 @@
 """From a patch to a seal: what patches of rough contact let a whole seal leak (docs/ring.md)."""
 
 from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.network import (
+    DrawnSeals,
+    PatchCount,
+    drawn_seals,
+    generalised_interval,
+    network_conductivity,
+    sealed_share,
+)
+from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined
 from fem_seal.upscaling.profile import Hertz, TabulatedProfile, Uniform
 from fem_seal.upscaling.seal_flow import EndPressures, RingPath, SealFlow, StraightPath, seal_flow
 
 __all__ = [
     "ConductivityTable",
+    "DrawnSeals",
     "EndPressures",
     "Hertz",
+    "LoadedPatch",
+    "PatchCount",
+    "PatchFlow",
     "RingPath",
     "SealFlow",
     "StraightPath",
     "TabulatedProfile",
     "Uniform",
+    "drawn_seals",
+    "generalised_interval",
+    "network_conductivity",
+    "refined",
     "seal_flow",
+    "sealed_share",
 ]

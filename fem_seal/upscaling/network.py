@@ -1,0 +1,238 @@
+"""Many patches of rough contact as a network: what they conduct together, and how it scatters.
+
+The mean over patches is right only where one patch spans the leak path. With m patches along it
+and n across, a sealed patch blocks those before and behind it, and leaking patches give way to each
+other. Each patch is a square of constant conductivity, cut into nodes; elimination gives what the
+network conducts. Of many log-normal patches none of which is sealed, exp<ln K> is exact
+(G. Matheron 1967); with the 2 × 2 nodes of a patch that are usual here the network stays below it
+by 4 % at a scatter of ln K of 1 and by 17 % at 1.9.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.finite_difference.elimination import conductance
+from fem_seal.finite_difference.links import harmonic
+from fem_seal.finite_difference.stencil import Network
+
+NODES = 2  # along a side of a patch
+# More patches along the path than this change the conductivity by little; blocks across are
+# independent of each other, and averages of them.
+MOST_ALONG, BLOCK = 40, 16
+DRAWS = 24
+LEVEL = 0.95
+# Fewer leaking patches say nothing of how their logarithms scatter.
+LEAST_LEAKING = 3
+
+
+def network_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> float:
+    """Effective conductivity of patches side by side, periodic across the flow.
+
+    Parameters
+    ----------
+    conductivity : (m, n) float
+        K of the patches, m along the flow and n across, in any unit; 0 where sealed.
+    nodes : int
+        Along a side of each patch.
+
+    Returns
+    -------
+    float, in the unit of K: the conductance between both ends times m/n.
+    """
+    K = np.kron(np.asarray(conductivity, dtype=float), np.ones((nodes, nodes)))
+    m, n = K.shape
+    largest = K.max()
+    if largest == 0:
+        return 0.0
+    # The rule of two halves in series takes gaps, whose third powers are the conductivities.
+    gap = np.cbrt(K / largest)
+    along = np.concatenate([2 * gap[:1] ** 3, harmonic(gap[:-1], gap[1:]), 2 * gap[-1:] ** 3])
+    across = np.zeros((m + 2, n))
+    across[1:-1] = harmonic(gap, np.roll(gap, -1, axis=1))
+    return conductance(Network(along, across, periodic=True)) * m / n * largest
+
+
+@dataclass(frozen=True)
+class PatchCount:
+    """How many patches a seal is made of.
+
+    Parameters
+    ----------
+    along, across : int
+        Along the part of the leak path that seals, and around the seal; at least 1.
+    """
+
+    along: int
+    across: int
+
+    @classmethod
+    def of(
+        cls, sealing_length: float, circumference: float, patch: tuple[float, float]
+    ) -> "PatchCount":
+        """Count patches of a size (Lx, Ly) [m] along a length and a circumference [m]."""
+        return cls(
+            max(1, round(sealing_length / patch[0])), max(1, round(circumference / patch[1]))
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnSeals:
+    """Leak rates of seals whose patches are drawn from a few realizations.
+
+    Parameters
+    ----------
+    mean : (3,) float
+        Means over the draws of lower bound, value and upper bound.
+    scatter : float
+        Standard deviation of a seal's leak rate over its mean, from draw to draw.
+    """
+
+    mean: np.ndarray
+    scatter: float
+
+
+def drawn_seals(
+    rates: np.ndarray, count: PatchCount, *, draws: int = DRAWS, seed: int = 0
+) -> DrawnSeals:
+    """Draw patches into the network of a seal, again and again.
+
+    Parameters
+    ----------
+    rates : (N, 3) float
+        Lower bound, value and upper bound of the leak rate that the seal would have if all its
+        patches were alike, for each realization.
+    count : PatchCount
+    draws : int
+    seed : int
+
+    Returns
+    -------
+    DrawnSeals; one realization, and one patch along the path, need no draws for the mean.
+    """
+    rates = np.asarray(rates, dtype=float)
+    if len(rates) == 1:
+        return DrawnSeals(rates[0], 0.0)
+    if count.along == 1:
+        mean = rates.mean(axis=0)
+        scatter = rates[:, 1].std() / np.sqrt(count.across) / mean[1] if mean[1] > 0 else 0.0
+        return DrawnSeals(mean, float(scatter))
+    rng = np.random.default_rng(seed)
+    shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
+    seals = np.empty((draws, 3))
+    for seal in seals:
+        chosen = rng.integers(len(rates), size=shape)
+        seal[:] = [network_conductivity(rates[chosen, side]) for side in range(3)]
+    mean = seals.mean(axis=0)
+    blocks = count.across / shape[1]
+    scatter = seals[:, 1].std(ddof=1) / np.sqrt(blocks) / mean[1] if mean[1] > 0 else 0.0
+    return DrawnSeals(mean, float(scatter))
+
+
+def generalised_interval(
+    rates: Sequence[float] | np.ndarray,
+    along: int = 1,
+    *,
+    level: float = LEVEL,
+    draws: int | None = None,
+    seed: int = 0,
+) -> tuple[float, float] | None:
+    """Confidence interval of the leak rate of a seal of many patches, from a few of them.
+
+    Leaking patches are taken to be log-normal, and a share of the patches to be sealed. With ȳ, s²
+    of the logarithms of n leaking ones out of N, generalised pivots are (K. Krishnamoorthy and T.
+    Mathew, J. Stat. Plan. Inference 115, 103 (2003); L. Tian, Stat. Med. 24, 3223 (2005))
+
+        σ² = s² (n - 1)/χ²(n - 1),  μ = ȳ + Z σ/√n,  leaking share δ ~ Beta(n + 1/2, N - n + 1/2),
+
+    and the interval is that of the quantiles of δ exp(μ + σ²/2), the mean over patches, or of the
+    network of patches drawn with μ, σ, δ.
+
+    Parameters
+    ----------
+    rates : (N,) float
+        Of the patches, 0 if sealed.
+    along : int
+        Patches along the leak path.
+    level : float
+        Probability that the interval holds the truth.
+    draws : int, optional
+        Of the pivots: 20 000 for one patch along the path, 200 for a network.
+    seed : int
+
+    Returns
+    -------
+    (lower, upper), or None with fewer than three leaking patches, which say nothing of the scatter.
+
+    Raises
+    ------
+    InvalidInput
+        If a rate is negative or not finite.
+    """
+    rates = np.asarray(rates, dtype=float)
+    if not np.isfinite(rates).all() or rates.min(initial=0) < 0:
+        raise InvalidInput("leak rates of patches must be finite numbers, not negative")
+    logs = np.log(rates[rates > 0])
+    leaking, sealed = logs.size, rates.size - logs.size
+    if leaking < LEAST_LEAKING:
+        return None
+    rng = np.random.default_rng(seed)
+    draws = draws or (20_000 if along == 1 else 200)
+    sigma = logs.std(ddof=1) * np.sqrt((leaking - 1) / rng.chisquare(leaking - 1, draws))
+    mu = logs.mean() + rng.standard_normal(draws) * sigma / np.sqrt(leaking)
+    share = rng.beta(leaking + 0.5, sealed + 0.5, draws) if sealed else np.ones(draws)
+    if along == 1:
+        seals = share * np.exp(np.minimum(mu + sigma**2 / 2, 700.0))
+    else:
+        shape = min(along, MOST_ALONG), BLOCK
+        seals = np.array(
+            [
+                np.exp(m) * network_conductivity(lognormal_patches(shape, s, d, rng))
+                for m, s, d in zip(mu, np.minimum(sigma, 20.0), share, strict=True)
+            ]
+        )
+    tail = (1 - level) / 2
+    lower, upper = np.quantile(seals, [tail, 1 - tail])
+    return float(lower), float(upper)
+
+
+def lognormal_patches(
+    shape: tuple[int, int], sigma: float, leaking: float, rng: np.random.Generator
+) -> np.ndarray:
+    """Conductivities exp(σ Z) of patches, of which a share is sealed, 0.
+
+    Parameters
+    ----------
+    shape : (int, int)
+    sigma : float
+        Scatter of ln K.
+    leaking : float
+        Share of the patches that leak.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    (m, n) float
+    """
+    K = np.exp(sigma * rng.standard_normal(shape))
+    return np.where(rng.random(shape) < leaking, K, 0.0)
+
+
+def sealed_share(sealed: int, patches: int, *, level: float = LEVEL) -> tuple[float, float]:
+    """Confidence interval of the share of sealed patches by Clopper and Pearson.
+
+    Parameters
+    ----------
+    sealed, patches : int
+    level : float
+
+    Returns
+    -------
+    (lower, upper) : (float, float)
+    """
+    from scipy.stats import binomtest
+
+    interval = binomtest(sealed, patches).proportion_ci(level, method="exact")
+    return float(interval.low), float(interval.high)

@@ -1,0 +1,174 @@
+"""Networks of patches against exact mixing rules, and intervals against what they claim."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.theory.closed_forms import lognormal, parallel, series
+from fem_seal.upscaling.network import (
+    PatchCount,
+    drawn_seals,
+    generalised_interval,
+    lognormal_patches,
+    network_conductivity,
+    sealed_share,
+)
+
+
+def test_layers():
+    """Rows across the flow are in series, columns along it in parallel."""
+    K = np.array([1.0, 3.0, 1e-9, 7.0])
+    assert network_conductivity(np.tile(K[:, None], (1, 5))) == pytest.approx(series(K), rel=1e-12)
+    assert network_conductivity(np.tile(K, (5, 1))) == pytest.approx(parallel(K), rel=1e-12)
+    assert network_conductivity(K[None]) == pytest.approx(parallel(K), rel=1e-12)
+
+
+def test_sealed_row_seals():
+    K = np.ones((4, 6))
+    K[2] = 0
+    assert network_conductivity(K) == 0
+    K[2, 3] = 1e-12
+    assert 0 < network_conductivity(K) < 1e-11
+
+
+def test_duality():
+    """Keller: along one axis K, along the other 1/K of the inverse; with finer nodes the better.
+
+    On a torus of patches K and its inverse are dual: K_xx(K) K_yy(1/K) = 1. The ends of the
+    network replace the period along the flow, which mirroring the patches makes exact.
+    """
+    rng = np.random.default_rng(3)
+    half = lognormal_patches((3, 3), 0.8, 1.0, rng)
+    K = np.block([[half, half[:, ::-1]], [half[::-1], half[::-1, ::-1]]])
+    errors = [
+        abs(network_conductivity(K, nodes=nodes) * network_conductivity(1 / K.T, nodes=nodes) - 1)
+        for nodes in (1, 2, 4, 8)
+    ]
+    assert errors[-1] < 0.05
+    assert all(fine < coarse for coarse, fine in pairwise(errors))
+
+
+# (m, conductivity over the mean), σ = 1.9 and 15 % sealed, patches of one node.
+TABLE = [(2, 0.25), (5, 0.10), (40, 0.06)]
+
+
+@pytest.mark.parametrize(("along", "share"), TABLE)
+def test_patches_along_the_path(along, share):
+    """Log-normal patches with σ = 1.9, 15 % sealed, conduct 0.25, 0.10, 0.06 of the mean.
+
+    One along the path conducts the mean itself: `test_layers`.
+    """
+    rng = np.random.default_rng(1)
+    mean = 0.85 * np.exp(1.9**2 / 2)
+    across, repeats = (400, 10) if along < 40 else (80, 3)
+    seals = [
+        network_conductivity(lognormal_patches((along, across), 1.9, 0.85, rng), nodes=1) / mean
+        for _ in range(repeats)
+    ]
+    # The table's two digits, and what 8000 patches or fewer scatter.
+    assert np.mean(seals) == pytest.approx(share, rel=0.12, abs=0.011)
+
+
+def test_many_patches_none_sealed():
+    """exp<ln K> is exact for many; finite nodes stay below it, less so the finer they are."""
+    rng = np.random.default_rng(2)
+    patches = [lognormal_patches((20, 60), 1.0, 1.0, rng) for _ in range(3)]
+    exact = lognormal(float(np.mean(np.log(patches))))
+    by_nodes = [
+        np.mean([network_conductivity(K, nodes=nodes) for K in patches]) for nodes in (1, 2, 4)
+    ]
+    assert by_nodes[0] < by_nodes[1] < by_nodes[2]
+    # Nodes of a quarter patch are 1 % low in the limit of many; 20 patches along end 2 % above it.
+    assert by_nodes[2] == pytest.approx(exact, rel=0.04)
+
+
+def test_one_patch_along_the_path_is_the_mean():
+    rates = np.array([[1, 2, 3], [0, 0, 0], [4, 5, 6]], dtype=float)
+    drawn = drawn_seals(rates, PatchCount(1, 100))
+    assert drawn.mean.tolist() == rates.mean(axis=0).tolist()
+    # The mean of 100 patches scatters a tenth as much as one.
+    assert drawn.scatter == pytest.approx(rates[:, 1].std() / rates[:, 1].mean() / 10)
+
+
+def test_patches_all_alike():
+    drawn = drawn_seals(np.tile([1.0, 2.0, 3.0], (4, 1)), PatchCount(7, 30), draws=3)
+    assert drawn.mean == pytest.approx([1, 2, 3], rel=1e-10)
+    assert drawn.scatter == pytest.approx(0, abs=1e-10)
+
+
+def test_longer_seals_scatter_less():
+    """Blocks around the circumference are independent: relative scatter goes as 1/√W."""
+    rates = lognormal_patches((40, 1), 0.8, 1.0, np.random.default_rng(0)) * np.ones(3)
+    short, long = (drawn_seals(rates, PatchCount(4, n)).scatter for n in (16, 1600))
+    assert long == pytest.approx(short / 10)
+    assert short > 0.03
+
+
+def test_bounds_of_patches_are_bounds_of_the_seal():
+    rates = lognormal_patches((6, 1), 1.0, 0.8, np.random.default_rng(5)) * [0.9, 1.0, 1.2]
+    lower, value, upper = drawn_seals(rates, PatchCount(5, 40), draws=5).mean
+    assert (lower / value, upper / value) == pytest.approx((0.9, 1.2), rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "leaking", "patches"),
+    [(0.4, 1.0, 20), (0.9, 1.0, 20), (1.9, 0.85, 20), (0.9, 1.0, 8)],
+)
+def test_intervals_cover(sigma, leaking, patches):
+    """Of 200 intervals of 95 % at least 0.95 - 3 √(0.95 × 0.05/200) = 0.90 hold the mean."""
+    rng = np.random.default_rng(10)
+    exact = leaking * np.exp(sigma**2 / 2)
+    covered = []
+    for repeat in range(200):
+        sample = lognormal_patches((patches, 1), sigma, leaking, rng).ravel()
+        lower, upper = generalised_interval(sample, draws=2000, seed=repeat)
+        covered.append(lower <= exact <= upper)
+    assert np.mean(covered) >= 0.90
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("sigma", "leaking"), [(0.4, 1.0), (0.9, 1.0), (1.9, 0.85)])
+def test_intervals_of_networks_cover(sigma, leaking):
+    """The same for four patches along the path; the truth from 300 blocks."""
+    rng = np.random.default_rng(11)
+    exact = np.mean(
+        [network_conductivity(lognormal_patches((4, 16), sigma, leaking, rng)) for _ in range(300)]
+    )
+    covered = []
+    for repeat in range(200):
+        sample = lognormal_patches((20, 1), sigma, leaking, rng).ravel()
+        lower, upper = generalised_interval(sample, 4, draws=100, seed=repeat)
+        covered.append(lower <= exact <= upper)
+    assert np.mean(covered) >= 0.90
+
+
+def test_the_t_interval_would_not_cover():
+    """Student's interval of the mean fails at a scatter of 1.9: 0.65 of 200, not 0.95."""
+    from scipy.stats import t
+
+    rng = np.random.default_rng(12)
+    exact = 0.85 * np.exp(1.9**2 / 2)
+    covered = []
+    for _ in range(200):
+        sample = lognormal_patches((20, 1), 1.9, 0.85, rng).ravel()
+        half = t.ppf(0.975, 19) * sample.std(ddof=1) / np.sqrt(20)
+        covered.append(abs(sample.mean() - exact) <= half)
+    assert np.mean(covered) < 0.8
+
+
+def test_too_few_leaking_patches_have_no_interval():
+    assert generalised_interval([1.0, 2.0, 0.0, 0.0]) is None
+
+
+def test_negative_rates_are_refused():
+    with pytest.raises(InvalidInput, match="not negative"):
+        generalised_interval([-1.0, 2.0, 3.0])
+
+
+def test_share_of_sealed_patches():
+    """Closed forms of none and all: 1 - 0.025^(1/n)."""
+    edge = 1 - 0.025 ** (1 / 8)
+    assert sealed_share(0, 8) == pytest.approx((0, edge))
+    assert sealed_share(8, 8) == pytest.approx((1 - edge, 1))
