@@ -58,7 +58,7 @@ class LoadedPatch:
             If the contact is not solved to its tolerance.
         """
         if load not in self._bounds:
-            self._states[load] = parallel.on_root(lambda: self._pressed(load))
+            self._states[load] = parallel.on_root(lambda: self._pressed(load), self.patch.comm)
             self._bounds[load] = self._conductivity(self._states[load])
         return self._bounds[load]
 
