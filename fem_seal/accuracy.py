@@ -234,7 +234,8 @@ def flow_part(leak: LeakRate) -> float:
     """Half of ln(upper / lower): how far √(lower upper) can be from the truth; inf without both."""
     if leak.state in ("sealed", "lifted off"):
         return 0.0
-    return 0.5 * log(leak.upper / leak.lower) if leak.lower > 0 else inf
+    lower, upper = leak.refined_bounds
+    return 0.5 * log(upper / lower) if lower > 0 else inf
 
 
 def _change(before: float, after: float) -> float:

@@ -121,8 +121,9 @@ class LeakRate:
     value : float
         Best estimate [m^3/s]: √(lower upper), or the upper bound if the lower bound is 0.
     lower, upper : float or None
-        Guaranteed bounds [m^3/s]; None for finite differences. A lower bound of 0 of a leaking gap
-        means that no mesh so far was fine enough for a stream function, not that Q may be 0.
+        Guaranteed bounds [m^3/s], `slip_interval` included; None for finite differences. A lower
+        bound of 0 of a leaking gap means that no mesh so far was fine enough for a stream
+        function, not that Q may be 0.
     unknowns : int
         Unknowns of the last solve.
     converged : bool
@@ -137,6 +138,10 @@ class LeakRate:
         Refinement history.
     field : FlowField or None
         Flow on the last mesh, if the solver was asked for it.
+    slip_interval : (float, float) or None
+        Of a gas whose slip was computed: the factors <= 1 and >= 1 by which the bounds are wider
+        than those at the mean pressure, since the pressure at each place is known to an interval
+        only. No refinement narrows them. The levels hold the bounds at the mean pressure.
 
     Raises
     ------
@@ -156,6 +161,7 @@ class LeakRate:
     outflow: float = 0.0
     levels: tuple[Level, ...] = field(default=(), repr=False)
     field: FlowField | None = field(default=None, repr=False)
+    slip_interval: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if self.lower is not None and not self.lower <= self.upper:
@@ -171,6 +177,12 @@ class LeakRate:
             return "sealed: 0 m^3/s, no open path joins inlet and outlet"
         unfinished = "" if self.converged else f"; {self.reason}"
         return f"leaking: {rate_text(self.value, self.lower, self.upper, 'm^3/s')}{unfinished}"
+
+    @property
+    def refined_bounds(self) -> tuple[float, float]:
+        """Bounds [m^3/s] without `slip_interval`: refinement closes their distance."""
+        low, high = self.slip_interval or (1.0, 1.0)
+        return self.lower / low, self.upper / high
 
     @classmethod
     def sealed(cls, method: str) -> "LeakRate":

@@ -326,7 +326,8 @@ class Patch:
                 leak = FLOWS[method](self.scene, self.film, self.report, self.comm)
         if leak.field is None:
             return leak
-        pressure = self.scene.drive.pressure(leak.field.pressure)
+        slip_pressure = self.scene.slip_pressure(self.film.constriction.gap)
+        pressure = self.scene.drive.pressure(leak.field.pressure, slip_pressure)
         return replace(leak, field=replace(leak.field, pressure=pressure))
 
     @cached_property

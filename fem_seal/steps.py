@@ -161,7 +161,8 @@ def lifting_problem(
             from fem_seal.coupling.fluid_pressure import on_sites
 
             solved = on_sites(leak.field, film)
-        return outlet + (drive.pressure(solved) - drive.pressure(zero))
+        s = scene.slip_pressure(film.constriction.gap)
+        return outlet + (drive.pressure(solved, s) - drive.pressure(zero, s))
 
     return Problem(
         height=surface,
@@ -191,6 +192,7 @@ def _finite_elements(
         film,
         viscosity=scene.fluid.viscosity,
         pressure_drop=scene.drive.pressure_drop,
+        slip=scene.slip,
         method=flow.method,
         rtol=flow.rtol,
         decide=scene.deciding_rate,

@@ -18,7 +18,9 @@ GAS = {
     "viscosity": VISCOSITY,
     "temperature": TEMPERATURE,
     "molar_mass": MOLAR_MASS,
+    "slip": False,
 }
+SLIPPING = {name: value for name, value in GAS.items() if name != "slip"}
 
 
 @pytest.fixture
@@ -41,10 +43,19 @@ def air(p_in=P_IN, p_out=P_OUT):
     return GasDrive(p_in, p_out, TEMPERATURE, MOLAR_MASS, 273.15, 101325.0)
 
 
-def channel_mass_rate(height, width, length):
-    """Isothermal ideal gas between parallel plates: W h³ M (p_in² - p_out²) / (24 η R T L)."""
+def channel_mass_rate(height, width, length, accommodation=None):
+    """Isothermal ideal gas between parallel plates: W h³ M (p_in² - p_out²) / (24 η R T L).
+
+    Slip multiplies it by 1 + 6 Kn (2-σ)/σ, Kn at the mean pressure (Arkilic et al. 1997).
+    """
     per_pressure = MOLAR_MASS / (GAS_CONSTANT * TEMPERATURE)
-    return width * height**3 / (24 * VISCOSITY * length) * per_pressure * (P_IN**2 - P_OUT**2)
+    more = 1.0
+    if accommodation is not None:
+        speed = np.sqrt(np.pi * GAS_CONSTANT * TEMPERATURE / (2 * MOLAR_MASS))
+        knudsen = VISCOSITY * speed / ((P_IN + P_OUT) / 2) / height
+        more += 6 * knudsen * (2 - accommodation) / accommodation
+    rate = width * height**3 / (24 * VISCOSITY * length) * per_pressure * (P_IN**2 - P_OUT**2)
+    return more * rate
 
 
 @pytest.mark.parametrize("method", ["adaptive", "uniform", "finite-difference"])
@@ -59,6 +70,75 @@ def test_gas_in_a_uniform_channel(gap_scene, method):
     if method != "finite-difference":
         assert leak.lower * scene.drive.rates["mass"] <= exact * (1 + 1e-12)
         assert leak.upper * scene.drive.rates["mass"] >= exact * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("method", ["adaptive", "uniform"])
+@pytest.mark.parametrize("accommodation", [None, 0.7])
+def test_gas_that_slips_in_a_uniform_channel(gap_scene, method, accommodation):
+    """Arkilic's channel, slip with full accommodation being the default."""
+    fluid = SLIPPING if accommodation is None else SLIPPING | {"accommodation": accommodation}
+    scene = gap_scene(np.full((9, 5), 1e-7), fluid, products=["leak_rate", "hydraulic_aperture"])
+    scene["flow"]["method"] = method
+    result = summarise(Patch(Scene.from_mapping(scene)))
+    exact = channel_mass_rate(1e-7, 8e-6, 8e-6, accommodation or 1.0)
+    # CG stops at a relative energy error of 1e-8.
+    assert result.gas.mass_rate.lower == pytest.approx(exact, rel=1e-7)
+    assert result.gas.mass_rate.upper == pytest.approx(exact, rel=1e-7)
+    assert result.gas.accommodation == (accommodation or 1.0)
+    aperture = result.quantities.hydraulic_aperture
+    assert [aperture.lower, aperture.upper] == pytest.approx([1e-7] * 2, rel=1e-7)
+
+
+def test_pressure_of_a_gas_that_slips(gap_scene):
+    """p²/2 + s p is a line along a uniform channel; so is the pressure's part of a constriction."""
+    scene = gap_scene(np.full((9, 5), 1e-7), SLIPPING)
+    field = Patch(Scene.from_mapping(scene)).leak_rate.field
+    s = 6 * air().mean_free_path(VISCOSITY) * (P_IN + P_OUT) / 2 / 1e-7
+    potential = field.pressure**2 / 2 + s * field.pressure
+    ends = [p**2 / 2 + s * p for p in (P_IN, P_OUT)]
+    x = field.points[:, 0] / 8e-6
+    np.testing.assert_allclose(potential, ends[0] + (ends[1] - ends[0]) * x, rtol=1e-6)
+    assert field.pressure.min() == pytest.approx(P_OUT, rel=1e-12)
+    assert field.pressure.max() == pytest.approx(P_IN, rel=1e-12)
+
+
+def test_finite_differences_leave_slip_out(gap_scene):
+    """They compute none: the same leak rate, and an entry that says so."""
+    rates, entries = [], []
+    for fluid in (GAS, SLIPPING):
+        scene = gap_scene(np.full((5, 5), 1e-7), fluid, products=["leak_rate"])
+        scene["flow"]["method"] = "finite-difference"
+        result = summarise(Patch(Scene.from_mapping(scene)))
+        rates.append(result.leak_rate.value)
+        entries.append(next(entry for entry in result.error_budget if entry.name == "slip"))
+    assert rates[0] == rates[1]
+    assert entries[0] == entries[1]
+    assert "not computed" in entries[0].sentence
+    assert result.gas.accommodation is None
+
+
+@pytest.mark.parametrize(("height", "decision"), [(1e-6, "within limit"), (1e-7, "undecided")])
+def test_verdict_with_first_order_slip(gap_scene, height, decision):
+    """Kinetic theory adds to first order: up to Kn = 0.05 it is estimated, beyond it is open."""
+    gap = np.full((5, 5), height)
+    gap[2] *= 0.8
+    scene = Scene.from_mapping(gap_scene(gap, SLIPPING))
+    limit = Limit(leak_rate=1.2 * Patch(scene).leak_rate.upper)
+    result = summarise(Patch(scene.model_copy(update={"limit": limit})))
+    knudsen = air().mean_free_path(VISCOSITY) / (0.8 * height)
+    assert result.gas.knudsen_number == pytest.approx(knudsen)
+    assert result.verdict.decision == decision
+    entries = {entry.name: entry for entry in result.error_budget}
+    assert entries["slip"].upper == (None if knudsen > 0.05 else pytest.approx(1 + 0.9 * knudsen))
+    # What refinement closes and what it cannot make up the bounds.
+    parts = entries["flow"], entries["slip interval"]
+    for side in ("lower", "upper"):
+        product = np.prod([getattr(part, side) for part in parts])
+        bound = getattr(result.leak_rate, side) / result.leak_rate.value
+        assert product == pytest.approx(bound, rel=1e-12)
+    assert entries["slip interval"].upper > 1
+    low = scene.model_copy(update={"limit": Limit(leak_rate=0.8 * result.leak_rate.lower)})
+    assert summarise(Patch(low)).verdict.decision == "above limit"
 
 
 def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
@@ -183,6 +263,9 @@ BAD = {
     "fluid.temperature=20 K m": "is not in a unit of K",
     "fluid.molar_mass=29 g": "is not in a unit of kg/mol",
     "fluid.kind=steam": "fluid.kind = 'steam' is not allowed; choose from 'liquid' or 'gas'",
+    "fluid.accommodation=0": "fluid.accommodation = 0 should be greater than 0",
+    "fluid.accommodation=1.1": "fluid.accommodation = 1.1 should be less than or equal to 1",
+    "fluid.accommodation=0.5": "fluid: accommodation is for a gas that slips: leave out slip",
     "fluid.kind=liquid": "fluid: molar_mass is for kind = 'gas' only; this is a liquid",
 }
 

@@ -350,6 +350,8 @@ INSTEAD = {
     "temperature": [*AS_GAS, "fluid.molar_mass=29 g/mol"],
     "reference_temperature": [*AS_GAS, "fluid.molar_mass=29 g/mol", "fluid.temperature=20 degC"],
     "reference_pressure": [*AS_GAS, "fluid.molar_mass=29 g/mol", "fluid.temperature=20 degC"],
+    "slip": [*AS_GAS, "fluid.molar_mass=29 g/mol", "fluid.temperature=20 degC"],
+    "accommodation": [*AS_GAS, "fluid.molar_mass=29 g/mol", "fluid.temperature=20 degC"],
 }
 
 

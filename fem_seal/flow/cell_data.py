@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow import traces
 from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
@@ -44,7 +45,7 @@ class CellData(CellContact):
     Attributes
     ----------
     K : (C,)
-        Mean of g³; zero where the whole cell is contact.
+        Mean of the conductivity; zero where the whole cell is contact.
     resistivity : (C, 3)
         Tensor xx, xy, yy of the dual problem; zero where `blocked`.
     zero_gap, blocked, contact_vertex, equipotential : arrays
@@ -63,6 +64,7 @@ class CellData(CellContact):
         linear: np.ndarray,
         means: tuple[np.ndarray, np.ndarray],
         ceiling: float,
+        law: FilmLaw = CUBE,
     ) -> "CellData":
         """Data of n cells from the gap at their corners.
 
@@ -75,17 +77,19 @@ class CellData(CellContact):
         linear : (n,) bool, or one bool
             Cells on which the gap is linear.
         means : pair of (n,) float
-            Means of g³ and of 1/g³.
+            Means of the conductivity and of its inverse.
         ceiling : float
-            Cube root of the largest conductivity in the dual.
+            Gap with the largest conductivity in the dual.
+        law : FilmLaw
+            Conductivity of a gap.
         """
         (raised, lowered), (cube, inverse_cube) = np.moveaxis(gaps, -1, 0), means
         zero, contact = (raised == 0) & linear, (lowered == 0) & linear
         zero_gap = zero[[1, 2, 0]] & zero[[2, 0, 1]]
         blocked = contact.all(axis=0) | (np.isinf(inverse_cube) & ~linear)
-        most = ceiling**3
+        most = law.above.of_gap(ceiling)
         limited = np.maximum(inverse_cube, 1 / most)
-        tensor = traces.resistivity(xy, aspect, lowered, contact, limited)
+        tensor = traces.resistivity(xy, aspect, lowered, contact, limited, law.below)
         # At contact vertices the resistivity is that of the power traces; add the smallest one.
         tensor[contact.any(axis=0) & ~blocked] += ISOTROPIC / most
         return cls(zero_gap.T, blocked, contact.T, most < cube, cube, tensor)

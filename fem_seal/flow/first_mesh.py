@@ -6,6 +6,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import Film, GridFilm, MeshFilm
+from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap, VertexGap
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
@@ -29,7 +30,7 @@ def require_film(film: Film) -> None:
 
 @singledispatch
 def first_mesh(
-    film: Film, cut: float, floor: float, ceiling: float, coarsest: int | None
+    film: Film, cut: float, floor: float, ceiling: float, coarsest: int | None, law: FilmLaw = CUBE
 ) -> tuple[LinearGap | ConstantGap | VertexGap, NestedMesh | TriangleMesh]:
     """Gap in units of its maximum, and the first mesh.
 
@@ -41,13 +42,20 @@ def first_mesh(
     coarsest : int or None
         Squares along the shorter side of the first mesh on a grid; None: the grid's pixels. A
         shape begins with the mesh that it has.
+    law : FilmLaw
+        What a gap conducts.
     """
     raise TypeError(type(film).__name__)
 
 
 @first_mesh.register
 def _on_grid(
-    film: GridFilm, cut: float, floor: float, ceiling: float, coarsest: int | None
+    film: GridFilm,
+    cut: float,
+    floor: float,
+    ceiling: float,
+    coarsest: int | None,
+    law: FilmLaw = CUBE,
 ) -> tuple[LinearGap | ConstantGap, NestedMesh]:
     # Treat pockets as contact: nothing flows in them, but a coarse cell that covers parts of a
     # pocket and of a channel would seem to conduct.
@@ -55,17 +63,22 @@ def _on_grid(
     squares = tuple(n - (film.representation == "linear") for n in scaled.shape)
     width = 1 if coarsest is None else coarsest_width(squares, coarsest)
     gap_type = REPRESENTATIONS[film.representation]
-    gap = gap_type(GridField(scaled, film.field.spacing), cut, floor, width, ceiling)
+    gap = gap_type(GridField(scaled, film.field.spacing), cut, floor, width, ceiling, law)
     return gap, uniform_mesh(gap.squares, width, film.sides == "periodic")
 
 
 @first_mesh.register
 def _on_mesh(
-    film: MeshFilm, cut: float, floor: float, ceiling: float, coarsest: int | None
+    film: MeshFilm,
+    cut: float,
+    floor: float,
+    ceiling: float,
+    coarsest: int | None,
+    law: FilmLaw = CUBE,
 ) -> tuple[VertexGap, TriangleMesh]:
     # Pockets may stay: the gap is linear on each cell, so no cell joins a pocket to a channel.
     scaled = film.values / film.highest
-    return VertexGap(scaled, length_unit(film), cut, floor, ceiling), film.mesh
+    return VertexGap(scaled, length_unit(film), cut, floor, ceiling, law), film.mesh
 
 
 def length_unit(film: Film) -> float:

@@ -3,10 +3,12 @@
 Gaps are in units of the largest one, lengths in pixels (scaled by the aspect of a pixel).
 """
 
+from copy import copy
 from functools import partial
 
 import numpy as np
 
+from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow import averages
 from fem_seal.flow.cell_data import ISOTROPIC, CellContact, CellData
 from fem_seal.flow.quarters import QuarterData, on_quarters, thrice_centroids, with_middles
@@ -39,12 +41,20 @@ class LinearGap:
     width : int
         Width of the squares of the first mesh, in pixels.
     ceiling : float
-        Cells with a mean cube above ceiling³ are equipotential in the primal, and have the
-        conductivity ceiling³ in the dual. Both bounds stay valid.
+        Cells with a mean conductivity above that of such a gap are equipotential in the primal,
+        and have its conductivity in the dual. Both bounds stay valid.
+    law : FilmLaw
+        Conductivity of a gap.
     """
 
     def __init__(
-        self, gap: GridField, cut: float, floor: float, width: int, ceiling: float = np.inf
+        self,
+        gap: GridField,
+        cut: float,
+        floor: float,
+        width: int,
+        ceiling: float = np.inf,
+        law: FilmLaw = CUBE,
     ):
         samples = gap.vertices()
         self.squares = (samples.shape[0] - 1, samples.shape[1] - 1)
@@ -54,13 +64,37 @@ class LinearGap:
         raised, lowered = np.moveaxis(self._samples, -1, 0)
         raised[(raised > 0) & (raised < floor)] = floor
         lowered[lowered < cut] = 0.0
-        self._above_pixel = averages.Pyramid.from_pixels(self._pixel_means, self.squares, width)
+        self._width = width
+        self._use(law)
+
+    def _use(self, law: FilmLaw) -> None:
+        self.law = law
+        self._above_pixel = averages.Pyramid.from_pixels(
+            self._pixel_means, self.squares, self._width
+        )
+
+    def with_law(self, law: FilmLaw) -> "LinearGap":
+        """The same gap under another law."""
+        other = copy(self)
+        other._use(law)
+        return other
 
     def _pixel_means(self, strip: slice) -> np.ndarray:
-        """Means (2, n, my, 2) of g³ and 1/g³ on the triangles of a strip of pixels."""
+        """Means (2, n, my, 2) of conductivity and inverse on the triangles of some pixels."""
         raised, lowered = np.moveaxis(self._samples[strip.start : strip.stop + 1], -1, 0)
-        cube = averages.linear_pixel_means(raised, averages.mean_cube)
-        return np.stack([cube, averages.linear_pixel_means(lowered, averages.mean_inverse_cube)])
+
+        def conductivity(gaps: np.ndarray) -> np.ndarray:
+            return averages.conductivity_of_corners(self.law.above, *np.moveaxis(gaps, -1, 0))
+
+        def resistivity(gaps: np.ndarray) -> np.ndarray:
+            return averages.resistivity_of_corners(self.law.below, *np.moveaxis(gaps, -1, 0))
+
+        return np.stack(
+            [
+                averages.linear_pixel_means(raised, conductivity),
+                averages.linear_pixel_means(lowered, resistivity),
+            ]
+        )
 
     def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of a mesh of whole pixels."""
@@ -102,12 +136,12 @@ class LinearGap:
     def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
         linear = averages.extent(xy)[0] <= PIXEL
-        cube, inverse_cube = _linear_means(gaps)
+        cube, inverse_cube = _linear_means(gaps, self.law)
         coarse = np.flatnonzero(~linear)
         place = averages.Place.of(xy.take(coarse, axis=1))
         cube[coarse], inverse_cube[coarse] = self._above_pixel.lookup(place)
         means = cube, inverse_cube
-        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling)
+        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling, self.law)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of n cells.
@@ -122,7 +156,7 @@ class LinearGap:
         x, y = with_middles(xy.take(two, axis=1))[:, 3:].astype(np.int64).reshape(2, -1)
         linear = six[:, 3:].take(two, axis=2).reshape(2, -1).T
         six[:, 3:, two] = self._sampled(x, y, linear).T.reshape(2, 3, -1)
-        cube, inverse_cube = _quarter_means(six)
+        cube, inverse_cube = _quarter_means(six, self.law)
         coarse = np.flatnonzero(width > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
         cube[:, coarse], inverse_cube[:, coarse] = self._above_pixel.lookup(place)
@@ -136,17 +170,29 @@ class VertexGap:
     ----------
     values : (V,), gap at the vertices of the first mesh, in units of its maximum
     unit : lengths of the mesh are measured in it [m]
-    cut, floor, ceiling : as for LinearGap
+    cut, floor, ceiling, law : as for LinearGap
     """
 
     def __init__(
-        self, values: np.ndarray, unit: float, cut: float, floor: float, ceiling: float = np.inf
+        self,
+        values: np.ndarray,
+        unit: float,
+        cut: float,
+        floor: float,
+        ceiling: float = np.inf,
+        law: FilmLaw = CUBE,
     ):
         self.aspect = 1 / unit
-        self.cut, self.ceiling = cut, ceiling
+        self.cut, self.ceiling, self.law = cut, ceiling, law
         raised = np.where(values > 0, np.maximum(values, floor), 0.0)
         lowered = np.where(values < cut, 0.0, values)
         self._values = np.stack([raised, lowered], axis=-1)
+
+    def with_law(self, law: FilmLaw) -> "VertexGap":
+        """The same gap under another law."""
+        other = copy(self)
+        other.law = law
+        return other
 
     def vertex_values(self, mesh: TriangleMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
@@ -171,26 +217,29 @@ class VertexGap:
 
     def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
-        means, linear = _linear_means(gaps), np.True_
-        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling)
+        means, linear = _linear_means(gaps, self.law), np.True_
+        return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling, self.law)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
         """Averages on the quarters of cells; see `LinearGap.quarter_data`."""
-        return QuarterData.of(*_quarter_means(with_middles(gaps)))
+        return QuarterData.of(*_quarter_means(with_middles(gaps), self.law))
 
 
-def _linear_means(gaps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means (n,) of g³, raised, and of 1/g³, lowered, for linear gaps (3, n, 2) at corners."""
+def _linear_means(gaps: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarray]:
+    """Means (n,) of the conductivity, raised, and of its inverse, lowered, for gaps (3, n, 2)."""
     raised, lowered = np.moveaxis(gaps, -1, 0)
-    return averages.cube_of_corners(*raised), averages.inverse_cube_of_corners(*lowered)
+    return (
+        averages.conductivity_of_corners(law.above, *raised),
+        averages.resistivity_of_corners(law.below, *lowered),
+    )
 
 
-def _quarter_means(six: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means (4, n) of g³ and 1/g³ on the quarters, for gaps (2, 6, n) at corners and midpoints."""
+def _quarter_means(six: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarray]:
+    """The same means (4, n) on the quarters, for gaps (2, 6, n) at corners and midpoints."""
     raised, lowered = (on_quarters(gaps) for gaps in six)
     cube, inverse_cube = (
-        averages.cube_of_corners(*raised),
-        averages.inverse_cube_of_corners(*lowered),
+        averages.conductivity_of_corners(law.above, *raised),
+        averages.resistivity_of_corners(law.below, *lowered),
     )
     return cube.reshape(4, -1), inverse_cube.reshape(4, -1)
 
@@ -199,18 +248,37 @@ class ConstantGap:
     """Each sample fills one square pixel; no vertex carries a gap. Parameters: as for LinearGap."""
 
     def __init__(
-        self, gap: GridField, cut: float, floor: float, width: int, ceiling: float = np.inf
+        self,
+        gap: GridField,
+        cut: float,
+        floor: float,
+        width: int,
+        ceiling: float = np.inf,
+        law: FilmLaw = CUBE,
     ):
         self.squares = gap.shape
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
         self.cut, self.ceiling = cut, ceiling
-        raised = np.where(gap.values > 0, np.maximum(gap.values, floor), 0.0)
-        lowered = np.where(gap.values < cut, 0.0, gap.values)
+        self._raised = np.where(gap.values > 0, np.maximum(gap.values, floor), 0.0)
+        self._lowered = np.where(gap.values < cut, 0.0, gap.values)
+        self._width = width
+        self._use(law)
+
+    def _use(self, law: FilmLaw) -> None:
+        self.law = law
         with np.errstate(divide="ignore"):
-            self._means = np.stack([raised**3, 1 / lowered**3])
+            self._means = np.stack(
+                [law.above.of_gap(self._raised), 1 / law.below.of_gap(self._lowered)]
+            )
         self._above_pixel = averages.Pyramid.from_pixels(
-            lambda strip: np.stack([self._means[:, strip]] * 2, axis=-1), self.squares, width
+            lambda strip: np.stack([self._means[:, strip]] * 2, axis=-1), self.squares, self._width
         )
+
+    def with_law(self, law: FilmLaw) -> "ConstantGap":
+        """The same gap under another law."""
+        other = copy(self)
+        other._use(law)
+        return other
 
     def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
         """No values (V, 0): the gap jumps at the vertices."""
@@ -225,7 +293,7 @@ class ConstantGap:
     def plotted_values(self, mesh: NestedMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) of the pixel above and to the right of each vertex, for pictures."""
         i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
-        return np.cbrt(self._means[0, i, j])
+        return self._raised[i, j]
 
     def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
         """Averages of all cells. Contact consists of whole pixels: there are no zero-gap sides."""

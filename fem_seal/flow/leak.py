@@ -10,9 +10,12 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import Film, GridFilm, film_conductivity
+from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_film
+from fem_seal.flow.slipping import SlipBounds, SlippingFilm
 from fem_seal.flow.stopping import Decision, Stopping, Tolerance
+from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
@@ -30,6 +33,7 @@ def leak_rate(
     *,
     viscosity: float,
     pressure_drop: float,
+    slip: Slip | None = None,
     sides: str = "wall",
     representation: str = "linear",
     method: str = "adaptive",
@@ -53,12 +57,14 @@ def leak_rate(
     gap : the film, on a grid (flow along the first axis) or on the mesh of a shape, which is
         refined as it is; or the gap on a grid [m], zero in contact
     viscosity : η [Pa s]
-    pressure_drop : p_in - p_out [Pa]
+    pressure_drop : p_in - p_out [Pa]; of a gas, that of the liquid that leaks as much without slip
+    slip : of a gas; None: it does not slip
     sides : "wall" (no flow through y = 0, Ly) or "periodic"
     representation : "linear" (samples are vertices, linear between) or "constant" (square pixels);
         like `sides`, of a grid only
     method : "adaptive" or "uniform" (the pixel or given mesh and its uniform refinements)
-    rtol : stop when upper - lower ≤ rtol √(lower upper)
+    rtol : stop when upper - lower ≤ rtol √(lower upper); of a gas that slips at the mean pressure,
+        since no mesh closes the rest
     decide : in place of rtol, a leak rate [m³/s]: stop when it does not lie between the bounds
     limits : where to stop before that; the result then has `converged` False and says why
     progress : called with every Level, in m³/s
@@ -92,6 +98,9 @@ def leak_rate(
     if film.sealed:
         return LeakRate.sealed(method)
     scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
+    slipping = slip and SlippingFilm(slip, film.highest, film.constriction.gap)
+    gain = slipping.gain if slipping else 1.0
+    scale *= gain
     criterion = Tolerance(rtol) if decide is None else Decision(decide)
     growth = 4.0 if method == "uniform" else USUAL_GROWTH
     narrowest = film.constriction.gap / film.highest
@@ -107,20 +116,25 @@ def leak_rate(
     levels: list[Level] = []
     reason, last = "", None
     try:
-        for bracket in _brackets(film, narrowest, strategy, comm):
+        law = slipping.mean_law if slipping else CUBE
+        for bracket in _brackets(film, narrowest, strategy, law, comm):
             levels.append(_in_si(bracket.level, scale))
-            reached = criterion.reached(levels[-1].lower, levels[-1].upper)
+            wide = slipping and slipping.on_mesh_of(bracket)
+            reached = criterion.reached(*_judged(criterion, levels[-1], wide, scale))
             reason = "" if reached else comm.bcast(stopping.reason(levels))
             if bracket.stalled and no_closer(levels) and not reached:
                 reason = reason or bracket.stalled
-            if reason:
+            if wide is not None and not reached and decide is not None:
+                reason = reason or _undecidable(decide, bracket.level, wide, scale)
+            if reason and bracket.stream is None:
                 bracket = bracket.certified()
                 levels[-1] = _in_si(bracket.level, scale)
+                wide = slipping and slipping.on_mesh_of(bracket)
             if progress is not None:
                 progress(levels[-1])
-            result = _result(bracket, levels, method, scale)
+            result = _result(bracket, wide, levels, method, scale)
             if field:
-                last = _field(bracket, film, viscosity, pressure_drop)
+                last = _field(bracket, film, viscosity, pressure_drop, gain)
             if reached or reason:
                 break
             # Free this mesh before the next one is made.
@@ -132,7 +146,8 @@ def leak_rate(
             raise
         reason = str(limit)
     if reason:
-        reason = f"{reason}; {criterion.missed(result.lower, result.upper)}"
+        missed = result.refined_bounds if decide is None else (result.lower, result.upper)
+        reason = f"{reason}; {criterion.missed(*missed)}"
     return replace(result, converged=not reason, reason=reason, field=last)
 
 
@@ -192,13 +207,13 @@ def require_conducting(tightest: str, narrowest: float) -> None:
 
 
 def _brackets(
-    film: Film, narrowest: float, strategy: Strategy, comm: MPI.Comm
+    film: Film, narrowest: float, strategy: Strategy, law: FilmLaw, comm: MPI.Comm
 ) -> Iterator[Bracket]:
     """Set the normalised problem up, gap in units of its maximum, and refine it."""
     tuning = strategy.tuning
     coarsest = None if strategy.uniform else tuning.coarsest
     clipped = (narrowest * part for part in (tuning.cut, tuning.floor, tuning.ceiling))
-    gap, mesh = first_mesh(film, *clipped, coarsest)
+    gap, mesh = first_mesh(film, *clipped, coarsest, law)
     return brackets(gap, mesh, strategy, comm)
 
 
@@ -206,8 +221,39 @@ def _in_si(level: Level, scale: float) -> Level:
     return replace(level, lower=level.lower * scale, upper=level.upper * scale)
 
 
-def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) -> LeakRate:
+def _judged(
+    criterion: Tolerance | Decision, level: Level, wide: SlipBounds | None, scale: float
+) -> tuple[float, float]:
+    """Bounds [m³/s] that are judged: a limit concerns the slip interval too, a tolerance not."""
+    if wide is None or isinstance(criterion, Tolerance):
+        return level.lower, level.upper
+    return wide.lower * scale, wide.upper * scale
+
+
+def _undecidable(limit: float, level: Level, wide: SlipBounds, scale: float) -> str:
+    """Say so if what slip leaves open would hold the limit on any mesh, "" if it need not."""
+    if level.lower == 0:
+        return ""
+    low, high = _slip_interval(level, wide)
+    if level.lower * high * scale >= limit >= level.upper * low * scale:
+        return "what the pressures leave open of the slip holds the limit on any mesh"
+    return ""
+
+
+def _slip_interval(level: Level, wide: SlipBounds) -> tuple[float, float]:
+    """Factors by which bounds are wider than those of a level, at the mean pressure."""
+    lower = min(wide.lower / level.lower, 1.0) if level.lower > 0 else 1.0
+    return lower, max(wide.upper / level.upper, 1.0)
+
+
+def _result(
+    bracket: Bracket, wide: SlipBounds | None, levels: list[Level], method: str, scale: float
+) -> LeakRate:
     lower, upper = levels[-1].lower, levels[-1].upper
+    interval = None
+    if wide is not None:
+        interval = _slip_interval(bracket.level, wide)
+        lower, upper = wide.lower * scale, wide.upper * scale
     inflow, outflow = bracket.problem.boundary_flows(bracket.pressure)
     return LeakRate(
         state="leaking",
@@ -220,17 +266,20 @@ def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) ->
         inflow=inflow * scale,
         outflow=outflow * scale,
         levels=tuple(levels),
+        slip_interval=interval,
     )
 
 
-def _field(bracket: Bracket, film: Film, viscosity: float, pressure_drop: float) -> FlowField:
+def _field(
+    bracket: Bracket, film: Film, viscosity: float, pressure_drop: float, gain: float
+) -> FlowField:
     """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
     problem, highest = bracket.problem, film.highest
     cells = problem.mesh.cells[problem.kept]
     number, first = problem.parted_points()
     vertex = cells.ravel()[first]
     pressure = bracket.pressure.corner_values * pressure_drop
-    conductivity = film_conductivity(highest, viscosity)
+    conductivity = gain * film_conductivity(highest, viscosity)
     flux = -problem.data.K[:, None] * problem.gradients(bracket.pressure.corner_values)
     if bracket.stream is not None:
         # Where the pressure was taken to be constant, take the flux from the stream function.

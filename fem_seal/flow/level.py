@@ -73,7 +73,7 @@ class Stream:
 
 
 class LevelProblem:
-    """Reynolds flow of unit pressure drop on one mesh, K = g³ (gap in units of its maximum).
+    """Reynolds flow of unit pressure drop on one mesh (gap in units of its maximum).
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class LevelProblem:
         tolerance: float,
     ):
         self.mesh, self.tolerance = mesh, tolerance
-        self._gap, self.values = gap, values
+        self.gap, self.values = gap, values
         data = gap.cell_data(mesh, values)
         cells = open_cells(mesh, data)
         self.kept = cells.kept
@@ -130,7 +130,7 @@ class LevelProblem:
     @property
     def vertex_gap(self) -> np.ndarray:
         """Gap (V,) at the vertices of the mesh, in units of its maximum."""
-        return self._gap.plotted_values(self.mesh, self.values)
+        return self.gap.plotted_values(self.mesh, self.values)
 
     def parted_points(self) -> tuple[np.ndarray, np.ndarray]:
         """Points of the mesh; a vertex counts once for each pressure that the cells have there.
@@ -227,7 +227,7 @@ class LevelProblem:
         """Tensor (n, 3) of the true dual, or of the regularised one if epsilon > 0."""
         if epsilon == 0:
             return self.data.resistivity[cells]
-        return self.data.part(cells).regularised(epsilon, self._gap.cut)
+        return self.data.part(cells).regularised(epsilon, self.gap.cut)
 
     def indicators(self, pressure: Minimum, stream: Stream) -> np.ndarray:
         """Error indicators e_T (C,): the part of each cell in upper - lower (Prager and Synge).
@@ -250,6 +250,21 @@ class LevelProblem:
             dual = Q * (Q * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy))
             indicators[cells] = areas * (primal + dual + 2 * Q * (my * px - mx * py))
         return indicators
+
+    def cell_energies(
+        self, pressure: Minimum, stream: Stream | None
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """What each cell (C,) adds to ∫K|∇p|², and to ∫∇ψ·R·∇ψ of the true dual if there is one."""
+        primal, dual = np.empty((2, self.space.count))
+        for cells in parts(0, len(primal), AT_ONCE):
+            slopes, areas = shape_gradients(self._corners(cells))
+            px, py = gradients(slopes, pressure.numbering.corners(pressure.values, cells)).T
+            primal[cells] = areas * self.data.K[cells] * (px * px + py * py)
+            if stream is not None:
+                sx, sy = gradients(slopes, stream.psi[self._cells[cells]]).T
+                xx, xy, yy = self._resistivity(0.0, cells).T
+                dual[cells] = areas * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy)
+        return primal, None if stream is None else dual
 
     def residuals(self, pressure: Minimum, least: float) -> np.ndarray:
         """Residual estimate (C,) of the pressure's error: Σ over sides (jump of the flux)²/K.
@@ -294,7 +309,7 @@ class LevelProblem:
         equipotential = np.flatnonzero(self.data.equipotential)
         if not len(equipotential) or not self.values.shape[1]:
             return joined
-        high = self.values[self._cells[equipotential], 0] >= self._gap.ceiling
+        high = self.values[self._cells[equipotential], 0] >= self.gap.ceiling
         equipotential, high = equipotential[high.any(axis=1)], high[high.any(axis=1)]
         vertex, cell = self.mesh.twin[self._cells[equipotential]], np.nonzero(high)[0]
         count = len(self.mesh.xy)
@@ -353,7 +368,7 @@ class LevelProblem:
             lambda some: pressure.numbering.corners(pressure.values, place[some]),
             lambda data: data.K,
         )
-        gap = self._gap, self.mesh, self.values
+        gap = self.gap, self.mesh, self.values
         raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm)
         return 1 / stream.energy.least_upper(raised), pressure.total.least_upper(lowered)
 

@@ -56,9 +56,9 @@ class QuarterData:
     Attributes
     ----------
     K : (4 n,)
-        Mean of g³.
+        Mean of the conductivity.
     resistivity : (4 n, 1)
-        Mean of 1/g³; zero where it is infinite.
+        Mean of its inverse; zero where it is infinite.
     """
 
     K: np.ndarray

@@ -10,9 +10,14 @@ hence ψ - ψ_0 ~ r⁴. With m = 4 and D_i = ψ_i - ψ_0:
 Both are continuous across cells, have finite energy, and are linear in the vertex values. The
 energy of each is a quadratic form that vanishes for constants, hence equal to the energy of a
 linear ψ with a constant symmetric resistivity *tensor*: one form serves all cells.
+
+Where slip rules, the flux is proportional to r² and ψ - ψ_0 ~ r³. m = 4 serves there too, since any
+ψ gives a bound.
 """
 
 import numpy as np
+
+from fem_seal.film.law import CUBE, Conductivity
 
 POWER = 4
 _KAPPA = (POWER - 1) / (POWER + 1)
@@ -21,12 +26,13 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 
 
-def segment_moments(b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Integrals over 0 ≤ τ ≤ 1 of ((1-τ)², τ(1-τ), τ²) / (b + (c-b)τ)³.
+def segment_moments(b: np.ndarray, c: np.ndarray, power: int = 3) -> np.ndarray:
+    """Integrals over 0 ≤ τ ≤ 1 of ((1-τ)², τ(1-τ), τ²) / (b + (c-b)τ)^power.
 
     Parameters
     ----------
     b, c : (n,) > 0, gap at the two ends
+    power : 3, or 2 for slip
 
     Returns
     -------
@@ -42,23 +48,35 @@ def segment_moments(b: np.ndarray, c: np.ndarray) -> np.ndarray:
     q = c / b
     near = (q < _NEAR) & (q > 1 / _NEAR)
     x = np.where(near, 2 * _NEAR, q)
-    log, d3 = np.log(x), (x - 1) ** 3
-    moments = np.stack(
-        [
-            (log + 1.5 - 2 * x + x * x / 2) / d3,
-            (-log - (1 + x) * (1 / x - 1) + (1 / x - x) / 2) / d3,
-            (log + 2 / x - 1.5 - 1 / (2 * x * x)) / d3,
-        ]
-    )
+    moments = _CLOSED_MOMENTS[power](x, np.log(x)) / (x - 1) ** 3
     t = _NODES[:, None]
     basis = np.stack([(1 - t) ** 2, t * (1 - t), t * t])
-    weighted = _WEIGHTS[:, None] / (1 + (q[near] - 1) * t) ** 3
+    weighted = _WEIGHTS[:, None] / (1 + (q[near] - 1) * t) ** power
     moments[:, near] = (basis * weighted).sum(axis=1)
-    return moments / b**3
+    return moments / b**power
+
+
+def _moments_of_cube(x: np.ndarray, log: np.ndarray) -> np.ndarray:
+    """The moments for power 3, b = 1 and c = x, times (x - 1)³."""
+    return np.stack(
+        [
+            log + 1.5 - 2 * x + x * x / 2,
+            -log - (1 + x) * (1 / x - 1) + (1 / x - x) / 2,
+            log + 2 / x - 1.5 - 1 / (2 * x * x),
+        ]
+    )
+
+
+def _moments_of_square(x: np.ndarray, log: np.ndarray) -> np.ndarray:
+    """The same for power 2."""
+    return np.stack([x * x - 1 - 2 * x * log, (x + 1) * log - 2 * (x - 1), x - 1 / x - 2 * log])
+
+
+_CLOSED_MOMENTS = {3: _moments_of_cube, 2: _moments_of_square}
 
 
 def one_contact_tensor(
-    e_b: np.ndarray, e_c: np.ndarray, b: np.ndarray, c: np.ndarray
+    e_b: np.ndarray, e_c: np.ndarray, b: np.ndarray, c: np.ndarray, power: int = 3
 ) -> np.ndarray:
     """Resistivity tensor (xx, xy, yy) of cells with one contact vertex.
 
@@ -66,14 +84,15 @@ def one_contact_tensor(
     ----------
     e_b, e_c : (2, n), edges from the contact vertex to the other two
     b, c : (n,) > 0, gap at these two
+    power : k of the conductivity g^k, 3 or 2
 
     Returns
     -------
-    (3, n), in units of 1/gap³
+    (3, n), in units of 1/gap^k
 
     Notes
     -----
-    ∫|∇ψ|²/g³ = 1/((2m-3) 2|T|) ∫ |m D d - D' r|² / g(τ)³ dτ, with d = e_c - e_b, r = e_b + τ d,
+    ∫|∇ψ|²/g^k = 1/((2m-k) 2|T|) ∫ |m D d - D' r|² / g(τ)^k dτ, with d = e_c - e_b, r = e_b + τ d,
     g(τ) = b + (c-b) τ. With the gradient G of the linear function of the same corner values,
     D = G·r and D' = G·d, so that m D d - D' r = G_x v_x + G_y v_y with
 
@@ -82,7 +101,7 @@ def one_contact_tensor(
     each linear in τ. In slender cells the components of the tensor differ by squares of the aspect.
     The formula never adds terms of different powers of the aspect, so that none is lost.
     """
-    d, moments = e_c - e_b, segment_moments(b, c)
+    d, moments = e_c - e_b, segment_moments(b, c, power)
     (d_x, d_y), m = d, POWER
 
     def v(r: np.ndarray) -> np.ndarray:
@@ -100,16 +119,38 @@ def one_contact_tensor(
 
     double_area = np.abs(e_b[0] * e_c[1] - e_b[1] * e_c[0])
     # The linear function has the energy |T| G·tensor·G.
-    scale = 2 / ((2 * m - 3) * double_area**2)
+    scale = 2 / ((2 * m - power) * double_area**2)
     return scale * np.stack([integral(0, 0), integral(0, 1), integral(1, 1)])
 
 
-def contact_edge_resistivity(c: np.ndarray) -> np.ndarray:
+def contact_edge_resistivity(c: np.ndarray, power: int = 3) -> np.ndarray:
     """Scalar resistivity of cells with a contact edge and gap `c` at the third vertex.
 
-    ∫|∇ψ|²/g³ = m² D² |∇λ_c|² c^-3 2|T| / ((2m-4)(2m-3)).
+    ∫|∇ψ|²/g^k = m² D² |∇λ_c|² c^-k 2|T| / ((2m-k-1)(2m-k)), k the power.
     """
-    return 2 * POWER**2 / ((2 * POWER - 4) * (2 * POWER - 3)) / c**3
+    m = POWER
+    return 2 * m**2 / ((2 * m - power - 1) * (2 * m - power)) / c**power
+
+
+def _side_by_side(
+    cubic_tensor: np.ndarray, square_tensor: np.ndarray, cubic: np.ndarray, square: np.ndarray
+) -> np.ndarray:
+    """Resistivity (3, n) for α g³ + β g² from those for g³ and for g².
+
+    1/(u + v) ≤ τ²/u + (1 - τ)²/v for any τ; here the one that makes the trace least.
+    """
+    ease = np.stack(
+        [
+            cubic / (cubic_tensor[0] + cubic_tensor[2]),
+            square / (square_tensor[0] + square_tensor[2]),
+        ]
+    )
+    total = ease.sum(axis=0) ** 2
+    weights = (
+        cubic / (cubic_tensor[0] + cubic_tensor[2]) ** 2 / total,
+        square / (square_tensor[0] + square_tensor[2]) ** 2 / total,
+    )
+    return weights[0] * cubic_tensor + weights[1] * square_tensor
 
 
 def resistivity(
@@ -118,6 +159,7 @@ def resistivity(
     gaps: np.ndarray,
     contact: np.ndarray,
     inverse_cube: np.ndarray,
+    law: Conductivity = CUBE.below,
 ) -> np.ndarray:
     """Resistivity tensor (xx, xy, yy) of cells; that of power traces at contact vertices.
 
@@ -130,7 +172,9 @@ def resistivity(
     contact : (3, n) bool
         Contact vertices.
     inverse_cube : (n,) float
-        Mean of 1/gap³.
+        Mean of 1/gap³, or of the inverse of the law.
+    law : Conductivity
+        Lower bound of the conductivity.
 
     Returns
     -------
@@ -140,7 +184,8 @@ def resistivity(
     count = contact.sum(axis=0)
     isotropic = np.where(np.isinf(inverse_cube), 0.0, inverse_cube)
     two = np.flatnonzero(count == 2)
-    isotropic[two] = contact_edge_resistivity(gaps[:, two].max(axis=0))
+    highest = gaps[:, two].max(axis=0)
+    isotropic[two] = _edge_resistivity(highest, law)
     tensor = np.zeros((len(isotropic), 3))
     tensor[:, 0] = tensor[:, 2] = isotropic
     one = np.flatnonzero(count == 1)
@@ -149,8 +194,21 @@ def resistivity(
     first, *others = xy[turned, one]
     # Subtract before scaling: differences of integers are exact, products with the aspect are not.
     e_b, e_c = (((other - first) * aspect).T for other in others)
-    tensor[one] = one_contact_tensor(e_b, e_c, b, c).T
+    found = one_contact_tensor(e_b, e_c, b, c)
+    if not law.is_cube:
+        square = one_contact_tensor(e_b, e_c, b, c, power=2)
+        found = _side_by_side(found, square, *law.coefficients(np.zeros_like(b), np.maximum(b, c)))
+    tensor[one] = found.T
     return tensor
+
+
+def _edge_resistivity(highest: np.ndarray, law: Conductivity) -> np.ndarray:
+    """`contact_edge_resistivity` under a law; `highest` (n,) is the gap at the third vertex."""
+    found = contact_edge_resistivity(highest)
+    if law.is_cube:
+        return found
+    cubic, square = law.coefficients(np.zeros_like(highest), highest)
+    return 1 / (cubic / found + square / contact_edge_resistivity(highest, power=2))
 
 
 def mean_gradient_values(psi: np.ndarray, contact: np.ndarray) -> np.ndarray:

@@ -6,12 +6,12 @@ result.json, the verdict, the printed words and the report all show this list, w
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import prod
+from math import prod, sqrt
 from typing import Literal
 
 from fem_seal.leak_rate import LeakRate
 
-FLOW, CONTACT_GRID = "flow", "contact grid"
+FLOW, CONTACT_GRID, SLIP_INTERVAL = "flow", "contact grid", "slip interval"
 
 Kind = Literal["guaranteed", "estimated", "not covered"]
 
@@ -83,8 +83,21 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
 
 
 def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
-    """All entries except that of the flow, which the bounds of the leak rate already contain."""
-    return tuple(entry for entry in budget if entry.name != FLOW)
+    """List all entries but those that the bounds of the leak rate contain."""
+    return tuple(entry for entry in budget if entry.name not in (FLOW, SLIP_INTERVAL))
+
+
+def parts_of_bounds(leak: LeakRate) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Factors of the bounds over the value: of what refinement closes, and of the slip interval.
+
+    The value is in the middle of both, and their products are the bounds over the value.
+    """
+    if leak.slip_interval is None or not leak.lower:
+        return (leak.lower / leak.value, leak.upper / leak.value), (1.0, 1.0)
+    lower, upper = leak.refined_bounds
+    low, high = leak.slip_interval
+    refined, interval = sqrt(upper / lower), sqrt(high / low)
+    return (1 / refined, refined), (1 / interval, interval)
 
 
 def of_flow(leak: LeakRate) -> Uncertainty:
@@ -99,6 +112,4 @@ def of_flow(leak: LeakRate) -> Uncertainty:
         sentence = "finite differences give no bounds; finite elements do"
         return Uncertainty(FLOW, "not covered", sentence)
     sentence = "bounds of the flow through the gap as it is represented"
-    return Uncertainty(
-        FLOW, "guaranteed", sentence, leak.lower / leak.value, leak.upper / leak.value
-    )
+    return Uncertainty(FLOW, "guaranteed", sentence, *parts_of_bounds(leak)[0])

@@ -98,7 +98,10 @@ def shown_in(patch: Patch) -> Shown:
 
 def _constriction(patch: Patch) -> Constriction | None:
     field = patch.leak_rate.field
-    potential = None if field is None else patch.scene.drive.potential(field.pressure)
+    potential = None
+    if field is not None:
+        slip_pressure = patch.scene.slip_pressure(patch.film.constriction.gap)
+        potential = patch.scene.drive.potential(field.pressure, slip_pressure)
     return parallel.on_root(lambda: constriction(patch.film, field, potential), patch.comm)
 
 
@@ -151,14 +154,15 @@ _THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {
 
 def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
     scene, film = patch.scene, patch.film
+    slip_length = 0.0 if scene.slip is None else scene.slip.length
     if isinstance(film, GridFilm):
         height, drive = 1.0, scene.drive.pressure_drop
-        uniform = uniform_rectangle(film, height, scene.fluid.viscosity, drive)
+        uniform = uniform_rectangle(film, height, scene.fluid.viscosity, drive, slip_length)
     else:
         # A shape in contact everywhere has no height of its own; any will do.
         height = film.highest or 1.0
         uniform = patch.leak_rate_of(film.with_gap(height))
-    return hydraulic_aperture(patch.leak_rate, uniform, height)
+    return hydraulic_aperture(patch.leak_rate, uniform, height, slip_length)
 
 
 def _trapped_volume(patch: Patch) -> float:

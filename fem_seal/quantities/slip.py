@@ -1,35 +1,83 @@
-"""What slip at the walls, which the flow of a gas leaves out, may add to its leak rate."""
+"""What the slip of a gas at the walls leaves open of its leak rate."""
 
 from fem_seal.digits import with_prefix
 from fem_seal.fluid import GasDrive
+from fem_seal.leak_rate import relative_half_width
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import Uncertainty
+from fem_seal.quantities.error_budget import SLIP_INTERVAL, Uncertainty, parts_of_bounds
+
+# Above this Knudsen number at the critical constriction nothing is said about what first order is
+# short of.
+LARGEST_KNUDSEN = 0.05
+# Relative excess of kinetic theory over first-order slip, per Knudsen number: 9 % at 0.1
+# (C. Cercignani, M. Lampis, S. Lorenzani, Phys. Fluids 16, 3426 (2004)).
+EXCESS = 0.9
 
 
-def slip(patch: Patch) -> Uncertainty | None:
-    """Estimate the slip of a gas at the critical constriction.
+def knudsen_number(patch: Patch) -> float | None:
+    """Mean free path at the mean pressure over the critical gap.
 
     None for a liquid, and where the film is sealed or lifted off.
-
-    To first order slip multiplies the flow through a channel of height g by 1 + 6 Kn, Kn = λ/g, λ
-    the mean free path at the mean pressure (E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167
-    (1997)). It only adds to the leak rate: without slip the lower bound stands. Up to half the
-    tolerance of the flow it counts as an estimate; above that the leak rate is open upwards, since
-    first order is too low itself and wider places slip less.
     """
     drive = patch.scene.drive
     if patch.sealed or patch.lifted_off or not isinstance(drive, GasDrive):
         return None
-    path = drive.mean_free_path(patch.scene.fluid.viscosity)
-    tightest = patch.film.constriction.gap
-    added = 6 * path / tightest
-    rtol = patch.scene.flow.rtol
+    return drive.mean_free_path(patch.scene.fluid.viscosity) / patch.film.constriction.gap
+
+
+def slip(patch: Patch) -> Uncertainty | None:
+    """What is missing of the slip of a gas; None for a liquid or a sealed gap.
+
+    If first-order slip is computed, kinetic theory adds to it. If it is not, all of it is missing:
+    it multiplies the flow through a channel of height g by 1 + 6 Kn, Kn = λ/g, λ the mean free path
+    at the mean pressure (E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167 (1997)). Both only
+    add to the leak rate, so that the lower bound stands.
+    """
+    knudsen = knudsen_number(patch)
+    if knudsen is None:
+        return None
+    return _without_slip(patch, knudsen) if patch.scene.slip is None else _first_order(knudsen)
+
+
+def slip_interval(patch: Patch) -> Uncertainty | None:
+    """What the unknown pressure at each place leaves open of the slip; None without slip."""
+    leak = patch.leak_rate
+    if leak.slip_interval is None:
+        return None
+    of_refinement, (lower, upper) = parts_of_bounds(leak)
+    sentence = (
+        "how much the gas slips depends on its pressure, which lies between those of inlet and "
+        "outlet; contained in the bounds, and no refinement narrows it"
+    )
+    larger = relative_half_width(lower, upper) > relative_half_width(*of_refinement)
+    if larger:
+        sentence += f": ±{100 * relative_half_width(lower, upper):.2g} %, the larger part of them"
+    return Uncertainty(SLIP_INTERVAL, "guaranteed", sentence, lower, upper)
+
+
+def _first_order(knudsen: float) -> Uncertainty:
+    sentence = (
+        "slip of the gas at the walls is computed to first order in the mean free path, which is "
+        f"too low; Knudsen number {knudsen:.2g} at the tightest place"
+    )
+    if knudsen <= LARGEST_KNUDSEN:
+        return Uncertainty("slip", "estimated", sentence, 1.0, 1 + EXCESS * knudsen)
+    sentence += f", and above {LARGEST_KNUDSEN:g} the upper bound does not hold, the lower one does"
+    return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
+
+
+def _without_slip(patch: Patch, knudsen: float) -> Uncertainty:
+    """Up to half the tolerance of the flow slip counts as an estimate; above, the rate is open."""
+    fluid, scene = patch.scene.fluid, patch.scene
+    path = scene.drive.mean_free_path(fluid.viscosity)
+    sigma = fluid.accommodation or 1.0
+    added = 6 * knudsen * (2 - sigma) / sigma
     sentence = (
         f"slip of the gas at the walls is not computed and adds about {100 * added:.2g} % to the "
         f"flow at the tightest place (mean free path {with_prefix(path, 'm')} at the mean "
-        f"pressure, gap {with_prefix(tightest, 'm')})"
+        f"pressure, gap {with_prefix(patch.film.constriction.gap, 'm')})"
     )
-    if added <= rtol / 2:
+    if added <= scene.flow.rtol / 2:
         return Uncertainty("slip", "estimated", sentence, 1.0, 1 + added)
     sentence += ": the upper bound does not hold for this gas, the lower one does"
     return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)

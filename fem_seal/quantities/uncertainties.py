@@ -9,7 +9,7 @@ from math import isfinite
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import CONTACT_GRID, ErrorBudget, Uncertainty, of_flow
 from fem_seal.quantities.lift import fluid_pressure
-from fem_seal.quantities.slip import slip
+from fem_seal.quantities.slip import slip, slip_interval
 
 
 def error_budget(patch: Patch) -> ErrorBudget | None:
@@ -72,6 +72,7 @@ def _model(patch: Patch) -> Uncertainty:
 Source = Callable[[Patch], Uncertainty | None]
 SOURCES: tuple[Source, ...] = (
     _flow,
+    slip_interval,
     _contact_grid,
     fluid_pressure,
     slip,

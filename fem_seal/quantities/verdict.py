@@ -7,6 +7,7 @@ from fem_seal.digits import bracket_digits, rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
+    SLIP_INTERVAL,
     ErrorBudget,
     Uncertainty,
     beside_flow,
@@ -123,8 +124,9 @@ def verdict(
         least = f"at least {shown.at_least(low)}, {times} times"
         sentence = f"above limit: {least} the {allowed}{counting}{open_points}"
         return Verdict("above limit", sentence, given)
-    rtol, unknowns = what_would_decide(leak, limit_solved, *combined(rest))
-    wish = _wish(leak, rtol, unknowns, limit_solved, rest)
+    interval = [entry for entry in budget if entry.name == SLIP_INTERVAL]
+    rtol, unknowns = what_would_decide(leak, limit_solved, *combined([*interval, *rest]))
+    wish = _wish(leak, rtol, unknowns, limit_solved, [*interval, *rest])
     sentence = f"undecided: {shown.between(leak)}, {allowed}{counting}; {wish}{open_points}"
     return Verdict("undecided", sentence, given, rtol, unknowns)
 
@@ -156,7 +158,7 @@ def what_would_decide(
     needed = 2 * sinh(max(half_widths, default=0.0))
     if needed < LEAST_RTOL:
         return None, None
-    reached = relative_width(leak.lower, leak.upper)
+    reached = relative_width(*leak.refined_bounds)
     # This is sufficient. A wider bracket may decide too, if all of it lies on one side.
     return needed, max(round(leak.unknowns * reached / needed), leak.unknowns)
 

@@ -4,6 +4,7 @@ from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import shown_in
+from fem_seal.quantities.slip import knudsen_number
 from fem_seal.results.record import Record
 from fem_seal.units import RATES
 
@@ -35,7 +36,20 @@ class RateRecord(Record):
 
 
 class GasRecord(Record):
-    """The leak rate of a gas in what does not depend on reference conditions."""
+    """The leak rate of a gas in what does not depend on reference conditions.
+
+    Attributes
+    ----------
+    mass_rate, amount_rate, throughput : RateRecord
+    reference_temperature, reference_pressure : float
+        T0 [K], p0 [Pa].
+    mean_free_path : float
+        At the mean of the two pressures [m].
+    knudsen_number : float or None
+        The mean free path over the critical gap; None if sealed.
+    accommodation : float or None
+        With which slip at the walls was computed; None without slip.
+    """
 
     mass_rate: RateRecord
     amount_rate: RateRecord
@@ -43,6 +57,8 @@ class GasRecord(Record):
     reference_temperature: float
     reference_pressure: float
     mean_free_path: float
+    knudsen_number: float | None = None
+    accommodation: float | None = None
 
     @classmethod
     def of(cls, patch: Patch) -> "GasRecord | None":
@@ -51,7 +67,7 @@ class GasRecord(Record):
             return None
         if patch.lifted_off:
             return None
-        gas, leak = patch.scene.drive, patch.leak_rate
+        gas, leak, fluid = patch.scene.drive, patch.leak_rate, patch.scene.fluid
         rates = {kind: RateRecord.of(leak, RATES[kind], size) for kind, size in gas.rates.items()}
         return cls(
             mass_rate=rates["mass"],
@@ -59,5 +75,7 @@ class GasRecord(Record):
             throughput=rates["throughput"],
             reference_temperature=gas.reference_temperature,
             reference_pressure=gas.reference_pressure,
-            mean_free_path=gas.mean_free_path(patch.scene.fluid.viscosity),
+            mean_free_path=gas.mean_free_path(fluid.viscosity),
+            knudsen_number=knudsen_number(patch),
+            accommodation=None if patch.scene.slip is None else fluid.accommodation or 1.0,
         )

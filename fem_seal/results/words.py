@@ -151,10 +151,14 @@ def rate_words(rate: RateRecord) -> str:
 
 def gas_words(gas: GasRecord) -> str:
     """What the volume is counted at, mass, and how far the gas is from a continuum."""
+    slip = "no slip" if gas.accommodation is None else "first-order slip at the walls"
+    path = f"mean free path {_length(gas.mean_free_path)}"
+    if gas.knudsen_number is not None:
+        path += f", Knudsen number {gas.knudsen_number:.2g} at the tightest place"
     return (
         f"volume at {gas.reference_temperature:g} K and {gas.reference_pressure:g} Pa; "
         f"{gas.mass_rate.value:.4g} kg/s, {gas.throughput.value:.4g} Pa m^3/s, "
-        f"{gas.amount_rate.value:.4g} mol/s; mean free path {_length(gas.mean_free_path)}"
+        f"{gas.amount_rate.value:.4g} mol/s; {slip}; {path}"
     )
 
 

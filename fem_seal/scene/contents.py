@@ -4,9 +4,9 @@ from typing import Annotated
 
 from pydantic import Field
 
-from fem_seal.fluid import Drive
+from fem_seal.fluid import Drive, Slip
 from fem_seal.scene.accuracy import Accuracy
-from fem_seal.scene.fluid import Fluid, drive, gauge_pressures
+from fem_seal.scene.fluid import Fluid, drive, gauge_pressures, slip_of
 from fem_seal.scene.limit import Limit
 from fem_seal.scene.measured import FileSurface, Gap
 from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffineSurface, Solid
@@ -48,6 +48,23 @@ class Contents(Section):
     def drive(self) -> Drive:
         """What pushes the fluid through; for scenes that need the flow."""
         return drive(self.fluid, self.flow)
+
+    @property
+    def slip(self) -> Slip | None:
+        """Slip at the walls that the flow is computed with; for scenes that need the flow.
+
+        None for a liquid, without slip, and for finite differences, which do not compute it.
+        """
+        by_elements = self.flow.method != "finite-difference"
+        return slip_of(self.fluid, self.drive) if by_elements else None
+
+    def slip_pressure(self, critical: float) -> float:
+        """Pressure [Pa] at which slip carries as much as viscous flow through a gap [m].
+
+        At the gap of the critical constriction it is the s that recovers the pressure from the
+        solution of the linear problem. 0 without slip.
+        """
+        return 0.0 if self.slip is None else self.slip.pressure_at(critical)
 
     @property
     def gauge_pressures(self) -> tuple[float, float]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from fem_seal.fluid import Drive, GasDrive, LiquidDrive
+from fem_seal.fluid import Drive, GasDrive, LiquidDrive, Slip
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import Pressure, Section, Viscosity
 from fem_seal.units import to_si
@@ -22,7 +22,13 @@ NORMAL_TEMPERATURE, NORMAL_PRESSURE = 273.15, 101325.0
 # An outlet below this is not taken for the ambient pressure [Pa].
 ATMOSPHERIC = 1e5
 _NEEDED_BY_GAS = ("molar_mass", "temperature")
-_OF_GAS = (*_NEEDED_BY_GAS, "reference_temperature", "reference_pressure")
+_OF_GAS = (
+    *_NEEDED_BY_GAS,
+    "reference_temperature",
+    "reference_pressure",
+    "slip",
+    "accommodation",
+)
 
 
 class Fluid(Section):
@@ -39,6 +45,16 @@ class Fluid(Section):
         None, description="at which the volume of a gas is counted; 1 atm if left out"
     )
 
+    slip: bool | None = Field(
+        None, description="whether a gas slips at the walls, to first order; true if left out"
+    )
+    accommodation: float | None = Field(
+        None,
+        gt=0,
+        le=1,
+        description="part of a gas's molecules that a wall reflects diffusely; 1 if left out",
+    )
+
     @model_validator(mode="after")
     def _check(self) -> "Fluid":
         given = [name for name in _OF_GAS if getattr(self, name) is not None]
@@ -47,6 +63,8 @@ class Fluid(Section):
         missing = [name for name in _NEEDED_BY_GAS if getattr(self, name) is None]
         if self.kind == "gas" and missing:
             raise ContradictionError(f"{missing[0]} is missing: kind = 'gas' needs it")
+        if self.slip is False and self.accommodation is not None:
+            raise ContradictionError("accommodation is for a gas that slips: leave out slip")
         return self
 
 
@@ -59,6 +77,13 @@ def drive(fluid: Fluid, flow: "Flow") -> Drive:
         If the pressures given are too few, too many or of the wrong kind for the fluid.
     """
     return _DRIVES[fluid.kind](fluid, flow)
+
+
+def slip_of(fluid: Fluid, drive: Drive) -> Slip | None:
+    """Slip of a gas at the walls; None for a liquid, or if the scene leaves it out."""
+    if fluid.slip is False or not isinstance(drive, GasDrive):
+        return None
+    return drive.slip(fluid.viscosity, fluid.accommodation or 1.0)
 
 
 def gauge_pressures(flow: "Flow") -> tuple[float, float]:
