@@ -1,8 +1,9 @@
-"""A total error kept: the contact grid and the flow tolerance chosen from quick coarse runs.
+"""Control of the total error: coarse runs choose the contact grid and the flow tolerance.
 
-The leak rate of a rough contact is wrong by what the grid of the contact has missed and by the
-width of the flow's bracket. Both are measured here as |ln| of a ratio of leak rates, so that they
-add up: c of the contact, f of the flow, c + f <= ln(1 + total).
+The error of a leak rate has two parts, both measured as |ln| of a ratio of leak rates, so that
+they add up:
+
+    c + f <= ln(1 + total),   c: error of the contact grid,  f: half-width of the flow's bracket
 """
 
 from collections.abc import Callable, Sequence
@@ -20,12 +21,12 @@ from fem_seal.progress import Report, silent
 from fem_seal.scene import Accuracy, Scene
 from fem_seal.surface.resampling import resample
 
-# Grids tried below the samples of the surface, for the error estimate alone.
+# Factors of the grids coarser than the surface; they serve the error estimate only.
 COARSER = (0.25, 0.5)
 LEAST_SAMPLES = 8
 # Safety of the last change and weight of the one before: see `contact_part`.
 SAFETY, BEFORE = 1.5, 0.5
-# Share of the budget that the contact may take while a finer grid is left to try, and on the last.
+# Part of the error budget for the contact grid, while a finer grid may follow and on the last one.
 SHARE, LAST_SHARE = 2 / 3, 0.9
 
 
@@ -37,13 +38,21 @@ class Solved(Protocol):
     leak_rate: LeakRate
 
 
-# (surface, rtol, contact of that surface if it is known) -> contact and leak rate
+# (surface, rtol, contact of that surface or None) -> contact and leak rate
 OnGrid = Callable[[GridField, float, GapState | None], Solved]
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A contact grid that was tried: samples (nx, ny), leak rate and bounds [m^3/s]."""
+    """A contact grid that was tried.
+
+    Attributes
+    ----------
+    samples : (nx, ny)
+        Samples of the grid.
+    leak_rate, lower, upper : float
+        Leak rate and its bounds [m³/s].
+    """
 
     samples: tuple[int, int]
     leak_rate: float
@@ -55,13 +64,23 @@ class Trial:
 class Choice:
     """The contact grid and the flow tolerance that keep a total error.
 
-    total : relative error asked for; max_refinement : finest grid allowed
-    surface, contact, lifted, leak_rate : on the chosen grid; the leak rate has `converged` False
-        where no allowed grid keeps the total error
-    rtol : of the flow
-    contact_error : relative error that the contact grid is estimated to leave
-    flow_error : relative half-width of the bracket, certified
-    trials : all grids tried, from coarse to fine; the last is the chosen one
+    Attributes
+    ----------
+    total : float
+        Total relative error that was asked for.
+    max_refinement : int
+        Finest grid allowed, in multiples of the samples of the surface.
+    surface, contact, lifted, leak_rate : GridField, GapState, LiftedState or None, LeakRate
+        Results on the chosen grid. The leak rate has `converged` False where no allowed grid
+        keeps the total error.
+    rtol : float
+        Tolerance of the flow.
+    contact_error : float
+        Estimated relative error of the contact grid.
+    flow_error : float
+        Certified relative half-width of the bracket.
+    trials : tuple[Trial, ...]
+        All grids tried, from coarse to fine; the last one is the chosen one.
     """
 
     total: float

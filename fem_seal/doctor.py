@@ -85,7 +85,7 @@ class Finding:
 
 
 def examine() -> Iterator[Finding]:
-    """Try everything, cheapest mend first said; takes a few seconds."""
+    """Run all checks, those with the simplest remedy first; takes a few seconds."""
     yield _probe("DOLFINx", "leak rates with bounds", _DOLFINX, how_to_get_fenicsx())
     yield _probe("PETSc + hypre", "the linear solver", _HYPRE, how_to_get_fenicsx())
     yield _mpi()
@@ -107,7 +107,7 @@ OPTIONAL = {
 
 
 def table(findings: list[Finding]) -> str:
-    """Lay the findings out in columns, with what to do below each that fails."""
+    """Format the findings in columns, with the remedy below each failed check."""
     width = max(len(finding.name) for finding in findings)
     lines = []
     for finding in findings:
@@ -124,7 +124,7 @@ def _probe(name: str, needed_for: str, code: str, mend: str) -> Finding:
 
 
 def _try(command: list[str]) -> tuple[bool, str]:
-    """Run a probe; it works if it ends well and says so."""
+    """Run a command; it works if it ends with status 0 and prints something."""
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=PATIENCE, check=False
@@ -133,9 +133,9 @@ def _try(command: list[str]) -> tuple[bool, str]:
         return False, f"no answer within {PATIENCE} s"
     except OSError as error:
         return False, f"{command[0]}: {error.strerror}"
-    said = done.stdout.strip().splitlines()
-    if done.returncode == 0 and said:
-        return True, said[-1]
+    lines = done.stdout.strip().splitlines()
+    if done.returncode == 0 and lines:
+        return True, lines[-1]
     complaint = done.stdout + done.stderr
     causes = [cause for words, cause in CAUSES.items() if words in complaint]
     lines = [line for line in done.stderr.splitlines() if line.strip(" -")]
@@ -144,8 +144,8 @@ def _try(command: list[str]) -> tuple[bool, str]:
     return False, lines[-1].strip()[:100]
 
 
-# Words in the pages that Open MPI and VTK print, and what they come from. The cause comes before
-# what follows from it.
+# Phrases in the output of Open MPI and VTK, and their causes; a cause stands before its
+# consequences.
 CAUSES = {
     "attempt to run as root": "mpirun refuses to run as root",
     "not enough slots": "mpirun starts no more processes than there are cores",
@@ -154,7 +154,7 @@ CAUSES = {
     "bad X server connection": "VTK_DEFAULT_OPENGL_WINDOW asks for an X server; there is none",
     "libOSMesa not found": "VTK finds no way to draw without a screen",
 }
-# What Open MPI takes as root and on fewer cores than processes.
+# Options that Open MPI needs as root, and with more processes than cores.
 MPIRUN = ("mpirun", "--oversubscribe", "--allow-run-as-root")
 
 
@@ -194,7 +194,7 @@ def _cache() -> Finding:
 
 
 def unfinished_forms(folder: Path) -> list[Path]:
-    """List sources without their library: later runs would wait for them and then give up."""
+    """List sources without a library: later runs would wait for it, and fail after a time limit."""
     return [
         source
         for source in sorted(folder.glob("libffcx_*.c"))
@@ -217,7 +217,7 @@ def _compiler_mend() -> str:
 
 
 def _pip(name: str) -> str:
-    # A newer numpy, which some of these ask for, would break petsc4py.
+    # Some of these packages require a newer numpy, which would break petsc4py.
     return f".venv/bin/pip install -c .venv/debian.txt {name}"
 
 

@@ -1,10 +1,10 @@
-"""The errors users meet. Each message names the field, the value, what is allowed and the mend."""
+"""The errors that users see. A message names the field, its value, the allowed ones, the remedy."""
 
 LONGEST_MESSAGE = 2000  # characters; a value that a message quotes may be a whole file
 
 
 def printable(text: str) -> str:
-    """Text for a terminal, with everything escaped that a terminal might obey.
+    """Text for a terminal, with all control characters escaped.
 
     The names and texts of files are strangers' words: an escape sequence in them could rewrite the
     screen. Ends of lines stay.
@@ -15,7 +15,7 @@ def printable(text: str) -> str:
 
 
 class FemSealError(Exception):
-    """Any failure that fem_seal can explain in one sentence, which is one printable line."""
+    """Any failure that fem_seal can explain in one printable line."""
 
     exit_status = 1
 
@@ -28,7 +28,7 @@ class FemSealError(Exception):
 
 
 class InvalidInput(FemSealError):
-    """The scene, a file or an argument asks for something that cannot be (exit status 2)."""
+    """The scene, a file or an argument is invalid (exit status 2)."""
 
     exit_status = 2
 

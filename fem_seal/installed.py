@@ -1,4 +1,4 @@
-"""Why a package cannot be imported: it is not there, or a variable of the environment hides it."""
+"""Reasons for a failed import: a missing package, or an environment variable that hides it."""
 
 import os
 from importlib.util import find_spec
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fem_seal.errors import MissingPackage
 
-# By these Python and Debian's packages decide where they look; each can hide what is installed.
+# Environment variables that change the search path; each can hide an installed package.
 PYTHON_VARIABLES = ("PYTHONPATH", "PYTHONHOME")
 # Where Debian's python3-dolfinx lies, unless PETSC_DIR names another place (dolfinx.pth).
 DEBIAN_PETSC = Path("/usr/lib/petsc")
@@ -25,7 +25,7 @@ def hidden_by_petsc_dir(installed: Path = DEBIAN_PETSC) -> bool:
 
 
 def how_to_get_fenicsx() -> str:
-    """Say what makes `import dolfinx` work here."""
+    """Remedy that makes `import dolfinx` work here."""
     if hidden_by_petsc_dir():
         return (
             f"it is installed, but PETSC_DIR = {os.environ['PETSC_DIR']!r} hides it: unset "
@@ -35,7 +35,7 @@ def how_to_get_fenicsx() -> str:
 
 
 def require_fenicsx(what: str, otherwise: str = "") -> None:
-    """Miss FEniCSx before the work and not after it.
+    """Raise MissingPackage before a computation that would need FEniCSx at its end.
 
     Parameters
     ----------
@@ -61,5 +61,5 @@ def why_not_imported(error: ImportError) -> str:
 
 
 def _variables(before: str, after: str, otherwise: str = "") -> str:
-    found = [f"{name} = {os.environ[name]!r}" for name in PYTHON_VARIABLES if name in os.environ]
-    return f"{before}{' or '.join(found)}{after}" if found else otherwise
+    set_here = [f"{name} = {os.environ[name]!r}" for name in PYTHON_VARIABLES if name in os.environ]
+    return f"{before}{' or '.join(set_here)}{after}" if set_here else otherwise

@@ -1,4 +1,4 @@
-"""Ctrl-C and a polite kill end a command by a KeyboardInterrupt, and by nothing else."""
+"""Ctrl-C (SIGINT) and SIGTERM end a command by a KeyboardInterrupt, and by nothing else."""
 
 import signal
 import sys
@@ -55,7 +55,7 @@ def interruptible() -> Iterator[None]:
             hooks[1](kind, error, trace)
 
     hooks = sys.unraisablehook, sys.excepthook
-    # A shell's background jobs ignore SIGINT; only the main thread hears signals.
+    # A shell's background jobs ignore SIGINT; only the main thread receives signals.
     here = threading.current_thread() is threading.main_thread()
     taken = [number for number in _SIGNALS if here and signal.getsignal(number) != signal.SIG_IGN]
     before = {number: signal.signal(number, interrupt) for number in taken}
@@ -75,7 +75,7 @@ def interruptible() -> Iterator[None]:
 
 
 def _importing(frame: FrameType | None) -> bool:
-    """Whether a frame, or one that has called it, is at work for an import statement."""
+    """Whether a frame, or one of its callers, executes an import statement."""
     while frame is not None:
         if frame.f_code.co_filename == _IMPORTING:
             return True
@@ -93,7 +93,7 @@ def _signal_main_thread(number: int) -> None:
 
 @contextmanager
 def ended_silently() -> Iterator[None]:
-    """Let Ctrl-C end the process at once, without a traceback: nothing has begun yet."""
+    """Let Ctrl-C end the process at once, without a traceback, before any work has begun."""
     here = threading.current_thread() is threading.main_thread()
     if not here or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield

@@ -1,4 +1,4 @@
-"""Where a computation stops although its tolerance is not reached."""
+"""Limits on unknowns, time and memory at which a refinement stops before its tolerance."""
 
 import time
 from dataclasses import dataclass
@@ -10,12 +10,17 @@ USUAL_GROWTH = 2.0  # of an adaptive mesh from level to level, and of the memory
 
 @dataclass(frozen=True)
 class Limits:
-    """Where to stop although the tolerance is not reached.
+    """Limits at which a refinement stops although its criterion is not met.
 
-    unknowns : no larger mesh is solved, except the first
-    seconds : of wall time; the next level must be expected to end before, by the time of the last
-    memory_bytes : of one process; the next level must be expected to fit. Without it, what the
-        machine has is the limit
+    Parameters
+    ----------
+    unknowns : int or None
+        Largest number of unknowns of a mesh; the first mesh is solved in any case.
+    seconds : float or None
+        Wall time. The next level must be expected to end before, by the time of the last one.
+    memory_bytes : int or None
+        Memory of one process. The next level must be expected to fit. If left out, the memory
+        of the machine is the limit.
     """
 
     unknowns: int | None = None
@@ -23,13 +28,16 @@ class Limits:
     memory_bytes: int | None = None
 
     def exceeded(self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0) -> str:
-        """Which limit the next level, `growth` times as large, would pass; "" if none.
+        """Message on the limit that the next level would exceed, "" if none.
 
         Parameters
         ----------
-        started : perf_counter() at the start
-        growth : of the unknowns, and of time and memory with them
-        last : seconds of the last level
+        started : float
+            perf_counter() at the start.
+        growth : float
+            Expected ratio of the unknowns, and thus of time and memory, to those of the last level.
+        last : float
+            Seconds of the last level.
         """
         spent = time.perf_counter() - started
         if self.seconds is not None and spent >= self.seconds:

@@ -1,4 +1,4 @@
-"""How much memory this process has needed, and how much there is."""
+"""Memory: the need of this process, and the memory that is available to it."""
 
 import ctypes
 import resource
@@ -25,7 +25,13 @@ def peak_memory() -> int:
 
 @dataclass(frozen=True)
 class ProcessMemory:
-    """Memory of a process [bytes]: resident now, and at its peak."""
+    """Memory of a process.
+
+    Attributes
+    ----------
+    resident, peak : int
+        Resident memory now, and at its peak [bytes].
+    """
 
     resident: int
     peak: int
@@ -38,7 +44,7 @@ def memory_of(process: int) -> ProcessMemory | None:
     except OSError:
         return None
     sizes = {line.split()[0]: int(line.split()[1]) * 1024 for line in lines if line[:2] == "Vm"}
-    # A process that has ended and not been waited for has no memory any more.
+    # A zombie process has no memory any more.
     if "VmRSS:" not in sizes:
         return None
     return ProcessMemory(sizes["VmRSS:"], sizes["VmHWM:"])
@@ -60,7 +66,7 @@ def available_memory(root: Path = Path("/")) -> int:
 
 
 def _left_of_limits(root: Path) -> Iterator[int]:
-    """What is left of each memory limit of the control groups of this process [bytes]."""
+    """Remaining memory [bytes] under each limit of the control groups of this process."""
     groups = root / "proc/self/cgroup"
     for line in groups.read_text().splitlines() if groups.is_file() else []:
         # Version 2 is the line 0::PATH, version 1 has a line N:CONTROLLERS:PATH for memory.
@@ -73,8 +79,8 @@ def _left_of_limits(root: Path) -> Iterator[int]:
         else:
             continue
         group = mount / path.lstrip("/")
-        # The limit of a parent holds as well. In a container the path may be the host's, and then
-        # only the mount itself is there.
+        # The limits of parents hold as well. In a container the path may be the host's; then only
+        # the mount point exists.
         for folder in (group, *group.parents):
             limit, used = (_number(folder / name) for name in names)
             if limit is not None and used is not None:
@@ -93,17 +99,17 @@ def _number(path: Path) -> int | None:
 
 
 def _file_cache(statistics: Path) -> int:
-    """Memory that a control group's usage counts and gives back when needed: unused file pages."""
+    """Inactive file pages [bytes]: counted as used by a control group, but released on demand."""
     try:
         rows = dict(line.split() for line in statistics.read_text().splitlines())
     except OSError:
         return 0
-    # Of version 1 the plain name leaves the groups below out.
+    # In version 1 the name without "total_" leaves out the groups below.
     return int(rows.get("total_inactive_file", rows.get("inactive_file", 0)))
 
 
 def refuse_too_large(size: float, what: str, available: float | None = None) -> None:
-    """Refuse what a file wants to have read before the memory for it is asked for.
+    """Refuse to read data that memory cannot hold, before the memory is allocated.
 
     Parameters
     ----------
@@ -152,7 +158,7 @@ def within_available_memory(what: str) -> Iterator[None]:
 
 
 def give_back_freed_memory() -> None:
-    """Let the C library hand large freed blocks back to the system, as it does by default.
+    """Make the C library return large freed blocks to the system, as it does by default.
 
     A library that PETSc loads on Debian switches that off (mallopt), which triples the memory of
     a refinement: each mesh would leave its holes behind for the next, larger one.

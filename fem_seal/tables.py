@@ -49,7 +49,7 @@ def as_csv(rows: Sequence[Any]) -> str:
 
 
 def aligned(lines: Sequence[Sequence[str]]) -> str:
-    """Write lines of cells, the header first, in columns as wide as their widest cell."""
+    """Align lines of cells, the header first, in columns as wide as their widest cell."""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return "\n".join(
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()

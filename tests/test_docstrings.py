@@ -11,8 +11,11 @@ PACKAGE = ROOT / "fem_seal"
 FINISHED = [
     *("upscaling", "film", "theory", "finite_difference", "mesh", "render", "surface"),
     *("verification", "field_file", "quantities", "results", "files", "flow", "contact"),
+    *("letter", "sweep", "points", "scene", "cli", "coupling"),
     *("digits.py", "expression.py", "fenicsx.py", "fluid.py", "grid.py", "leak_rate.py"),
-    *("doctor.py", "gap_file.py", "parallel.py", "progress.py", "units.py"),
+    *("doctor.py", "gap_file.py", "parallel.py", "progress.py", "units.py", "accuracy.py"),
+    *("limits.py", "memory.py", "errors.py", "interrupts.py", "installed.py", "tables.py"),
+    *("job.py", "patch.py", "steps.py", "registry.py"),
 ]
 
 SECTION = re.compile(r"^([A-Z]\w+)\n-{3,}\n(.*?)(?=\n\n|\Z)", re.MULTILINE | re.DOTALL)

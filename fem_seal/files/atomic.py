@@ -25,10 +25,10 @@ def writing(path: Path, what: str = "the output folder") -> Iterator[None]:
         yield
     except OSError as error:
         reason = error.strerror or str(error) or type(error).__name__
-        # A library may fail on a file elsewhere, such as one in a full temporary folder.
+        # Name the file if it lies elsewhere, such as in a full temporary folder.
         elsewhere = isinstance(error.filename, str) and not _below(error.filename, path)
         place = f" ({error.filename})" if elsewhere else ""
-        # A staging folder is of no interest to people: its files belong into the one above.
+        # Show the final folder in place of the staging folder.
         shown = Path(*(part for part in path.parts if not part.startswith(PREFIX)))
         raise InvalidInput(f"{what} {shown} cannot be written: {reason}{place}") from None
 
@@ -39,7 +39,7 @@ def _below(filename: str, path: Path) -> bool:
 
 @contextmanager
 def atomic_write(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
-    """Give a staging path in the folder of `path`; rename it to `path` if the body succeeds.
+    """Yield a staging path in the folder of `path`; rename it to `path` if the body succeeds.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def staging_folder(folder: Path, what: str = "the output folder") -> Iterator[Pa
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Make a folder in the system's temporary one; OSErrors of the body are said of that one.
+    """Make a temporary folder; an OSError of the body is reported as one of the temporary folder.
 
     Raises
     ------

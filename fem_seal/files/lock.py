@@ -1,9 +1,9 @@
-"""The lock of a folder: one run, or any number of sweeps, and nobody else.
+"""The lock of a folder, held by one run or by any number of sweeps.
 
-The kernel's flock ends with its process, however that ends, so that no lock is ever stale; over
-NFS Linux turns it into a lock of the server. PyPI's filelock was considered: it knows no shared
-locks and no owner to name in the message. Where the system has no flock, the names in the file
-are the lock, less strictly: two that start within the same instant may both take it.
+The kernel releases a flock when its process ends, for whatever reason, so that no lock is ever
+stale; over NFS Linux turns it into a lock of the server. PyPI's filelock was considered: it has no
+shared locks, and does not know the owner for the message. On systems without flock the names in
+the file serve as the lock; two processes that start at the same instant may then both take it.
 """
 
 import errno
@@ -26,20 +26,23 @@ except ModuleNotFoundError:  # Windows
 
 LOCK_FILE = ".fem-seal.lock"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
-# One who leaves a shared lock holds it alone for the instant in which it removes the file.
+# Retries: a process that leaves a shared lock holds it alone for the instant in which it removes
+# the file.
 _TRIALS, _PAUSE = 5, 0.05
 
 
 @contextmanager
 def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
-    """Hold a folder, making it where it is missing, and clear what killed runs left in it.
+    """Lock a folder, make it if it is missing, and remove the staging files of killed runs.
 
-    Folders that were made here and stay empty are removed at the end.
+    Folders that were made here and are still empty are removed at the end.
 
     Parameters
     ----------
-    folder : to be written into
-    shared : others may hold it with `shared` at the same time
+    folder : Path
+        Folder to be written into.
+    shared : bool
+        Allow other processes to hold it with `shared` at the same time.
 
     Raises
     ------
@@ -60,12 +63,12 @@ def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
         if handle is not None:
             _release(path, handle)
         for made in missing:
-            with suppress(OSError):  # it holds something, or was not made after all
+            with suppress(OSError):  # it is not empty, or could not be made
                 made.rmdir()
 
 
 def _acquire(path: Path, shared: bool) -> int:
-    """Open and lock the file; names of its owners are in it, one a line."""
+    """Open and lock the file, which lists its owners, one per line."""
     for trial in range(_TRIALS):
         if trial:
             time.sleep(_PAUSE)
@@ -73,7 +76,7 @@ def _acquire(path: Path, shared: bool) -> int:
         try:
             handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
         except FileNotFoundError:
-            continue  # one who left has just removed the folder
+            continue  # another process has just removed the folder
         held = False
         try:
             if _lock(handle, path, shared) and _is_file(handle, path):
@@ -119,7 +122,7 @@ def _is_file(handle: int, path: Path) -> bool:
 
 
 def _release(path: Path, handle: int) -> None:
-    """Let go; the last one removes the file."""
+    """Release the lock; the last owner removes the file."""
     try:
         if _lock(handle, path, shared=False):
             path.unlink(missing_ok=True)

@@ -85,20 +85,20 @@ def _start_of(process: int) -> int:
 
 
 def staging_name(suffix: str = "") -> str:
-    """Make a new name for a staging file or folder of this process."""
+    """A new name for a staging file or folder of this process."""
     owner = this_process()
     token = secrets.token_hex(4)
     return f"{PREFIX}{owner.place}-{owner.process}-{owner.start}-{token}{suffix}"
 
 
 def owner_of(name: str) -> Owner | None:
-    """Owner of a staging file or folder, None if the name is not that of one."""
+    """Owner of a staging file or folder; None for other names."""
     match = _NAME.fullmatch(name)
     return match and Owner(match[1], int(match[2]), int(match[3]))
 
 
 def clear_abandoned(folder: Path) -> None:
-    """Remove what ended processes of this host and this user have left staged in a folder."""
+    """Remove the staging files that ended processes of this host and user left in a folder."""
     try:
         names = [entry.name for entry in os.scandir(folder) if entry.name.startswith(PREFIX)]
     except OSError:
@@ -110,7 +110,7 @@ def clear_abandoned(folder: Path) -> None:
         path = folder / name
         with suppress(OSError):
             if path.lstat().st_uid != _user():
-                continue  # in a temporary folder that many share
+                continue  # another user's file in a shared temporary folder
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path, ignore_errors=True)
         else:

@@ -22,7 +22,15 @@ FIRST_CONTACT = 1e-6
 
 @dataclass(frozen=True)
 class Bracket:
-    """The last computed contact before a criterion is met, and the first one after."""
+    """The last computed contact before a criterion is met, and the first one after.
+
+    Attributes
+    ----------
+    criterion : Criterion
+        Definition of spanning.
+    before, after : Snapshot
+        The two contacts, which bracket the threshold.
+    """
 
     criterion: Criterion
     before: Snapshot

@@ -1,4 +1,4 @@
-"""The letter, reproduced: thresholds, pictures, currents and their errors; runs can resume."""
+"""Reproduction of the letter: thresholds, pictures, currents and their errors; runs can resume."""
 
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -38,14 +38,28 @@ CASCADE_AREA = 0.2
 class Plan:
     """Settings of a run.
 
-    case : the ensemble; seeds : number of surfaces, of seeds 1, 2, ...
-    rtol : of the certified leak rates, (upper - lower) / √(lower upper)
-    grid_factors : refinements of the contact grid, the first 1
-    search : of the thresholds
-    areas : contact areas by model; refined : contact areas at which the contact grid is refined
-    cascade : whether the start of the cascade is measured, against the converged pressure
-    loads : of Persson's curve, mean pressures in units of E* h'rms
-    threads : of the FFTs; does not change any result
+    Parameters
+    ----------
+    case : RoughCase
+        Ensemble of surfaces.
+    seeds : int
+        Number of surfaces, of seeds 1, 2, ...
+    rtol : float
+        Largest relative width (upper - lower) / √(lower upper) of the certified leak rates.
+    grid_factors : tuple[int, ...]
+        Refinements of the contact grid; the first is 1.
+    search : Search
+        Search of the thresholds.
+    areas : dict[str, tuple[float, ...]]
+        Contact areas A/A0 for each model.
+    refined : tuple[float, ...]
+        Contact areas at which the contact grid is refined.
+    cascade : bool
+        Whether to measure the error of the cascade's start against the converged pressure.
+    loads : tuple[float, ...]
+        Mean pressures of Persson's curve, in units of E* h'rms.
+    threads : int
+        Threads of the FFTs; they change no result.
     """
 
     case: RoughCase
@@ -77,10 +91,44 @@ class Plan:
 class Letter:
     """letter.json: the letter's quantities, as measured by this run.
 
-    peaks : largest flow density of both models at A/A0 = 0.2 [m^2/s]; peak_decades : log10 of
-        their ratio; body_decades : the same of the 99.9 % quantile over the area that flows
-    cascade : errors of the cascade's first guess on the finest grid; errors : of flow and contact
-        grid; both empty if the plan leaves them out
+    Attributes
+    ----------
+    plan : Plan
+        Settings of the run.
+    finished : datetime
+        Time at which it ended.
+    seconds_in_points : float
+        Time spent in its points [s].
+    peak_memory_bytes : int
+        Largest memory of a process.
+    thresholds : list[ThresholdRow]
+        Percolation thresholds.
+    peaks : dict[str, float]
+        Largest flow density of both models at A/A0 = 0.2 [m²/s].
+    peak_decades : float
+        log10 of the ratio of the peaks.
+    body_decades : float
+        log10 of the ratio of the 99.9 % quantiles over the area that flows.
+    agreement : rows.Agreement
+        Agreement of the methods.
+    cascade : list[CascadeStart]
+        Errors of the cascade's first guess on the finest grid; empty if the plan leaves them
+        out.
+    errors : list[rows.ErrorRow]
+        Errors of flow and contact grid; empty if the plan leaves them out.
+
+    Attributes
+    ----------
+    peaks : dict[str, float]
+        Largest flow density of both models at A/A0 = 0.2 [m^2/s].
+    peak_decades : float
+        log10 of their ratio.
+    body_decades : float
+        The same of the 99.9 % quantile over the area that flows.
+    cascade : list[CascadeStart]
+        Errors of the cascade's first guess on the finest grid.
+    errors : list[rows.ErrorRow]
+        Of flow and contact grid; both empty if the plan leaves them out.
     """
 
     plan: Plan
@@ -98,7 +146,19 @@ class Letter:
 
 @dataclass(frozen=True, eq=False)
 class Figures:
-    """Data of the figures: gaps of Fig. 1, flows of Fig. 2, rows of Fig. 3 and of the errors."""
+    """Data of the figures.
+
+    Attributes
+    ----------
+    contacts : dict[str, GridField]
+        Gaps of Fig. 1.
+    flows : dict[str, pictures.FlowPicture]
+        Flows of Fig. 2.
+    currents, persson : list[rows.CurrentRow]
+        Rows of Fig. 3.
+    errors : list[rows.ErrorRow]
+        Rows of the errors.
+    """
 
     contacts: dict[str, GridField]
     flows: dict[str, pictures.FlowPicture]

@@ -13,7 +13,17 @@ SEED = 1
 
 @dataclass(frozen=True)
 class CascadeStart(InitialError):
-    """Errors of both first guesses in a contact of a model at an area A/A0."""
+    """Errors of both first guesses of the cascade, in one contact.
+
+    Attributes
+    ----------
+    case : RoughCase
+        Ensemble of surfaces.
+    model : str
+        Contact model.
+    area : float
+        Contact area A/A0.
+    """
 
     case: RoughCase
     model: str

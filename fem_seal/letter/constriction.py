@@ -16,12 +16,19 @@ RTOL = 0.2
 class ConstrictionShare:
     """The narrowest point of the widest path through a gap with side walls.
 
-    area : A/A0 of the contact
-    gap : diameter of the largest sphere that passes [m]
-    x, y : position, in parts of the side
-    radius : of a disc around it [m]
-    share : of the dissipation, ∫K|∇p|² over the disc by Q Δp; with a single channel it is the share
-        of the pressure drop as well
+    Attributes
+    ----------
+    area : float
+        A/A0 of the contact.
+    gap : float
+        Diameter of the largest sphere that passes [m].
+    x, y : float
+        Position, in fractions of the side.
+    radius : float
+        Radius of the disc around it [m].
+    share : float
+        Part of the dissipation, ∫ K|∇p|² over the disc divided by Q Δp. With a single channel
+        it is the part of the pressure drop.
     """
 
     area: float

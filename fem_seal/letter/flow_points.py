@@ -21,8 +21,8 @@ from fem_seal.parallel import alone, communicator
 from fem_seal.theory.bruggeman import effective_conductivity
 
 SIDES = "periodic"
-# Links whose leak rates enclose each other: harmonic <= linear-gap <= arithmetic on every link,
-# and no leak rate falls when a link conducts better (Rayleigh).
+# Link rules in increasing order of the leak rate: every link has harmonic <= linear-gap <=
+# arithmetic, and no leak rate falls when a link conducts better (Rayleigh).
 LINKS = ("harmonic", "linear-gap", "arithmetic")
 # Bins of the gap distribution, equal in ratio and 7 % wide: the leak rate of Bruggeman's medium
 # does not depend on where gaps lie within a bin.
@@ -33,7 +33,14 @@ BINS, SMALLEST = 200, 1e-6
 class GapDistribution:
     """Distribution of the gap over the cell.
 
-    cubes : mean cubed gap of each bin [m^3]; weights : part of A0 in the bin; contact : A/A0
+    Attributes
+    ----------
+    cubes : tuple[float, ...]
+        Mean cubed gap of each bin [m³].
+    weights : tuple[float, ...]
+        Part of A0 in each bin.
+    contact : float
+        A/A0.
     """
 
     cubes: tuple[float, ...]
@@ -69,15 +76,40 @@ class GapDistribution:
 
 @dataclass(frozen=True)
 class FlowPoint:
-    """A contact of one surface and its leak rates [m^3/s].
+    """A contact of one surface and its leak rates [m³/s].
 
-    wanted : prescribed A/A0; area : A/A0 counted; area_corrected : A/A0 less the area that pixels
-        add along the perimeter
-    mean_gap [m]; mean_pressure [Pa], None for the bearing model
-    state : "leaking" or "sealed"; lower, upper : certified bounds; unknowns : of the last mesh
-    converged : whether the bracket is as narrow as rtol
-    finite_difference : leak rates by link rule
-    gaps : for Bruggeman's medium
+    Attributes
+    ----------
+    case, model, seed : RoughCase
+        Ensemble, contact model and surface.
+    wanted : float
+        Prescribed A/A0.
+    rtol : float
+        Tolerance of the bracket.
+    area : float
+        A/A0, counted in samples.
+    area_corrected : float
+        A/A0 less the area that pixels add along the perimeter.
+    mean_gap : float
+        Mean gap [m].
+    mean_pressure : float or None
+        Mean pressure [Pa]; None for the bearing model.
+    state : "leaking" or "sealed"
+        State of the contact.
+    lower, upper : float
+        Certified bounds.
+    unknowns : int
+        Unknowns of the last mesh.
+    converged : bool
+        Whether the bracket is as narrow as `rtol`.
+    finite_difference : dict[str, float]
+        Leak rates by link rule.
+    gaps : GapDistribution
+        Distribution of the gap, for Bruggeman's medium.
+    seconds : float
+        Time of the point [s].
+    peak_memory_bytes : int
+        Largest memory of the process.
     """
 
     case: RoughCase
@@ -174,11 +206,24 @@ def _finite_difference(gap: GridField, links: str) -> float:
 
 @dataclass(frozen=True)
 class GridPoint:
-    """One elastic contact under one pressure on finer and finer contact grids.
+    """One load on finer and finer contact grids; lists have one value for each grid.
 
-    wanted : prescribed A/A0 on the coarsest grid
-    factors : samples along a side over the samples of the case
-    pressure : [Pa]; areas, corrected : A/A0; lower, upper : [m^3/s], one value for each grid
+    Attributes
+    ----------
+    case, seed : RoughCase
+        Ensemble and surface.
+    wanted : float
+        Prescribed A/A0 on the coarsest grid.
+    rtol : float
+        Tolerance of the brackets.
+    factors : tuple[int, ...]
+        Samples along a side over those of the case.
+    pressure : float
+        Mean pressure [Pa].
+    areas, corrected : tuple[float, ...]
+        A/A0, counted in samples and corrected for the perimeter.
+    lower, upper : tuple[float, ...]
+        Certified bounds of the leak rates [m³/s].
     """
 
     case: RoughCase

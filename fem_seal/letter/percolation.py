@@ -18,7 +18,15 @@ JSON_FILE, TABLE_FILE = "percolation.json", "percolation.csv"
 
 @dataclass(frozen=True)
 class Study:
-    """Thresholds of all surfaces, and their means over seeds as rows."""
+    """Thresholds of an ensemble.
+
+    Attributes
+    ----------
+    rows : list[ThresholdRow]
+        One row for each definition of spanning.
+    seeds : list[SeedThresholds]
+        Thresholds of each seed.
+    """
 
     rows: list[ThresholdRow]
     seeds: list[SeedThresholds] = field(default_factory=list)

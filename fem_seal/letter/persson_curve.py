@@ -20,9 +20,16 @@ LOADS = tuple(np.geomspace(0.006, 0.45, 40).tolist())
 
 @dataclass(frozen=True)
 class PerssonPoint:
-    """Persson's theory at one load, and the leak rate of the modified Bruggeman medium.
+    """A point of Persson's leak rate.
 
-    load : pressure over E* h'rms; area : A/A0; leak_rate : [m^3/s]
+    Attributes
+    ----------
+    load : float
+        Mean pressure over E* h'rms.
+    area : float
+        A/A0.
+    leak_rate : float
+        Leak rate [m³/s].
     """
 
     load: float
@@ -32,12 +39,14 @@ class PerssonPoint:
 
 @dataclass(frozen=True)
 class SampledSpectrum:
-    """Isotropic mean of a self-affine spectrum on a grid, which holds |qx|, |qy| < π/dx only.
+    """Isotropic power spectrum of the waves of a sampled surface.
 
-    A short cut-off below two samples lies outside that square, so that the grid holds only a part
-    of the circle |q| = const beyond π/dx.
-
-    plateau : C0 [m^4]
+    Attributes
+    ----------
+    case : RoughCase
+        Ensemble of surfaces.
+    plateau : float
+        C0 [m⁴].
     """
 
     case: RoughCase

@@ -19,7 +19,15 @@ SEED = 1
 
 @dataclass(frozen=True, eq=False)
 class FlowPicture:
-    """A gap [m] and the flow through it."""
+    """A contact with its flow.
+
+    Attributes
+    ----------
+    gap : GridField
+        Gap [m].
+    flow : FlowField
+        Flow on the last mesh.
+    """
 
     gap: GridField
     flow: FlowField

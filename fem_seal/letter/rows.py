@@ -12,13 +12,27 @@ from fem_seal.theory.bruggeman import ELASTIC_THRESHOLD, effective_dimension
 
 @dataclass(frozen=True)
 class CurrentRow:
-    """A point of Fig. 3; leak rates are in units of the surface's leak rate at first contact.
+    """Leak rates of a contact over that of its surface at first contact.
 
-    area, area_corrected : A/A0; lower, value, upper : certified finite elements
-    harmonic, linear_gap, arithmetic : finite differences by their links
-    bruggeman : Bruggeman's medium of the same gaps, in dimension 2
-    modified, modified_measured : the same in the letter's n_eff, with A* = 0.42 and with the A* of
-        this run (elastic only)
+    Attributes
+    ----------
+    model, seed : str
+        Contact model and surface.
+    area, area_corrected : float
+        A/A0, counted in samples and corrected for the perimeter.
+    state : "leaking" or "sealed"
+        State of the contact.
+    lower, value, upper : float
+        Certified finite elements.
+    harmonic, linear_gap, arithmetic : float
+        Finite differences by link rule.
+    bruggeman : float
+        Bruggeman's medium of the same gaps in dimension 2.
+    modified, modified_measured : float or None
+        The same in the letter's n_eff, with A* = 0.42 and with the A* of this run; elastic
+        contact only.
+    unknowns : int
+        Unknowns of the last mesh.
     """
 
     model: str
@@ -40,7 +54,15 @@ class CurrentRow:
 
 @dataclass(frozen=True)
 class PerssonRow:
-    """Persson's prediction; current over the mean leak rate at first contact."""
+    """Persson's prediction.
+
+    Attributes
+    ----------
+    area : float
+        A/A0.
+    current : float
+        Leak rate over the mean leak rate at first contact.
+    """
 
     area: float
     current: float
@@ -50,11 +72,23 @@ class PerssonRow:
 class ErrorRow:
     """Errors of one elastic contact's leak rate.
 
-    area, area_finest, corrected, corrected_finest : A/A0 on the coarsest and the finest grid
-    flow : relative half-width of the bracket
-    contact_grid : |ln| of the ratio of leak rates on the finest and the coarsest grid, None if one
-        is sealed; last_change : the same on the two finest grids
-    current, current_finest : leak rates over the leak rate at first contact
+    Attributes
+    ----------
+    seed : int
+        Surface.
+    area, area_finest, corrected, corrected_finest : float
+        A/A0, counted and corrected, on the coarsest and the finest grid.
+    flow : float
+        Relative half-width of the bracket.
+    contact_grid : float or None
+        |ln| of the ratio of the leak rates on the finest and the coarsest grid; None if one of
+        them is sealed.
+    last_change : float or None
+        The same on the two finest grids.
+    finest_factor : int
+        Refinement of the finest grid.
+    current, current_finest : float
+        Leak rates over the leak rate at first contact.
     """
 
     seed: int
@@ -151,14 +185,21 @@ def _finite(change: float) -> float | None:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Agreement of the methods of Fig. 3 over all leaking points.
+    """Agreement of the methods over all compared points.
 
-    decades : log10 of the largest over the smallest certified current
-    bands_overlap : number of points where the band of finite differences (harmonic to arithmetic
-        links) and the certified bracket overlap; compared : number of points
-    bruggeman_bearing : largest factor between Bruggeman's current and the bracket, bearing
-        contacts up to 0.8 of A*
-    modified_elastic, modified_measured_elastic : the same for the modified medium, elastic
+    Attributes
+    ----------
+    decades : float
+        log10 of the largest over the smallest certified current.
+    bands_overlap : int
+        Number of points where the band of finite differences (harmonic to arithmetic links) and
+        the certified bracket overlap.
+    compared : int
+        Number of points.
+    bruggeman_bearing : float
+        Largest factor between Bruggeman's current and the bracket, bearing model.
+    modified_elastic, modified_measured_elastic : float
+        The same for the modified medium, elastic contact.
     """
 
     decades: float

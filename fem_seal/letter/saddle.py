@@ -30,18 +30,26 @@ TOLERANCE = 1e-10
 # Full contact is at 2π; the lattice seals well below half of it.
 OPEN, SHUT = 0.5, np.pi
 SIDES = "periodic"
-# From far before closing to the distance at which 1024 samples no longer resolve the saddle.
+# Distances from closing; at the last one 1024 samples just resolve the saddle.
 DISTANCES = tuple(0.32 * 10 ** (-k / 4) for k in range(9))
-# On 16 samples the saddle is one sample wide at most distances: Q goes as the cube of a gap that
-# falls linearly, with exponent 3.
+# On 16 samples the saddle is a single sample wide at most distances: Q is then the cube of a gap
+# that falls linearly, and its exponent 3.
 LEAST_SAMPLES = 32
-# Local exponents that differ more from one grid to the next are not used.
+# Largest difference of a local exponent between two grids; others are not used.
 TRUSTED = 0.05
 
 
 @dataclass(frozen=True)
 class Closing:
-    """Bracket of the closing pressure: leaking at `leaking`, sealed at `sealed` [E* H/λ]."""
+    """Bracket of the closing pressure.
+
+    Attributes
+    ----------
+    samples : int
+        Samples along a period.
+    leaking, sealed : float
+        Pressures [E* H/λ] at which the contact leaks and is sealed.
+    """
 
     samples: int
     leaking: float
@@ -57,10 +65,18 @@ class Closing:
 class SaddlePoint:
     """A contact near closing, and its leak rate.
 
-    samples : along a period
-    distance : (p_c - p) / p_c, with the closing pressure p_c of the same grid
-    area : A/A0; gap : at the saddle [H]
-    lower, upper : bounds of the leak rate [H³ Δp/(12 η)]
+    Attributes
+    ----------
+    samples : int
+        Samples along a period.
+    distance : float
+        (p_c - p) / p_c, with the closing pressure p_c of the same grid.
+    area : float
+        A/A0.
+    gap : float
+        Gap at the saddle [H].
+    lower, upper : float
+        Bounds of the leak rate [H³ Δp/(12 η)].
     """
 
     samples: int
@@ -80,9 +96,16 @@ class SaddlePoint:
 class LocalExponent:
     """d ln Q / d ln(p_c - p) between two distances.
 
-    distance : geometric mean of the two
-    value : exponent of the leak rate; error : half-width from the brackets of the leak rates
-    gap : exponent of the gap at the saddle
+    Attributes
+    ----------
+    distance : float
+        Geometric mean of the two distances.
+    value : float
+        Exponent of the leak rate.
+    error : float
+        Half-width of the exponent, from the brackets of the leak rates.
+    gap : float
+        Exponent of the gap at the saddle.
     """
 
     distance: float = shown_as("(p_c - p)/p_c")
@@ -188,7 +211,15 @@ def _between(far: SaddlePoint, near: SaddlePoint) -> LocalExponent:
 
 @dataclass(frozen=True)
 class Limit:
-    """Exponent at closing: value ± error, from β + amplitude · distance^power."""
+    """Limit of the local exponents at closing, value + amplitude × distance^power.
+
+    Attributes
+    ----------
+    value, error : float
+        Limit and its error.
+    amplitude, power : float
+        Correction to it.
+    """
 
     value: float
     error: float

@@ -26,9 +26,14 @@ LESS_LOAD = 0.998
 class Search:
     """Settings of the search for thresholds.
 
-    resolution : width of the brackets in A/A0
-    edges : names in `spanning.EDGES`
-    flow : whether the flow through the last open contact is solved, for its constriction
+    Parameters
+    ----------
+    resolution : float
+        Width of the brackets in A/A0.
+    edges : tuple[str, ...]
+        Names in `spanning.EDGES`.
+    flow : bool
+        Whether to solve the flow through the last open contact, for its constriction.
     """
 
     resolution: float = 0.002
@@ -47,8 +52,21 @@ class Search:
 class SeedThresholds:
     """Thresholds of one surface under one model.
 
-    brackets : of every criterion
-    constriction : of the last computed contact that leaks between side walls, if `search.flow`
+    Attributes
+    ----------
+    case, model, seed : RoughCase
+        Ensemble, contact model and surface.
+    search : Search
+        Settings of the search.
+    brackets : tuple[Bracket, ...]
+        Brackets of every criterion.
+    constriction : ConstrictionShare or None
+        Constriction of the last computed contact that leaks between side walls, if
+        `search.flow`.
+    seconds : float
+        Time of the search [s].
+    peak_memory_bytes : int
+        Largest memory of the process.
     """
 
     case: RoughCase

@@ -39,7 +39,14 @@ TORUS = (True, True)
 class Criterion:
     """An event that occurs once as the load grows: contact begins, or open ceases, to span.
 
-    phase : "contact" or "open"; connectivity : of that phase; edges : one of EDGES
+    Parameters
+    ----------
+    phase : "contact" or "open"
+        Phase that spans.
+    connectivity : str
+        Connectivity of that phase.
+    edges : str
+        One of EDGES.
     """
 
     phase: str
@@ -58,12 +65,20 @@ class Criterion:
 class Snapshot:
     """Measures of one contact.
 
-    load : of its model
-    area : A/A0 counted; area_corrected : A/A0 less the area that pixels add along the perimeter
-    euler_contact, euler_open : Euler characteristics on the torus by connectivity of the phase;
-        their sum is 0 for a dual pair
-    largest_contact, largest_open : share of A0 of the largest patch of each phase
-    mean_gap : [m]
+    Attributes
+    ----------
+    load : float
+        Load of the model.
+    area : float
+        A/A0, counted in samples.
+    area_corrected : float
+        A/A0 less the area that pixels add along the perimeter.
+    euler_contact, euler_open : dict[str, int]
+        Euler characteristics on the torus by connectivity of the phase.
+    largest_contact, largest_open : float
+        Part of A0 in the largest cluster of each phase.
+    mean_gap : float
+        Mean gap [m].
     """
 
     load: float

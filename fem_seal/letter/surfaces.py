@@ -27,10 +27,16 @@ CONTACT_TOLERANCE = 1e-6
 class RoughCase:
     """An ensemble of self-affine surfaces on n x n samples.
 
-    n : samples along a side
-    hurst : Hurst exponent
-    short : short cut-off λ_s, in samples; the letter's default is 1
-    long : long cut-off λ_l, in parts of the side; the letter's default is 1/8
+    Parameters
+    ----------
+    n : int
+        Samples along a side.
+    hurst : float
+        Hurst exponent.
+    short : float
+        Short cut-off λ_s in samples; 1 in the letter.
+    long : float
+        Long cut-off λ_l in fractions of the side; 1/8 in the letter.
     """
 
     n: int
@@ -66,9 +72,14 @@ class RoughCase:
 class Model:
     """A model of contact under a load; contact grows with the load.
 
-    press : (surface, load, initial pressure or None, FFT threads) -> state
-    low, high : first guess of a bracket of the percolation load
-    limit : largest load
+    Attributes
+    ----------
+    press : Callable[[GridField, float, 'array or None', int], 'GapState']
+        Function (surface, load, initial pressure or None, FFT threads) -> state.
+    low, high : float
+        First guess of a bracket of the percolation load.
+    limit : float
+        Largest load.
     """
 
     press: Callable[[GridField, float, "np.ndarray | None", int], "GapState"]

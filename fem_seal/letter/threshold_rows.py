@@ -12,13 +12,26 @@ from fem_seal.letter.spanning import PAIRS
 class ThresholdRow:
     """Thresholds of an ensemble: means over seeds; spreads are standard deviations of one seed.
 
-    n, hurst, short, long, model : the ensemble; pair, edges : definition of spanning
-    threshold, spread : A*/A0
-    corrected, corrected_spread : after the perimeter correction; elastic contact only
-    contact_begins, open_ceases : A/A0 of the two events, whose mean is A*
-    euler_contact, euler_open, perimeter, largest_contact, largest_open : of the contact nearest to
-        A*, as in `Snapshot`
-    constriction_gap : [m]; constriction_share : of the dissipation
+    Attributes
+    ----------
+    n, hurst, short, long, model : int, float, float, float, str
+        The ensemble.
+    pair, edges : str
+        Definition of spanning.
+    seeds : int
+        Number of surfaces.
+    threshold, spread : float
+        Mean and standard deviation of A*/A0.
+    corrected, corrected_spread : float or None
+        The same after the perimeter correction; elastic contact only.
+    contact_begins, open_ceases : float
+        A/A0 of the two events, whose mean is A*.
+    euler_contact, euler_open, perimeter, largest_contact, largest_open : float
+        Numbers of the contact nearest to A*, as in `Snapshot`.
+    constriction_gap : float or None
+        Gap of the constriction [m].
+    constriction_share : float or None
+        Its part of the dissipation.
     """
 
     n: int

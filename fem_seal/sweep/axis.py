@@ -1,4 +1,4 @@
-"""What varies: a field and its values."""
+"""Axes of a sweep: a field of the scene and the values that it takes."""
 
 import csv
 import re
@@ -17,7 +17,15 @@ MOST_POINTS = 1_000_000
 
 @dataclass(frozen=True)
 class Axis:
-    """A field such as "contact.pressure" and the values it takes, as they were written."""
+    """A field of a scene and the values that it takes, as text.
+
+    Parameters
+    ----------
+    key : str
+        Field, such as "contact.pressure".
+    values : tuple[str, ...]
+        Its values.
+    """
 
     key: str
     values: tuple[str, ...]
@@ -71,7 +79,7 @@ def _expanded(key: str, value: str, folder: Path) -> list[str]:
 
 
 def combinations(axes: list[Axis]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """All combinations of the values of some axes.
+    """All combinations of the values of several axes.
 
     Returns
     -------
@@ -89,7 +97,7 @@ def combinations(axes: list[Axis]) -> tuple[tuple[str, ...], list[tuple[str, ...
 
 
 def read_points(path: Path) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Points of a CSV file: a head of keys such as contact.pressure, and a line a point.
+    """Points of a CSV file: a header of keys such as contact.pressure, and a line for each point.
 
     Returns
     -------

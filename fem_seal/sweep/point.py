@@ -26,12 +26,12 @@ COLUMNS = (
     *("contact_area_fraction", "mean_gap", "mean_pressure", "kkt_residual"),
     *("unknowns", "converged", "reason", "seconds", "peak_memory_bytes"),
 )
-# Parts of a result that are no numbers of the point, or are in COLUMNS under another name.
+# Parts of a result that are not numbers of the point, or are in COLUMNS under another name.
 _LEFT_OUT = {
     *("schema_version", "leak_rate", "verdict", "levels", "files", "seconds", "provenance"),
     *("preparation", "error_budget"),
 }
-# Products that are files and not numbers.
+# Products that are files.
 _FILES = ("mesh", "pictures")
 
 
@@ -39,11 +39,18 @@ _FILES = ("mesh", "pictures")
 class Point:
     """A finished point.
 
-    values : of the axes, as text
-    numbers : by column; those of COLUMNS first
-    version : of fem_seal
-    again : whether the next sweep tries again, since the reason may have gone
-    finished : date and time
+    Attributes
+    ----------
+    values : tuple[str, ...]
+        Values of the axes, as text.
+    numbers : dict[str, Number]
+        Numbers by column; those of COLUMNS first.
+    version : str
+        Version of fem_seal.
+    again : bool
+        Whether the next sweep tries again, since the cause of the failure may have gone.
+    finished : str
+        Date and time of the computation.
     """
 
     values: tuple[str, ...]
@@ -104,7 +111,7 @@ def name_of(scene: Scene) -> str:
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Size and time of a file; a missing one gives its point a name as well, and an error."""
+    """Size and time of a file; (-1, 0) if it is missing, an error that its point will report."""
     try:
         status = path.stat()
     except OSError:
@@ -129,14 +136,18 @@ def compute(
     trust: bool = False,
     comm: Comm = None,
 ) -> Point:
-    """Compute a point; one that fails has its reason in place of numbers.
+    """Compute a point; if it fails, the row holds the reason in place of numbers.
 
     Parameters
     ----------
-    scene : of `numbers_only`
-    values : of the axes, as text
-    contacts : hands the surface and the contact on from point to point
-    report, trust, comm : as of `Patch`
+    scene : Scene
+        From `numbers_only`.
+    values : tuple of str
+        Values of the axes.
+    contacts : ContactPath
+        Passes the surface and the contact on from point to point.
+    report, trust, comm
+        As in `Patch`.
 
     Raises
     ------
@@ -189,7 +200,7 @@ def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
 
 
 def _flat(parts: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Number]]:
-    """Numbers and words of nested parts, under names such as gas.mass_rate.value."""
+    """Numbers and texts of nested parts, under names such as gas.mass_rate.value."""
     for name, part in parts.items():
         if isinstance(part, Mapping):
             yield from _flat(part, f"{head}{name}.")

@@ -21,12 +21,21 @@ from fem_seal.sweep.store import SweepFolder
 
 @dataclass(frozen=True)
 class Tally:
-    """How a sweep has ended.
+    """Outcome of a sweep.
 
-    points : how many there are; computed : how many of them now
-    failed : how many have no result, or one that a limit has cut short
-    missing : how many are neither computed nor failed, but another part's
-    table : all points of the folder, those of this sweep first
+    Attributes
+    ----------
+    points : int
+        Number of points.
+    computed : int
+        Number of points that this sweep computed.
+    failed : int
+        Number of points without a result, or with one that a limit has cut short.
+    missing : int
+        Number of points that are neither computed nor failed, since they belong to another
+        part.
+    table : tuple[Point, ...]
+        All points of the folder, those of this sweep first.
     """
 
     points: int
@@ -38,7 +47,17 @@ class Tally:
 
 @dataclass(frozen=True)
 class ScenePoint(Task[Point]):
-    """A point to compute: its values, its scene, and whether gmsh may run its geometry."""
+    """A point of a sweep that is to be computed.
+
+    Parameters
+    ----------
+    values : tuple[str, ...]
+        Values of the axes, as text.
+    scene : Scene
+        Its scene.
+    trust : bool
+        Whether gmsh may run its geometry.
+    """
 
     values: tuple[str, ...]
     scene: Scene
