@@ -119,6 +119,7 @@ def _gathered(msh: mesh.Mesh, facet_tags: MeshTags, gap: fem.Function) -> list[n
         Vertices of the tagged edges.
     tags : (n,) int
     """
+    gap.x.scatter_forward()
     dofmap, facets = gap.function_space.dofmap, cell_facets(msh)
     number = dofmap.index_map.size_local + dofmap.index_map.num_ghosts
     # The degrees of freedom of P1 are the vertices.

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from dolfinx_meshes import COARSE, lengths
+from dolfinx_meshes import COARSE, function, lengths, ring, slanted
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.fenicsx import MPI, fem, ufl, vector_functionspace
-from fem_seal.flow import Limits, flow_functions, leak_rate
+from fem_seal.flow import Limits, film_from_dolfinx, flow_functions, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FacetTag
 
@@ -97,12 +97,39 @@ def test_every_exterior_facet_has_its_tag(sides, contact):
         assert length[FacetTag.CONTACT] > Ly
 
 
-def test_tags_of_an_adaptive_mesh():
-    """Contact inside coarse cells is seen once they are fine enough; tags stay on the boundary."""
-    flow = leak_rate(rough_gap((32, 32), 0.3, 5), rtol=0.1, field=True, **FLUID)
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_tags_of_an_adaptive_mesh(representation):
+    """Together they are the boundary, also beside pixels in contact, whose sides have no gap."""
+    flow = leak_rate(
+        rough_gap((32, 32), 0.3, 5), representation=representation, rtol=0.2, field=True, **FLUID
+    )
     found = flow_functions(flow.field)
     one = fem.Constant(found.mesh, 1.0)
     assert sum(lengths(found)) == pytest.approx(integral(one * ufl.ds), rel=1e-12)
+
+
+def test_contact_between_two_samples_is_inside_the_mesh():
+    """A contact line of one edge parts no points: its facet is not exterior, and has no tag."""
+    values = np.full((9, 9), 1.0)
+    values[4, 4:6] = 0
+    flow = leak_rate(GridField(values, (1.0, 1.0)), field=True, **COARSE, **FLUID)
+    found = flow_functions(flow.field, MPI.COMM_SELF)
+    cells = np.diff(found.mesh.topology.connectivity(1, 2).offsets)
+    assert np.array_equal(found.facet_tags.indices, np.flatnonzero(cells == 1))
+    assert not np.any(found.facet_tags.values == FacetTag.CONTACT)
+
+
+def test_tags_of_a_ring():
+    """Polygons of 12 corners: inlet inside, outlet outside but for one wall edge. The banks of the
+    cut are a seam from the one to the other, 1 long or longer; the mesh repeats it."""
+    msh, tags = ring(MPI.COMM_SELF)
+    film = film_from_dolfinx(msh, tags, function(msh, slanted))
+    flow = leak_rate(film, field=True, **COARSE, **FLUID)
+    inlet, outlet, wall, contact, seam = lengths(flow_functions(flow.field))
+    edge = 2 * np.sin(np.pi / 12)  # of the inner polygon
+    assert (inlet, outlet, wall) == pytest.approx((12 * edge, 22 * edge, 2 * edge), rel=1e-12)
+    assert contact == 0
+    assert seam >= 2
 
 
 def test_field_without_tags():
