@@ -1,5 +1,9 @@
 """The errors that users see. A message names the field, its value, the allowed ones, the remedy."""
 
+from typing import TypeVar
+
+Value = TypeVar("Value")
+
 LONGEST_MESSAGE = 2000  # characters; a value that a message quotes may be a whole file
 
 
@@ -47,3 +51,22 @@ class Inconsistent(FemSealError):
     """An answer contradicts itself, which is a defect of the solver (exit status 3, no answer)."""
 
     exit_status = 3
+
+
+def present(value: Value | None, name: str) -> Value:
+    """Return a value that an earlier check has made sure of, so that it is no longer optional.
+
+    Parameters
+    ----------
+    value : object or None
+    name : str
+        Name of the value, for the message.
+
+    Raises
+    ------
+    Inconsistent
+        If it is None: the earlier check is missing.
+    """
+    if value is None:
+        raise Inconsistent(f"{name} is missing; this is a defect of fem_seal, please report it")
+    return value

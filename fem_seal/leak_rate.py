@@ -164,11 +164,21 @@ class LeakRate:
     slip_interval: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        if self.lower is not None and not self.lower <= self.upper:
+        if self.lower is None:
+            return
+        lower, upper = self.bounds
+        if not lower <= upper:
             raise Inconsistent(
-                f"the bounds cross: lower {self.lower:.6e} > upper {self.upper:.6e} m^3/s; "
+                f"the bounds cross: lower {lower:.6e} > upper {upper:.6e} m^3/s; "
                 "this is a defect of the solver, please report the gap"
             )
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """(lower, upper) [m^3/s]; Inconsistent for finite differences, which have none."""
+        if self.lower is None or self.upper is None:
+            raise Inconsistent(f"a leak rate by {self.method} has no bounds")
+        return self.lower, self.upper
 
     def __str__(self) -> str:
         if self.state == "lifted off":

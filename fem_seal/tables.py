@@ -2,21 +2,21 @@
 
 import csv
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, field, fields
+from dataclasses import astuple, fields
 from io import StringIO
 from typing import Any
 
 from fem_seal.errors import InvalidInput
 
 
-def shown_as(header: str) -> Any:
-    """Field of a row with another header in text tables, such as one with its unit.
+def shown_as(header: str) -> dict[str, str]:
+    """Metadata of a field that has another header in text tables, such as one with its unit.
 
     Parameters
     ----------
     header : of the column in `as_text`; in CSV the header is the name of the field
     """
-    return field(metadata={"header": header})
+    return {"header": header}
 
 
 def _header(rows: Sequence[Any]) -> list[str]:

@@ -1,6 +1,7 @@
 """fem-seal leak: the leak rate of a gap, without a scene file."""
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,7 +34,8 @@ def truth(text: str) -> bool:
 
 
 # Options that stand for one field of the scene each; the scene checks their values.
-FIELDS = {
+Field = tuple[str, str, Callable[[str], object], str]
+FIELDS: dict[str, Field] = {
     "rtol": ("flow", "rtol", float, "(upper - lower) / sqrt(lower upper) wanted (0.05)"),
     "sides": ("flow", "sides", str, "wall, also if the gap is periodic, or periodic (wall)"),
     "representation": ("flow", "representation", str, "linear or constant (linear)"),

@@ -2,16 +2,18 @@
 
 import argparse
 from collections.abc import Callable, Iterable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from fem_seal.cli.common import add_command, add_scene, say
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, present
 
 if TYPE_CHECKING:
     from fem_seal.scene import Scene
 
+Answer = TypeVar("Answer")
 Command = Callable[[argparse.Namespace], int]
 
 
@@ -96,15 +98,18 @@ def _scene(options: argparse.Namespace) -> "Scene":
     return scene
 
 
-def _watched(work: Callable) -> object:
+def _watched(work: Callable[..., Answer]) -> Answer:
+    """Do work that takes `report`, and show its progress."""
     from fem_seal.progress import Display
 
     with Display() as report:
-        return work(report)
+        return work(report=report)
 
 
-COLUMNS = ("method", "squares", "unknowns", "value", "error", "band", "order", "expected")
-COLUMNS += ("verdict", "seconds")
+COLUMNS = (
+    *("method", "squares", "unknowns", "value", "error", "band", "order", "expected"),
+    *("verdict", "seconds"),
+)
 
 
 def _cross_validation(options: argparse.Namespace) -> int:
@@ -122,16 +127,17 @@ def _cross_validation(options: argparse.Namespace) -> int:
     if patch.sealed:
         raise InvalidInput("the gap is sealed: every method says 0 without a solve")
     setting = Setting(
-        scene.fluid.viscosity, scene.drive.pressure_drop, flow.sides, flow.representation, flow.rtol
+        scene.viscosity, scene.drive.pressure_drop, flow.sides, flow.representation, flow.rtol
     )
-    rows, bracket = _watched(lambda report: on_gap(patch.film.field, setting, grids, report=report))
+    rows, bracket = _watched(partial(on_gap, patch.grid_gap, setting, grids))
     _write(options.out, [("cross_validation.csv", as_csv(rows))])
     cross_validation_figure(rows, options.out / "cross_validation.png", options.scene.stem, bracket)
     say(as_text(rows, COLUMNS))
     say(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
     wrong = [row for row in rows if row.verdict == "disagrees"]
     for row in wrong:
-        say(f"{row.method} on {row.squares}: {row.value:.4e} ± {100 * row.band:.2g} % misses it")
+        band = present(row.band, "band of an answer that disagrees")
+        say(f"{row.method} on {row.squares}: {row.value:.4e} ± {100 * band:.2g} % misses it")
     say(f"{len(wrong)} of {len(rows)} numbers contradict the certified bounds")
     return 0
 
@@ -146,7 +152,7 @@ def _exact(options: argparse.Namespace) -> int:
     squares = [8 * 2**k for k in range(_grids(options))]
     cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
     for name, case in cases.items():
-        rows = _watched(lambda report, case=case: on_exact_case(case, squares, report=report))
+        rows = _watched(partial(on_exact_case, case, squares))
         _write(options.out, [(f"{name}.csv", as_csv(rows))])
         cross_validation_figure(rows, options.out / f"{name}.png", name)
         say(f"{name}: exactly {case.exact:.6g} ({case.source})\n{as_text(rows, COLUMNS)}\n")
@@ -162,7 +168,7 @@ def _trade(options: argparse.Namespace) -> int:
     from fem_seal.verification.trade import trade
 
     scene = _scene(options)
-    result = _watched(lambda report: trade(scene, report=report))
+    result = _watched(partial(trade, scene))
     advice = "\n".join(recommend(result))
     _write(options.out, [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")])
     trade_figure(result, options.out / "trade.png", options.scene.stem)
@@ -195,7 +201,7 @@ def _saddle(options: argparse.Namespace) -> int:
     for n in samples:
         closing = closing_pressure(n)
         say(f"{n} samples a period: closes at {closing.pressure:.6f} E* H/λ")
-        series.append(_watched(lambda report, at=closing: close_saddle(at, report=report)))
+        series.append(_watched(lambda report: close_saddle(closing, report=report)))  # noqa: B023
     _write(options.out, [("saddle.csv", as_csv([point for points in series for point in points]))])
     saddle_figure(series, options.out / "saddle.png")
     exponents = [local_exponents(points) for points in series]

@@ -1,7 +1,9 @@
 """From the [shape] section of a scene to a mesh with a gap."""
 
+from collections.abc import Callable
 from functools import partial
 
+from fem_seal.errors import present
 from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.grid import GridField
@@ -11,10 +13,10 @@ from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
 from fem_seal.mesh.gap_source import CartesianGrid, Formula, GapSource, PolarGrid, Uniform
 from fem_seal.mesh.geometry import SOURCES, mesh_geometry
 from fem_seal.mesh.shape import shape_mesh
-from fem_seal.scene.shape import MeshFile, Shape
+from fem_seal.scene.shape import AnyShape, MeshFile, Shape
 
 
-def shaped_film(shape: Shape, grid: GridField | None, *, trust: bool = False) -> MeshFilm:
+def shaped_film(shape: AnyShape, grid: GridField | None, *, trust: bool = False) -> MeshFilm:
     """Mesh a shape and interpolate its gap.
 
     Parameters
@@ -40,8 +42,10 @@ def shaped_film(shape: Shape, grid: GridField | None, *, trust: bool = False) ->
     source = gap_source(shape, grid)
     triangles = _triangles(shape, source, trust)
     # A mesh that gmsh has made is valid in either orientation of its surfaces.
-    name = shape.path.name if isinstance(shape, MeshFile) else shape.kind
-    mesh = shape_mesh(*labelled(triangles, name, reorient=shape.needs_gmsh or shape.reorient))
+    name, reorient = shape.kind, True
+    if isinstance(shape, MeshFile):
+        name, reorient = shape.path.name, shape.needs_gmsh or shape.reorient
+    mesh = shape_mesh(*labelled(triangles, name, reorient=reorient))
     return MeshFilm(mesh, source(mesh.xy))
 
 
@@ -51,20 +55,24 @@ def gap_source(shape: Shape, grid: GridField | None) -> GapSource:
         return Uniform(shape.gap)
     if shape.gap_expression is not None:
         return Formula(shape.gap_expression)
-    return GRIDS[shape.grid].of(grid, shape.grid_origin)
+    return GRIDS[shape.grid](present(grid, "grid of the gap"), shape.grid_origin)
 
 
-GRIDS = {"cartesian": CartesianGrid, "polar": PolarGrid}
+GRIDS: dict[str, Callable[[GridField, tuple[float, float]], GapSource]] = {
+    "cartesian": CartesianGrid.of,
+    "polar": PolarGrid.of,
+}
 
 
-def _triangles(shape: Shape, source: GapSource, trust: bool) -> Triangles:
+def _triangles(shape: AnyShape, source: GapSource, trust: bool) -> Triangles:
     sizes = None
     if shape.smallest_size is not None:
         sizes = partial(
             channel_sizes, source, smallest=shape.smallest_size, largest=shape.mesh_size
         )
     if not isinstance(shape, MeshFile):
-        return mesh_geometry(SOURCES / shape.source, shape.numbers(), 1.0, GroupNames(), sizes)
+        path = SOURCES / present(shape.source, "source of the geometry")
+        return mesh_geometry(path, shape.numbers(), 1.0, GroupNames(), sizes)
     unit = length_in_metres(shape.unit, "lengths of the mesh")
     names = GroupNames(shape.inlet, shape.outlet, shape.wall)
     if shape.needs_gmsh:

@@ -284,7 +284,8 @@ def letter(
     result = Letter(
         plan=plan,
         finished=datetime.now(UTC),
-        seconds_in_points=sum(p.seconds for p in (*study.seeds, *points)),
+        seconds_in_points=sum(seed.seconds for seed in study.seeds)
+        + sum(point.seconds for point in points),
         peak_memory_bytes=max(peak_memory(), *(p.peak_memory_bytes for p in points)),
         thresholds=study.rows,
         peaks={model: picture.peak for model, picture in figures.flows.items()},

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.letter.surfaces import PRESSURE_DROP, VISCOSITY
@@ -55,7 +56,7 @@ def constriction_share(gap: GridField, radius: float) -> ConstrictionShare:
     from fem_seal.flow import leak_rate
 
     film = GridFilm(gap)
-    tightest = film.constriction
+    tightest = present(film.constriction, "constriction of a leaking gap")
     leak = leak_rate(
         film,
         viscosity=VISCOSITY,
@@ -64,6 +65,7 @@ def constriction_share(gap: GridField, radius: float) -> ConstrictionShare:
         field=True,
         comm=communicator(alone()),
     )
+    field = present(leak.field, "field of the flow")
     (x, y), (Lx, Ly) = tightest.position, gap.size
     return ConstrictionShare(
         area=film.contact_area_fraction,
@@ -71,5 +73,5 @@ def constriction_share(gap: GridField, radius: float) -> ConstrictionShare:
         x=x / Lx,
         y=y / Ly,
         radius=radius,
-        share=share_within(leak.field, leak.field.pressure, tightest.position, radius),
+        share=share_within(field, field.pressure, tightest.position, radius),
     )

@@ -15,6 +15,7 @@ from fem_seal.letter.surfaces import (
     VISCOSITY,
     RoughCase,
     at_area,
+    elastic_at_area,
 )
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import alone, communicator
@@ -160,6 +161,7 @@ def flow_point(
     start = perf_counter()
     state = at_area(case.surface(seed), model, wanted, threads)
     leak = certified(state.gap, rtol)
+    lower, upper = leak.bounds
     return FlowPoint(
         case=case,
         model=model,
@@ -171,8 +173,8 @@ def flow_point(
         mean_gap=state.mean_gap,
         mean_pressure=getattr(state, "mean_pressure", None),
         state=leak.state,
-        lower=leak.lower,
-        upper=leak.upper,
+        lower=lower,
+        upper=upper,
         unknowns=leak.unknowns,
         converged=leak.converged,
         finite_difference={links: _finite_difference(state.gap, links) for links in LINKS},
@@ -286,7 +288,7 @@ def grid_point(
     from fem_seal.contact import on_finer_grids
 
     surface = case.surface(seed)
-    pressure = at_area(surface, "elastic", wanted, threads).mean_pressure
+    pressure = elastic_at_area(surface, wanted, threads).mean_pressure
     states = list(
         on_finer_grids(
             surface,
@@ -297,7 +299,7 @@ def grid_point(
             threads=threads,
         )
     )
-    leaks = [certified(state.gap, rtol) for state in states]
+    bounds = [certified(state.gap, rtol).bounds for state in states]
     return GridPoint(
         case=case,
         seed=seed,
@@ -307,6 +309,6 @@ def grid_point(
         pressure=pressure,
         areas=tuple(state.contact_area_fraction for state in states),
         corrected=tuple(state.contact_area_corrected for state in states),
-        lower=tuple(leak.lower for leak in leaks),
-        upper=tuple(leak.upper for leak in leaks),
+        lower=tuple(lower for lower, _ in bounds),
+        upper=tuple(upper for _, upper in bounds),
     )

@@ -1,5 +1,6 @@
 """letter.md: a table of the letter's statements beside the results of this run."""
 
+from fem_seal.errors import present
 from fem_seal.letter.campaign import Letter
 from fem_seal.letter.seed_thresholds import REFERENCE
 from fem_seal.letter.spanning import PAIRS
@@ -39,7 +40,7 @@ def _comparison(result: Letter) -> list[tuple[str, str, str]]:
         (
             "A*/A0, elastic, perimeter-corrected",
             "-",
-            _with_spread(elastic.corrected, elastic.corrected_spread),
+            _with_spread(present(elastic.corrected, "correction"), elastic.corrected_spread),
         ),
         (
             "Euler characteristic of elastic contact, of open, at A*",

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_seal.errors import present
 from fem_seal.files import atomic_write, write_npz
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
@@ -51,7 +52,7 @@ def contact_picture_data(case: RoughCase, model: str, threads: int = 1) -> GridF
 def flow_picture_data(case: RoughCase, model: str, rtol: float, threads: int = 1) -> FlowPicture:
     """Gap and flow of a model at the area of Fig. 2."""
     gap = at_area(case.surface(SEED), model, FLOW_AREA, threads).gap
-    return FlowPicture(gap, certified(gap, rtol, field=True).field)
+    return FlowPicture(gap, present(certified(gap, rtol, field=True).field, "field of the flow"))
 
 
 class GapFolder(PointFolder[GridField]):

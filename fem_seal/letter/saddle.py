@@ -10,7 +10,7 @@ with one saddle a period along the flow, at its middle; all others lie behind co
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -108,10 +108,10 @@ class LocalExponent:
         Exponent of the gap at the saddle.
     """
 
-    distance: float = shown_as("(p_c - p)/p_c")
-    value: float = shown_as("d ln Q/d ln(p_c - p)")
-    error: float = shown_as("±")
-    gap: float = shown_as("d ln gap/d ln(p_c - p)")
+    distance: float = field(metadata=shown_as("(p_c - p)/p_c"))
+    value: float = field(metadata=shown_as("d ln Q/d ln(p_c - p)"))
+    error: float = field(metadata=shown_as("±"))
+    gap: float = field(metadata=shown_as("d ln gap/d ln(p_c - p)"))
 
 
 def surface(samples: int) -> GridField:
@@ -180,14 +180,15 @@ def close_saddle(
         state = pressed(closing.samples, closing.pressure * (1 - distance))
         leak = leak_rate(state.gap, viscosity=1 / 12, pressure_drop=1.0, sides=SIDES, rtol=rtol)
         middle = closing.samples // 2
+        lower, upper = leak.bounds
         points.append(
             SaddlePoint(
                 samples=closing.samples,
                 distance=distance,
                 area=state.contact_area_fraction,
                 gap=float(state.gap.values[middle, middle]),
-                lower=leak.lower,
-                upper=leak.upper,
+                lower=lower,
+                upper=upper,
             )
         )
     return tuple(points)

@@ -10,7 +10,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
 if TYPE_CHECKING:
-    from fem_seal.contact.state import GapState
+    from fem_seal.contact.state import ContactState, GapState
 
 # All results are ratios, in which these values cancel.
 PITCH = 1e-6  # distance of samples [m]
@@ -131,11 +131,18 @@ def at_area(surface: GridField, model: str, area_fraction: float, threads: int =
     NotConverged
         If the contact does not converge.
     """
-    from fem_seal.contact import bearing, solve
+    from fem_seal.contact import bearing
     from fem_seal.registry import choose
 
     if choose(MODELS, model, "model") is MODELS["bearing"]:
         return bearing(surface, area_fraction=area_fraction)
+    return elastic_at_area(surface, area_fraction, threads)
+
+
+def elastic_at_area(surface: GridField, area_fraction: float, threads: int = 1) -> "ContactState":
+    """Elastic contact at a contact area fraction; see `at_area`."""
+    from fem_seal.contact import solve
+
     return solve(
         surface,
         CONTACT_MODULUS,

@@ -210,11 +210,19 @@ def _cut(
         first = longest_edge_first(xy, cells)
         twin = np.arange(len(xy), dtype=np.int32)
         whole = TriangleMesh(xy, turned(cells, first).astype(np.int32), turned(sides, first), twin)
-        halved = bisect(whole, np.ones(len(cells), dtype=bool))
-        mesh, values = halved.mesh, halved.at_vertices(values)
+        mesh, values = _halved(whole, np.ones(len(cells), dtype=bool), values)
         xy, cells, sides = mesh.xy, mesh.cells, mesh.sides
         loops = _Loops(xy, cells, sides)
         inlet, outlet = loops.only_piece(INLET), loops.only_piece(OUTLET)
+
+
+def _halved(
+    mesh: TriangleMesh, marked: np.ndarray, values: np.ndarray
+) -> tuple[TriangleMesh, np.ndarray]:
+    """Halve the marked triangles (C,), and carry values (V, ...) at the vertices along."""
+    fine = bisect(mesh, marked)
+    assert isinstance(fine.mesh, TriangleMesh)  # bisection keeps the kind of a mesh
+    return fine.mesh, fine.at_vertices(values)
 
 
 def _ends_apart(mesh: TriangleMesh, values: np.ndarray) -> tuple[TriangleMesh, np.ndarray]:
@@ -231,5 +239,4 @@ def _ends_apart(mesh: TriangleMesh, values: np.ndarray) -> tuple[TriangleMesh, n
         marked[cell[both]] = True
         if not marked.any():
             return mesh, values
-        halved = bisect(mesh, marked)
-        mesh, values = halved.mesh, halved.at_vertices(values)
+        mesh, values = _halved(mesh, marked, values)

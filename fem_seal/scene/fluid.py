@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from fem_seal.errors import present
 from fem_seal.fluid import Drive, GasDrive, LiquidDrive, Slip
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import Pressure, Section, Viscosity
@@ -76,7 +77,7 @@ def drive(fluid: Fluid, flow: "Flow") -> Drive:
     ContradictionError
         If the pressures given are too few, too many or of the wrong kind for the fluid.
     """
-    return _DRIVES[fluid.kind](fluid, flow)
+    return _gas(fluid, flow) if fluid.kind == "gas" else _liquid(flow)
 
 
 def slip_of(fluid: Fluid, drive: Drive) -> Slip | None:
@@ -93,9 +94,9 @@ def gauge_pressures(flow: "Flow") -> tuple[float, float]:
     """
     if flow.pressure_drop is not None:
         return flow.pressure_drop, 0.0
-    ambient = flow.ambient_pressure
-    ambient = flow.outlet_pressure if ambient is None else ambient
-    return flow.inlet_pressure - ambient, flow.outlet_pressure - ambient
+    inlet, outlet = _both_pressures(flow, "a leak rate")
+    ambient = outlet if flow.ambient_pressure is None else flow.ambient_pressure
+    return inlet - ambient, outlet - ambient
 
 
 def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -117,7 +118,7 @@ def ambient_is_open(outlet: float | None, ambient: float | None) -> bool:
     return ambient is None and outlet is not None and outlet < ATMOSPHERIC * (1 - 1e-9)
 
 
-def _liquid(fluid: Fluid, flow: "Flow") -> LiquidDrive:
+def _liquid(flow: "Flow") -> LiquidDrive:
     inlet, outlet = flow.inlet_pressure, flow.outlet_pressure
     if flow.pressure_drop is not None:
         if inlet is not None or outlet is not None:
@@ -127,7 +128,7 @@ def _liquid(fluid: Fluid, flow: "Flow") -> LiquidDrive:
         return LiquidDrive(flow.pressure_drop)
     if inlet is None and outlet is None:
         raise ContradictionError("flow.pressure_drop is missing: a leak rate needs it")
-    _require_both(flow, "without flow.pressure_drop a leak rate")
+    inlet, outlet = _both_pressures(flow, "without flow.pressure_drop a leak rate")
     return LiquidDrive(inlet - outlet, outlet)
 
 
@@ -137,27 +138,26 @@ def _gas(fluid: Fluid, flow: "Flow") -> GasDrive:
             "flow.pressure_drop does not fix the flow of a gas, which goes as p_in² - p_out²; give "
             "the absolute flow.inlet_pressure and flow.outlet_pressure instead"
         )
-    _require_both(flow, "fluid.kind = 'gas'")
+    inlet, outlet = _both_pressures(flow, "fluid.kind = 'gas'")
     return GasDrive(
-        inlet_pressure=flow.inlet_pressure,
-        outlet_pressure=flow.outlet_pressure,
-        temperature=fluid.temperature,
-        molar_mass=fluid.molar_mass,
+        inlet_pressure=inlet,
+        outlet_pressure=outlet,
+        temperature=present(fluid.temperature, "fluid.temperature"),
+        molar_mass=present(fluid.molar_mass, "fluid.molar_mass"),
         reference_temperature=fluid.reference_temperature or NORMAL_TEMPERATURE,
         reference_pressure=fluid.reference_pressure or NORMAL_PRESSURE,
     )
 
 
-_DRIVES = {"liquid": _liquid, "gas": _gas}
-
-
-def _require_both(flow: "Flow", who: str) -> None:
-    """Both absolute pressures, the higher one at the inlet."""
-    for name in ("inlet_pressure", "outlet_pressure"):
-        if getattr(flow, name) is None:
-            raise ContradictionError(f"flow.{name} is missing: {who} needs both absolute pressures")
-    if flow.inlet_pressure <= flow.outlet_pressure:
+def _both_pressures(flow: "Flow", who: str) -> tuple[float, float]:
+    """Absolute pressures of inlet and outlet, the higher one at the inlet."""
+    inlet, outlet = flow.inlet_pressure, flow.outlet_pressure
+    if inlet is None or outlet is None:
+        name = "inlet_pressure" if inlet is None else "outlet_pressure"
+        raise ContradictionError(f"flow.{name} is missing: {who} needs both absolute pressures")
+    if inlet <= outlet:
         raise ContradictionError(
-            f"flow.inlet_pressure = {flow.inlet_pressure:g} Pa must be above flow.outlet_pressure "
-            f"= {flow.outlet_pressure:g} Pa; swap the gap's ends if it leaks the other way"
+            f"flow.inlet_pressure = {inlet:g} Pa must be above flow.outlet_pressure "
+            f"= {outlet:g} Pa; swap the gap's ends if it leaks the other way"
         )
+    return inlet, outlet

@@ -25,10 +25,11 @@ def _length_unit(unit: str) -> str:
 
 
 def _missing(value: object) -> float | str:
-    number = isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
-    if not number and value != "none":
+    if isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value):
+        return value
+    if value != "none":
         raise ValueError("should be a number as it stands in the file, or 'none'")
-    return value
+    return "none"
 
 
 LengthUnit = Annotated[str, AfterValidator(_length_unit)]

@@ -2,9 +2,12 @@
 
 from difflib import get_close_matches
 from itertools import pairwise
-from typing import Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 from pydantic import BaseModel, ValidationError
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 
 class ContradictionError(ValueError):
@@ -25,7 +28,7 @@ def explain(error: ValidationError, root: type[BaseModel]) -> str:
     return _sentence(first, root) + more
 
 
-def _sentence(error: dict[str, Any], root: type[BaseModel]) -> str:
+def _sentence(error: "ErrorDetails", root: type[BaseModel]) -> str:
     location, given = error["loc"], error.get("input")
     where = _path(location)
     match error["type"]:
@@ -101,4 +104,5 @@ def _nearest(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
 def _description(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
     """Say what the field is for, or, for an entry of a list, what the list is for."""
     fields = _section(location, root).model_fields
-    return next(fields[part].description for part in reversed(location) if part in fields)
+    described = (fields[str(part)].description for part in reversed(location) if part in fields)
+    return next(described) or "no description"

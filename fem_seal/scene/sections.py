@@ -19,6 +19,7 @@ from pydantic import (
     model_validator,
 )
 
+from fem_seal.errors import present
 from fem_seal.limits import Limits
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.units import RateUnit, to_si
@@ -179,7 +180,7 @@ class Solid(Section):
     def E_star(self) -> float:
         """Contact modulus [Pa]: 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2 (Johnson 1985, eq. 4.24)."""
         if self.youngs_modulus is None or self.poisson_ratio is None:
-            return self.contact_modulus
+            return present(self.contact_modulus, "solid.contact_modulus")
         pairs = zip(self.youngs_modulus, self.poisson_ratio, strict=True)
         return 1 / sum((1 - nu**2) / E for E, nu in pairs)
 
@@ -287,8 +288,15 @@ class Flow(Section):
 
 
 Product = Literal[
-    *("contact", "leak_rate", "pictures", "mesh"),
-    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume", "conductivity_tensor"),
+    "contact",
+    "leak_rate",
+    "pictures",
+    "mesh",
+    "constriction",
+    "threshold",
+    "hydraulic_aperture",
+    "trapped_volume",
+    "conductivity_tensor",
 ]
 LeakRateUnit = Annotated[
     RateUnit, PlainValidator(RateUnit.parse), PlainSerializer(lambda unit: unit.name)

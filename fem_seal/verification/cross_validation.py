@@ -8,7 +8,7 @@ bracket of the same gap.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import isfinite, isnan, log2, nan, prod
 
 from fem_seal.grid import GridField
@@ -55,13 +55,13 @@ class Row:
     method: str
     squares: int
     unknowns: int
-    value: float = shown_as("leak rate [m^3/s]")
-    error: float = shown_as("error/Q")
-    band: float | None = shown_as("band/Q")
+    value: float = field(metadata=shown_as("leak rate [m^3/s]"))
+    error: float = field(metadata=shown_as("error/Q"))
+    band: float | None = field(metadata=shown_as("band/Q"))
     order: float | None
     expected: float | None
     verdict: str
-    seconds: float = shown_as("CPU time [s]")
+    seconds: float = field(metadata=shown_as("CPU time [s]"))
 
 
 @dataclass(frozen=True)

@@ -92,8 +92,9 @@ def block_gap(conductivity: np.ndarray, n: int) -> GridField:
     conductivity : (k, k) float, the first axis along the flow
     n : pixels along a side, k times a power of two
     """
-    gap = GridField(np.cbrt(conductivity), tuple(1 / m for m in conductivity.shape))
-    return refined(gap, "constant", round(np.log2(n / conductivity.shape[0])))
+    rows, columns = conductivity.shape
+    gap = GridField(np.cbrt(conductivity), (1 / rows, 1 / columns))
+    return refined(gap, "constant", round(np.log2(n / rows)))
 
 
 def _checkerboard(n: int) -> tuple[GridField, ...]:

@@ -9,7 +9,8 @@ from fem_seal.registry import choose
 def _halved_pixels(gap: GridField) -> GridField:
     """Cut each pixel of constant gap into four."""
     values = gap.values.repeat(2, axis=0).repeat(2, axis=1)
-    return GridField(values, tuple(0.5 * s for s in gap.spacing), gap.periodic)
+    dx, dy = gap.spacing
+    return GridField(values, (0.5 * dx, 0.5 * dy), gap.periodic)
 
 
 _FINER: dict[str, Callable[[GridField], GridField]] = {

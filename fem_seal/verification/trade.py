@@ -7,7 +7,7 @@ finer grids, and the distance of each leak rate from the extrapolated one is its
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 from time import process_time
@@ -76,15 +76,15 @@ class Point:
 
     samples: tuple[int, int]
     flow: Choice
-    leak_rate: float = shown_as("leak rate [m^3/s]")
-    lower: float | None = shown_as("lower [m^3/s]")
-    upper: float | None = shown_as("upper [m^3/s]")
-    contact_error: float = shown_as("contact error/Q")
-    flow_error: float = shown_as("flow error/Q")
-    total_error: float = shown_as("total error/Q")
-    seconds: float = shown_as("CPU time [s]")
-    contact_seconds: float = shown_as("its contact [s]")
-    memory_bytes: int = shown_as("memory [byte]")
+    leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))
+    lower: float | None = field(metadata=shown_as("lower [m^3/s]"))
+    upper: float | None = field(metadata=shown_as("upper [m^3/s]"))
+    contact_error: float = field(metadata=shown_as("contact error/Q"))
+    flow_error: float = field(metadata=shown_as("flow error/Q"))
+    total_error: float = field(metadata=shown_as("total error/Q"))
+    seconds: float = field(metadata=shown_as("CPU time [s]"))
+    contact_seconds: float = field(metadata=shown_as("its contact [s]"))
+    memory_bytes: int = field(metadata=shown_as("memory [byte]"))
     pareto: bool = False
 
     @property
@@ -181,11 +181,11 @@ def _warm_up() -> None:
 
 def _shapes(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:
     ratios = sorted(Fraction(factor).limit_denominator(1024) for factor in factors)
-    scaled = [tuple(n * ratio for n in shape) for ratio in ratios]
+    scaled = [(shape[0] * ratio, shape[1] * ratio) for ratio in ratios]
     whole = [
-        tuple(map(int, samples))
-        for samples in scaled
-        if all(n.denominator == 1 and n >= LEAST_SAMPLES for n in samples)
+        (int(nx), int(ny))
+        for nx, ny in scaled
+        if all(n.denominator == 1 and n >= LEAST_SAMPLES for n in (nx, ny))
     ]
     if len(whole) < 3:
         raise InvalidInput(
@@ -243,7 +243,7 @@ def _judged(runs: Sequence[_Run]) -> Trade:
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
     limit = extrapolate([leak.value for leak in best.values()])
     reference = limit.limit if limit.limit > 0 else finest.value
-    uncertainty = max(limit.error / reference, relative_half_width(finest.lower, finest.upper))
+    uncertainty = max(limit.error / reference, relative_half_width(*finest.bounds))
     points = [_point(run, best[run.samples].value, reference, uncertainty) for run in runs]
     return Trade(mark_pareto(points), reference, uncertainty)
 
@@ -252,11 +252,10 @@ def _point(run: _Run, best: float, reference: float, uncertainty: float) -> Poin
     """Split the error of a run; `best` is the best leak rate on the same contact grid."""
     leak = run.leak
     contact_error = max(abs(best / reference - 1), uncertainty)
-    certified = leak.lower is not None
     flow_error = (
-        relative_half_width(leak.lower, leak.upper)
-        if certified
-        else abs(leak.value - best) / reference
+        abs(leak.value - best) / reference
+        if leak.lower is None
+        else relative_half_width(*leak.bounds)
     )
     return Point(
         samples=run.samples,
