@@ -14,6 +14,7 @@ from typing import Protocol
 from fem_seal import parallel
 from fem_seal.contact.state import GapState
 from fem_seal.coupling import LiftedState
+from fem_seal.errors import present
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
@@ -33,9 +34,17 @@ SHARE, LAST_SHARE = 2 / 3, 0.9
 class Solved(Protocol):
     """A dry contact, its equilibrium with the fluid if that is resolved, and the leak rate."""
 
-    contact: GapState
-    lifted: LiftedState | None
-    leak_rate: LeakRate
+    @property
+    def contact(self) -> GapState | None:
+        """The dry contact."""
+
+    @property
+    def lifted(self) -> LiftedState | None:
+        """Its equilibrium with the fluid, if that is resolved."""
+
+    @property
+    def leak_rate(self) -> LeakRate:
+        """Leak rate through the gap."""
 
 
 # (surface, rtol, contact of that surface or None) -> contact and leak rate
@@ -139,7 +148,7 @@ def chosen_grid(
             # On any grid, since a grid has no say in what load and fluid are.
             part = inf
             break
-        trials.append(Trial(shape, leak.value, leak.lower, leak.upper))
+        trials.append(Trial(shape, leak.value, *leak.bounds))
         part = contact_part([trial.leak_rate for trial in trials])
         share = LAST_SHARE if shape == shapes[-1] else SHARE
         if shape[0] >= surface.shape[0] and part <= share * budget:
@@ -156,7 +165,7 @@ def chosen_grid(
         total=total,
         max_refinement=max_refinement,
         surface=here,
-        contact=solved.contact,
+        contact=present(solved.contact, "contact"),
         lifted=solved.lifted,
         leak_rate=leak,
         rtol=rtol,
@@ -202,7 +211,8 @@ def solved(
         return first.on_grid(surface, rtol, contact=contact)
 
     with first.timed("accuracy"):
-        choice = chosen_grid(wanted.total, first.surface, on_grid, wanted.max_refinement, report)
+        surface = present(first.surface, "surface of a scene with [accuracy]")
+        choice = chosen_grid(wanted.total, surface, on_grid, wanted.max_refinement, report)
     patch = first.on_grid(
         choice.surface,
         choice.rtol,
@@ -217,12 +227,13 @@ def solved(
 
 def grids(samples: tuple[int, int], max_refinement: int) -> list[tuple[int, int]]:
     """Contact grids to try, each about twice as fine as the one before."""
-    coarse = [tuple(round(n * factor) for n in samples) for factor in COARSER]
+    nx, ny = samples
+    coarse = [(round(nx * factor), round(ny * factor)) for factor in COARSER]
     finer = [1]
     while 2 * finer[-1] <= max_refinement:
         finer.append(2 * finer[-1])
     return [shape for shape in coarse if min(shape) >= LEAST_SAMPLES] + [
-        tuple(n * factor for n in samples) for factor in finer
+        (nx * factor, ny * factor) for factor in finer
     ]
 
 

@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 
 @contextmanager
@@ -107,7 +108,7 @@ def explained_compilation() -> Iterator[None]:
         ) from None
 
 
-def vector_functionspace(msh, element: tuple[str, int]):
+def vector_functionspace(msh: mesh.Mesh, element: tuple[str, int]) -> fem.FunctionSpace:
     """Space of functions with two components, each of an element such as ("DG", 0)."""
     if VERSION >= (0, 7):
         return functionspace(msh, (*element, (2,)))
@@ -122,14 +123,16 @@ def _coordinate_domain() -> ufl.Mesh:
     return ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell("triangle", 2), 1))
 
 
-def _all_on_one_process(comm, parts, dim, graph, ghost_mode):
+def _all_on_one_process(
+    comm: MPI.Comm, parts: int, dim: int, graph: Any, ghost_mode: mesh.GhostMode
+) -> Any:
     """Assign all cells to one process: a graph partitioner takes a quarter of the mesh time."""
     from dolfinx.cpp.graph import AdjacencyList_int32
 
     return AdjacencyList_int32(np.zeros((graph.num_nodes, 1), dtype=np.int32))
 
 
-def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray):
+def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray) -> mesh.Mesh:
     """DOLFINx mesh, distributed over the processes, of triangles that every process has in full.
 
     Parameters
@@ -171,18 +174,18 @@ def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray):
     return mesh.create_mesh(comm, connectivity, domain, x, partitioner)
 
 
-def geometry_dofs(msh) -> np.ndarray:
+def geometry_dofs(msh: mesh.Mesh) -> np.ndarray:
     """For each cell of this rank the rows (c, 3) of its vertices in `msh.geometry.x`."""
     dofmap = msh.geometry.dofmap  # an adjacency list before 0.7
     return dofmap if isinstance(dofmap, np.ndarray) else dofmap.array.reshape(-1, 3)
 
 
-def input_cells(msh) -> np.ndarray:
+def input_cells(msh: mesh.Mesh) -> np.ndarray:
     """For each cell of this rank its row in the argument `cells` of `create_triangle_mesh`."""
     return np.asarray(msh.topology.original_cell_index, dtype=np.int64)
 
 
-def cell_vertices(msh) -> np.ndarray:
+def cell_vertices(msh: mesh.Mesh) -> np.ndarray:
     """For each cell of this rank its vertices (c, 3), as rows of the argument `points`."""
     return np.asarray(msh.geometry.input_global_indices, dtype=np.int64)[geometry_dofs(msh)]
 
@@ -210,7 +213,7 @@ def is_linear(function: fem.Function) -> bool:
     )
 
 
-def cell_dofs(space, per_cell: int) -> np.ndarray:
+def cell_dofs(space: fem.FunctionSpace, per_cell: int) -> np.ndarray:
     """(c, per_cell) int, degrees of freedom of each cell of this rank."""
     dofs = space.dofmap.list
     dofs = dofs if isinstance(dofs, np.ndarray) else dofs.array

@@ -8,9 +8,9 @@ from time import perf_counter
 
 from fem_seal import parallel
 from fem_seal.accuracy import solved
-from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.errors import InvalidInput, MissingPackage, present
 from fem_seal.files import locked_folder, staging_folder, writing
-from fem_seal.film import Film, GridFilm, MeshFilm
+from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.installed import require_fenicsx
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.patch import Patch
@@ -117,7 +117,7 @@ def draw(
     return names
 
 
-def _film_of(result: Result, folder: Path) -> Film:
+def _film_of(result: Result, folder: Path) -> GridFilm | MeshFilm:
     """Film of a result, from its own arrays wherever it has some; nothing is computed or run."""
     if (folder / MESH_FILE).is_file():
         return read_mesh(folder)
@@ -153,6 +153,8 @@ def mesh(
     pictures = scene.output.model_copy(update={"products": ("pictures",)})
     require_packages(scene.model_copy(update={"output": pictures}))
     film = Patch(scene, report, trust=trust).film
+    if not isinstance(film, MeshFilm):
+        raise InvalidInput("the scene has no [shape] to mesh")
     return film.summary(), parallel.on_root(lambda: _write_mesh(film, Path(out).absolute()))
 
 
@@ -164,7 +166,9 @@ def _write_mesh(film: MeshFilm, out: Path) -> tuple[str, ...]:
     return names
 
 
-def draw_pictures(film: Film, leak: LeakRate | None, folder: Path) -> tuple[str, ...]:
+def draw_pictures(
+    film: GridFilm | MeshFilm, leak: LeakRate | None, folder: Path
+) -> tuple[str, ...]:
     """Draw contact, gap and, where there is a field of it, flow.
 
     Parameters
@@ -194,7 +198,7 @@ def draw_pictures(film: Film, leak: LeakRate | None, folder: Path) -> tuple[str,
 
 
 def draw_details(
-    film: Film, leak: LeakRate | None, levels: Sequence[Level], folder: Path
+    film: GridFilm | MeshFilm, leak: LeakRate | None, levels: Sequence[Level], folder: Path
 ) -> tuple[str, ...]:
     """Draw pressure and refined mesh, where there is a flow on a grid, and how the bounds closed.
 
@@ -215,7 +219,8 @@ def draw_details(
         pressure_picture(leak, film, folder / names[0])
         mesh_picture(leak, film, folder / names[1])
     if any(level.upper > 0 for level in levels):
-        from fem_seal.render import bounds_animation, bounds_plot
+        from fem_seal.render.animation import bounds_animation
+        from fem_seal.render.bounds import bounds_plot
 
         bounds_plot(levels, folder / "bounds.png")
         bounds_animation(levels, folder / "bounds.gif")
@@ -256,8 +261,9 @@ def _write_products(patch: Patch, folder: Path) -> tuple[str, ...]:
             names.append(write_contact(folder, contact))
         if isinstance(film, MeshFilm):
             names.append(write_mesh(folder, film))
-        if "mesh" in patch.scene.output.products and leak.field is not None:
-            names.append(write_flow(folder, leak.field))
+        field = None if leak is None else leak.field
+        if "mesh" in patch.scene.output.products and field is not None:
+            names.append(write_flow(folder, field))
         if "pictures" in patch.scene.output.products:
             with patch.timed("pictures"):
                 names.extend(draw_pictures(film, leak, folder))
@@ -278,11 +284,12 @@ def _names(scene: Scene) -> Iterator[str]:
 
 def _drawable(result: Result, folder: Path) -> LeakRate:
     """Put the leak rate of a result together with its field."""
+    leak = present(result.leak_rate, "leak rate")
     return LeakRate(
         state=result.state,
-        method=result.method,
-        value=result.leak_rate.value,
-        lower=result.leak_rate.lower,
-        upper=result.leak_rate.upper,
+        method=present(result.method, "flow method"),
+        value=leak.value,
+        lower=leak.lower,
+        upper=leak.upper,
         field=read_flow(folder),
     )

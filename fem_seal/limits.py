@@ -25,7 +25,7 @@ class Limits:
 
     unknowns: int | None = None
     seconds: float | None = None
-    memory_bytes: int | None = None
+    memory_bytes: float | None = None
 
     def exceeded(self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0) -> str:
         """Message on the limit that the next level would exceed, "" if none.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, present
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -27,7 +27,7 @@ from fem_seal.steps import (
 )
 
 if TYPE_CHECKING:
-    from fem_seal.contact.state import GapState
+    from fem_seal.contact.state import ContactState, GapState
     from fem_seal.coupling import LiftedState
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
@@ -124,14 +124,14 @@ class Patch:
         """Heights [m] of the rough face; None if the scene gives a gap instead."""
         if self._surface is not None:
             return self._surface
-        if self.prepared is not None:
-            contact = self.scene.contact
-            if contact is not None and contact.model == "gfmd":
-                self.prepared.require_cell(f"heights in {self.scene.surface.path}")
-            return self.prepared.field
-        surface = self.scene.surface
+        surface, contact = self.scene.surface, self.scene.contact
         if surface is None:
             return None
+        if isinstance(surface, FileSurface):
+            prepared = present(self.prepared, "prepared heights")
+            if contact is not None and contact.model == "gfmd":
+                prepared.require_cell(f"heights in {surface.path}")
+            return prepared.field
         with self.timed("surface"):
             return parallel.on_root(lambda: made_surface(surface), self.comm)
 
@@ -182,10 +182,10 @@ class Patch:
 
     def pressed_by(self, pressure: float) -> "Patch":
         """Same surface and tolerance of the flow, dry, under another mean pressure [Pa]."""
-        contact = self.scene.contact.model_copy(update={"pressure": pressure})
+        contact = present(self.scene.contact, "[contact]").model_copy(update={"pressure": pressure})
         flow = self.scene.flow.model_copy(update={"lift": "none"})
         scene = self.scene.model_copy(update={"contact": contact, "flow": flow})
-        start = self.contact.pressure.values
+        start = self.elastic.pressure.values
         return Patch(
             scene,
             self.report,
@@ -200,14 +200,23 @@ class Patch:
         """Gap, pressure and residual of the dry contact; None if the scene gives a gap instead."""
         if self._contact is not None:
             return self._contact
-        if self.surface is None:
+        surface = self.surface
+        if surface is None:
             return None
-        press = CONTACTS[self.scene.contact.model]
+        press = CONTACTS[present(self.scene.contact, "[contact]").model]
         with self.timed("contact"):
             return parallel.on_root(
-                lambda: press(self.scene, self.surface, self._contact_start, self.report),
+                lambda: press(self.scene, surface, self._contact_start, self.report),
                 self.comm,
             )
+
+    @property
+    def elastic(self) -> "ContactState":
+        """State of an elastic contact; for scenes with contact.model = 'gfmd'."""
+        from fem_seal.contact.state import ContactState
+
+        state = self.contact
+        return present(state if isinstance(state, ContactState) else None, "elastic contact")
 
     @cached_property
     def lifted(self) -> "LiftedState | None":
@@ -280,7 +289,7 @@ class Patch:
         from fem_seal.film import GridFilm, MeshFilm
 
         shape, flow = self.scene.shape, self.scene.flow
-        if shape is None:
+        if shape is None or isinstance(self.film, GridFilm):
             return GridFilm(gap, flow.sides, flow.representation)
         from fem_seal.film.shaped import gap_source
 
@@ -293,7 +302,7 @@ class Patch:
         contact = self.film_contact
         if contact is not None:
             return contact.gap
-        given = self.scene.gap
+        given = present(self.scene.gap, "[gap]")
         with self.timed("gap"):
             return parallel.on_root(
                 lambda: load_gap(given.path, given.stated, given.contact_below), self.comm

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.progress import Report, silent
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
     from fem_seal.contact.state import BearingState, ContactState, GapState
     from fem_seal.coupling import Problem
-    from fem_seal.film import Film, GridFilm
+    from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
 LARGEST_RISE = 1e100  # m, of heights; its third power is still a number, and so is its inverse
@@ -83,7 +83,7 @@ def elastic_contact(
             f"the heights of the surface differ by {rise:.1e} m, whose powers are beyond double "
             "precision; check their unit, or surface.rms_height or rms_slope"
         )
-    contact, solid = scene.contact, scene.solid.elastic
+    contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     stopping = contact.stopping(progress)
     return contact_under(surface, solid, load, stopping, contact.arithmetic, start)
 
@@ -91,7 +91,8 @@ def elastic_contact(
 def _elastic(
     scene: Scene, surface: GridField, start: np.ndarray | None, report: Report
 ) -> "ContactState":
-    return elastic_contact(scene, surface, start, scene.contact.load, report)
+    load = present(scene.contact, "[contact]").load
+    return elastic_contact(scene, surface, start, load, report)
 
 
 def _bearing(
@@ -99,7 +100,7 @@ def _bearing(
 ) -> "BearingState":
     from fem_seal.contact import bearing
 
-    contact = scene.contact
+    contact = present(scene.contact, "[contact]")
     return bearing(surface, area_fraction=contact.area_fraction, mean_gap=contact.mean_gap)
 
 
@@ -179,7 +180,7 @@ def lifting_problem(
 
 
 def _finite_elements(
-    scene: Scene, film: "Film", report: Report, comm: parallel.Comm
+    scene: Scene, film: "GridFilm | MeshFilm", report: Report, comm: parallel.Comm
 ) -> LeakRate:
     from fem_seal.flow import leak_rate
 
@@ -190,7 +191,7 @@ def _finite_elements(
 
     return leak_rate(
         film,
-        viscosity=scene.fluid.viscosity,
+        viscosity=scene.viscosity,
         pressure_drop=scene.drive.pressure_drop,
         slip=scene.slip,
         method=flow.method,
@@ -204,15 +205,18 @@ def _finite_elements(
 
 
 def _finite_differences(
-    scene: Scene, film: "GridFilm", report: Report, comm: parallel.Comm
+    scene: Scene, film: "GridFilm | MeshFilm", report: Report, comm: parallel.Comm
 ) -> LeakRate:
+    from fem_seal.film import MeshFilm
     from fem_seal.finite_difference.solver import solve
 
+    if isinstance(film, MeshFilm):
+        raise InvalidInput("flow.method = 'finite-difference' needs a gap on a grid")
     flow = scene.flow
     return parallel.on_root(
         lambda: solve(
             film,
-            viscosity=scene.fluid.viscosity,
+            viscosity=scene.viscosity,
             pressure_drop=scene.drive.pressure_drop,
             links=flow.links,
         ),
@@ -220,7 +224,7 @@ def _finite_differences(
     )
 
 
-Method = Callable[[Scene, "Film", Report, parallel.Comm], LeakRate]
+Method = Callable[[Scene, "GridFilm | MeshFilm", Report, parallel.Comm], LeakRate]
 FLOWS: dict[str, Method] = {
     "adaptive": _finite_elements,
     "uniform": _finite_elements,

@@ -201,11 +201,11 @@ def _saddle(options: argparse.Namespace) -> int:
     for n in samples:
         closing = closing_pressure(n)
         say(f"{n} samples a period: closes at {closing.pressure:.6f} E* H/λ")
-        series.append(_watched(lambda report: close_saddle(closing, report=report)))  # noqa: B023
+        series.append(_watched(partial(close_saddle, closing)))
     _write(options.out, [("saddle.csv", as_csv([point for points in series for point in points]))])
     saddle_figure(series, options.out / "saddle.png")
     exponents = [local_exponents(points) for points in series]
     say(as_text(exponents[-1]))
-    limit = limiting_exponent(*exponents[-2:])
+    limit = limiting_exponent(exponents[-2], exponents[-1])
     say(f"at closing: {limit.value:.3f} ± {limit.error:.3f}; published {EXPONENT}")
     return 0

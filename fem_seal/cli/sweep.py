@@ -14,7 +14,7 @@ from fem_seal.cli.common import (
     say,
     work_of,
 )
-from fem_seal.errors import NotConverged
+from fem_seal.errors import NotConverged, present
 
 if TYPE_CHECKING:
     from fem_seal.sweep import Point
@@ -93,8 +93,10 @@ def _words(point: "Point") -> str:
     numbers = point.numbers
     if not numbers["state"]:
         return f"no result: {numbers['reason']}"
-    area = f"{100 * numbers['contact_area_fraction']:.3g} % in contact"
-    if numbers["state"] == "sealed" or numbers["leak_rate"] is None:
+    part = present(point.number("contact_area_fraction"), "contact area")
+    area = f"{100 * part:.3g} % in contact"
+    leak_rate = point.number("leak_rate")
+    if numbers["state"] == "sealed" or leak_rate is None:
         return f"{numbers['state']}, {area}"
-    rate = rate_text(numbers["leak_rate"], numbers["lower"], numbers["upper"], "m^3/s")
+    rate = rate_text(leak_rate, point.number("lower"), point.number("upper"), "m^3/s")
     return f"{numbers['decision']}, {rate}, {area}"

@@ -35,9 +35,9 @@ def bearing(
             raise InvalidInput(f"area_fraction must lie in [0, 1), got {area_fraction}")
         touching = max(1, round(area_fraction * heights.size))
         plane = np.partition(heights, heights.size - touching, axis=None)[-touching]
+    elif mean_gap is None or not (np.isfinite(mean_gap) and mean_gap > 0):
+        raise InvalidInput(f"mean_gap must be a positive length in m, got {mean_gap}")
     else:
-        if not (np.isfinite(mean_gap) and mean_gap > 0):
-            raise InvalidInput(f"mean_gap must be a positive length in m, got {mean_gap}")
         plane = _plane_at_mean_gap(heights, mean_gap)
     gap = GridField(np.maximum(plane - heights, 0), height.spacing, height.periodic)
     return BearingState(gap, shift=float(heights.max() - plane))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 SAMPLES = 2**15
 
 
-def row_blocks(shape: tuple[int, int]) -> Iterator[slice]:
+def row_blocks(shape: tuple[int, ...]) -> Iterator[slice]:
     """Slices of whole rows, of about 32768 samples each."""
     rows = max(1, SAMPLES // shape[1])
     for first in range(0, shape[0], rows):

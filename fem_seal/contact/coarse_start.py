@@ -35,7 +35,7 @@ def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:
     if (8 / np.pi) ** 0.5 * mean_pressure >= LIGHT * pair.contact_modulus * slope:
         return None
     means = heights.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
-    coarse = pair.on(GridField(means, tuple(2 * d for d in spacing), periodic=True))
+    coarse = pair.on(GridField(means, (2 * spacing[0], 2 * spacing[1]), periodic=True))
     start = coarse_start(coarse, mean_pressure)
     state = coarse.under_pressure(mean_pressure, ROUGHLY, start)
     pair.half_space.pairs += coarse.half_space.pairs / 4

@@ -9,7 +9,7 @@ from fem_seal.contact.halfspace import HalfSpace, Layer
 from fem_seal.contact.methods import Stopping, converge
 from fem_seal.contact.problem import Problem
 from fem_seal.contact.state import ContactState
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
 
 LEAST_SPAN = 1e-100  # [m]; below it, or above its inverse, squares of heights leave float64
@@ -166,7 +166,7 @@ class ContactPair:
         """Solve, and make the state of the accepted pressure and the gap that it causes."""
         spent = self.half_space.pairs
         end = converge(problem, pressure, stopping)
-        pressure, gap = end.iterate.pressure, end.iterate.gap
+        pressure, gap = end.iterate.pressure, present(end.iterate.gap, "gap of an iterate")
         gap = np.maximum(gap - problem.offset(pressure, gap), 0)
         gap[pressure > 0] = 0
         return ContactState(

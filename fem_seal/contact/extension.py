@@ -35,10 +35,10 @@ class Extension:
     def __init__(self, free: np.ndarray):
         self.free = free
         self.levels: list[_Level] = []
-        shape = free.shape
-        while len(self.levels) < LEVELS and max(shape) > 1:
-            self.levels.append(_Level(shape, free.dtype))
-            shape = self.levels[-1].values.shape
+        nx, ny = free.shape
+        while len(self.levels) < LEVELS and max(nx, ny) > 1:
+            self.levels.append(_Level((nx, ny), free.dtype))
+            nx, ny = self.levels[-1].values.shape
 
     def update(self) -> None:
         """Recompute all weights from the free set."""

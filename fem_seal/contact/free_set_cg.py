@@ -127,7 +127,7 @@ def free_set_cg(
         alpha = slope / curvature if curvature > 0 else 0.0
         # 8
         total = _advance(p, alpha, t)
-        if loaded:
+        if problem.mean_pressure is not None:
             load = problem.mean_pressure * samples
             scale, total = load / total, load
 

@@ -128,12 +128,12 @@ def extrapolate(values: Sequence[float], refinement: float = 2.0) -> Extrapolati
 
 def _shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
     ratio = Fraction(factor).limit_denominator(1024)
-    samples = tuple(n * ratio for n in shape)
-    if ratio <= 0 or any(n.denominator != 1 for n in samples):
+    nx, ny = shape[0] * ratio, shape[1] * ratio
+    if ratio <= 0 or any(n.denominator != 1 for n in (nx, ny)):
         raise InvalidInput(
             f"factor {factor} does not give a whole number of samples on a grid of {shape}"
         )
-    return tuple(int(n) for n in samples)
+    return int(nx), int(ny)
 
 
 def _repeated(pressure: GridField, shape: tuple[int, int]) -> np.ndarray:

@@ -106,7 +106,7 @@ class Predictor:
     that open samples lack for contact.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._last: list[tuple[float, np.ndarray]] = []
 
     def remember(self, load: Load, state: ContactState) -> None:

@@ -9,7 +9,7 @@ from fem_seal.contact.damped import damped, fista
 from fem_seal.contact.free_set_cg import free_set_cg
 from fem_seal.contact.polonsky_keer import polonsky_keer
 from fem_seal.contact.problem import Iterate, Iterates, Measures, Problem
-from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.errors import InvalidInput, NotConverged, present
 from fem_seal.registry import require_known
 
 Progress = Callable[[int, float], None]
@@ -145,7 +145,8 @@ def converge(problem: Problem, pressure: np.ndarray, stopping: Stopping) -> Conv
             stopping.progress(iterate.iteration, iterate.error)
         missed = {"certificate": (iterate.error, stopping.tolerance)}
         if iterate.error <= stopping.tolerance:
-            measures = problem.measures(iterate.pressure, iterate.gap)
+            gap = present(iterate.gap, "gap of an iterate")
+            measures = problem.measures(iterate.pressure, gap)
             missed = stopping.shortfalls(measures, problem.rounding(iterate.pressure))
             if not missed:
                 return Converged(iterate, measures, tuple(residuals))

@@ -59,7 +59,7 @@ class Load:
     kind: str
     value: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not np.isfinite(self.value):
             raise InvalidInput(f"{self.kind} must be finite, got {self.value}")
         if self.kind == "pressure" and self.value < 0:

@@ -171,8 +171,10 @@ def to_disk(path: Path) -> None:
     """Flush a file, or the entries of a folder, to the disk."""
     handle = os.open(path, os.O_RDONLY)
     try:
+        os.fsync(handle)
+    except OSError:
         # A file system that cannot flush folders (some network ones) is no reason to fail.
-        with suppress(OSError if path.is_dir() else ()):
-            os.fsync(handle)
+        if not path.is_dir():
+            raise
     finally:
         os.close(handle)

@@ -9,6 +9,7 @@ the file serve as the lock; two processes that start at the same instant may the
 import errno
 import json
 import os
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -19,10 +20,8 @@ from fem_seal.errors import InvalidInput
 from fem_seal.files.atomic import writing
 from fem_seal.files.owner import Owner, clear_abandoned, now, this_process
 
-try:
+if sys.platform != "win32":
     import fcntl
-except ModuleNotFoundError:  # Windows
-    fcntl = None
 
 LOCK_FILE = ".fem-seal.lock"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
@@ -96,7 +95,7 @@ def _acquire(path: Path, shared: bool) -> int:
 
 def _lock(handle: int, path: Path, shared: bool) -> bool:
     """Whether the lock was free."""
-    if fcntl is None:
+    if sys.platform == "win32":
         return shared or not _others(path)
     try:
         fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)

@@ -42,9 +42,8 @@ def shaped_film(shape: AnyShape, grid: GridField | None, *, trust: bool = False)
     source = gap_source(shape, grid)
     triangles = _triangles(shape, source, trust)
     # A mesh that gmsh has made is valid in either orientation of its surfaces.
-    name, reorient = shape.kind, True
-    if isinstance(shape, MeshFile):
-        name, reorient = shape.path.name, shape.needs_gmsh or shape.reorient
+    name = shape.path.name if isinstance(shape, MeshFile) else shape.kind
+    reorient = shape.needs_gmsh or (isinstance(shape, MeshFile) and shape.reorient)
     mesh = shape_mesh(*labelled(triangles, name, reorient=reorient))
     return MeshFilm(mesh, source(mesh.xy))
 
@@ -67,9 +66,8 @@ GRIDS: dict[str, Callable[[GridField, tuple[float, float]], GapSource]] = {
 def _triangles(shape: AnyShape, source: GapSource, trust: bool) -> Triangles:
     sizes = None
     if shape.smallest_size is not None:
-        sizes = partial(
-            channel_sizes, source, smallest=shape.smallest_size, largest=shape.mesh_size
-        )
+        largest = present(shape.mesh_size, "shape.mesh_size")
+        sizes = partial(channel_sizes, source, smallest=shape.smallest_size, largest=largest)
     if not isinstance(shape, MeshFile):
         path = SOURCES / present(shape.source, "source of the geometry")
         return mesh_geometry(path, shape.numbers(), 1.0, GroupNames(), sizes)

@@ -15,10 +15,12 @@ other, with exact cell averages of K and 1/K; `quadratic.py` takes quadratic ele
 ordinary mesh. demos/ordinary_dolfinx.py solves the equation step by step.
 """
 
+from typing import TypeAlias
+
 from fem_seal.fenicsx import ufl
 from fem_seal.film.law import film_conductivity
 
-Expr = ufl.core.expr.Expr
+Expr: TypeAlias = ufl.core.expr.Expr
 
 __all__ = ["energy", "film_conductivity", "reynolds"]
 

@@ -48,19 +48,18 @@ def hydraulic_aperture(
         slip.
     """
 
-    def aperture(rate: float | None, uniform_rate: float) -> float | None:
-        if rate is None:
-            return None
+    def aperture(rate: float, uniform_rate: float) -> float:
         ratio = rate / uniform_rate
         cubic = height * float(np.cbrt(ratio * (1 + slip_length / height)))
         if slip_length == 0 or cubic == 0:
             return cubic
         return cubic * brentq(lambda t: t**3 + slip_length / cubic * t**2 - 1, 0.0, 1.0, rtol=1e-14)
 
+    lower, upper = uniform.bounds
     return HydraulicAperture(
         aperture(leak.value, uniform.value),
-        aperture(leak.lower, uniform.upper),
-        aperture(leak.upper, uniform.lower),
+        None if leak.lower is None else aperture(leak.lower, upper),
+        None if leak.upper is None else aperture(leak.upper, lower),
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.film import Film, GridFilm, MeshFilm
+from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.film.lattice import Lattice
 from fem_seal.leak_rate import FlowField
 
@@ -44,7 +44,7 @@ class Constriction:
 
 
 def constriction(
-    film: Film, field: FlowField | None = None, potential: np.ndarray | None = None
+    film: GridFilm | MeshFilm, field: FlowField | None = None, potential: np.ndarray | None = None
 ) -> Constriction | None:
     """Find the critical constriction of a film and its share of the pressure drop.
 
@@ -69,20 +69,19 @@ def constriction(
         if film.sides == "periodic":
             period = film.size[1]
     else:
-        width = _width_on_mesh(film)
+        width = _width_on_mesh(film, tightest.position)
     share = None
-    if width is not None and field is not None:
+    if width is not None and field is not None and potential is not None:
         share = share_within(field, potential, tightest.position, width, period)
     return Constriction(*tightest.position, tightest.gap, width, share)
 
 
-def _width_on_mesh(film: MeshFilm) -> float | None:
+def _width_on_mesh(film: MeshFilm, position: tuple[float, float]) -> float | None:
     """Width of the channel at the critical constriction; see `channel_width`."""
-    mesh, position = film.mesh, film.constriction.position
-    solid = film.values == 0
-    for name, ends in mesh.groups():
+    mesh, solid = film.mesh, film.values == 0
+    for name, edges in mesh.groups():
         if name == "wall":
-            solid[np.unique(ends)] = True
+            solid[np.unique(edges)] = True
     offsets = mesh.xy[solid] - position
     away = offsets[offsets.any(axis=1)]
     if len(away) < len(offsets):

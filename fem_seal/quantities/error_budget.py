@@ -74,11 +74,11 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
     (lower, upper); None on a side that a counted entry leaves unbounded.
     """
     counted = [entry for entry in budget if entry.counted]
-    lowers = [entry.lower for entry in counted]
-    uppers = [entry.upper for entry in counted]
+    lowers = [entry.lower for entry in counted if entry.lower is not None]
+    uppers = [entry.upper for entry in counted if entry.upper is not None]
     return (
-        None if None in lowers else prod(lowers),
-        None if None in uppers else prod(uppers),
+        prod(lowers) if len(lowers) == len(counted) else None,
+        prod(uppers) if len(uppers) == len(counted) else None,
     )
 
 

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from fem_seal import parallel
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
+from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
@@ -62,7 +64,8 @@ def quantities(patch: Patch) -> Quantities | None:
     if not names:
         return None
     with patch.timed("quantities"):
-        return Quantities(**{name: QUANTITIES[name](patch) for name in names})
+        computed: dict[str, Any] = {name: QUANTITIES[name](patch) for name in names}
+    return Quantities(**computed)
 
 
 def verdict_of(patch: Patch, budget: ErrorBudget | None = None) -> Verdict | None:
@@ -78,7 +81,7 @@ def verdict_of(patch: Patch, budget: ErrorBudget | None = None) -> Verdict | Non
     scene = patch.scene
     if not scene.needs_flow:
         return None
-    budget = error_budget(patch) if budget is None else budget
+    budget = budget or error_budget(patch) or ()
     limit = scene.limit
     shown = shown_in(patch)
     if limit is None:
@@ -118,7 +121,7 @@ def _of_gap(patch: Patch) -> Threshold | None:
 
 
 def _of_bearing(patch: Patch) -> Threshold | None:
-    surface = patch.surface
+    surface = present(patch.surface, "surface")
     untouched = GridField(
         surface.values.max() - surface.values, surface.spacing, periodic=surface.periodic
     )
@@ -126,14 +129,15 @@ def _of_bearing(patch: Patch) -> Threshold | None:
 
 
 def _of_elastic(patch: Patch) -> Threshold | None:
-    if patch.contact.mean_pressure == 0:
+    surface = present(patch.surface, "surface")
+    if patch.elastic.mean_pressure == 0:
         return None
 
     def press(pressure: float, start: ContactState) -> ContactState:
         patch.report("threshold", f"contact at {pressure:.3e} Pa")
-        return elastic_contact(patch.scene, patch.surface, start, Load("pressure", pressure))
+        return elastic_contact(patch.scene, surface, start, Load("pressure", pressure))
 
-    dry = threshold_of_pressure(patch.contact, press, lambda gap: patch.film_of(gap).sealed)
+    dry = threshold_of_pressure(patch.elastic, press, lambda gap: patch.film_of(gap).sealed)
     if patch.scene.lift == "none":
         return dry
     # The fluid carries at least the outlet's pressure and at most the inlet's.
@@ -157,7 +161,7 @@ def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
     slip_length = 0.0 if scene.slip is None else scene.slip.length
     if isinstance(film, GridFilm):
         height, drive = 1.0, scene.drive.pressure_drop
-        uniform = uniform_rectangle(film, height, scene.fluid.viscosity, drive, slip_length)
+        uniform = uniform_rectangle(film, height, scene.viscosity, drive, slip_length)
     else:
         # A shape in contact everywhere has no height of its own; any will do.
         height = film.highest or 1.0
@@ -178,8 +182,8 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
         patch.report("tensor", f"{unknowns} unknowns, known to {gap:.2g}")
 
     found = conductivity_tensor(
-        patch.film.field,
-        viscosity=patch.scene.fluid.viscosity,
+        patch.grid_gap,
+        viscosity=patch.scene.viscosity,
         representation=flow.representation,
         rtol=flow.rtol,
         limits=flow.limits,

@@ -37,15 +37,17 @@ def _contact(patch: Patch, gap: GridField) -> str | None:
         return (
             f"all samples are in contact, and the mean gap is 0: are {inputs} in the right units?"
         )
-    if patch.scene.contact is None:
-        if touching == 0 and patch.scene.gap.contact_below is None:
+    given_gap = patch.scene.gap
+    if given_gap is not None:
+        if touching == 0 and given_gap.contact_below is None:
             return (
                 "no sample is in contact, which is a gap of exactly 0: if another program leaves "
                 "roundings there, set gap.contact_below; and is the gap in the right unit?"
             )
         return None
-    elastic = isinstance(patch.film_contact, ContactState)
-    if elastic and patch.film_contact.mean_pressure > 0 and touching < FEW:
+    contact = patch.film_contact
+    pressed = isinstance(contact, ContactState) and contact.mean_pressure > 0
+    if pressed and touching < FEW:
         samples = "1 sample is" if touching == 1 else f"only {touching} samples are"
         return (
             f"{samples} in contact, too few for their area: are the heights, the load and the "

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
 from fem_seal.contact.state import ContactState
+from fem_seal.errors import present
 from fem_seal.film import Film
 from fem_seal.grid import GridField
 
@@ -55,7 +57,7 @@ def threshold_of_cut(film: Film, model: str) -> Threshold | None:
     -------
     Threshold, or None if the gap is sealed already.
     """
-    if film.sealed:
+    if film.constriction is None:
         return None
     critical = film.constriction.gap
     return Threshold(
@@ -91,18 +93,20 @@ def threshold_of_pressure(
         If a contact does not converge.
     """
     first, contacts = start.mean_pressure, 0
-    leaking, sealed = (None, start) if is_sealed(start.gap) else (start, None)
+    state = start
+    leaking, sealed = (None, state) if is_sealed(state.gap) else (state, None)
     while leaking is None or sealed is None or _ratio(leaking, sealed) > PRECISION:
-        if sealed is None:
-            pressure = leaking.mean_pressure * STEP
-        elif leaking is None:
-            pressure = sealed.mean_pressure / STEP
+        if leaking is not None and sealed is not None:
+            pressure = sqrt(leaking.mean_pressure * sealed.mean_pressure)
+        elif leaking is not None:
+            pressure = state.mean_pressure * STEP
+        else:
+            pressure = state.mean_pressure / STEP
             if pressure < LEAST * first:
                 break  # sealed by the first touch, as by a ring
-        else:
-            pressure = np.sqrt(leaking.mean_pressure * sealed.mean_pressure)
-        state, contacts = press(float(pressure), leaking or sealed), contacts + 1
+        state, contacts = press(pressure, leaking or state), contacts + 1
         leaking, sealed = (leaking, state) if is_sealed(state.gap) else (state, sealed)
+    sealed = present(sealed, "sealed contact")
     return Threshold(
         "gfmd",
         area_leaking=leaking.contact_area_fraction if leaking else 0.0,

@@ -60,11 +60,12 @@ def _one_patch(patch: Patch) -> Uncertainty | None:
 
 def _model(patch: Patch) -> Uncertainty:
     contact = patch.scene.contact
-    solid = {
-        None: "",
-        "gfmd": ", and a linear elastic contact without friction and adhesion",
-        "bearing": ", and a surface that is cut at a plane",
-    }[contact and contact.model]
+    solid = ""
+    if contact is not None:
+        solid = {
+            "gfmd": ", and a linear elastic contact without friction and adhesion",
+            "bearing": ", and a surface that is cut at a plane",
+        }[contact.model]
     sentence = f"Reynolds' equation for a thin film between smooth slopes{solid}"
     return Uncertainty("model", "not covered", sentence)
 

@@ -77,7 +77,7 @@ class Shown:
         """Text of the bounds, or of the estimate where there are none."""
         if leak.lower is None:
             return f"about {self.text(leak.value)}, without bounds"
-        bracket = (self.per_solved * rate for rate in (leak.value, leak.lower, leak.upper))
+        bracket = (self.per_solved * rate for rate in (leak.value, *leak.bounds))
         _, low, high = bracket_digits(*bracket)
         return f"between {low} and {high} {self.name}"
 
@@ -108,7 +108,7 @@ def verdict(
         return Verdict(decision, f"{decision}: {sentence}", given)
     if leak.state == "sealed":
         return _of_sealed(shown, given, limit_solved, rest)
-    if limit is None:
+    if limit_solved is None:
         sentence = f"leaking {shown.between(leak)}; no limit was given{open_points}"
         return Verdict("leaking", sentence)
     allowed = f"{shown.text(limit_solved)} allowed"
@@ -149,9 +149,10 @@ def what_would_decide(
     lower, upper : float or None
         Factors of all uncertainties beside the flow; None on an unbounded side.
     """
-    if leak.lower == 0:
+    low, high = leak.bounds
+    if low == 0:
         return None, None
-    distance = log(limit / sqrt(leak.lower * leak.upper))
+    distance = log(limit / sqrt(low * high))
     half_widths = [distance - log(upper)] if upper is not None else []
     if lower:
         half_widths.append(log(lower) - distance)
@@ -165,11 +166,8 @@ def what_would_decide(
 
 def _range(leak: LeakRate, rest: ErrorBudget) -> tuple[float | None, float | None]:
     """Lowest and highest leak rate [m³/s] by all counted entries; None where unbounded."""
-    lower, upper = combined(rest)
-    return (
-        None if lower is None else leak.lower * lower,
-        None if upper is None else leak.upper * upper,
-    )
+    (low, high), (lower, upper) = leak.bounds, combined(rest)
+    return None if lower is None else low * lower, None if upper is None else high * upper
 
 
 def _of_sealed(shown: Shown, given: str | None, limit: float | None, rest: ErrorBudget) -> Verdict:
@@ -178,10 +176,10 @@ def _of_sealed(shown: Shown, given: str | None, limit: float | None, rest: Error
     sentence = "no open path joins inlet and outlet"
     if limit is None or not opened:
         return Verdict("sealed", f"sealed: {sentence}{_not_covered(rest)}", given)
-    rates = [entry.upper_rate for entry in opened]
+    rate = opened[0].upper_rate if len(opened) == 1 else None
     _, upper = combined(entry for entry in rest if entry not in opened)
-    if len(rates) == 1 and None not in rates and rates[0] * upper <= limit:
-        most = f"sealed as computed, and at most {shown.at_most(rates[0] * upper)}"
+    if rate is not None and upper is not None and rate * upper <= limit:
+        most = f"sealed as computed, and at most {shown.at_most(rate * upper)}"
         sentence = f"within limit: {most} with {_names(opened)}, {shown.text(limit)} allowed"
         return Verdict("within limit", sentence + _not_covered(rest), given)
     sentence = f"undecided: {sentence} as computed, but {_sentences(opened)}"
@@ -196,15 +194,16 @@ def _wish(
     rest: ErrorBudget,
 ) -> str:
     """Say what would decide an undecided verdict."""
-    if leak.lower == 0:
+    low, high = leak.bounds
+    if low == 0:
         return "there is no lower bound yet, allow more unknowns, time or memory"
     counted = [entry for entry in rest if entry.counted]
     if [entry.name for entry in counted] == [CONTACT_GRID]:
         # A total error chooses flow.rtol itself.
-        total = expm1(abs(log(limit / sqrt(leak.lower * leak.upper))))
+        total = expm1(abs(log(limit / sqrt(low * high))))
         if total > LEAST_RTOL:
             return f"accuracy.total = {total:.2g} might decide"
-    if rtol is not None:
+    if rtol is not None and unknowns is not None:
         return f"flow.rtol = {rtol:.2g} might decide, with about {float(unknowns):.2g} unknowns"
     if _open(rest):
         return _sentences(_open(rest))

@@ -20,9 +20,8 @@ class RateRecord(Record):
     @classmethod
     def of(cls, leak: LeakRate, unit: str, per_solved: float) -> "RateRecord":
         """Multiply a leak rate by what 1 m^3/s of it is in `unit`."""
-        bounds = (leak.value, leak.lower, leak.upper)
-        value, lower, upper = (b if b is None else b * per_solved for b in bounds)
-        return cls(value=value, lower=lower, upper=upper, unit=unit)
+        lower, upper = (None if b is None else b * per_solved for b in (leak.lower, leak.upper))
+        return cls(value=leak.value * per_solved, lower=lower, upper=upper, unit=unit)
 
     @classmethod
     def shown(cls, patch: Patch) -> "RateRecord | None":

@@ -31,13 +31,16 @@ from fem_seal.results.lift import LiftRecord
 from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.record import Record
-from fem_seal.scene import Flow, Scene
+from fem_seal.scene import FileSurface, Flow, Gap, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain
+from fem_seal.scene.shape import MeshFile
 
 RESULT_FILE = "result.json"
-_PACKAGES = ("fem_seal", "fenics-dolfinx", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista")
-_PACKAGES += ("h5py", "SurfaceTopography")
+_PACKAGES = (
+    *("fem_seal", "fenics-dolfinx", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista"),
+    *("h5py", "SurfaceTopography"),
+)
 
 
 def _beside(name: str) -> str:
@@ -229,7 +232,7 @@ def summarise(
         contact_area_fraction=patch.film.contact_area_fraction,
         mean_gap=patch.film.mean_gap,
         **_grid_numbers(patch),
-        accuracy=choice and AccuracyRecord.of(choice),
+        accuracy=None if choice is None else AccuracyRecord.of(choice),
         preparation=StepRecord.all_of(patch),
         gas=GasRecord.of(patch),
         leak_rate_shown=RateRecord.shown(patch),
@@ -246,7 +249,7 @@ def summarise(
         **_contact_numbers(patch),
         **_flow_numbers(
             leak,
-            named and named.conductivity_tensor,
+            None if named is None else named.conductivity_tensor,
             patch.lift_range if patch.scene.lift == "range" else (),
         ),
     )
@@ -266,13 +269,16 @@ def _grid_numbers(patch: Patch) -> dict[str, Any]:
 def _contact_numbers(patch: Patch) -> dict[str, Any]:
     """Give the fields of Result that only an elastic contact has."""
     contact = patch.film_contact
-    elastic = isinstance(contact, ContactState)
+    if not isinstance(contact, ContactState):
+        return dict.fromkeys(
+            ("mean_pressure", "kkt_residual", "pressed_gap", "penetration", "contact_iterations")
+        )
     return {
         "mean_pressure": patch.mean_pressure,
-        "kkt_residual": contact.kkt_residual if elastic else None,
-        "pressed_gap": contact.pressed_gap if elastic else None,
-        "penetration": contact.penetration if elastic else None,
-        "contact_iterations": contact.iterations if elastic else None,
+        "kkt_residual": contact.kkt_residual,
+        "pressed_gap": contact.pressed_gap,
+        "penetration": contact.penetration,
+        "contact_iterations": contact.iterations,
     }
 
 
@@ -313,7 +319,7 @@ def _versions() -> Iterator[tuple[str, str]]:
 def input_files(scene: Scene) -> list[Path]:
     """Files that a scene reads."""
     sections = (scene.surface, scene.gap, scene.shape)
-    return [section.path for section in sections if hasattr(section, "path")]
+    return [s.path for s in sections if isinstance(s, FileSurface | Gap | MeshFile)]
 
 
 def digest(path: Path) -> str:

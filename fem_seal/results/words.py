@@ -1,6 +1,7 @@
 """Verdict, units and quantities of a result in words, for the terminal and for the report."""
 
 from fem_seal.digits import bracket_digits, readable, rounded_down, rounded_up, with_prefix
+from fem_seal.errors import present
 from fem_seal.leak_rate import rate_text
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
@@ -25,7 +26,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
     ----------
     result : of a run
     """
-    lines = [("state", result.state)]
+    lines: list[tuple[str, str]] = [("state", result.state)]
     if result.leak_rate:
         leak = result.leak_rate
         sealed = result.state == "sealed"
@@ -64,8 +65,10 @@ def factor_words(lower: float | None, upper: float | None) -> str:
     """Say a lower and an upper factor, rounded outwards; None is open."""
     if lower is None and upper is None:
         return "anything"
-    if lower is None or upper is None:
-        return f"{rounded_down(lower)} or more" if upper is None else f"{rounded_up(upper)} or less"
+    if lower is None:
+        return f"{rounded_up(present(upper, 'upper factor'))} or less"
+    if upper is None:
+        return f"{rounded_down(lower)} or more"
     return f"{rounded_down(lower)} to {rounded_up(upper)}"
 
 
@@ -114,7 +117,7 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
         lines.append(("lift", lift_words(result.lift)))
     if result.gas:
         lines.append(("gas", gas_words(result.gas)))
-    if result.provenance.scene.get("limit"):
+    if result.provenance.scene.get("limit") and result.verdict is not None:
         lines.append(("verdict", result.verdict.sentence))
     lines.extend(("caution", caution) for caution in result.cautions)
     found = result.quantities
@@ -179,15 +182,15 @@ def threshold_words(threshold: Threshold) -> str:
     if threshold.pressure_sealed is None:
         how = {"gap": "lowered uniformly, ", "bearing": ""}[threshold.model]
         return f"{how}seals between {areas}"
-    low, high = threshold.pressure_leaking, threshold.pressure_sealed
+    low, high = present(threshold.pressure_leaking, "pressure"), threshold.pressure_sealed
     return f"seals between {with_prefix(low, 'Pa')} and {with_prefix(high, 'Pa')}, {areas}"
 
 
 def aperture_words(aperture: HydraulicAperture) -> str:
     """Hydraulic aperture with its bounds."""
     scale, unit = readable(aperture.value, "m")
-    bounds = (b if b is None else b * scale for b in (aperture.lower, aperture.upper))
-    return rate_text(aperture.value * scale, *bounds, unit.replace("µ", "u"))
+    lower, upper = (None if b is None else b * scale for b in (aperture.lower, aperture.upper))
+    return rate_text(aperture.value * scale, lower, upper, unit.replace("µ", "u"))
 
 
 def _length(length: float) -> str:

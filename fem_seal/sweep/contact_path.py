@@ -5,6 +5,7 @@ from typing import Any
 from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
+from fem_seal.errors import present
 from fem_seal.grid import GridField
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
@@ -24,7 +25,7 @@ class ContactPath:
     the states before foretell, and is that of a single run within its certificate.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._last: tuple[Scene, GridField, GapState] | None = None
         self._predictor = Predictor()
 
@@ -47,13 +48,14 @@ class ContactPath:
                 if (scene.solid, scene.contact) == (last.solid, last.contact):
                     known["contact"] = contact
                 elif _one_path(last, scene):
-                    known["contact_start"] = self._predictor.start(_load(scene))
+                    load = present(_load(scene), "load")
+                    known["contact_start"] = self._predictor.start(load)
         return Patch(scene, report, trust=trust, comm=comm, **known)
 
     def follow(self, patch: Patch) -> None:
         """Take note of a patch that has been computed."""
         scene = patch.scene
-        if patch.surface is None:
+        if patch.surface is None or patch.contact is None:
             return
         if self._last is None or not _one_path(self._last[0], scene):
             self._predictor = Predictor()
@@ -65,18 +67,18 @@ class ContactPath:
 
 def _load(scene: Scene) -> Load | None:
     """Load of a contact whose start may be foretold."""
-    for kind in FORETOLD:
-        value = getattr(scene.contact, kind)
-        if value is not None:
-            return Load(kind, value)
-    return None
+    contact = scene.contact
+    load = None if contact is None else contact.load
+    return load if load is not None and load.kind in FORETOLD else None
 
 
 def _one_path(one: Scene, other: Scene) -> bool:
     """Whether nothing that shapes the elastic contact differs but the value of the load."""
-    loads = _load(one), _load(other)
-    if None in loads or loads[0].kind != loads[1].kind or one.contact.model != "gfmd":
+    load, other_load, contact, other_contact = _load(one), _load(other), one.contact, other.contact
+    if load is None or other_load is None or contact is None or other_contact is None:
+        return False
+    if load.kind != other_load.kind or contact.model != "gfmd":
         return False
     unloaded = dict.fromkeys(FORETOLD)
-    contacts = [scene.contact.model_copy(update=unloaded) for scene in (one, other)]
-    return (one.surface, one.solid, contacts[0]) == (other.surface, other.solid, contacts[1])
+    same = contact.model_copy(update=unloaded) == other_contact.model_copy(update=unloaded)
+    return same and (one.surface, one.solid) == (other.surface, other.solid)

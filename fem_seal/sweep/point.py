@@ -59,6 +59,11 @@ class Point:
     again: bool = False
     finished: str = field(default_factory=lambda: datetime.now(UTC).isoformat())
 
+    def number(self, column: str) -> float | None:
+        """Number in a column; None if it is empty."""
+        value = self.numbers[column]
+        return value if isinstance(value, int | float) else None
+
     def to_json(self) -> str:
         """Text of its file; floats in full."""
         return json.dumps(vars(self), indent=1) + "\n"
