@@ -88,11 +88,9 @@ def check_gap(scene: Contents) -> None:
                     f"[gap] stands in place of [{name}]; give one of the two"
                 )
         return
-    for name in ("surface", "contact"):
-        if getattr(scene, name) is None:
-            raise ContradictionError(
-                f"[{name}] is missing; give [surface] and [contact], or [gap]"
-            )
+    if scene.surface is None or scene.contact is None:
+        name = "surface" if scene.surface is None else "contact"
+        raise ContradictionError(f"[{name}] is missing; give [surface] and [contact], or [gap]")
     if scene.contact.model == "gfmd" and scene.solid is None:
         raise ContradictionError(
             "[solid] is missing: contact.model = 'gfmd' needs its contact_modulus"

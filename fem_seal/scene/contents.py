@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from fem_seal.errors import present
 from fem_seal.fluid import Drive, Slip
 from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.fluid import Fluid, drive, gauge_pressures, slip_of
@@ -47,7 +48,12 @@ class Contents(Section):
     @property
     def drive(self) -> Drive:
         """What pushes the fluid through; for scenes that need the flow."""
-        return drive(self.fluid, self.flow)
+        return drive(present(self.fluid, "[fluid]"), self.flow)
+
+    @property
+    def viscosity(self) -> float:
+        """Dynamic viscosity η of the fluid [Pa s]; for scenes that need the flow or a tensor."""
+        return present(self.fluid, "[fluid]").viscosity
 
     @property
     def slip(self) -> Slip | None:
@@ -56,7 +62,7 @@ class Contents(Section):
         None for a liquid, without slip, and for finite differences, which do not compute it.
         """
         by_elements = self.flow.method != "finite-difference"
-        return slip_of(self.fluid, self.drive) if by_elements else None
+        return slip_of(present(self.fluid, "[fluid]"), self.drive) if by_elements else None
 
     def slip_pressure(self, critical: float) -> float:
         """Pressure [Pa] at which slip carries as much as viscous flow through a gap [m].
