@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.errors import Inconsistent
+from fem_seal.errors import Inconsistent, present
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
@@ -160,7 +160,7 @@ class Bracket:
 class _Log:
     """Cost of a level: seconds between laps and CG iterations, by stage."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self.iterations: dict[str, int] = {}
         self._last = time.perf_counter()
@@ -229,7 +229,7 @@ def brackets(
             solution = _with_regularised_dual(problem, guess, solution, strategy, log)
             reached = relative_width(lower, upper) if solution.stream is not None else np.inf
             marks = _mark(problem, solution, gain * solution.difference, reached, strategy)
-            regularised = solution.regularised
+            regularised = solution.regularised_dual
             start = Start.after(problem, solution.pressure, regularised)
             # Free this mesh before the next one is made.
             del problem, guess, solution
@@ -246,13 +246,18 @@ class _Solved:
     stream: Stream | None
 
     @property
+    def regularised_dual(self) -> Stream:
+        """The regularised stream function, once it has been solved for."""
+        return present(self.regularised, "regularised dual")
+
+    @property
     def difference(self) -> float:
         """(Q_hi - Q_ε) / Q_ε, the relative width if all blocked cells were resolved."""
-        return self.pressure.energy / self.regularised.conductance - 1
+        return self.pressure.energy / self.regularised_dual.conductance - 1
 
     def gain(self, lower: float, upper: float) -> float:
         """Ratio of the relative widths of the corrected bounds and of the solved ones."""
-        width = self.pressure.energy / self.stream.conductance - 1
+        width = self.pressure.energy / present(self.stream, "dual").conductance - 1
         return (upper / lower - 1) / width if width > ROUNDING else 1.0
 
 
@@ -266,7 +271,7 @@ def _solve(
     psi = guess.stream
     if not near:
         solution = _with_regularised_dual(problem, guess, solution, strategy, log)
-        psi = solution.regularised.psi
+        psi = solution.regularised_dual.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
         if not last and gain * solution.difference >= 2 * strategy.rtol:
             return solution
@@ -306,8 +311,9 @@ def _mark(
     strategy : tolerance and parameters
     """
     tuning = strategy.tuning
-    indicators = problem.indicators(solution.pressure, solution.regularised)
-    blocked_flux = problem.blocked_flux(solution.regularised)
+    regularised = solution.regularised_dual
+    indicators = problem.indicators(solution.pressure, regularised)
+    blocked_flux = problem.blocked_flux(regularised)
     # The flux that blocked cells withhold from Q_lo shows in `reached`, but neither in the
     # indicators nor in `expected`: take the size of its step from `reached`.
     part, part_reached = part_of_a_step(expected, strategy), part_of_a_step(reached, strategy)
@@ -316,7 +322,7 @@ def _mark(
     # Where the linear pressure leaks (see `residuals`), the indicators of the leaking cells are
     # small, but those of all cells along the false flow are large, whatever their size. Refine the
     # leaking cells first.
-    residuals = problem.residuals(solution.pressure, solution.regularised.conductance)
+    residuals = problem.residuals(solution.pressure, regularised.conductance)
     required = part_reached * tuning.theta_residual * residuals.sum()
     held = residuals[large | through].sum()
     joints = problem.joints()

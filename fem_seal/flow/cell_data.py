@@ -61,7 +61,7 @@ class CellData(CellContact):
         xy: np.ndarray,
         aspect: np.ndarray | float,
         gaps: np.ndarray,
-        linear: np.ndarray,
+        linear: np.ndarray | np.bool_,
         means: tuple[np.ndarray, np.ndarray],
         ceiling: float,
         law: FilmLaw = CUBE,
@@ -120,8 +120,8 @@ class CellData(CellContact):
                 getattr(whole, name)[cells] = getattr(batch, name)
         return whole
 
-    def part(self, cells: np.ndarray) -> "CellData":
-        """Data of the cells of a mask (C,) or of indices."""
+    def part(self, cells: np.ndarray | slice) -> "CellData":
+        """Data of the cells of a mask (C,), of indices or of a slice."""
         return CellData(*(getattr(self, name)[cells] for name in self.__dataclass_fields__))
 
     def regularised(self, epsilon: float, cut: float) -> np.ndarray:

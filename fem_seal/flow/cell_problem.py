@@ -166,8 +166,8 @@ class CellProblem:
             stalled = stalled or minimum.stalled
         slopes = [self.gradients(v) for v in values]
         fluxes = [_applied(tensor, slope) for slope in slopes]
-        energies = [[(self._areas * (a * b).sum(axis=1)).sum() for b in fluxes] for a in slopes]
-        energies = np.array(energies).reshape(2 * (len(jumps),))
+        products = [[(self._areas * (a * b).sum(axis=1)).sum() for b in fluxes] for a in slopes]
+        energies = np.array(products).reshape(2 * (len(jumps),))
         # The rounding error of entry (a, b) is at most `rounding` √(E_aa E_bb), so that of any
         # combination of the functions is at most twice `rounding` times the diagonal part.
         energies += 2 * rounding * np.diag(np.diag(energies))

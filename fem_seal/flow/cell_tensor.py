@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_seal.errors import present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film.winding import periodic_sites, widest_winding
 from fem_seal.flow.adapt import Strategy, Tuning, part_of_a_step
@@ -78,7 +79,7 @@ def conductivity_tensor(
     scaled = GridField(sites / highest, gap.spacing, periodic=True)
     narrowest = min(h for h in widest if h > 0) / highest
     require_conducting(TIGHTEST, narrowest)
-    width = coarsest_width(sites.shape, tuning.coarsest)
+    width = coarsest_width((sites.shape[0], sites.shape[1]), tuning.coarsest)
     represented = REPRESENTATIONS[representation](
         scaled, tuning.cut * narrowest, tuning.floor * narrowest, width
     )
@@ -152,7 +153,7 @@ def _refined(
         if upper is None:
             raise
         reason = str(limit)
-    lower, upper = lower * (1 - ROUNDING), upper * (1 + ROUNDING)
+    lower, upper = lower * (1 - ROUNDING), present(upper, "upper bound") * (1 + ROUNDING)
     return TensorBounds(lower, upper, levels[-1][0], not reason, reason, tuple(levels))
 
 
@@ -190,6 +191,7 @@ class _Start:
     functions: np.ndarray
 
     def after(self, gap: LinearGap | ConstantGap, step: Refinement) -> "_Start":
+        assert isinstance(step.mesh, NestedMesh)  # bisection keeps the kind of a mesh
         values = gap.refined_values(self.values, step.mesh, step.edge_ends)
         return _Start(step.mesh, values, np.array([step.prolong(f) for f in self.functions]))
 
@@ -222,7 +224,7 @@ def _levels(
     why_stop: Callable[[ConvergenceHistory], str],
 ) -> Iterator[_Found]:
     start, most, tuning = _first(gap, width), strategy.max_unknowns or np.inf, strategy.tuning
-    history: ConvergenceHistory = []
+    history: list[tuple[int, float]] = []
     while True:
         problem = CellProblem(gap, start.mesh, start.values, comm, tuning.tolerance)
         if history and problem.unknowns > most:

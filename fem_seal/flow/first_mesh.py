@@ -5,7 +5,7 @@ from functools import singledispatch
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.film import Film, GridFilm, MeshFilm
+from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap, VertexGap
 from fem_seal.grid import GridField
@@ -13,7 +13,7 @@ from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
 
 
-def require_film(film: Film) -> None:
+def require_film(film: GridFilm | MeshFilm) -> None:
     """Raise InvalidInput unless the argument is a film with a positive area."""
     if not isinstance(film, GridFilm | MeshFilm):
         raise InvalidInput(
@@ -30,7 +30,12 @@ def require_film(film: Film) -> None:
 
 @singledispatch
 def first_mesh(
-    film: Film, cut: float, floor: float, ceiling: float, coarsest: int | None, law: FilmLaw = CUBE
+    film: GridFilm | MeshFilm,
+    cut: float,
+    floor: float,
+    ceiling: float,
+    coarsest: int | None,
+    law: FilmLaw = CUBE,
 ) -> tuple[LinearGap | ConstantGap | VertexGap, NestedMesh | TriangleMesh]:
     """Gap in units of its maximum, and the first mesh.
 
@@ -60,7 +65,8 @@ def _on_grid(
     # Treat pockets as contact: nothing flows in them, but a coarse cell that covers parts of a
     # pocket and of a channel would seem to conduct.
     scaled = np.where(film.carrying, film.samples / film.highest, 0.0)
-    squares = tuple(n - (film.representation == "linear") for n in scaled.shape)
+    between = film.representation == "linear"
+    squares = scaled.shape[0] - between, scaled.shape[1] - between
     width = 1 if coarsest is None else coarsest_width(squares, coarsest)
     gap_type = REPRESENTATIONS[film.representation]
     gap = gap_type(GridField(scaled, film.field.spacing), cut, floor, width, ceiling, law)
@@ -81,13 +87,13 @@ def _on_mesh(
     return VertexGap(scaled, length_unit(film), cut, floor, ceiling, law), film.mesh
 
 
-def length_unit(film: Film) -> float:
+def length_unit(film: GridFilm | MeshFilm) -> float:
     """Length [m] in which the normalised problem is written."""
     if isinstance(film, GridFilm):
         return max(film.field.spacing)
     return float(np.ptp(film.mesh.xy, axis=0).max())
 
 
-def points_of(film: Film, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
+def points_of(film: GridFilm | MeshFilm, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
     """Vertex coordinates (V, 2) [m] of a mesh that refines the first mesh of a film."""
-    return mesh.points(film.field.spacing) if isinstance(film, GridFilm) else mesh.xy
+    return mesh.points(np.array(film.field.spacing)) if isinstance(film, GridFilm) else mesh.xy

@@ -79,7 +79,7 @@ def film_from_dolfinx(
         )
     groups = {}
     for name, numbers in (("inlet", inlet), ("outlet", outlet), ("wall", wall)):
-        groups[name] = edges[np.isin(tags, numbers)]
+        groups[name] = edges[np.isin(tags, np.ravel(np.array(numbers)))]
         if name != "wall" and not len(groups[name]):
             present = ", ".join(map(str, np.unique(tags))) or "none"
             raise InvalidInput(
@@ -133,6 +133,6 @@ def _gathered(msh: mesh.Mesh, facet_tags: MeshTags, gap: fem.Function) -> list[n
     own = slice(msh.topology.index_map(2).size_local)
     cells = vertices[own], msh.geometry.x[geometry_dofs(msh)[own]], gap.x.array[dofs[own]]
     parts = msh.comm.allgather((*cells, np.column_stack([edges, tags])))
-    *cells, rows = (np.concatenate(part) for part in zip(*parts, strict=True))
+    *whole, rows = (np.concatenate(part) for part in zip(*parts, strict=True))
     rows = np.unique(rows, axis=0)
-    return [*cells, rows[:, :2], rows[:, 2]]
+    return [*whole, rows[:, :2], rows[:, 2]]

@@ -96,20 +96,21 @@ class LinearGap:
             ]
         )
 
-    def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
+    def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of a mesh of whole pixels."""
         i, j = (mesh.xy // PIXEL).T
         return self._samples[i, j]
 
     def refined_values(
-        self, values: np.ndarray, fine: NestedMesh, edge_ends: np.ndarray
+        self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
         """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
 
         Samples on pixel vertices, linear between them.
         """
         a, b = (values.take(ends, axis=0) for ends in edge_ends.T)
-        return np.concatenate([values, self._sampled(*fine.xy[len(values) :].T, (a + b) / 2)])
+        x, y = fine.xy[len(values) :].T
+        return np.concatenate([values, self._sampled(x, y, (a + b) / 2)])
 
     def _sampled(self, x: np.ndarray, y: np.ndarray, linear: np.ndarray) -> np.ndarray:
         """Gap (n, 2) at points of a mesh: `linear`, replaced by the samples at pixel vertices."""
@@ -119,11 +120,11 @@ class LinearGap:
         linear[on_pixel] = samples.take(i * self._samples.shape[1] + j, axis=0)
         return linear
 
-    def plotted_values(self, mesh: NestedMesh, values: np.ndarray) -> np.ndarray:
+    def plotted_values(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) at the vertices, for pictures."""
         return values[:, 0]
 
-    def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
+    def cell_data(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellData:
         """Averages, contact and resistivity tensors of all cells.
 
         Parameters
@@ -194,12 +195,12 @@ class VertexGap:
         other.law = law
         return other
 
-    def vertex_values(self, mesh: TriangleMesh) -> np.ndarray:
+    def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
         return self._values
 
     def refined_values(
-        self, values: np.ndarray, fine: TriangleMesh, edge_ends: np.ndarray
+        self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
         """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
 
@@ -207,11 +208,11 @@ class VertexGap:
         """
         return np.concatenate([values, (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2])
 
-    def plotted_values(self, mesh: TriangleMesh, values: np.ndarray) -> np.ndarray:
+    def plotted_values(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) at the vertices, for pictures."""
         return values[:, 0]
 
-    def cell_data(self, mesh: TriangleMesh, values: np.ndarray) -> CellData:
+    def cell_data(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellData:
         """Averages, contact and resistivity tensors, in closed form on every cell."""
         return CellData.joined(mesh, partial(self._some, values))
 
@@ -280,22 +281,22 @@ class ConstantGap:
         other._use(law)
         return other
 
-    def vertex_values(self, mesh: NestedMesh) -> np.ndarray:
+    def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
         """No values (V, 0): the gap jumps at the vertices."""
         return np.empty((len(mesh.xy), 0))
 
     def refined_values(
-        self, values: np.ndarray, fine: NestedMesh, edge_ends: np.ndarray
+        self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
         """No values (V', 0)."""
         return np.empty((len(fine.xy), 0))
 
-    def plotted_values(self, mesh: NestedMesh, values: np.ndarray) -> np.ndarray:
+    def plotted_values(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) of the pixel above and to the right of each vertex, for pictures."""
         i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
         return self._raised[i, j]
 
-    def cell_data(self, mesh: NestedMesh, values: np.ndarray) -> CellData:
+    def cell_data(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellData:
         """Averages of all cells. Contact consists of whole pixels: there are no zero-gap sides."""
         return CellData.joined(mesh, self._some)
 
@@ -320,4 +321,7 @@ class ConstantGap:
         return QuarterData.of(cube, inverse_cube)
 
 
-REPRESENTATIONS = {"linear": LinearGap, "constant": ConstantGap}
+REPRESENTATIONS: dict[str, type[LinearGap] | type[ConstantGap]] = {
+    "linear": LinearGap,
+    "constant": ConstantGap,
+}

@@ -28,7 +28,7 @@ AT_ONCE = 1 << 12  # cells
 class Batch:
     """Triangles on which DOLFINx integrates; where they lie is said by `place`."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         corners = np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (AT_ONCE, 1))
         cells = np.arange(3 * AT_ONCE).reshape(-1, 3)
         self._mesh = create_triangle_mesh(MPI.COMM_SELF, corners, cells)

@@ -7,9 +7,9 @@ from numbers import Real
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
-from fem_seal.film import Film, GridFilm, film_conductivity
+from fem_seal.film import GridFilm, MeshFilm, film_conductivity
 from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_film
@@ -29,7 +29,7 @@ LEAST_UNIT = 1e-100  # leaves room for the 180 decades of NARROWEST cubed
 
 @explained_compilation()
 def leak_rate(
-    gap: Film | GridField,
+    gap: GridFilm | MeshFilm | GridField,
     *,
     viscosity: float,
     pressure_drop: float,
@@ -98,12 +98,13 @@ def leak_rate(
     if film.sealed:
         return LeakRate.sealed(method)
     scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
-    slipping = slip and SlippingFilm(slip, film.highest, film.constriction.gap)
+    critical = present(film.constriction, "constriction").gap
+    slipping = None if slip is None else SlippingFilm(slip, film.highest, critical)
     gain = slipping.gain if slipping else 1.0
     scale *= gain
     criterion = Tolerance(rtol) if decide is None else Decision(decide)
     growth = 4.0 if method == "uniform" else USUAL_GROWTH
-    narrowest = film.constriction.gap / film.highest
+    narrowest = critical / film.highest
     require_conducting("the critical constriction", narrowest)
     stopping = Stopping(criterion, limits or Limits(), growth, narrowest, time.perf_counter())
     strategy = Strategy(
@@ -119,7 +120,7 @@ def leak_rate(
         law = slipping.mean_law if slipping else CUBE
         for bracket in _brackets(film, narrowest, strategy, law, comm):
             levels.append(_in_si(bracket.level, scale))
-            wide = slipping and slipping.on_mesh_of(bracket)
+            wide = slipping.on_mesh_of(bracket) if slipping else None
             reached = criterion.reached(*_judged(criterion, levels[-1], wide, scale))
             reason = "" if reached else comm.bcast(stopping.reason(levels))
             if bracket.stalled and no_closer(levels) and not reached:
@@ -129,7 +130,7 @@ def leak_rate(
             if reason and bracket.stream is None:
                 bracket = bracket.certified()
                 levels[-1] = _in_si(bracket.level, scale)
-                wide = slipping and slipping.on_mesh_of(bracket)
+                wide = slipping.on_mesh_of(bracket) if slipping else None
             if progress is not None:
                 progress(levels[-1])
             result = _result(bracket, wide, levels, method, scale)
@@ -146,7 +147,7 @@ def leak_rate(
             raise
         reason = str(limit)
     if reason:
-        missed = result.refined_bounds if decide is None else (result.lower, result.upper)
+        missed = result.refined_bounds if decide is None else result.bounds
         reason = f"{reason}; {criterion.missed(*missed)}"
     return replace(result, converged=not reason, reason=reason, field=last)
 
@@ -207,13 +208,13 @@ def require_conducting(tightest: str, narrowest: float) -> None:
 
 
 def _brackets(
-    film: Film, narrowest: float, strategy: Strategy, law: FilmLaw, comm: MPI.Comm
+    film: GridFilm | MeshFilm, narrowest: float, strategy: Strategy, law: FilmLaw, comm: MPI.Comm
 ) -> Iterator[Bracket]:
     """Set the normalised problem up, gap in units of its maximum, and refine it."""
     tuning = strategy.tuning
     coarsest = None if strategy.uniform else tuning.coarsest
-    clipped = (narrowest * part for part in (tuning.cut, tuning.floor, tuning.ceiling))
-    gap, mesh = first_mesh(film, *clipped, coarsest, law)
+    cut, floor, ceiling = (narrowest * p for p in (tuning.cut, tuning.floor, tuning.ceiling))
+    gap, mesh = first_mesh(film, cut, floor, ceiling, coarsest, law)
     return brackets(gap, mesh, strategy, comm)
 
 
@@ -271,7 +272,7 @@ def _result(
 
 
 def _field(
-    bracket: Bracket, film: Film, viscosity: float, pressure_drop: float, gain: float
+    bracket: Bracket, film: GridFilm | MeshFilm, viscosity: float, pressure_drop: float, gain: float
 ) -> FlowField:
     """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
     problem, highest = bracket.problem, film.highest

@@ -200,7 +200,7 @@ class LevelProblem:
         guess : (V,), at the vertices of the mesh
         """
         numbering = dual_numbering(self.mesh, self._cell_contact, self.kept, merge_blocked=True)
-        return numbering and self._minimal_stream(0.0, numbering, guess)
+        return None if numbering is None else self._minimal_stream(0.0, numbering, guess)
 
     def regularised_stream(self, guess: np.ndarray, epsilon: float) -> Stream | None:
         """Regularised dual: blocked cells conduct `epsilon` times as much as in the primal.
@@ -209,7 +209,7 @@ class LevelProblem:
         resolved.
         """
         numbering = dual_numbering(self.mesh, self._cell_contact, self.kept, merge_blocked=False)
-        return numbering and self._minimal_stream(epsilon, numbering, guess)
+        return None if numbering is None else self._minimal_stream(epsilon, numbering, guess)
 
     def _minimal_stream(self, epsilon: float, numbering: Numbering, guess: np.ndarray) -> Stream:
         minimum = self.space.minimise(

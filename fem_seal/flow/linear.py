@@ -285,7 +285,7 @@ def minimise_by_cg(
     ksp.setFromOptions()
     reached = [np.inf]
 
-    def converged(ksp, iteration, natural_norm):
+    def converged(ksp: PETSc.KSP, iteration: int, natural_norm: float) -> int:
         energy = start - (right_side.dot(ksp.buildSolution()) if iteration else 0.0)
         reached[0] = natural_norm**2 / energy if energy > 0 else np.inf
         if energy < least:

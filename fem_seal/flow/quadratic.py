@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from fem_seal.errors import NotConverged
+from fem_seal.errors import NotConverged, present
 from fem_seal.fenicsx import (
     MPI,
     PETSc,
@@ -84,7 +84,7 @@ def quadratic_upper(
         return LeakRate.sealed(METHOD)
     gap, highest, tuning = film.field, film.highest, Tuning()
     scaled = GridField(gap.values / highest, gap.spacing, gap.periodic)
-    narrowest = film.constriction.gap / highest
+    narrowest = present(film.constriction, "constriction").gap / highest
     represented = REPRESENTATIONS[film.representation](
         scaled, tuning.cut * narrowest, tuning.floor * narrowest, 1
     )

@@ -151,7 +151,8 @@ def open_torus(mesh: NestedMesh, data: CellData) -> OpenTorus:
     inner, alone = passable_sides(mesh, data)
     across, jump = seam_pairs(mesh, alone)
     piece = components(inner // 3, len(mesh.cells))
-    unwound = unwind(*piece[across // 3].T, jump, int(piece.max()) + 1)
+    first, second = piece[across // 3].T
+    unwound = unwind(first, second, jump, int(piece.max()) + 1)
     component = unwound.root[piece]
     kept = np.isin(component, unwound.winding_roots) & (data.K > 0)
     pairs = np.concatenate([inner, across])

@@ -101,17 +101,17 @@ class NestedMesh:
         return ends
 
     def points(
-        self, spacing: tuple[float, float], vertices: np.ndarray | None = None
+        self, spacing: float | np.ndarray, vertices: np.ndarray | None = None
     ) -> np.ndarray:
         """Coordinates (..., 2) [m] of vertices (...), or (V, 2) of all, for the pixel size [m]."""
         xy = self.xy if vertices is None else self.xy.take(vertices, axis=0)
         points = np.empty(xy.shape)
         # One axis at a time: NumPy takes three times as long for both axes in one product.
-        for axis, size in enumerate(spacing):
+        for axis, size in enumerate(np.broadcast_to(spacing, 2)):
             np.multiply(xy[..., axis], size / PIXEL, out=points[..., axis])
         return points
 
-    def corners(self, spacing: tuple[float, float], cells: np.ndarray) -> np.ndarray:
+    def corners(self, spacing: float | np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Corners (n, 3, 2) [m] of cells (n, 3), relative to the first corner of each.
 
         Subtract integer coordinates, which is exact. Coordinates in metres would cancel: cells may
