@@ -14,6 +14,7 @@ DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
 SMALL = {
     "certified_leak": {"n": 128, "rtol": 0.1},
     "closing_saddle": {"n": 128},
+    "gas_that_slips": {"n": 32, "rtol": 0.1},
     "how_contact_is_solved": {"n": 64},
     "letter": {"n": 64, "seeds": 3, "areas": (0.2,)},
     "ordinary_dolfinx": {"n": 32},
