@@ -7,9 +7,10 @@
 #     throughput / Δp = W/L (g³ p + B g²)/(12 η),     B = 6 λ p = 6 η √(π R T / 2 M),
 #
 # with p the mean pressure (first order in λ/g, full accommodation). The first term, viscous flow,
-# grows with the pressure and knows the gas by its viscosity η. The second one does not depend on the
-# pressure and knows the gas by the molar mass M alone. So nitrogen, a little less viscous than
-# helium, leaks a little more at high pressure, and helium √7 times as much at low pressure.
+# grows with the pressure and knows the gas by its viscosity η. The second one does not depend on
+# the pressure and knows the gas by the molar mass M alone. So nitrogen, a little less viscous than
+# helium, leaks a little more at high pressure (both taken as ideal gases), and helium √7 times as
+# much at low pressure.
 #
 # In a rough gap g and p change from place to place. For gases that slip the equation is not linear
 # in any power of p, but two linear problems enclose it; the bounds below are of that kind.
@@ -164,7 +165,8 @@ def main(out: Path = Path("out"), n: int = 64, rtol: float = 0.05) -> dict[str, 
         assert all(np.maximum.accumulate(lower) <= upper)
         # Without slip the flow would vanish with the pressure.
         assert points[0].without_slip < 1e-3 * points[0].lower
-    assert max(widths) < 0.15
+    # What the tolerance allows, and what slip leaves open.
+    assert max(widths) < rtol + 0.1
     print(f"bounds at most ±{50 * max(widths):.1f} % wide")
     sentence, allowed, tested = leak_test(n, rtol)
     budget = tested.leak_rate.slip_interval
