@@ -21,6 +21,7 @@ from fem_seal.steps import (
     CONTACTS,
     FLOWS,
     elastic_contact,
+    every_second,
     lifting_problem,
     made_surface,
     prepared_surface,
@@ -227,11 +228,15 @@ class Patch:
             return None
         from fem_seal.coupling import lifted
 
-        problem = lifting_problem(self.scene, self.surface, self.report, self.comm)
+        problem, coarse = (
+            surface and lifting_problem(self.scene, surface, self.report, self.comm)
+            for surface in (self.surface, every_second(self.surface))
+        )
         # The dry contact is that with the outlet's pressure everywhere if this is the ambient one.
         dry = self.contact if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
-            return lifted(problem, self.scene.flow.rtol, dry=dry, report=self.report)
+            rtol = self.scene.flow.rtol
+            return lifted(problem, rtol, dry=dry, coarse=coarse, report=self.report)
 
     @property
     def lifted_off(self) -> bool:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
+FEWEST_TO_HALVE = 128  # samples along a side, to start a lift on every second one
 LARGEST_RISE = 1e100  # m, of heights; its third power is still a number, and so is its inverse
 
 
@@ -108,6 +109,15 @@ ContactModel = Callable[[Scene, GridField, np.ndarray | None, Report], "GapState
 CONTACTS: dict[str, ContactModel] = {"gfmd": _elastic, "bearing": _bearing}
 
 
+def every_second(surface: GridField) -> GridField | None:
+    """Every second sample of heights [m]; None for few or an odd number of samples."""
+    nx, ny = surface.shape
+    if min(nx, ny) < FEWEST_TO_HALVE or nx % 2 or ny % 2:
+        return None
+    values = np.ascontiguousarray(surface.values[::2, ::2])
+    return GridField(values, tuple(2 * d for d in surface.spacing), surface.periodic)
+
+
 def lifting_problem(
     scene: Scene, surface: GridField, report: Report, comm: parallel.Comm = None
 ) -> "Problem":
@@ -176,6 +186,7 @@ def lifting_problem(
         outlet=outlet,
         load=contact.pressure,
         comm=comm,
+        decides=scene.deciding_rate is not None,
     )
 
 

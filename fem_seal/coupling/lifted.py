@@ -35,9 +35,12 @@ from fem_seal.progress import Report, silent
 
 DEPTH = 2  # of Anderson's acceleration; depth four is no better
 MOST_PASSES = 40
+# On every second sample: how roughly the leak rate has to settle, and the most passes.
+COARSE_RTOL, COARSE_PASSES = 1.0, 6
 # Part of a step that is taken: 1 for the first passes, half of it for as many more, and so on.
 PASSES_OF_ONE_STEP, LEAST_STEP = 12, 0.25
-COARSE = 0.1  # tolerance of the first flows; the others follow the change of the leak rate
+# Tolerance of the first flows; the others follow the change of the leak rate.
+COARSE, OF_CHANGE = 0.3, 0.25
 SETTLED = 1 / 5  # change of ln Q over the tolerance of the flow, below which passes have settled
 # Lift-off: the fluid still carries more than the load where this part of it is left to the solid.
 LEAST_LEFT = 1e-3
@@ -70,6 +73,8 @@ class Problem:
         P₀ [Pa], what solid and fluid carry together; None for a held area or mean gap.
     comm : MPI.Comm or None
         The processes that solve together; all of this run if None.
+    decides : bool
+        Whether the result's flow is to decide a limit, and is no flow to `rtol`.
     """
 
     height: GridField
@@ -82,6 +87,7 @@ class Problem:
     outlet: float
     load: float | None
     comm: parallel.Comm = None
+    decides: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,14 +165,16 @@ def lifted(
     rtol: float,
     *,
     dry: ContactState | None = None,
+    coarse: Problem | None = None,
     most_passes: int = MOST_PASSES,
     report: Report = silent,
 ) -> LiftedState:
     """Solve contact and flow together.
 
-    The passes begin with the outlet's pressure everywhere. Where that film is sealed, sealed and
-    leaking states may exist side by side, and passes that begin with the inlet's pressure follow:
-    the state is theirs, and has settled only if both agree.
+    The passes begin with the outlet's pressure everywhere, or with that of a few passes on every
+    second sample. Where the film is sealed at the outlet's pressure, sealed and leaking states may
+    exist side by side, and passes that begin with the inlet's pressure follow: the state is theirs,
+    and has settled only if both agree.
 
     Parameters
     ----------
@@ -175,6 +183,8 @@ def lifted(
         Tolerance of the last flow; a fifth of it is allowed to the change of ln Q.
     dry : ContactState, optional
         Contact with the outlet's pressure everywhere, if it is known.
+    coarse : Problem, optional
+        The same on every second sample, for a start that saves passes.
     most_passes : int
         Passes after which a state that has not settled is returned with `converged` False.
     report : callable
@@ -194,15 +204,29 @@ def lifted(
         return _lifted_off(problem, low, 0)
     if dry is None:
         dry = _contact(problem, low, None)
-    first = lifted_from(problem, rtol, low, dry, most_passes, report, known=True)
     if not problem.film(dry.gap).sealed:
-        return first
+        start = None if coarse is None else _coarse_start(coarse, low, report)
+        if start is not None:
+            return lifted_from(problem, rtol, start, dry, most_passes, report)
+        return lifted_from(problem, rtol, low, dry, most_passes, report, known=True)
+    first = lifted_from(problem, rtol, low, dry, most_passes, report, known=True)
     high = _carriable(problem, low, np.full_like(low, problem.inlet))
     top = _contact(problem, high, dry)
     if high.min() == problem.inlet and problem.film(top.gap).sealed and first.state == "sealed":
         # Sealed with the inlet's pressure everywhere: sealed at any pressure between the ends'.
         return first
     return _both(first, lifted_from(problem, rtol, high, top, most_passes, report, known=True))
+
+
+def _coarse_start(coarse: Problem, low: np.ndarray, report: Report) -> np.ndarray | None:
+    """Fluid pressure [Pa] of a roughly settled state on every second sample; None if it is sealed.
+
+    It must leave a load to the solid on the finer grid as well, where its mean is the same.
+    """
+    state = lifted_from(coarse, COARSE_RTOL, low[::2, ::2], None, COARSE_PASSES, report)
+    if state.state != "leaking":
+        return None
+    return state.fluid_pressure.values.repeat(2, axis=0).repeat(2, axis=1)
 
 
 def _both(first: LiftedState, second: LiftedState) -> LiftedState:
@@ -265,7 +289,7 @@ def lifted_from(
     while True:
         if not (known and not passes):
             contact = _contact(problem, pressure, contact)
-        this = _one_pass(problem, pressure, contact, min(max(change / 2, rtol), COARSE))
+        this = _one_pass(problem, pressure, contact, min(max(OF_CHANGE * change, rtol), COARSE))
         passes = [*passes[-DEPTH:], this]
         rates.append(this.leak.value)
         change = _spread(rates[-2:]) if len(rates) > 1 else inf
@@ -346,7 +370,8 @@ def _finished(
     problem: Problem, last: _Pass, rates: list[float], rtol: float, seen: list[float], settled: bool
 ) -> LiftedState:
     """Solve the last flow as the result is to have it."""
-    leak = problem.flow(last.film, None)
+    exact = last.tolerance <= rtol and not problem.decides
+    leak = last.leak if exact else problem.flow(last.film, None)
     return LiftedState(
         state=leak.state,
         contact=last.contact,

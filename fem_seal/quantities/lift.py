@@ -9,6 +9,7 @@ of the stiffness have the wrong sign for the proof. So the factors are called es
 
 from math import exp, isinf
 
+from fem_seal.accuracy import flow_part
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.errors import NotConverged
 from fem_seal.leak_rate import LeakRate
@@ -87,12 +88,15 @@ def _resolved(patch: Patch) -> Uncertainty:
         upper = max(1.0, state.highest / value) if value else None
         rate = state.highest if upper is None else None
         return Uncertainty(COMPUTED, "estimated", state.reason, lower, upper, True, rate)
-    share = f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load"
     sentence = (
-        f"{share}; by how much the leak rate still changes from pass to pass through contact and "
-        "flow"
+        f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; how much the leak "
+        "rate changes from pass to pass through contact and flow, and by the error of the flow "
+        "whose pressure lifts the solid"
     )
-    return Uncertainty(COMPUTED, "estimated", sentence, exp(-state.change), exp(state.change))
+    # The pressure is as good as the flow: changes of ln Q were of the size of its half-width.
+    leak = patch.leak_rate
+    error = state.change + (flow_part(leak) if leak.lower else 0.0)
+    return Uncertainty(COMPUTED, "estimated", sentence, exp(-error), exp(error))
 
 
 def _range(patch: Patch) -> Uncertainty:
