@@ -1,0 +1,154 @@
+"""flow.lift from the scene to the result: refusals, folders, verdicts, budgets, two processes."""
+
+import json
+
+import numpy as np
+import pytest
+from lifted_scenes import scene
+from project import write_toml
+from test_cli import FEM_SEAL, mpirun
+
+from fem_seal import job
+from fem_seal.accuracy import solved
+from fem_seal.errors import InvalidInput
+from fem_seal.patch import Patch
+from fem_seal.results import Result, read_contact, summarise
+from fem_seal.results.words import summary_of
+from fem_seal.scene import Scene
+
+
+def entry(result):
+    return next(entry for entry in result.error_budget if entry.name == "lift")
+
+
+@pytest.mark.parametrize(
+    ("settings", "reason"),
+    [
+        ({"lift": "range", "solid": {"layer_thickness": 1e-5}}, "half-space"),
+        ({"lift": "range", "contact": {"area_fraction": 0.1}}, "contact.area_fraction"),
+        ({"lift": "range", "contact": {"mean_gap": 1e-7}}, "contact.mean_gap"),
+        ({"contact": {"model": "bearing", "area_fraction": 0.1}}, "no elasticity"),
+        ({"lift": "some"}, "flow.lift"),
+        ({"inlet_pressure": 1e5, "outlet_pressure": -1.0}, "outlet_pressure"),
+    ],
+)
+def test_lift_that_means_nothing_is_refused(settings, reason):
+    with pytest.raises(InvalidInput, match=reason):
+        scene(**settings)
+
+
+def test_a_given_gap_has_nothing_to_lift(tmp_path):
+    np.savez(tmp_path / "gap.npz", gap=np.ones((8, 8)), spacing=np.array([1.0, 1.0]))
+    mapping = {
+        "gap": {"path": str(tmp_path / "gap.npz")},
+        "fluid": {"viscosity": 1e-3},
+        "flow": {"pressure_drop": 1.0, "lift": "resolved"},
+    }
+    with pytest.raises(InvalidInput, match="nothing to lift"):
+        Scene.from_mapping(mapping)
+
+
+def test_a_scene_without_a_leak_rate_is_dry():
+    """Nothing flows: the contact alone, and no lift in the result."""
+    patch = Patch(scene(output={"products": ["contact"]}))
+    assert patch.lifted is None
+    assert summarise(patch).lift is None
+
+
+def test_folder_holds_the_lifted_contact(tmp_path):
+    """Area, gap and pressure are of the contact that the leak rate belongs to; dry beside them."""
+    result = job.run(scene(output={"products": ["contact", "leak_rate", "constriction"]}), tmp_path)
+    gap, pressure = read_contact(tmp_path)
+    assert result.contact_area_fraction == np.count_nonzero(gap.values == 0) / gap.values.size
+    assert result.lift.solid_pressure == pytest.approx(pressure.values.mean(), rel=1e-12)
+    assert result.lift.solid_pressure + result.lift.fluid_pressure == pytest.approx(1.5e5, rel=1e-6)
+    assert result.mean_pressure == 1.5e5
+    dry = Patch(scene(lift="none")).contact
+    assert result.lift.dry.contact_area_fraction == dry.contact_area_fraction
+    assert result.contact_area_fraction < dry.contact_area_fraction
+    assert result.mean_gap > result.lift.dry.mean_gap
+    again = Result.from_folder(tmp_path)
+    assert again == result
+    assert ("lift", "fluid carries") in [(a, b[4:17]) for a, b in summary_of(again)]
+
+
+def test_budget_and_verdict_count_the_lift():
+    """The entry's factors widen the bounds of the flow, and a limit between them is undecided."""
+    result = summarise(Patch(scene()))
+    lift, leak = entry(result), result.leak_rate
+    assert lift.kind == "estimated"
+    assert lift.lower < 1 < lift.upper < 1.1
+    assert lift.lower * lift.upper == pytest.approx(1)
+    assert not any("fluid's pressure, up to" in caution for caution in result.cautions)
+
+    def decision(limit):
+        mapping = scene().to_mapping()
+        mapping["limit"] = {"leak_rate": limit}
+        return summarise(Patch(Scene.from_mapping(mapping))).verdict.decision
+
+    assert decision(1.01 * leak.upper * lift.upper) == "within limit"
+    assert decision(0.99 * leak.lower * lift.lower) == "above limit"
+    assert decision((leak.upper * (1 + lift.upper)) / 2) == "undecided"
+
+
+def test_range_in_the_result():
+    """Both ends, and a budget whose factors lead from the dry bounds to them."""
+    result = summarise(Patch(scene(lift="range")))
+    low, high = Patch(scene(lift="range")).lift_range
+    assert (result.lift.lowest, result.lift.highest) == (low.lower, high.upper)
+    assert entry(result).upper * result.leak_rate.upper == pytest.approx(high.upper, rel=1e-9)
+    assert result.lift.solid_pressure is None
+
+
+def test_range_with_an_inlet_above_the_load_is_open():
+    result = summarise(Patch(scene(load=0.9e5, lift="range")))
+    assert result.lift.highest is None
+    assert (entry(result).kind, entry(result).upper) == ("not covered", None)
+
+
+def test_lifted_off_is_above_any_limit():
+    mapping = scene(load=2e4).to_mapping()
+    mapping["limit"] = {"leak_rate": 1.0}
+    mapping["output"] = {"products": ["leak_rate", "constriction"], "leak_rate_unit": "ml/h"}
+    result = summarise(Patch(Scene.from_mapping(mapping)))
+    assert (result.state, result.leak_rate, result.converged) == ("lifted off", None, True)
+    assert result.verdict.decision == "above limit"
+    assert json.loads(result.to_json())["state"] == "lifted off"
+    assert Result.model_validate_json(result.to_json()) == result
+    assert any("unlimited" in text for _, text in summary_of(result))
+
+
+def test_a_total_error_of_the_lifted_leak_rate():
+    """[accuracy] tries grids with their lifted leak rates, and the result keeps the last state."""
+    mapping = scene().to_mapping()
+    mapping["flow"].pop("rtol", None)
+    mapping["accuracy"] = {"total": 0.5, "max_refinement": 1}
+    patch, choice = solved(Scene.from_mapping(mapping))
+    assert patch.leak_rate.value == choice.leak_rate.value
+    assert patch.lifted is choice.lifted
+    assert patch.film.field is choice.lifted.contact.gap
+
+
+def test_threshold_of_a_lifted_contact():
+    """Sealed at any fluid pressure: the dry threshold and the inlet's pressure on top."""
+    output = {"products": ["leak_rate", "threshold"]}
+    dry, lifted = (
+        summarise(Patch(scene(lift=lift, output=output))).quantities.threshold
+        for lift in ("none", "resolved")
+    )
+    assert lifted.pressure_leaking == dry.pressure_leaking
+    assert lifted.pressure_sealed == dry.pressure_sealed + 1e5
+    # And it is: sealed above it, though the inlet's pressure acts up to the barrier.
+    assert Patch(scene(load=1.001 * lifted.pressure_sealed)).leak_rate.state == "sealed"
+
+
+@pytest.mark.mpi
+def test_two_processes_lift_as_one_does(tmp_path):
+    """The first presses, both solve the flow: equal to what the linear solver leaves open."""
+    write_toml(tmp_path / "scene.toml", scene(rtol=0.1).to_mapping())
+    status, _, error = mpirun(*FEM_SEAL, "run", tmp_path / "scene.toml", "--out", tmp_path / "two")
+    assert status == 0, error
+    one, two = summarise(Patch(scene(rtol=0.1))), Result.from_folder(tmp_path / "two")
+    assert two.provenance.processes == 2
+    assert two.lift.steps == one.lift.steps
+    assert two.leak_rate.value == pytest.approx(one.leak_rate.value, rel=1e-3)
