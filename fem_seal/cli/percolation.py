@@ -95,8 +95,7 @@ def require_one_process(command: str) -> None:
     """Refuse mpirun: these studies compute many small problems, each by one process."""
     if parallel.processes() > 1:
         raise InvalidInput(
-            f"fem-seal {command} solves each point in one process; start it without mpirun "
-            "(--jobs N)"
+            f"fem-seal {command} solves each point in one process; start it without mpirun"
         )
 
 

@@ -7,8 +7,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from fem_seal.cli.common import add_command, add_scene, say
-from fem_seal.errors import InvalidInput, present
+from fem_seal import parallel
+from fem_seal.cli.common import add_command, add_scene, add_work, say, work_of
+from fem_seal.errors import InvalidInput, NotConverged, present
 
 if TYPE_CHECKING:
     from fem_seal.scene import Scene
@@ -38,7 +39,8 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     exact.set_defaults(command=_alone(_exact))
     trade = _study(studies, "trade", "error against time: contact grids, methods, tolerances")
     add_scene(trade)
-    trade.set_defaults(command=_alone(_trade))
+    add_work(trade, "contact grid")
+    trade.set_defaults(command=_trade)
     saddle = _study(studies, "saddle", "how the leak rate of one closing saddle vanishes")
     saddle.add_argument(
         "--samples",
@@ -162,16 +164,29 @@ def _exact(options: argparse.Namespace) -> int:
 def _trade(options: argparse.Namespace) -> int:
     from platform import machine, processor
 
+    from fem_seal.files import locked_folder
+    from fem_seal.progress import Display
     from fem_seal.render.studies import trade_figure
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.advice import recommend
     from fem_seal.verification.trade import trade
 
     scene = _scene(options)
-    result = _watched(partial(trade, scene))
-    advice = "\n".join(recommend(result))
-    _write(options.out, [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")])
-    trade_figure(result, options.out / "trade.png", options.scene.stem)
+    work = work_of(options)
+    # Each solve is a file of its own: parts share the folder.
+    with locked_folder(options.out, shared=True):
+        with Display(lines=True) as report:
+            result = trade(scene, out=options.out, work=work, report=report)
+        if result is None:
+            message = "solves of the trade are not computed yet"
+            if work.gather:
+                return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
+            say(f"{message}; the same command without --part, or with --gather, makes the table")
+            return 0
+        advice = "\n".join(recommend(result))
+        texts = [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")]
+        _write(options.out, texts)
+        trade_figure(result, options.out / "trade.png", options.scene.stem)
     say(as_text(result.points))
     say(f"extrapolated: {result.reference:.4e} m^3/s ± {100 * result.uncertainty:.2g} %")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import monotonic
 from typing import TypeAlias
 
@@ -147,7 +148,7 @@ def compute_chain(
     failures: Failures = {}
     for task in chain.tasks:
         # Another process may have computed the point meanwhile.
-        if parallel.on_root(lambda t=task: chain.folder.finished(t.name), comm):
+        if parallel.on_root(partial(chain.folder.finished, task.name), comm):
             continue
         try:
             point = task.compute(handed_on, under(task.label, report), comm)
@@ -158,7 +159,7 @@ def compute_chain(
             if point is None:
                 failures[task.label] = error
                 continue
-        parallel.on_root(lambda t=task, p=point: chain.folder.write(t.name, p), comm)
+        parallel.on_root(partial(chain.folder.write, task.name, point), comm)
         parallel.on_root(lambda: after_each() and None, comm)
     return failures
 

@@ -1,7 +1,7 @@
 """A folder with a file for each finished point; any number of processes may write into it."""
 
 from abc import ABC, abstractmethod
-from functools import lru_cache
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -98,22 +98,24 @@ class RecordFolder(PointFolder[Point]):
         super().__init__(folder)
         self.kind = kind
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the reader and writer behind, which cannot be pickled."""
+        return {key: value for key, value in super().__getstate__().items() if key != "_json"}
+
+    @cached_property
+    def _json(self) -> "TypeAdapter[Point]":
+        return TypeAdapter(self.kind)
+
     def load(self, path: Path) -> Point:
         """Read a file; pydantic's ValidationError is a ValueError."""
-        return adapter(self.kind).validate_json(path.read_bytes())
+        return self._json.validate_json(path.read_bytes())
 
     def save(self, path: Path, point: Point) -> None:
         """Write a file."""
-        write_text(path, adapter(self.kind).dump_json(point, indent=1).decode() + "\n")
+        write_text(path, self._json.dump_json(point, indent=1).decode() + "\n")
 
     def matching(self, pattern: str) -> list[Point]:
         """Points of the folder, by this process or others, whose names match a glob."""
         paths = sorted(self.folder.glob(f"{pattern}{self.suffix}"))
         points = (self.point(path.name.removesuffix(self.suffix)) for path in paths)
         return [point for point in points if point is not None]
-
-
-@lru_cache
-def adapter(kind: type) -> TypeAdapter:
-    """Reader and writer of a dataclass as JSON."""
-    return TypeAdapter(kind)

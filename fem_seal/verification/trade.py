@@ -7,6 +7,7 @@ finer grids, and the distance of each leak rate from the extrapolated one is its
 """
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -15,14 +16,18 @@ from time import process_time
 import numpy as np
 
 from fem_seal.contact.grid_error import extrapolate
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, present
+from fem_seal.files import temporary_folder
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate, relative_half_width
+from fem_seal.leak_rate import relative_half_width
 from fem_seal.memory import peak_memory
+from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
+from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
+from fem_seal.sweep.point import name_of
 from fem_seal.tables import shown_as
 
 FACTORS = (0.25, 0.5, 1.0, 2.0)
@@ -93,16 +98,85 @@ class Point:
         return self.lower is not None
 
 
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """A flow solve on one contact grid, before its error is known."""
+@dataclass(frozen=True)
+class Run:
+    """A flow solve on one contact grid, before its error is known; rates in m^3/s."""
 
     samples: tuple[int, int]
     flow: Choice
-    leak: LeakRate
+    state: str
+    leak_rate: float
+    lower: float | None
+    upper: float | None
     seconds: float
     contact_seconds: float
     memory_bytes: int
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Lower and upper bound, of a method that has them."""
+        return present(self.lower), present(self.upper)
+
+
+class _Contact:
+    """Contact on one grid and the CPU time it took; the flows on that grid share it."""
+
+    def __init__(self) -> None:
+        self._patch: Patch | None = None
+        self.seconds = 0.0
+
+    def patch(self, scene: Scene, samples: tuple[int, int], report: Report, comm: Comm) -> Patch:
+        """Patch of the scene on a grid, its contact solved."""
+        if self._patch is None:
+            _warm_up()
+            surface = resample(_surface(scene, comm), samples)
+            patch = Patch(scene, report, surface=surface, comm=comm)
+            start = process_time()
+            patch.contact  # noqa: B018
+            self.seconds = process_time() - start
+            self._patch = patch
+        return self._patch
+
+
+@dataclass(frozen=True)
+class RunTask(Task[Run]):
+    """A flow solve on one contact grid."""
+
+    scene: Scene
+    samples: tuple[int, int]
+    flow: Choice
+
+    def compute(self, handed_on: _Contact, report: Report, comm: Comm) -> Run:
+        """Solve the contact, unless another flow on its grid has, and the flow."""
+        coarse = handed_on.patch(self.scene, self.samples, report, comm)
+        method, rtol = self.flow.method, self.flow.rtol
+        flow = self.scene.flow
+        # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
+        most = 1 if method == "uniform" else flow.max_unknowns
+        flow = flow.model_copy(
+            update={"method": method, "rtol": rtol or flow.rtol, "max_unknowns": most}
+        )
+        patch = Patch(
+            self.scene.model_copy(update={"flow": flow}),
+            report,
+            surface=coarse.surface,
+            contact=coarse.contact,
+            comm=comm,
+        )
+        _forget_peak()
+        start = process_time()
+        leak = patch.leak_rate
+        return Run(
+            samples=self.samples,
+            flow=self.flow,
+            state=leak.state,
+            leak_rate=leak.value,
+            lower=leak.lower,
+            upper=leak.upper,
+            seconds=handed_on.seconds + process_time() - start,
+            contact_seconds=handed_on.seconds,
+            memory_bytes=peak_memory(),
+        )
 
 
 @dataclass(frozen=True)
@@ -134,8 +208,10 @@ def trade(
     *,
     factors: Sequence[float] = FACTORS,
     tolerances: Sequence[float] = TOLERANCES,
+    out: Path | None = None,
+    work: Work | None = None,
     report: Report = silent,
-) -> Trade:
+) -> Trade | None:
     """Compute a scene over contact grids and flow methods.
 
     Parameters
@@ -144,11 +220,15 @@ def trade(
     factors : multiples of the scene's samples, at least three that give whole numbers; below 1
         the surface loses the waves shorter than two samples of the coarse grid
     tolerances : rtol of the adaptive method
+    out : folder of points/, with a file for each solve, which is not repeated; none is kept if
+        left out
+    work : how the grids are shared out; one after the other if left out. CPU times of several jobs
+        include what they take from each other
     report : called with the stage and its progress
 
     Returns
     -------
-    Trade
+    Trade; None if solves are missing that other parts compute.
 
     Raises
     ------
@@ -158,18 +238,47 @@ def trade(
     NotConverged
         If a contact does not reach its tolerance.
     """
-    surface = Patch(scene, report).surface
+    with ExitStack() as held:
+        if out is None:
+            out = held.enter_context(temporary_folder())
+        folder = RecordFolder(out / "points", Run)
+        name = name_of(scene)
+        chains = [
+            Chain(folder, _tasks(name, scene, samples, tolerances), _Contact)
+            for samples in _shapes(_surface(scene, None).shape, factors)
+        ]
+        outcome = compute_points(chains, work or Work(), report=report)
+        for label, error in outcome.failures.items():
+            raise type(error)(f"{label}: {error}")
+        runs = [folder.point(task.name) for chain in chains for task in chain.tasks]
+    return None if outcome.missing else _judged([run for run in runs if run is not None])
+
+
+def _surface(scene: Scene, comm: Comm) -> GridField:
+    surface = Patch(scene, comm=comm).surface
     if surface is None:
         raise InvalidInput(
             "a trade needs [surface] and [contact]: the contact of a given gap cannot be solved "
             "on another grid"
         )
-    runs: list[_Run] = []
-    shapes = _shapes(surface.shape, factors)
-    _warm_up()
-    for shape in shapes:
-        runs.extend(_on_grid(scene, resample(surface, shape), tolerances, report))
-    return _judged(runs)
+    return surface
+
+
+def _tasks(
+    name: str, scene: Scene, samples: tuple[int, int], tolerances: Sequence[float]
+) -> tuple[RunTask, ...]:
+    """Every flow method on one contact grid."""
+    grid = f"{samples[0]}x{samples[1]}"
+    return tuple(
+        RunTask(
+            "-".join([name, grid, choice.method, *([f"{choice.rtol:g}"] if choice.rtol else [])]),
+            f"contact {grid}, {choice}",
+            scene,
+            samples,
+            choice,
+        )
+        for choice in _choices(tolerances)
+    )
 
 
 def _warm_up() -> None:
@@ -200,69 +309,38 @@ def _choices(tolerances: Sequence[float]) -> list[Choice]:
     return [Choice("finite-difference", None), Choice("uniform", None), *adaptive]
 
 
-def _on_grid(
-    scene: Scene, surface: GridField, tolerances: Sequence[float], report: Report
-) -> list[_Run]:
-    """Solve the contact once and the flow by every method."""
-    patch = Patch(scene, surface=surface)
-    name = " x ".join(map(str, surface.shape))
-    report(f"contact {name}", "")
-    start = process_time()
-    contact = patch.contact
-    contact_seconds = process_time() - start
-    runs = []
-    for choice in _choices(tolerances):
-        report(f"contact {name}", str(choice))
-        # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
-        limits = {"max_unknowns": 1 if choice.method == "uniform" else scene.flow.max_unknowns}
-        flow = scene.flow.model_copy(
-            update={"method": choice.method, "rtol": choice.rtol or scene.flow.rtol, **limits}
-        )
-        patch = Patch(
-            scene.model_copy(update={"flow": flow}), surface=surface, contact=contact
-        )
-        _forget_peak()
-        start = process_time()
-        leak = patch.leak_rate
-        spent = contact_seconds + process_time() - start
-        run = _Run(surface.shape, choice, leak, spent, contact_seconds, peak_memory())
-        runs.append(run)
-    return runs
-
-
 def _forget_peak() -> None:
     """Reset the kernel's record of the largest resident memory (proc(5), clear_refs)."""
     Path("/proc/self/clear_refs").write_text("5")
 
 
-def _judged(runs: Sequence[_Run]) -> Trade:
+def _judged(runs: Sequence[Run]) -> Trade:
     # Tolerances fall, so that the last adaptive run on each grid is the most accurate.
-    best = {run.samples: run.leak for run in runs if run.flow.method == "adaptive"}
+    best = {run.samples: run for run in runs if run.flow.method == "adaptive"}
     finest = list(best.values())[-1]
     if finest.state == "sealed":
         raise InvalidInput("the finest contact is sealed: there is no leak rate to trade for")
-    limit = extrapolate([leak.value for leak in best.values()])
-    reference = limit.limit if limit.limit > 0 else finest.value
+    limit = extrapolate([run.leak_rate for run in best.values()])
+    reference = limit.limit if limit.limit > 0 else finest.leak_rate
     uncertainty = max(limit.error / reference, relative_half_width(*finest.bounds))
-    points = [_point(run, best[run.samples].value, reference, uncertainty) for run in runs]
+    points = [_point(run, best[run.samples].leak_rate, reference, uncertainty) for run in runs]
     return Trade(mark_pareto(points), reference, uncertainty)
 
 
-def _point(run: _Run, best: float, reference: float, uncertainty: float) -> Point:
+def _point(run: Run, best: float, reference: float, uncertainty: float) -> Point:
     """Split the error of a run; `best` is the best leak rate on the same contact grid."""
-    leak = run.leak
     contact_error = max(abs(best / reference - 1), uncertainty)
     flow_error = (
-        abs(leak.value - best) / reference
-        if leak.lower is None
-        else relative_half_width(*leak.bounds)
+        abs(run.leak_rate - best) / reference
+        if run.lower is None
+        else relative_half_width(*run.bounds)
     )
     return Point(
         samples=run.samples,
         flow=run.flow,
-        leak_rate=leak.value,
-        lower=leak.lower,
-        upper=leak.upper,
+        leak_rate=run.leak_rate,
+        lower=run.lower,
+        upper=run.upper,
         contact_error=contact_error,
         flow_error=flow_error,
         total_error=contact_error + flow_error,

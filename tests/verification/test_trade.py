@@ -7,6 +7,7 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
+from fem_seal.points import Work
 from fem_seal.scene import Scene
 from fem_seal.verification.advice import recommend
 from fem_seal.verification.trade import Choice, Point, Trade, mark_pareto, trade
@@ -128,6 +129,27 @@ def test_what_cannot_be_traded(small_scene, tmp_path):
         trade(Scene.from_mapping(pressed), factors=(0.25, 0.5, 1), tolerances=(0.5,))
 
 
+def test_rates_are_the_same_for_jobs_and_parts(small_scene, tmp_path):
+    """To the last digit; and a solve that is there is not repeated."""
+    scene = Scene.from_mapping(small_scene)
+    settings = {"factors": (0.5, 1, 2), "tolerances": (0.5,)}
+
+    def rates(result):
+        return [(p.samples, p.flow, p.leak_rate, p.lower, p.upper) for p in result.points]
+
+    whole = trade(scene, out=tmp_path / "one", **settings)
+    two = trade(scene, out=tmp_path / "two", work=Work(jobs=2), **settings)
+    assert rates(two) == rates(whole)
+    parts = tmp_path / "parts"
+    assert trade(scene, out=parts, work=Work(part=(2, 2)), **settings) is None
+    assert trade(scene, out=parts, work=Work(gather=True), **settings) is None
+    assert rates(trade(scene, out=parts, work=Work(part=(1, 2)), **settings)) == rates(whole)
+    before = {path: path.stat().st_mtime_ns for path in (parts / "points").iterdir()}
+    assert len(before) == 3 * 3
+    trade(scene, out=parts, **settings)
+    assert {path: path.stat().st_mtime_ns for path in (parts / "points").iterdir()} == before
+
+
 def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     path = write_toml(tmp_path / "scene.toml", small_scene)
     assert cli.main(["study", "trade", str(path), "--out", str(tmp_path / "trade")]) == 0
@@ -135,6 +157,7 @@ def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     assert (tmp_path / "trade" / "advice.txt").read_text().strip() in text
     assert sorted(p.name for p in (tmp_path / "trade").iterdir()) == [
         "advice.txt",
+        "points",
         "trade.csv",
         "trade.png",
     ]
