@@ -79,7 +79,8 @@ def film_from_dolfinx(
         )
     groups = {}
     for name, numbers in (("inlet", inlet), ("outlet", outlet), ("wall", wall)):
-        groups[name] = edges[np.isin(tags, np.ravel(np.array(numbers)))]
+        several = [*numbers] if isinstance(numbers, Collection) else [numbers]
+        groups[name] = edges[np.isin(tags, several)]
         if name != "wall" and not len(groups[name]):
             present = ", ".join(map(str, np.unique(tags))) or "none"
             raise InvalidInput(

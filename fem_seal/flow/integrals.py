@@ -26,7 +26,7 @@ AT_ONCE = 1 << 12  # cells
 
 
 class Batch:
-    """Triangles on which DOLFINx integrates; where they lie is said by `place`."""
+    """Triangles on which DOLFINx integrates; `place` moves them onto cells of another mesh."""
 
     def __init__(self) -> None:
         corners = np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (AT_ONCE, 1))

@@ -75,7 +75,7 @@ def test_there_and_back():
 def test_tags_may_have_any_number():
     msh, _ = rectangle()
     tags = tagged(msh, *ends(2.0, inlet=12, outlet=7, wall=40))
-    film = film_from_dolfinx(msh, tags, function(msh, slanted), inlet=12, outlet=7, wall=[40, 41])
+    film = film_from_dolfinx(msh, tags, function(msh, slanted), inlet=12, outlet=7, wall={40, 41})
     assert film.mesh.xy[film.mesh.inlet][:, 0] == pytest.approx(0.0)
     assert film.mesh.xy[film.mesh.outlet][:, 0] == pytest.approx(2.0)
 
