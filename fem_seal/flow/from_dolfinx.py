@@ -16,9 +16,6 @@ from fem_seal.fenicsx import (
 )
 from fem_seal.film import MeshFilm
 from fem_seal.leak_rate import FacetTag
-from fem_seal.mesh.checks import labelled
-from fem_seal.mesh.files import FLAT, Triangles
-from fem_seal.mesh.shape import shape_mesh_with_values
 
 SOURCE = "the DOLFINx mesh"
 
@@ -58,6 +55,11 @@ def film_from_dolfinx(
         edge of the boundary has no tag, inlet or outlet have no edge, or the shape is none that
         `shape_mesh` can take.
     """
+    # Only who hands in a mesh needs the modules that check and cut one.
+    from fem_seal.mesh.checks import labelled
+    from fem_seal.mesh.files import FLAT, Triangles
+    from fem_seal.mesh.shape import shape_mesh_with_values
+
     _require_gap_on(msh, gap)
     if facet_tags.dim != 1:
         raise InvalidInput(
