@@ -115,7 +115,7 @@ class Run:
     @property
     def bounds(self) -> tuple[float, float]:
         """Lower and upper bound, of a method that has them."""
-        return present(self.lower), present(self.upper)
+        return present(self.lower, "lower"), present(self.upper, "upper")
 
 
 class _Contact:
