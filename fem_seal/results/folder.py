@@ -1,4 +1,4 @@
-"""The result folder: whole or not there, and never another scene's by accident."""
+"""The result folder: written as a whole, and never over another scene's result by accident."""
 
 import os
 from collections.abc import Iterable
@@ -11,8 +11,8 @@ from fem_seal.files import locked_folder, staging_folder, to_disk, writing
 from fem_seal.results.arrays import CONTACT_FILE, FLOW_FILE
 from fem_seal.results.result import RESULT_FILE, Provenance, Result
 
-# The staged files of a finished run, on their way into the folder. A run that is killed while it
-# moves them leaves this folder, and the next one moves the rest.
+# Folder with the staged files of a finished run, which are moved out of it one by one. If a run is
+# killed meanwhile, the next run moves the rest.
 MOVING = ".fem-seal.moving"
 _OLD_RESULT = "replaced-result.json"
 
@@ -51,7 +51,7 @@ class ResultFolder:
         self._open = ExitStack()
 
     def __enter__(self) -> "ResultFolder":
-        """Lock the folder and finish what a killed run has left.
+        """Lock the folder and finish the moves of a killed run.
 
         Raises
         ------
@@ -78,7 +78,7 @@ class ResultFolder:
         trace: TracebackType | None,
     ) -> None:
         with self._open, writing(self.path):
-            self._move_in()  # what an interrupt has kept `commit` from moving
+            self._move_in()  # needed if an interrupt has stopped `commit`
 
     def commit(self, result: Result) -> None:
         """Move the staged files into the folder, in place of those that the last result names.
@@ -96,14 +96,14 @@ class ResultFolder:
             (self.staged / RESULT_FILE).write_text(result.to_json(), encoding="utf-8")
             for path in self.staged.iterdir():
                 to_disk(path)
-            # From here on the new result is whole: whatever happens, it will be moved in.
+            # After this rename the new result is complete: this run or the next one moves it in.
             self.staged.rename(self.path / MOVING)
             self._move_in()
 
     def _move_in(self) -> None:
         """Move files from the folder MOVING, where there is one; result.json goes last.
 
-        Each step may be repeated, so that a run may be killed between any two of them.
+        A run may be killed between any two steps: each step can be repeated.
         """
         moving = self.path / MOVING
         if not moving.is_dir():
@@ -141,7 +141,7 @@ class ResultFolder:
                     "choose another --out, or replace it with --overwrite"
                 )
             return
-        # `fem-seal mesh` leaves pictures and a mesh without a result: those may be replaced.
+        # Pictures and a mesh without a result come from `fem-seal mesh`, and may be replaced.
         for name in self._names.intersection((CONTACT_FILE, FLOW_FILE)):
             if (self.path / name).exists():
                 raise InvalidInput(
@@ -151,12 +151,12 @@ class ResultFolder:
 
 
 def _files_of(result: Path) -> tuple[str, ...]:
-    """Names of the files of a result; those that a user has put beside them are not in it."""
+    """Names of the files of a result, without those that a user has put beside them."""
     if not result.exists():
         return ()
     try:
         names = Result.model_validate_json(result.read_bytes()).files
     except ValueError:
-        return ()  # --overwrite of a damaged result: its other files are not known to be ours
+        return ()  # a damaged result that is overwritten: the names of its files are unknown
     # A result from elsewhere must not name files of other folders, which would be removed.
     return tuple(name for name in names if Path(name).name == name)

@@ -1,4 +1,4 @@
-"""What result.json says of the steps that prepared a measured surface."""
+"""The steps that prepared a measured surface, for result.json."""
 
 from dataclasses import asdict
 

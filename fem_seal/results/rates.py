@@ -1,4 +1,4 @@
-"""The leak rate in other units than m³/s, as result.json has it."""
+"""The leak rate in other units than m³/s, for result.json."""
 
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate
@@ -19,7 +19,7 @@ class RateRecord(Record):
 
     @classmethod
     def of(cls, leak: LeakRate, unit: str, per_solved: float) -> "RateRecord":
-        """Multiply a leak rate by what 1 m^3/s of it is in `unit`."""
+        """Convert a leak rate; 1 m³/s of it are `per_solved` in `unit`."""
         lower, upper = (None if b is None else b * per_solved for b in (leak.lower, leak.upper))
         return cls(value=leak.value * per_solved, lower=lower, upper=upper, unit=unit)
 

@@ -1,9 +1,9 @@
-"""What all parts of result.json share."""
+"""Base class of the parts of result.json."""
 
 from pydantic import BaseModel, ConfigDict
 
 
 class Record(BaseModel):
-    """Part of a result: nothing changes after it was made, nothing unknown is read."""
+    """Part of a result: frozen, without unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)

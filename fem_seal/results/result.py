@@ -1,4 +1,4 @@
-"""What result.json says."""
+"""Result: the content of result.json."""
 
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -44,10 +44,10 @@ _PACKAGES = (
 
 
 def _beside(name: str) -> str:
-    """Name of a file beside result.json.
+    """Validate the name of a file beside result.json.
 
-    Old files are removed when a result is replaced: one that came from elsewhere must not name
-    files of other folders.
+    When a result is replaced, its files are removed. A result file from elsewhere must therefore
+    not name files of other folders.
     """
     if name in ("", "..") or name != Path(name).name or "\0" in name:
         raise ValueError("should be the name of a file in the folder")
@@ -112,7 +112,7 @@ class Provenance(Record):
         )
 
     def same_scene(self, other: "Provenance") -> bool:
-        """Whether both describe one physical case; what was wanted of it may differ."""
+        """Whether both describe the same physical case; the section [output] may differ."""
         mine = {key: value for key, value in self.scene.items() if key != "output"}
         others = {key: value for key, value in other.scene.items() if key != "output"}
         return mine == others and self.inputs == other.inputs
@@ -156,7 +156,7 @@ class Result(Record):
     provenance: Provenance
 
     def to_json(self) -> str:
-        """Text of result.json; floats in full, so that reading gives them back exactly."""
+        """Text of result.json, with all digits of floats, so that reading returns them exactly."""
         return self.model_dump_json(by_alias=True, indent=2) + "\n"
 
     @classmethod
@@ -209,15 +209,18 @@ def summarise(
     *,
     choice: Choice | None = None,
 ) -> Result:
-    """Collect what the products of the scene have given.
+    """Collect the numbers of the scene's products.
 
     Parameters
     ----------
-    patch : whose steps are read; nothing beyond the products is computed
-    files : names of the files beside result.json
-    started : perf_counter() at the start of the run, whose time is the total; the sum of the
-        stages if left out
-    choice : of the contact grid, for a scene with [accuracy]
+    patch : Patch
+        Patch whose steps are read; nothing beyond the products is computed.
+    files : tuple of str
+        Names of the files beside result.json.
+    started : float or None
+        perf_counter() at the start of the run, for its total time; None: the sum of the stages.
+    choice : Choice or None
+        Chosen contact grid, for a scene with [accuracy].
     """
     leak = patch.leak_rate if patch.scene.needs_flow else None
     sealed = patch.sealed
@@ -256,7 +259,7 @@ def summarise(
 
 
 def _grid_numbers(patch: Patch) -> dict[str, Any]:
-    """Give the fields of Result that only a gap on a grid has."""
+    """Fields of Result that only a gap on a grid has."""
     film = patch.film
     if not isinstance(film, GridFilm):
         return {}
@@ -267,7 +270,7 @@ def _grid_numbers(patch: Patch) -> dict[str, Any]:
 
 
 def _contact_numbers(patch: Patch) -> dict[str, Any]:
-    """Give the fields of Result that only an elastic contact has."""
+    """Fields of Result that only an elastic contact has."""
     contact = patch.film_contact
     if not isinstance(contact, ContactState):
         return dict.fromkeys(

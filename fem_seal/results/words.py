@@ -20,7 +20,7 @@ WALLS = (
 
 
 def summary_of(result: Result) -> list[tuple[str, str]]:
-    """Label and text of what a run found, with units; result.json has all digits.
+    """Labels and texts of a result, with units; result.json has all digits.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
 
 
 def budget_words(budget: ErrorBudget) -> str:
-    """Factors of what is counted, one by one and together, and the names of what is not covered."""
+    """Factors of the counted entries, single and combined, and names of entries not covered."""
     counted = [entry for entry in budget if entry.counted]
     parts = [f"{e.name} {factor_words(e.lower, e.upper)} ({e.kind})" for e in counted]
     if len(counted) > 1:
@@ -62,7 +62,7 @@ def budget_words(budget: ErrorBudget) -> str:
 
 
 def factor_words(lower: float | None, upper: float | None) -> str:
-    """Say a lower and an upper factor, rounded outwards; None is open."""
+    """Text of a lower and an upper factor, rounded outwards; None is unbounded."""
     if lower is None and upper is None:
         return "anything"
     if lower is None:
@@ -73,7 +73,7 @@ def factor_words(lower: float | None, upper: float | None) -> str:
 
 
 def flow_words(result: Result) -> str:
-    """Method, size and, on a grid, the sides: a leak rate between walls is another one."""
+    """Method, size and, on a grid, the sides, on which the leak rate depends."""
     text = f"{result.method}, {result.unknowns} unknowns"
     shaped = "shape" in result.provenance.scene
     return text if shaped else f"{text}, {result.flow().sides} sides"
@@ -89,7 +89,7 @@ def contact_words(result: Result) -> str:
 
 
 def accuracy_words(accuracy: AccuracyRecord) -> str:
-    """What was chosen to keep the total error."""
+    """Contact grid and tolerance that were chosen for the total error."""
     contact, flow = (
         "unknown" if part is None else f"{100 * part:.2g} %"
         for part in (accuracy.contact_error, accuracy.flow_error)
@@ -102,7 +102,7 @@ def accuracy_words(accuracy: AccuracyRecord) -> str:
 
 
 def lines_of(result: Result) -> list[tuple[str, str]]:
-    """Label and text of each thing the scene asked for beside the leak rate in SI.
+    """Labels and texts of all products beside the leak rate in SI units.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def rate_words(rate: RateRecord) -> str:
 
 
 def gas_words(gas: GasRecord) -> str:
-    """What the volume is counted at, mass, and how far the gas is from a continuum."""
+    """Reference conditions of the volume, mass rate, throughput, and mean free path."""
     slip = "no slip" if gas.accommodation is None else "first-order slip at the walls"
     path = f"mean free path {_length(gas.mean_free_path)}"
     if gas.knudsen_number is not None:
@@ -177,7 +177,7 @@ def constriction_words(tightest: Constriction) -> str:
 
 
 def threshold_words(threshold: Threshold) -> str:
-    """Where the contact seals, and of what."""
+    """Pressures and contact areas between which the contact seals."""
     areas = f"A/A0 = {threshold.area_leaking:.4g} and {threshold.area_sealed:.4g}"
     if threshold.pressure_sealed is None:
         how = {"gap": "lowered uniformly, ", "bearing": ""}[threshold.model]

@@ -1,4 +1,4 @@
-"""What the sections of a scene demand of each other; each check raises ContradictionError."""
+"""Checks across the sections of a scene; each raises ContradictionError."""
 
 from fem_seal.fluid import Drive
 from fem_seal.scene.contents import Contents
@@ -6,11 +6,11 @@ from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.units import RateUnit
 
-MOST = 1e100  # m³/s, of a limit; in any unit it is still a number
+MOST = 1e100  # largest limit [m³/s]; finite in any unit
 
 
 def check(scene: Contents) -> None:
-    """All checks, in the order in which a user wants to know."""
+    """Run all checks, in the order in which a user should see the errors."""
     if check_shape(scene):
         check_gap(scene)
     check_accuracy(scene)
@@ -37,7 +37,7 @@ def check_shape(scene: Contents) -> bool:
     Raises
     ------
     ContradictionError
-        If other sections ask for what a shape cannot give, or say the gap a second time.
+        If other sections ask for something that a shape does not have, or also define the gap.
     """
     shape, flow = scene.shape, scene.flow
     if shape is None:
@@ -80,7 +80,7 @@ _SAYS = {"sides": "has its own walls", "representation": "has a gap linear on it
 
 
 def check_gap(scene: Contents) -> None:
-    """Refuse a gap that the scene says twice, or not at all."""
+    """Refuse a gap that the scene defines twice, or not at all."""
     if scene.gap is not None:
         for name in ("surface", "solid", "contact"):
             if getattr(scene, name) is not None:
@@ -98,7 +98,7 @@ def check_gap(scene: Contents) -> None:
 
 
 def check_accuracy(scene: Contents) -> None:
-    """Hold [accuracy] against the rest of a scene; ContradictionError where they do not agree."""
+    """Refuse an [accuracy] that contradicts other sections."""
     if scene.accuracy is None:
         return
     if scene.surface is None:
@@ -120,7 +120,7 @@ def check_accuracy(scene: Contents) -> None:
 
 
 def check_rates(scene: Contents, drive: Drive) -> None:
-    """Hold units and limit against the fluid; ContradictionError where they do not fit."""
+    """Refuse units and limits that do not fit the fluid."""
     if scene.output.leak_rate_unit is not None:
         _require_kind("output.leak_rate_unit", scene.output.leak_rate_unit, drive)
     limit = scene.limit
@@ -150,14 +150,12 @@ def check_rates(scene: Contents, drive: Drive) -> None:
 
 
 def refuse_rates(scene: Contents) -> None:
-    """ContradictionError where a scene without a leak rate says how to show or judge it."""
-    for what, given in (
-        ("[limit]", scene.limit),
-        ("output.leak_rate_unit", scene.output.leak_rate_unit),
-    ):
-        if given is not None:
+    """Refuse a limit or a unit in a scene without a leak rate."""
+    fields = {"[limit]": scene.limit, "output.leak_rate_unit": scene.output.leak_rate_unit}
+    for name, value in fields.items():
+        if value is not None:
             raise ContradictionError(
-                f"{what} is about the leak rate, which output.products does not name"
+                f"{name} is about the leak rate, which output.products does not name"
             )
 
 
@@ -178,7 +176,7 @@ _IN_WORDS = {
 
 
 def check_lift(scene: Contents) -> None:
-    """Refuse a lift where the fluid's pressure lifts nothing, or where its range is not known."""
+    """Refuse a lift where the fluid's pressure lifts nothing, or where its range is unknown."""
     lift, contact = scene.flow.lift, scene.contact
     if lift in (None, "none"):
         return
@@ -213,7 +211,7 @@ def check_lift(scene: Contents) -> None:
 
 
 def check_ambient(scene: Contents) -> None:
-    """Refuse an ambient pressure that contradicts the scene, or that cannot be guessed."""
+    """Refuse an ambient pressure that contradicts the scene; require one below 1 bar."""
     flow = scene.flow
     if flow.ambient_pressure is not None and flow.pressure_drop is not None:
         raise ContradictionError(
@@ -230,7 +228,7 @@ def check_ambient(scene: Contents) -> None:
 
 
 def check_tensor(scene: Contents) -> None:
-    """Refuse a conductivity tensor that the scene cannot give."""
+    """Refuse a conductivity tensor for which the scene lacks a fluid or the method."""
     if scene.fluid is None:
         raise ContradictionError(
             "[fluid] is missing: a conductivity tensor needs fluid.viscosity"

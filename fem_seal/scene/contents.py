@@ -1,4 +1,4 @@
-"""The sections of a scene side by side, and what follows from them together."""
+"""All sections of a scene, and the quantities that follow from several of them."""
 
 from typing import Annotated
 
@@ -47,7 +47,7 @@ class Contents(Section):
 
     @property
     def drive(self) -> Drive:
-        """What pushes the fluid through; for scenes that need the flow."""
+        """Fluid with its pressures, which drive the flow; for scenes that need the flow."""
         return drive(present(self.fluid, "[fluid]"), self.flow)
 
     @property
@@ -87,7 +87,7 @@ class Contents(Section):
 
     @property
     def deciding_rate(self) -> float | None:
-        """Solved leak rate [m^3/s] whose exceeding is to be decided; None without one."""
+        """Limit on the solved leak rate [m³/s] that is to be decided; None without one."""
         if self.limit is None or not self.limit.decide:
             return None
         return self.limit.volume_rate(self.drive)

@@ -6,13 +6,13 @@ from typing import Any
 
 from fem_seal.errors import InvalidInput
 
-# A key of n dotted parts takes tomllib n² steps. A scene has a dozen numbers with a dot.
+# Limit on dots: tomllib needs n² steps for a key of n dotted parts. A scene has about a dozen dots.
 MOST_DOTS = 2000
 DEEPEST = 10  # tables and lists inside each other; scenes need four
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Tables of a TOML file; InvalidInput if it is missing or not TOML."""
+    """Read the tables of a TOML file; raise InvalidInput if it is missing or not TOML."""
     try:
         text = path.read_text(encoding="utf-8-sig")  # some editors begin with a byte order mark
     except UnicodeDecodeError:
@@ -37,7 +37,7 @@ def _dots(text: str) -> int:
 
 
 def _shallow(data: dict[str, Any], path: Path) -> dict[str, Any]:
-    """Tables of a scene, unless they are nested deeper than any scene is."""
+    """Parse the tables of a scene; refuse deeper nesting than any scene has."""
     level: list[object] = [data]
     for _ in range(DEEPEST):
         tables = [item for item in level if isinstance(item, dict)]
@@ -79,7 +79,7 @@ def _replace(
 
 
 def _value(text: str) -> object:
-    """TOML value, or the text itself: a shell has eaten the quotes of "5 um", also in a list."""
+    """TOML value, or the text itself, since a shell removes the quotes of "5 um", also in lists."""
     found = _toml_or_text(text)
     if found is text and text.startswith("[") and text.endswith("]"):
         return [_toml_or_text(part.strip()) for part in text[1:-1].split(",")]

@@ -20,7 +20,7 @@ MolarMass = Annotated[float, BeforeValidator(partial(to_si, unit="kg/mol")), Fie
 
 # Normal conditions of DIN 1343.
 NORMAL_TEMPERATURE, NORMAL_PRESSURE = 273.15, 101325.0
-# An outlet below this is not taken for the ambient pressure [Pa].
+# Lowest outlet pressure [Pa] that may be taken for the ambient pressure.
 ATMOSPHERIC = 1e5
 _NEEDED_BY_GAS = ("molar_mass", "temperature")
 _OF_GAS = (
@@ -33,7 +33,7 @@ _OF_GAS = (
 
 
 class Fluid(Section):
-    """What leaks. A gas is ideal and isothermal, its viscosity independent of the pressure."""
+    """The fluid. A gas is ideal and isothermal, its viscosity independent of the pressure."""
 
     kind: Literal["liquid", "gas"] = Field("liquid", description='"liquid" or "gas"')
     viscosity: Viscosity = Field(description="dynamic viscosity η")
@@ -70,7 +70,7 @@ class Fluid(Section):
 
 
 def drive(fluid: Fluid, flow: "Flow") -> Drive:
-    """What pushes a fluid through, from its section and that of the flow.
+    """Drive of the flow, from the sections of the fluid and the flow.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def ambient_is_open(outlet: float | None, ambient: float | None) -> bool:
-    """Whether the outlet is too near a vacuum to be taken for the ambient pressure."""
+    """Whether the ambient pressure must be named, since the outlet is too near a vacuum."""
     return ambient is None and outlet is not None and outlet < ATMOSPHERIC * (1 - 1e-9)
 
 

@@ -1,4 +1,4 @@
-"""Leak rates in customary units: what they are shown in, and the limit they are held against."""
+"""The limit of the leak rate, in customary units."""
 
 from typing import Annotated
 
@@ -13,7 +13,7 @@ LeakRateLimit = Annotated[Rate, PlainValidator(Rate.parse), PlainSerializer(str)
 
 
 class Limit(Section):
-    """What the seal may leak at most."""
+    """Largest leak rate that is allowed."""
 
     leak_rate: LeakRateLimit = Field(description="highest leak rate allowed")
     decide: Truth = Field(False, description="refine until the bounds decide, and no further")

@@ -38,7 +38,7 @@ Seed = Annotated[int, Strict(), Field(ge=0)]
 
 
 class FieldFile(Section):
-    """A file of samples, and what the file itself does not say."""
+    """A file of samples, and statements that the file itself lacks."""
 
     path: InputFile = Field(description="npz, npy, nc, h5, txt or an instrument's file")
     array: str | None = Field(None, description="name of the array or channel")

@@ -1,10 +1,10 @@
-"""How many triangles a shape asks for, before gmsh tries to make them all."""
+"""Estimated number of triangles of a shape, checked before gmsh makes them."""
 
 from math import sqrt
 
 from fem_seal.scene.messages import ContradictionError
 
-MOST_TRIANGLES = 1e8  # hours of gmsh and tens of gigabytes
+MOST_TRIANGLES = 1e8  # more take gmsh hours and tens of gigabytes
 
 
 def refuse_too_many(

@@ -1,4 +1,4 @@
-"""One sentence for a user out of pydantic's list of errors."""
+"""Conversion of pydantic's list of errors into one sentence for the user."""
 
 from difflib import get_close_matches
 from itertools import pairwise
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
 
 class ContradictionError(ValueError):
-    """Fields of one section, or sections, that contradict each other; the message names them."""
+    """Fields or sections contradict each other; the message names them."""
 
 
-# Where the kinds of a section branch, pydantic puts the kind into the path of the error.
+# Sections with several kinds: pydantic puts the kind into the path of the error.
 _KINDS = {"self-affine", "file"}
 _KINDS |= {"rectangle", "strip", "face-seal", "sector", "plate-with-holes"}
 
@@ -102,7 +102,7 @@ def _nearest(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
 
 
 def _description(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
-    """Say what the field is for, or, for an entry of a list, what the list is for."""
+    """Description of the field or, for an entry of a list, of the list."""
     fields = _section(location, root).model_fields
     described = (fields[str(part)].description for part in reversed(location) if part in fields)
     return next(described) or "no description"

@@ -1,4 +1,4 @@
-"""Scene: what a scene file says, read and checked."""
+"""Scene: the content of a scene file, read and checked."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -62,7 +62,7 @@ class Scene(Contents):
 
     def to_mapping(self) -> dict[str, Any]:
         """Nested plain dicts of what is set, in SI units; `from_mapping` gives the scene back."""
-        # A tolerance beside a total error would be a contradiction when read again.
+        # Leave out flow.rtol beside a total error: reading both again would be a contradiction.
         chosen = {"flow": {"rtol"}} if self.accuracy else None
         return self.model_dump(mode="json", exclude_none=True, exclude=chosen)
 

@@ -66,18 +66,24 @@ InputFile = Annotated[Path, BeforeValidator(_readable)]
 
 
 class Section(BaseModel):
-    """What all sections share: nothing changes after reading, nothing unknown, no NaN."""
+    """Base class of the sections: frozen, no unknown fields, no NaN."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def _exactly_one(section: Section, names: tuple[str, ...]) -> str:
-    """Name of the one field of `names` that is given."""
-    given = [name for name in names if getattr(section, name) is not None]
-    if len(given) != 1:
-        found = f"got {' and '.join(given)}" if given else "got none"
-        raise ContradictionError(f"give exactly one of {', '.join(names)}; {found}")
-    return given[0]
+    """Name of the only field of `names` that is set.
+
+    Raises
+    ------
+    ContradictionError
+        If none or several are set.
+    """
+    fields = [name for name in names if getattr(section, name) is not None]
+    if len(fields) != 1:
+        got = f"got {' and '.join(fields)}" if fields else "got none"
+        raise ContradictionError(f"give exactly one of {', '.join(names)}; {got}")
+    return fields[0]
 
 
 class SelfAffineSurface(Section):
@@ -101,7 +107,7 @@ class SelfAffineSurface(Section):
 
     @property
     def spectrum(self) -> "Spectrum":
-        """The cut-offs and the Hurst exponent, as the synthesis takes them."""
+        """Cut-offs and Hurst exponent as an argument of the synthesis."""
         from fem_seal.surface.spectrum import Spectrum
 
         return Spectrum(
@@ -117,7 +123,7 @@ class SelfAffineSurface(Section):
     def _check(self) -> "SelfAffineSurface":
         _exactly_one(self, ("rms_height", "rms_slope"))
         grid, short, long = max(self.spacing), self.short_wavelength, self.long_wavelength
-        # One pixel is allowed and is the letter's own choice; only rounding is forgiven.
+        # One pixel is allowed, as in the letter; the tolerance is for rounding errors only.
         if short < grid and not isclose(short, grid, rel_tol=1e-9):
             raise ContradictionError(
                 f"short_wavelength = {short:g} m is finer than the grid, whose samples are "
@@ -168,7 +174,7 @@ class Solid(Section):
 
     @property
     def elastic(self) -> "contact.Solid":
-        """The solid as the contact takes it."""
+        """The solid as an argument of the contact solver."""
         from fem_seal.contact import Layer, Solid
 
         if self.layer_thickness is None:
@@ -186,7 +192,7 @@ class Solid(Section):
 
 
 class Contact(Section):
-    """How the two faces meet: the model and exactly one load."""
+    """Contact of the two faces: the model, exactly one load, and the solver."""
 
     model: Literal["gfmd", "bearing"] = Field("gfmd", description="elastic, or plain cutting")
     pressure: Load | None = Field(None, description="mean pressure, 0 is touch; gfmd only")
@@ -237,7 +243,7 @@ class Contact(Section):
 
 
 class Flow(Section):
-    """What drives the flow, and how its leak rate is computed."""
+    """Pressures that drive the flow, and the method for its leak rate."""
 
     pressure_drop: Pressure | None = Field(None, description="inlet minus outlet; of a liquid")
     inlet_pressure: Pressure | None = Field(None, description="absolute; with outlet_pressure")
@@ -249,7 +255,7 @@ class Flow(Section):
         None, description="what the fluid's pressure does to the solid; none if left out"
     )
     sides: Literal["wall", "periodic"] = Field("wall", description="at y = 0 and y = Ly")
-    # Both energies are known to the tolerance of their solver, 1e-8.
+    # Not below 1e-9: the energies are accurate to the solver's tolerance, 1e-8.
     rtol: Number = Field(0.05, ge=1e-9, description="(upper - lower) / sqrt(lower upper) wanted")
     representation: Literal["linear", "constant"] = Field(
         "linear", description="gap linear between samples, or constant on square pixels"
@@ -304,7 +310,7 @@ LeakRateUnit = Annotated[
 
 
 class Output(Section):
-    """What is wanted; nothing else is computed."""
+    """Products and units; nothing else is computed."""
 
     products: tuple[Product, ...] = Field(
         ("contact", "leak_rate", "pictures"), min_length=1, description="what is computed"

@@ -1,4 +1,4 @@
-"""The shape of a seal that is not the rectangle of its gap: its sizes, its mesh, its gap."""
+"""The section [shape]: a film that is not the rectangle of a grid, with its mesh and its gap."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -37,7 +37,7 @@ Group = Annotated[str, Strict()] | Annotated[int, Strict()]
 
 
 class Shape(Section):
-    """What all shapes share.
+    """Base class of the shapes.
 
     The gap is `gap` or `gap_expression`, or else the grid of [gap], or of [surface] and [contact].
     """
@@ -73,7 +73,7 @@ class Shape(Section):
 
     @property
     def own_gap(self) -> bool:
-        """Whether the section itself says what the gap is."""
+        """Whether the section itself defines the gap."""
         return self.gap is not None or self.gap_expression is not None
 
     @property

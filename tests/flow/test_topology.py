@@ -83,9 +83,9 @@ def test_contact_line_from_the_rim(start):
 
 def test_stiff_cells_never_join_inlet_and_outlet():
     """All cells above the ceiling: none is of one pressure, which would be both 0 and 1."""
-    free, stiff = Topology((6, 5), []), Topology((6, 5), [], ceiling=0.5)
-    assert stiff.data.equipotential.all()
-    assert stiff.primal().count == free.primal().count == 4 * 5
+    free, conducting = Topology((6, 5), []), Topology((6, 5), [], ceiling=0.5)
+    assert conducting.data.equipotential.all()
+    assert conducting.primal().count == free.primal().count == 4 * 5
 
 
 def test_stiff_cells_that_touch_have_one_pressure():
