@@ -229,7 +229,7 @@ def draw_details(
 
 
 def require_packages(scene: Scene) -> None:
-    """Miss a package before the work and not after it.
+    """Raise MissingPackage before a computation that would need the package at its end.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Patch: from a scene to the leak rate of one patch of rough contact, each step when asked for."""
+"""Patch: from a scene to the leak rate of one patch of rough contact, step by step on demand."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

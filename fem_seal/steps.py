@@ -1,4 +1,4 @@
-"""How each step of a scene is computed, from its sections and what the step before has given."""
+"""The steps of a scene, each computed from its sections and the result of the step before."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING

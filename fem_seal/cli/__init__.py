@@ -35,7 +35,7 @@ INTERRUPTED = 130
 
 
 class _Parser(argparse.ArgumentParser):
-    """One line for a wrong command line, like for any other bad input."""
+    """Parser that prints one line for a wrong command line, as for any other bad input."""
 
     def error(self, message: str) -> NoReturn:
         text = printable(" ".join(message.splitlines()))
@@ -74,7 +74,7 @@ def main(arguments: list[str] | None = None) -> int:
         with interruptible():
             options = parser().parse_args(arguments)
             status = options.command(options)
-            # Now, and not when Python exits: then nobody could catch that the reader has gone.
+            # Flush now: at the exit of Python a closed pipe could not be handled any more.
             sys.stdout.flush()
             return status
     except FemSealError as error:
@@ -83,7 +83,7 @@ def main(arguments: list[str] | None = None) -> int:
         message = f"not enough memory for this size ({error}); choose a smaller one"
         return parallel.fail(f"fem-seal: {message}", InvalidInput.exit_status)
     except BrokenPipeError:
-        # The reader of our output has gone: what is still to be written goes nowhere.
+        # The reader of our output has closed the pipe: discard the rest of the output.
         nowhere = os.open(os.devnull, os.O_WRONLY)
         for stream in (sys.stdout, sys.stderr):
             os.dup2(nowhere, stream.fileno())
@@ -99,6 +99,6 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _never_choke(stream: TextIO) -> None:
-    """Write "?" for what a terminal's encoding lacks; a ± must not cost a result."""
+    """Write "?" for characters that a terminal's encoding lacks, in place of an error."""
     if isinstance(stream, TextIOWrapper):
         stream.reconfigure(errors="replace")

@@ -22,7 +22,7 @@ LONGEST_NAME = 60  # characters of a result folder
 def add_command(
     subparsers: argparse._SubParsersAction, name: str, purpose: str, example: str
 ) -> argparse.ArgumentParser:
-    """Add a command whose help says what it is for and how it is typed."""
+    """Add a command with its help and an example."""
     return subparsers.add_parser(
         name,
         help=purpose,
@@ -64,7 +64,7 @@ def default_folder(scene: Path, overrides: Sequence[str]) -> Path:
 
 
 def add_trust(command: argparse.ArgumentParser) -> None:
-    """Take the user's word that a geometry may be run; no scene file can give it."""
+    """Add --trust, by which the user allows a geometry to be run; a scene file cannot."""
     command.add_argument(
         "--trust",
         action="store_true",
@@ -73,7 +73,7 @@ def add_trust(command: argparse.ArgumentParser) -> None:
 
 
 def add_work(command: argparse.ArgumentParser, what: str) -> None:
-    """Take how points are shared out.
+    """Add the options that distribute points over processes.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def part(text: str) -> tuple[int, int]:
 
 
 def work_of(options: argparse.Namespace) -> "Work":
-    """How points are shared out, of `add_work`."""
+    """Distribution of points over processes, from the options of `add_work`."""
     from fem_seal.points import Work
 
     memory = None if options.memory is None else int(1e9 * options.memory)

@@ -1,4 +1,4 @@
-"""fem-seal doctor: what works on this machine, and what to install."""
+"""fem-seal doctor: checks of the installation, and remedies."""
 
 import argparse
 

@@ -76,7 +76,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def plan_of(options: argparse.Namespace) -> "Plan":
-    """What the options ask for; InvalidInput if it cannot be computed."""
+    """Plan from the options; raise InvalidInput if it cannot be computed."""
     from fem_seal.letter.campaign import AREAS, REFINED_AREAS, Plan
     from fem_seal.letter.surfaces import RoughCase
 

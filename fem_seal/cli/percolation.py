@@ -51,7 +51,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def add_search(command: argparse.ArgumentParser) -> None:
-    """Take how thresholds are looked for."""
+    """Add the options of the search for thresholds."""
     command.add_argument(
         "--edges",
         default="open,periodic",
@@ -67,7 +67,7 @@ def add_search(command: argparse.ArgumentParser) -> None:
 
 
 def search_of(options: argparse.Namespace) -> "Search":
-    """How thresholds are looked for, of `add_search`."""
+    """Search from the options of `add_search`."""
     from fem_seal.letter.seed_thresholds import Search
 
     edges = tuple(name.strip() for name in options.edges.split(","))

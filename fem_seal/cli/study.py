@@ -74,7 +74,7 @@ def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
 
 
 def _alone(command: Command) -> Command:
-    """Let a study have its folder for itself; one that cannot be written is said at once."""
+    """Lock the folder of a study; raise at once if it cannot be written."""
 
     def locked(options: argparse.Namespace) -> int:
         from fem_seal.files import locked_folder

@@ -42,7 +42,7 @@ def _surface(options: argparse.Namespace) -> int:
     try:
         fit, why = fit_spectrum(prepared.measured), ""
     except InvalidInput as error:
-        # A ground groove has no power law, and is a surface all the same.
+        # A surface without a power law, such as a ground groove, is accepted too.
         fit, why = None, str(error)
     if options.out is not None:
         from fem_seal.render.surface import surface_figure
@@ -54,7 +54,7 @@ def _surface(options: argparse.Namespace) -> int:
 
 
 def _refusal(prepared: "PreparedSurface") -> list[str]:
-    """Say why an elastic contact would refuse the surface, if it would."""
+    """Message if an elastic contact would refuse the surface."""
     try:
         prepared.require_cell("as it is")
     except InvalidInput as error:
@@ -66,7 +66,7 @@ def _prepared(scene: "Scene") -> "PreparedSurface":
     from fem_seal.patch import Patch
     from fem_seal.surface import MapStatistics, PreparedSurface, Step
 
-    # Which contact grid it is pressed on changes nothing of the surface.
+    # The contact grid that [accuracy] chooses does not change the surface.
     patch = Patch(scene.with_tolerance(scene.flow.rtol))
     if patch.prepared is not None:
         return patch.prepared
@@ -77,7 +77,7 @@ def _prepared(scene: "Scene") -> "PreparedSurface":
 
 
 def steps_table(prepared: "PreparedSurface") -> str:
-    """One line a step: what is left of the map after it."""
+    """One line for each step, with the statistics of the map after it."""
     head = ("step", "samples", "missing", "rms height", "rms slope", "seam")
     rows = [head, *((step.name, *_cells(step.statistics)) for step in prepared.steps)]
     return aligned(rows)

@@ -87,7 +87,7 @@ def _sweep(options: argparse.Namespace) -> int:
 
 
 def _words(point: "Point") -> str:
-    """Say what a point amounts to, for people."""
+    """One line about a point."""
     from fem_seal.leak_rate import rate_text
 
     numbers = point.numbers
