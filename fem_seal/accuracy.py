@@ -116,16 +116,16 @@ def chosen_grid(
     max_refinement: int = 4,
     report: Report = silent,
 ) -> Choice:
-    """Refine the contact grid until what it misses is small, then spend the rest on the flow.
+    """Refine the contact grid until its error is small; the flow gets the rest of the error budget.
 
     Parameters
     ----------
-    total : relative error wanted of the leak rate, against ever finer contact grids and an exact
+    total : relative error of the leak rate, against ever finer contact grids and an exact
         solution of the flow
     surface : periodic heights; no grid coarser than theirs is chosen
     on_grid : solves contact and flow of a resampled surface
     max_refinement : finest contact grid, in multiples of the samples of the surface
-    report : told of each grid
+    report : called with each grid
 
     Returns
     -------
@@ -141,11 +141,11 @@ def chosen_grid(
     trials: list[Trial] = []
     for shape in shapes:
         report("accuracy", f"contact on {shape[0]} x {shape[1]}")
-        here = resample(surface, shape)
-        solved = on_grid(here, total, None)
+        resampled = resample(surface, shape)
+        solved = on_grid(resampled, total, None)
         leak = solved.leak_rate
         if leak.state == "lifted off":
-            # On any grid, since a grid has no say in what load and fluid are.
+            # The fluid carries the whole load on every grid.
             part = inf
             break
         trials.append(Trial(shape, leak.value, *leak.bounds))
@@ -156,7 +156,7 @@ def chosen_grid(
     rtol = total
     if leak.converged and part < budget and flow_part(leak) > budget - part:
         rtol = 2 * sinh(budget - part)
-        solved = on_grid(here, rtol, solved.contact)
+        solved = on_grid(resampled, rtol, solved.contact)
         leak = solved.leak_rate
     missed = part + flow_part(leak) > budget
     if leak.converged and missed and leak.state != "lifted off":
@@ -164,7 +164,7 @@ def chosen_grid(
     return Choice(
         total=total,
         max_refinement=max_refinement,
-        surface=here,
+        surface=resampled,
         contact=present(solved.contact, "contact"),
         lifted=solved.lifted,
         leak_rate=leak,
@@ -202,17 +202,17 @@ def solved(
     NotConverged
         If a contact or the linear solver fails while grids are tried.
     """
-    wanted = scene.accuracy
-    if wanted is None:
+    accuracy = scene.accuracy
+    if accuracy is None:
         return Patch(scene, report, trust=trust, comm=comm), None
-    first = Patch(scene.with_tolerance(wanted.total), report, trust=trust, comm=comm)
+    first = Patch(scene.with_tolerance(accuracy.total), report, trust=trust, comm=comm)
 
     def on_grid(surface: GridField, rtol: float, contact: GapState | None) -> Patch:
         return first.on_grid(surface, rtol, contact=contact)
 
     with first.timed("accuracy"):
         surface = present(first.surface, "surface of a scene with [accuracy]")
-        choice = chosen_grid(wanted.total, surface, on_grid, wanted.max_refinement, report)
+        choice = chosen_grid(accuracy.total, surface, on_grid, accuracy.max_refinement, report)
     patch = first.on_grid(
         choice.surface,
         choice.rtol,

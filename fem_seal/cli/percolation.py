@@ -129,9 +129,9 @@ def _percolation(options: argparse.Namespace) -> int:
             threshold_figure(study.rows, options.out)
     say("\n".join(map(line, study.rows)))
     say(f"{len(study.seeds)} surfaces in {options.out}/{TABLE_FILE} and thresholds.png")
-    wanted = len(cases) * len(MODELS) * len(seeds)
-    if work.gather and len(study.seeds) < wanted:
-        message = f"{wanted - len(study.seeds)} of {wanted} surfaces are not computed yet"
+    expected = len(cases) * len(MODELS) * len(seeds)
+    if work.gather and len(study.seeds) < expected:
+        message = f"{expected - len(study.seeds)} of {expected} surfaces are not computed yet"
         return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
     return 0
 

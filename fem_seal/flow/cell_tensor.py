@@ -87,18 +87,18 @@ def conductivity_tensor(
     # From fluxes per jump to mean flux per gradient: D A* D/(Lx Ly), D = diag(Lx, Ly).
     lengths = np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])
     doubt = _rounding_doubt(narrowest)
-    found = _refined(represented, width, rtol, limits, tuning, comm, progress)
+    bounds = _refined(represented, width, rtol, limits, tuning, comm, progress)
     scale = per_pascal * lengths
-    found = replace(found, lower=found.lower * scale, upper=found.upper * scale)
-    if found.converged:
-        return found
-    return replace(found, reason=f"{found.reason}; {_missed(found, rtol)}{doubt}")
+    bounds = replace(bounds, lower=bounds.lower * scale, upper=bounds.upper * scale)
+    if bounds.converged:
+        return bounds
+    return replace(bounds, reason=f"{bounds.reason}; {_missed(bounds, rtol)}{doubt}")
 
 
-def _missed(found: TensorBounds, rtol: float) -> str:
+def _missed(bounds: TensorBounds, rtol: float) -> str:
     """Message on the distance of the bounds from the tolerance, and the direction."""
-    width, (x, y) = widest(found.lower, found.upper)
-    along = (x, y) @ found.upper @ (x, y) / np.linalg.eigvalsh(found.upper)[-1]
+    width, (x, y) = widest(bounds.lower, bounds.upper)
+    along = (x, y) @ bounds.upper @ (x, y) / np.linalg.eigvalsh(bounds.upper)[-1]
     known = f"known to {width:.2g}" if np.isfinite(width) else "without a lower bound"
     return (
         f"the tensor is {known} along {np.degrees(np.arctan2(y, x)) % 180:.3g} degrees, where it "
@@ -139,12 +139,12 @@ def _refined(
     # Meshes are nested: the last upper bound is the smallest, and the last lower one the largest.
     lower, upper = np.zeros((2, 2)), None
     try:
-        for found in _levels(gap, width, strategy, comm, why_stop):
-            lower, upper = lower if found.lower is None else found.lower, found.upper
-            levels.append((found.unknowns, relative_width(lower, upper)))
+        for bounds in _levels(gap, width, strategy, comm, why_stop):
+            lower, upper = lower if bounds.lower is None else bounds.lower, bounds.upper
+            levels.append((bounds.unknowns, relative_width(lower, upper)))
             if progress is not None:
                 progress(*levels[-1])
-            reason = "" if levels[-1][1] <= rtol else found.reason
+            reason = "" if levels[-1][1] <= rtol else bounds.reason
             if levels[-1][1] <= rtol or reason:
                 break
         else:
@@ -158,7 +158,7 @@ def _refined(
 
 
 @dataclass(frozen=True, eq=False)
-class _Found:
+class _LevelBounds:
     """Bounds on one mesh.
 
     Attributes
@@ -222,7 +222,7 @@ def _levels(
     strategy: Strategy,
     comm: MPI.Comm,
     why_stop: Callable[[ConvergenceHistory], str],
-) -> Iterator[_Found]:
+) -> Iterator[_LevelBounds]:
     start, most, tuning = _first(gap, width), strategy.max_unknowns or np.inf, strategy.tuning
     history: list[tuple[int, float]] = []
     while True:
@@ -241,7 +241,7 @@ def _levels(
             reason = reason or pressures.stalled or regularised.stalled
         if last or reason or reached < 2 * strategy.rtol:
             lower = lower_matrix(problem.streams(_by_jumps(regularised, guess[2:])))
-        yield _Found(lower, upper, problem.unknowns, reason)
+        yield _LevelBounds(lower, upper, problem.unknowns, reason)
         if lower is not None and np.isfinite(relative_width(lower, upper)):
             reached = relative_width(lower, upper)
         part = part_of_a_step(reached, strategy)

@@ -216,14 +216,14 @@ def _plane(source: Path, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 def _edges(source: Path, mesh: "meshio.Mesh", name: str | int) -> np.ndarray:
     """Edges (n, 2) of a group, none if it does not exist."""
-    found = [np.empty((0, 2), dtype=np.int64)]
+    edges = [np.empty((0, 2), dtype=np.int64)]
     array, tag = _array_and_tag(source, mesh, name)
     if array is not None:
         for block, values in zip(mesh.cells, mesh.cell_data[array], strict=True):
             if block.type == "line":
-                here = values != 0 if tag is None else values == tag
-                found.append(block.data[here].astype(np.int64))
-    return np.concatenate(found)
+                in_group = values != 0 if tag is None else values == tag
+                edges.append(block.data[in_group].astype(np.int64))
+    return np.concatenate(edges)
 
 
 def _array_and_tag(

@@ -181,7 +181,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
     def progress(unknowns: int, gap: float) -> None:
         patch.report("tensor", f"{unknowns} unknowns, known to {gap:.2g}")
 
-    found = conductivity_tensor(
+    bounds = conductivity_tensor(
         patch.grid_gap,
         viscosity=patch.scene.viscosity,
         representation=flow.representation,
@@ -190,7 +190,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
         progress=progress,
         comm=parallel.communicator(patch.comm),
     )
-    return ConductivityTensor.of(found)
+    return ConductivityTensor.of(bounds)
 
 
 QUANTITIES: dict[str, Callable[[Patch], object]] = {

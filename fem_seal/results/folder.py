@@ -123,8 +123,8 @@ class ResultFolder:
         moving.rmdir()
 
     def _refuse_to_replace(self) -> None:
-        there = (self.path / RESULT_FILE).exists()
-        replaced = {*self._names, *(_files_of(self.path / RESULT_FILE) if there else ())}
+        has_result = (self.path / RESULT_FILE).exists()
+        replaced = {*self._names, *(_files_of(self.path / RESULT_FILE) if has_result else ())}
         for name in self._provenance.inputs:
             path = Path(name).absolute()
             if path.parent == self.path and path.name in replaced:
@@ -134,7 +134,7 @@ class ResultFolder:
                 )
         if self._overwrite:
             return
-        if there:
+        if has_result:
             if not Result.from_folder(self.path).provenance.same_scene(self._provenance):
                 raise InvalidInput(
                     f"{self.path} holds the result of another scene; "

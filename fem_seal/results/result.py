@@ -288,11 +288,11 @@ def _contact_numbers(patch: Patch) -> dict[str, Any]:
 def _flow_numbers(
     leak: LeakRate | None, tensor: ConductivityTensor | None, ends: tuple[LeakRate, ...]
 ) -> dict[str, Any]:
-    """Give the fields of Result that the flow, the tensor and the ends of a range decide."""
-    found = [flow for flow in (leak, tensor, *ends) if flow is not None]
+    """Fields of Result that come from the flow, the tensor and the ends of a range."""
+    solved = [flow for flow in (leak, tensor, *ends) if flow is not None]
     reached = {
-        "converged": all(flow.converged for flow in found),
-        "reason": "; ".join(dict.fromkeys(flow.reason for flow in found if flow.reason)),
+        "converged": all(flow.converged for flow in solved),
+        "reason": "; ".join(dict.fromkeys(flow.reason for flow in solved if flow.reason)),
     }
     if leak is None:
         nothing = dict.fromkeys(("leak_rate", "method", "inflow", "outflow"))

@@ -120,19 +120,19 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
     if result.provenance.scene.get("limit") and result.verdict is not None:
         lines.append(("verdict", result.verdict.sentence))
     lines.extend(("caution", caution) for caution in result.cautions)
-    found = result.quantities
-    if found is None:
+    quantities = result.quantities
+    if quantities is None:
         return lines
-    if found.constriction:
-        lines.append(("tightest", constriction_words(found.constriction)))
-    if found.threshold:
-        lines.append(("threshold", threshold_words(found.threshold)))
-    if found.hydraulic_aperture:
-        lines.append(("aperture", aperture_words(found.hydraulic_aperture)))
-    if found.trapped_volume is not None:
-        lines.append(("trapped", f"{found.trapped_volume:.4g} m^3 in closed pockets"))
-    if found.conductivity_tensor:
-        lines.append(("tensor", tensor_words(found.conductivity_tensor)))
+    if quantities.constriction:
+        lines.append(("tightest", constriction_words(quantities.constriction)))
+    if quantities.threshold:
+        lines.append(("threshold", threshold_words(quantities.threshold)))
+    if quantities.hydraulic_aperture:
+        lines.append(("aperture", aperture_words(quantities.hydraulic_aperture)))
+    if quantities.trapped_volume is not None:
+        lines.append(("trapped", f"{quantities.trapped_volume:.4g} m^3 in closed pockets"))
+    if quantities.conductivity_tensor:
+        lines.append(("tensor", tensor_words(quantities.conductivity_tensor)))
     return lines
 
 

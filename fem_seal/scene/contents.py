@@ -36,14 +36,14 @@ class Contents(Section):
     @property
     def needs_flow(self) -> bool:
         """Whether some product needs the leak rate."""
-        wanted = {"leak_rate", "mesh", "constriction", "hydraulic_aperture"}
-        return bool(wanted.intersection(self.output.products))
+        products = {"leak_rate", "mesh", "constriction", "hydraulic_aperture"}
+        return bool(products.intersection(self.output.products))
 
     @property
     def needs_field(self) -> bool:
         """Whether some product needs the flow itself and not only its leak rate."""
-        wanted = {"pictures", "mesh", "constriction"}
-        return self.limit is not None or bool(wanted.intersection(self.output.products))
+        products = {"pictures", "mesh", "constriction"}
+        return self.limit is not None or bool(products.intersection(self.output.products))
 
     @property
     def drive(self) -> Drive:

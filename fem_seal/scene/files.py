@@ -80,10 +80,10 @@ def _replace(
 
 def _value(text: str) -> object:
     """TOML value, or the text itself, since a shell removes the quotes of "5 um", also in lists."""
-    found = _toml_or_text(text)
-    if found is text and text.startswith("[") and text.endswith("]"):
+    value = _toml_or_text(text)
+    if value is text and text.startswith("[") and text.endswith("]"):
         return [_toml_or_text(part.strip()) for part in text[1:-1].split(",")]
-    return found
+    return value
 
 
 def _toml_or_text(text: str) -> object:

@@ -128,10 +128,10 @@ def sweep(
             _chains(tasks, folder), work, report=report, gather=lambda: folder.gather(order)
         )
         table = parallel.on_root(lambda: folder.gather(order), work.comm)
-    there = {point.values: point for point in table}
-    asked = [there[task.values] for task in tasks if task.values in there]
-    failures = sum(not point.converged for point in asked)
-    missing = len(tasks) - len(asked)
+    finished = {point.values: point for point in table}
+    own = [finished[task.values] for task in tasks if task.values in finished]
+    failures = sum(not point.converged for point in own)
+    missing = len(tasks) - len(own)
     return Tally(len(tasks), outcome.computed, failures, missing, tuple(table))
 
 
