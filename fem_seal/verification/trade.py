@@ -100,7 +100,25 @@ class Point:
 
 @dataclass(frozen=True)
 class Run:
-    """A flow solve on one contact grid, before its error is known; rates in m^3/s."""
+    """A flow solve on one contact grid, before its error is known.
+
+    Attributes
+    ----------
+    samples : (nx, ny)
+        Samples of the contact grid.
+    flow : Choice
+        Flow method and its tolerance.
+    state : str
+        State of the leak rate, such as "leaking".
+    leak_rate, lower, upper : float
+        Leak rate with its bounds [m³/s]; finite differences have no bounds.
+    seconds : float
+        CPU time [s] of contact and flow.
+    contact_seconds : float
+        CPU time [s] of the contact alone.
+    memory_bytes : int
+        Largest resident memory of the process during the flow solve.
+    """
 
     samples: tuple[int, int]
     flow: Choice
@@ -140,7 +158,17 @@ class _Contact:
 
 @dataclass(frozen=True)
 class RunTask(Task[Run]):
-    """A flow solve on one contact grid."""
+    """A flow solve on one contact grid that is to be computed.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    samples : (nx, ny)
+        Samples of the contact grid.
+    flow : Choice
+        Flow method and its tolerance.
+    """
 
     scene: Scene
     samples: tuple[int, int]
