@@ -192,7 +192,8 @@ class LeakRate:
     def refined_bounds(self) -> tuple[float, float]:
         """Bounds [m^3/s] without `slip_interval`: refinement closes their distance."""
         low, high = self.slip_interval or (1.0, 1.0)
-        return self.lower / low, self.upper / high
+        lower, upper = self.bounds
+        return lower / low, upper / high
 
     @classmethod
     def sealed(cls, method: str) -> "LeakRate":

@@ -65,7 +65,8 @@ def start_petsc(comm: Comm) -> None:
     comm : MPI.Comm or None
         The processes that solve together; nothing is done for all of this run.
     """
-    if comm is None or _world() is None or comm.size == _world().size:
+    world = _world()
+    if comm is None or world is None or comm.size == world.size:
         return
     if "petsc4py.PETSc" in sys.modules or find_spec("petsc4py") is None:
         return

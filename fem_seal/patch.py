@@ -228,12 +228,12 @@ class Patch:
             return None
         from fem_seal.coupling import lifted
 
-        problem, coarse = (
-            surface and lifting_problem(self.scene, surface, self.report, self.comm)
-            for surface in (self.surface, every_second(self.surface))
-        )
+        surface = present(self.surface, "surface")
+        problem = lifting_problem(self.scene, surface, self.report, self.comm)
+        sparse = every_second(surface)
+        coarse = sparse and lifting_problem(self.scene, sparse, self.report, self.comm)
         # The dry contact is that with the outlet's pressure everywhere if this is the ambient one.
-        dry = self.contact if problem.load is None or problem.outlet == 0 else None
+        dry = self.elastic if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
             rtol = self.scene.flow.rtol
             return lifted(problem, rtol, dry=dry, coarse=coarse, report=self.report)
@@ -257,19 +257,16 @@ class Patch:
     def _touching(self) -> "GapState":
         from fem_seal.contact.settings import Load
 
-        load = Load("pressure", 0.0)
-        return parallel.on_root(
-            lambda: elastic_contact(self.scene, self.surface, None, load), self.comm
-        )
+        load, surface = Load("pressure", 0.0), present(self.surface, "surface")
+        return parallel.on_root(lambda: elastic_contact(self.scene, surface, None, load), self.comm)
 
     @property
     def mean_pressure(self) -> float | None:
         """Load per area that solid and fluid carry together [Pa]; None if the solid has none."""
-        contact = self.film_contact
-        load = getattr(contact, "mean_pressure", None)
-        if self.lifted is None:
+        load: float | None = getattr(self.film_contact, "mean_pressure", None)
+        if self.lifted is None or load is None:
             return load
-        given = self.scene.contact.pressure
+        given = present(self.scene.contact, "[contact]").pressure
         return load + self.lifted.fluid_load if given is None else given
 
     @cached_property
@@ -332,7 +329,7 @@ class Patch:
         if self.lifted_off:
             return LeakRate.lifted_off(method)
         if self.lifted is not None:
-            leak = _with_reasons(self.lifted.leak_rate, self.lifted.reason)
+            leak = _with_reasons(present(self.lifted.leak_rate, "leak rate"), self.lifted.reason)
         elif self.sealed:
             return LeakRate.sealed(method)
         else:
@@ -340,7 +337,8 @@ class Patch:
                 leak = FLOWS[method](self.scene, self.film, self.report, self.comm)
         if leak.field is None:
             return leak
-        slip_pressure = self.scene.slip_pressure(self.film.constriction.gap)
+        critical = present(self.film.constriction, "constriction").gap
+        slip_pressure = self.scene.slip_pressure(critical)
         pressure = self.scene.drive.pressure(leak.field.pressure, slip_pressure)
         return replace(leak, field=replace(leak.field, pressure=pressure))
 
@@ -352,7 +350,7 @@ class Patch:
         under a `pressure`). The second is "lifted off" where the inlet's pressure is no less than
         the load.
         """
-        load = self.scene.contact.pressure
+        load = present(present(self.scene.contact, "[contact]").pressure, "contact.pressure")
         inlet, outlet = self.scene.gauge_pressures
 
         def under(pressure: float) -> LeakRate:

@@ -130,10 +130,10 @@ def lifting_problem(
     from fem_seal.coupling import Problem
     from fem_seal.film import GridFilm
 
-    contact, flow, drive = scene.contact, scene.flow, scene.drive
+    contact, flow, drive = present(scene.contact, "[contact]"), scene.flow, scene.drive
     inlet, outlet = scene.gauge_pressures
     zero = np.zeros(1)
-    solid, arithmetic = scene.solid.elastic, contact.arithmetic
+    solid, arithmetic = present(scene.solid, "[solid]").elastic, contact.arithmetic
     half_space = HalfSpace(
         surface.shape, surface.spacing, solid.layer, arithmetic.threads, arithmetic.precision
     )
@@ -172,7 +172,7 @@ def lifting_problem(
             from fem_seal.coupling.fluid_pressure import on_sites
 
             solved = on_sites(leak.field, film)
-        s = scene.slip_pressure(film.constriction.gap)
+        s = scene.slip_pressure(present(film.constriction, "constriction").gap)
         return outlet + (drive.pressure(solved, s) - drive.pressure(zero, s))
 
     return Problem(

@@ -28,6 +28,7 @@ import numpy as np
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.fluid_pressure import pressure_on_samples
+from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -235,8 +236,10 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
     if "lifted off" in (first.state, second.state):
         agree = first.state == second.state
     else:
-        spread = _spread([first.leak_rate.value, second.leak_rate.value])
-        agree = spread <= relative_part(second.leak_rate) + first.change + second.change
+        one, other = present(first.leak_rate, "leak rate"), present(second.leak_rate, "leak rate")
+        agree = (
+            _spread([one.value, other.value]) <= relative_part(other) + first.change + second.change
+        )
     if agree:
         return replace(second, passes=passes, converged=first.converged and second.converged)
     lowest, highest = min(first.lowest, second.lowest), max(first.highest, second.highest)
@@ -254,7 +257,8 @@ def relative_part(leak: LeakRate) -> float:
     """Width ln(upper/lower) of a bracket; 0 without bounds or if sealed."""
     if not leak.lower:
         return 0.0
-    return log(leak.upper / leak.lower)
+    lower, upper = leak.bounds
+    return log(upper / lower)
 
 
 def lifted_from(
@@ -287,20 +291,21 @@ def lifted_from(
     rates: list[float] = []
     change, plain = inf, False
     while True:
-        if not (known and not passes):
+        if contact is None or not known or passes:
             contact = _contact(problem, pressure, contact)
         this = _one_pass(problem, pressure, contact, min(max(OF_CHANGE * change, rtol), COARSE))
         passes = [*passes[-DEPTH:], this]
         rates.append(this.leak.value)
         change = _spread(rates[-2:]) if len(rates) > 1 else inf
         report("lift", f"pass {len(rates)}, leak rate {this.leak.value:.3g} m^3/s")
-        carries = problem.load is not None and _left(problem, this.made) <= 0
+        load = problem.load
+        carries = load is not None and _left(load, this.made) <= 0
         if plain and not carries and _spread(rates[-3:]) < SETTLED * rtol:
             return _finished(problem, this, rates, rtol, rates[-3:], True)
         if len(rates) >= most_passes:
             return _finished(problem, this, rates, rtol, rates[len(rates) // 2 :], False)
         # Hardly any load is left to the solid, and the fluid carries all of it still.
-        if carries and _left(problem, this.given) < LEAST_LEFT * problem.load:
+        if carries and load is not None and _left(load, this.given) < LEAST_LEFT * load:
             return _lifted_off(problem, this.made, len(rates))
         plain = change < SETTLED * rtol
         step = max(0.5 ** (len(rates) // PASSES_OF_ONE_STEP), LEAST_STEP)
@@ -329,16 +334,16 @@ def _one_pass(
     return _Pass(pressure, contact, film, leak, tolerance, parallel.on_root(read, problem.comm))
 
 
-def _left(problem: Problem, pressure: np.ndarray) -> float:
-    """Load that a fluid pressure leaves to the solid [Pa]."""
-    return problem.load - float(pressure.mean())
+def _left(load: float, pressure: np.ndarray) -> float:
+    """Part of a load that a fluid pressure leaves to the solid [Pa]."""
+    return load - float(pressure.mean())
 
 
 def _carriable(problem: Problem, given: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Wanted fluid pressure, or so much of the way to it that some load is left to the solid."""
     if problem.load is None:
         return wanted
-    before, after = _left(problem, given), _left(problem, wanted)
+    before, after = _left(problem.load, given), _left(problem.load, wanted)
     least = LEFT_PER_PASS * before
     if after >= least:
         return wanted

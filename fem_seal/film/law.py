@@ -69,13 +69,13 @@ class Conductivity:
         """
         if self.wide is None:
             return self.narrow
-        low, high = np.broadcast_arrays(low, high)
-        above, below = low >= self.knee, high <= self.knee
+        least, most = np.broadcast_arrays(low, high)
+        above, below = least >= self.knee, most <= self.knee
         straddles = ~above & ~below
         slope = np.where(above, 1.0, 0.0)
         share = slope.copy()
-        slope[straddles] = ((high - self.knee) / np.where(straddles, high - low, 1.0))[straddles]
-        share[straddles] = slope[straddles] * low[straddles] / self.knee
+        slope[straddles] = ((most - self.knee) / np.where(straddles, most - least, 1.0))[straddles]
+        share[straddles] = slope[straddles] * least[straddles] / self.knee
         (cubic, square), (wide_cubic, wide_square) = self.narrow, self.wide
         return (
             (1 - slope) * cubic + slope * wide_cubic,

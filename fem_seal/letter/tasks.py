@@ -76,7 +76,8 @@ def compute_study(
     """
     for chain in chains:
         for task in chain.tasks:
-            task.require_same(chain.folder)
+            if isinstance(task, StudyTask):
+                task.require_same(chain.folder)
     outcome = compute_points(chains, work or Work(), report=report, gather=gather)
     if outcome.failures:
         label, error = next(iter(outcome.failures.items()))

@@ -96,7 +96,7 @@ class RecordFolder(PointFolder[Point]):
 
     def __init__(self, folder: Path, kind: type[Point]):
         super().__init__(folder)
-        self.kind = kind
+        self.kind: type = kind
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the reader and writer behind, which cannot be pickled."""

@@ -93,7 +93,8 @@ def parts_of_bounds(leak: LeakRate) -> tuple[tuple[float, float], tuple[float, f
     The value is in the middle of both, and their products are the bounds over the value.
     """
     if leak.slip_interval is None or not leak.lower:
-        return (leak.lower / leak.value, leak.upper / leak.value), (1.0, 1.0)
+        lower, upper = leak.bounds
+        return (lower / leak.value, upper / leak.value), (1.0, 1.0)
     lower, upper = leak.refined_bounds
     low, high = leak.slip_interval
     refined, interval = sqrt(upper / lower), sqrt(high / low)

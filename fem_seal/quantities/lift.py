@@ -11,10 +11,10 @@ from math import exp, isinf
 
 from fem_seal.accuracy import flow_part
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
-from fem_seal.errors import NotConverged
+from fem_seal.errors import NotConverged, present
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import Uncertainty
+from fem_seal.quantities.error_budget import Kind, Uncertainty
 
 # Name of the entry where the lift is left out, and where it is computed.
 NAME, COMPUTED = "fluid pressure", "lift"
@@ -38,14 +38,16 @@ def fluid_pressure(patch: Patch) -> Uncertainty | None:
     if patch.scene.lift == "range":
         return _range(patch)
     inlet, outlet = patch.scene.gauge_pressures
-    load = patch.contact.mean_pressure if contact.pressure is None else contact.pressure
+    load = patch.elastic.mean_pressure if contact.pressure is None else contact.pressure
     lifts, presses = (pressure > NEGLIGIBLE * load for pressure in (inlet, -outlet))
     if not lifts and not presses:
         return None
     if contact.pressure is None:
         return _of_other_loads(patch, max(inlet, -outlet), load)
     words = []
-    lower, upper, upper_rate = 1.0, 1.0, None
+    lower: float | None = 1.0
+    upper: float | None = 1.0
+    upper_rate: float | None = None
     if lifts:
         words.append(
             f"the fluid's pressure, up to {_pressure(inlet)} above ambient, is "
@@ -70,17 +72,17 @@ def fluid_pressure(patch: Patch) -> Uncertainty | None:
         )
         lower, more = _when_closed(patch, load - outlet)
         words.extend(more)
-    kind = "not covered" if None in (lower, upper) else "estimated"
+    kind: Kind = "not covered" if None in (lower, upper) else "estimated"
     return Uncertainty(NAME, kind, "; ".join(words), lower, upper, True, upper_rate)
 
 
 def _resolved(patch: Patch) -> Uncertainty:
     """Entry of the equilibrium of contact and flow."""
-    state, value = patch.lifted, patch.leak_rate.value
+    state, value = present(patch.lifted, "lifted state"), patch.leak_rate.value
     if state.state == "lifted off":
+        load = _pressure(present(patch.mean_pressure, "load"))
         sentence = (
-            f"the fluid carries the whole load of {_pressure(patch.scene.contact.pressure)}: no "
-            "equilibrium keeps the solids together"
+            f"the fluid carries the whole load of {load}: no equilibrium keeps the solids together"
         )
         return Uncertainty(COMPUTED, "estimated", sentence, 1.0, 1.0, caution=True)
     if not state.converged:
@@ -120,7 +122,7 @@ def _range(patch: Patch) -> Uncertainty:
 
 def _end(leak: LeakRate, side: int) -> float:
     """Lower (0) or upper (1) bound; the value of a method without bounds [m³/s]."""
-    return leak.value if leak.lower is None else (leak.lower, leak.upper)[side]
+    return leak.value if leak.lower is None else leak.bounds[side]
 
 
 def _when_opened(patch: Patch, pressure: float) -> tuple[LeakRate | None, list[str]]:
@@ -129,13 +131,13 @@ def _when_opened(patch: Patch, pressure: float) -> tuple[LeakRate | None, list[s
     That is without a limit, or if the dry contact may be above it.
     """
     limit = _limit(patch)
-    if limit is None or patch.leak_rate.upper > limit:
+    if limit is None or patch.leak_rate.bounds[1] > limit:
         return None, []
     leak = _leak_under(patch, pressure)
     if leak is None:
         return None, [_failed(pressure)]
     left = f"under the {_pressure(pressure)} that are left for the solid"
-    return leak, [f"{left}, at most {rounded_up(leak.upper)} m^3/s"]
+    return leak, [f"{left}, at most {rounded_up(leak.bounds[1])} m^3/s"]
 
 
 def _upper_factor(dry: LeakRate, opened: LeakRate | None) -> float | None:
@@ -155,14 +157,14 @@ def _when_closed(patch: Patch, pressure: float) -> tuple[float | None, list[str]
     dry, limit = patch.leak_rate, _limit(patch)
     if dry.state == "sealed":
         return 1.0, []
-    if limit is None or dry.lower <= limit:
+    if limit is None or dry.bounds[0] <= limit:
         return None, []
     leak = _leak_under(patch, pressure)
     if leak is None:
         return None, [_failed(pressure)]
     pressed = f"under the {_pressure(pressure)} that press the solid then"
-    factor = min(1.0, leak.lower / dry.lower)
-    return factor, [f"{pressed}, at least {rounded_down(leak.lower)} m^3/s"]
+    lower, _ = leak.bounds
+    return min(1.0, lower / dry.bounds[0]), [f"{pressed}, at least {rounded_down(lower)} m^3/s"]
 
 
 def _limit(patch: Patch) -> float | None:
@@ -185,7 +187,8 @@ def _failed(pressure: float) -> str:
 
 def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:
     """Entry of a contact that is given by its area or its mean gap: no load is carried in part."""
-    kept = "contact area" if patch.scene.contact.mean_gap is None else "mean gap"
+    by_area = present(patch.scene.contact, "[contact]").mean_gap is None
+    kept = "contact area" if by_area else "mean gap"
     sentence = (
         f"the fluid's pressure, up to {_pressure(pressure)} from ambient, is "
         f"{_ratio(pressure, load)} the contact pressure and bends the solids; the film is that of "

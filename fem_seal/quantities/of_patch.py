@@ -103,7 +103,8 @@ def _constriction(patch: Patch) -> Constriction | None:
     field = patch.leak_rate.field
     potential = None
     if field is not None:
-        slip_pressure = patch.scene.slip_pressure(patch.film.constriction.gap)
+        critical = present(patch.film.constriction, "constriction").gap
+        slip_pressure = patch.scene.slip_pressure(critical)
         potential = patch.scene.drive.potential(field.pressure, slip_pressure)
     return parallel.on_root(lambda: constriction(patch.film, field, potential), patch.comm)
 
@@ -144,8 +145,8 @@ def _of_elastic(patch: Patch) -> Threshold | None:
     inlet, outlet = patch.scene.gauge_pressures
     return replace(
         dry,
-        pressure_leaking=dry.pressure_leaking + outlet,
-        pressure_sealed=dry.pressure_sealed + inlet,
+        pressure_leaking=present(dry.pressure_leaking, "pressure") + outlet,
+        pressure_sealed=present(dry.pressure_sealed, "pressure") + inlet,
     )
 
 

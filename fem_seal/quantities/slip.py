@@ -1,6 +1,7 @@
 """What the slip of a gas at the walls leaves open of its leak rate."""
 
 from fem_seal.digits import with_prefix
+from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.patch import Patch
@@ -22,7 +23,8 @@ def knudsen_number(patch: Patch) -> float | None:
     drive = patch.scene.drive
     if patch.sealed or patch.lifted_off or not isinstance(drive, GasDrive):
         return None
-    return drive.mean_free_path(patch.scene.fluid.viscosity) / patch.film.constriction.gap
+    critical = present(patch.film.constriction, "constriction").gap
+    return drive.mean_free_path(patch.scene.viscosity) / critical
 
 
 def slip(patch: Patch) -> Uncertainty | None:
@@ -68,14 +70,14 @@ def _first_order(knudsen: float) -> Uncertainty:
 
 def _without_slip(patch: Patch, knudsen: float) -> Uncertainty:
     """Up to half the tolerance of the flow slip counts as an estimate; above, the rate is open."""
-    fluid, scene = patch.scene.fluid, patch.scene
-    path = scene.drive.mean_free_path(fluid.viscosity)
-    sigma = fluid.accommodation or 1.0
+    scene = patch.scene
+    critical = present(patch.film.constriction, "constriction").gap
+    sigma = present(scene.fluid, "[fluid]").accommodation or 1.0
     added = 6 * knudsen * (2 - sigma) / sigma
     sentence = (
         f"slip of the gas at the walls is not computed and adds about {100 * added:.2g} % to the "
-        f"flow at the tightest place (mean free path {with_prefix(path, 'm')} at the mean "
-        f"pressure, gap {with_prefix(patch.film.constriction.gap, 'm')})"
+        f"flow at the tightest place (mean free path {with_prefix(knudsen * critical, 'm')} at the "
+        f"mean pressure, gap {with_prefix(critical, 'm')})"
     )
     if added <= scene.flow.rtol / 2:
         return Uncertainty("slip", "estimated", sentence, 1.0, 1 + added)

@@ -124,9 +124,9 @@ def verdict(
         least = f"at least {shown.at_least(low)}, {times} times"
         sentence = f"above limit: {least} the {allowed}{counting}{open_points}"
         return Verdict("above limit", sentence, given)
-    interval = [entry for entry in budget if entry.name == SLIP_INTERVAL]
-    rtol, unknowns = what_would_decide(leak, limit_solved, *combined([*interval, *rest]))
-    wish = _wish(leak, rtol, unknowns, limit_solved, [*interval, *rest])
+    others = (*(entry for entry in budget if entry.name == SLIP_INTERVAL), *rest)
+    rtol, unknowns = what_would_decide(leak, limit_solved, *combined(others))
+    wish = _wish(leak, rtol, unknowns, limit_solved, others)
     sentence = f"undecided: {shown.between(leak)}, {allowed}{counting}; {wish}{open_points}"
     return Verdict("undecided", sentence, given, rtol, unknowns)
 

@@ -3,6 +3,7 @@
 from math import isfinite
 
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
+from fem_seal.errors import present
 from fem_seal.patch import Patch
 from fem_seal.results.record import Record
 
@@ -32,29 +33,31 @@ class LiftRecord(Record):
         model = patch.scene.lift
         if model == "none":
             return None
-        contact = patch.contact
+        contact = present(patch.contact, "contact")
         dry = DryRecord(
             contact_area_fraction=contact.contact_area_fraction, mean_gap=contact.mean_gap
         )
         if model == "range":
             low, high = patch.lift_range
-            lowest = low.value if low.lower is None else low.lower
-            highest = high.value if high.upper is None else high.upper
-            loads, steps, change = (None, None), 2, None
-        else:
-            state = patch.lifted
-            solid = state.contact.mean_pressure if state.contact else None
-            loads, steps = (solid, state.fluid_load), state.passes
-            lowest, highest = state.lowest, state.highest
-            change = state.change if state.contact else None
+            return cls(
+                model=model,
+                solid_pressure=None,
+                fluid_pressure=None,
+                steps=2,
+                change=None,
+                lowest=_finite(low.value if low.lower is None else low.lower),
+                highest=_finite(high.value if high.upper is None else high.upper),
+                dry=dry,
+            )
+        state = present(patch.lifted, "lifted state")
         return cls(
             model=model,
-            solid_pressure=loads[0],
-            fluid_pressure=loads[1],
-            steps=steps,
-            change=_finite(change),
-            lowest=_finite(lowest),
-            highest=_finite(highest),
+            solid_pressure=state.contact.mean_pressure if state.contact else None,
+            fluid_pressure=state.fluid_load,
+            steps=state.passes,
+            change=_finite(state.change) if state.contact else None,
+            lowest=_finite(state.lowest),
+            highest=_finite(state.highest),
             dry=dry,
         )
 
@@ -64,14 +67,14 @@ def lift_words(lift: LiftRecord) -> str:
     area = 100 * lift.dry.contact_area_fraction
     dry = f"dry, {area:.4g} % of the area would touch"
     if lift.model == "range":
-        low = f"at least {rounded_down(lift.lowest)}"
+        low = f"at least {rounded_down(present(lift.lowest, 'lowest leak rate'))}"
         high = "without an upper end, the seal may lift off"
         if lift.highest is not None:
             high = f"at most {rounded_up(lift.highest)} m^3/s"
         return f"at any fluid pressure between the ends' {low} and {high}"
     if lift.solid_pressure is None:
         return f"no load is left to the solid; {dry}; {lift.steps} passes"
-    carried = with_prefix(lift.fluid_pressure, "Pa")
+    carried = with_prefix(present(lift.fluid_pressure, "fluid pressure"), "Pa")
     kept = with_prefix(lift.solid_pressure, "Pa")
     passes = f"{lift.steps} passes"
     if lift.change is not None:

@@ -1,5 +1,6 @@
 """The leak rate in other units than m³/s, for result.json."""
 
+from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
@@ -66,7 +67,8 @@ class GasRecord(Record):
             return None
         if patch.lifted_off:
             return None
-        gas, leak, fluid = patch.scene.drive, patch.leak_rate, patch.scene.fluid
+        gas, leak = patch.scene.drive, patch.leak_rate
+        fluid = present(patch.scene.fluid, "[fluid]")
         rates = {kind: RateRecord.of(leak, RATES[kind], size) for kind, size in gas.rates.items()}
         return cls(
             mass_rate=rates["mass"],

@@ -202,7 +202,7 @@ def check_lift(scene: Contents) -> None:
             f"{given} needs contact.pressure: the two ends of the range are dry contacts under "
             f"what the fluid leaves of a load, and contact.{held} is none; choose 'resolved'"
         )
-    if scene.solid.layer_thickness is not None:
+    if scene.solid is not None and scene.solid.layer_thickness is not None:
         raise ContradictionError(
             f"{given} holds for a half-space: a layer sinks at one place where it is pressed at "
             "another, so that more fluid pressure need not open the gap everywhere; choose "

@@ -60,7 +60,7 @@ class ConductivityTable:
     lower: np.ndarray
     upper: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         loads, lower, upper = (
             np.array(values, dtype=float) for values in (self.loads, self.lower, self.upper)
         )
@@ -120,8 +120,7 @@ class ConductivityTable:
             slope = np.log(K[0] / K[1]) / (loads[1] - loads[0])
         # Extrapolate over many e-folds of K at most: beyond them only the size matters, not K.
         rise = min(slope * loads[0], 50.0)
-        nodes, values = [loads[:1] * 0], [K[:1] * np.exp(rise)]
-        nodes, values = np.append(nodes, loads), np.append(values, K)
+        nodes, values = np.append(0.0, loads), np.append(K[0] * np.exp(rise), K)
         if loads[0] == 0:
             nodes, values = nodes[1:], values[1:]
         share = (np.arange(STEPS) + 0.5) / STEPS

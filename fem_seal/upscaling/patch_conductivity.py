@@ -15,6 +15,7 @@ from fem_seal import parallel
 from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
+from fem_seal.errors import present
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.steps import elastic_contact
@@ -76,8 +77,9 @@ class LoadedPatch:
             predictor.remember(Load("pressure", known), self._states[known])
         wanted = Load("pressure", load)
         patch = self.patch
+        surface = present(patch.surface, "surface")
         return elastic_contact(
-            patch.scene, patch.surface, predictor.start(wanted), wanted, patch.report
+            patch.scene, surface, predictor.start(wanted), wanted, patch.report
         )
 
     def _conductivity(self, state: ContactState) -> tuple[float, float]:
@@ -88,7 +90,8 @@ class LoadedPatch:
             self.reasons.append(f"at a net load of {state.mean_pressure:g} Pa: {leak.reason}")
         length, width = state.gap.size
         per_rate = length / (width * patch.scene.drive.pressure_drop)
-        return leak.lower * per_rate, leak.upper * per_rate
+        lower, upper = leak.bounds
+        return lower * per_rate, upper * per_rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +163,7 @@ def refined(
     table = patch.table([decisive])
     if table.sealing_load == decisive:
         return PatchFlow(table, flow_of(table))
-    below = [] if uniform else np.linspace(0, decisive, 4, endpoint=False)
+    below = np.empty(0) if uniform else np.linspace(0, decisive, 4, endpoint=False)
     table = patch.table([*below, highest - outlet])
     while True:
         flow = flow_of(table)
@@ -188,7 +191,7 @@ def _load_error(table: ConductivityTable, flow: SealFlow) -> tuple[np.ndarray, f
     error : (n - 1,) float
     total : float
     """
-    along = flow.path
+    along = present(flow.path, "path of the flow")
     net = along.contact_pressure - along.fluid_pressure
     interval = np.searchsorted(table.loads, 0.5 * (net[1:] + net[:-1])) - 1
     known = (interval >= 0) & (interval < table.loads.size - 1)

@@ -3,7 +3,6 @@
 P is the total normal stress, carried by the solid and the fluid together.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import Protocol
@@ -58,7 +57,7 @@ class Uniform:
     pressure: float
     length: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _require_positive(pressure=self.pressure, length=self.length)
 
     @property
@@ -96,7 +95,7 @@ class Hertz:
     maximum: float
     length: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _require_positive(maximum=self.maximum, length=self.length)
 
     @classmethod
@@ -151,10 +150,10 @@ class TabulatedProfile:
         For lists of different lengths, places that do not ascend, or pressures out of range.
     """
 
-    x: Sequence[float] | np.ndarray
-    pressure: Sequence[float] | np.ndarray
+    x: np.ndarray
+    pressure: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         x, P = np.array(self.x, dtype=float), np.array(self.pressure, dtype=float)
         if x.ndim != 1 or x.shape != P.shape or x.size < 2:
             raise InvalidInput(

@@ -54,7 +54,7 @@ class StraightPath:
     length: float
     circumference: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (self.length > 0 and self.circumference > 0):
             raise InvalidInput("leak path and circumference of a seal must be positive")
 
@@ -81,7 +81,7 @@ class RingPath:
     inlet_radius: float
     outlet_radius: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (min(self.inlet_radius, self.outlet_radius) > 0 and self.length > 0):
             raise InvalidInput("the radii of a ring must be positive and differ")
 
@@ -129,7 +129,7 @@ class EndPressures:
     ambient: float = 0.0
     per_square: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.inlet > self.outlet:
             raise InvalidInput(
                 f"the inlet's pressure, {self.inlet:g} Pa, must be above the outlet's, "
