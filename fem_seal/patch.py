@@ -231,7 +231,9 @@ class Patch:
         surface = present(self.surface, "surface")
         problem = lifting_problem(self.scene, surface, self.report, self.comm)
         sparse = every_second(surface)
-        coarse = sparse and lifting_problem(self.scene, sparse, self.report, self.comm)
+        coarse = None
+        if sparse is not None:
+            coarse = lifting_problem(self.scene, sparse, self.report, self.comm)
         # The dry contact is that with the outlet's pressure everywhere if this is the ambient one.
         dry = self.elastic if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):

@@ -115,7 +115,8 @@ def every_second(surface: GridField) -> GridField | None:
     if min(nx, ny) < FEWEST_TO_HALVE or nx % 2 or ny % 2:
         return None
     values = np.ascontiguousarray(surface.values[::2, ::2])
-    return GridField(values, tuple(2 * d for d in surface.spacing), surface.periodic)
+    dx, dy = surface.spacing
+    return GridField(values, (2 * dx, 2 * dy), surface.periodic)
 
 
 def lifting_problem(
