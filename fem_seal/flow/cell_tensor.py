@@ -8,6 +8,7 @@ import numpy as np
 
 from fem_seal.errors import present
 from fem_seal.fenicsx import MPI, explained_compilation
+from fem_seal.film.law import CUBE, mean_pressure_law
 from fem_seal.film.winding import periodic_sites, widest_winding
 from fem_seal.flow.adapt import Strategy, Tuning, part_of_a_step
 from fem_seal.flow.cell_problem import CellProblem, Family, lower_matrix, upper_matrix
@@ -17,6 +18,7 @@ from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.leak import require_conducting, require_positive, unit_of_leak_rate
 from fem_seal.flow.marking import doerfler, halvings
 from fem_seal.flow.tensor_bounds import TensorBounds, relative_width, widest
+from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.bisection import Refinement, TooFine, bisect
@@ -36,6 +38,7 @@ def conductivity_tensor(
     gap: GridField,
     *,
     viscosity: float,
+    slip: Slip | None = None,
     representation: str = "linear",
     rtol: float = 0.05,
     limits: Limits | None = None,
@@ -46,12 +49,14 @@ def conductivity_tensor(
     """Effective conductivity tensor K* of a gap that is periodic in both directions.
 
     The mean flux under a mean pressure gradient is -K*·gradient, K* in m³/(Pa s); a smooth channel
-    of height h has h³/(12 η). Bounds as in `cell_problem`, for the gap as represented.
+    of height h has h³/(12 η). With slip it is that at the mean of the two pressures, since the
+    pressure changes little across one cell: (h³ + B h²/p)/(12 η). Bounds as in `cell_problem`, for the gap as represented.
 
     Parameters
     ----------
     gap : gap in metres, zero in contact, periodic
     viscosity : η [Pa s]
+    slip : of a gas; None: it does not slip
     representation : "linear" or "constant"
     rtol : stop when upper - lower <= rtol √(lower upper) in every direction
     limits : where to stop before that
@@ -76,12 +81,16 @@ def conductivity_tensor(
         return TensorBounds(np.zeros((2, 2)), np.zeros((2, 2)))
     highest = float(sites.max())
     per_pascal = unit_of_leak_rate(highest, viscosity, pressure_drop=1.0)
+    law = CUBE
+    if slip is not None:
+        law = mean_pressure_law(slip, highest)
+        per_pascal *= 1 + slip.length / highest
     scaled = GridField(sites / highest, gap.spacing, periodic=True)
     narrowest = min(h for h in widest if h > 0) / highest
     require_conducting(TIGHTEST, narrowest)
     width = coarsest_width((sites.shape[0], sites.shape[1]), tuning.coarsest)
     represented = REPRESENTATIONS[representation](
-        scaled, tuning.cut * narrowest, tuning.floor * narrowest, width
+        scaled, tuning.cut * narrowest, tuning.floor * narrowest, width, law=law
     )
     Lx, Ly = scaled.size
     # From fluxes per jump to mean flux per gradient: D A* D/(Lx Ly), D = diag(Lx, Ly).

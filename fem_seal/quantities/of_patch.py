@@ -185,6 +185,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
     bounds = conductivity_tensor(
         patch.grid_gap,
         viscosity=patch.scene.viscosity,
+        slip=patch.scene.slip,
         representation=flow.representation,
         rtol=flow.rtol,
         limits=flow.limits,

@@ -227,12 +227,22 @@ def check_ambient(scene: Contents) -> None:
         )
 
 
+_PRESSURES = "inlet_pressure", "outlet_pressure"
+
+
 def check_tensor(scene: Contents) -> None:
     """Refuse a conductivity tensor for which the scene lacks a fluid or the method."""
     if scene.fluid is None:
         raise ContradictionError(
             "[fluid] is missing: a conductivity tensor needs fluid.viscosity"
         )
+    if scene.fluid.kind == "gas" and scene.fluid.slip is not False:
+        missing = [name for name in _PRESSURES if getattr(scene.flow, name) is None]
+        if missing:
+            raise ContradictionError(
+                f"flow.{missing[0]} is missing: the conductivity tensor of a gas that slips is "
+                "that at the mean of both pressures; give them, or set fluid.slip = false"
+            )
     if scene.flow.method != "adaptive":
         raise ContradictionError(
             f"output.products names 'conductivity_tensor', which flow.method = "

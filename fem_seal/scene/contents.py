@@ -57,12 +57,11 @@ class Contents(Section):
 
     @property
     def slip(self) -> Slip | None:
-        """Slip at the walls that the flow is computed with; for scenes that need the flow.
+        """Slip at the walls that the flow is computed with.
 
         None for a liquid, without slip, and for finite differences, which do not compute it.
         """
-        by_elements = self.flow.method != "finite-difference"
-        return slip_of(present(self.fluid, "[fluid]"), self.drive) if by_elements else None
+        return slip_of(present(self.fluid, "[fluid]"), self.flow)
 
     def slip_pressure(self, critical: float) -> float:
         """Pressure [Pa] at which slip carries as much as viscous flow through a gap [m].

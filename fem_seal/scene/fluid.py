@@ -80,11 +80,17 @@ def drive(fluid: Fluid, flow: "Flow") -> Drive:
     return _gas(fluid, flow) if fluid.kind == "gas" else _liquid(flow)
 
 
-def slip_of(fluid: Fluid, drive: Drive) -> Slip | None:
-    """Slip of a gas at the walls; None for a liquid, or if the scene leaves it out."""
-    if fluid.slip is False or not isinstance(drive, GasDrive):
+def slip_of(fluid: Fluid, flow: "Flow") -> Slip | None:
+    """Slip of a gas at the walls; None where it is not computed.
+
+    Raises
+    ------
+    ContradictionError
+        As of `drive`.
+    """
+    if fluid.kind == "liquid" or fluid.slip is False or flow.method == "finite-difference":
         return None
-    return drive.slip(fluid.viscosity, fluid.accommodation or 1.0)
+    return _gas(fluid, flow).slip(fluid.viscosity, fluid.accommodation or 1.0)
 
 
 def gauge_pressures(flow: "Flow") -> tuple[float, float]:

@@ -6,6 +6,8 @@ import pytest
 from fem_seal import job
 from fem_seal.errors import InvalidInput
 from fem_seal.flow.tensor_bounds import TensorBounds
+from fem_seal.patch import Patch
+from fem_seal.quantities.of_patch import quantities
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.results import Result
 from fem_seal.results.words import lines_of
@@ -78,3 +80,18 @@ def test_angle_of_the_easiest_direction(angle):
     found = ConductivityTensor.of(TensorBounds(matrix, matrix))
     assert found.angle == pytest.approx(angle, abs=1e-9)
     assert (found.easiest, found.hardest) == pytest.approx((4, 1))
+
+
+def test_tensor_of_a_gas_that_slips_needs_its_pressures(scene):
+    scene["fluid"] = {
+        **{"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0},
+    }
+    with pytest.raises(InvalidInput, match="inlet_pressure is missing: the conductivity tensor"):
+        Scene.from_mapping(scene)
+    plain = Scene.from_mapping(scene | {"fluid": scene["fluid"] | {"slip": False}})
+    scene["flow"] |= {"inlet_pressure": 2e5, "outlet_pressure": 1e5}
+    slipping = Scene.from_mapping(scene)
+    tensors = [quantities(Patch(one)).conductivity_tensor for one in (plain, slipping)]
+    # Slip only adds.
+    assert tensors[1].xx.lower > tensors[0].xx.lower
+    assert tensors[1].yy.upper > tensors[0].yy.upper
