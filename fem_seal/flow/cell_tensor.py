@@ -50,7 +50,8 @@ def conductivity_tensor(
 
     The mean flux under a mean pressure gradient is -K*·gradient, K* in m³/(Pa s); a smooth channel
     of height h has h³/(12 η). With slip it is that at the mean of the two pressures, since the
-    pressure changes little across one cell: (h³ + B h²/p)/(12 η). Bounds as in `cell_problem`, for the gap as represented.
+    pressure changes little across one cell: (h³ + B h²/p)/(12 η). Bounds as in `cell_problem`, for
+    the gap as represented.
 
     Parameters
     ----------
