@@ -321,17 +321,19 @@ def _mark(
     through = doerfler(blocked_flux, part_reached * tuning.theta_blocked)
     # Where the linear pressure leaks (see `residuals`), the indicators of the leaking cells are
     # small, but those of all cells along the false flow are large, whatever their size. Refine the
-    # leaking cells first.
+    # leaking cells first. Elsewhere the sum of the residuals is no more than that of the
+    # indicators, which alone do better then.
     residuals = problem.residuals(solution.pressure, regularised.conductance)
-    required = part_reached * tuning.theta_residual * residuals.sum()
+    unexplained = max(residuals.sum() - indicators.sum(), 0.0)
+    required = part_reached * tuning.theta_residual * unexplained
     held = residuals[large | through].sum()
-    joints = problem.joints()
+    joints = problem.joints(regularised.conductance)
     whole = WHILE_JOINED if joints.any() else 1.0
     if held < required:
         whole = min(whole, max(held / required, WHILE_JOINED))
     if whole < 1:
         large = doerfler(indicators, whole * part * tuning.theta)
-    leaks = completed(large | through, residuals, part_reached * tuning.theta_residual)
+    leaks = completed(large | through, residuals, required)
     large = halvings(indicators, large)
     times = np.zeros(len(problem.kept), dtype=np.int8)
     times[problem.kept] = np.max([large, through, 2 * leaks, 4 * joints], axis=0)

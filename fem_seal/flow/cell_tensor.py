@@ -144,7 +144,7 @@ def _refined(
     def why_stop(history: ConvergenceHistory) -> str:
         laps.append(time.perf_counter())
         limit = limits.exceeded(started, USUAL_GROWTH, laps[-1] - laps[-2])
-        return comm.bcast(limit or out_of_reach(history, rtol))
+        return comm.bcast(limit or out_of_reach(history, rtol, USUAL_GROWTH))
 
     # Meshes are nested: the last upper bound is the smallest, and the last lower one the largest.
     lower, upper = np.zeros((2, 2)), None

@@ -10,7 +10,7 @@ MOST_UNKNOWNS = 2**31 - 1  # largest number of unknowns for the indices of PETSc
 ConvergenceHistory = Sequence[tuple[int, float]]
 
 
-def out_of_reach(history: ConvergenceHistory, rtol: float) -> str:
+def out_of_reach(history: ConvergenceHistory, rtol: float, growth: float) -> str:
     """Message if the bounds converge too slowly ever to reach a tolerance, "" if they may reach it.
 
     A line of tiny gaps across the flow must be resolved along its whole length, and the unknowns
@@ -24,9 +24,14 @@ def out_of_reach(history: ConvergenceHistory, rtol: float) -> str:
         Unknowns and relative width of the bounds of each mesh.
     rtol : float
         Tolerance of the relative width.
+    growth : float
+        Usual growth of the unknowns from mesh to mesh. Where a mesh grows faster, it has been
+        refined along lines before a solve could tell which of them matter: the history must then
+        be as many meshes long as sixteenfold growth usually takes.
     """
     unknowns, width = history[-1]
-    starts = [k for k, (before, _) in enumerate(history) if LONG * before <= unknowns]
+    meshes = round(np.log(LONG) / np.log(growth))
+    starts = [k for k, (before, _) in enumerate(history[:-meshes]) if LONG * before <= unknowns]
     if not starts or width <= rtol:
         return ""
     judged = history[starts[-1] :]

@@ -153,10 +153,10 @@ def leak_rate(
 
 
 def no_closer(levels: Sequence[Level]) -> bool:
-    """Whether the last mesh has improved both bounds by less than 1 %."""
-    if len(levels) < 2:
+    """Whether the last two meshes have improved both bounds by less than 1 %."""
+    if len(levels) < 3:
         return False
-    before, last = levels[-2:]
+    before, last = levels[-3], levels[-1]
     return last.upper > 0.99 * before.upper and last.lower <= 1.01 * before.lower
 
 

@@ -42,6 +42,11 @@ from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
 
+# Pressure drop, relative to that from inlet to outlet, below which equipotential groups count as
+# well joined if all the leak rate passes between them.
+MAX_DROP = 0.1
+
+
 @dataclass(frozen=True, eq=False)
 class Stream:
     """A stream function of unit flux, from the true or from the regularised dual.
@@ -297,34 +302,75 @@ class LevelProblem:
         jump[np.stack([b & c, c & a, a & b], axis=1)] = 0.0
         return (jump * jump).sum(axis=1) / np.maximum(self.data.K, least)
 
-    def joints(self) -> np.ndarray:
-        """Cells (C,) bool that join equipotential groups at a vertex of small gap.
+    def joints(self, leak_rate: float) -> np.ndarray:
+        """Cells (C,) bool that join equipotential groups where the gap is too small for the flow.
 
         All equipotential cells that touch have the same pressure. That is accurate if they share
-        a vertex of large gap. Groups that meet only at vertices of small gap should differ in
-        pressure; they are wrongly joined until the cells at these vertices are refined so far that
-        they are no longer equipotential.
+        a vertex of large gap. Groups that meet only at vertices of small gap may differ in
+        pressure. They hardly do if the edges between such vertices, or the vertices themselves
+        (of gap g, each conducts about g³), carry the leak rate at a small pressure drop. All other
+        groups are wrongly joined, until the cells at these vertices are refined so far that they
+        are no longer equipotential.
+
+        Parameters
+        ----------
+        leak_rate : estimate of the leak rate
         """
         joined = np.zeros(self.space.count, dtype=bool)
         equipotential = np.flatnonzero(self.data.equipotential)
         if not len(equipotential) or not self.values.shape[1]:
             return joined
+        enough = leak_rate / MAX_DROP
         high = self.values[self._cells[equipotential], 0] >= self.gap.ceiling
         equipotential, high = equipotential[high.any(axis=1)], high[high.any(axis=1)]
         vertex, cell = self.mesh.twin[self._cells[equipotential]], np.nonzero(high)[0]
         count = len(self.mesh.xy)
         pairs = np.stack([vertex[high], count + cell], axis=1)
         group = components(pairs, count + len(equipotential))[count:]
+        group = self._joined_by_edges(equipotential, high, group, enough)[group]
         # Cells on both sides of a contact line have different unknowns and are not joined.
         pressure = self.primal_numbering.of_corner - self.primal_numbering.lift
         key = np.stack([vertex[~high], pressure[equipotential][~high]])
-        _, place = np.unique(key, axis=1, return_inverse=True)
-        low = np.nonzero(~high)[0]
-        least, most = np.full((2, len(low)), len(group) + count) * [[1], [-1]]
-        np.minimum.at(least, place.ravel(), group[low])
-        np.maximum.at(most, place.ravel(), group[low])
-        joined[equipotential[low[(least < most)[place.ravel()]]]] = True
+        point, place = np.unique(key, axis=1, return_inverse=True)
+        place, low = place.ravel(), np.nonzero(~high)[0]
+        least, most = np.full((2, point.shape[1]), len(group) + count) * [[1], [-1]]
+        np.minimum.at(least, place, group[low])
+        np.maximum.at(most, place, group[low])
+        joint = np.flatnonzero(least < most)
+        ends, pair = np.unique(np.stack([least, most])[:, joint], axis=1, return_inverse=True)
+        cubes = self.values[point[0, joint], 0] ** 3
+        conductance = np.bincount(pair.ravel(), cubes, ends.shape[1])
+        resists = np.zeros(len(least), dtype=bool)
+        resists[joint] = (conductance < enough)[pair.ravel()]
+        joined[equipotential[low[resists[place]]]] = True
         return joined
+
+    def _joined_by_edges(
+        self, cells: np.ndarray, high: np.ndarray, group: np.ndarray, enough: float
+    ) -> np.ndarray:
+        """Number of each group, equal for groups that edges of small gap join well.
+
+        Flow across an edge passes the two cells at its sides, one after the other.
+
+        Parameters
+        ----------
+        cells : (n,) int, equipotential cells
+        high : (n, 3) bool, their vertices of large gap
+        group : (n,) int, group of each cell
+        enough : conductance from which on two groups count as well joined
+        """
+        count = int(group.max(initial=-1)) + 1
+        at_edge = np.flatnonzero(high.sum(axis=1) == 1)
+        side = self.mesh.edges[1].compress(self.kept, axis=0)[cells[at_edge]][high[at_edge]]
+        order = np.argsort(side, kind="stable")
+        twice = np.flatnonzero(np.diff(side[order]) == 0)
+        first, second = at_edge[order[twice]], at_edge[order[twice + 1]]
+        resistivity = self.data.resistivity[cells, 0]
+        conductance = 1 / (resistivity[first] + resistivity[second])
+        ends = np.sort(np.stack([group[first], group[second]]), axis=0)
+        ends, pair = np.unique(ends, axis=1, return_inverse=True)
+        well = np.bincount(pair.ravel(), conductance, ends.shape[1]) >= enough
+        return components(ends[:, well].T, count)
 
     def flux(self, stream: Stream) -> np.ndarray:
         """Mean flux J (C, 2) of each cell: the rotated gradient of ψ, scaled to its leak rate."""

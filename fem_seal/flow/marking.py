@@ -53,10 +53,10 @@ def doerfler(indicators: np.ndarray, theta: float) -> np.ndarray:
     return marked
 
 
-def completed(marked: np.ndarray, indicators: np.ndarray, theta: float) -> np.ndarray:
-    """The fewest cells (C,) bool to add to `marked`, so that all hold `theta` of the indicators."""
+def completed(marked: np.ndarray, indicators: np.ndarray, required: float) -> np.ndarray:
+    """The fewest cells (C,) bool to add to `marked`, so that all hold the sum `required`."""
     rest = np.where(marked, 0.0, indicators)
-    missing = theta * indicators.sum() - (indicators.sum() - rest.sum())
+    missing = required - (indicators.sum() - rest.sum())
     if missing <= 0:
         return np.zeros(len(marked), dtype=bool)
     return doerfler(rest, missing / rest.sum())

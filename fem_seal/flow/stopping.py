@@ -35,9 +35,9 @@ class Tolerance:
         state = f"the bracket is {width:.2g} wide" if lower > 0 else "no lower bound yet"
         return f"{state}, {self.rtol:.2g} was asked for"
 
-    def out_of_reach(self, history: ConvergenceHistory) -> str:
+    def out_of_reach(self, history: ConvergenceHistory, growth: float) -> str:
         """Message if bounds that converge as in `history` never meet the criterion, else ""."""
-        return out_of_reach(history, self.rtol)
+        return out_of_reach(history, self.rtol, growth)
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Decision:
         below, above = lower / self.limit, upper / self.limit
         return f"the leak rate is between {below:.4g} and {above:.4g} of the limit, undecided"
 
-    def out_of_reach(self, history: ConvergenceHistory) -> str:
+    def out_of_reach(self, history: ConvergenceHistory, growth: float) -> str:
         """Always "": wide bounds may decide as well as narrow ones."""
         return ""
 
@@ -107,7 +107,7 @@ class Stopping:
         # A mesh has half as many vertices as cells. Unknowns would not do as a measure: where the
         # pressure is constant there are fewer.
         history = [(level.cells // 2, relative_width(level.lower, level.upper)) for level in levels]
-        words = self.criterion.out_of_reach(history)
+        words = self.criterion.out_of_reach(history, self.growth)
         return words and (
             f"{words} (the critical constriction is {self.narrowest:.0e} of the largest gap: set "
             "such gaps to 0 if they are contact)"

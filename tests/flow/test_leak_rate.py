@@ -116,7 +116,7 @@ def test_a_line_of_tiny_gaps_may_decide():
     assert below.converged
     assert below.lower > wide.lower / 2
     # Nothing is said of a limit between them before it is decided.
-    limits = Limits(unknowns=2 * wide.unknowns)
+    limits = Limits(unknowns=5 * wide.unknowns)
     between = leak_rate(gap, decide=(wide.lower * wide.upper) ** 0.5, limits=limits, **FLUID)
     assert between.unknowns > wide.unknowns
     assert "of the limit, undecided" in between.reason
@@ -149,7 +149,7 @@ BAD = [
     ("viscosity", ONES, {"viscosity": "1 mPa s"}),
     ("decide", ONES, {"decide": 0.0}),
     ("decide", ONES, {"decide": np.nan}),
-    ("make it a GridField", np.ones((4, 4)), {}),
+    ("make it a GridFilm", np.ones((4, 4)), {}),
     ("method", ONES, {"method": "finite elements"}),
     ("sides", ONES, {"sides": "walls"}),
     ("representation", ONES, {"representation": "quadratic"}),

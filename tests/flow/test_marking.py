@@ -34,17 +34,17 @@ def test_a_cell_is_halved_once_more_for_each_factor_of_four():
     assert halvings(shares, marked).tolist() == [1, 1, 1, 2, 3, 4, 0]
 
 
-@pytest.mark.parametrize("theta", [0.2, 0.6, 1.0])
-def test_what_is_missing_is_added(theta):
+@pytest.mark.parametrize("part", [0.2, 0.6, 1.0])
+def test_what_is_missing_is_added(part):
     """Marked cells and those added hold the part, and no fewer added ones would."""
     rng = np.random.default_rng(2)
     shares, marked = np.exp(3 * rng.normal(size=200)), rng.random(200) < 0.2
-    added = completed(marked, shares, theta)
     total, rounding = shares.sum(), 1e-12 * shares.sum()
+    added = completed(marked, shares, part * total)
     assert not (added & marked).any()
-    assert shares[marked | added].sum() >= theta * total - rounding
+    assert shares[marked | added].sum() >= part * total - rounding
     if added.any():
         least = shares[added].min()
         assert least >= shares[~(marked | added)].max(initial=0)
-        assert shares[marked | added].sum() - least <= theta * total + rounding
-    assert added.any() == (shares[marked].sum() < theta * total)
+        assert shares[marked | added].sum() - least <= part * total + rounding
+    assert added.any() == (shares[marked].sum() < part * total)

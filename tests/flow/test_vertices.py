@@ -72,13 +72,16 @@ def test_low_vertex_between_wide_parts_is_a_joint():
     values[2], values[:, 2] = 1e-6, 1e-6
     gap = GridField(values, (1.0, 1.0))
     problem = level_problem(represented(gap, ceiling=2e-3))
-    assert problem.joints().any()
+    joints = problem.joints(leak_rate=1e-3)
+    assert joints.any()
     at_cross = (problem.mesh.xy[problem.mesh.cells[problem.kept]] >> 24 == 2).any(axis=(1, 2))
-    assert not problem.joints()[~at_cross].any()
+    assert not joints[~at_cross].any()
+    # Each low vertex conducts 1e-18: that is enough for such a leak rate.
+    assert not problem.joints(leak_rate=1e-19).any()
     # One low vertex around which the gap is wide joins nothing.
     values = np.ones((5, 5))
     values[2, 2] = 1e-6
-    assert not level_problem(represented(GridField(values, (1, 1)), ceiling=2e-3)).joints().any()
+    assert not level_problem(represented(GridField(values, (1, 1)), ceiling=2e-3)).joints(1.0).any()
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -107,3 +110,21 @@ def test_residuals_see_a_wrong_pressure():
         markings=[lambda mesh: np.ones(len(mesh.cells), dtype=bool)] * 4,
     )
     assert residuals.sum() >= pressure.energy - solved(finer)[0].energy > 0
+
+
+def layers_in_series(rows: int, decades: float, seed: int) -> GridField:
+    """Layers across the flow whose heights span some decades, three samples wide."""
+    heights = 10.0 ** -np.random.default_rng(seed).uniform(0, decades, rows)
+    return GridField(np.repeat(heights[:, None], 3, axis=1), (1.0, 1.0))
+
+
+@pytest.mark.parametrize("seed", [2, 4, 6, 8])
+def test_rows_of_low_vertices_that_conduct_well_stay_coarse(seed):
+    """Stiff cells on both sides of a low row touch there alone; yet beside the lowest row, which
+    carries the same flow, it conducts well. When the cells along such rows were halved all the
+    same, there were 1e4 to 5e5 cells, or the answer stopped with 7 unknowns and a bracket of 700.
+    Seed 4, with the most decades to resolve, takes 3800 cells."""
+    gap = layers_in_series(16, 12.0, seed)
+    flow = leak_rate(gap, rtol=0.3, **FLUID)
+    assert flow.converged
+    assert flow.levels[-1].cells < 8000
