@@ -60,7 +60,8 @@ class Tuning:
     theta_blocked : float
         Part of the flux through blocked cells that the marked ones carry.
     theta_residual : float
-        Least part of the pressure's flux residuals that the marked cells hold.
+        Least part of the pressure's flux residuals, beyond the sum of the error indicators, that
+        the marked cells hold.
     ahead : int
         Largest number of halvings ahead of a solve. More of them save levels and cost unknowns.
         The conductivity tensor does not look ahead.

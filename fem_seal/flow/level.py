@@ -41,7 +41,6 @@ from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-
 # Pressure drop, relative to that from inlet to outlet, below which equipotential groups count as
 # well joined if all the leak rate passes between them.
 MAX_DROP = 0.1

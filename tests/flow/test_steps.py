@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gaps import level_problem, represented
-from sample_gaps import rough_gap
+from sample_gaps import FLUID, rough_gap
 
-from fem_seal.flow.adapt import Strategy, _mark, _Solved, part_of_a_step
+from fem_seal.flow import leak_rate
+from fem_seal.flow.adapt import Strategy, _Solved, part_of_a_step
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.level import Stream
 from fem_seal.flow.linear import Minimum
-from fem_seal.flow.marking import doerfler
+from fem_seal.leak_rate import relative_width
 
 
 def test_the_part_of_a_step():
@@ -40,30 +40,17 @@ def test_the_gain_of_bubbles():
     assert exact.gain(1.0, 1.0 + 1e-12) == 1
 
 
-def test_what_is_marked():
-    """Far from the tolerance full parts of both, in a last step as much as each has left to do:
-    shares by what is expected, blocked cells by what was reached. A last step has no share ahead.
-    """
-    gap = represented(rough_gap((32, 32), 0.3, 5), cut=1e-3, width=4)
-    problem = level_problem(gap, width=4, periodic_sides=True)
-    pressure = problem.pressure(np.zeros(problem.unknowns))
-    regularised = problem.regularised_stream(problem.mesh.first_guess()[1], 0.1)
-    found, strategy = _Solved(pressure, regularised, None), Strategy(rtol=0.01)
-    tuning = strategy.tuning
-    shares, flow = problem.indicators(pressure, regularised), problem.blocked_flux(regularised)
-
-    def check(expected, reached, theta, theta_flow, ahead):
-        marks = _mark(problem, found, expected, reached, strategy)
-        large, through = doerfler(shares, theta), doerfler(flow, theta_flow)
-        assert np.array_equal(marks.times[problem.kept] > 0, large | through)
-        assert not marks.times[~problem.kept].any()
-        assert marks.least_indicator == (shares[large].min() if ahead else np.inf)
-        assert marks.least_flux == flow[through].min()
-        return large.sum(), through.sum()
-
-    part = part_of_a_step(0.011, strategy)
-    far = check(1.0, np.inf, tuning.theta, tuning.theta_blocked, True)
-    last = check(0.011, np.inf, part * tuning.theta, tuning.theta_blocked, False)
-    both = check(0.011, 0.011, part * tuning.theta, part * tuning.theta_blocked, False)
-    assert far[0] > last[0]
-    assert last[1] > both[1]
+def test_a_step_near_the_tolerance_is_smaller():
+    """From the same mesh: the nearer the bounds are to the tolerance, the fewer unknowns are added,
+    and the tolerance is met all the same."""
+    gap = rough_gap((32, 32), 0.3, 5)
+    far = leak_rate(gap, rtol=0.01, every_dual=True, **FLUID).levels
+    widths = [relative_width(level.lower, level.upper) for level in far]
+    last = max(k for k, width in enumerate(widths) if width > 0.1)
+    # Only this step is smaller: all before it are full ones with either tolerance.
+    near = leak_rate(gap, rtol=0.8 * widths[last], every_dual=True, **FLUID)
+    assert near.converged
+    assert [level.unknowns for level in near.levels[: last + 1]] == [
+        level.unknowns for level in far[: last + 1]
+    ]
+    assert near.levels[last + 1].unknowns < far[last + 1].unknowns
