@@ -11,8 +11,6 @@ from fem_seal.errors import printable
 # Function of stage and detail, such as ("contact", "iteration 40, residual 3e-05").
 Report = Callable[[str, str], None]
 
-PATIENCE = 2.0  # seconds before the progress is shown
-BEAT = 0.5  # seconds between updates
 LINES_APART = 30.0  # seconds
 
 
@@ -23,8 +21,8 @@ def silent(stage: str, detail: str) -> None:
 class Display:
     """Context manager that shows stage, detail and elapsed time in a line on standard error.
 
-    The line appears after `PATIENCE` seconds, and only on a terminal. Calling the object with stage
-    and detail updates it: it is a `Report`.
+    The line appears only on a terminal. Calling the object with stage and detail updates it: it is
+    a `Report`.
 
     Parameters
     ----------
@@ -32,12 +30,17 @@ class Display:
         False shows nothing.
     lines : bool
         Where standard error is no terminal, write a plain line every half minute.
+    patience, beat : float
+        Seconds before the line appears, and between its updates.
     """
 
-    def __init__(self, shown: bool = True, lines: bool = False):
+    def __init__(
+        self, shown: bool = True, lines: bool = False, *, patience: float = 2.0, beat: float = 0.5
+    ):
         terminal = sys.stderr.isatty()
         self._shown = shown and terminal
         self._lines = lines and not terminal
+        self._patience, self._beat_seconds = patience, beat
         self._next = monotonic() + LINES_APART
         self._line = ""
         self._done = Event()
@@ -67,11 +70,11 @@ class Display:
 
     def _beat(self) -> None:
         """Update the line from a thread, so that the time advances during a long library call."""
-        if self._done.wait(PATIENCE):
+        if self._done.wait(self._patience):
             return
         from tqdm import tqdm
 
         with tqdm(bar_format="{desc}  [{elapsed}]", leave=False, file=sys.stderr) as bar:
-            bar.start_t -= PATIENCE
-            while not self._done.wait(BEAT):
+            bar.start_t -= self._patience
+            while not self._done.wait(self._beat_seconds):
                 bar.set_description_str(self._line)

@@ -3,6 +3,14 @@
 from importlib.util import find_spec
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# An example may compile a form or solve a contact. How long that takes says how busy the machine
+# is, and nothing about the code.
+settings.register_profile(
+    "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("any machine")
 
 # DOLFINx 0.5 to 0.7 must be imported through this module first, or VTK crashes later.
 if find_spec("dolfinx"):

@@ -6,8 +6,9 @@ import time
 
 import pytest
 
-from fem_seal import progress
 from fem_seal.progress import Display
+
+FAST = {"patience": 0.05, "beat": 0.01}  # seconds
 
 
 class Terminal(io.StringIO):
@@ -15,16 +16,10 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.fixture
-def fast(monkeypatch):
-    monkeypatch.setattr(progress, "PATIENCE", 0.05)
-    monkeypatch.setattr(progress, "BEAT", 0.01)
-
-
-def watch(stream, monkeypatch, until, shown=True):
+def watch(stream, monkeypatch, until, shown=True, **pace):
     """Text that a display writes while a stage reports, until it has written or time is up."""
     monkeypatch.setattr(sys, "stderr", stream)
-    with Display(shown) as report:
+    with Display(shown, **pace) as report:
         report("contact", "iteration 3")
         end = time.monotonic() + until
         while "iteration 3" not in stream.getvalue() and time.monotonic() < end:
@@ -32,17 +27,16 @@ def watch(stream, monkeypatch, until, shown=True):
     return stream.getvalue()
 
 
-def test_shown_on_a_terminal(fast, monkeypatch):
-    assert "contact: iteration 3" in watch(Terminal(), monkeypatch, until=30)
+def test_shown_on_a_terminal(monkeypatch):
+    assert "contact: iteration 3" in watch(Terminal(), monkeypatch, until=30, **FAST)
 
 
 @pytest.mark.parametrize(("stream", "shown"), [(io.StringIO(), True), (Terminal(), False)])
-def test_silent_without_a_terminal(fast, monkeypatch, stream, shown):
+def test_silent_without_a_terminal(monkeypatch, stream, shown):
     """In a file, and on all processes but the first."""
-    assert watch(stream, monkeypatch, until=0.5, shown=shown) == ""
+    assert watch(stream, monkeypatch, until=0.5, shown=shown, **FAST) == ""
 
 
 def test_silent_on_quick_computations(monkeypatch):
     """It shows nothing before two seconds have passed."""
-    assert progress.PATIENCE == 2
     assert watch(Terminal(), monkeypatch, until=0.2) == ""

@@ -30,14 +30,18 @@ class Extension:
     ----------
     free : (nx, ny) float
         1 at free points, 0 elsewhere. Not copied: call `update` after changing it.
+    levels : int
+        Number of coarser grids.
+    fade : float
+        Weight s / (s + fade (1 - s)) of a cell of which a fraction s is free.
     """
 
-    def __init__(self, free: np.ndarray):
+    def __init__(self, free: np.ndarray, levels: int = LEVELS, fade: float = FADE):
         self.free = free
         self.levels: list[_Level] = []
         nx, ny = free.shape
-        while len(self.levels) < LEVELS and max(nx, ny) > 1:
-            self.levels.append(_Level((nx, ny), free.dtype))
+        while len(self.levels) < levels and max(nx, ny) > 1:
+            self.levels.append(_Level((nx, ny), free.dtype, fade))
             nx, ny = self.levels[-1].values.shape
 
     def update(self) -> None:
@@ -83,7 +87,8 @@ class _Level:
         Work array and weights of the means, on the coarser grid.
     """
 
-    def __init__(self, shape: tuple[int, int], dtype: np.dtype):
+    def __init__(self, shape: tuple[int, int], dtype: np.dtype, fade: float):
+        self.fade = fade
         self.halving = Halving(shape)
         self.outside = np.empty(shape, dtype)
         self.values = np.empty(self.halving.coarse, dtype)
@@ -94,9 +99,9 @@ class _Level:
         np.subtract(1, fraction, out=self.outside)
         self.outside /= WHOLE
         self.halving.restrict(fraction, self.values)
-        # The restriction of ones is 4 WHOLE: s + FADE (1 - s) in units of it.
-        np.multiply(self.values, 1 - FADE, out=self.scale)
-        self.scale += 4 * WHOLE * FADE
+        # The restriction of ones is 4 WHOLE: s + fade (1 - s) in units of it.
+        np.multiply(self.values, 1 - self.fade, out=self.scale)
+        self.scale += 4 * WHOLE * self.fade
         np.reciprocal(self.scale, out=self.scale)
         self.values *= self.scale
         return self.values

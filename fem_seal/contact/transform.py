@@ -31,15 +31,23 @@ class RealTransform:
         Of the samples.
     threads : int
         FFTW's threads.
+    measured_from : int
+        Least number of samples for which plans are chosen by trial, and kept.
     """
 
-    def __init__(self, shape: tuple[int, int], precision: str, threads: int):
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        precision: str,
+        threads: int,
+        measured_from: int = MEASURED_FROM,
+    ):
         import pyfftw
 
         nx, ny = shape
         self.modes = pyfftw.empty_aligned((nx, ny // 2 + 1), MODES_OF[precision])
         self.values = self.modes.view(precision)[:, :ny]
-        if nx * ny < MEASURED_FROM:
+        if nx * ny < measured_from:
             self._plan("FFTW_ESTIMATE", threads=threads)
             return
         _load_wisdom()

@@ -250,6 +250,7 @@ def minimise_by_cg(
     tolerance: float,
     balanced: bool = False,
     least: float = 0.0,
+    max_iterations: int = MAX_ITERATIONS,
 ) -> Iterations:
     """Solve A x = b by CG from x = 0 until the energy of the error is small enough.
 
@@ -265,6 +266,8 @@ def minimise_by_cg(
         As in `CellSpace.minimise`.
     least : float
         Stop as well if the energy falls below this value.
+    max_iterations : int
+        CG has stalled after so many.
 
     Notes
     -----
@@ -296,7 +299,7 @@ def minimise_by_cg(
             not balanced or abs(ksp.buildResidual().sum()) <= np.sqrt(tolerance) * energy
         ):
             return PETSc.KSP.ConvergedReason.CONVERGED_RTOL
-        if iteration >= MAX_ITERATIONS:
+        if iteration >= max_iterations:
             return PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT
         return PETSc.KSP.ConvergedReason.CONVERGED_ITERATING
 

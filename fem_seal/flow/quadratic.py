@@ -27,7 +27,7 @@ from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.forms import energy, reynolds
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
-from fem_seal.flow.linear import minimise_by_cg
+from fem_seal.flow.linear import MAX_ITERATIONS, minimise_by_cg
 from fem_seal.flow.numbering import Numbering
 from fem_seal.flow.topology import OpenCells, open_cells, primal_numbering
 from fem_seal.grid import GridField
@@ -62,6 +62,7 @@ def quadratic_upper(
     viscosity: float,
     pressure_drop: float,
     tolerance: float = 1e-8,
+    max_iterations: int = MAX_ITERATIONS,
 ) -> LeakRate:
     """Upper bound of the leak rate by quadratic elements on the pixel mesh.
 
@@ -70,6 +71,7 @@ def quadratic_upper(
     film : on a grid
     viscosity, pressure_drop : as in `leak_rate`
     tolerance : relative error of the energy at which CG stops
+    max_iterations : of CG
 
     Returns
     -------
@@ -102,6 +104,7 @@ def quadratic_upper(
         np.broadcast_to(corners, triangles.shape),
         numbering,
         tolerance,
+        max_iterations,
     )
     upper = least * film_conductivity(highest, viscosity) * pressure_drop
     return LeakRate("leaking", METHOD, upper, 0.0, upper, unknowns=numbering.count)
@@ -130,6 +133,7 @@ def _least_energy(
     gap: np.ndarray,
     numbering: _NodeNumbering,
     tolerance: float,
+    max_iterations: int,
 ) -> float:
     """Minimum of ∫g³|∇p|² over the quadratic functions of a numbering; gap (C, 3) at corners."""
     msh = create_triangle_mesh(MPI.COMM_SELF, points, cells)
@@ -153,12 +157,16 @@ def _least_energy(
     p.x.array[nodes] = numbering.given[own]
     start = fem.assemble_scalar(form)
     load = -(P.T @ (matrix @ p.x.array))
-    p.x.array[:] += P @ _solved(csr_array(P.T @ matrix @ P), load, start, tolerance)
+    p.x.array[:] += P @ _solved(
+        csr_array(P.T @ matrix @ P), load, start, tolerance, max_iterations
+    )
     A.destroy()
     return float(fem.assemble_scalar(form))
 
 
-def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float) -> np.ndarray:
+def _solved(
+    matrix: csr_array, load: np.ndarray, start: float, tolerance: float, max_iterations: int
+) -> np.ndarray:
     """Correction x that minimises the energy, from a start of energy `start`."""
     A = PETSc.Mat().createAIJ(
         matrix.shape,
@@ -172,7 +180,7 @@ def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float)
     b, x = A.createVecLeft(), A.createVecRight()
     b.array = load
     try:
-        cg = minimise_by_cg(A, b, x, start, tolerance)
+        cg = minimise_by_cg(A, b, x, start, tolerance, max_iterations=max_iterations)
         if cg.stalled:
             raise NotConverged(cg.stalled)
         return x.array.copy()

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
 
-from fem_seal.contact import extension as extension_module
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.extension import Extension
 from fem_seal.contact.free_set_cg import ExtensionRule, free_set_cg
@@ -67,10 +66,8 @@ def test_transpose(shape):
 
 @pytest.mark.parametrize("shape", [(8, 8), (6, 7)])
 @pytest.mark.parametrize("fade", [1.0, 0.5])
-def test_two_levels(monkeypatch, shape, fade):
+def test_two_levels(shape, fade):
     """The filling from coarser grids, written with dense matrices."""
-    monkeypatch.setattr(extension_module, "LEVELS", 2)
-    monkeypatch.setattr(extension_module, "FADE", fade)
     free = (RNG.random(shape) < 0.4).astype(float)
     x, extended = RNG.standard_normal(shape) * free, np.empty(shape)
     shares, values, spreads = [free.ravel()], [x.ravel()], []
@@ -83,7 +80,7 @@ def test_two_levels(monkeypatch, shape, fade):
         spreads.append(spread)
     middle = values[1] + (1 - shares[1]) * (spreads[1] @ values[2])
     wanted = values[0] + (1 - shares[0]) * (spreads[0] @ middle)
-    extension = Extension(free)
+    extension = Extension(free, levels=2, fade=fade)
     extension.update()
     extension.extend(x, extended)
     assert extended.ravel() == pytest.approx(wanted, abs=1e-14)
