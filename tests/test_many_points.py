@@ -16,7 +16,7 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
-from fem_seal.points.farm import WorkerKilledError, farm
+from fem_seal.points.farm import WorkerKilledError, farm, processes_that_fit
 from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 
 ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
@@ -257,5 +257,62 @@ def test_points_in_many_processes_are_killed_and_lose_no_row(tmp_path):
         assert time.monotonic() < deadline  # until the workers of the killed one have ended
     assert status == 0
     assert rows("out") == rows("whole")
-    assert {path.name for path in Path("out").iterdir()} == {"points", "sweep.csv", "sweep.json"}
+    assert {path.name for path in Path("out").iterdir()} == {
+        "points",
+        "summary.csv",
+        "sweep.csv",
+        "sweep.json",
+    }
     assert len(list(Path("out/points").iterdir())) == 8
+
+
+def test_summary_and_picture(capsys):
+    """Median and spread over seeds are those of the rows; the picture is drawn on request."""
+    assert run(*VARY, "--out", "out", "--picture") == 0
+    table = rows("out")
+    with Path("out/summary.csv").open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert [line["contact.area_fraction"] for line in lines] == ["0.1", "0.2"]
+    for line in lines:
+        area = line["contact.area_fraction"]
+        rates = [float(r["leak_rate"]) for r in table if r["contact.area_fraction"] == area]
+        assert len(rates) == int(line["points"]) == 3
+        assert float(line["median"]) == sorted(rates)[1]
+        logs = np.log10(rates)
+        spread = np.sqrt(((logs - logs.mean()) ** 2).sum() / 2)
+        assert float(line["decades"]) == pytest.approx(spread, rel=1e-12)
+    assert Path("out/sweep.png").read_bytes().startswith(b"\x89PNG")
+    sealed = ("--vary", "contact.area_fraction=0.9,0.95", "--out", "sealed", "--picture")
+    assert run(*sealed) == 2
+    assert "nothing to draw" in capsys.readouterr().err
+
+
+MB = 1_000_000
+
+
+def test_processes_are_started_as_the_memory_holds_them():
+    """What running ones may still grow by is not given away a second time."""
+    assert processes_that_fit(3000 * MB, [3000 * MB], 9000 * MB) == 4
+    assert processes_that_fit(3000 * MB, [3000 * MB, 100 * MB], 8900 * MB) == 4
+    assert processes_that_fit(3000 * MB, [100 * MB] * 3, 8700 * MB) == 3
+    assert processes_that_fit(3000 * MB, [3000 * MB], 100 * MB) == 1
+    assert processes_that_fit(0, [], 100 * MB) == 1
+
+
+def hold_memory(folder):
+    """Hold 300 MB for a moment, and write down when; a chain for `farm`."""
+    start = time.monotonic()
+    held = np.ones(300 * MB, dtype=np.uint8)
+    time.sleep(0.7)
+    path = Path(folder) / f"{start}"
+    path.write_text(f"{start} {time.monotonic()} {held[-1]}")
+
+
+def test_memory_of_jobs_keeps_within_the_limit(tmp_path):
+    """300 MB and the libraries a process, times 1.2: two fit into 1000 MB."""
+    times = tmp_path / "times"
+    times.mkdir()
+    farm([times] * 5, hold_memory, 4, lambda: len(list(times.iterdir())), 1000 * MB)
+    spans = [tuple(map(float, path.read_text().split()[:2])) for path in times.iterdir()]
+    assert len(spans) == 5
+    assert max(sum(a <= start < b for a, b in spans) for start, _ in spans) <= 2

@@ -45,13 +45,20 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         help="in place of --vary: a head of keys, and a line for each point",
     )
     add_work(command, "surface")
+    command.add_argument(
+        "--picture",
+        action="store_true",
+        help="draw sweep.png: leak rates with their bounds against what varies",
+    )
     add_output(command, "results/NAME-sweep for NAME.toml; done points are kept")
     command.set_defaults(command=_sweep)
 
 
 def _sweep(options: argparse.Namespace) -> int:
+    from fem_seal.files import writing
     from fem_seal.progress import Display
     from fem_seal.sweep import Axis, combinations, read_points, sweep
+    from fem_seal.sweep.summary import write_summary
 
     out = options.out or Path("results") / f"{options.scene.stem}-sweep"
     if options.points is not None:
@@ -70,6 +77,13 @@ def _sweep(options: argparse.Namespace) -> int:
             trust=options.trust,
             work=work_of(options),
         )
+    if parallel.is_root():
+        with writing(out):
+            write_summary(axes[0], tally.table, out)
+            if options.picture:
+                from fem_seal.render.sweep import sweep_figure
+
+                sweep_figure(axes[0], tally.table, out)
     names = [", ".join(map("{}={}".format, axes[0], point.values)) for point in tally.table]
     width = max(map(len, names), default=0)
     for name, point in zip(names, tally.table, strict=True):
