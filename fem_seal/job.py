@@ -27,6 +27,7 @@ from fem_seal.results.arrays import (
 )
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
+from fem_seal.upscaling.seal import SealLeak, profile_of, solve_seal
 
 
 def run(
@@ -64,6 +65,8 @@ def run(
     """
     start = perf_counter()
     require_packages(scene)
+    if scene.seal is not None:
+        profile_of(scene)  # a table that cannot be read is refused before the work
     folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, _names(scene))
     with ExitStack() as held:
         # `and None`: the folder, open in the first process, is nothing to send to the others.
@@ -73,8 +76,12 @@ def run(
         if scene.needs_flow:
             patch.leak_rate  # noqa: B018
         patch.film  # noqa: B018
-        files = parallel.on_root(lambda: _write_products(patch, folder.staged), comm)
-        result = summarise(patch, files, start, choice=choice)
+        seal = None
+        if scene.seal is not None:
+            with patch.timed("seal"):
+                seal = solve_seal(patch)
+        files = parallel.on_root(lambda: _write_products(patch, folder.staged, seal), comm)
+        result = summarise(patch, files, start, choice=choice, seal=seal)
         parallel.on_root(lambda: folder.commit(result), comm)
     return result
 
@@ -245,14 +252,14 @@ def require_packages(scene: Scene) -> None:
             "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: pip "
             "install gmsh"
         )
-    by_elements = scene.needs_flow and scene.flow.method != "finite-difference"
+    by_elements = scene.needs_rates and scene.flow.method != "finite-difference"
     tensor = "conductivity_tensor" in scene.output.products
     if by_elements or tensor:
         without = "; flow.method = 'finite-difference' works without" if not tensor else ""
         require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
 
 
-def _write_products(patch: Patch, folder: Path) -> tuple[str, ...]:
+def _write_products(patch: Patch, folder: Path, seal: SealLeak | None) -> tuple[str, ...]:
     names: list[str] = []
     leak = patch.leak_rate if patch.scene.needs_flow else None
     film, contact = patch.film, patch.film_contact
@@ -267,6 +274,10 @@ def _write_products(patch: Patch, folder: Path) -> tuple[str, ...]:
         if "pictures" in patch.scene.output.products:
             with patch.timed("pictures"):
                 names.extend(draw_pictures(film, leak, folder))
+                if seal is not None:
+                    from fem_seal.render.seal import seal_picture
+
+                    names.append(seal_picture(seal, folder / "seal.png").name)
     return tuple(sorted(names))
 
 
@@ -279,7 +290,7 @@ def _names(scene: Scene) -> Iterator[str]:
     if "mesh" in scene.output.products:
         yield FLOW_FILE
     if "pictures" in scene.output.products:
-        yield from ("contact.png", "flow.png", "gap.png", "shape.png")
+        yield from ("contact.png", "flow.png", "gap.png", "seal.png", "shape.png")
 
 
 def _drawable(result: Result, folder: Path) -> LeakRate:

@@ -12,6 +12,9 @@ from typing import Literal
 from fem_seal.leak_rate import LeakRate
 
 FLOW, CONTACT_GRID, SLIP_INTERVAL = "flow", "contact grid", "slip interval"
+FLOW_AND_LOADS = "flow and load table"
+# Entries that the bounds of a leak rate contain.
+IN_BOUNDS = (FLOW, SLIP_INTERVAL, FLOW_AND_LOADS)
 
 Kind = Literal["guaranteed", "estimated", "not covered"]
 
@@ -84,7 +87,7 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
 
 def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
     """List all entries but those that the bounds of the leak rate contain."""
-    return tuple(entry for entry in budget if entry.name not in (FLOW, SLIP_INTERVAL))
+    return tuple(entry for entry in budget if entry.name not in IN_BOUNDS)
 
 
 def parts_of_bounds(leak: LeakRate) -> tuple[tuple[float, float], tuple[float, float]]:

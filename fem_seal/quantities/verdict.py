@@ -88,6 +88,7 @@ def verdict(
     limit: Rate | None,
     limit_solved: float | None,
     budget: ErrorBudget = (),
+    wish: str | None = None,
 ) -> Verdict:
     """Hold the bounds of a leak rate, widened by the error budget, against a limit.
 
@@ -98,6 +99,8 @@ def verdict(
     limit : as given, or None
     limit_solved : the same for the solved leak rate [m³/s]
     budget : what makes the leak rate uncertain; its entry of the flow is that of `leak`
+    wish : what would decide, in words; a tolerance of the flow if left out
+    wish : what would decide, in words; of the flow's tolerance if left out
     """
     given = None if limit is None else f"{limit.number:g} {limit.unit.name}"
     rest = beside_flow(budget)
@@ -124,9 +127,11 @@ def verdict(
         least = f"at least {shown.at_least(low)}, {times} times"
         sentence = f"above limit: {least} the {allowed}{counting}{open_points}"
         return Verdict("above limit", sentence, given)
-    others = (*(entry for entry in budget if entry.name == SLIP_INTERVAL), *rest)
-    rtol, unknowns = what_would_decide(leak, limit_solved, *combined(others))
-    wish = _wish(leak, rtol, unknowns, limit_solved, others)
+    rtol, unknowns = None, None
+    if wish is None:
+        others = (*(entry for entry in budget if entry.name == SLIP_INTERVAL), *rest)
+        rtol, unknowns = what_would_decide(leak, limit_solved, *combined(others))
+        wish = _wish(leak, rtol, unknowns, limit_solved, others)
     sentence = f"undecided: {shown.between(leak)}, {allowed}{counting}; {wish}{open_points}"
     return Verdict("undecided", sentence, given, rtol, unknowns)
 

@@ -19,6 +19,7 @@ CAPTIONS = {
     "flow": "Where it leaks: flow density on a logarithmic scale.",
     "gap": "The gap; contact is grey.",
     "contact": "Contact and open domains; the largest connected one of each is coloured.",
+    "seal": "Pressures and conductivity along the leak path, and of every patch against the load.",
     "shape": "Mesh of the film before refinement, with its inlet, outlet and walls.",
     "pressure": "Pressure in the part of the gap that carries flow.",
     "mesh": "Mesh of the last solve, and its surroundings of strongest flow.",
@@ -68,7 +69,7 @@ def report(folder: str | Path) -> Path:
 
 def verdict(result: Result) -> str:
     """Say in a sentence or two what was asked: how much leaks and how sure that is."""
-    leak = result.leak_rate_shown or result.leak_rate
+    leak = result.leak_rate_shown or (result.seal or result).leak_rate
     if result.state == "lifted off":
         sentence = "Lifted off: the fluid carries the whole load, and nothing limits the leak rate."
     elif leak is None:

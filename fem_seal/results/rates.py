@@ -27,12 +27,15 @@ class RateRecord(Record):
     @classmethod
     def shown(cls, patch: Patch) -> "RateRecord | None":
         """The leak rate in output.leak_rate_unit, if the scene names one."""
-        if not patch.scene.needs_flow or patch.scene.output.leak_rate_unit is None:
-            return None
-        if patch.lifted_off:
+        return cls.in_unit(patch, patch.leak_rate) if patch.scene.needs_flow else None
+
+    @classmethod
+    def in_unit(cls, patch: Patch, leak: LeakRate) -> "RateRecord | None":
+        """A leak rate of the patch or its seal in output.leak_rate_unit, if there is one."""
+        if patch.scene.output.leak_rate_unit is None or leak.state == "lifted off":
             return None
         unit = shown_in(patch)
-        return cls.of(patch.leak_rate, unit.name, unit.per_solved)
+        return cls.of(leak, unit.name, unit.per_solved)
 
 
 class GasRecord(Record):

@@ -23,6 +23,7 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.quantities.of_patch import Quantities, quantities, verdict_of
 from fem_seal.quantities.remarks import cautions
+from fem_seal.quantities.seal import leak_rate_of, seal_budget, seal_verdict
 from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
@@ -31,10 +32,12 @@ from fem_seal.results.lift import LiftRecord
 from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.record import Record
+from fem_seal.results.seal import SealRecord
 from fem_seal.scene import FileSurface, Flow, Gap, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain
 from fem_seal.scene.shape import MeshFile
+from fem_seal.upscaling.seal import SealLeak, solve_seal
 
 RESULT_FILE = "result.json"
 _PACKAGES = (
@@ -138,6 +141,7 @@ class Result(Record):
     inflow: float | None
     outflow: float | None
     lift: LiftRecord | None = None
+    seal: SealRecord | None = None
     contact_area_fraction: float
     mean_gap: float
     gap_is_periodic: bool | None = None
@@ -208,6 +212,7 @@ def summarise(
     started: float | None = None,
     *,
     choice: Choice | None = None,
+    seal: SealLeak | None = None,
 ) -> Result:
     """Collect the numbers of the scene's products.
 
@@ -221,16 +226,27 @@ def summarise(
         perf_counter() at the start of the run, for its total time; None: the sum of the stages.
     choice : Choice or None
         Chosen contact grid, for a scene with [accuracy].
+    seal : SealLeak or None
+        Leak rate of the whole seal, for a scene with [seal]; solved here if left out.
     """
     leak = patch.leak_rate if patch.scene.needs_flow else None
     sealed = patch.sealed
     named = quantities(patch)
     budget = error_budget(patch)
+    ends = patch.lift_range if patch.scene.lift == "range" else ()
+    decision, shown = verdict_of(patch, budget), RateRecord.shown(patch)
+    state = "lifted off" if patch.lifted_off else "sealed" if sealed else "leaking"
+    if patch.scene.seal is not None:
+        seal = seal or solve_seal(patch)
+        budget, state = seal_budget(patch, seal), seal.state
+        decision, ends = seal_verdict(patch, seal, budget), (leak_rate_of(patch, seal),)
+        shown = RateRecord.in_unit(patch, ends[0])
     stages = dict(patch.seconds)
     total = sum(stages.values()) if started is None else perf_counter() - started
     return Result(
-        state="lifted off" if patch.lifted_off else "sealed" if sealed else "leaking",
+        state=state,
         lift=LiftRecord.of(patch),
+        seal=None if seal is None else SealRecord.of(seal),
         percolates=not sealed,
         contact_area_fraction=patch.film.contact_area_fraction,
         mean_gap=patch.film.mean_gap,
@@ -238,8 +254,8 @@ def summarise(
         accuracy=None if choice is None else AccuracyRecord.of(choice),
         preparation=StepRecord.all_of(patch),
         gas=GasRecord.of(patch),
-        leak_rate_shown=RateRecord.shown(patch),
-        verdict=verdict_of(patch, budget),
+        leak_rate_shown=shown,
+        verdict=decision,
         error_budget=budget,
         cautions=cautions(patch, budget),
         quantities=named,
@@ -253,7 +269,7 @@ def summarise(
         **_flow_numbers(
             leak,
             None if named is None else named.conductivity_tensor,
-            patch.lift_range if patch.scene.lift == "range" else (),
+            ends,
         ),
     )
 
@@ -322,7 +338,8 @@ def _versions() -> Iterator[tuple[str, str]]:
 def input_files(scene: Scene) -> list[Path]:
     """Files that a scene reads."""
     sections = (scene.surface, scene.gap, scene.shape)
-    return [s.path for s in sections if isinstance(s, FileSurface | Gap | MeshFile)]
+    paths = [s.path for s in sections if isinstance(s, FileSurface | Gap | MeshFile)]
+    return [*paths, scene.seal.table] if scene.seal and scene.seal.table else paths
 
 
 def digest(path: Path) -> str:

@@ -10,6 +10,7 @@ from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold
 from fem_seal.results.lift import lift_words
 from fem_seal.results.preparation import preparation_words
+from fem_seal.results.seal import seal_words
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.result import AccuracyRecord, Result
 
@@ -37,7 +38,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
         lines.append(("flow", flow_words(result)))
         if result.gap_is_periodic and result.flow().sides == "wall":
             lines.append(("sides", WALLS))
-    elif result.state == "lifted off":
+    elif result.state == "lifted off" and result.seal is None:
         lines.append(("leak rate", "unlimited: the fluid carries the whole load"))
     lines.extend(lines_of(result))
     if result.accuracy:
@@ -111,6 +112,8 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
     lines: list[tuple[str, str]] = []
     if result.preparation:
         lines.append(("surface", preparation_words(result.preparation)))
+    if result.seal:
+        lines.append(("seal", seal_words(result.seal)))
     if result.leak_rate_shown:
         lines.append(("in units", rate_words(result.leak_rate_shown)))
     if result.lift:

@@ -5,6 +5,7 @@ from fem_seal.scene.fluid import Fluid
 from fem_seal.scene.limit import Limit
 from fem_seal.scene.measured import FileSurface, Gap
 from fem_seal.scene.scene import Scene
+from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import (
     Contact,
     Flow,
@@ -23,6 +24,7 @@ __all__ = [
     "Limit",
     "Output",
     "Scene",
+    "Seal",
     "SelfAffineSurface",
     "Solid",
 ]

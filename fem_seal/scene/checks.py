@@ -14,7 +14,8 @@ def check(scene: Contents) -> None:
     if check_shape(scene):
         check_gap(scene)
     check_accuracy(scene)
-    if scene.needs_flow:
+    check_seal(scene)
+    if scene.needs_rates:
         if scene.fluid is None:
             raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
         check_rates(scene, scene.drive)
@@ -94,6 +95,60 @@ def check_gap(scene: Contents) -> None:
     if scene.contact.model == "gfmd" and scene.solid is None:
         raise ContradictionError(
             "[solid] is missing: contact.model = 'gfmd' needs its contact_modulus"
+        )
+
+
+def check_seal(scene: Contents) -> None:
+    """Refuse a seal whose patches cannot be computed, and products that stand beside it."""
+    products = set(scene.output.products)
+    if scene.seal is None:
+        if "seal" in products:
+            raise ContradictionError(
+                "[seal] is missing: output.products names 'seal', which needs seal.leak_path and "
+                "seal.circumference"
+            )
+        return
+    if "seal" not in products:
+        raise ContradictionError(
+            "[seal] is given, and output.products does not name 'seal'; add it, as in products = "
+            "['seal', 'contact']"
+        )
+    beside = products - {"seal", "contact", "pictures"}
+    if beside:
+        raise ContradictionError(
+            f"output.products names {sorted(beside)[0]!r} beside 'seal', whose patches are solved "
+            "under many loads; ask for it in a scene without [seal]"
+        )
+    for name in ("gap", "shape", "accuracy"):
+        if getattr(scene, name) is not None:
+            raise ContradictionError(
+                f"[{name}] does not go with [seal], whose patches are pressed by many loads on the "
+                "grid of [surface]; leave one of the two out"
+            )
+    contact = scene.contact
+    if contact is not None and contact.pressure is None:
+        raise ContradictionError(
+            "[seal] needs contact.pressure, the mean contact pressure that solid and fluid carry "
+            "together, for an elastic contact (contact.model = 'gfmd')"
+        )
+    if scene.flow.lift not in (None, "none"):
+        raise ContradictionError(
+            f"flow.lift = {scene.flow.lift!r} is for a single patch; [seal] counts the fluid's "
+            "pressure along the leak path itself: leave it out"
+        )
+    if scene.fluid is not None and scene.fluid.slip:
+        raise ContradictionError(
+            "fluid.slip = true is for a single patch; [seal] names slip in its error budget and "
+            "leaves it out: leave the field out"
+        )
+    if scene.flow.method == "finite-difference":
+        raise ContradictionError(
+            "[seal] needs bounds, and flow.method = 'finite-difference' has none; choose adaptive "
+            "or uniform"
+        )
+    if scene.limit is not None and scene.limit.decide:
+        raise ContradictionError(
+            "limit.decide stops the flow of a single patch; with [seal] set seal.rtol"
         )
 
 

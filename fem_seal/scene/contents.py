@@ -10,6 +10,7 @@ from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.fluid import Fluid, drive, gauge_pressures, slip_of
 from fem_seal.scene.limit import Limit
 from fem_seal.scene.measured import FileSurface, Gap
+from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffineSurface, Solid
 from fem_seal.scene.shape import AnyShape
 
@@ -29,6 +30,7 @@ class Contents(Section):
     shape: AnyShape | None = Field(None, description="of the seal, if it is not the gap's grid")
     fluid: Fluid | None = Field(None, description="the liquid or gas that leaks")
     flow: Flow = Field(Flow(), description="pressure drop, sides and method")
+    seal: Seal | None = Field(None, description="the whole seal that the patch is a part of")
     accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
     limit: Limit | None = Field(None, description="what the leak rate is held against")
     output: Output = Field(Output(), description="what is wanted")
@@ -38,6 +40,11 @@ class Contents(Section):
         """Whether some product needs the leak rate."""
         products = {"leak_rate", "mesh", "constriction", "hydraulic_aperture"}
         return bool(products.intersection(self.output.products))
+
+    @property
+    def needs_rates(self) -> bool:
+        """Whether some product is a leak rate, of the patch or of the seal."""
+        return self.needs_flow or self.seal is not None
 
     @property
     def needs_field(self) -> bool:

@@ -35,7 +35,7 @@ def _plain_number(value: object) -> object:
     return value
 
 
-def _readable(value: object, info: ValidationInfo) -> Path:
+def readable_file(value: object, info: ValidationInfo) -> Path:
     """Existing file; relative paths count from the folder of the scene file."""
     if not isinstance(value, str | Path):
         raise ValueError("should be the path of a file, in quotes")
@@ -62,7 +62,7 @@ Seconds = Annotated[float, BeforeValidator(partial(to_si, unit="s")), Field(gt=0
 Bytes = Annotated[float, BeforeValidator(partial(to_si, unit="byte")), Field(gt=0)]
 Number = Annotated[float, BeforeValidator(_plain_number)]
 Count = Annotated[int, Strict(), Field(ge=1)]
-InputFile = Annotated[Path, BeforeValidator(_readable)]
+InputFile = Annotated[Path, BeforeValidator(readable_file)]
 
 
 class Section(BaseModel):
@@ -303,6 +303,7 @@ Product = Literal[
     "hydraulic_aperture",
     "trapped_volume",
     "conductivity_tensor",
+    "seal",
 ]
 LeakRateUnit = Annotated[
     RateUnit, PlainValidator(RateUnit.parse), PlainSerializer(lambda unit: unit.name)
