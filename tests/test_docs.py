@@ -70,7 +70,7 @@ def test_every_key_of_a_scene_is_listed_and_every_key_listed_exists():
 def test_fields_that_a_page_names_exist(page):
     """`flow.rtol`, in the text as in --set."""
     sections = "|".join(SECTIONS)
-    for section, key in re.findall(rf"(?<![\w./])({sections})\.([a-z]\w+)\b(?![/(])", PAGES[page]):
+    for section, key in re.findall(rf"(?<![\w./-])({sections})\.([a-z]\w+)\b(?![/(])", PAGES[page]):
         if key not in ENDINGS:
             assert key in SECTIONS[section], f"{section}.{key}"
 

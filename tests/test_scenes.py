@@ -17,6 +17,7 @@ SMALL = {
         *("surface.shape=[64, 64]", "surface.short_wavelength=128 um"),
         "limit.leak_rate=1e-5 mbar l/s",  # the smoother surface leaks less
     ],
+    "o-ring": ["surface.shape=[32, 32]", "surface.short_wavelength=6.3 um", "seal.patches=2"],
     "verdict": ["surface.shape=[64, 64]", "surface.short_wavelength=128 um"],
 }
 

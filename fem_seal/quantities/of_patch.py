@@ -56,7 +56,9 @@ def quantities(patch: Patch) -> Quantities | None:
     A limit implies the constriction, which tells how near the patch is to sealing.
     """
     scene = patch.scene
-    named = set(scene.output.products) | ({"constriction"} if scene.limit and scene.needs_flow else set())
+    named = set(scene.output.products)
+    if scene.limit and scene.needs_flow:
+        named.add("constriction")
     names = [name for name in QUANTITIES if name in named]
     if patch.lifted_off:
         # There is no film, but a load that would keep the solids together.

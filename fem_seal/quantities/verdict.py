@@ -100,7 +100,6 @@ def verdict(
     limit_solved : the same for the solved leak rate [m³/s]
     budget : what makes the leak rate uncertain; its entry of the flow is that of `leak`
     wish : what would decide, in words; a tolerance of the flow if left out
-    wish : what would decide, in words; of the flow's tolerance if left out
     """
     given = None if limit is None else f"{limit.number:g} {limit.unit.name}"
     rest = beside_flow(budget)

@@ -55,8 +55,9 @@ def seal_picture(seal: SealLeak, path: str | Path) -> Path:
         table, colour = one.table, f"C{number % 10}"
         open_ = table.upper > 0
         w = 1e-6 * table.loads
-        loads.fill_between(w[open_], table.lower[open_], table.upper[open_], color=colour, alpha=0.3)
-        loads.plot(w[open_], table.value[open_], ".-", color=colour, lw=0.8)
+        lower, upper, value = (K[open_] for K in (table.lower, table.upper, table.value))
+        loads.fill_between(w[open_], lower, upper, color=colour, alpha=0.3)
+        loads.plot(w[open_], value, ".-", color=colour, lw=0.8)
         if not open_.all():
             # Where the patch is known to be sealed.
             loads.axvline(w[np.argmin(open_)], color=colour, ls=":", lw=0.8)

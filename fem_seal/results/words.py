@@ -10,9 +10,9 @@ from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold
 from fem_seal.results.lift import lift_words
 from fem_seal.results.preparation import preparation_words
-from fem_seal.results.seal import seal_words
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.result import AccuracyRecord, Result
+from fem_seal.results.seal import seal_words
 
 WALLS = (
     "walls, though the gap is periodic, and walls make it leak less; --sides periodic (flow.sides "

@@ -13,8 +13,8 @@ def check(scene: Contents) -> None:
     """Run all checks, in the order in which a user should see the errors."""
     if check_shape(scene):
         check_gap(scene)
-    check_accuracy(scene)
     check_seal(scene)
+    check_accuracy(scene)
     if scene.needs_rates:
         if scene.fluid is None:
             raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")

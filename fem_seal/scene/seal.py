@@ -16,7 +16,7 @@ def _profile(value: object, info: ValidationInfo) -> Any:
     if value in PROFILES:
         return value
     if isinstance(value, str) and not value.endswith((".csv", ".txt", ".dat")):
-        raise ValueError('should be "uniform", "hertz", or a table of x and pressure in a .csv file')
+        raise ValueError('should be "uniform", "hertz", or a .csv file with x and pressure')
     return readable_file(value, info)
 
 
@@ -27,9 +27,9 @@ class Seal(Section):
         None, description="length from inlet to outlet, the width of the contact"
     )
     circumference: Length = Field(description="length of the seal across the flow")
-    pressure_profile: Annotated[
-        Literal["uniform", "hertz"] | Path, BeforeValidator(_profile)
-    ] = Field("uniform", description='"uniform", "hertz", or a .csv file with x and pressure')
+    pressure_profile: Annotated[Literal["uniform", "hertz"] | Path, BeforeValidator(_profile)] = (
+        Field("uniform", description='"uniform", "hertz", or a .csv file with x and pressure')
+    )
     patches: Count = Field(1, le=1000, description="realizations: seeds, or twins of a map")
     rtol: Number = Field(
         0.2, ge=1e-6, description="(upper - lower) / sqrt(lower upper) wanted of each patch"
