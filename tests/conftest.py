@@ -1,9 +1,16 @@
 """What all tests share."""
 
+import sys
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+# Modules that tests share lie beside the tests that need them most, under names that occur once
+# (test_architecture.py), and are imported by these names from everywhere.
+TESTS = Path(__file__).parent
+sys.path[:0] = [str(TESTS), *sorted(str(path) for path in TESTS.iterdir() if path.is_dir())]
 
 # An example may compile a form or solve a contact. How long that takes says how busy the machine
 # is, and nothing about the code.

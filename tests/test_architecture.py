@@ -168,3 +168,13 @@ def test_layers_are_cheap_to_import(name):
     fenced = {"dolfinx", "petsc4py", "mpi4py"} if name not in FINITE_ELEMENTS else set()
     loaded = modules_after(f"import fem_seal.{name}")
     assert not loaded & (fenced | {"pyvista", "vtkmodules", "matplotlib", "pint", "tqdm"})
+
+
+def test_names_of_shared_test_modules_occur_once():
+    """All folders of tests are on the path: of two modules of one name, one hides the other."""
+    names = [
+        path.stem
+        for path in (ROOT / "tests").rglob("*.py")
+        if not path.stem.startswith("test_") and path.stem != "conftest"
+    ]
+    assert sorted(names) == sorted(set(names))

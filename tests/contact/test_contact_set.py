@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from campaign import campaign, case, compare, wrong
+from contact_campaign import campaign, case, compare, wrong
 from contact_cases import E_STAR, check_equilibrium, rough_surface
 from plain_contact import influence, plain_contact
 

@@ -5,7 +5,7 @@ ten times by another iteration (plain passes, damped by half). A state that call
 *wrong* if one of these changes its leak rate by more than the tolerance of the flow. The lifted
 leak rate is held against the two ends of the range as well, where the theorem speaks of it.
 
-    python tests/coupling/campaign.py [SCENES] [FIRST]     # one line a scene, then the counts
+    python tests/coupling/lift_campaign.py [SCENES] [FIRST]     # one line a scene, then the counts
 """
 
 import sys

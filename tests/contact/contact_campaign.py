@@ -1,6 +1,6 @@
 """Elastic contact of random structured surfaces beside the plain solver of `plain_contact`.
 
-    python tests/contact/campaign.py --count 2000 --seed 0
+    python tests/contact/contact_campaign.py --count 2000 --seed 0
 
 Each surface, load and solver follows from its seed alone. An answer is right if its gap differs
 nowhere by more than 3e-4 of the rms height from the plain solver's. Prints a table by class of
