@@ -255,20 +255,17 @@ class LevelProblem:
             indicators[cells] = areas * (primal + dual + 2 * Q * (my * px - mx * py))
         return indicators
 
-    def cell_energies(
-        self, pressure: Minimum, stream: Stream | None
-    ) -> tuple[np.ndarray, np.ndarray | None]:
-        """What each cell (C,) adds to ∫K|∇p|², and to ∫∇ψ·R·∇ψ of the true dual if there is one."""
+    def cell_energies(self, pressure: Minimum, stream: Stream) -> tuple[np.ndarray, np.ndarray]:
+        """What each cell (C,) adds to ∫K|∇p|², and to ∫∇ψ·R·∇ψ of the true dual."""
         primal, dual = np.empty((2, self.space.count))
         for cells in parts(0, len(primal), AT_ONCE):
             slopes, areas = shape_gradients(self._corners(cells))
             px, py = gradients(slopes, pressure.numbering.corners(pressure.values, cells)).T
             primal[cells] = areas * self.data.K[cells] * (px * px + py * py)
-            if stream is not None:
-                sx, sy = gradients(slopes, stream.psi[self._cells[cells]]).T
-                xx, xy, yy = self._resistivity(0.0, cells).T
-                dual[cells] = areas * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy)
-        return primal, None if stream is None else dual
+            sx, sy = gradients(slopes, stream.psi[self._cells[cells]]).T
+            xx, xy, yy = self._resistivity(0.0, cells).T
+            dual[cells] = areas * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy)
+        return primal, dual
 
     def residuals(self, pressure: Minimum, least: float) -> np.ndarray:
         """Residual estimate (C,) of the pressure's error: Σ over sides (jump of the flux)²/K.

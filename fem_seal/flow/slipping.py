@@ -55,6 +55,7 @@ class SlippingFilm:
         self._candidates = candidates
         self._more = np.array([law.above.of_gap(_GAPS) for law in laws]) / self._mean
         self._resists = self._mean / np.array([law.below.of_gap(_GAPS) for law in laws])
+        self._largest_ratio = _largest_ratio(slip, highest, slip.pressure_at(critical))
         self._chosen: tuple[float, float] | None = None
         self._gap: LinearGap | ConstantGap | VertexGap | None = None
         self._best = SlipBounds(0.0, np.inf)
@@ -70,7 +71,12 @@ class SlippingFilm:
         return 1 + self._slip.pressure_at(self._highest) / self._slip.mean_pressure
 
     def on_mesh_of(self, bracket: Bracket) -> SlipBounds:
-        """Best bounds so far, with those on the mesh of a bracket; an upper one alone without ψ."""
+        """Best bounds so far, with those on the mesh of a bracket.
+
+        Before the true dual is solved there is an upper bound only, from that at the mean pressure.
+        """
+        if bracket.stream is None:
+            return self._improved(0.0, bracket.level.upper * self._largest_ratio)
         problem = bracket.problem
         gap = self._under_bounding_law(problem, *self._best_choice(bracket))
         wide = LevelProblem(
@@ -79,10 +85,13 @@ class SlippingFilm:
         guess = wide.primal_numbering.from_corners(bracket.pressure.corner_values)
         pressure = wide.pressure(guess)
         lower, upper = 0.0, pressure.total.least_upper()
-        stream = bracket.stream and wide.stream(bracket.stream.psi)
+        stream = wide.stream(bracket.stream.psi)
         if stream is not None:
             lower, sharper = wide.corrected(pressure, stream)
             upper = min(upper, sharper)
+        return self._improved(lower, upper)
+
+    def _improved(self, lower: float, upper: float) -> SlipBounds:
         self._best = SlipBounds(max(lower, self._best.lower), min(upper, self._best.upper))
         return self._best
 
@@ -109,9 +118,18 @@ class SlippingFilm:
             held = np.bincount(place, energy, len(_GAPS))
             return float(self._candidates[np.argmin(ratios @ held)])
 
-        above = best(primal, problem.data.K, self._more)
-        if dual is None:
-            return problem.space.comm.bcast((above, above))
         xx, _, yy = problem.data.resistivity.T
         conducts = 2 / np.where(problem.data.blocked, np.inf, xx + yy)
-        return problem.space.comm.bcast((above, best(dual, conducts, self._resists)))
+        choice = best(primal, problem.data.K, self._more), best(dual, conducts, self._resists)
+        return problem.space.comm.bcast(choice)
+
+
+def _largest_ratio(slip: Slip, highest: float, s: float) -> float:
+    """Largest ratio of the largest conductivity to that at the mean pressure, over all gaps.
+
+    Of either form of the former the ratio is monotone in the gap, from 0 to the largest gap.
+    """
+    law = bounding_law(slip, highest, s, s).above
+    cubic, square = mean_pressure_law(slip, highest).above.narrow
+    forms = [law.narrow] if law.wide is None else [law.narrow, law.wide]
+    return max(max(beta / square, (alpha + beta) / (cubic + square)) for alpha, beta in forms)
