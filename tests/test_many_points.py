@@ -2,7 +2,6 @@
 
 import csv
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -10,6 +9,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import many_kills
 import numpy as np
 import pytest
 from project import write_toml
@@ -236,36 +236,6 @@ def test_a_point_that_kills_its_process_is_a_row(scene_file, tmp_path, monkeypat
     assert "killed" in rows("out")[1]["reason"]
 
 
-def test_points_in_many_processes_are_killed_and_lose_no_row(tmp_path):
-    """Three times at random moments, by the first process, with which the others end."""
-    assert run("--vary", "surface.seed=1..8", "--out", "whole") == 0
-    code = "import sys; from fem_seal.cli import main; sys.exit(main())"
-    command = [sys.executable, "-c", code, "sweep", "scene.toml", "--jobs", "2", "--out", "out"]
-    command += ["--vary", "surface.seed=1..8"]
-    moments = random.Random(1)
-    for _ in range(3):
-        process = subprocess.Popen(
-            command, env=ALONE, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL
-        )
-        time.sleep(moments.uniform(0.5, 2.5))
-        process.send_signal(moments.choice([signal.SIGKILL, signal.SIGINT]))
-        process.wait(30)
-        if Path("out/sweep.csv").exists():
-            assert all(row in rows("whole") for row in rows("out"))
-    deadline = time.monotonic() + 30
-    while (status := subprocess.run(command, env=ALONE, check=False).returncode) == 2:
-        assert time.monotonic() < deadline  # until the workers of the killed one have ended
-    assert status == 0
-    assert rows("out") == rows("whole")
-    assert {path.name for path in Path("out").iterdir()} == {
-        "points",
-        "summary.csv",
-        "sweep.csv",
-        "sweep.json",
-    }
-    assert len(list(Path("out/points").iterdir())) == 8
-
-
 def test_summary_and_picture(capsys):
     """Median and spread over seeds are those of the rows; the picture is drawn on request."""
     assert run(*VARY, "--out", "out", "--picture") == 0
@@ -288,6 +258,14 @@ def test_summary_and_picture(capsys):
 
 
 MB = 1_000_000
+
+
+def test_a_campaign_of_kills_loses_no_point(tmp_path):
+    """A short one of tests/many_kills.py."""
+    counts = many_kills.campaign(points=40, kills=3, seed=1, folder=tmp_path)
+    assert counts["killed"] > 0
+    assert counts["wrong rows"] == counts["lost points"] == 0
+    assert counts["wrong or lost rows at the end"] == counts["files left behind"] == 0
 
 
 def test_processes_are_started_as_the_memory_holds_them():

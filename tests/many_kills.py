@@ -1,0 +1,117 @@
+"""Many cheap points, killed again and again and gathered without a lost or a wrong row.
+
+    python tests/many_kills.py [POINTS] [KILLS] [SEED]     (1000, 100 and 1 if left out)
+
+Half the kills are SIGKILL, half Ctrl-C, after random times. After each, every row of the table must
+be one of a sweep that nobody disturbed, and every file of a point must still be there.
+"""
+
+import csv
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
+SCENE = """
+[surface]
+kind = "self-affine"
+shape = [16, 16]
+size = ["16 um", "16 um"]
+hurst = 0.8
+long_wavelength = "8 um"
+short_wavelength = "4 um"
+rms_slope = 0.1
+seed = 1
+[solid]
+contact_modulus = "10 MPa"
+[contact]
+model = "bearing"
+area_fraction = 0.1
+[fluid]
+viscosity = "1 mPa s"
+[flow]
+pressure_drop = "1 bar"
+method = "finite-difference"
+[output]
+products = ["contact", "leak_rate"]
+"""
+
+
+def command(points, out, jobs):
+    return [
+        *(sys.executable, "-m", "fem_seal", "sweep", "scene.toml", "--vary"),
+        *(f"surface.seed=1..{points}", "--jobs", str(jobs), "--out", str(out)),
+    ]
+
+
+def rows(folder):
+    """Rows by seed, without what differs from run to run."""
+    with (folder / "sweep.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    for row in table:
+        del row["seconds"], row["peak_memory_bytes"]
+    return {row["surface.seed"]: row for row in table}
+
+
+def campaign(points, kills, seed, folder):
+    """Run the campaign in a folder; return what it has counted."""
+    moments = random.Random(seed)
+    (folder / "scene.toml").write_text(SCENE)
+    nowhere = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    quiet = {"cwd": folder, "env": ALONE, **nowhere}
+    whole, out = folder / "whole", folder / "out"
+    start = time.monotonic()
+    subprocess.run(command(points, whole, 1), check=True, **quiet)
+    undisturbed = time.monotonic() - start
+    expected = rows(whole)
+    assert len(expected) == points
+    counts = {"killed": 0, "ended before": 0, "wrong rows": 0, "lost points": 0}
+    before: set[str] = set()
+    for _ in range(kills):
+        process = subprocess.Popen(command(points, out, moments.choice([1, 2])), **quiet)
+        try:
+            # Between two kills it starts and computes a share of the points, or not even that.
+            process.wait(moments.uniform(0.5, 2.0 + 2 * undisturbed / kills))
+            counts["ended before"] += 1
+        except subprocess.TimeoutExpired:
+            process.send_signal(moments.choice([signal.SIGKILL, signal.SIGINT]))
+            process.wait(60)
+            counts["killed"] += 1
+        if (out / "sweep.csv").exists():
+            counts["wrong rows"] += sum(expected[s] != row for s, row in rows(out).items())
+        there = {path.name for path in (out / "points").glob("*.json")}
+        counts["lost points"] += len(before - there)
+        before = there
+        counts["points when last killed"] = len(there)
+    deadline = time.monotonic() + 60
+    # Workers of the run that was killed last may still hold the folder for a moment.
+    while (status := subprocess.run(command(points, out, 2), check=False, **quiet).returncode) == 2:
+        assert time.monotonic() < deadline
+    assert status == 0
+    counts["wrong or lost rows at the end"] = sum(
+        rows(out).get(s) != row for s, row in expected.items()
+    )
+    # Staging files of killed runs are cleared away by the next one.
+    names = {"points", "sweep.csv", "sweep.json", "summary.csv"}
+    counts["files left behind"] = len({path.name for path in out.iterdir()} - names)
+    counts["files left behind"] += len(list((out / "points").iterdir())) - points
+    return counts
+
+
+def main():
+    points, kills, seed = ([int(a) for a in sys.argv[1:]] + [1000, 100, 1][len(sys.argv) - 1 :])[:3]
+    with tempfile.TemporaryDirectory() as folder:
+        counts = campaign(points, kills, seed, Path(folder))
+    print(json.dumps({"points": points, "kills": kills, "seed": seed} | counts, indent=1))
+    faults = ("wrong rows", "lost points", "wrong or lost rows at the end", "files left behind")
+    sys.exit(any(counts[name] for name in faults))
+
+
+if __name__ == "__main__":
+    main()
