@@ -3,6 +3,7 @@
 from math import exp, log
 
 from fem_seal.digits import with_prefix
+from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
@@ -10,6 +11,7 @@ from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
     FLOW_AND_LOADS,
     ErrorBudget,
+    Kind,
     Uncertainty,
 )
 from fem_seal.quantities.of_patch import shown_in
@@ -72,8 +74,8 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
 
 
 def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
-    layer = patch.scene.solid.layer_thickness is not None
-    kind = "estimated" if layer else "guaranteed"
+    layer = present(patch.scene.solid, "[solid]").layer_thickness is not None
+    kind: Kind = "estimated" if layer else "guaranteed"
     sentence = (
         "bounds of the flow through each patch, and steps of the conductivity from load to load; "
         "under the hypotheses that the scales are apart, that the conductivity falls with the "
@@ -114,7 +116,7 @@ def _patches(seal: SealLeak) -> Uncertainty:
 
 
 def _scales(patch: Patch) -> Uncertainty:
-    surface, seal = patch.scene.surface, patch.scene.seal
+    surface, seal = patch.scene.surface, present(patch.scene.seal, "[seal]")
     sentence = "the fluid's pressure varies little over the roughness"
     if isinstance(surface, SelfAffineSurface) and seal.leak_path is not None:
         ratio = surface.long_wavelength / seal.leak_path
@@ -134,7 +136,7 @@ def _network(seal: SealLeak) -> Uncertainty | None:
 
 
 def _size(patch: Patch) -> Uncertainty:
-    surface, size = patch.scene.surface, min(patch.surface.size)
+    surface, size = patch.scene.surface, min(present(patch.surface, "surface").size)
     sentence = f"patches {with_prefix(size, 'm')} wide, between straight ends"
     if isinstance(surface, SelfAffineSurface):
         sentence += f", are {size / surface.long_wavelength:.2g} of the longest wavelengths"
@@ -146,7 +148,7 @@ def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:
     drive = patch.scene.drive
     if seal.state != "leaking" or not isinstance(drive, GasDrive):
         return None
-    viscosity = patch.scene.fluid.viscosity
+    viscosity = patch.scene.viscosity
     lowest = min(one.flow.path.conductivity.min() for one in seal.patches if one.flow.path)
     aperture = float(12 * viscosity * lowest) ** (1 / 3)
     added = 6 * drive.mean_free_path(viscosity) / aperture

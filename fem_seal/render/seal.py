@@ -29,9 +29,10 @@ def seal_picture(seal: SealLeak, path: str | Path) -> Path:
     loads.remove()
     axes[1, 1].remove()
     loads = figure.add_subplot(grid[:, 1])
-    leaking = [one for one in seal.patches if one.flow.path is not None]
+    by_rate = sorted(seal.patches, key=lambda one: one.flow.value)
+    leaking = [one.flow.path for one in by_rate if one.flow.path is not None]
     if leaking:
-        middle = sorted(leaking, key=lambda one: one.flow.value)[len(leaking) // 2].flow.path
+        middle = leaking[len(leaking) // 2]
         x = 1e3 * middle.x
         pressures.plot(x, 1e-6 * middle.contact_pressure, "k", label="contact pressure P")
         pressures.plot(x, 1e-6 * middle.fluid_pressure, "tab:blue", label="fluid pressure p")

@@ -233,7 +233,7 @@ def summarise(
     sealed = patch.sealed
     named = quantities(patch)
     budget = error_budget(patch)
-    ends = patch.lift_range if patch.scene.lift == "range" else ()
+    ends: tuple[LeakRate, ...] = patch.lift_range if patch.scene.lift == "range" else ()
     decision, shown = verdict_of(patch, budget), RateRecord.shown(patch)
     state = "lifted off" if patch.lifted_off else "sealed" if sealed else "leaking"
     if patch.scene.seal is not None:

@@ -39,7 +39,7 @@ class Seal(Section):
     @property
     def table(self) -> Path | None:
         """File of the pressure profile; None for a named one."""
-        return None if self.pressure_profile in PROFILES else self.pressure_profile
+        return self.pressure_profile if isinstance(self.pressure_profile, Path) else None
 
     @model_validator(mode="after")
     def _check(self) -> "Seal":

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, present
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene, SelfAffineSurface
 from fem_seal.units import to_si
@@ -81,7 +81,7 @@ def solve_seal(patch: Patch) -> SealLeak:
         If a contact is not solved to its tolerance.
     """
     scene = patch.scene
-    seal, profile = scene.seal, profile_of(scene)
+    seal, profile = present(scene.seal, "[seal]"), profile_of(scene)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
     path = StraightPath(profile.length, seal.circumference)
     flows = []
@@ -99,7 +99,7 @@ def solve_seal(patch: Patch) -> SealLeak:
                 most_loads=seal.max_loads,
             )
         )
-    return _together(tuple(flows), path, patch.surface.size)
+    return _together(tuple(flows), path, present(patch.surface, "surface").size)
 
 
 def _together(
@@ -108,19 +108,20 @@ def _together(
     """Put the patches of a size [m] into the network of the seal."""
     rates = np.array([(one.flow.lower, one.flow.value, one.flow.upper) for one in flows])
     lengths = [one.flow.path.sealing_length for one in flows if one.flow.path]
-    count = PatchCount.of(np.median(lengths) if lengths else path.length, path.circumference, size)
+    length = float(np.median(lengths)) if lengths else path.length
+    count = PatchCount.of(length, path.circumference, size)
     sealed = sum(one.flow.state == "sealed" for one in flows)
     share = sealed / len(flows), *sealed_share(sealed, len(flows))
     reasons = [one.reason for one in flows if not one.converged]
-    rest = {"converged": not reasons, "reason": reasons[0] if reasons else ""}
+    rest = not reasons, reasons[0] if reasons else ""
     if any(one.flow.state == "lifted off" for one in flows):
-        return SealLeak("lifted off", inf, inf, inf, flows, count, 0.0, None, share, **rest)
+        return SealLeak("lifted off", inf, inf, inf, flows, count, 0.0, None, share, *rest)
     drawn = drawn_seals(rates, count)
     lower, value, upper = map(float, drawn.mean)
     interval = generalised_interval(rates[:, 1], count.along)
     state = "sealed" if upper == 0 else "leaking"
     return SealLeak(
-        state, value, lower, upper, flows, count, drawn.scatter, interval, share, **rest
+        state, value, lower, upper, flows, count, drawn.scatter, interval, share, *rest
     )
 
 
@@ -133,7 +134,7 @@ def realization(patch: Patch, number: int) -> Patch:
     number : int
         The seed, or the seed of the twin, is raised by it.
     """
-    scene, surface = patch.scene, patch.scene.surface
+    scene, surface = patch.scene, present(patch.scene.surface, "[surface]")
     name = "seed" if isinstance(surface, SelfAffineSurface) else "twin_seed"
     if number:
         seed = (getattr(surface, name) or 0) + number
@@ -141,7 +142,8 @@ def realization(patch: Patch, number: int) -> Patch:
     # The flows of a chain of loads are not drawn, and a conductivity without slip is the same at
     # all fluid pressures.
     output = scene.output.model_copy(update={"products": ("seal",)})
-    fluid = scene.fluid.model_copy(update={"slip": False if scene.fluid.kind == "gas" else None})
+    fluid = present(scene.fluid, "[fluid]")
+    fluid = fluid.model_copy(update={"slip": False if fluid.kind == "gas" else None})
     scene = scene.model_copy(update={"output": output, "fluid": fluid})
     heights = None if number else patch.surface
     return Patch(scene, patch.report, surface=heights, comm=patch.comm)
@@ -149,13 +151,15 @@ def realization(patch: Patch, number: int) -> Patch:
 
 def profile_of(scene: Scene) -> Profile:
     """Contact pressure along the leak path of a scene with [seal]."""
-    seal, pressure = scene.seal, scene.contact.pressure
+    seal = present(scene.seal, "[seal]")
     if seal.table is not None:
         return read_profile(seal.table)
+    pressure = present(present(scene.contact, "[contact]").pressure, "contact.pressure")
+    leak_path = present(seal.leak_path, "seal.leak_path")
     if seal.pressure_profile == "hertz":
         # The mean of Hertz's pressure over its width is π/4 of the maximum.
-        return Hertz(4 / pi * pressure, seal.leak_path)
-    return Uniform(pressure, seal.leak_path)
+        return Hertz(4 / pi * pressure, leak_path)
+    return Uniform(pressure, leak_path)
 
 
 def read_profile(path: Path) -> TabulatedProfile:
