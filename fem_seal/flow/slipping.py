@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.errors import present
 from fem_seal.film.law import FilmLaw, bounding_law, mean_pressure_law
 from fem_seal.flow.adapt import Bracket
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
@@ -111,7 +112,8 @@ class SlippingFilm:
         the gap of each cell were the one that conducts as much at the mean pressure.
         """
         problem = bracket.problem
-        primal, dual = problem.cell_energies(bracket.pressure, bracket.stream)
+        stream = present(bracket.stream, "stream function")
+        primal, dual = problem.cell_energies(bracket.pressure, stream)
 
         def best(energy: np.ndarray, conductivity: np.ndarray, ratios: np.ndarray) -> float:
             place = np.searchsorted(self._mean, conductivity).clip(max=len(_GAPS) - 1)
