@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
+UNKNOWNS_ON_THE_WAY = 20000  # at least, of the flows on the way to a lifted state
 FEWEST_TO_HALVE = 128  # samples along a side, to start a lift on every second one
 LARGEST_RISE = 1e100  # m, of heights; its third power is still a number, and so is its inverse
 
@@ -159,7 +160,10 @@ def lifting_problem(
             return LeakRate.sealed(flow.method)
         if tolerance is None:
             return FLOWS[flow.method](whole, film, report, comm)
-        rough = flow.model_copy(update={"rtol": tolerance})
+        # Gaps on the way may have narrows that no bounds enclose soon; the result's need not.
+        most = max(UNKNOWNS_ON_THE_WAY, film.samples.size)
+        most = min(most, flow.max_unknowns or most)
+        rough = flow.model_copy(update={"rtol": tolerance, "max_unknowns": most})
         return FLOWS[flow.method](
             whole.model_copy(update={"flow": rough, "limit": None}), film, silent, comm
         )

@@ -375,7 +375,7 @@ def _finished(
     problem: Problem, last: _Pass, rates: list[float], rtol: float, seen: list[float], settled: bool
 ) -> LiftedState:
     """Solve the last flow as the result is to have it."""
-    exact = last.tolerance <= rtol and not problem.decides
+    exact = last.tolerance <= rtol and last.leak.converged and not problem.decides
     leak = last.leak if exact else problem.flow(last.film, None)
     return LiftedState(
         state=leak.state,

@@ -81,6 +81,8 @@ def random_scene(number: int) -> Scene:
             "flow": {
                 **{"sides": str(rng.choice(["wall", "periodic"])), "lift": "resolved"},
                 **{"representation": str(rng.choice(["linear", "constant"])), "rtol": RTOL},
+                # Narrows that no bounds enclose soon are no matter of the lift.
+                **({} if method == "finite-difference" else {"max_unknowns": 20000}),
                 **{"method": method},
                 **pressures,
             },
