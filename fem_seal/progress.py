@@ -28,18 +28,14 @@ class Display:
     ----------
     shown : bool
         False shows nothing.
-    lines : bool
-        Where standard error is no terminal, write a plain line every half minute.
     patience, beat : float
         Seconds before the line appears, and between its updates.
     """
 
-    def __init__(
-        self, shown: bool = True, lines: bool = False, *, patience: float = 2.0, beat: float = 0.5
-    ):
+    def __init__(self, shown: bool = True, *, patience: float = 2.0, beat: float = 0.5):
         terminal = sys.stderr.isatty()
         self._shown = shown and terminal
-        self._lines = lines and not terminal
+        self._lines = shown and not terminal
         self._patience, self._beat_seconds = patience, beat
         self._next = monotonic() + LINES_APART
         self._line = ""

@@ -40,3 +40,15 @@ def test_silent_without_a_terminal(monkeypatch, stream, shown):
 def test_silent_on_quick_computations(monkeypatch):
     """It shows nothing before two seconds have passed."""
     assert watch(Terminal(), monkeypatch, until=0.2) == ""
+
+
+def test_plain_lines_where_there_is_no_terminal(monkeypatch, capsys):
+    """One every half minute, each a line of its own."""
+    now = [0.0]
+    monkeypatch.setattr("fem_seal.progress.monotonic", lambda: now[0])
+    for shown, expected in ((True, ["fem-seal: 2/9 points", "fem-seal: 4/9 points"]), (False, [])):
+        now[0] = 0.0
+        with Display(shown) as report:
+            for done, now[0] in enumerate([10.0, 31.0, 50.0, 62.0, 70.0], start=1):
+                report(f"{done}/9 points", "")
+        assert capsys.readouterr().err.splitlines() == expected

@@ -109,7 +109,7 @@ def _letter(options: argparse.Namespace) -> int:
     plan = plan_of(options)
     out = options.out or Path("results") / f"letter-{options.size}"
     work = work_of(options)
-    with locked_folder(out, shared=True), Display(lines=True) as report:
+    with locked_folder(out, shared=True), Display() as report:
         missing = compute_points_of(plan, out, report, work).missing
         if missing:
             message = f"{missing} points of the letter are not computed yet"

@@ -115,7 +115,7 @@ def _percolation(options: argparse.Namespace) -> int:
         for n, hurst, short, long in product(options.n, options.hurst, options.short, options.long)
     ]
     search, work = search_of(options), work_of(options)
-    with locked_folder(options.out, shared=True), Display(lines=True) as report:
+    with locked_folder(options.out, shared=True), Display() as report:
         study = percolation(
             cases,
             seeds,

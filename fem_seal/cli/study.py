@@ -175,7 +175,7 @@ def _trade(options: argparse.Namespace) -> int:
     work = work_of(options)
     # Each solve is a file of its own: parts share the folder.
     with locked_folder(options.out, shared=True):
-        with Display(lines=True) as report:
+        with Display() as report:
             result = trade(scene, out=options.out, work=work, report=report)
         if result is None:
             message = "solves of the trade are not computed yet"
