@@ -91,7 +91,7 @@ def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
 def _patches(seal: SealLeak) -> Uncertainty:
     number, (share, low, high) = len(seal.patches), seal.share_sealed
     sealed = (
-        f"{100 * share:.0f} % of {number} realizations are sealed (95 %: {100 * low:.0f} to "
+        f"{100 * share:.0f} % of {number} realization(s) are sealed (95 %: {100 * low:.0f} to "
         f"{100 * high:.0f} %)"
     )
     leaking = [one.flow.value for one in seal.patches if one.flow.state == "leaking"]

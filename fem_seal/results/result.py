@@ -237,7 +237,9 @@ def summarise(
     decision, shown = verdict_of(patch, budget), RateRecord.shown(patch)
     state = "lifted off" if patch.lifted_off else "sealed" if sealed else "leaking"
     if patch.scene.seal is not None:
-        seal = seal or solve_seal(patch)
+        if seal is None:
+            with patch.timed("seal"):
+                seal = solve_seal(patch)
         budget, state = seal_budget(patch, seal), seal.state
         decision, ends = seal_verdict(patch, seal, budget), (leak_rate_of(patch, seal),)
         shown = RateRecord.in_unit(patch, ends[0])

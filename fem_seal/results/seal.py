@@ -66,10 +66,10 @@ def seal_words(seal: SealRecord) -> str:
         return "lifted off: the fluid's pressure is nowhere below the contact pressure"
     rate = seal.leak_rate
     text = rate_text(rate.value, rate.lower, rate.upper, rate.unit)
-    number = len(seal.patches)
+    number = "1 realization" if len(seal.patches) == 1 else f"{len(seal.patches)} realizations"
     sealed = sum(patch.state == "sealed" for patch in seal.patches)
-    made = f"{seal.patches_along} patches along the path by {seal.patches_around} around it"
-    words = f"{text}; {made}, from {number} realizations, {sealed} of them sealed"
+    made = f"{seal.patches_along} x {seal.patches_around} patches (along the path x around it)"
+    words = f"{text}; {made}, from {number}, {sealed} sealed"
     if not seal.loads:
         return words
     ends = f"{with_prefix(seal.loads[0], 'Pa')} to {with_prefix(seal.loads[-1], 'Pa')}"

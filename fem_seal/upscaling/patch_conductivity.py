@@ -78,9 +78,7 @@ class LoadedPatch:
         wanted = Load("pressure", load)
         patch = self.patch
         surface = present(patch.surface, "surface")
-        return elastic_contact(
-            patch.scene, surface, predictor.start(wanted), wanted, patch.report
-        )
+        return elastic_contact(patch.scene, surface, predictor.start(wanted), wanted, patch.report)
 
     def _conductivity(self, state: ContactState) -> tuple[float, float]:
         patch = self.patch
