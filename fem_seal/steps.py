@@ -9,6 +9,7 @@ from fem_seal import parallel
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
+from fem_seal.memory import refuse_too_large
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
 
@@ -20,14 +21,25 @@ if TYPE_CHECKING:
     from fem_seal.surface import PreparedSurface
 
 UNKNOWNS_ON_THE_WAY = 20000  # at least, of the flows on the way to a lifted state
+# Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
+# measured at 1024 x 1024 samples: 60, and 106 to 138 with the solver and its arithmetic.
+SURFACE_BYTES, CONTACT_BYTES = 60, 106
 FEWEST_TO_HALVE = 128  # samples along a side, to start a lift on every second one
 LARGEST_RISE = 1e100  # m, of heights; its third power is still a number, and so is its inverse
 
 
 def made_surface(surface: SelfAffineSurface) -> GridField:
-    """Random heights [m] of a section."""
+    """Random heights [m] of a section.
+
+    Raises
+    ------
+    InvalidInput
+        If there is less memory than that takes.
+    """
     from fem_seal.surface import self_affine
 
+    nx, ny = surface.shape
+    refuse_too_large(SURFACE_BYTES * nx * ny, f"a surface of {nx} x {ny} samples")
     return self_affine(
         surface.spectrum,
         surface.shape,
@@ -70,7 +82,8 @@ def elastic_contact(
     Raises
     ------
     InvalidInput
-        If the heights are beyond double precision.
+        If the heights are beyond double precision, or the contact takes more memory than there is
+        or than flow.max_memory allows.
     NotConverged
         If contact.tolerance is not reached.
     """
@@ -85,6 +98,11 @@ def elastic_contact(
             f"the heights of the surface differ by {rise:.1e} m, whose powers are beyond double "
             "precision; check their unit, or surface.rms_height or rms_slope"
         )
+    nx, ny = surface.shape
+    what = f"the contact of {nx} x {ny} samples"
+    refuse_too_large((CONTACT_BYTES - SURFACE_BYTES) * nx * ny, what)
+    if scene.flow is not None and scene.flow.max_memory is not None:
+        refuse_too_large(CONTACT_BYTES * nx * ny, what, scene.flow.max_memory)
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     stopping = contact.stopping(progress)
     return contact_under(surface, solid, load, stopping, contact.arithmetic, start)

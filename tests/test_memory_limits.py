@@ -4,7 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from fem_seal.errors import InvalidInput
 from fem_seal.memory import available_memory
+from fem_seal.patch import Patch
+from fem_seal.scene import Scene
 
 MACHINE = 8_000_000 * 1024
 
@@ -82,3 +85,15 @@ def test_without_control_groups(tmp_path):
     root = machine(tmp_path, "", {})
     (root / "proc/self/cgroup").unlink()
     assert available_memory(root) == MACHINE
+
+
+@pytest.mark.parametrize("most", [1.0, 1e9])
+def test_a_contact_that_exceeds_the_limit_is_not_begun(small_scene, most):
+    """Its arrays take 106 bytes a sample at least: more than a byte, less than a gigabyte."""
+    small_scene["flow"] = {"pressure_drop": "1 bar", "max_memory": f"{most:g} B"}
+    patch = Patch(Scene.from_mapping(small_scene))
+    if most > 1:
+        assert patch.contact is not None
+        return
+    with pytest.raises(InvalidInput, match=r"the contact of .* would take .* GB of memory"):
+        _ = patch.contact
