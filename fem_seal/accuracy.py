@@ -251,8 +251,8 @@ def contact_part(leak_rates: Sequence[float]) -> float:
     Notes
     -----
     1.5 times the last change, which is right if changes fall by 1.67 or more from grid to grid, but
-    at least half the change before, since one change may be small by chance. Changes were seen to
-    fall by 3 to 5 (docs/price.md). An estimate, not a bound.
+    at least half the change before, since one change may be small by chance. An estimate, not a
+    bound; docs/price.md says how far it was seen to hold.
     """
     if len(leak_rates) < 3:
         return inf

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from types import FrameType, TracebackType
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-# Until an interrupt comes again that came while a module was imported, or was swallowed [s].
+# Seconds until a signal that arrived during an import, or was swallowed, is raised again.
 _PAUSE = 0.05
 _IMPORTING = "<frozen importlib._bootstrap>"
 

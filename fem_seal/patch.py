@@ -49,8 +49,8 @@ class Patch:
     Parameters
     ----------
     scene : Scene
-        What is to be computed. `accuracy.solved` makes that of a scene with
-        [accuracy], which wants several contact grids.
+        The scene, without [accuracy]; for a scene with it `accuracy.solved` chooses the contact
+        grid and makes the Patch.
     report : callable
         Called with the stage and its latest news.
     trust : bool

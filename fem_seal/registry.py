@@ -34,6 +34,6 @@ def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
 
 
 def require_known(names: Collection[str], name: str, field: str) -> None:
-    """Refuse a name that is not one of `names`; as `choose`, where no value is wanted."""
+    """Raise InvalidInput unless `name` is one of `names`; see `choose`."""
     if name not in names:
         raise InvalidInput(f"{field} = {name!r} is unknown; choose from {', '.join(names)}")

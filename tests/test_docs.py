@@ -137,6 +137,8 @@ def test_commands_and_options_that_a_page_names_exist(page):
         depth = next(k for k in (3, 2, 1) if k == 2 or tuple(words[:k]) in PARSERS)
         name = ("fem-seal",) if words[1].startswith("--") else tuple(words[:depth])
         assert name in PARSERS, line
+        if words[1] == "study" and len(words) > 2 and not words[2].startswith("-"):
+            assert tuple(words[:3]) in PARSERS, line
         options = PARSERS[name]._option_string_actions
         for word in words:
             if word.startswith("--"):

@@ -30,7 +30,7 @@ def polonsky_keer(problem: Problem, pressure: np.ndarray) -> Iterates:
         if problem.mean_pressure is not None:
             response = response - response.mean(where=contact)
         curvature = float(np.vdot(response, direction))
-        # Without a curvature (nothing pressed yet) the step is that of the stiffest mode.
+        # Nothing is pressed yet, and there is no curvature: a small step, by the softest mode.
         step = float(np.vdot(gap, direction)) / curvature if curvature > 0 else half_space.softest
         pressure -= step * direction
         np.maximum(pressure, 0, out=pressure)

@@ -101,7 +101,7 @@ def create_text(path: Path, text: str) -> None:
             try:
                 path.hardlink_to(staged)
             except PermissionError:
-                # A file system without hard links: whole, but of two at once the later stays.
+                # No hard links here: the file is whole, but of two writers the later one wins.
                 if not path.exists():
                     os.replace(staged, path)  # noqa: PTH105 (must be atomic)
         finally:

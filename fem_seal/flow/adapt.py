@@ -13,10 +13,11 @@ constant in it. The regularised dual shows how much would flow through the block
 are resolved. It is solved on every level and steers the refinement; the dual is solved when Q_hi
 and Q_ε are close to the tolerance.
 
-Three sets of cells are marked (Dörfler): those with the largest e_T; the blocked cells with the
-largest flux, since a channel that a few blocked cells close has small e_T although all its flux
-is missing from Q_lo; and those with the largest jumps of the pressure's flux. `look_ahead.py`
-refines further without a solve.
+Four sets of cells are marked. By Dörfler's rule: those with the largest e_T; the blocked cells
+with the largest flux, since a channel that a few blocked cells close has small e_T although all
+its flux is missing from Q_lo; and, where the pressure's residuals exceed Σ e_T, those with the
+largest jumps of its flux. And the equipotential cells that meet only at vertices of small gap
+(`LevelProblem.joints`). `look_ahead.py` refines further without a solve.
 """
 
 import time

@@ -15,7 +15,7 @@ from fem_seal.progress import Report, silent
 
 Failures: TypeAlias = dict[str, FemSealError]
 KILLED = "the process that computed it was killed; most likely it ran out of memory"
-# Between two looks at the table passes this many times the time that one takes.
+# Wait at least this many times as long as the last look at the table took.
 SELDOM = 10
 
 

@@ -7,8 +7,8 @@ from fem_seal.leak_rate import relative_half_width
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import SLIP_INTERVAL, Uncertainty, parts_of_bounds
 
-# Above this Knudsen number at the critical constriction nothing is said about what first order is
-# short of.
+# Largest Knudsen number at the critical constriction for which the error of first-order slip is
+# estimated.
 LARGEST_KNUDSEN = 0.05
 # Relative excess of kinetic theory over first-order slip, per Knudsen number: 9 % at 0.1
 # (C. Cercignani, M. Lampis, S. Lorenzani, Phys. Fluids 16, 3426 (2004)).

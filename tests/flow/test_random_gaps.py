@@ -191,7 +191,7 @@ def test_brackets_enclose_one_number(case, axis):
         assert all(0 < level.lower <= level.upper for level in flow.levels)
         widths = [level.half_width for level in flow.levels]
         assert all(np.diff(widths) <= 0)
-        assert flow.converged or flow.reason
+        assert flow.converged or "unknowns" in flow.reason
     # The triangulation of an odd number of pixels is not its own mirror image.
     if representation == "constant" or samples.shape[axis] % 2:
         mirrored = bounds(np.flip(samples, axis), representation, sides, spacing, "adaptive")
