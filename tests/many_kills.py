@@ -69,6 +69,9 @@ def campaign(points, kills, seed, folder):
     start = time.monotonic()
     subprocess.run(command(points, whole, 1), check=True, **quiet)
     undisturbed = time.monotonic() - start
+    start = time.monotonic()
+    subprocess.run(command(points, whole, 1), check=True, **quiet)
+    idle = time.monotonic() - start  # of a run that finds all points there
     expected = rows(whole)
     assert len(expected) == points
     counts = {"killed": 0, "ended before": 0, "wrong rows": 0, "lost points": 0}
@@ -77,7 +80,8 @@ def campaign(points, kills, seed, folder):
         process = subprocess.Popen(command(points, out, moments.choice([1, 2])), **quiet)
         try:
             # Between two kills it starts and computes a share of the points, or not even that.
-            process.wait(moments.uniform(0.5, 2.0 + 2 * undisturbed / kills))
+            share = 2 * max(undisturbed - idle, 0.0) / kills
+            process.wait(moments.uniform(0.5, 1.1) * idle + moments.uniform(0.0, share))
             counts["ended before"] += 1
         except subprocess.TimeoutExpired:
             process.send_signal(moments.choice([signal.SIGKILL, signal.SIGINT]))

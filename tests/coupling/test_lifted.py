@@ -162,13 +162,17 @@ def test_layer_walls_and_constant_pixels():
 
 
 def test_a_gas_carries_more_than_a_liquid():
-    """p² is linear along a uniform film: its mean pressure is above that of a liquid."""
+    """p² is linear along a uniform film: the mean pressure is above that of a liquid.
+
+    Between 2 and 1 bar, above ambient, 55.6 kPa in place of 50 kPa. Slip makes p more linear.
+    """
     gas = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
+    gas["slip"] = False
     ends = {"inlet_pressure": 2e5, "outlet_pressure": 1e5}
     loads = [
         Patch(scene(load=1.6e5, fluid=fluid, **ends)).lifted.fluid_load for fluid in (gas, None)
     ]
-    assert loads[0] > loads[1]
+    assert loads[0] > 1.02 * loads[1]
 
 
 def test_unsettled_passes_say_so():
