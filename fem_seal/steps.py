@@ -16,7 +16,7 @@ from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
     from fem_seal.contact.state import BearingState, ContactState, GapState
-    from fem_seal.coupling import Problem
+    from fem_seal.coupling import LiftProblem
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
@@ -140,14 +140,14 @@ def every_second(surface: GridField) -> GridField | None:
 
 def lifting_problem(
     scene: Scene, surface: GridField, report: Report, comm: parallel.Comm = None
-) -> "Problem":
-    """Contact and flow of a scene as the steps of one pass through both.
+) -> "LiftProblem":
+    """The coupled problem of contact and flow that a scene with `flow.lift` poses.
 
-    The pressures of the fields are above ambient.
+    All fluid pressures in it are above ambient.
     """
     from fem_seal.contact.halfspace import HalfSpace
     from fem_seal.contact.settings import Load
-    from fem_seal.coupling import Problem
+    from fem_seal.coupling import LiftProblem
     from fem_seal.film import GridFilm
 
     contact, flow, drive = present(scene.contact, "[contact]"), scene.flow, scene.drive
@@ -165,10 +165,10 @@ def lifting_problem(
     def press(
         heights: GridField, load: float | None, start: "ContactState | None"
     ) -> "ContactState":
-        given = contact.load if load is None else Load("pressure", load)
-        return parallel.on_root(lambda: elastic_contact(scene, heights, start, given), comm)
+        held = contact.load if load is None else Load("pressure", load)
+        return parallel.on_root(lambda: elastic_contact(scene, heights, start, held), comm)
 
-    # What a pass reads is the field, and on the way no limit is decided.
+    # Every flow must return its pressure field: the product "constriction" makes it do so.
     products = (*scene.output.products, "constriction")
     output = scene.output.model_copy(update={"products": products})
     whole = scene.model_copy(update={"output": output})
@@ -178,7 +178,8 @@ def lifting_problem(
             return LeakRate.sealed(flow.method)
         if tolerance is None:
             return FLOWS[flow.method](whole, film, report, comm)
-        # Gaps on the way may have narrows that no bounds enclose soon; the result's need not.
+        # The gap of an early pass may have narrows that take very many unknowns to bound. Cap them:
+        # the result's gap need not have such narrows. No early flow needs to decide the limit.
         most = max(UNKNOWNS_ON_THE_WAY, film.samples.size)
         most = min(most, flow.max_unknowns or most)
         rough = flow.model_copy(update={"rtol": tolerance, "max_unknowns": most})
@@ -198,7 +199,7 @@ def lifting_problem(
         s = scene.slip_pressure(present(film.constriction, "constriction").gap)
         return outlet + (drive.pressure(solved, s) - drive.pressure(zero, s))
 
-    return Problem(
+    return LiftProblem(
         height=surface,
         displacement=displacement,
         press=press,

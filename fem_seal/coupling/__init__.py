@@ -1,5 +1,5 @@
 """The fluid lifts the solid: contact and flow that hold each other, as one state."""
 
-from fem_seal.coupling.lifted import LiftedState, Problem, lifted
+from fem_seal.coupling.lifted import LiftedState, LiftProblem, lifted
 
-__all__ = ["LiftedState", "Problem", "lifted"]
+__all__ = ["LiftProblem", "LiftedState", "lifted"]

@@ -7,16 +7,18 @@ pressure p_c:
     flow            ∇·(g³/(12 η) ∇p_f) = 0
     load            mean(p_c + p_f) = P₀
 
-A given p_f makes the first line a dry contact with the heights h - S p_f under the load
-P₀ - mean(p_f); a given g makes the second line the flow through a film. One *pass* solves both, and
-a state is an equilibrium if a pass does not change its p_f. Plain passes may cycle, so that
-Anderson's acceleration of depth two (J. ACM 12, 547 (1965)) chooses the p_f of the next pass; the
-more passes are needed, the smaller a step it takes.
+With p_f fixed, the first line is a dry contact with the heights h - S p_f under the load
+P₀ - mean(p_f). With g fixed, the second line is the flow through a film. One *pass* solves the
+contact, then the flow, and turns one p_f into the next. At an equilibrium a pass changes nothing.
+Plain passes, which begin with the p_f of the last flow, may cycle. Anderson's acceleration of depth
+two (J. ACM 12, 547 (1965)) therefore mixes the p_f of the last passes, and takes smaller steps as
+the number of passes grows.
 
-Single samples go on closing and opening, and move p_f beside them by a finite amount: the passes
-are judged by the leak rate. They have settled if it stays the same for three passes of which the
-last was plain, one that a small step has not made look settled. The change that is left is an
-estimate of what the iteration leaves open, and no bound.
+Samples that close or open change p_f around them by a finite amount, so p_f itself need not
+converge. The leak rate Q decides: the passes have settled when ln Q has changed by less than a
+tolerance over three passes, the last of them plain (an accelerated pass with a small step changes
+little, settled or not). The change that remains estimates the error of the iteration; it is no
+bound.
 """
 
 from collections.abc import Callable
@@ -36,20 +38,21 @@ from fem_seal.progress import Report, silent
 
 DEPTH = 2  # of Anderson's acceleration; depth four is no better
 MOST_PASSES = 40
-# On every second sample: how roughly the leak rate has to settle, and the most passes.
+# Tolerance of ln Q and largest number of passes for the start on every second sample.
 COARSE_RTOL, COARSE_PASSES = 1.0, 6
-# Part of a step that is taken: 1 for the first passes, half of it for as many more, and so on.
+# The first 12 accelerated passes take the whole step, the next 12 half of it, all others a quarter.
 PASSES_OF_ONE_STEP, LEAST_STEP = 12, 0.25
-# Tolerance of the first flows; the others follow the change of the leak rate.
+# Tolerance of the flow in a pass: this part of the last change of ln Q, and COARSE at most.
 COARSE, OF_CHANGE = 0.3, 0.25
-SETTLED = 1 / 5  # change of ln Q over the tolerance of the flow, below which passes have settled
-# Lift-off: the fluid still carries more than the load where this part of it is left to the solid.
+SETTLED = 1 / 5  # passes have settled if ln Q changes by less than this part of the flow's rtol
+# The solids separate if the fluid carries the whole load although the contact was solved with
+# hardly any load on the solid: with less than this part of it.
 LEAST_LEFT = 1e-3
-LEFT_PER_PASS = 0.1  # part of what is left to the solid that the next pass leaves it at least
+LEFT_PER_PASS = 0.1  # least part of the solid's load in one pass that remains in the next
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class LiftProblem:
     """The steps of one pass, each as a function.
 
     Attributes
@@ -64,18 +67,18 @@ class Problem:
     film : callable
         gap -> GridFilm
     flow : callable
-        (film, tolerance) -> LeakRate with its field. Tolerance None: as the result is to have it.
+        (film, tolerance) -> LeakRate with its field. None stands for the tolerance of the result.
     carried : callable
-        (film, leak rate) -> pressure above ambient [Pa] on the film's samples, NaN where no flow
-        is known.
+        (film, leak rate) -> pressure above ambient [Pa] on the film's samples, NaN where the flow
+        has none (contact, pockets).
     inlet, outlet : float
         Fluid pressures above ambient [Pa], the higher one at the inlet.
     load : float or None
-        P₀ [Pa], what solid and fluid carry together; None for a held area or mean gap.
+        P₀ [Pa], which solid and fluid carry together; None for a held area or mean gap.
     comm : MPI.Comm or None
         The processes that solve together; all of this run if None.
     decides : bool
-        Whether the result's flow is to decide a limit, and is no flow to `rtol`.
+        Whether the result's flow stops when a limit is decided, not at `rtol`.
     """
 
     height: GridField
@@ -146,48 +149,53 @@ class LiftedState:
 
 @dataclass(frozen=True, eq=False)
 class _Pass:
-    """One pass: the fluid pressure that it began with, and what came of it."""
+    """One pass: the contact under a fluid pressure, its film, and the flow through it.
 
-    given: np.ndarray
+    `pressure` is the p_f under which the contact was solved, `response` the p_f of the flow through
+    its film, both (nx, ny) [Pa]; `tolerance` is that of the flow.
+    """
+
+    pressure: np.ndarray
     contact: ContactState
     film: GridFilm
     leak: LeakRate
     tolerance: float
-    made: np.ndarray
+    response: np.ndarray
 
     @property
     def residual(self) -> np.ndarray:
-        """p_f of the flow less that of the contact [Pa]."""
-        return self.made - self.given
+        """Change of p_f in this pass [Pa]; 0 at an equilibrium."""
+        return self.response - self.pressure
 
 
 def lifted(
-    problem: Problem,
+    problem: LiftProblem,
     rtol: float,
     *,
     dry: ContactState | None = None,
-    coarse: Problem | None = None,
+    coarse: LiftProblem | None = None,
     most_passes: int = MOST_PASSES,
     report: Report = silent,
 ) -> LiftedState:
     """Solve contact and flow together.
 
-    The passes begin with the outlet's pressure everywhere, or with that of a few passes on every
-    second sample. Where the film is sealed at the outlet's pressure, sealed and leaking states may
-    exist side by side, and passes that begin with the inlet's pressure follow: the state is theirs,
-    and has settled only if both agree.
+    The passes begin with the outlet's pressure everywhere, or with the fluid pressure of a few
+    passes on every second sample. If the film is sealed under the outlet's pressure, there may be a
+    sealed and a leaking equilibrium. Then a second series of passes begins with the inlet's
+    pressure, and its state is returned; it has settled only if both series agree.
 
     Parameters
     ----------
-    problem : Problem
+    problem : LiftProblem
     rtol : float
         Tolerance of the last flow; a fifth of it is allowed to the change of ln Q.
     dry : ContactState, optional
-        Contact with the outlet's pressure everywhere, if it is known.
-    coarse : Problem, optional
-        The same on every second sample, for a start that saves passes.
+        Contact under the outlet's pressure everywhere, if it is known.
+    coarse : LiftProblem, optional
+        The problem on every second sample, for a start that saves passes.
     most_passes : int
-        Passes after which a state that has not settled is returned with `converged` False.
+        Largest number of passes; then a state that has not settled is returned with `converged`
+        False.
     report : callable
         Called with each pass.
 
@@ -219,10 +227,11 @@ def lifted(
     return _both(first, lifted_from(problem, rtol, high, top, most_passes, report, known=True))
 
 
-def _coarse_start(coarse: Problem, low: np.ndarray, report: Report) -> np.ndarray | None:
-    """Fluid pressure [Pa] of a roughly settled state on every second sample; None if it is sealed.
+def _coarse_start(coarse: LiftProblem, low: np.ndarray, report: Report) -> np.ndarray | None:
+    """Fluid pressure (nx, ny) [Pa] of a roughly settled state on every second sample.
 
-    It must leave a load to the solid on the finer grid as well, where its mean is the same.
+    None unless that state leaks. The solid keeps a load on the finer grid as well: the mean of the
+    fluid pressure is the same there.
     """
     state = lifted_from(coarse, COARSE_RTOL, low[::2, ::2], None, COARSE_PASSES, report)
     if state.state != "leaking":
@@ -262,7 +271,7 @@ def relative_part(leak: LeakRate) -> float:
 
 
 def lifted_from(
-    problem: Problem,
+    problem: LiftProblem,
     rtol: float,
     pressure: np.ndarray,
     contact: ContactState | None,
@@ -277,11 +286,11 @@ def lifted_from(
     ----------
     problem, rtol, most_passes, report : as of `lifted`
     pressure : (nx, ny) float
-        Fluid pressure above ambient to begin with [Pa]; its mean is below the load.
+        Fluid pressure above ambient of the first pass [Pa]; its mean is below the load.
     contact : ContactState or None
         A contact to start from.
     known : bool
-        Whether that contact is the one with the fluid pressure to begin with.
+        Whether `contact` is the contact under `pressure`, which the first pass then need not solve.
 
     Returns
     -------
@@ -299,21 +308,23 @@ def lifted_from(
         change = _spread(rates[-2:]) if len(rates) > 1 else inf
         report("lift", f"pass {len(rates)}, leak rate {this.leak.value:.3g} m^3/s")
         load = problem.load
-        carries = load is not None and _left(load, this.made) <= 0
+        carries = load is not None and _left(load, this.response) <= 0
         if plain and not carries and _spread(rates[-3:]) < SETTLED * rtol:
             return _finished(problem, this, rates, rtol, rates[-3:], True)
         if len(rates) >= most_passes:
             return _finished(problem, this, rates, rtol, rates[len(rates) // 2 :], False)
-        # Hardly any load is left to the solid, and the fluid carries all of it still.
-        if carries and load is not None and _left(load, this.given) < LEAST_LEFT * load:
-            return _lifted_off(problem, this.made, len(rates))
+        # The solid carried hardly any load in this pass, and the fluid again carries all of it.
+        if carries and load is not None and _left(load, this.pressure) < LEAST_LEFT * load:
+            return _lifted_off(problem, this.response, len(rates))
         plain = change < SETTLED * rtol
         step = max(0.5 ** (len(rates) // PASSES_OF_ONE_STEP), LEAST_STEP)
-        wanted = this.made if plain else _accelerated(passes, problem, step)
-        pressure = _carriable(problem, this.given, wanted)
+        target = this.response if plain else _accelerated(passes, problem, step)
+        pressure = _carriable(problem, this.pressure, target)
 
 
-def _contact(problem: Problem, pressure: np.ndarray, start: ContactState | None) -> ContactState:
+def _contact(
+    problem: LiftProblem, pressure: np.ndarray, start: ContactState | None
+) -> ContactState:
     """Contact with a fluid pressure: a dry one with heights h - S p_f."""
     height = problem.height
     load = None if problem.load is None else problem.load - float(pressure.mean())
@@ -322,7 +333,7 @@ def _contact(problem: Problem, pressure: np.ndarray, start: ContactState | None)
 
 
 def _one_pass(
-    problem: Problem, pressure: np.ndarray, contact: ContactState, tolerance: float
+    problem: LiftProblem, pressure: np.ndarray, contact: ContactState, tolerance: float
 ) -> _Pass:
     film = problem.film(contact.gap)
     leak = problem.flow(film, tolerance)
@@ -339,15 +350,15 @@ def _left(load: float, pressure: np.ndarray) -> float:
     return load - float(pressure.mean())
 
 
-def _carriable(problem: Problem, given: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Wanted fluid pressure, or so much of the way to it that some load is left to the solid."""
+def _carriable(problem: LiftProblem, pressure: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Target fluid pressure; shortened towards the present one if the solid would lose its load."""
     if problem.load is None:
-        return wanted
-    before, after = _left(problem.load, given), _left(problem.load, wanted)
+        return target
+    before, after = _left(problem.load, pressure), _left(problem.load, target)
     least = LEFT_PER_PASS * before
     if after >= least:
-        return wanted
-    return given + (before - least) / (before - after) * (wanted - given)
+        return target
+    return pressure + (before - least) / (before - after) * (target - pressure)
 
 
 def _spread(rates: list[float]) -> float:
@@ -358,29 +369,34 @@ def _spread(rates: list[float]) -> float:
     return log(high / low) if low > 0 else inf
 
 
-def _accelerated(passes: list[_Pass], problem: Problem, step: float) -> np.ndarray:
-    """Next fluid pressure: the mixture of the last passes of least residual, and a step from it."""
+def _accelerated(passes: list[_Pass], problem: LiftProblem, step: float) -> np.ndarray:
+    """Next fluid pressure: the mixture of the last passes with the least residual, plus a step."""
     last = passes[-1]
-    given, residual = last.given, last.residual
+    pressure, residual = last.pressure, last.residual
     if len(passes) > 1:
         residuals = np.stack([(residual - p.residual).ravel() for p in passes[:-1]], axis=1)
         weights = np.linalg.lstsq(residuals, residual.ravel(), rcond=None)[0]
         for weight, before in zip(weights, passes[:-1], strict=True):
-            given = given - weight * (last.given - before.given)
+            pressure = pressure - weight * (last.pressure - before.pressure)
             residual = residual - weight * (last.residual - before.residual)
-    return np.clip(given + step * residual, problem.outlet, problem.inlet)
+    return np.clip(pressure + step * residual, problem.outlet, problem.inlet)
 
 
 def _finished(
-    problem: Problem, last: _Pass, rates: list[float], rtol: float, seen: list[float], settled: bool
+    problem: LiftProblem,
+    last: _Pass,
+    rates: list[float],
+    rtol: float,
+    seen: list[float],
+    settled: bool,
 ) -> LiftedState:
-    """Solve the last flow as the result is to have it."""
+    """State of the last pass, with its flow solved to the tolerance of the result."""
     exact = last.tolerance <= rtol and last.leak.converged and not problem.decides
     leak = last.leak if exact else problem.flow(last.film, None)
     return LiftedState(
         state=leak.state,
         contact=last.contact,
-        fluid_pressure=_field(problem, last.given),
+        fluid_pressure=_field(problem, last.pressure),
         leak_rate=leak,
         passes=len(rates),
         change=_spread(seen),
@@ -390,7 +406,7 @@ def _finished(
     )
 
 
-def _lifted_off(problem: Problem, pressure: np.ndarray, passes: int) -> LiftedState:
+def _lifted_off(problem: LiftProblem, pressure: np.ndarray, passes: int) -> LiftedState:
     return LiftedState(
         state="lifted off",
         contact=None,
@@ -404,5 +420,5 @@ def _lifted_off(problem: Problem, pressure: np.ndarray, passes: int) -> LiftedSt
     )
 
 
-def _field(problem: Problem, pressure: np.ndarray) -> GridField:
+def _field(problem: LiftProblem, pressure: np.ndarray) -> GridField:
     return GridField(pressure, problem.height.spacing, problem.height.periodic)

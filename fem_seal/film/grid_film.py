@@ -128,7 +128,7 @@ class GridFilm:
         values = self.field.values
         return float(np.count_nonzero(values <= gap) / values.size)
 
-    @property
+    @cached_property
     def _labels(self) -> tuple[np.ndarray, int]:
         """Labels of the open clusters, and their number."""
         sites = self.sites

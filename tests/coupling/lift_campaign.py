@@ -18,7 +18,7 @@ import numpy as np
 from lifted_scenes import problem_of
 
 from fem_seal.coupling.fluid_pressure import pressure_on_samples
-from fem_seal.coupling.lifted import LiftedState, Problem, lifted, lifted_from
+from fem_seal.coupling.lifted import LiftedState, LiftProblem, lifted, lifted_from
 from fem_seal.errors import NotConverged
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
@@ -98,7 +98,7 @@ def apart(one: float, other: float) -> float:
     return abs(log(one / other)) if one > 0 and other > 0 else inf
 
 
-def drift(problem: Problem, state: LiftedState) -> float:
+def drift(problem: LiftProblem, state: LiftedState) -> float:
     """Largest |Δ ln Q| on ten more passes, each going half of the way to the flow's pressure."""
     pressure, contact, far = state.fluid_pressure.values, state.contact, 0.0
     for _ in range(MORE):
