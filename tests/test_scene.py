@@ -99,10 +99,42 @@ def test_contact_modulus_of_two_solids():
     assert stiff.E_star == pytest.approx(4.0, rel=1e-15)
 
 
-def test_layer_needs_its_own_modulus(small_scene):
-    """E* of a layer is the layer's; that of two solids is not."""
-    solid = {"youngs_modulus": [1e7, 2e11], "poisson_ratio": [0.5, 0.3], "layer_thickness": 1e-3}
-    with pytest.raises(InvalidInput, match="layer_thickness needs contact_modulus"):
+def test_single_solid_against_a_rigid_face(small_scene):
+    """E* = E/(1 - ν²), the limit of a second solid that is far stiffer."""
+    alone = Solid(youngs_modulus="3 Pa", poisson_ratio=0.3)
+    against = Solid(youngs_modulus=(3.0, 3e20), poisson_ratio=(0.3, 0.3))
+    assert alone.E_star == pytest.approx(3 / 0.91, rel=1e-15)
+    assert alone.E_star == pytest.approx(against.E_star, rel=1e-15)
+    assert alone == Solid(youngs_modulus=[3.0], poisson_ratio=[0.3])
+    scene = Scene.from_mapping(small_scene | {"solid": alone.model_dump(exclude_none=True)})
+    assert Scene.from_mapping(scene.to_mapping()) == scene
+
+
+def test_layer_of_one_solid():
+    """E* and ν of the layer are those of its solid; without a solid ν is 0.5."""
+    layer = Solid(youngs_modulus=1e7, poisson_ratio=0.4, layer_thickness=1e-3).elastic
+    assert layer.contact_modulus == pytest.approx(1e7 / 0.84, rel=1e-15)
+    assert layer.layer.poisson_ratio == 0.4
+    assert Solid(contact_modulus=1e7, layer_thickness=1e-3).elastic.layer.poisson_ratio == 0.5
+
+
+@pytest.mark.parametrize(
+    ("solid", "message"),
+    [
+        (
+            {"youngs_modulus": [1e7, 2e11], "poisson_ratio": [0.5, 0.3], "layer_thickness": 1e-3},
+            "layer_thickness is for one solid",
+        ),
+        ({"youngs_modulus": 1e7, "poisson_ratio": [0.5, 0.3]}, "is that of one solid, and"),
+        (
+            {"youngs_modulus": 1e7, "poisson_ratio": 0.4}
+            | {"layer_thickness": 1e-3, "layer_poisson_ratio": 0.5},
+            "layer_poisson_ratio = 0.5 and poisson_ratio = 0.4 are those of one layer",
+        ),
+    ],
+)
+def test_solids_that_contradict_themselves(small_scene, solid, message):
+    with pytest.raises(InvalidInput, match=message):
         Scene.from_mapping(small_scene | {"solid": solid})
 
 

@@ -55,6 +55,8 @@ FIELDS |= {
     "length-unit": ("gap", "unit", str, "of the gap, such as um, where the file has none"),
     "size": ("gap", "size", pair, "nx dx,ny dy, such as '1 mm,1 mm', where the file has none"),
     "periodic": ("gap", "periodic", truth, "yes or no, where the file does not say (no)"),
+    "transpose": ("gap", "transpose", truth, "yes exchanges the axes (no)"),
+    "turn": ("gap", "turn", int, "degrees by which the gap is turned from x towards y: 0, 90, …"),
     "contact-below": ("gap", "contact_below", str, "gaps below this length are contact"),
 }
 DEFAULTS = {"viscosity": 1e-3, "pressure_drop": 1e5}

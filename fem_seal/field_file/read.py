@@ -55,7 +55,7 @@ def read_map(
         raise InvalidInput(f"{infinite} of {recorded.values.size} values of {path} are infinite")
     if heights and stated.missing != "none":
         refuse_markers(recorded.values, str(path))
-    field = in_metres(recorded, stated, path)
+    field = in_metres(recorded, stated, path).oriented(stated.turn, stated.transpose)
     if field.periodic is None and reader is _instrument:
         # A measured map is not periodic unless its file or the scene says so.
         return replace(field, periodic=False)

@@ -44,6 +44,30 @@ class FieldMap:
         """Number of missing points."""
         return int(np.count_nonzero(np.isnan(self.values)))
 
+    def oriented(self, turn: int = 0, transpose: bool = False) -> "FieldMap":
+        """Map in which the flow, along the first axis, takes another direction of the file.
+
+        Parameters
+        ----------
+        turn : 0, 90, 180 or 270
+            Angle by which the map is turned from the x axis towards the y axis [degrees].
+        transpose : bool
+            Whether x and y are exchanged, before the map is turned.
+
+        Returns
+        -------
+        FieldMap
+        """
+
+        def moved(samples: np.ndarray) -> np.ndarray:
+            # rot90 turns from the first axis towards the second.
+            return np.ascontiguousarray(np.rot90(samples.T if transpose else samples, turn // 90))
+
+        swapped = transpose != (turn % 180 == 90)
+        contact = None if self.contact is None else moved(self.contact)
+        spacing = self.spacing[::-1] if swapped else self.spacing
+        return FieldMap(moved(self.values), spacing, self.periodic, contact)
+
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
@@ -89,6 +113,9 @@ class Stated:
         Whether the map repeats.
     missing : float or Literal['none'] or None
         Number in the file that marks missing points; "none" if every number is a sample.
+    turn, transpose : int, bool
+        How the map is laid along the flow, see `FieldMap.oriented`. All other statements are about
+        the file as it is.
     """
 
     array: str | None = None
@@ -96,6 +123,8 @@ class Stated:
     size: Pair | None = None
     periodic: bool | None = None
     missing: float | Literal["none"] | None = None
+    turn: int = 0
+    transpose: bool = False
 
 
 def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:

@@ -47,11 +47,22 @@ class FieldFile(Section):
         None, description="lengths [nx dx, ny dy], if the file has none"
     )
     periodic: Truth | None = Field(None, description="whether the map repeats, if unsaid")
+    transpose: Truth = Field(False, description="exchange the axes, before anything else")
+    turn: Literal[0, 90, 180, 270] = Field(
+        0, description="degrees by which the map is turned from x towards y"
+    )
 
     @property
     def stated(self) -> Stated:
         """What the scene says of the file."""
-        return Stated(self.array, self.unit, self.size, self.periodic)
+        return Stated(
+            self.array,
+            self.unit,
+            self.size,
+            self.periodic,
+            turn=self.turn,
+            transpose=self.transpose,
+        )
 
 
 class FileSurface(FieldFile):

@@ -147,28 +147,56 @@ class SelfAffineSurface(Section):
         return self
 
 
+def _one_or_two(value: object) -> object:
+    """A single value as a list of one; the counter-face is then rigid."""
+    return value if isinstance(value, list | tuple) else [value]
+
+
+OneOrTwo = BeforeValidator(_one_or_two), Field(min_length=1, max_length=2)
+
+
 class Solid(Section):
     """Elasticity of the two solids, mapped to one contact modulus."""
 
-    contact_modulus: Pressure | None = Field(None, description="E*, or both lists below")
-    youngs_modulus: tuple[Pressure, Pressure] | None = Field(None, description="E of both solids")
-    poisson_ratio: tuple[Number, Number] | None = Field(None, description="ν of both solids")
+    contact_modulus: Pressure | None = Field(None, description="E*, or the two keys below")
+    youngs_modulus: Annotated[tuple[Pressure, ...], *OneOrTwo] | None = Field(
+        None, description="E of both solids, or of one against a rigid counter-face"
+    )
+    poisson_ratio: Annotated[tuple[Number, ...], *OneOrTwo] | None = Field(
+        None, description="ν of the solids of youngs_modulus"
+    )
     layer_thickness: Length | None = Field(None, description="of a layer on a rigid base")
     layer_base: Literal["fixed", "sliding"] = Field("fixed", description="bonded, or frictionless")
-    layer_poisson_ratio: Number = Field(0.5, gt=-1, le=0.5, description="ν of the layer")
+    layer_poisson_ratio: Number | None = Field(
+        None, gt=-1, le=0.5, description="ν of the layer; poisson_ratio, else 0.5, if left out"
+    )
 
     @model_validator(mode="after")
     def _check(self) -> "Solid":
         _exactly_one(self, ("contact_modulus", "youngs_modulus"))
+        E, ratios = self.youngs_modulus or (), self.poisson_ratio or ()
         if (self.youngs_modulus is None) != (self.poisson_ratio is None):
             raise ContradictionError("youngs_modulus and poisson_ratio belong together; give both")
-        for nu in self.poisson_ratio or ():
+        if len(E) != len(ratios):
+            raise ContradictionError(
+                f"youngs_modulus is that of {_solids(len(E))}, and poisson_ratio that of "
+                f"{_solids(len(ratios))}; give both for the same solids"
+            )
+        for nu in ratios:
             if not -1 < nu <= 0.5:
                 raise ContradictionError(f"poisson_ratio = {nu:g} must be above -1 and at most 0.5")
-        if self.layer_thickness is not None and self.contact_modulus is None:
+        if self.layer_thickness is None:
+            return self
+        if len(E) == 2:
             raise ContradictionError(
-                "layer_thickness needs contact_modulus, the layer's E/(1 - ν²), since what a layer "
-                "touches is taken for rigid; give it in place of youngs_modulus and poisson_ratio"
+                "layer_thickness is for one solid, the layer, and what it touches is taken for "
+                "rigid; give youngs_modulus and poisson_ratio of the layer alone, or "
+                "contact_modulus, its E/(1 - ν²)"
+            )
+        if self.layer_poisson_ratio not in (None, *ratios) and ratios:
+            raise ContradictionError(
+                f"layer_poisson_ratio = {self.layer_poisson_ratio:g} and poisson_ratio = "
+                f"{ratios[0]:g} are those of one layer; leave one out"
             )
         return self
 
@@ -179,16 +207,25 @@ class Solid(Section):
 
         if self.layer_thickness is None:
             return Solid(self.E_star)
-        layer = Layer(self.layer_thickness, self.layer_base, self.layer_poisson_ratio)
-        return Solid(self.E_star, layer)
+        (nu,) = self.poisson_ratio or (0.5,)
+        if self.layer_poisson_ratio is not None:
+            nu = self.layer_poisson_ratio
+        return Solid(self.E_star, Layer(self.layer_thickness, self.layer_base, nu))
 
     @property
     def E_star(self) -> float:
-        """Contact modulus [Pa]: 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2 (Johnson 1985, eq. 4.24)."""
+        """Contact modulus [Pa]: 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2 (Johnson 1985, eq. 4.24).
+
+        A rigid counter-face, as that of a single solid, adds nothing to the sum.
+        """
         if self.youngs_modulus is None or self.poisson_ratio is None:
             return present(self.contact_modulus, "solid.contact_modulus")
         pairs = zip(self.youngs_modulus, self.poisson_ratio, strict=True)
         return 1 / sum((1 - nu**2) / E for E, nu in pairs)
+
+
+def _solids(count: int) -> str:
+    return "one solid" if count == 1 else "both solids"
 
 
 class Contact(Section):
