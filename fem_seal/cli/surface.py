@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 from fem_seal.cli.common import add_command, add_scene, say
 from fem_seal.errors import InvalidInput
-from fem_seal.tables import aligned
+from fem_seal.tables import aligned, csv_text
 
 if TYPE_CHECKING:
+    from fem_seal.grid import GridField
     from fem_seal.scene import Scene
     from fem_seal.surface import MapStatistics, PreparedSurface, SpectrumFit
 
@@ -28,6 +29,9 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--out", type=Path, metavar="FILE.png", help="picture of heights and spectrum (none)"
     )
+    command.add_argument(
+        "--csv", type=Path, metavar="FILE.csv", help="Sq, Sdq, Ssk and the spectrum C(q) (none)"
+    )
     command.set_defaults(command=_surface)
 
 
@@ -37,6 +41,8 @@ def _surface(options: argparse.Namespace) -> int:
 
     if options.out is not None and options.out.suffix.lower() not in PICTURES:
         raise InvalidInput(f"--out {options.out} must end in {', '.join(PICTURES)}")
+    if options.csv is not None and options.csv.suffix.lower() != ".csv":
+        raise InvalidInput(f"--csv {options.csv} must end in .csv")
     scene = Scene.from_file(options.scene, options.overrides)
     prepared = _prepared(scene)
     try:
@@ -48,9 +54,32 @@ def _surface(options: argparse.Namespace) -> int:
         from fem_seal.render.surface import surface_figure
 
         surface_figure(prepared.field, fit, options.out)
+    if options.csv is not None:
+        from fem_seal.files import write_text
+
+        write_text(options.csv, spectrum_csv(prepared.measured))
     lines = [steps_table(prepared), *_refusal(prepared), "", *_spectrum_lines(fit, why)]
     say("\n".join(lines))
     return 0
+
+
+def spectrum_csv(field: "GridField") -> str:
+    """Statistics of heights [m] as lines that begin with #, and their spectrum as a table.
+
+    The names are those of ISO 25178-2: Sq rms height, Sdq rms slope, Ssk skewness.
+    """
+    from fem_seal.surface import MapStatistics, map_spectrum
+
+    statistics = MapStatistics.of(field)
+    head = [
+        f"# Sq = {statistics.rms_height!r} m",
+        f"# Sdq = {statistics.rms_slope!r}",
+        f"# Ssk = {statistics.skewness!r}",
+    ]
+    rings = map_spectrum(field)
+    lines = zip(rings.wavenumber.tolist(), rings.density.tolist(), rings.modes.tolist(), strict=True)
+    table = csv_text(("q [1/m]", "C [m^4]", "modes"), lines)
+    return "\n".join((*head, table))
 
 
 def _refusal(prepared: "PreparedSurface") -> list[str]:
@@ -78,7 +107,7 @@ def _prepared(scene: "Scene") -> "PreparedSurface":
 
 def steps_table(prepared: "PreparedSurface") -> str:
     """One line for each step, with the statistics of the map after it."""
-    head = ("step", "samples", "missing", "rms height", "rms slope", "seam")
+    head = ("step", "samples", "missing", "rms height", "rms slope", "seam", "skewness")
     rows = [head, *((step.name, *_cells(step.statistics)) for step in prepared.steps)]
     return aligned(rows)
 
@@ -90,6 +119,7 @@ def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
         _length(statistics.rms_height),
         f"{statistics.rms_slope:.4g}",
         f"{statistics.seam:.3g}",
+        f"{statistics.skewness:.3g}",
     )
 
 

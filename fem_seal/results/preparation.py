@@ -16,6 +16,7 @@ class StepRecord(Record):
     rms_height: float
     rms_slope: float
     seam: float
+    skewness: float | None = None  # None in results of earlier versions
 
     @classmethod
     def all_of(cls, patch: Patch) -> "tuple[StepRecord, ...] | None":

@@ -10,7 +10,7 @@ from fem_seal.surface.missing import fill
 from fem_seal.surface.preparation import Preparation, PreparedSurface, Step, prepare
 from fem_seal.surface.resampling import resample
 from fem_seal.surface.spectrum import Spectrum
-from fem_seal.surface.spectrum_fit import SpectrumFit, fit_spectrum
+from fem_seal.surface.spectrum_fit import SpectrumFit, fit_spectrum, map_spectrum
 from fem_seal.surface.statistics import (
     MapStatistics,
     RadialSpectrum,
@@ -36,6 +36,7 @@ __all__ = [
     "fit_spectrum",
     "fitted_hurst",
     "load_heights",
+    "map_spectrum",
     "measured_surface",
     "periodic_cell",
     "prepare",

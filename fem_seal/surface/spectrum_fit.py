@@ -114,6 +114,23 @@ def fit_spectrum(field: GridField) -> SpectrumFit:
     )
 
 
+def map_spectrum(field: GridField) -> RadialSpectrum:
+    """C(q) of a map, averaged over rings up to the Nyquist wavenumber.
+
+    Parameters
+    ----------
+    field : GridField
+        Heights [m]; multiplied by a Hann window, and scaled back to its power, if they are not
+        periodic.
+
+    Raises
+    ------
+    InvalidInput
+        If the map is flat.
+    """
+    return _rings(_windowed(field)[0])
+
+
 def _cut_off(x: np.ndarray, index: int) -> float:
     """Wavelength [m] of the bin between two segments."""
     return float(2 * np.pi / np.exp(x[index]))

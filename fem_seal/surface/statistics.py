@@ -47,6 +47,9 @@ class MapStatistics:
     seam : float
         Root mean square jump from the last row (or column) to the first one over that between
         neighbouring rows: about 1 if the map is smooth across its seam.
+    skewness : float
+        Mean cube of the deviation from the mean over the cube of `rms_height`: 0 for Gaussian
+        roughness, negative for plateaus with pits. 0 for a smooth face.
     """
 
     shape: tuple[int, int]
@@ -54,6 +57,7 @@ class MapStatistics:
     rms_height: float
     rms_slope: float
     seam: float
+    skewness: float
 
     @classmethod
     def of(cls, field: FieldMap | GridField) -> "MapStatistics":
@@ -65,12 +69,15 @@ class MapStatistics:
         slope = sum(square / d**2 for square, d in zip(inside, field.spacing, strict=True))
         seam = max((a / i) ** 0.5 if i > 0 else 0.0 for a, i in zip(across, inside, strict=True))
         nx, ny = values.shape
+        rms = float(known.std()) if known.size else 0.0
         return cls(
             (nx, ny),
             values.size - known.size,
-            float(known.std()) if known.size else 0.0,
+            rms,
             float(slope**0.5),
             float(seam),
+            # Divide first: the cube of small heights is below the smallest double.
+            float(np.mean(((known - known.mean()) / rms) ** 3)) if rms else 0.0,
         )
 
 

@@ -69,6 +69,33 @@ def test_command_writes_nothing_unless_asked(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+def test_spectrum_as_csv(tmp_path, capsys):
+    """∫ C d²q over the rings is Sq² of a periodic surface without power beyond them (Parseval)."""
+    np.savez(tmp_path / "a.npz", heights=ROUGH.values, spacing=ROUGH.spacing, periodic=True)
+    scene = {
+        "surface": {"kind": "file", "path": "a.npz"},
+        "contact": {"model": "bearing", "mean_gap": 1.0},
+        "output": {"products": ["contact"]},
+    }
+    path = write_toml(tmp_path / "scene.toml", scene)
+    assert cli.main(["surface", str(path), "--csv", str(tmp_path / "a.txt")]) == 2
+    assert "must end in .csv" in capsys.readouterr().err
+    assert cli.main(["surface", str(path), "--csv", str(tmp_path / "a.csv")]) == 0
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    named = dict(line[2:].split(" = ") for line in lines[:3])
+    heights = ROUGH.values
+    assert float(named["Sq"].removesuffix(" m")) == pytest.approx(heights.std(), rel=1e-12)
+    skewness = np.mean((heights - heights.mean()) ** 3) / heights.std() ** 3
+    assert float(named["Ssk"]) == pytest.approx(skewness, rel=1e-9, abs=1e-12)
+    # rms_slope = 0.1 is that of the waves; differences of samples smooth those of four samples.
+    assert 0.08 < float(named["Sdq"]) < 0.1
+    assert lines[3] == "q [1/m],C [m^4],modes"
+    q, C, modes = np.array([line.split(",") for line in lines[4:]], dtype=float).T
+    assert (np.diff(q) > 0).all()
+    cell = (2 * np.pi) ** 2 / np.prod(ROUGH.size)  # of each wave in the plane of q
+    assert np.sum(C * modes) * cell == pytest.approx(heights.var(), rel=1e-9)
+
+
 def test_made_surface(capsys):
     assert cli.main(["surface", str(ROOT / "demos" / "scenes" / "first.toml")]) == 0
     assert capsys.readouterr().out.splitlines()[1].split()[0] == "made"

@@ -107,3 +107,15 @@ def test_statistics_of_a_wave():
     assert statistics.rms_slope == pytest.approx(slope, rel=1e-13)
     assert every.mean() == pytest.approx((2 * np.sin(q / 2) * amplitude) ** 2 / 2, rel=1e-13)
     assert (statistics.shape, statistics.missing) == ((64, 5), 0)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-120])
+def test_skewness_of_two_levels(scale):
+    """Share p of a plateau above pits: (1 - 2p)/√(p (1 - p)), also where cubes underflow."""
+    heights = np.where(np.arange(100) < 80, 1.0, 0.0)[:, None] * np.ones(4) * scale
+    statistics = MapStatistics.of(GridField(heights, (1.0, 1.0)))
+    assert statistics.skewness == pytest.approx(-0.6 / 0.16**0.5, rel=1e-12)
+
+
+def test_skewness_of_a_smooth_face():
+    assert MapStatistics.of(GridField(np.ones((3, 3)), (1.0, 1.0))).skewness == 0
