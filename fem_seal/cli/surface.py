@@ -77,8 +77,8 @@ def spectrum_csv(field: "GridField") -> str:
         f"# Ssk = {statistics.skewness!r}",
     ]
     rings = map_spectrum(field)
-    lines = zip(rings.wavenumber.tolist(), rings.density.tolist(), rings.modes.tolist(), strict=True)
-    table = csv_text(("q [1/m]", "C [m^4]", "modes"), lines)
+    columns = rings.wavenumber, rings.density, rings.modes
+    table = csv_text(("q [1/m]", "C [m^4]", "modes"), [*zip(*map(list, columns), strict=True)])
     return "\n".join((*head, table))
 
 
