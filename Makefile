@@ -3,7 +3,8 @@
 # make lint   install what is missing and check style and types
 # make limits install what is missing, try the extremes and write docs/limits.md
 # make setup  install what is missing
-.PHONY: demo test lint limits setup clean
+# make debian13, make sid   run demo and tests on that Debian, in a clean root (as root)
+.PHONY: demo test lint limits setup clean debian13 sid
 
 # One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
 export OMP_NUM_THREADS ?= 1
@@ -29,6 +30,12 @@ limits: .venv/ready
 	.venv/bin/python tests/extremes/limits_page.py docs/limits.md
 
 setup: .venv/ready
+
+debian13:
+	tests/clean_root.sh trixie
+
+sid:
+	tests/clean_root.sh sid
 
 # setup.sh leaves the place of the checkout in .venv/ready: after a move the environment is mended.
 ifneq ($(shell cat .venv/ready 2>/dev/null),$(shell pwd -P))

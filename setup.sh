@@ -15,6 +15,14 @@ missing() {
     done
 }
 
+# The user may work with another DOLFINx, of conda or of a container, which Debian's would not help.
+if [ -n "$(missing python3-dolfinx)" ] && [ "$(command -v python3)" != /usr/bin/python3 ] &&
+    python3 -c 'import dolfinx' 2>/dev/null; then
+    echo "setup.sh: $(command -v python3) has a DOLFINx: install fem_seal beside it with" \
+        "\"pip install .\" (README.md), or leave that environment to install Debian's" >&2
+    exit 2
+fi
+
 if [ -n "$(missing $packages)" ]; then
     export DEBIAN_FRONTEND=noninteractive
     $sudo apt-get update -q

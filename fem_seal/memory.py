@@ -1,6 +1,7 @@
 """Memory: the need of this process, and the memory that is available to it."""
 
 import ctypes
+import os
 import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,11 +17,13 @@ _TRIM, _MMAP_THRESHOLD, _MMAP_MAX = -1, -3, -4
 def peak_memory() -> int:
     """Largest resident memory of this process so far [bytes].
 
-    getrusage would do, but its number is inherited from the process that started this one.
+    On Linux getrusage would give a number inherited from the process that started this one.
     """
-    status = Path("/proc/self/status").read_text()
-    line = next(line for line in status.splitlines() if line.startswith("VmHWM:"))
-    return int(line.split()[1]) * 1024
+    status = Path("/proc/self/status")
+    if not status.is_file():  # macOS, where getrusage counts bytes
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    lines = status.read_text().splitlines()
+    return int(next(line for line in lines if line.startswith("VmHWM:")).split()[1]) * 1024
 
 
 @dataclass(frozen=True)
@@ -54,12 +57,15 @@ def available_memory(root: Path = Path("/")) -> int:
     """Memory that this process can still have without swapping [bytes].
 
     The least of what the machine has and of what is left of each memory limit of the control groups
-    of the process (batch systems such as Slurm and containers set them), of version 1 and 2.
+    of the process (batch systems such as Slurm and containers set them), of version 1 and 2. Where
+    there is no /proc, as on macOS, all memory of the machine.
 
     Parameters
     ----------
     root : folder that holds proc and sys
     """
+    if not (root / "proc/meminfo").is_file():
+        return os.sysconf("SC_PHYS_PAGES") * resource.getpagesize()
     lines = (root / "proc/meminfo").read_text().splitlines()
     line = next(line for line in lines if line.startswith("MemAvailable:"))
     return max(0, min([int(line.split()[1]) * 1024, *_left_of_limits(root)]))
@@ -142,8 +148,12 @@ def within_available_memory(what: str) -> Iterator[None]:
     InvalidInput
         If that happened; `what` is named.
     """
+    statistics = Path("/proc/self/statm")
+    if not statistics.is_file():  # macOS, which ignores the limit below
+        yield
+        return
     before, hardest = resource.getrlimit(resource.RLIMIT_AS)
-    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    pages = int(statistics.read_text().split()[0])
     limit = pages * resource.getpagesize() + available_memory()
     ceilings = [n for n in (before, hardest) if n != resource.RLIM_INFINITY]
     resource.setrlimit(resource.RLIMIT_AS, (min([limit, *ceilings]), hardest))

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from project import ROOT, write_toml
 
+import fem_seal
 from fem_seal import cli, doctor
 from fem_seal.cli.common import default_folder
 from fem_seal.installed import DEBIAN_PETSC
@@ -210,3 +211,31 @@ def test_renamed_checkout_mends_itself(tmp_path):
     assert [setup(new), setup(new)] == [2, 2]
     for name in ("pip", "tool"):
         assert (new / ".venv/bin" / name).read_text() == f"#!{new}/.venv/bin/python\n"
+
+
+def test_setup_leaves_a_python_with_its_own_dolfinx_alone(tmp_path):
+    """Debian's DOLFINx is not there, and python3 on PATH imports another: one sentence."""
+    shutil.copy2(ROOT / "setup.sh", tmp_path)
+    stubs = tmp_path / "stubs"
+    stubs.mkdir()
+    for name, script in {
+        "dpkg-query": "exit 1",
+        "python3": "exit 0",
+        "apt-get": "touch installed",
+        "apt-cache": "exit 0",
+        "sudo": '"$@"',
+    }.items():
+        (stubs / name).write_text(f"#!/bin/sh\n{script}\n")
+        (stubs / name).chmod(0o755)
+    path = f"{stubs}{os.pathsep}{os.environ['PATH']}"
+    status, out, error = outcome([str(tmp_path / "setup.sh")], PATH=path)
+    assert (status, out) == (2, "")
+    assert f"{stubs / 'python3'} has a DOLFINx" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "installed").exists()
+    assert not (tmp_path / ".venv").exists()
+
+
+def test_citation_has_the_version_of_the_package():
+    lines = (ROOT / "CITATION.cff").read_text().splitlines()
+    assert f"version: {fem_seal.__version__}" in lines

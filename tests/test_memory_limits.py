@@ -1,5 +1,6 @@
 """Available memory: the machine's, and limits of control groups as batch systems set them."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -97,3 +98,9 @@ def test_a_contact_that_exceeds_the_limit_is_not_begun(small_scene, most):
         return
     with pytest.raises(InvalidInput, match=r"the contact of .* would take .* GB of memory"):
         _ = patch.contact
+
+
+def test_without_proc_the_memory_of_the_machine(tmp_path):
+    total = available_memory(tmp_path)
+    assert available_memory() < total
+    assert total == os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
