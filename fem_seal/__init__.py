@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, NotConverged
 
 if TYPE_CHECKING:
+    from fem_seal.exchange import to_pyvista, to_xarray
     from fem_seal.gap_file import load_gap
     from fem_seal.grid import GridField
     from fem_seal.job import run
@@ -31,6 +32,8 @@ __all__ = [
     "Scene",
     "load_gap",
     "run",
+    "to_pyvista",
+    "to_xarray",
 ]
 
 _HOMES = {
@@ -41,6 +44,8 @@ _HOMES = {
     "Scene": "fem_seal.scene",
     "load_gap": "fem_seal.gap_file",
     "run": "fem_seal.job",
+    "to_pyvista": "fem_seal.exchange",
+    "to_xarray": "fem_seal.exchange",
 }
 
 

@@ -1,13 +1,13 @@
 """run: one scene to one result folder; draw: pictures of a folder that is there."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 
 from fem_seal import parallel
-from fem_seal.accuracy import solved
+from fem_seal.accuracy import Choice, solved
 from fem_seal.errors import InvalidInput, MissingPackage, present
 from fem_seal.files import locked_folder, staging_folder, writing
 from fem_seal.film import GridFilm, MeshFilm
@@ -64,6 +64,37 @@ def run(
         If the contact does not reach its tolerance; nothing is written then.
     """
     start = perf_counter()
+    with _reserved(scene, out, overwrite, comm) as folder:
+        patch, choice = solved(scene, report, trust=trust, comm=comm)
+        return _written(patch, folder, start, choice)
+
+
+def save(patch: Patch, out: str | Path, *, overwrite: bool = False) -> Result:
+    """Write the products of a patch's scene into a folder, as `run` does.
+
+    Parameters
+    ----------
+    patch : whose steps are used; those that the products need and that are missing are computed
+    out, overwrite : as of `run`
+
+    Returns
+    -------
+    Result, as of `run`.
+
+    Raises
+    ------
+    InvalidInput, NotConverged
+        As `run`.
+    """
+    with _reserved(patch.scene, out, overwrite, patch.comm) as folder:
+        return _written(patch, folder, None, None)
+
+
+@contextmanager
+def _reserved(
+    scene: Scene, out: str | Path, overwrite: bool, comm: parallel.Comm
+) -> Iterator[ResultFolder]:
+    """Check scene and folder before any work, and hold the folder until the result is written."""
     require_packages(scene)
     if scene.seal is not None:
         profile_of(scene)  # a table that cannot be read is refused before the work
@@ -71,18 +102,25 @@ def run(
     with ExitStack() as held:
         # `and None`: the folder, open in the first process, is nothing to send to the others.
         parallel.on_root(lambda: held.enter_context(folder) and None, comm)
-        patch, choice = solved(scene, report, trust=trust, comm=comm)
-        # All processes compute before the first one writes.
-        if scene.needs_flow:
-            patch.leak_rate  # noqa: B018
-        patch.film  # noqa: B018
-        seal = None
-        if scene.seal is not None:
-            with patch.timed("seal"):
-                seal = solve_seal(patch)
-        files = parallel.on_root(lambda: _write_products(patch, folder.staged, seal), comm)
-        result = summarise(patch, files, start, choice=choice, seal=seal)
-        parallel.on_root(lambda: folder.commit(result), comm)
+        yield folder
+
+
+def _written(
+    patch: Patch, folder: ResultFolder, start: float | None, choice: Choice | None
+) -> Result:
+    """Compute the products of a patch's scene and write them."""
+    scene = patch.scene
+    # All processes compute before the first one writes.
+    if scene.needs_flow:
+        patch.leak_rate  # noqa: B018
+    patch.film  # noqa: B018
+    seal = None
+    if scene.seal is not None:
+        with patch.timed("seal"):
+            seal = solve_seal(patch)
+    files = parallel.on_root(lambda: _write_products(patch, folder.staged, seal), patch.comm)
+    result = summarise(patch, files, start, choice=choice, seal=seal)
+    parallel.on_root(lambda: folder.commit(result), patch.comm)
     return result
 
 

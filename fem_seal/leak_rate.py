@@ -8,6 +8,7 @@ import numpy as np
 
 from fem_seal.digits import bracket_digits
 from fem_seal.errors import Inconsistent
+from fem_seal.tables import html_table
 
 
 def relative_width(lower: float, upper: float) -> float:
@@ -187,6 +188,15 @@ class LeakRate:
             return "sealed: 0 m^3/s, no open path joins inlet and outlet"
         unfinished = "" if self.converged else f"; {self.reason}"
         return f"leaking: {rate_text(self.value, self.lower, self.upper, 'm^3/s')}{unfinished}"
+
+    def _repr_html_(self) -> str:
+        rows = [("state", self.state), ("method", f"{self.method}, {self.unknowns} unknowns")]
+        if self.state == "leaking":
+            rate = rate_text(self.value, self.lower, self.upper, "m^3/s")
+            rows.insert(1, ("leak rate", rate))
+        if self.reason:
+            rows.append(("not converged", self.reason))
+        return html_table(rows)
 
     @property
     def refined_bounds(self) -> tuple[float, float]:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
+from fem_seal.scene.readable import rows_of
 from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import (
     CONTACTS,
@@ -26,11 +28,14 @@ from fem_seal.steps import (
     made_surface,
     prepared_surface,
 )
+from fem_seal.tables import html_table
 
 if TYPE_CHECKING:
     from fem_seal.contact.state import ContactState, GapState
     from fem_seal.coupling import LiftedState
     from fem_seal.film import GridFilm, MeshFilm
+    from fem_seal.quantities.verdict import Verdict
+    from fem_seal.results import Result
     from fem_seal.surface import PreparedSurface
 
 
@@ -109,6 +114,50 @@ class Patch:
         self.seconds: dict[str, float] = {}
         self._surface, self._contact, self._contact_start = surface, contact, contact_start
         self._leak_rate, self._lifted = leak_rate, lifted
+
+    @property
+    def verdict(self) -> "Verdict | None":
+        """The leak rate against the scene's limit, with all that is known to make it uncertain.
+
+        None if no product of the scene needs the flow.
+        """
+        from fem_seal.quantities.of_patch import verdict_of
+
+        return verdict_of(self)
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> "Result":
+        """Write the products of the scene into a result folder, as `fem_seal.run` does.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Result folder; created if it does not exist.
+        overwrite : bool
+            Whether another scene's result may be replaced.
+
+        Returns
+        -------
+        Result
+
+        Raises
+        ------
+        InvalidInput, NotConverged
+            As `fem_seal.run`.
+        """
+        from fem_seal.job import save
+
+        return save(self, folder, overwrite=overwrite)
+
+    def _repr_html_(self) -> str:
+        """Scene and the steps that have been computed; nothing is computed to show a patch."""
+        rows = rows_of(self.scene)
+        computed = vars(self)
+        contact = computed.get("contact")
+        if contact is not None:
+            rows += [(f"contact: {name}", text) for name, text in contact.summary()]
+        if "leak_rate" in computed:
+            rows.append(("leak rate", str(self.leak_rate)))
+        return html_table(rows)
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:

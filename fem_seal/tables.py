@@ -1,6 +1,7 @@
-"""Tables as aligned text, CSV and Markdown."""
+"""Tables as aligned text, CSV, Markdown and HTML."""
 
 import csv
+import html
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, fields
 from io import StringIO
@@ -79,6 +80,14 @@ def markdown(header: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
     """Write lines of cells as a table of a Markdown page."""
     ruled = [header, ["---"] * len(header), *lines]
     return "\n".join(f"| {' | '.join(line)} |" for line in ruled)
+
+
+def html_table(rows: Iterable[tuple[str, str]]) -> str:
+    """Write names and their texts as a table of HTML, two columns, without a header."""
+    lines = (
+        f"<tr><th>{html.escape(name)}</th><td>{html.escape(text)}</td></tr>" for name, text in rows
+    )
+    return "<table>\n" + "\n".join(lines) + "\n</table>"
 
 
 def _cell(value: object) -> str:

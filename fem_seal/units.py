@@ -103,6 +103,9 @@ class RateUnit:
     kind: str
     size: float
 
+    def __str__(self) -> str:
+        return self.name
+
     @classmethod
     def parse(cls, text: object) -> "RateUnit":
         """Read "ml/h", "mbar l/s" or any other unit of a leak rate.
@@ -143,7 +146,7 @@ class Rate:
     unit: RateUnit
 
     def __str__(self) -> str:
-        return f"{self.number!r} {self.unit.name}"
+        return f"{self.number!r}".removesuffix(".0") + f" {self.unit.name}"
 
     @property
     def si(self) -> float:

@@ -38,8 +38,18 @@ ORDER = [
     *("flow", "coupling"),
     *("points", "steps", "patch", "accuracy", "upscaling", "quantities", "results", "sweep"),
     *("letter", "verification", "render"),
-    *("job", "doctor", "cli", "__main__"),
+    *("job", "exchange", "doctor", "cli", "__main__"),
 ]
+
+# `patch.verdict` and `patch.save` are doors for people at a prompt: they open modules further down.
+DOORS = {
+    "patch.py": {
+        "fem_seal.quantities.of_patch.verdict_of",
+        "fem_seal.quantities.verdict.Verdict",
+        "fem_seal.job.save",
+        "fem_seal.results.Result",
+    }
+}
 
 FINITE_ELEMENTS = {"fenicsx", "mesh", "flow"}
 FENCES = {
@@ -47,7 +57,7 @@ FENCES = {
     "ufl": FINITE_ELEMENTS,
     "basix": FINITE_ELEMENTS,
     "petsc4py": FINITE_ELEMENTS | {"parallel"},
-    "pyvista": {"render"},
+    "pyvista": {"render", "exchange"},
     "vtk": {"render"},
     "pydantic": {"scene", "results", "points", "sweep", "letter"},
     "pint": {"units"},
@@ -86,8 +96,8 @@ def test_imports_point_backwards(path):
     if source == "__init__":
         return  # names the public objects of all layers
     assert source in ORDER, f"{path} has no place in the order of the package"
-    wrong = [name for name in imported(ast.parse(path.read_text())) if downstream(source, name)]
-    assert not wrong
+    wrong = {name for name in imported(ast.parse(path.read_text())) if downstream(source, name)}
+    assert wrong == DOORS.get(name_of(path), set())
 
 
 @pytest.mark.parametrize(

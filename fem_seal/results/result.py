@@ -37,6 +37,7 @@ from fem_seal.scene import FileSurface, Flow, Gap, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain
 from fem_seal.scene.shape import MeshFile
+from fem_seal.tables import html_table
 from fem_seal.upscaling.seal import SealLeak, solve_seal
 
 RESULT_FILE = "result.json"
@@ -158,6 +159,11 @@ class Result(Record):
     seconds: dict[str, float]
     peak_memory_bytes: int
     provenance: Provenance
+
+    def _repr_html_(self) -> str:
+        from fem_seal.results.words import summary_of
+
+        return html_table(summary_of(self))
 
     def to_json(self) -> str:
         """Text of result.json, with all digits of floats, so that reading returns them exactly."""

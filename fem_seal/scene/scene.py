@@ -11,6 +11,8 @@ from fem_seal.scene.checks import check
 from fem_seal.scene.contents import Contents
 from fem_seal.scene.files import override, read_toml
 from fem_seal.scene.messages import explain
+from fem_seal.scene.readable import rows_of
+from fem_seal.tables import html_table
 
 
 class Scene(Contents):
@@ -65,6 +67,9 @@ class Scene(Contents):
         # Leave out flow.rtol beside a total error: reading both again would be a contradiction.
         chosen = {"flow": {"rtol"}} if self.accuracy else None
         return self.model_dump(mode="json", exclude_none=True, exclude=chosen)
+
+    def _repr_html_(self) -> str:
+        return html_table(rows_of(self))
 
     def with_tolerance(self, rtol: float) -> "Scene":
         """Copy with a tolerance of the flow in place of a total error."""

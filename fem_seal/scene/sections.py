@@ -22,6 +22,7 @@ from pydantic import (
 from fem_seal.errors import present
 from fem_seal.limits import Limits
 from fem_seal.scene.messages import ContradictionError
+from fem_seal.scene.readable import own_names
 from fem_seal.units import RateUnit, to_si
 
 if TYPE_CHECKING:
@@ -69,6 +70,10 @@ class Section(BaseModel):
     """Base class of the sections: frozen, no unknown fields, no NaN."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __dir__(self) -> list[str]:
+        """Names of a section, without those that pydantic adds."""
+        return own_names(self)
 
 
 def _exactly_one(section: Section, names: tuple[str, ...]) -> str:

@@ -1,0 +1,91 @@
+"""Fields of a contact or a flow as objects of xarray and PyVista."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal.contact.state import ContactState, GapState
+from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+
+if TYPE_CHECKING:
+    import pyvista as pv
+    import xarray as xr
+
+
+def to_xarray(fields: GridField | GapState) -> "xr.Dataset":
+    """Fields on their grid as an xarray.Dataset with coordinates x and y [m].
+
+    Parameters
+    ----------
+    fields : GridField or GapState
+        A field becomes the variable "values"; a contact the variables "gap" [m] and, if it is
+        elastic, "pressure" [Pa].
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables (x, y), shape (nx, ny); the attribute "periodic" is 0 or 1.
+
+    Raises
+    ------
+    MissingPackage
+        If xarray is not installed.
+    InvalidInput
+        If the argument is neither.
+    """
+    try:
+        import xarray as xr
+    except ImportError:
+        raise MissingPackage("to_xarray needs xarray: pip install xarray") from None
+    variables: dict[str, tuple[np.ndarray, dict[str, str]]]
+    if isinstance(fields, GridField):
+        grid, variables = fields, {"values": (fields.values, {})}
+    elif isinstance(fields, GapState):
+        grid, variables = fields.gap, {"gap": (fields.gap.values, {"units": "m"})}
+        if isinstance(fields, ContactState):
+            variables["pressure"] = (fields.pressure.values, {"units": "Pa"})
+    else:
+        raise InvalidInput(
+            f"to_xarray takes a contact or a field on a grid, not a {type(fields).__name__}"
+        )
+    (nx, ny), (dx, dy) = grid.shape, grid.spacing
+    metres = {"units": "m"}
+    return xr.Dataset(
+        {name: (("x", "y"), values, attrs) for name, (values, attrs) in variables.items()},
+        coords={"x": ("x", dx * np.arange(nx), metres), "y": ("y", dy * np.arange(ny), metres)},
+        attrs={"periodic": int(grid.periodic)},
+    )
+
+
+def to_pyvista(leak: LeakRate) -> "pv.PolyData":
+    """The flow on its last mesh as a PyVista mesh of triangles in the plane z = 0.
+
+    Parameters
+    ----------
+    leak : LeakRate
+        With its field, as a patch has whose scene asks for pictures or the mesh.
+
+    Returns
+    -------
+    pyvista.PolyData
+        Point data "gap" [m] and "pressure" [Pa], cell data "flux" [m^2/s].
+
+    Raises
+    ------
+    InvalidInput
+        If the leak rate came without its field.
+    """
+    field = leak.field
+    if field is None:
+        raise InvalidInput(
+            "the leak rate holds no field of the flow: add 'mesh' to output.products of the scene"
+        )
+    import pyvista as pv
+
+    points = np.pad(field.points, ((0, 0), (0, 1)))
+    grid = pv.PolyData.from_regular_faces(points, np.asarray(field.cells))
+    grid.point_data["gap"], grid.point_data["pressure"] = field.gap, field.pressure
+    grid.cell_data["flux"] = np.pad(field.flux, ((0, 0), (0, 1)))
+    return grid

@@ -1,0 +1,62 @@
+"""A scene for people: its fields with readable units, for notebooks and pages."""
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from fem_seal.digits import with_prefix
+from fem_seal.units import to_si
+
+
+def own_names(model: BaseModel) -> list[str]:
+    """Names that a model has beyond those of pydantic, which a user who completes a name sees."""
+    return sorted(set(object.__dir__(model)) - set(dir(BaseModel)))
+
+
+def unit_of(field: FieldInfo) -> str | None:
+    """SI unit of the numbers of a field; None if they have none, or are no numbers."""
+    return next(_units((field.annotation, *field.metadata)), None)
+
+
+def _units(parts: tuple[Any, ...]) -> Iterator[str]:
+    """Units of all validators in nested annotations such as tuple[Length, Length] | None."""
+    for part in parts:
+        reader = getattr(part, "func", None)
+        if isinstance(reader, partial) and reader.func is to_si:
+            yield reader.keywords["unit"]
+        yield from _units((*get_args(part), *getattr(part, "__metadata__", ())))
+
+
+def rows_of(section: BaseModel, name: str = "") -> list[tuple[str, str]]:
+    """Fields of a scene, or of one of its sections, that were set: name and text with unit.
+
+    Parameters
+    ----------
+    section : Scene or one of its sections
+    name : its own name, in front of those of its fields
+    """
+    rows: list[tuple[str, str]] = []
+    for key, field in type(section).model_fields.items():
+        value = getattr(section, key)
+        if key not in section.model_fields_set or value is None:
+            continue
+        full = f"{name}.{key}" if name else key
+        if isinstance(value, BaseModel):
+            rows.extend(rows_of(value, full))
+        else:
+            rows.append((full, _text(value, unit_of(field))))
+    return rows
+
+
+def _text(value: object, unit: str | None) -> str:
+    if isinstance(value, tuple):
+        return ", ".join(_text(part, unit) for part in value)
+    if isinstance(value, float):
+        # Temperatures and angles have no prefix, and byte is no symbol that takes one.
+        if unit in ("m", "Pa", "s", "Pa s"):
+            return with_prefix(value, unit, 8)
+        return f"{value:.8g} {unit or ''}".rstrip()
+    return str(value)

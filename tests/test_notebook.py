@@ -1,0 +1,118 @@
+"""What a person sees and does at a prompt: objects as tables, completed names, other libraries."""
+
+import re
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from fem_seal import InvalidInput, LeakRate, Patch, Result, Scene, run, to_pyvista, to_xarray
+from fem_seal.scene.readable import rows_of
+
+SCENE = {
+    "surface": {
+        "kind": "self-affine",
+        "shape": [32, 32],
+        "size": ["50 um", "50 um"],
+        "hurst": 0.8,
+        "long_wavelength": "25 um",
+        "short_wavelength": "5 um",
+        "rms_slope": 0.1,
+    },
+    "solid": {"contact_modulus": "10 MPa"},
+    "contact": {"pressure": "100 kPa"},
+    "fluid": {"viscosity": "1 mPa s"},
+    "flow": {"pressure_drop": "10 kPa", "rtol": 0.2},
+    "limit": {"leak_rate": "1 ml/h"},
+    "output": {"products": ["leak_rate", "mesh"]},
+}
+
+
+@pytest.fixture(scope="module")
+def patch():
+    return Patch(Scene.from_mapping(SCENE))
+
+
+def rows(thing):
+    """Names and texts of the table that a notebook shows."""
+    return dict(re.findall(r"<tr><th>(.*?)</th><td>(.*?)</td></tr>", thing._repr_html_()))
+
+
+def test_a_scene_shows_what_was_set_with_units():
+    shown = dict(rows_of(Scene.from_mapping(SCENE)))
+    for section, fields in SCENE.items():
+        for key, value in fields.items():
+            text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+            assert shown[f"{section}.{key}"] == text
+    assert len(shown) == sum(map(len, SCENE.values()))
+
+
+def test_a_patch_shows_what_is_computed_and_computes_nothing():
+    fresh = Patch(Scene.from_mapping(SCENE))
+    assert rows(fresh) == rows(fresh.scene)
+    fresh.contact  # noqa: B018
+    assert set(rows(fresh)) - set(rows(fresh.scene)) == {
+        f"contact: {name}" for name in rows(fresh.contact)
+    }
+    assert "leak_rate" not in vars(fresh)
+
+
+def test_numbers_have_their_units(patch):
+    contact, leak = rows(patch.contact), rows(patch.leak_rate)
+    assert contact["mean pressure"] == "100 kPa"
+    assert contact["samples"] == "32 x 32"
+    assert leak["leak rate"] in str(patch.leak_rate)
+    assert "leak rate" not in rows(LeakRate.sealed("adaptive"))
+
+
+def test_a_text_of_a_stranger_is_text():
+    """A reason may quote the name of a file."""
+    leak = LeakRate("leaking", "adaptive", 1.0, converged=False, reason="<script>")
+    assert "<script>" not in leak._repr_html_()
+
+
+def test_completion_shows_no_names_of_pydantic(patch, tmp_path):
+    for thing in (patch.scene, patch.scene.flow, patch.save(tmp_path / "saved")):
+        names = dir(thing)
+        assert not [name for name in names if name.startswith(("model_", "parse_"))]
+        assert set(type(thing).model_fields) <= set(names)
+    assert "from_folder" in names
+
+
+def test_save_writes_what_run_writes(patch, tmp_path):
+    saved, ran = patch.save(tmp_path / "saved"), run(patch.scene, tmp_path / "ran")
+    assert saved.files == ran.files
+    assert saved.leak_rate == ran.leak_rate
+    assert Result.from_folder(tmp_path / "saved").verdict == patch.verdict
+    assert patch.verdict.decision == "within limit"
+    other = Patch(Scene.from_mapping(SCENE | {"flow": {"pressure_drop": "9 kPa", "rtol": 0.2}}))
+    with pytest.raises(InvalidInput, match="overwrite"):
+        other.save(tmp_path / "saved")
+    assert other.save(tmp_path / "saved", overwrite=True).leak_rate.value == other.leak_rate.value
+
+
+def test_xarray(patch):
+    xr = pytest.importorskip("xarray")
+    data = to_xarray(patch.contact)
+    assert isinstance(data, xr.Dataset)
+    assert dict(data.sizes) == {"x": 32, "y": 32}
+    # Where x and y are the coordinates of a sample, the variables are its values.
+    dx, dy = patch.contact.gap.spacing
+    at = data.sel(x=5 * dx, y=7 * dy, method="nearest")
+    assert float(at.gap) == patch.contact.gap.values[5, 7]
+    assert float(at.pressure) == patch.contact.pressure.values[5, 7]
+    assert to_xarray(patch.contact.gap)["values"].attrs == {}
+    with pytest.raises(InvalidInput, match="not a int"):
+        to_xarray(3)
+
+
+def test_pyvista_mesh_carries_the_flow(patch):
+    mesh = to_pyvista(patch.leak_rate)
+    assert isinstance(mesh, pv.PolyData)
+    # Flow through each line x = const is the leak rate: ∫ j_x dA = Q Lx.
+    area = mesh.compute_cell_sizes(length=False, volume=False).cell_data["Area"]
+    through = np.sum(area * mesh.cell_data["flux"][:, 0]) / patch.contact.gap.size[0]
+    leak = patch.leak_rate
+    assert leak.lower * (1 - 1e-9) <= through <= leak.inflow * (1 + 1e-9)
+    with pytest.raises(InvalidInput, match="add 'mesh' to output"):
+        to_pyvista(LeakRate.sealed("adaptive"))
