@@ -50,7 +50,9 @@ def test_lines_of_the_surface(line, files):
 def test_listed_surface_in_si_units(files):
     data = tomllib.loads(switched_on(SURFACE)) | PRESSED
     surface = Scene.from_mapping(data, folder=files).surface
-    assert surface.stated == Stated("heights", "um", (1e-3, 1e-3), False, missing=-9999)
+    assert surface.stated == Stated(
+        "heights", "um", (1e-3, 1e-3), False, missing=-9999, turn=90, transpose=True
+    )
     assert surface.crop == ((1e-4, 9e-4), (1e-4, 9e-4))
     again = Scene.from_mapping(Scene.from_mapping(data, folder=files).to_mapping())
     assert again.surface == surface
@@ -59,7 +61,7 @@ def test_listed_surface_in_si_units(files):
 def test_listed_gap_in_si_units(files):
     data = tomllib.loads(switched_on(GAP)) | {"output": {"products": ["contact"]}}
     gap = Scene.from_mapping(data, folder=files).gap
-    assert gap.stated == Stated("gap", "um", (1e-3, 1e-3), True)
+    assert gap.stated == Stated("gap", "um", (1e-3, 1e-3), True, turn=90, transpose=True)
     assert gap.contact_below == 1e-12
 
 
