@@ -52,7 +52,7 @@ def test_the_source_distribution_holds_every_file_of_the_project(distributions):
 def installed(way, distributions, folder):
     """Interpreter and environment of an installation of the wheel without its dependencies."""
     # The dependencies come from the environment of the tests; fem_seal itself is not found there,
-    # since Python reads no .pth file in folders of PYTHONPATH.
+    # since Python reads no .pth file in folders that PYTHONPATH or a .pth file names.
     libraries = sysconfig.get_path("purelib")
     wheel = str(only(distributions, "*.whl"))
     if way == "target":
@@ -66,7 +66,9 @@ def installed(way, distributions, folder):
     python = str(folder / "bin/python")
     what = ("-e", str(distributions / "checkout")) if way == "editable" else (wheel,)
     run(python, *PIP, "install", "--no-deps", *what)
-    return python, {"PYTHONPATH": libraries}
+    (site,) = (folder / "lib").glob("python3*/site-packages")
+    (site / "dependencies.pth").write_text(libraries + "\n")
+    return python, {}
 
 
 @pytest.mark.parametrize("way", ["venv", "user", "target", "editable"])
