@@ -76,6 +76,11 @@ if VERSION < (0, 7):
     # Do not print the command lines of the compiler for each form that is compiled.
     logging.root.addFilter(lambda record: record.levelno >= logging.WARNING)
 
+# Another process may be compiling the same form; the default of 10 s is short on a busy machine.
+_defaults = getattr(dolfinx.jit, "DOLFINX_DEFAULT_JIT_OPTIONS", None)  # renamed in 0.6
+_defaults = _defaults or dolfinx.jit.DOLFINX_DEFAULT_JIT_PARAMETERS
+_defaults["timeout"] = (60, "seconds to wait for a form that another process compiles")
+
 MeshTags = getattr(mesh, "MeshTags", None) or mesh.MeshTagsMetaClass  # renamed before 0.7
 functionspace = getattr(fem, "functionspace", None) or fem.FunctionSpace  # renamed in 0.7
 
@@ -96,6 +101,9 @@ def explained_compilation() -> Iterator[None]:
 
     try:
         yield
+    except TimeoutError as error:
+        # FFCx names the file that a process left behind when it was killed while it compiled.
+        raise MissingPackage(f"FEniCSx has no form: {' '.join(str(error).split())}") from None
     except (VerificationError, RuntimeError) as error:
         # With several processes DOLFINx raises a RuntimeError that begins like this.
         together = str(error).startswith("Failed just-in-time compilation")

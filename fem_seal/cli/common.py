@@ -119,6 +119,14 @@ def work_of(options: argparse.Namespace) -> "Work":
     return Work(options.jobs, options.part, gather=options.gather, memory=memory)
 
 
+def prepare_workers(options: argparse.Namespace, module: str) -> None:
+    """Let the workers of --jobs import a module while this process imports it."""
+    if options.jobs > 1 and not options.gather:
+        from fem_seal.points.farm import prepare
+
+        prepare([module])
+
+
 def add_output(command: argparse.ArgumentParser, default: str) -> None:
     """Take a result folder."""
     command.add_argument("--out", type=Path, metavar="DIR", help=f"result folder ({default})")

@@ -11,6 +11,7 @@ from fem_seal.cli.common import (
     add_scene,
     add_trust,
     add_work,
+    prepare_workers,
     say,
     work_of,
 )
@@ -55,6 +56,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _sweep(options: argparse.Namespace) -> int:
+    prepare_workers(options, "fem_seal.sweep.sweep")
     from fem_seal.files import writing
     from fem_seal.progress import Display
     from fem_seal.sweep import Axis, combinations, read_points, sweep

@@ -16,7 +16,7 @@ from fem_seal.progress import Report, silent
 Failures: TypeAlias = dict[str, FemSealError]
 KILLED = "the process that computed it was killed; most likely it ran out of memory"
 # Wait at least this many times as long as the last look at the table took.
-SELDOM = 10
+SELDOM = 50
 
 
 @dataclass(frozen=True)

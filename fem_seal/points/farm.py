@@ -10,6 +10,7 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExe
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from math import inf
+from multiprocessing import forkserver
 from typing import TypeVar
 
 from fem_seal.memory import available_memory, memory_of
@@ -23,10 +24,34 @@ _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 _OF_MPI = ("OMPI_", "PMIX_", "PMI_")
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _SPARE = 1.2  # times the largest point so far is kept free for each process
+# Memory kept free for each process until a point is finished: what a contact on 4096 x 4096
+# samples and its flow take [bytes].
+UNKNOWN_POINT = 4_000_000_000
 
 
 class WorkerKilledError(Exception):
     """A process of the pool has died, most likely of too little memory."""
+
+
+def prepare(modules: Sequence[str]) -> None:
+    """Start the process from which workers are forked, and let it import what they will need.
+
+    Optional: `farm` starts it otherwise. A command calls this before it imports the same modules
+    itself, so that both happen at the same time.
+
+    Parameters
+    ----------
+    modules : sequence of str
+        None of them may start MPI, which does not survive a fork.
+    """
+    multiprocessing.set_forkserver_preload(list(modules))
+    # The process and its workers inherit that Ctrl-C is left to this one.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        with _environment():
+            forkserver.ensure_running()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def farm(
@@ -38,9 +63,8 @@ def farm(
 ) -> list[Answer]:
     """Compute chains in processes of this machine.
 
-    The first process works alone until it has finished a point: it compiles the forms that the
-    others then find in the cache, and shows how much memory a point takes. Others are started up
-    to the number that was asked for, and that the memory of the machine holds.
+    As many processes are started as were asked for and as the memory holds. Until a point is
+    finished, and shows how much memory it takes, each counts as `UNKNOWN_POINT`.
 
     Parameters
     ----------
@@ -65,10 +89,13 @@ def farm(
     WorkerKilledError
         If a process has died; chains that it kept from being computed are not computed.
     """
-    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), _begin)
+    prepare([compute.__module__])
+    with _environment() as environment:
+        context = multiprocessing.get_context("forkserver")
+        pool = ProcessPoolExecutor(jobs, context, _begin, (environment,))
     largest = 0
 
-    def fitting() -> int:
+    def fitting(finished: int) -> int:
         nonlocal largest
         used = [size for pid in list(pool._processes or ()) if (size := memory_of(pid))]
         largest = max([largest, *(size.peak for size in used)])
@@ -76,12 +103,12 @@ def farm(
         left = available_memory()
         if memory is not None:
             left = min(left, memory - sum(resident))
-        return processes_that_fit(int(_SPARE * largest), resident, left)
+        need = max(int(_SPARE * largest), 0 if finished else UNKNOWN_POINT)
+        return min(jobs, processes_that_fit(need, resident, left))
 
     done = False
     try:
-        with _environment():
-            answers = watch(chains, compute, pool, look, lambda: min(jobs, fitting()))
+        answers = watch(chains, compute, pool, look, fitting)
         done = True
     except BrokenProcessPool:
         raise WorkerKilledError from None
@@ -106,8 +133,6 @@ def processes_that_fit(need: int, resident: Sequence[int], available: int) -> in
     available : int
         Memory that nobody uses [bytes].
     """
-    if not need:
-        return 1
     growth = sum(max(0, need - size) for size in resident)
     return max(1, len(resident) + (available - growth) // need)
 
@@ -117,7 +142,7 @@ def watch(
     compute: Callable[[Chain], Answer],
     executor: Executor,
     look: Callable[[], int],
-    room: Callable[[], float] | None = None,
+    room: Callable[[int], float] | None = None,
 ) -> list[Answer]:
     """Compute chains by an executor, such as that of a Dask cluster.
 
@@ -126,8 +151,8 @@ def watch(
     chains, compute, look : as in `farm`
     executor : concurrent.futures.Executor
     room : callable, optional
-        How many chains may run at a time, once a point is finished; before that it is one. All
-        chains are handed over at once if left out.
+        How many chains may run at a time, from the number of finished points. All chains are
+        handed over at once if left out.
 
     Returns
     -------
@@ -137,20 +162,22 @@ def watch(
     waiting = deque(chains)
     running: set[Future[Answer]] = set()
     answers: list[Answer] = []
-    most = inf if room is None else 1
+    most = inf if room is None else room(0)
     while waiting or running:
         while waiting and len(running) < most:
             running.add(executor.submit(compute, waiting.popleft()))
+        # Now that all workers are busy there is time for the table.
+        finished_points = look()
+        if room is not None:
+            most = room(finished_points)
         finished, running = wait(running, _POLL, FIRST_COMPLETED)
         answers += [future.result() for future in finished]
-        if look() and room is not None:
-            most = room()
     look()
     return answers
 
 
 @contextmanager
-def _environment() -> Iterator[None]:
+def _environment() -> Iterator[dict[str, str]]:
     """Variables as the workers are to find them."""
     before = dict(os.environ)
     for name in before:
@@ -158,15 +185,19 @@ def _environment() -> Iterator[None]:
             del os.environ[name]
     os.environ.update(_ONE_THREAD)
     try:
-        yield
+        yield dict(os.environ)
     finally:
         os.environ.clear()
         os.environ.update(before)
 
 
-def _begin() -> None:
-    """Leave Ctrl-C to the first process, and end with it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _begin(environment: dict[str, str]) -> None:
+    """Take the variables of the first process as they are now, and end with it.
+
+    The process from which workers are forked has those of the time at which it was started.
+    """
+    os.environ.clear()
+    os.environ.update(environment)
     prctl = getattr(ctypes.CDLL(None), "prctl", None)
     if prctl is not None:  # Linux alone has it
         prctl(_DIE_WITH_PARENT, signal.SIGKILL)
