@@ -133,6 +133,8 @@ def processes_that_fit(need: int, resident: Sequence[int], available: int) -> in
     available : int
         Memory that nobody uses [bytes].
     """
+    if not need:
+        return 1
     growth = sum(max(0, need - size) for size in resident)
     return max(1, len(resident) + (available - growth) // need)
 
