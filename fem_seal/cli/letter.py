@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.cli.common import add_command, add_work, say, work_of
+from fem_seal.cli.common import add_command, add_work, prepare_workers, say, work_of
 from fem_seal.cli.percolation import add_search, numbers, require_one_process, search_of
 from fem_seal.errors import NotConverged
 
@@ -96,6 +96,7 @@ def plan_of(options: argparse.Namespace) -> "Plan":
 
 def _letter(options: argparse.Namespace) -> int:
     require_one_process("letter")
+    prepare_workers(options, "fem_seal.letter.campaign")
     # DOLFINx 0.5 to 0.7 must be loaded before VTK.
     from fem_seal import fenicsx  # noqa: F401
     from fem_seal.files import locked_folder, write_text

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.cli.common import add_command, add_work, say, work_of
+from fem_seal.cli.common import add_command, add_work, prepare_workers, say, work_of
 from fem_seal.errors import InvalidInput, NotConverged
 
 if TYPE_CHECKING:
@@ -103,6 +103,7 @@ def _percolation(options: argparse.Namespace) -> int:
     from itertools import product
 
     require_one_process("percolation")
+    prepare_workers(options, "fem_seal.letter.percolation")
     seeds = seeds_up_to(options.seeds)
     from fem_seal.files import locked_folder
     from fem_seal.letter.percolation import TABLE_FILE, percolation

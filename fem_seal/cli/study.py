@@ -8,10 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from fem_seal import parallel
-from fem_seal.cli.common import add_command, add_scene, add_work, say, work_of
+from fem_seal.cli.common import (
+    add_command,
+    add_scene,
+    add_work,
+    prepare_workers,
+    say,
+    work_of,
+)
 from fem_seal.errors import InvalidInput, NotConverged, present
 
 if TYPE_CHECKING:
+    from fem_seal.points import Work
     from fem_seal.scene import Scene
 
 Answer = TypeVar("Answer")
@@ -32,15 +40,17 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     cross = _study(studies, "cross-validation", "every method on one gap over ever finer grids")
     add_scene(cross)
     cross.add_argument("--grids", type=int, default=3, metavar="N", help="each twice as fine (3)")
-    cross.set_defaults(command=_alone(_cross_validation))
+    add_work(cross, "method on a grid")
+    cross.set_defaults(command=_shared(_cross_validation))
     exact = _study(studies, "exact", "every method where the leak rate is known exactly")
     exact.add_argument("cases", nargs="*", metavar="CASE", help="all if left out")
     exact.add_argument("--grids", type=int, default=4, metavar="N", help="8, 16, … squares (4)")
-    exact.set_defaults(command=_alone(_exact))
+    add_work(exact, "method on a grid")
+    exact.set_defaults(command=_shared(_exact))
     trade = _study(studies, "trade", "error against time: contact grids, methods, tolerances")
     add_scene(trade)
     add_work(trade, "contact grid")
-    trade.set_defaults(command=_trade)
+    trade.set_defaults(command=_shared(_trade))
     saddle = _study(studies, "saddle", "how the leak rate of one closing saddle vanishes")
     saddle.add_argument(
         "--samples",
@@ -50,7 +60,8 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         metavar="N",
         help="of one period; at least two grids, each twice as fine (64 128 256)",
     )
-    saddle.set_defaults(command=_alone(_saddle))
+    add_work(saddle, "grid")
+    saddle.set_defaults(command=_shared(_saddle))
 
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
@@ -73,16 +84,26 @@ def _write(folder: Path, texts: Iterable[tuple[str, str]]) -> None:
         write_text(folder / name, text)
 
 
-def _alone(command: Command) -> Command:
-    """Lock the folder of a study; raise at once if it cannot be written."""
+def _shared(command: Command) -> Command:
+    """Start the workers and lock the folder of a study, which its parts share."""
 
     def locked(options: argparse.Namespace) -> int:
+        prepare_workers(options, "fem_seal.points.compute")
         from fem_seal.files import locked_folder
 
-        with locked_folder(options.out):
+        with locked_folder(options.out, shared=True):
             return command(options)
 
     return locked
+
+
+def _unfinished(work: "Work") -> int:
+    """Say that other parts of a study are missing; with --gather that is a failure."""
+    message = "points of the study are not computed yet"
+    if work.gather:
+        return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
+    say(f"{message}; the same command without --part, or with --gather, makes the table")
+    return 0
 
 
 def _grids(options: argparse.Namespace) -> int:
@@ -131,7 +152,11 @@ def _cross_validation(options: argparse.Namespace) -> int:
     setting = Setting(
         scene.viscosity, scene.drive.pressure_drop, flow.sides, flow.representation, flow.rtol
     )
-    rows, bracket = _watched(partial(on_gap, patch.grid_gap, setting, grids))
+    work = work_of(options)
+    compared = _watched(partial(on_gap, patch.grid_gap, setting, grids, out=options.out, work=work))
+    if compared is None:
+        return _unfinished(work)
+    rows, bracket = compared
     _write(options.out, [("cross_validation.csv", as_csv(rows))])
     cross_validation_figure(rows, options.out / "cross_validation.png", options.scene.stem, bracket)
     say(as_text(rows, COLUMNS))
@@ -148,13 +173,18 @@ def _exact(options: argparse.Namespace) -> int:
     from fem_seal.registry import choose
     from fem_seal.render.studies import cross_validation_figure
     from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.cross_validation import on_exact_case
+    from fem_seal.verification.cross_validation import on_exact_cases
     from fem_seal.verification.exact_cases import CASES
 
     squares = [8 * 2**k for k in range(_grids(options))]
     cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
-    for name, case in cases.items():
-        rows = _watched(partial(on_exact_case, case, squares))
+    work = work_of(options)
+    compared = _watched(
+        partial(on_exact_cases, list(cases.values()), squares, out=options.out, work=work)
+    )
+    if compared is None:
+        return _unfinished(work)
+    for (name, case), rows in zip(cases.items(), compared, strict=True):
         _write(options.out, [(f"{name}.csv", as_csv(rows))])
         cross_validation_figure(rows, options.out / f"{name}.png", name)
         say(f"{name}: exactly {case.exact:.6g} ({case.source})\n{as_text(rows, COLUMNS)}\n")
@@ -164,8 +194,6 @@ def _exact(options: argparse.Namespace) -> int:
 def _trade(options: argparse.Namespace) -> int:
     from platform import machine, processor
 
-    from fem_seal.files import locked_folder
-    from fem_seal.progress import Display
     from fem_seal.render.studies import trade_figure
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.advice import recommend
@@ -173,20 +201,13 @@ def _trade(options: argparse.Namespace) -> int:
 
     scene = _scene(options)
     work = work_of(options)
-    # Each solve is a file of its own: parts share the folder.
-    with locked_folder(options.out, shared=True):
-        with Display() as report:
-            result = trade(scene, out=options.out, work=work, report=report)
-        if result is None:
-            message = "solves of the trade are not computed yet"
-            if work.gather:
-                return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
-            say(f"{message}; the same command without --part, or with --gather, makes the table")
-            return 0
-        advice = "\n".join(recommend(result))
-        texts = [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")]
-        _write(options.out, texts)
-        trade_figure(result, options.out / "trade.png", options.scene.stem)
+    result = _watched(partial(trade, scene, out=options.out, work=work))
+    if result is None:
+        return _unfinished(work)
+    advice = "\n".join(recommend(result))
+    texts = [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")]
+    _write(options.out, texts)
+    trade_figure(result, options.out / "trade.png", options.scene.stem)
     say(as_text(result.points))
     say(f"extrapolated: {result.reference:.4e} m^3/s ± {100 * result.uncertainty:.2g} %")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
@@ -197,10 +218,9 @@ def _saddle(options: argparse.Namespace) -> int:
     from fem_seal.letter.saddle import (
         EXPONENT,
         LEAST_SAMPLES,
-        close_saddle,
-        closing_pressure,
         limiting_exponent,
         local_exponents,
+        saddle_series,
     )
     from fem_seal.render.studies import saddle_figure
     from fem_seal.tables import as_csv, as_text
@@ -212,11 +232,14 @@ def _saddle(options: argparse.Namespace) -> int:
             f"--samples must be two grids or more, each twice as fine, from {LEAST_SAMPLES} on, "
             f"got {samples}"
         )
-    series = []
-    for n in samples:
-        closing = closing_pressure(n)
-        say(f"{n} samples a period: closes at {closing.pressure:.6f} E* H/λ")
-        series.append(_watched(partial(close_saddle, closing)))
+    work = work_of(options)
+    closed = _watched(partial(saddle_series, samples, options.out, work))
+    if closed is None:
+        return _unfinished(work)
+    for one in closed:
+        closing = one.closing
+        say(f"{closing.samples} samples a period: closes at {closing.pressure:.6f} E* H/λ")
+    series = [one.points for one in closed]
     _write(options.out, [("saddle.csv", as_csv([point for points in series for point in points]))])
     saddle_figure(series, options.out / "saddle.png")
     exponents = [local_exponents(points) for points in series]

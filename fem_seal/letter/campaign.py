@@ -15,10 +15,10 @@ from fem_seal.letter.persson_curve import LOADS, persson_curve
 from fem_seal.letter.seed_thresholds import REFERENCE, Search, SeedThresholds
 from fem_seal.letter.store import write_json, write_table
 from fem_seal.letter.surfaces import MODELS, RoughCase
-from fem_seal.letter.tasks import StudyTask, chain_of, compute_study
 from fem_seal.letter.threshold_rows import ThresholdRow
 from fem_seal.memory import peak_memory
 from fem_seal.points import Chain, Outcome, RecordFolder, Work
+from fem_seal.points.study import StudyTask, chain_of, compute_study
 from fem_seal.progress import Report, silent
 
 Point = TypeVar("Point")

@@ -7,10 +7,10 @@ from pathlib import Path
 from fem_seal.letter.seed_thresholds import Search, SeedThresholds, seed_thresholds
 from fem_seal.letter.store import write_json, write_table
 from fem_seal.letter.surfaces import MODELS, RoughCase
-from fem_seal.letter.tasks import StudyTask, chain_of, compute_study
 from fem_seal.letter.threshold_rows import ThresholdRow, threshold_rows
 from fem_seal.parallel import Comm
 from fem_seal.points import RecordFolder, Work
+from fem_seal.points.study import StudyTask, chain_of, compute_study
 from fem_seal.progress import Report, silent
 
 JSON_FILE, TABLE_FILE = "percolation.json", "percolation.csv"

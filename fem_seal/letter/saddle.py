@@ -12,6 +12,7 @@ with one saddle a period along the flow, at its middle; all others lie behind co
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
+from fem_seal.parallel import Comm
+from fem_seal.points import Chain, RecordFolder, Task, Work, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.tables import shown_as
 
@@ -192,6 +195,72 @@ def close_saddle(
             )
         )
     return tuple(points)
+
+
+@dataclass(frozen=True)
+class SaddleSeries:
+    """A saddle closing on one grid; a file of points/.
+
+    Attributes
+    ----------
+    closing : Closing
+        Bracket of the closing pressure.
+    points : tuple[SaddlePoint, ...]
+        Leak rates at falling distances from it.
+    """
+
+    closing: Closing
+    points: tuple[SaddlePoint, ...]
+
+
+@dataclass(frozen=True)
+class SeriesTask(Task[SaddleSeries]):
+    """The saddle on one grid.
+
+    Attributes
+    ----------
+    samples : int
+        Along a period.
+    """
+
+    samples: int
+
+    def compute(self, handed_on: None, report: Report, comm: Comm) -> SaddleSeries:
+        """Bisect the closing pressure, then close the saddle."""
+        report("closing pressure", "")
+        closing = closing_pressure(self.samples)
+        return SaddleSeries(closing, close_saddle(closing, report=report))
+
+
+def saddle_series(
+    samples: Sequence[int], out: Path, work: Work | None = None, report: Report = silent
+) -> list[SaddleSeries] | None:
+    """Close the saddle on several grids.
+
+    Parameters
+    ----------
+    samples : along a period, of each grid
+    out : folder of points/, with a file for each grid
+    work : how the grids are shared out; one after the other if left out
+    report : called with each point
+
+    Returns
+    -------
+    Series in the order of the grids; None if some are missing that other parts compute.
+
+    Raises
+    ------
+    NotConverged
+        If a contact or the linear solver fails.
+    """
+    folder = RecordFolder(out / "points", SaddleSeries)
+    tasks = [SeriesTask(f"saddle-{n}", f"{n} samples", n) for n in samples]
+    # The finest grid, which takes longest, comes first.
+    chains = [Chain(folder, (task,)) for task in reversed(tasks)]
+    if compute_study(chains, work, report).missing:
+        return None
+    stored = (folder.point(task.name) for task in tasks)
+    return [point for point in stored if point is not None]
 
 
 def local_exponents(points: Sequence[SaddlePoint]) -> tuple[LocalExponent, ...]:

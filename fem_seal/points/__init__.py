@@ -2,6 +2,7 @@
 
 from fem_seal.points.compute import Outcome, compute_points
 from fem_seal.points.folder import PointFolder, RecordFolder
+from fem_seal.points.study import StudyTask, chain_of, compute_study
 from fem_seal.points.task import Chain, Task
 from fem_seal.points.work import Work
 
@@ -10,7 +11,10 @@ __all__ = [
     "Outcome",
     "PointFolder",
     "RecordFolder",
+    "StudyTask",
     "Task",
     "Work",
+    "chain_of",
     "compute_points",
+    "compute_study",
 ]

@@ -8,11 +8,18 @@ bracket of the same gap.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from math import isfinite, isnan, log2, nan, prod
+from pathlib import Path
 
+from fem_seal import __version__
+from fem_seal.errors import present
+from fem_seal.files import temporary_folder
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import relative_half_width
+from fem_seal.points import RecordFolder, StudyTask, Work, chain_of, compute_study
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 from fem_seal.tables import shown_as
@@ -83,38 +90,82 @@ class Reference:
         return (self.lower * self.upper) ** 0.5
 
 
-def on_exact_case(
-    case: ExactCase,
+@dataclass(frozen=True)
+class Answers:
+    """Answers of one method on one grid; a file of points/.
+
+    Attributes
+    ----------
+    answers : tuple[Answer, ...]
+        One, or three of linear elements.
+    """
+
+    __pydantic_config__ = {"ser_json_inf_nan": "constants"}  # noqa: RUF012 (pydantic reads it)
+
+    answers: tuple[Answer, ...]
+
+
+Series = dict[int, list[Answer]]
+
+
+def on_exact_cases(
+    cases: Sequence[ExactCase],
     squares: Sequence[int],
     methods: Sequence[str] = tuple(METHODS),
+    *,
+    out: Path | None = None,
+    work: Work | None = None,
     report: Report = silent,
-) -> tuple[Row, ...]:
-    """Compare every method with a leak rate that is known.
+) -> list[tuple[Row, ...]] | None:
+    """Compare every method with leak rates that are known.
 
     Parameters
     ----------
-    case : of `exact_cases.CASES`
+    cases : of `exact_cases.CASES`
     squares : of the grids along the flow, each twice the one before
     methods : names in `METHODS`
+    out : folder of points/, with a file for each method and grid; none is kept if left out
+    work : how they are shared out; one after the other if left out
     report : called with the grid and the method
 
     Returns
     -------
-    Rows by method and grid, with the verdict "high", "low" or "exact". The bounds hold for the gap
-    as sampled, so that on a coarse grid both may lie on one side of the exact leak rate.
+    Rows of each case by method and grid, with the verdict "high", "low" or "exact"; None if points
+    are missing that other parts compute. The bounds hold for the gap as sampled, so that on a
+    coarse grid both may lie on one side of the exact leak rate.
 
     Raises
     ------
     InvalidInput
         For an unknown method.
     """
-    setting = Setting(1 / 12, 1.0, case.sides, case.representation, 0.01)
-    # The adaptive method refines on its own: one run, on the finest grid, is enough.
-    chosen = {n: [m for m in methods if m != "adaptive" or n == max(squares)] for n in squares}
-    series = {n: _geometric_mean(case.gaps(n), setting, chosen[n], report) for n in squares}
-    orders = {QUADRATIC: case.quadratic_order or case.order}
-    rows = _rows(series, Reference(case.exact, case.exact), case.order, orders)
-    return tuple(replace(row, verdict=_side(row.error)) for row in rows)
+    tasks = []
+    for case in cases:
+        setting = Setting(1 / 12, 1.0, case.sides, case.representation, 0.01)
+        for n in squares:
+            gaps = case.gaps(n)
+            # The adaptive method refines on its own: one run, on the finest grid, is enough.
+            chosen = [m for m in methods if m != "adaptive" or n == max(squares)]
+            tasks.append({n: [_task(gaps, setting, 0, method) for method in chosen]})
+    computed = _computed(tasks, out, work, report)
+    if computed is None:
+        return None
+    compared = []
+    for k, case in enumerate(cases):
+        series: Series = {}
+        for group in computed[k * len(squares) : (k + 1) * len(squares)]:
+            series |= group
+        orders = {QUADRATIC: case.quadratic_order or case.order}
+        rows = _rows(series, Reference(case.exact, case.exact), case.order, orders)
+        compared.append(tuple(replace(row, verdict=_side(row.error)) for row in rows))
+    return compared
+
+
+def on_exact_case(
+    case: ExactCase, squares: Sequence[int], methods: Sequence[str] = tuple(METHODS)
+) -> tuple[Row, ...]:
+    """Compare every method with one leak rate that is known; as `on_exact_cases`."""
+    return present(on_exact_cases([case], squares, methods), "all points of a case")[0]
 
 
 def on_gap(
@@ -122,8 +173,11 @@ def on_gap(
     setting: Setting,
     grids: int = 3,
     methods: Sequence[str] = tuple(METHODS),
+    *,
+    out: Path | None = None,
+    work: Work | None = None,
     report: Report = silent,
-) -> tuple[tuple[Row, ...], Reference]:
+) -> tuple[tuple[Row, ...], Reference] | None:
     """Compare every method with the certified bracket of a gap whose leak rate is not known.
 
     Parameters
@@ -132,23 +186,31 @@ def on_gap(
     setting : fluid, drive, tolerance of the adaptive bracket
     grids : number of grids
     methods : names in `METHODS`; "uniform" or "adaptive" must be among them
-    report : called with the grid and the method
+    out, work, report : as in `on_exact_cases`
 
     Returns
     -------
-    Rows by method and grid, and the bracket that is their reference.
+    Rows by method and grid, and the bracket that is their reference; None if points are missing
+    that other parts compute.
 
     Raises
     ------
     InvalidInput
         For an unknown method, or values out of range.
     """
-    series = {}
-    for times in range(grids):
-        # The gap is the same on every grid, so that one adaptive run is enough.
-        chosen = [name for name in methods if times == 0 or name != "adaptive"]
-        fine = refined(gap, setting.representation, times)
-        series[fine.shape[0]] = _answers(fine, setting, chosen, report)
+    # The gap is the same on every grid, so that one adaptive run is enough.
+    tasks = {
+        gap.shape[0] * 2**times: [
+            _task((gap,), setting, times, name)
+            for name in methods
+            if times == 0 or name != "adaptive"
+        ]
+        for times in range(grids)
+    }
+    computed = _computed([tasks], out, work, report)
+    if computed is None:
+        return None
+    series = computed[0]
     answers = [answer for group in series.values() for answer in group]
     reference = Reference(
         max(answer.value for answer in answers if answer.certified == "below"),
@@ -159,31 +221,72 @@ def on_gap(
     return tuple(_rows(series, reference, SMOOTH_ORDER, {QUADRATIC: None})), reference
 
 
-def _answers(
-    gap: GridField, setting: Setting, methods: Sequence[str], report: Report
-) -> list[Answer]:
-    answers: list[Answer] = []
-    for name in methods:
-        method = choose(METHODS, name, "method")
-        report(f"grid {gap.shape[0]}", name)
-        answers.extend(method(gap, setting))
-    return answers
+def _task(
+    gaps: tuple[GridField, ...], setting: Setting, times: int, method: str
+) -> StudyTask[Answers]:
+    """Task of one method on gaps whose spacing is halved a number of times."""
+    choose(METHODS, method, "method")
+    what = sha256(repr((setting, times, method, __version__)).encode())
+    for gap in gaps:
+        what.update(repr((gap.shape, gap.spacing, gap.periodic)).encode())
+        what.update(gap.values.tobytes())
+    squares = gaps[0].shape[0] * 2**times
+    return StudyTask(
+        f"{method}-{squares}-{what.hexdigest()[:24]}",
+        f"grid {squares}, {method}",
+        answers_on,
+        (gaps, setting, times, method),
+    )
 
 
-def _geometric_mean(
-    gaps: Sequence[GridField], setting: Setting, methods: Sequence[str], report: Report
-) -> list[Answer]:
-    """Geometric mean of the answers for several gaps; the mean of bounds is a bound."""
-    runs = [_answers(gap, setting, methods, report) for gap in gaps]
-    return [
-        replace(
-            group[0],
-            value=prod(answer.value for answer in group) ** (1 / len(group)),
-            unknowns=max(answer.unknowns for answer in group),
-            seconds=sum(answer.seconds for answer in group),
-        )
-        for group in zip(*runs, strict=True)
+def answers_on(gaps: Sequence[GridField], setting: Setting, times: int, method: str) -> Answers:
+    """Answers of a method, of several gaps their geometric mean; the mean of bounds is a bound."""
+    runs = [
+        list(METHODS[method](refined(gap, setting.representation, times), setting)) for gap in gaps
     ]
+    return Answers(
+        tuple(
+            replace(
+                group[0],
+                value=prod(answer.value for answer in group) ** (1 / len(group)),
+                unknowns=max(answer.unknowns for answer in group),
+                seconds=sum(answer.seconds for answer in group),
+            )
+            for group in zip(*runs, strict=True)
+        )
+    )
+
+
+def _computed(
+    tasks: Sequence[dict[int, list[StudyTask[Answers]]]],
+    out: Path | None,
+    work: Work | None,
+    report: Report,
+) -> list[Series] | None:
+    """Compute tasks by grid; None if other parts compute some of them."""
+    with ExitStack() as held:
+        if out is None:
+            out = held.enter_context(temporary_folder())
+        folder = RecordFolder(out / "points", Answers)
+        chains = [
+            chain_of(folder, task)
+            for by_grid in tasks
+            for group in by_grid.values()
+            for task in group
+        ]
+        if compute_study(chains, work, report).missing:
+            return None
+        return [
+            {
+                n: [
+                    answer
+                    for task in group
+                    for answer in present(folder.point(task.name), task.label).answers
+                ]
+                for n, group in by_grid.items()
+            }
+            for by_grid in tasks
+        ]
 
 
 def _rows(

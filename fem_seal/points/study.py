@@ -1,4 +1,4 @@
-"""Points of the letter as tasks, and what their folder must hold."""
+"""Points that a function computes from its arguments, each a chain of its own."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -6,8 +6,10 @@ from typing import Any, TypeVar
 
 from fem_seal.errors import InvalidInput
 from fem_seal.parallel import Comm
-from fem_seal.points import Chain, Outcome, PointFolder, Task, Work, compute_points
-from fem_seal.points.task import nothing
+from fem_seal.points.compute import Outcome, compute_points
+from fem_seal.points.folder import PointFolder
+from fem_seal.points.task import Chain, Task, nothing
+from fem_seal.points.work import Work
 from fem_seal.progress import Report
 
 Point = TypeVar("Point")
