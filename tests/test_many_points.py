@@ -16,7 +16,8 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
-from fem_seal.points.farm import WorkerKilledError, farm, processes_that_fit
+from fem_seal.memory import available_memory
+from fem_seal.points.farm import UNKNOWN_POINT, WorkerKilledError, farm, processes_that_fit
 from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 
 ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
@@ -275,6 +276,32 @@ def test_processes_are_started_as_the_memory_holds_them():
     assert processes_that_fit(3000 * MB, [100 * MB] * 3, 8700 * MB) == 3
     assert processes_that_fit(3000 * MB, [3000 * MB], 100 * MB) == 1
     assert processes_that_fit(0, [], 100 * MB) == 1
+
+
+def meet(folder):
+    """Wait until another process has come, at most 20 s; whether one has."""
+    Path(folder, str(os.getpid())).touch()
+    end = time.monotonic() + 20
+    while len(list(Path(folder).iterdir())) < 2 and time.monotonic() < end:
+        time.sleep(0.05)
+    return len(list(Path(folder).iterdir())) == 2
+
+
+def test_processes_do_not_wait_for_the_first_point(tmp_path):
+    """Both of two begin at once, where the memory holds two points of unknown size."""
+    if available_memory() < 2.5 * UNKNOWN_POINT:
+        pytest.skip("needs 10 GB of free memory")
+    here = tmp_path / "here"
+    here.mkdir()
+    assert farm([here, here], meet, 2, lambda: 0) == [True, True]
+
+
+def test_workers_have_the_variables_of_now(tmp_path, monkeypatch):
+    """The process from which they are forked may be older."""
+    for value in ("one", "two"):
+        monkeypatch.setenv("FEM_SEAL_TEST", value)
+        farm([tmp_path / value], environment_of, 1, lambda: 0)
+        assert f"FEM_SEAL_TEST={value}" in (tmp_path / value).read_text().splitlines()
 
 
 def hold_memory(folder):

@@ -10,6 +10,7 @@ from sample_gaps import rough_gap
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
+from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification import methods
 from fem_seal.verification.cross_validation import Reference, judge, on_exact_case, on_gap
@@ -147,6 +148,20 @@ def test_a_rough_gap_is_judged_by_the_certified_bracket():
     assert bracket.lower in [row.value for row in rows if row.method.endswith("lower")]
 
 
+def test_rows_are_the_same_for_jobs_and_parts(tmp_path):
+    """But for the time that they took; a point that is there is not computed again."""
+    asked = (GAP, SETTING, 2, ("linear-gap", "uniform"))
+    rows, bracket = on_gap(*asked)
+    parts = [Work(part=(2, 2)), Work(gather=True), Work(part=(1, 2), jobs=2)]
+    computed = [on_gap(*asked, out=tmp_path, work=work) for work in parts]
+    assert computed[:2] == [None, None]
+    others, other_bracket = computed[2]
+    assert other_bracket == bracket
+    for row, other in zip(rows, others, strict=True):
+        assert replace(other, seconds=row.seconds) == row
+    assert on_gap(*asked, out=tmp_path, work=Work(gather=True)) == computed[2]
+
+
 def test_the_judge():
     reference = Reference(0.99, 1.01)
     answer = Answer("FD harmonic", 0.8, "", 9, 0.0)
@@ -158,7 +173,7 @@ def test_the_judge():
     assert judge(replace(answer, value=np.nan), None, reference) == "not converged"
 
 
-def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch):
+def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch, tmp_path):
     """The cascade is stopped after too few steps on the second grid of two."""
     real = methods.solve
 
@@ -173,6 +188,11 @@ def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch):
     # Where it converges it is the number of the elimination, to its tolerance of 1e-8.
     assert first.value == pytest.approx(series(rows, "FD linear-gap")[0].value, rel=1e-7)
     assert (second.verdict, second.band, second.order) == ("not converged", None, None)
+    # Kept as such, and not tried again.
+    asked = (GAP, SETTING, 2, ("cascade", "adaptive"))
+    kept, _ = on_gap(*asked, out=tmp_path)
+    assert series(kept, "FD linear-gap, cascade")[1].verdict == "not converged"
+    assert on_gap(*asked, out=tmp_path, work=Work(gather=True)) is not None
 
 
 def test_an_unknown_method_lists_those_there_are():

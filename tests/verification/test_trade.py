@@ -164,7 +164,8 @@ def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     out = str(tmp_path / "cross")
     assert cli.main(["study", "cross-validation", str(path), "--grids", "2", "--out", out]) == 0
     assert "certified: [" in capsys.readouterr().out
-    assert {p.suffix for p in (tmp_path / "cross").iterdir()} == {".csv", ".png"}
+    names = {p.name for p in (tmp_path / "cross").iterdir()}
+    assert names == {"points", "cross_validation.csv", "cross_validation.png"}
     out = str(tmp_path / "exact")
     assert cli.main(["study", "exact", "cosine-along", "--grids", "1", "--out", out]) == 0
     assert "exactly 1.54" in capsys.readouterr().out
