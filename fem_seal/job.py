@@ -11,6 +11,7 @@ from fem_seal.accuracy import Choice, solved
 from fem_seal.errors import InvalidInput, MissingPackage, present
 from fem_seal.files import locked_folder, staging_folder, writing
 from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.grid import GridField
 from fem_seal.installed import require_fenicsx
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.patch import Patch
@@ -20,6 +21,8 @@ from fem_seal.results.arrays import (
     CONTACT_FILE,
     FLOW_FILE,
     MESH_FILE,
+    Lift,
+    read_lift,
     read_mesh,
     write_contact,
     write_flow,
@@ -144,17 +147,21 @@ def draw(
     InvalidInput
         If the folder holds no result or its gap is not there any more.
     """
-    from fem_seal.render.offscreen import require_gl
-
-    require_gl()
     folder = Path(folder)
+    if (folder / FLOW_FILE).is_file() or (folder / MESH_FILE).is_file():
+        from fem_seal.render.offscreen import require_gl
+
+        require_gl()
     with ResultFolder(folder, Result.from_folder(folder).provenance) as target:
         result = Result.from_folder(folder)
         film = _film_of(result, folder)
         leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
+        pressure, lift = None, None
+        if isinstance(film, GridFilm) and (folder / CONTACT_FILE).is_file():
+            pressure, lift = read_contact(folder)[1], read_lift(folder)
         report("pictures", "")
         with writing(folder):
-            names = draw_pictures(film, leak, target.staged)
+            names = draw_pictures(film, leak, target.staged, pressure, lift)
             if everything:
                 names += draw_details(film, leak, result.levels, target.staged)
         files = tuple(sorted({*result.files, *names}))
@@ -212,15 +219,21 @@ def _write_mesh(film: MeshFilm, out: Path) -> tuple[str, ...]:
 
 
 def draw_pictures(
-    film: GridFilm | MeshFilm, leak: LeakRate | None, folder: Path
+    film: GridFilm | MeshFilm,
+    leak: LeakRate | None,
+    folder: Path,
+    pressure: GridField | None = None,
+    lift: Lift | None = None,
 ) -> tuple[str, ...]:
-    """Draw contact, gap and, where there is a field of it, flow.
+    """Draw contact, gap and, where they are known, contact pressure, lift and flow.
 
     Parameters
     ----------
     film : of a shape: its mesh is drawn in place of the contact
     leak : with its field, or None
     folder : where the PNG go
+    pressure : contact pressure [Pa] of an elastic contact
+    lift : of a lifted contact
 
     Returns
     -------
@@ -231,15 +244,26 @@ def draw_pictures(
 
         return draw_shape(film, leak, folder)
     from fem_seal.render.contact import contact_picture
-    from fem_seal.render.flow import flow_picture
     from fem_seal.render.gap import gap_picture
 
+    names = ["contact.png", "gap.png"]
     contact_picture(film, folder / "contact.png")
     gap_picture(film, folder / "gap.png")
-    if leak is None or leak.field is None:
-        return "contact.png", "gap.png"
-    flow_picture(leak, film, folder / "flow.png")
-    return "contact.png", "flow.png", "gap.png"
+    if pressure is not None:
+        from fem_seal.render.pressures import contact_pressure_picture, lift_picture
+
+        names.append("contact_pressure.png")
+        contact_pressure_picture(film, pressure, folder / names[-1])
+        if lift is not None:
+            names.append("lift.png")
+            dry = GridFilm(lift.dry_gap, film.sides, film.representation)
+            lift_picture(film, dry, pressure, lift.fluid_pressure, folder / names[-1])
+    if leak is not None and leak.field is not None:
+        from fem_seal.render.flow import flow_picture
+
+        names.append("flow.png")
+        flow_picture(leak, film, folder / names[-1])
+    return tuple(sorted(names))
 
 
 def draw_details(
@@ -281,7 +305,9 @@ def require_packages(scene: Scene) -> None:
     MissingPackage
         If FEniCSx or the OpenGL library that the scene's products need is not installed.
     """
-    if "pictures" in scene.output.products:
+    # What lives on a grid is drawn without OpenGL; flow by finite elements and shapes are not.
+    by_elements = scene.needs_rates and scene.flow.method != "finite-difference"
+    if "pictures" in scene.output.products and (by_elements or scene.shape is not None):
         from fem_seal.render.offscreen import require_gl
 
         require_gl()
@@ -290,7 +316,6 @@ def require_packages(scene: Scene) -> None:
             "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: pip "
             "install gmsh"
         )
-    by_elements = scene.needs_rates and scene.flow.method != "finite-difference"
     tensor = "conductivity_tensor" in scene.output.products
     if by_elements or tensor:
         without = "; flow.method = 'finite-difference' works without" if not tensor else ""
@@ -302,8 +327,11 @@ def _write_products(patch: Patch, folder: Path, seal: SealLeak | None) -> tuple[
     leak = patch.leak_rate if patch.scene.needs_flow else None
     film, contact = patch.film, patch.film_contact
     with writing(folder.parent):
+        pressure, lift = None, None
         if contact is not None:
-            names.append(write_contact(folder, contact))
+            lift = _lift_of(patch)
+            names.append(write_contact(folder, contact, lift))
+            pressure = getattr(contact, "pressure", None)
         if isinstance(film, MeshFilm):
             names.append(write_mesh(folder, film))
         field = None if leak is None else leak.field
@@ -311,12 +339,19 @@ def _write_products(patch: Patch, folder: Path, seal: SealLeak | None) -> tuple[
             names.append(write_flow(folder, field))
         if "pictures" in patch.scene.output.products:
             with patch.timed("pictures"):
-                names.extend(draw_pictures(film, leak, folder))
+                names.extend(draw_pictures(film, leak, folder, pressure, lift))
                 if seal is not None:
                     from fem_seal.render.seal import seal_picture
 
                     names.append(seal_picture(seal, folder / "seal.png").name)
     return tuple(sorted(names))
+
+
+def _lift_of(patch: Patch) -> Lift | None:
+    """Dry gap and fluid pressure of a lifted contact; None if nothing is lifted, or all is."""
+    if patch.lifted is None or patch.lifted_off:
+        return None
+    return Lift(patch.elastic.gap, patch.lifted.fluid_pressure)
 
 
 def _names(scene: Scene) -> Iterator[str]:
@@ -328,7 +363,8 @@ def _names(scene: Scene) -> Iterator[str]:
     if "mesh" in scene.output.products:
         yield FLOW_FILE
     if "pictures" in scene.output.products:
-        yield from ("contact.png", "flow.png", "gap.png", "seal.png", "shape.png")
+        yield from ("contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png")
+        yield from ("seal.png", "shape.png")
 
 
 def _drawable(result: Result, folder: Path) -> LeakRate:

@@ -20,18 +20,19 @@ _PARTS = {
     "flow": ("magma_r", 0.22, 1.0),
     "gap": ("viridis", 0.0, 0.8),
     "pressure": ("viridis", 0.0, 0.8),
+    "contact pressure": ("YlOrRd", 0.4, 1.0),
 }
 _STEPS = 256
 
 
 @cache
 def colour_map(name: str) -> "Colormap":
-    """Colour map by its name; values below its scale are white.
+    """Colour map by its name.
 
     Parameters
     ----------
     name : str
-        "flow", "gap", "pressure", or the name of a map of matplotlib.
+        A name of _PARTS, or of a map of matplotlib.
 
     Returns
     -------
@@ -41,7 +42,7 @@ def colour_map(name: str) -> "Colormap":
     from matplotlib.colors import ListedColormap
 
     if name not in _PARTS:
-        return colormaps[name].with_extremes(under="white")
+        return colormaps[name]
     whole, first, last = _PARTS[name]
     colours = colormaps[whole](np.linspace(first, last, _STEPS))
-    return ListedColormap(colours, name).with_extremes(under="white")
+    return ListedColormap(colours, name)

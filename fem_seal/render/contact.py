@@ -7,9 +7,9 @@ import numpy as np
 from fem_seal.film.clusters import label, largest
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.film.lattice import DUAL_CONNECTIVITY, Lattice
-from fem_seal.render.offscreen import LONG_SIDE, Tiles, Window, draw
-from fem_seal.render.page import Panel, Swatch, write_page
-from fem_seal.render.tiles import Mosaic, mosaic
+from fem_seal.render.page import Panel, Swatch, panel_of, write_page
+from fem_seal.render.tiles import Mosaic, Tiles, mosaic, paint
+from fem_seal.render.window import LONG_SIDE, Window
 
 # Chosen so that in print without colour the largest channel is a lighter grey than the largest
 # patch.
@@ -55,10 +55,10 @@ def contact_panel(
 ) -> Panel:
     """Draw the contact and open domains; see `contact_picture` for the arguments."""
     view = mosaic(film, window, long_side)
-    return Panel(draw([_layer(view)], view.window, long_side), view.window, title)
+    return panel_of(film, paint(_tiles(view), view.window, long_side), view.window, title)
 
 
-def _layer(view: Mosaic) -> Tiles:
+def _tiles(view: Mosaic) -> Tiles:
     """Tiles in the colours of CONTACT_KEY."""
     classes = view.sites.on_samples(contact_classes(view.sites))
     return view.mean_colours(classes, np.array([s.colour for s in CONTACT_KEY]))
@@ -89,8 +89,6 @@ def contact_picture(
     ------
     InvalidInput
         If a choice is unknown, the window is outside the seal, or the path cannot be written.
-    MissingPackage
-        If no OpenGL library is installed.
     """
     panel = contact_panel(film, window=window)
     return write_page([[panel]], path, key=CONTACT_KEY)

@@ -4,6 +4,7 @@ The flow density |j| = K |∇p| [m²/s] is the volume per time and width, consta
 logarithmic colour scale follows Fig. 2 of the letter (PRL 108, 244301, 2012).
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +14,16 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.colours import CONTACT_COLOUR, WHITE
-from fem_seal.render.offscreen import LONG_SIDE, Layer, Mesh, Scale, Triangles, Window, draw
-from fem_seal.render.page import Panel, Swatch, write_page
-from fem_seal.render.tiles import mosaic
+from fem_seal.render.offscreen import Isolines, Mesh, Triangles, draw
+from fem_seal.render.page import Panel, Swatch, panel_of, write_page
+from fem_seal.render.tiles import mosaic, paint
+from fem_seal.render.window import LONG_SIDE, Scale, Window, isoline_levels, logarithmic_scale
 
 FLOW_COLOURS = "flow"
 PRESSURE_COLOURS = "pressure"
 DECADES = 4  # length of the colour bar
 CONTACT = Swatch("contact", CONTACT_COLOUR)
-NO_FLOW = Swatch("open, weaker flow or none", WHITE)
-NOT_REACHED = Swatch("open, not reached", WHITE)
+NO_FLOW = Swatch("open, but no flow", WHITE)
 EDGES = (0, 0, 0)
 
 
@@ -64,8 +65,8 @@ def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
     *fields : FlowField
         The fields to compare.
     decades : int
-        Largest length of the bar; weaker flow is white. The bar is shorter if no flow is as weak,
-        but at least one decade long.
+        Largest length of the bar; weaker flow has the colour of its lower end. The bar is shorter
+        if no flow is as weak, but at least one decade long.
 
     Returns
     -------
@@ -80,24 +81,14 @@ def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
     peak = density.max(initial=0.0)
     if not peak > 0:
         raise InvalidInput("the flow density is zero everywhere: it has no logarithmic scale")
-    high, least = _step_above(peak), density.min()
-    low = high / 10.0**decades
-    if least > low:
-        low = min(1 / _step_above(1 / least), high / 10.0)
-    beyond = "min" if least < low else "neither"
-    return Scale("flow density |j| [m²/s]", low, high, True, FLOW_COLOURS, beyond)
-
-
-def _step_above(number: float) -> float:
-    """Smallest 1, 2 or 5 times a power of ten that is not below the number."""
-    decade = 10.0 ** np.floor(np.log10(number))
-    return next(step * decade for step in (1, 2, 5, 10) if number <= step * decade * (1 + 1e-9))
+    least = float(density.min())
+    return logarithmic_scale("flow density |j| [m²/s]", least, peak, decades, FLOW_COLOURS)
 
 
 def flow_triangles(field: FlowField, scale: Scale) -> Triangles:
     """Triangles of a field in the colours of its flow density."""
     # Zero has no logarithm: draw it like all flow that is below the scale.
-    values = np.maximum(flow_density(field), 0.1 * scale.low)
+    values = np.maximum(flow_density(field), scale.low)
     return Triangles(field.points, field.cells, values, scale)
 
 
@@ -105,23 +96,33 @@ def pressure_scale(field: FlowField) -> tuple[Scale, float]:
     """Scale of the pressure in a readable unit, and the factor from pascal to this unit."""
     low, high = float(field.pressure.min()), float(field.pressure.max())
     factor, unit = readable(max(abs(low), abs(high)), "Pa")
-    return Scale(f"pressure [{unit}]", low * factor, high * factor, False, PRESSURE_COLOURS), factor
+    low, high = low * factor, high * factor
+    levels = isoline_levels(low, high)
+    return Scale(f"pressure [{unit}]", low, high, colours=PRESSURE_COLOURS, lines=levels), factor
 
 
 def _panel(
     film: GridFilm,
-    flow: Triangles | Mesh,
+    flow: Sequence[Triangles | Isolines | Mesh],
     window: Window | None,
     long_side: int,
     title: str,
 ) -> Panel:
-    """Draw contact over the flow, but under the edges of a mesh."""
+    """Draw flow, and what carries none over it; but a mesh over contact."""
     view = mosaic(film, window, long_side)
-    # Triangles wider than a pixel extend over contact, which carries no flow: hide that part.
-    palette = np.array([(*CONTACT.colour, 255), (*CONTACT.colour, 0)])
-    contact = view.mean_colours((view.samples > 0).astype(np.uint8), palette)
-    layers: tuple[Layer, ...] = (contact, flow) if isinstance(flow, Mesh) else (flow, contact)
-    return Panel(draw(layers, view.window, long_side), view.window, title)
+    drawn = draw(flow, view.window, long_side)
+    # Triangles wider than a pixel extend over contact and pockets, which carry no flow.
+    colours = np.array([(*CONTACT.colour, 255), (*NO_FLOW.colour, 255), (*NO_FLOW.colour, 0)])
+    classes = np.where(film.carrying, np.uint8(2), np.where(view.samples > 0, np.uint8(1), 0))
+    if isinstance(flow[0], Mesh):
+        contact = view.mean_colours(np.minimum(classes, 1).astype(np.uint8), colours[:2, :3])
+        ground = paint(contact, view.window, long_side)
+        # Black lines on white are the opacity of the lines.
+        drawn = np.rint(drawn / 255 * ground).astype(np.uint8)
+    else:
+        drawn = paint(view.mean_colours(classes, colours), view.window, long_side, drawn)
+    marked = not isinstance(flow[0], Mesh)
+    return panel_of(film, drawn, view.window, title, marked=marked)
 
 
 def flow_panel(
@@ -134,8 +135,7 @@ def flow_panel(
     title: str = "",
 ) -> Panel:
     """Draw the flow density on a scale from `flow_scale`; see `flow_picture`."""
-    triangles = flow_triangles(field, scale)
-    return _panel(film, triangles, window, long_side, title)
+    return _panel(film, [flow_triangles(field, scale)], window, long_side, title)
 
 
 def flow_picture(
@@ -147,6 +147,8 @@ def flow_picture(
     window: Window | None = None,
 ) -> Path:
     """Picture of the flow density on a logarithmic scale, with contact in grey.
+
+    Pockets and dead ends are white, and the critical constriction is marked.
 
     Parameters
     ----------
@@ -185,12 +187,16 @@ def pressure_picture(
     *,
     window: Window | None = None,
 ) -> Path:
-    """Picture of the pressure, linear on each triangle; arguments as in `flow_picture`."""
+    """Picture of the pressure, linear on each triangle, with isobars; see `flow_picture`."""
     field = flow_of(leak)
     scale, factor = pressure_scale(field)
-    triangles = Triangles(field.points, field.cells, field.pressure * factor, scale)
-    panel = _panel(film, triangles, window, LONG_SIDE, "")
-    return write_page([[panel]], path, scale=scale, key=(CONTACT, NOT_REACHED))
+    pressure = field.pressure * factor
+    layers = (
+        Triangles(field.points, field.cells, pressure, scale),
+        Isolines(field.points, field.cells, pressure, scale.lines),
+    )
+    panel = _panel(film, layers, window, LONG_SIDE, "")
+    return write_page([[panel]], path, scale=scale, key=(CONTACT, NO_FLOW))
 
 
 def mesh_picture(
@@ -208,11 +214,11 @@ def mesh_picture(
     field = flow_of(leak)
     fine, bold = (Mesh(field.points, field.cells, EDGES, line) for line in (0.5, 0.8))
     if window is not None:
-        panels = [_panel(film, bold, window, LONG_SIDE, "")]
+        panels = [_panel(film, [bold], window, LONG_SIDE, "")]
     else:
-        whole = _panel(film, fine, None, LONG_SIDE, "whole seal")
+        whole = _panel(film, [fine], None, LONG_SIDE, "whole seal")
         peak = peak_window(field, whole.window)
-        detail = _panel(film, bold, peak, LONG_SIDE, "around the strongest flow")
+        detail = _panel(film, [bold], peak, LONG_SIDE, "around the strongest flow")
         panels = [whole, detail]
     return write_page([panels], path, key=(CONTACT,))
 

@@ -7,30 +7,23 @@ import numpy as np
 from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
-from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT_COLOUR, colour_map
-from fem_seal.render.offscreen import LONG_SIDE, Scale, Window, draw
-from fem_seal.render.page import Panel, Swatch, write_page
-from fem_seal.render.tiles import Mosaic, mosaic
+from fem_seal.render.page import Panel, Swatch, panel_of, write_page
+from fem_seal.render.tiles import Mosaic, mosaic, paint
+from fem_seal.render.window import LONG_SIDE, Scale, Window, logarithmic_scale
 
 GAP_COLOURS = "gap"
+DECADES = 3  # length of the colour bar
 CONTACT = Swatch("contact (gap = 0)", CONTACT_COLOUR)
-# Any scale will do for a gap that is 0 everywhere, which has no open sample to colour.
-CLOSED = Scale("gap", 0.0, 1.0)
-# Part of the area whose gap lies within the bar, so that few deep valleys do not set the scale.
-SHOWN = 0.999
 
 
-def gap_scale(gap: GridField, highest: float | None = None) -> tuple[Scale, float]:
-    """Linear scale from zero in a readable unit.
+def gap_scale(*gaps: np.ndarray) -> tuple[Scale, float]:
+    """One logarithmic scale for all gaps, in a readable unit; it ends above the largest one.
 
     Parameters
     ----------
-    gap : GridField
-        Gap [m].
-    highest : float, optional
-        Upper end of the bar [m]; if left out, the gap that is not exceeded on the part SHOWN of
-        the area.
+    *gaps : arrays
+        The gaps to compare [m], 0 in contact.
 
     Returns
     -------
@@ -44,21 +37,21 @@ def gap_scale(gap: GridField, highest: float | None = None) -> tuple[Scale, floa
     InvalidInput
         If the gap is zero everywhere.
     """
-    deepest = float(gap.values.max())
-    if deepest <= 0:
+    values = np.concatenate([gap.ravel() for gap in gaps])
+    values = values[values > 0]
+    if not values.size:
         raise InvalidInput("the gap is zero everywhere: there is no open place to draw")
-    if highest is None:
-        # The quantile is 0 if less than 1 - SHOWN of the area is open; use the largest gap then.
-        highest = float(np.quantile(gap.values, SHOWN)) or deepest
+    highest = float(values.max())
     factor, unit = readable(highest, "m")
-    beyond = "max" if deepest > highest else "neither"
-    return Scale(f"gap [{unit}]", 0.0, highest * factor, False, GAP_COLOURS, beyond), factor
+    least = float(values.min())
+    return logarithmic_scale(
+        f"gap [{unit}]", least * factor, highest * factor, DECADES, GAP_COLOURS
+    ), factor
 
 
 def gap_panel(
     film: GridFilm,
-    scale: Scale,
-    factor: float,
+    scale: tuple[Scale, float] | None,
     *,
     window: Window | None = None,
     long_side: int = LONG_SIDE,
@@ -66,31 +59,58 @@ def gap_panel(
 ) -> Panel:
     """Draw the gap on a scale from `gap_scale`; see `gap_picture` for the arguments."""
     view = mosaic(film, window, long_side)
-    tiles = view.tiles(_colours(view, scale, factor))
-    return Panel(draw([tiles], view.window, long_side), view.window, title)
-
-
-def _colours(view: Mosaic, scale: Scale, factor: float) -> np.ndarray:
-    """Colours of the tiles: that of the mean open gap, mixed with grey by the part in contact."""
     samples = view.crop(view.samples)
-    mean, open_part = view.mean(samples), view.mean(samples > 0)
-    open_mean = np.divide(mean, open_part, out=np.zeros_like(mean), where=open_part > 0) * factor
-    position = (open_mean - scale.low) / (scale.high - scale.low)
-    colours = 255 * colour_map(scale.colours)(position)[:, :, :3]
-    contact = np.array(CONTACT.colour, dtype=float)
-    return open_part[:, :, None] * colours + (1 - open_part)[:, :, None] * contact
+    tiles = view.tiles(tile_colours(view, samples, samples > 0, scale, CONTACT.colour))
+    pixels = paint(tiles, view.window, long_side)
+    return panel_of(film, pixels, view.window, title, marked=True)
+
+
+def tile_colours(
+    view: Mosaic,
+    values: np.ndarray,
+    coloured: np.ndarray,
+    scale: tuple[Scale, float] | None,
+    rest: tuple[int, int, int],
+) -> np.ndarray:
+    """Colours of the tiles: that of the mean of the coloured samples, mixed with the rest.
+
+    Parameters
+    ----------
+    view : Mosaic
+    values : (kx, ky) float
+        Values of the samples inside the window.
+    coloured : (kx, ky) bool
+        Samples whose value is shown.
+    scale : (Scale, float) or None
+        Scale and the factor to its unit; None if no sample is coloured.
+    rest : (int, int, int)
+        Colour of the other samples.
+
+    Returns
+    -------
+    (tiles along x, tiles along y, 3) float, 0..255
+    """
+    part = view.mean(coloured)[:, :, None]
+    ground = (1 - part) * np.array(rest, dtype=float)
+    if scale is None:
+        return ground
+    bar, factor = scale
+    total = view.mean(np.where(coloured, values, 0.0))
+    mean = np.divide(total, part[:, :, 0], out=np.full_like(total, bar.low), where=total > 0)
+    position = bar.position(mean * factor)
+    return part * 255 * colour_map(bar.colours)(position)[:, :, :3] + ground
 
 
 def gap_picture(
     film: GridFilm,
     path: str | Path,
     *,
-    highest: float | None = None,
+    scale: tuple[Scale, float] | None = None,
     window: Window | None = None,
 ) -> Path:
-    """Picture of the gap in a readable unit (nm, µm or mm), with contact in grey.
+    """Picture of the gap on a logarithmic scale, with contact in grey.
 
-    A gap that is 0 everywhere has no colour bar.
+    The critical constriction is marked. A gap that is 0 everywhere has no colour bar.
 
     Parameters
     ----------
@@ -98,8 +118,8 @@ def gap_picture(
         Film on a grid.
     path : str or Path
         The file, .png, .pdf or .svg.
-    highest : float, optional
-        Upper end of the bar [m], to compare pictures; if left out, as in `gap_scale`.
+    scale : (Scale, float), optional
+        From `gap_scale`, to compare pictures; if left out that of this gap.
     window : Window, optional
         Part of the seal to show [m]; all if left out.
 
@@ -111,10 +131,8 @@ def gap_picture(
     ------
     InvalidInput
         If the window extends beyond the seal, or the path cannot be written.
-    MissingPackage
-        If no OpenGL library is installed.
     """
-    closed = highest is None and film.highest == 0
-    scale, factor = (CLOSED, 1.0) if closed else gap_scale(film.field, highest)
-    panel = gap_panel(film, scale, factor, window=window)
-    return write_page([[panel]], path, scale=None if closed else scale, key=(CONTACT,))
+    if scale is None and film.highest > 0:
+        scale = gap_scale(film.field.values)
+    panel = gap_panel(film, scale, window=window)
+    return write_page([[panel]], path, scale=scale[0] if scale else None, key=(CONTACT,))

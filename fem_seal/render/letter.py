@@ -14,8 +14,8 @@ from fem_seal.letter.pictures import FlowPicture
 from fem_seal.letter.rows import CurrentRow, ErrorRow, PerssonRow
 from fem_seal.render.contact import CONTACT_KEY, contact_panel
 from fem_seal.render.flow import CONTACT, FLOW_COLOURS, NO_FLOW, flow_panel
-from fem_seal.render.offscreen import Scale, Window
 from fem_seal.render.page import DPI, FONT_POINTS, write_page
+from fem_seal.render.window import Scale, Window
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -17,12 +17,11 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.render.colours import WHITE, colour_map
+from fem_seal.render.window import ISOLINE_WIDTH, LONG_SIDE, Scale, Window
 
 if TYPE_CHECKING:
     import pyvista
 
-LONG_SIDE = 1200  # length of the longer side [pixel]
-SHORT_SIDE = 240  # least length of the shorter side [pixel]; narrower strips are stretched to it
 SUPERSAMPLING = 2  # each pixel is the mean of SUPERSAMPLING² drawn ones, which smooths edges
 
 # VTK's render windows with the OpenGL library that each loads at run time.
@@ -31,94 +30,6 @@ GL_LIBRARIES = {
     "vtkOSOpenGLRenderWindow": "OSMesa",
     "vtkXOpenGLRenderWindow": "GL",
 }
-
-
-@dataclass(frozen=True)
-class Window:
-    """The rectangle of the seal that a picture shows.
-
-    Parameters
-    ----------
-    x0, x1 : float
-        Its ends along the flow [m], x0 < x1.
-    y0, y1 : float
-        Its ends across the flow [m], y0 < y1.
-
-    Raises
-    ------
-    InvalidInput
-        If it is empty.
-    """
-
-    x0: float
-    x1: float
-    y0: float
-    y1: float
-
-    def __post_init__(self) -> None:
-        if not (self.x0 < self.x1 and self.y0 < self.y1):
-            raise InvalidInput(
-                f"a picture needs a window with x0 < x1 and y0 < y1 [m], got x {self.x0:g} to "
-                f"{self.x1:g} and y {self.y0:g} to {self.y1:g}"
-            )
-
-    def pixels(self, long_side: int = LONG_SIDE) -> tuple[int, int]:
-        """Width and height of the picture, to scale unless one side is very short."""
-        width, height = self.x1 - self.x0, self.y1 - self.y0
-        scale = long_side / max(width, height)
-        shortest = min(SHORT_SIDE, long_side)
-        return max(shortest, round(width * scale)), max(shortest, round(height * scale))
-
-
-@dataclass(frozen=True)
-class Scale:
-    """Colour scale of a quantity, for the field and for its colour bar.
-
-    Parameters
-    ----------
-    label : str
-        Quantity and unit, "gap [µm]".
-    low, high : float
-        Values at the ends of the bar. Larger values have the colour of its end, smaller ones are
-        white.
-    logarithmic : bool
-        Whether equal ratios (True) or equal differences are equal steps of colour.
-    colours : str
-        Name of a map of `fem_seal.render.colours`.
-    beyond : "neither", "min", "max" or "both"
-        Ends of the bar beyond which there are values.
-    """
-
-    label: str
-    low: float
-    high: float
-    logarithmic: bool = False
-    colours: str = "viridis"
-    beyond: str = "neither"
-
-    def __post_init__(self) -> None:
-        least = 0.0 if self.logarithmic else -np.inf
-        if not (np.isfinite([self.low, self.high]).all() and least < self.low < self.high):
-            kind = "0 < low < high" if self.logarithmic else "low < high"
-            raise InvalidInput(
-                f"the colour scale of {self.label!r} runs from {self.low:g} to {self.high:g}; "
-                f"it needs finite limits with {kind}"
-            )
-
-
-@dataclass(frozen=True, eq=False)
-class Tiles:
-    """Equal rectangles of one colour each that fill a window.
-
-    Parameters
-    ----------
-    colours : (nx, ny, 3) uint8, or (nx, ny, 4) with opacity
-    extent : Window
-        The window [m].
-    """
-
-    colours: np.ndarray
-    extent: Window
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +52,28 @@ class Triangles:
     cells: np.ndarray
     values: np.ndarray
     scale: Scale
+
+
+@dataclass(frozen=True, eq=False)
+class Isolines:
+    """Lines on which values that are linear on triangles have given levels.
+
+    Parameters
+    ----------
+    points : (N, 2) float
+        Coordinates [m].
+    cells : (C, 3) int
+        Corners of the triangles.
+    values : (N,) float
+        Values at the points.
+    levels : sequence of float
+        Values of the lines.
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    values: np.ndarray
+    levels: Sequence[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +141,7 @@ def _import_pyvista() -> ModuleType:
     return pyvista
 
 
-Layer = Tiles | Triangles | Mesh
+Layer = Triangles | Isolines | Mesh
 
 
 def draw(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) -> np.ndarray:
@@ -216,7 +149,7 @@ def draw(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) ->
 
     Parameters
     ----------
-    layers : sequence of Tiles, Triangles and Mesh
+    layers : sequence of Triangles, Isolines and Mesh
     window : Window
         The rectangle [m] that fills the picture exactly.
     long_side : int
@@ -274,20 +207,6 @@ class _Map:
         return np.column_stack([x, y, np.full(len(points), float(self.depth))])
 
 
-def _draw_tiles(
-    vista: ModuleType, plotter: "pyvista.Plotter", tiles: Tiles, to_pixels: _Map
-) -> None:
-    e = tiles.extent
-    corners = np.array([[e.x0, e.y0], [e.x1, e.y0], [e.x1, e.y1], [e.x0, e.y1]])
-    plane = vista.PolyData(to_pixels(corners), faces=[4, 0, 1, 2, 3])
-    plane.active_texture_coordinates = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
-    # A texture needs two triangles, cells would need millions. Rows of an image run downwards.
-    texture = vista.Texture(np.ascontiguousarray(tiles.colours.transpose(1, 0, 2)[::-1]))
-    texture.interpolate = False
-    texture.mipmap = False
-    plotter.add_mesh(plane, texture=texture, lighting=False)
-
-
 def _draw_triangles(
     vista: ModuleType, plotter: "pyvista.Plotter", triangles: Triangles, to_pixels: _Map
 ) -> None:
@@ -300,12 +219,27 @@ def _draw_triangles(
         scalars=np.asarray(triangles.values, dtype=float),
         clim=(scale.low, scale.high),
         cmap=colour_map(scale.colours),
-        below_color=WHITE,
         log_scale=scale.logarithmic,
         interpolate_before_map=True,
         lighting=False,
         show_scalar_bar=False,
     )
+
+
+def _draw_isolines(
+    vista: ModuleType, plotter: "pyvista.Plotter", lines: Isolines, to_pixels: _Map
+) -> None:
+    surface = vista.PolyData.from_regular_faces(to_pixels(lines.points), np.asarray(lines.cells))
+    surface.point_data["value"] = np.asarray(lines.values, dtype=float)
+    drawn = surface.contour(list(lines.levels), scalars="value")
+    if drawn.n_points:
+        plotter.add_mesh(
+            drawn,
+            color=WHITE,
+            line_width=SUPERSAMPLING * ISOLINE_WIDTH,
+            lighting=False,
+            show_scalar_bar=False,
+        )
 
 
 def _draw_mesh(vista: ModuleType, plotter: "pyvista.Plotter", mesh: Mesh, to_pixels: _Map) -> None:
@@ -321,9 +255,9 @@ def _draw_mesh(vista: ModuleType, plotter: "pyvista.Plotter", mesh: Mesh, to_pix
 
 def _draw(vista: ModuleType, plotter: "pyvista.Plotter", layer: Layer, to_pixels: _Map) -> None:
     match layer:
-        case Tiles():
-            _draw_tiles(vista, plotter, layer, to_pixels)
         case Triangles():
             _draw_triangles(vista, plotter, layer, to_pixels)
+        case Isolines():
+            _draw_isolines(vista, plotter, layer, to_pixels)
         case Mesh():
             _draw_mesh(vista, plotter, layer, to_pixels)

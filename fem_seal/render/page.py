@@ -11,14 +11,22 @@ from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.files import atomic_write
 from fem_seal.render.colours import colour_map
-from fem_seal.render.offscreen import Scale, Window
+from fem_seal.render.window import Scale, Window
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.colorbar import Colorbar
     from matplotlib.figure import Figure
+
+    from fem_seal.film.grid_film import GridFilm
 
 DPI = 200
 FONT_POINTS = 10
 FORMATS = (".png", ".pdf", ".svg")
+
+END_WIDTH = 3.0  # of the lines of inlet and outlet [point]
+NAME_HEIGHT = 0.04  # of a number beside a bar, as part of the bar
 
 # Margins around each drawing [inch]: they hold the tick labels and axis titles.
 LEFT, RIGHT, BOTTOM, TOP = 0.75, 0.2, 0.52, 0.15
@@ -41,12 +49,29 @@ class Panel:
         Title above the drawing, or empty.
     along_x : bool
         Whether the fluid flows along x, from left to right; the label of the axis then says so.
+    scale : Scale, optional
+        Scale of this drawing alone, whose bar stands beside it.
+    ends : (bool, bool)
+        Whether the left edge is the inlet, and the right edge the outlet.
+    constriction : (x, y), optional
+        Critical constriction [m], to be marked.
     """
 
     pixels: np.ndarray
     window: Window
     title: str = ""
     along_x: bool = True
+    scale: Scale | None = None
+    ends: tuple[bool, bool] = (False, False)
+    constriction: tuple[float, float] | None = None
+
+    @property
+    def marked(self) -> bool:
+        """Whether the window shows a critical constriction."""
+        if self.constriction is None:
+            return False
+        (x, y), w = self.constriction, self.window
+        return w.x0 <= x <= w.x1 and w.y0 <= y <= w.y1
 
     @property
     def heading(self) -> str:
@@ -76,6 +101,40 @@ class Swatch:
     colour: tuple[int, int, int]
 
 
+# In print without colour the inlet is a darker grey than the outlet.
+INLET, OUTLET = Swatch("inlet", (200, 30, 30)), Swatch("outlet", (70, 160, 255))
+CONSTRICTION = Swatch("critical constriction", (0, 0, 0))  # drawn as a ring
+RING = 11  # diameter of the ring [point]
+
+
+def panel_of(
+    film: "GridFilm",
+    pixels: np.ndarray,
+    window: Window,
+    title: str = "",
+    *,
+    scale: Scale | None = None,
+    marked: bool = False,
+) -> Panel:
+    """Panel of a film on a grid, with its inlet, its outlet and, if wanted, its constriction.
+
+    Parameters
+    ----------
+    film : GridFilm
+        What is drawn.
+    pixels, window, title, scale
+        As of `Panel`.
+    marked : bool
+        Whether the critical constriction is marked, if there is one.
+    """
+    length = film.size[0]
+    rounding = 1e-9 * length
+    ends = window.x0 <= rounding, window.x1 >= length - rounding
+    critical = film.constriction if marked else None
+    place = None if critical is None else critical.position
+    return Panel(pixels, window, title, scale=scale, ends=ends, constriction=place)
+
+
 def write_page(
     rows: Sequence[Sequence[Panel]],
     path: str | Path,
@@ -89,7 +148,7 @@ def write_page(
     ----------
     rows : panels, from the top row downwards
     path : .png, or .pdf and .svg with the drawing embedded and the lettering as outlines
-    scale : adds a colour bar to each row
+    scale : adds a colour bar to each row, of all its panels; a panel may have a bar of its own
     key : adds a line of colours with their meaning
 
     Returns
@@ -107,6 +166,8 @@ def write_page(
     import matplotlib
     from matplotlib.figure import Figure
 
+    if any(panel.marked for row in rows for panel in row):
+        key = (*key, CONSTRICTION)
     with matplotlib.rc_context({"font.size": FONT_POINTS, "svg.fonttype": "path"}):
         boxes, (width, height) = _layout(rows, bar=scale is not None)
         width, columns, key_height = _key_layout(key, width)
@@ -116,6 +177,8 @@ def write_page(
             above_key = [replace(box, y=box.y + key_height) for box in row_boxes]
             for panel, box in zip(row, above_key, strict=True):
                 _place(figure, panel, box)
+                if panel.scale is not None:
+                    _add_bar(figure, panel.scale, box)
             if scale is not None:
                 _add_bar(figure, scale, above_key[-1])
         if key:
@@ -146,7 +209,8 @@ def _dots(inches: float) -> int:
 
 def _layout(rows: Sequence[Sequence[Panel]], bar: bool) -> tuple[list[list[_Box]], tuple[int, int]]:
     """Boxes of the drawings, row by row, and the size of the page without its key [pixel]."""
-    right = _dots(RIGHT) + (_dots(BAR_GAP + BAR + BAR_LABELS) if bar else 0)
+    beside = _dots(BAR_GAP + BAR + BAR_LABELS)
+    right = _dots(RIGHT) + (beside if bar else 0)
     tops = [_dots(TOP) + (_dots(TITLE) if any(p.heading for p in row) else 0) for row in rows]
     heights = [max(p.pixels.shape[0] for p in row) for row in rows]
     y = sum(tops) + sum(heights) + _dots(BOTTOM) * len(rows)
@@ -158,7 +222,7 @@ def _layout(rows: Sequence[Sequence[Panel]], bar: bool) -> tuple[list[list[_Box]
             x += _dots(LEFT)
             h, w = panel.pixels.shape[:2]
             row_boxes.append(_Box(x, y + height - h, w, h))
-            x += w + _dots(RIGHT)
+            x += w + _dots(RIGHT) + (beside if panel.scale is not None else 0)
         y -= _dots(BOTTOM)
         boxes.append(row_boxes)
         page_width = max(page_width, x - _dots(RIGHT) + right)
@@ -199,8 +263,42 @@ def _place(figure: "Figure", panel: Panel, box: _Box) -> None:
     axes.locator_params(nbins=6)
     for spine in axes.spines.values():
         spine.set_linewidth(0.8)
+    _mark_ends(axes, panel.ends)
+    if panel.marked and panel.constriction is not None:
+        _mark_constriction(axes, *(factor * v for v in panel.constriction))
     if panel.heading:
         axes.set_title(panel.heading, fontsize=FONT_POINTS, pad=5)
+
+
+def _mark_ends(axes: "Axes", ends: tuple[bool, bool]) -> None:
+    """Colour the edges where the fluid enters and leaves, and name them under the axis."""
+    sides = (("left", INLET, 0.0), ("right", OUTLET, 1.0))
+    for shown, (side, swatch, at) in zip(ends, sides, strict=True):
+        if not shown:
+            continue
+        colour = _shade(swatch.colour)
+        spine = axes.spines[side]
+        spine.set(linewidth=END_WIDTH, edgecolor=colour, position=("outward", END_WIDTH / 2))
+        spine.set_capstyle("butt")
+        below = (0, -BOTTOM * 72 + 4)
+        axes.annotate(
+            swatch.name,
+            (at, 0),
+            below,
+            xycoords="axes fraction",
+            textcoords="offset points",
+            ha=side,
+            va="bottom",
+            color=colour,
+            fontweight="bold",
+        )
+
+
+def _mark_constriction(axes: "Axes", x: float, y: float) -> None:
+    """Draw a black ring with a white rim, which is seen on any colour."""
+    for width, colour in ((3.2, "white"), (1.4, _shade(CONSTRICTION.colour))):
+        (ring,) = axes.plot(x, y, "o", markersize=RING, clip_on=False)
+        ring.set(markerfacecolor="none", markeredgecolor=colour, markeredgewidth=width)
 
 
 def _add_bar(figure: "Figure", scale: Scale, beside: _Box) -> None:
@@ -218,6 +316,35 @@ def _add_bar(figure: "Figure", scale: Scale, beside: _Box) -> None:
     )
     bar.set_label(scale.label)
     bar.ax.spines["outline"].set_linewidth(0.8)
+    if scale.logarithmic:
+        _name_decades(bar, scale)
+    else:
+        bar.ax.locator_params(axis="y", nbins=6)
+    bar.ax.hlines(scale.lines, 0, 1, colors="white", linewidths=0.8)
+
+
+def _name_decades(bar: "Colorbar", scale: Scale) -> None:
+    """Name both ends of a logarithmic bar, and the decades that are not close to them."""
+    from matplotlib.ticker import FixedFormatter, FixedLocator
+
+    first, last = np.ceil(np.log10(scale.low)), np.floor(np.log10(scale.high))
+    decades = 10.0 ** np.arange(first, last + 1)
+    place = scale.position(decades)
+    inner = decades[(place > NAME_HEIGHT) & (place < 1 - NAME_HEIGHT)]
+    named = [scale.low, *inner, scale.high]
+    plain = scale.low >= 1e-3 and scale.high < 1e4
+    bar.ax.yaxis.set_major_locator(FixedLocator(named))
+    bar.ax.yaxis.set_major_formatter(FixedFormatter([_number(v, plain) for v in named]))
+
+
+def _number(value: float, plain: bool) -> str:
+    """Number with one digit; with its power of ten unless `plain`."""
+    if plain:
+        return f"{value:.6g}"
+    exponent = int(np.floor(np.log10(value) + 1e-9))
+    digit = f"{value / 10.0**exponent:.0f}"
+    power = f"10^{{{exponent}}}"
+    return f"${power}$" if digit == "1" else f"${digit} \\cdot {power}$"
 
 
 def _shade(colour: tuple[int, int, int]) -> tuple[float, float, float]:
@@ -227,12 +354,7 @@ def _shade(colour: tuple[int, int, int]) -> tuple[float, float, float]:
 
 
 def _add_key(figure: "Figure", key: Sequence[Swatch], columns: int) -> None:
-    from matplotlib.patches import Patch
-
-    handles = [
-        Patch(facecolor=_shade(s.colour), edgecolor="black", linewidth=0.6, label=s.name)
-        for s in key
-    ]
+    handles = [_entry(swatch) for swatch in key]
     figure.legend(
         handles=handles,
         loc="lower center",
@@ -243,3 +365,16 @@ def _add_key(figure: "Figure", key: Sequence[Swatch], columns: int) -> None:
         columnspacing=1.6,
         borderaxespad=0.4,
     )
+
+
+def _entry(swatch: Swatch) -> "Artist":
+    """Rectangle or ring of the key."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    colour = _shade(swatch.colour)
+    if swatch is not CONSTRICTION:
+        return Patch(facecolor=colour, edgecolor="black", linewidth=0.6, label=swatch.name)
+    ring = Line2D([], [], ls="", marker="o", markersize=RING, label=swatch.name)
+    ring.set(markerfacecolor="none", markeredgecolor=colour, markeredgewidth=1.4)
+    return ring

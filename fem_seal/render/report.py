@@ -18,6 +18,8 @@ from fem_seal.results.words import factor_words, summary_of
 CAPTIONS = {
     "flow": "Where it leaks: flow density on a logarithmic scale.",
     "gap": "The gap; contact is grey.",
+    "lift": "What the fluid's pressure does: gap without and with it, and what carries the load.",
+    "contact_pressure": "Pressure between the solids; white where they do not touch.",
     "contact": "Contact and open domains; the largest connected one of each is coloured.",
     "seal": "Pressures and conductivity along the leak path, and of every patch against the load.",
     "shape": "Mesh of the film before refinement, with its inlet, outlet and walls.",

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.digits import readable
 from fem_seal.film.mesh_film import MeshFilm
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.flow import (
@@ -17,16 +16,15 @@ from fem_seal.render.flow import (
     flow_scale,
     flow_triangles,
 )
-from fem_seal.render.offscreen import LONG_SIDE, Layer, Mesh, Scale, Triangles, Window, draw
-from fem_seal.render.page import Panel, Swatch, write_page
+from fem_seal.render.gap import gap_scale
+from fem_seal.render.offscreen import Layer, Mesh, Triangles, draw
+from fem_seal.render.page import INLET, OUTLET, Panel, Swatch, write_page
+from fem_seal.render.window import LONG_SIDE, Scale, Window
 
 if TYPE_CHECKING:
     from fem_seal.mesh.triangles import TriangleMesh
 
 MARGIN = 0.02  # white margin around the shape, over its longer side
-GAP_COLOURS = "gap"
-# In print without colour the inlet is a darker grey than the outlet.
-INLET, OUTLET = Swatch("inlet", (200, 30, 30)), Swatch("outlet", (70, 160, 255))
 WALL = Swatch("wall", (0, 0, 0))
 BOUNDARY_WIDTH = 4.0  # of the lines of inlet, outlet and walls [pixel]
 BOUNDARIES = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
@@ -60,11 +58,13 @@ def mesh_picture(film: MeshFilm, path: str | Path) -> Path:
 
 def gap_picture(film: MeshFilm, path: str | Path) -> Path:
     """Picture of the gap, linear on each triangle, with contact in grey; see `mesh_picture`."""
-    mesh, highest = film.mesh, film.highest
-    factor, unit = readable(highest, "m")
-    scale = Scale(f"gap [{unit}]", 0.0, (highest or 1.0) * factor, False, GAP_COLOURS)
-    values = Triangles(mesh.xy, mesh.cells, film.values * factor, scale)
-    layers: tuple[Layer, ...] = (values, *_contact_of(film), *_boundaries(mesh))
+    mesh = film.mesh
+    layers: tuple[Layer, ...] = (*_contact_of(film), *_boundaries(mesh))
+    scale: Scale | None = None
+    if film.highest > 0:
+        scale, factor = gap_scale(film.values)
+        shown = np.maximum(film.values * factor, scale.low)
+        layers = (Triangles(mesh.xy, mesh.cells, shown, scale), *layers)
     return write_page([[_panel(layers, mesh)]], path, scale=scale, key=_key(film))
 
 

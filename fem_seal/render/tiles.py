@@ -1,4 +1,8 @@
-"""Grid samples as coloured tiles; on large grids a tile is the mean of a block of samples."""
+"""Grid samples as coloured tiles, painted into the pixels of a picture.
+
+On large grids a tile is the mean of a block of samples. A pixel has the mean colour of the tiles
+that it covers, each weighted by the part of the pixel that is its own.
+"""
 
 from dataclasses import dataclass
 
@@ -7,7 +11,80 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.film.lattice import Lattice
-from fem_seal.render.offscreen import LONG_SIDE, Tiles, Window
+from fem_seal.render.colours import WHITE
+from fem_seal.render.window import LONG_SIDE, Window
+
+
+@dataclass(frozen=True, eq=False)
+class Tiles:
+    """Equal rectangles of one colour each that fill a window.
+
+    Parameters
+    ----------
+    colours : (nx, ny, 3) uint8, or (nx, ny, 4) with opacity
+    extent : Window
+        The window [m].
+    """
+
+    colours: np.ndarray
+    extent: Window
+
+
+def paint(
+    tiles: Tiles, window: Window, long_side: int = LONG_SIDE, ground: np.ndarray | None = None
+) -> np.ndarray:
+    """Paint tiles.
+
+    Parameters
+    ----------
+    tiles : Tiles
+    window : Window
+        The rectangle [m] that fills the picture exactly.
+    long_side : int
+        Length of the longer side [pixel].
+    ground : (height, width, 3) uint8, optional
+        Picture to paint on; white if left out.
+
+    Returns
+    -------
+    (height, width, 3) uint8, first row at y = y1, first column at x = x0.
+    """
+    width, height = window.pixels(long_side)
+    nx, ny = tiles.colours.shape[:2]
+    e = tiles.extent
+    # Edges of the pixels, counted in tiles.
+    x = (np.linspace(window.x0, window.x1, width + 1) - e.x0) / (e.x1 - e.x0) * nx
+    y = (np.linspace(window.y0, window.y1, height + 1) - e.y0) / (e.y1 - e.y0) * ny
+    opacity = np.ones((nx, ny)) if tiles.colours.shape[2] == 3 else tiles.colours[:, :, 3] / 255
+
+    def covered(values: np.ndarray) -> np.ndarray:
+        """Sum over the tiles of value times the part of the pixel that a tile covers."""
+        return _means(_means(values, x, 0), y, 1).T[::-1]
+
+    opaque = covered(opacity)
+    if ground is None:
+        ground = np.broadcast_to(np.array(WHITE, dtype=np.uint8), (height, width, 3))
+    painted = np.empty((height, width, 3), dtype=np.uint8)
+    for channel in range(3):
+        colour = covered(opacity * tiles.colours[:, :, channel])
+        painted[:, :, channel] = np.rint(colour + (1 - opaque) * ground[:, :, channel])
+    return painted
+
+
+def _means(values: np.ndarray, edges: np.ndarray, axis: int) -> np.ndarray:
+    """Means between consecutive edges along an axis; outside the array the value is 0.
+
+    Edges rise by equal steps and are counted in values: value k lies between k and k + 1.
+    """
+    n = values.shape[axis]
+    inside = np.clip(edges, 0, n)
+    whole = np.minimum(inside.astype(np.int64), n - 1)
+    sums = np.cumsum(values, axis=axis, dtype=float)
+    zero = np.zeros_like(np.take(sums, [0], axis=axis))
+    sums = np.concatenate([zero, sums], axis=axis)
+    part = (inside - whole)[:, None] if axis == 0 else inside - whole
+    at_edges = np.take(sums, whole, axis=axis) + part * np.take(values, whole, axis=axis)
+    return np.diff(at_edges, axis=axis) * (len(edges) - 1) / (edges[-1] - edges[0])
 
 
 @dataclass(frozen=True, eq=False)

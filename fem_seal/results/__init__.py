@@ -1,7 +1,7 @@
 """Results: what result.json says, and the folder that holds it with arrays, mesh and pictures."""
 
-from fem_seal.results.arrays import read_contact, read_flow
+from fem_seal.results.arrays import read_contact, read_flow, read_lift
 from fem_seal.results.folder import ResultFolder
 from fem_seal.results.result import Result, summarise
 
-__all__ = ["Result", "ResultFolder", "read_contact", "read_flow", "summarise"]
+__all__ = ["Result", "ResultFolder", "read_contact", "read_flow", "read_lift", "summarise"]

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,13 +23,21 @@ MESH_FILE = "mesh.vtu"
 TAGS = "facet_tags"
 
 
-def write_contact(folder: Path, contact: GapState) -> str:
+class Lift(NamedTuple):
+    """What a lifted contact has beside gap and pressure."""
+
+    dry_gap: GridField
+    fluid_pressure: GridField
+
+
+def write_contact(folder: Path, contact: GapState, lift: Lift | None = None) -> str:
     """Write gap [m] and pressure [Pa]; the file is a gap file as well.
 
     Parameters
     ----------
     folder : where contact.npz goes
     contact : elastic, or of the bearing model, which has no pressure
+    lift : gap [m] of the dry contact and fluid pressure [Pa], if the contact is lifted
 
     Returns
     -------
@@ -39,18 +47,36 @@ def write_contact(folder: Path, contact: GapState) -> str:
     arrays = {"gap": gap.values, "spacing": np.array(gap.spacing), "periodic": gap.periodic}
     if isinstance(contact, ContactState):
         arrays["pressure"] = contact.pressure.values
+    if lift is not None:
+        arrays.update({name: field.values for name, field in lift._asdict().items()})
     write_npz(folder / CONTACT_FILE, arrays)
     return CONTACT_FILE
 
 
 def read_contact(folder: str | Path) -> tuple[GridField, GridField | None]:
     """Gap [m] and pressure [Pa] of a result folder, to the last digit."""
+    gap = load_gap(Path(folder) / CONTACT_FILE)
+    return gap, _beside(folder, gap, "pressure")
+
+
+def read_lift(folder: str | Path) -> Lift | None:
+    """Gap [m] of the dry contact and fluid pressure [Pa]; None if the contact is not lifted."""
+    gap = load_gap(Path(folder) / CONTACT_FILE)
+    dry, fluid = (_beside(folder, gap, name) for name in Lift._fields)
+    return None if dry is None or fluid is None else Lift(dry, fluid)
+
+
+def _beside(folder: str | Path, gap: GridField, name: str) -> GridField | None:
+    """Another array of contact.npz, on the samples of the gap; None if it is not there."""
     path = Path(folder) / CONTACT_FILE
-    gap = load_gap(path)
-    arrays = read_npz(path, ("pressure",)).variables
-    if "pressure" not in arrays:
-        return gap, None
-    return gap, GridField(arrays["pressure"].values, gap.spacing, gap.periodic)
+    arrays = read_npz(path, (name,)).variables
+    if name not in arrays:
+        return None
+    values = arrays[name].values
+    whole = values.dtype.kind in "iuf" and values.shape == gap.shape
+    if not whole or not np.isfinite(values).all():
+        raise InvalidInput(f"{path} is not as fem_seal writes it: no whole array {name!r}")
+    return GridField(values, gap.spacing, gap.periodic)
 
 
 def write_flow(folder: Path, field: FlowField) -> str:

@@ -12,7 +12,7 @@ from fem_seal import job
 from fem_seal.accuracy import solved
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
-from fem_seal.results import Result, read_contact, summarise
+from fem_seal.results import Result, read_contact, read_lift, summarise
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 
@@ -70,6 +70,31 @@ def test_folder_holds_the_lifted_contact(tmp_path):
     again = Result.from_folder(tmp_path)
     assert again == result
     assert ("lift", "fluid carries") in [(a, b[4:17]) for a, b in summary_of(again)]
+
+
+def test_render_draws_the_lift_again_from_the_folder(tmp_path):
+    """contact.npz holds the gap of the dry contact and the fluid's pressure."""
+    products = {"products": ["contact", "leak_rate", "pictures"]}
+    result = job.run(scene(output=products), tmp_path)
+    drawn = {"contact.png", "contact_pressure.png", "gap.png", "lift.png"}
+    assert drawn | {"flow.png"} <= set(result.files)
+    patch = Patch(scene())
+    lift = read_lift(tmp_path)
+    np.testing.assert_array_equal(lift.dry_gap.values, patch.contact.gap.values)
+    assert lift.fluid_pressure.values.mean() == pytest.approx(result.lift.fluid_pressure)
+    before = {name: (tmp_path / name).read_bytes() for name in drawn}
+    for name in drawn:
+        (tmp_path / name).unlink()
+    assert set(job.draw(tmp_path)) == drawn  # the flow is drawn from flow.vtu, of product "mesh"
+    assert {name: (tmp_path / name).read_bytes() for name in drawn} == before
+
+
+@pytest.mark.parametrize("settings", [{"lift": "none"}, {"load": 2e4}], ids=["dry", "lifted off"])
+def test_no_picture_of_a_lift_without_one(tmp_path, settings):
+    result = job.run(scene(**settings, output={"products": ["leak_rate", "pictures"]}), tmp_path)
+    assert "lift.png" not in result.files
+    assert "contact_pressure.png" in result.files
+    assert read_lift(tmp_path) is None
 
 
 def test_budget_and_verdict_count_the_lift():

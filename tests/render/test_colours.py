@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem_seal.render import contact, flow, gap, shape
+from fem_seal.render import contact, flow, gap, pressures, shape
 from fem_seal.render.colours import CONTACT_COLOUR, WHITE, colour_map
 
 # Rec. 709: how light a printed colour is, 0 to 1.
@@ -15,7 +15,11 @@ def lightness(colours):
 
 
 @pytest.mark.parametrize(
-    "name", [flow.FLOW_COLOURS, flow.PRESSURE_COLOURS, gap.GAP_COLOURS, shape.GAP_COLOURS]
+    "name",
+    [
+        *(flow.FLOW_COLOURS, flow.PRESSURE_COLOURS, gap.GAP_COLOURS),
+        pressures.CONTACT_PRESSURE_COLOURS,
+    ],
 )
 def test_maps_are_monotonic_and_darker_than_contact(name):
     """The lightness falls along the map and is a tenth of its range below that of contact."""
@@ -34,6 +38,9 @@ def test_entries_of_a_key_differ_in_grey(key):
     assert np.diff(shades).min() > 0.1
 
 
-def test_numbers_below_a_scale_are_white():
-    for name in (flow.FLOW_COLOURS, "magma"):
-        assert tuple(colour_map(name)(-0.1)[:3]) == (1, 1, 1)
+@pytest.mark.parametrize("name", [flow.FLOW_COLOURS, "magma"])
+def test_numbers_beyond_a_scale_have_the_colour_of_its_end(name):
+    """White is left to what has no number: open places without flow."""
+    colours = colour_map(name)
+    assert colours(-0.1) == colours(0.0)
+    assert colours(1.1) == colours(1.0)

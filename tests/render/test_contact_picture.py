@@ -8,7 +8,7 @@ from fem_seal.film import GridFilm
 from fem_seal.film.lattice import lattice
 from fem_seal.grid import GridField
 from fem_seal.render.contact import CONTACT_KEY, contact_classes, contact_panel
-from fem_seal.render.offscreen import Window
+from fem_seal.render.window import Window
 
 pytestmark = pytest.mark.render
 PALETTE = np.array([swatch.colour for swatch in CONTACT_KEY], dtype=float)

@@ -9,7 +9,8 @@ from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.render import flow
-from fem_seal.render.offscreen import Scale, Window
+from fem_seal.render.offscreen import Isolines, Mesh, Triangles, draw
+from fem_seal.render.window import Scale, Window
 
 pytestmark = pytest.mark.render
 OPEN = GridFilm(GridField(np.ones((21, 11)), (1e-6, 1e-6)))  # 20 by 10 µm
@@ -28,14 +29,13 @@ def test_decades_of_flow_are_equal_steps_of_colour():
     assert np.abs(drawn - (np.arange(20) + 0.5) / 20).max() <= 2 / 255
 
 
-def test_weak_and_zero_flow_are_white():
-    field = structured_flow(20, 10, SIZE, lambda x: np.where(x < 0.5, 0.0, 1e-12))
+@pytest.mark.parametrize("density", [0.0, 1e-12, 1e-9])
+def test_flow_below_the_scale_has_the_colour_of_its_end(density):
+    """White is left to what no flow can reach."""
+    field = structured_flow(20, 10, SIZE, lambda x: density + 0 * x)
     scale = Scale("|j|", 1e-9, 1e-5, True, flow.FLOW_COLOURS)
     pixels = flow.flow_panel(field, OPEN, scale, long_side=SIDE).pixels
-    assert (pixels == 255).all()
-    # What is on the scale is not, down to its very end.
-    end = structured_flow(20, 10, SIZE, lambda x: 1e-9 + 0 * x)
-    drawn, distance = positions(flow.flow_panel(end, OPEN, scale).pixels[::10, ::10], scale.colours)
+    drawn, distance = positions(pixels[::10, ::10], scale.colours)
     assert drawn.max() == 0
     assert distance.max() <= 1
 
@@ -76,12 +76,13 @@ def test_contact_covers_flow_cells_and_pockets_are_white():
     values = np.ones((21, 11))
     values[14:, :] = 0.0
     values[17, 5] = 1.0  # a pocket
+    values[14:, 10] = 1.0  # the channel to the outlet, half a sample wide in the picture
     gap = GridField(values, (1e-6, 1e-6))
     # One coarse row of cells, which reaches 1.5 samples into the contact: tiles begin at 13.5.
     field = structured_flow(1, 1, (15e-6, 10e-6), lambda x: 1e-6 + 0 * x)
     pixels = flow.flow_panel(field, GridFilm(gap), flow.flow_scale(field), long_side=SIDE).pixels
     contact, pocket = (np.array(s.colour) for s in (flow.CONTACT, flow.NO_FLOW))
-    right = pixels[:, 405:].reshape(-1, 3)
+    right = pixels[15:, 405:].reshape(-1, 3)
     grey = (right == contact).all(axis=1).sum()
     white = (right == pocket).all(axis=1).sum()
     assert white == 30 * 30
@@ -98,18 +99,32 @@ def test_pressure_is_interpolated_before_it_is_coloured():
     scale, factor = flow.pressure_scale(field)
     assert scale.label == "pressure [kPa]"
     assert (scale.low, scale.high) == pytest.approx((0.0, 100.0))
-    layer = flow.Triangles(field.points, field.cells, field.pressure * factor, scale)
-    pixels = flow.draw([layer], Window(0, SIZE[0], 0, SIZE[1]), SIDE)
+    layer = Triangles(field.points, field.cells, field.pressure * factor, scale)
+    pixels = draw([layer], Window(0, SIZE[0], 0, SIZE[1]), SIDE)
     drawn, distance = positions(pixels[150], scale.colours)
     # A pixel is the mean of two neighbouring colours of the map where they change inside it.
     assert distance.max() <= 3
     assert np.abs(drawn - (1 - (np.arange(SIDE) + 0.5) / SIDE)).max() <= 3 / 255
 
 
+def test_isobars_lie_where_the_pressure_has_their_level():
+    """Pressure falls evenly from 1 to 0: lines at equal steps, as many as the bar shows."""
+    field = structured_flow(20, 10, SIZE, lambda x: 1 + 0 * x, lambda x: 1e5 * (1 - x))
+    scale, factor = flow.pressure_scale(field)
+    assert scale.lines == pytest.approx(np.arange(10, 100, 10))
+    lines = Isolines(field.points, field.cells, field.pressure * factor, scale.lines)
+    black = Mesh(field.points, field.cells, (0, 0, 0), 0)
+    pixels = draw([black, lines], Window(0, SIZE[0], 0, SIZE[1]), SIDE)[150, :, 0]
+    bright = np.flatnonzero(pixels > 100)
+    apart = np.flatnonzero(np.diff(bright) > 1)
+    middles = [part.mean() + 0.5 for part in np.split(bright, apart + 1)]
+    assert middles == pytest.approx(SIDE * np.arange(1, 10) / 10, abs=1.0)
+
+
 def test_mesh_edges_are_dark_and_cells_are_clear():
     field = structured_flow(20, 10, SIZE, lambda x: 1 + 0 * x)
-    mesh = flow.Mesh(field.points, field.cells, flow.EDGES, 2.0)
-    pixels = flow.draw([mesh], Window(0, SIZE[0], 0, SIZE[1]), SIDE).astype(int)
+    mesh = Mesh(field.points, field.cells, flow.EDGES, 2.0)
+    pixels = draw([mesh], Window(0, SIZE[0], 0, SIZE[1]), SIDE).astype(int)
     # Centroids of the lower triangles lie at (2/3, 1/3) of each square of 30 pixels.
     assert (pixels[::-1][10::30, 20::30] == 255).all()
     # Edges at multiples of 30 pixels: both pixels that touch the line are mostly ink.

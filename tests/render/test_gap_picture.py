@@ -17,8 +17,8 @@ pytestmark = pytest.mark.render
 
 def test_gap_can_be_recovered_from_tile_colours():
     gap = smooth_gap((40, 24), 0.3, periodic=False)
-    scale, factor = gap_scale(gap, highest=float(gap.values.max()))
-    pixels = gap_panel(GridFilm(gap), scale, factor, long_side=780).pixels  # 20 pixels per sample
+    scale, factor = gap_scale(gap.values)
+    pixels = gap_panel(GridFilm(gap), (scale, factor), long_side=780).pixels  # 20 per sample
     assert pixels.shape == (460, 780, 3)
     # Interior samples sit at multiples of 20 pixels, in the middle of their tile.
     middle = pixels[::-1][20:-1:20, 20:-1:20].transpose(1, 0, 2)
@@ -28,16 +28,21 @@ def test_gap_can_be_recovered_from_tile_colours():
     assert (middle[contact] == CONTACT.colour).all()
     assert distance[~contact].max() <= 1  # rounding of colours to 8 bits
     # The map has 256 colours, and rounding to 8 bits can look like a neighbour on either side.
-    error = np.abs(drawn - inside / gap.values.max())
+    error = np.abs(drawn - np.clip(scale.position(inside * factor), 0, 1))
     assert error[~contact].max() <= 2 / 255
 
 
-@pytest.mark.parametrize("length", [2.0**-30, 2.0**10])
+@pytest.mark.parametrize("length", [1e-9, 1e3])
 def test_picture_is_unit_neutral(length):
-    """Gap and plane measured in other units give the same drawing, to the last bit."""
+    """Gap and plane measured in other units give the same drawing.
+
+    The ends of the bar are round numbers, so that a unit is a power of ten.
+    """
     gap = smooth_gap((30, 20), 0.3)
     other = GridField(gap.values * length, tuple(s * length for s in gap.spacing), True)
-    drawn = [gap_panel(GridFilm(g), *gap_scale(g), long_side=120).pixels for g in (gap, other)]
+    drawn = [
+        gap_panel(GridFilm(g), gap_scale(g.values), long_side=120).pixels for g in (gap, other)
+    ]
     # Powers of ten in the unit of the bar round once: colours may move by one of 255 steps.
     assert np.abs(drawn[0].astype(int) - drawn[1]).max() <= 1
 
@@ -54,21 +59,25 @@ def test_readable_units(metres, number, unit):
 
 def test_unit_of_the_bar_follows_the_data():
     gap = smooth_gap((30, 20), 0.3)
-    nano = GridField(gap.values * 1e-2, gap.spacing, True)
+    gap = 0.9 * gap.values
     assert gap_scale(gap)[0].label == "gap [nm]"
-    assert gap_scale(GridField(gap.values * 10, gap.spacing))[0].label == "gap [µm]"
-    assert gap_scale(nano)[0].high == pytest.approx(gap_scale(gap)[0].high / 100)
+    assert gap_scale(gap * 10)[0].label == "gap [µm]"
+    assert gap_scale(gap * 1e-2)[0].high == pytest.approx(gap_scale(gap)[0].high / 100)
 
 
-def test_bar_ends_at_the_quantile_of_the_gap():
-    uniform = GridField(np.full((5, 5), 2e-6), (1e-6, 1e-6))
-    scale, _ = gap_scale(uniform)
-    assert (scale.low, scale.high, scale.beyond) == (0.0, pytest.approx(2.0), "neither")
-    values = np.full((100, 100), 2e-6)
-    values[0, 0] = 1e-3
-    scale, _ = gap_scale(GridField(values, (1e-6, 1e-6)))
-    assert scale.high == pytest.approx(2.0, rel=1e-3)
-    assert scale.beyond == "max"
+@pytest.mark.parametrize(
+    ("least", "largest", "low", "high", "beyond"),
+    [
+        (3e-8, 1.5e-6, 0.02, 2.0, "neither"),  # both ends at a 1, 2 or 5
+        (2e-6, 2e-6, 0.2, 2.0, "neither"),  # one decade at least
+        (1e-12, 4e-6, 0.005, 5.0, "min"),  # three at most
+    ],
+)
+def test_bar_is_no_longer_than_the_gap_needs(least, largest, low, high, beyond):
+    """Contact, where the gap is 0, is not on the bar."""
+    scale, _ = gap_scale(np.array([[0.0, least], [largest, 0.0]]))
+    assert (scale.low, scale.high) == pytest.approx((low, high), rel=1e-9)
+    assert (scale.beyond, scale.logarithmic) == (beyond, True)
 
 
 def test_closed_gap_is_all_contact(tmp_path):
@@ -78,7 +87,7 @@ def test_closed_gap_is_all_contact(tmp_path):
         pixels = np.asarray(image.convert("RGB"))
     assert (pixels == CONTACT.colour).all(axis=2).mean() > 0.6
     with pytest.raises(InvalidInput, match="zero everywhere"):
-        gap_scale(closed)
+        gap_scale(closed.values)
 
 
 def test_large_grids_become_few_tiles():

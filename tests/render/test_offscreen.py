@@ -6,12 +6,11 @@ import subprocess
 import sys
 import types
 
-import numpy as np
 import pytest
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.render import offscreen
-from fem_seal.render.offscreen import Scale, Tiles, Window, draw, require_gl
+from fem_seal.render.offscreen import draw, require_gl
+from fem_seal.render.window import SHORT_SIDE, Scale, Window
 
 pytestmark = pytest.mark.render
 VARIABLE = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -72,9 +71,10 @@ def test_draws_in_a_process_that_uses_fenicsx():
     # In a process of its own: a crash here must not take the other tests with it.
     code = (
         "import fem_seal.fenicsx, numpy as np\n"
-        "from fem_seal.render.offscreen import Tiles, Window, draw\n"
-        "w = Window(0, 1, 0, 1)\n"
-        "print(draw([Tiles(np.full((2, 2, 3), 7, np.uint8), w)], w, 240).mean())\n"
+        "from fem_seal.render.offscreen import Mesh, draw\n"
+        "from fem_seal.render.window import Window\n"
+        "xy, cells = np.array([[0, 0], [3, 0], [0, 3]]), np.array([[0, 1, 2]])\n"
+        "print(draw([Mesh(xy, cells, (7, 7, 7), 0)], Window(0, 1, 0, 1), 240).mean())\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
@@ -93,39 +93,13 @@ def test_importing_the_package_imports_no_drawing_library():
     assert done.returncode == 0, done.stderr
 
 
-def test_tiles_fill_their_extent_exactly():
-    rng = np.random.default_rng(0)
-    colours = rng.integers(0, 256, (6, 4, 3)).astype(np.uint8)
-    window = Window(0.0, 6e-9, 0.0, 4e-9)
-    pixels = draw([Tiles(colours, window)], window, 600)
-    expected = colours.transpose(1, 0, 2)[::-1].repeat(100, axis=0).repeat(100, axis=1)
-    np.testing.assert_array_equal(pixels, expected)
-
-
-@pytest.mark.parametrize("length", [1e-12, 1e-3, 1e6])
-def test_drawing_does_not_depend_on_the_unit_of_length(length):
-    colours = np.zeros((3, 2, 3), dtype=np.uint8)
-    colours[1, 0] = 200
-    window = Window(0.0, 3 * length, 0.0, 2 * length)
-    pixels = draw([Tiles(colours, window)], window, 360)
-    assert (pixels[120:, 120:240] == 200).all()
-    assert np.count_nonzero(pixels) == 120 * 120 * 3
-
-
-def test_outside_the_tiles_is_white():
-    tiles = Tiles(np.zeros((1, 1, 3), dtype=np.uint8), Window(0.0, 1.0, 0.0, 1.0))
-    pixels = draw([tiles], Window(-1.0, 1.0, 0.0, 1.0), 480)
-    assert (pixels[:, :240] == 255).all()
-    assert (pixels[:, 240:] == 0).all()
-
-
 @pytest.mark.parametrize(
     ("window", "size"),
     [
         (Window(0, 1, 0, 1), (1200, 1200)),
         (Window(0, 3, 0, 2), (1200, 800)),
         (Window(0, 1, 0, 2), (600, 1200)),
-        (Window(0, 1000, 0, 1), (1200, offscreen.SHORT_SIDE)),
+        (Window(0, 1000, 0, 1), (1200, SHORT_SIDE)),
     ],
 )
 def test_size_depends_on_the_aspect_alone(window, size):

@@ -8,8 +8,8 @@ from PIL import Image
 from fem_seal.errors import InvalidInput
 from fem_seal.render import page
 from fem_seal.render.colours import colour_map
-from fem_seal.render.offscreen import Scale, Window
-from fem_seal.render.page import Panel, Swatch, write_page
+from fem_seal.render.page import CONSTRICTION, INLET, OUTLET, Panel, Swatch, write_page
+from fem_seal.render.window import Scale, Window
 
 WINDOW = Window(0.0, 4e-6, 0.0, 3e-6)
 SCALE = Scale("gap [nm]", 0.0, 50.0)
@@ -85,6 +85,64 @@ def test_limits_of_the_bar_are_those_of_the_scale(log, low, high):
     (bar,) = figure.axes
     assert bar.get_ylim() == pytest.approx((low, high), rel=1e-9, abs=0)
     assert bar.get_yscale() == ("log" if log else "linear")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "names"),
+    [
+        (0.5, 500.0, ["0.5", "1", "10", "100", "500"]),
+        (2e-11, 1e-9, [r"$2 \cdot 10^{-11}$", "$10^{-10}$", "$10^{-9}$"]),
+        (0.9, 1000.0, ["0.9", "10", "100", "1000"]),  # 1 is too close to 0.9
+    ],
+)
+def test_logarithmic_bars_name_their_ends_and_the_decades(low, high, names):
+    figure = Figure()
+    page._add_bar(figure, Scale("s", low, high, True), page._Box(0, 0, 10, 100))
+    (bar,) = figure.axes
+    assert [text.get_text() for text in bar.get_yticklabels()] == names
+    assert bar.get_yticks()[[0, -1]] == pytest.approx((low, high))
+
+
+def test_inlet_and_outlet_are_coloured_and_named_where_they_are_shown(tmp_path):
+    """The panel says which edges they are; a part in the middle of a seal shows neither."""
+    blank = np.full((300, 400, 3), 255, np.uint8)
+    for ends in ((True, True), (False, True), (False, False)):
+        figure = Figure()
+        page._place(figure, Panel(blank, WINDOW, ends=ends), page._Box(100, 100, 400, 300))
+        names = [text.get_text() for text in figure.axes[0].texts]
+        both = zip(("inlet", "outlet"), ends, strict=True)
+        assert names == [name for name, shown in both if shown]
+        written = read(write_page([[Panel(blank, WINDOW, ends=ends)]], tmp_path / "page.png"))
+        for swatch, shown in zip((INLET, OUTLET), ends, strict=True):
+            assert ((written == swatch.colour).all(axis=2).sum() > 300) == shown
+
+
+@pytest.mark.parametrize(("place", "shown"), [((1e-6, 1e-6), True), ((9e-6, 1e-6), False)])
+def test_the_constriction_has_a_ring_and_an_entry_in_the_key(tmp_path, place, shown):
+    panel = Panel(np.full((300, 400, 3), 200, np.uint8), WINDOW, constriction=place)
+    assert panel.marked is shown
+    plain = read(write_page([[Panel(panel.pixels, WINDOW)]], tmp_path / "plain.png"))
+    written = read(write_page([[panel]], tmp_path / "page.png"))
+    assert (written.shape[0] > plain.shape[0]) is shown  # the key
+    left, below = page._dots(page.LEFT), page._dots(page.TOP)
+    drawing = written[below : below + 300, left : left + 400]
+    dark = np.argwhere((drawing == CONSTRICTION.colour).all(axis=2)[FRAME:-FRAME, FRAME:-FRAME])
+    assert bool(len(dark)) is shown
+    if shown:
+        y, x = dark.mean(axis=0) + FRAME
+        assert (x, 300 - y) == pytest.approx((100, 100), abs=1)
+
+
+def test_panels_with_bars_of_their_own_do_not_overlap(tmp_path):
+    """The neighbour begins to the right of the bar and its numbers."""
+    panels = [Panel(noise(seed=k), WINDOW, scale=SCALE) for k in (1, 2)]
+    written = read(write_page([panels], tmp_path / "page.png"))
+    (_, first), (_, second) = (find(panel.pixels, written) for panel in panels)
+    assert second - first > 400 + page._dots(page.BAR_GAP + page.BAR + page.BAR_LABELS + page.LEFT)
+    # A column without ink between the label of the bar and that of the neighbour's axis.
+    between = written[:, first + 400 : second]
+    blank = (between == 255).all(axis=(0, 2))
+    assert blank[page._dots(page.BAR_GAP + page.BAR) :].any()
 
 
 def test_a_stretched_drawing_says_so():

@@ -1,0 +1,224 @@
+"""Pictures of pressures on the grid of the contact: of the contact, and of a fluid that lifts it.
+
+`lift_picture` puts the dry contact beside the lifted one.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.digits import readable
+from fem_seal.film.grid_film import GridFilm
+from fem_seal.grid import GridField
+from fem_seal.render.colours import CONTACT_COLOUR, WHITE, colour_map
+from fem_seal.render.gap import CONTACT, gap_panel, gap_scale, tile_colours
+from fem_seal.render.page import Panel, Swatch, panel_of, write_page
+from fem_seal.render.tiles import Tiles, mosaic, paint
+from fem_seal.render.window import (
+    ISOLINE_WIDTH,
+    LONG_SIDE,
+    Scale,
+    Window,
+    isoline_levels,
+    step_above,
+)
+
+CONTACT_PRESSURE_COLOURS, PRESSURE_COLOURS = "contact pressure", "pressure"
+OPEN = Swatch("open", WHITE)
+# Part of the contact whose pressure lies within the bar, so that single samples do not set it.
+SHOWN = 0.999
+
+
+def contact_pressure_scale(pressure: np.ndarray) -> tuple[Scale, float] | None:
+    """Linear scale from zero in a readable unit, and the factor to it; None without pressure."""
+    carried = pressure[pressure > 0]
+    if not carried.size:
+        return None
+    highest = step_above(float(np.quantile(carried, SHOWN)))
+    factor, unit = readable(highest, "Pa")
+    beyond = "max" if carried.max() > highest else "neither"
+    label = f"contact pressure [{unit}]"
+    return Scale(label, 0.0, highest * factor, False, CONTACT_PRESSURE_COLOURS, beyond), factor
+
+
+def contact_pressure_panel(
+    film: GridFilm,
+    pressure: GridField,
+    *,
+    window: Window | None = None,
+    long_side: int = LONG_SIDE,
+    title: str = "",
+) -> Panel:
+    """Draw the contact pressure with a bar of its own; see `contact_pressure_picture`."""
+    view = mosaic(film, window, long_side)
+    samples = _on_samples(film, pressure)
+    values, scale = view.crop(samples), contact_pressure_scale(pressure.values)
+    tiles = view.tiles(tile_colours(view, values, values > 0, scale, OPEN.colour))
+    pixels = paint(tiles, view.window, long_side)
+    return panel_of(film, pixels, view.window, title, scale=scale[0] if scale else None)
+
+
+def contact_pressure_picture(
+    film: GridFilm, pressure: GridField, path: str | Path, *, window: Window | None = None
+) -> Path:
+    """Picture of the pressure between the solids, white where they do not touch.
+
+    Parameters
+    ----------
+    film : GridFilm
+        Film between them.
+    pressure : GridField
+        Contact pressure [Pa]; of a lifted contact the excess over the fluid's.
+    path : str or Path
+        The file, .png, .pdf or .svg.
+    window : Window, optional
+        Part of the seal to show [m]; all if left out.
+
+    Returns
+    -------
+    Path of the file.
+
+    Raises
+    ------
+    InvalidInput
+        If the window extends beyond the seal, or the path cannot be written.
+    """
+    panel = contact_pressure_panel(film, pressure, window=window)
+    return write_page([[panel]], path, key=(OPEN,))
+
+
+def fluid_pressure_panel(
+    film: GridFilm, pressure: GridField, *, long_side: int = LONG_SIDE, title: str = ""
+) -> Panel:
+    """Draw the fluid's pressure with isobars and a bar of its own, and contact in grey.
+
+    Parameters
+    ----------
+    film : GridFilm
+        Film that the fluid fills.
+    pressure : GridField
+        Its pressure [Pa] on all samples.
+    long_side : int
+        Length of the longer side [pixel].
+    title : str
+    """
+    view = mosaic(film, None, long_side)
+    samples = _on_samples(film, pressure)
+    factor, unit = readable(float(np.abs(samples).max()), "Pa")
+    low, high = factor * float(samples.min()), factor * float(samples.max())
+    if not high > low:
+        low, high = low - 0.5, high + 0.5
+    levels = isoline_levels(low, high)
+    scale = Scale(f"fluid pressure [{unit}]", low, high, colours=PRESSURE_COLOURS, lines=levels)
+    values = factor * _at_pixels(samples, view.window, film, long_side)
+    colours = 255 * colour_map(scale.colours)(scale.position(values))[:, :, :3]
+    line = _isolines(values, levels)[:, :, None]
+    ground = np.rint((1 - line) * colours + line * np.array(WHITE)).astype(np.uint8)
+    # Contact lies over the pressure that is continued under it.
+    palette = np.array([(*CONTACT_COLOUR, 255), (*CONTACT_COLOUR, 0)])
+    contact: Tiles = view.mean_colours((view.samples > 0).astype(np.uint8), palette)
+    pixels = paint(contact, view.window, long_side, ground)
+    return panel_of(film, pixels, view.window, title, scale=scale, marked=True)
+
+
+def lift_picture(
+    lifted: GridFilm,
+    dry: GridFilm,
+    contact_pressure: GridField,
+    fluid_pressure: GridField,
+    path: str | Path,
+    *,
+    long_side: int = 800,
+) -> Path:
+    """Four pictures of a lift: gap of the dry and of the lifted contact, and what carries the load.
+
+    Parameters
+    ----------
+    lifted, dry : GridFilm
+        Films with and without the fluid's pressure.
+    contact_pressure, fluid_pressure : GridField
+        Of the lifted contact [Pa].
+    path : str or Path
+        The file, .png, .pdf or .svg.
+    long_side : int
+        Length of the longer side of each picture [pixel].
+
+    Returns
+    -------
+    Path of the file.
+
+    Raises
+    ------
+    InvalidInput
+        If the path cannot be written.
+    """
+    gaps = [film.field.values for film in (dry, lifted)]
+    scale = gap_scale(*gaps) if any(gap.any() for gap in gaps) else None
+    gap_panels = [
+        gap_panel(film, scale, long_side=long_side, title=f"{name}: {_area(film)}")
+        for film, name in ((dry, "dry"), (lifted, "lifted by the fluid"))
+    ]
+    if scale is not None:
+        gap_panels = [replace(panel, scale=scale[0]) for panel in gap_panels]
+    solid = contact_pressure_panel(
+        lifted,
+        contact_pressure,
+        long_side=long_side,
+        title=f"the solid carries {_mean(contact_pressure)}",
+    )
+    fluid = fluid_pressure_panel(
+        lifted,
+        fluid_pressure,
+        long_side=long_side,
+        title=f"the fluid carries {_mean(fluid_pressure)}",
+    )
+    return write_page([gap_panels, [solid, fluid]], path, key=(CONTACT, OPEN))
+
+
+def _area(film: GridFilm) -> str:
+    return f"{100 * film.contact_area_fraction:.3g} % in contact"
+
+
+def _mean(pressure: GridField) -> str:
+    mean = float(pressure.values.mean())
+    factor, unit = readable(mean, "Pa")
+    return f"{mean * factor:.3g} {unit} on average"
+
+
+def _on_samples(film: GridFilm, field: GridField) -> np.ndarray:
+    """Field on the film's samples, which repeat those of a periodic one at its ends."""
+    return field.vertices() if film.representation == "linear" else field.values
+
+
+def _at_pixels(samples: np.ndarray, window: Window, film: GridFilm, long_side: int) -> np.ndarray:
+    """Values (height, width) at the centres of the pixels, linear between samples."""
+    width, height = window.pixels(long_side)
+    (x0, y0), (dx, dy) = film.sites.origin, film.sites.spacing
+    x = window.x0 + (np.arange(width) + 0.5) * (window.x1 - window.x0) / width
+    y = window.y0 + (np.arange(height) + 0.5) * (window.y1 - window.y0) / height
+    values = _between((x - x0) / dx, samples)
+    return _between((y - y0) / dy, values.T)[::-1]
+
+
+def _between(places: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values along the first axis at places that are counted in samples."""
+    inside = np.clip(places, 0, len(values) - 1)
+    first = np.minimum(inside.astype(np.int64), max(len(values) - 2, 0))
+    part = (inside - first)[:, None]
+    after = values[np.minimum(first + 1, len(values) - 1)]
+    return (1 - part) * values[first] + part * after
+
+
+def _isolines(values: np.ndarray, levels: tuple[float, ...]) -> np.ndarray:
+    """Opacity of lines of constant width at the levels: distance = difference/slope."""
+    slope = np.hypot(*np.gradient(values))
+    opacity = np.zeros_like(values)
+    least = 1e-9 * np.ptp(values)
+    if not least:
+        return opacity
+    for level in levels:
+        distance = np.abs(values - level) / np.maximum(slope, least)
+        np.maximum(opacity, np.clip(ISOLINE_WIDTH / 2 + 0.5 - distance, 0, 1), out=opacity)
+    opacity[slope <= least] = 0.0  # uniform there, at a level or not
+    return opacity

@@ -1,0 +1,129 @@
+"""What a picture shows: a rectangle of the seal, and the scale of a quantity's colours."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+
+LONG_SIDE = 1200  # length of the longer side [pixel]
+SHORT_SIDE = 240  # least length of the shorter side [pixel]; narrower strips are stretched to it
+ISOLINE_WIDTH = 1.6  # of all isolines [pixel]
+
+
+@dataclass(frozen=True)
+class Window:
+    """The rectangle of the seal that a picture shows.
+
+    Parameters
+    ----------
+    x0, x1 : float
+        Its ends along the flow [m], x0 < x1.
+    y0, y1 : float
+        Its ends across the flow [m], y0 < y1.
+
+    Raises
+    ------
+    InvalidInput
+        If it is empty.
+    """
+
+    x0: float
+    x1: float
+    y0: float
+    y1: float
+
+    def __post_init__(self) -> None:
+        if not (self.x0 < self.x1 and self.y0 < self.y1):
+            raise InvalidInput(
+                f"a picture needs a window with x0 < x1 and y0 < y1 [m], got x {self.x0:g} to "
+                f"{self.x1:g} and y {self.y0:g} to {self.y1:g}"
+            )
+
+    def pixels(self, long_side: int = LONG_SIDE) -> tuple[int, int]:
+        """Width and height of the picture, to scale unless one side is very short."""
+        width, height = self.x1 - self.x0, self.y1 - self.y0
+        scale = long_side / max(width, height)
+        shortest = min(SHORT_SIDE, long_side)
+        return max(shortest, round(width * scale)), max(shortest, round(height * scale))
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Colour scale of a quantity, for the field and for its colour bar.
+
+    Parameters
+    ----------
+    label : str
+        Quantity and unit, "gap [µm]".
+    low, high : float
+        Values at the ends of the bar. Values beyond an end have its colour.
+    logarithmic : bool
+        Whether equal ratios (True) or equal differences are equal steps of colour.
+    colours : str
+        Name of a map of `fem_seal.render.colours`.
+    beyond : "neither", "min", "max" or "both"
+        Ends of the bar beyond which there are values.
+    lines : sequence of float
+        Values of the isolines in the picture, which the bar shows as well.
+    """
+
+    label: str
+    low: float
+    high: float
+    logarithmic: bool = False
+    colours: str = "viridis"
+    beyond: str = "neither"
+    lines: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        least = 0.0 if self.logarithmic else -np.inf
+        if not (np.isfinite([self.low, self.high]).all() and least < self.low < self.high):
+            kind = "0 < low < high" if self.logarithmic else "low < high"
+            raise InvalidInput(
+                f"the colour scale of {self.label!r} runs from {self.low:g} to {self.high:g}; "
+                f"it needs finite limits with {kind}"
+            )
+
+    def position(self, values: np.ndarray) -> np.ndarray:
+        """Place of values on the bar, 0 at its lower end and 1 at its upper one."""
+        low, high = self.low, self.high
+        if self.logarithmic:
+            return np.log(np.maximum(values, low) / low) / np.log(high / low)
+        return (values - low) / (high - low)
+
+
+def logarithmic_scale(label: str, least: float, peak: float, decades: int, colours: str) -> Scale:
+    """Logarithmic scale whose ends are 1, 2 or 5 times a power of ten.
+
+    Parameters
+    ----------
+    label : str
+        Quantity and unit.
+    least, peak : float
+        Smallest and largest value, peak > 0.
+    decades : int
+        Largest length of the bar; it is shorter if no value is as small, but one decade at least.
+    colours : str
+        Name of a map of `fem_seal.render.colours`.
+    """
+    high = step_above(peak)
+    low = high / 10.0**decades
+    if least > low:
+        low = min(1 / step_above(1 / least), high / 10.0)
+    return Scale(label, low, high, True, colours, "min" if least < low else "neither")
+
+
+def step_above(number: float) -> float:
+    """Smallest 1, 2 or 5 times a power of ten that is not below a positive number."""
+    decade = 10.0 ** np.floor(np.log10(number))
+    return next(step * decade for step in (1, 2, 5, 10) if number <= step * decade * (1 + 1e-9))
+
+
+def isoline_levels(low: float, high: float) -> tuple[float, ...]:
+    """About ten round values between two."""
+    from matplotlib.ticker import MaxNLocator
+
+    ticks = MaxNLocator(10, steps=[1, 2, 5, 10]).tick_values(low, high)
+    margin = 1e-9 * (high - low)
+    return tuple(float(tick) for tick in ticks if low + margin < tick < high - margin)

@@ -1,0 +1,104 @@
+"""Pictures of contact pressure, fluid pressure and lift: their colours are those of the values."""
+
+import numpy as np
+import pytest
+from drawn_fields import positions, smooth_gap
+from PIL import Image
+
+from fem_seal.film import GridFilm
+from fem_seal.grid import GridField
+from fem_seal.render.pressures import (
+    CONTACT_PRESSURE_COLOURS,
+    OPEN,
+    PRESSURE_COLOURS,
+    contact_pressure_panel,
+    contact_pressure_picture,
+    contact_pressure_scale,
+    fluid_pressure_panel,
+    lift_picture,
+)
+
+
+def pressed(gap):
+    """Contact pressure up to 2 MPa where a gap is 0."""
+    random = np.random.default_rng(1).random(gap.shape)
+    values = np.where(gap.values == 0, 2e6 * random, 0.0)
+    return GridField(values, gap.spacing, gap.periodic)
+
+
+def test_contact_pressure_can_be_recovered_from_the_colours():
+    gap = smooth_gap((40, 24), 0.3, periodic=False)
+    pressure = pressed(gap)
+    panel = contact_pressure_panel(GridFilm(gap), pressure, long_side=780)  # 20 pixels per sample
+    assert panel.scale.label == "contact pressure [MPa]"
+    assert (panel.scale.low, panel.scale.high) == (0.0, pytest.approx(2.0))
+    middle = panel.pixels[::-1][20:-1:20, 20:-1:20].transpose(1, 0, 2)
+    inside = pressure.values[1:-1, 1:-1]
+    drawn, distance = positions(middle, CONTACT_PRESSURE_COLOURS)
+    solid = inside > 0
+    assert (middle[~solid] == OPEN.colour).all()
+    assert distance[solid].max() <= 1
+    # The map has 256 colours, and rounding to 8 bits can look like a neighbour on either side.
+    assert np.abs(drawn - inside / 2e6)[solid].max() <= 3 / 255
+
+
+def test_single_samples_of_high_pressure_do_not_set_the_bar():
+    values = np.full((100, 100), 0.7e6)
+    values[0, 0] = 1e9
+    scale, _ = contact_pressure_scale(values)
+    assert (scale.high, scale.label) == (pytest.approx(1.0), "contact pressure [MPa]")
+    assert scale.beyond == "max"
+
+
+def test_an_open_film_has_no_bar(tmp_path):
+    field = GridField(np.ones((5, 5)), (1e-6, 1e-6))
+    none = GridField(np.zeros((5, 5)), (1e-6, 1e-6))
+    assert contact_pressure_panel(GridFilm(field), none).scale is None
+    assert contact_pressure_picture(GridFilm(field), none, tmp_path / "p.png").is_file()
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_fluid_pressure_and_its_isobars(representation):
+    """Pressure that falls evenly along x: colours fall evenly, white lines at equal steps."""
+    n = 21
+    gap = GridField(np.ones((n, n)), (1e-6, 1e-6))
+    film = GridFilm(gap, "wall", representation)
+    pressure = GridField(np.repeat(np.linspace(1e5, 0, n)[:, None], n, 1), gap.spacing)
+    panel = fluid_pressure_panel(film, pressure, long_side=600)
+    assert panel.scale.lines == pytest.approx(np.arange(10, 100, 10))
+    row = panel.pixels[300]
+    at_pixels = np.arange(600) + 0.5
+    # Samples are vertices from one edge to the other, or the centres of pixels.
+    first = 0 if representation == "linear" else 0.5 / n * 600
+    samples = np.linspace(first, 600 - first, n)
+    exact = np.interp(at_pixels, samples, np.linspace(1, 0, n))
+    drawn, distance = positions(row, PRESSURE_COLOURS)
+    on_map = distance <= 1
+    assert on_map.mean() > 0.9
+    assert np.abs(drawn - exact)[on_map].max() <= 2 / 255
+    white = np.flatnonzero((row > 200).all(axis=1))
+    apart = np.flatnonzero(np.diff(white) > 1)
+    middles = [part.mean() + 0.5 for part in np.split(white, apart + 1)]
+    levels = np.interp(np.arange(1, 10) / 10, 1 - exact, at_pixels)
+    assert middles == pytest.approx(levels, abs=1.5)
+
+
+def test_uniform_fluid_pressure_has_no_isobars():
+    gap = smooth_gap((20, 20), 0.3)
+    pressure = GridField(np.full((20, 20), 8e4), gap.spacing, True)
+    panel = fluid_pressure_panel(GridFilm(gap, "periodic"), pressure, long_side=240)
+    assert not (panel.pixels == 255).all(axis=2).any()
+
+
+def test_lift_is_one_page_of_four_pictures(tmp_path):
+    """Twice as wide and as high as one; also if the dry contact is closed everywhere."""
+    gap = smooth_gap((20, 20), 0.3)
+    fluid = GridField(np.linspace(1e5, 0, 20)[:, None].repeat(20, 1), gap.spacing, True)
+    closed = GridField(np.zeros(gap.shape), gap.spacing, True)
+    for dry in (gap, closed):
+        films = (GridFilm(field, "periodic") for field in (gap, dry))
+        lift_picture(*films, pressed(gap), fluid, tmp_path / "lift.png", long_side=240)
+        with Image.open(tmp_path / "lift.png") as image:
+            width, height = image.size
+        assert width > 2 * 240
+        assert height > 2 * 240
