@@ -15,6 +15,7 @@ from fem_seal.grid import GridField
 from fem_seal.installed import require_fenicsx
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.patch import Patch
+from fem_seal.points import Work
 from fem_seal.progress import Report, silent
 from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
 from fem_seal.results.arrays import (
@@ -29,8 +30,13 @@ from fem_seal.results.arrays import (
     write_mesh,
 )
 from fem_seal.results.result import Provenance
+from fem_seal.results.seal import SealRecord
 from fem_seal.scene import Scene
-from fem_seal.upscaling.seal import SealLeak, profile_of, solve_seal
+from fem_seal.upscaling.scene_profile import profile_of
+from fem_seal.upscaling.seal import SealLeak, solve_seal
+
+SEAL_PICTURE = "seal.png"
+PATCHES = "patches"  # folder of the solved patches of a seal, beside result.json
 
 
 def run(
@@ -41,6 +47,7 @@ def run(
     report: Report = silent,
     trust: bool = False,
     comm: parallel.Comm = None,
+    work: Work | None = None,
 ) -> Result:
     """Compute the products of a scene and write them into a folder.
 
@@ -54,6 +61,8 @@ def run(
     trust : whether gmsh may run a .geo file that is not the package's own, with your rights
     comm : processes that call this together, all of this run if left out; with MPI.COMM_SELF each
         process runs a scene of its own
+    work : how the patches of a scene with [seal] are shared out. Each is kept in a file of the
+        folder `patches`, so that an interrupted run goes on
 
     Returns
     -------
@@ -67,9 +76,14 @@ def run(
         If the contact does not reach its tolerance; nothing is written then.
     """
     start = perf_counter()
+    if work is not None and work.jobs > 1 and scene.seal is None:
+        raise InvalidInput(
+            f"--jobs = {work.jobs} distributes the patches of a [seal], which this scene has not; "
+            "leave it out, or start the command by mpirun"
+        )
     with _reserved(scene, out, overwrite, comm) as folder:
         patch, choice = solved(scene, report, trust=trust, comm=comm)
-        return _written(patch, folder, start, choice)
+        return _written(patch, folder, start, choice, work)
 
 
 def save(patch: Patch, out: str | Path, *, overwrite: bool = False) -> Result:
@@ -109,7 +123,11 @@ def _reserved(
 
 
 def _written(
-    patch: Patch, folder: ResultFolder, start: float | None, choice: Choice | None
+    patch: Patch,
+    folder: ResultFolder,
+    start: float | None,
+    choice: Choice | None,
+    work: Work | None = None,
 ) -> Result:
     """Compute the products of a patch's scene and write them."""
     scene = patch.scene
@@ -120,7 +138,7 @@ def _written(
     seal = None
     if scene.seal is not None:
         with patch.timed("seal"):
-            seal = solve_seal(patch)
+            seal = solve_seal(patch, folder.path / PATCHES, work)
     files = parallel.on_root(lambda: _write_products(patch, folder.staged, seal), patch.comm)
     result = summarise(patch, files, start, choice=choice, seal=seal)
     parallel.on_root(lambda: folder.commit(result), patch.comm)
@@ -162,6 +180,10 @@ def draw(
         report("pictures", "")
         with writing(folder):
             names = draw_pictures(film, leak, target.staged, pressure, lift)
+            if result.seal is not None:
+                from fem_seal.render.seal import seal_picture
+
+                names += (seal_picture(result.seal, target.staged / SEAL_PICTURE).name,)
             if everything:
                 names += draw_details(film, leak, result.levels, target.staged)
         files = tuple(sorted({*result.files, *names}))
@@ -343,7 +365,7 @@ def _write_products(patch: Patch, folder: Path, seal: SealLeak | None) -> tuple[
                 if seal is not None:
                     from fem_seal.render.seal import seal_picture
 
-                    names.append(seal_picture(seal, folder / "seal.png").name)
+                    names.append(seal_picture(SealRecord.of(seal), folder / SEAL_PICTURE).name)
     return tuple(sorted(names))
 
 
@@ -364,7 +386,7 @@ def _names(scene: Scene) -> Iterator[str]:
         yield FLOW_FILE
     if "pictures" in scene.output.products:
         yield from ("contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png")
-        yield from ("seal.png", "shape.png")
+        yield from (SEAL_PICTURE, "shape.png")
 
 
 def _drawable(result: Result, folder: Path) -> LeakRate:

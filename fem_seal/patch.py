@@ -188,9 +188,11 @@ class Patch:
     @cached_property
     def prepared(self) -> "PreparedSurface | None":
         """Heights of a file and the steps that prepared them; None for any other surface."""
-        surface = self.scene.surface
+        surface, seal = self.scene.surface, self.scene.seal
         if not isinstance(surface, FileSurface):
             return None
+        if seal is not None and seal.window is not None:
+            surface = surface.in_window((0, 0), seal.window)
         with self.timed("surface"):
             return parallel.on_root(lambda: prepared_surface(surface), self.comm)
 

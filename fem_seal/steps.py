@@ -111,8 +111,7 @@ def elastic_contact(
 def _elastic(
     scene: Scene, surface: GridField, start: np.ndarray | None, report: Report
 ) -> "ContactState":
-    load = present(scene.contact, "[contact]").load
-    return elastic_contact(scene, surface, start, load, report)
+    return elastic_contact(scene, surface, start, scene.load, report)
 
 
 def _bearing(

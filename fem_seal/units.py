@@ -14,6 +14,7 @@ _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s
 # Example of a quantity of each SI unit, for messages.
 _EXAMPLES = {"m": "5 um", "Pa": "2 MPa", "Pa s": "1 mPa s", "s": "10 min", "byte": "2 GB"}
 _EXAMPLES |= {"K": "20 degC", "kg/mol": "29 g/mol", "rad": "90 deg"}
+_EXAMPLES |= {"N/m": "2 kN/m"}
 
 # Kinds of leak rate, by volume, pressure × volume, amount or mass per time, with their SI units.
 RATES = {"volume": "m^3/s", "throughput": "Pa m^3/s", "amount": "mol/s", "mass": "kg/s"}

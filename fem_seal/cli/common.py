@@ -72,6 +72,28 @@ def add_trust(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_jobs(command: argparse.ArgumentParser, jobs: str) -> None:
+    """Add --jobs and --memory; `jobs` is the help of the former."""
+    command.add_argument("--jobs", type=int, default=1, metavar="N", help=jobs)
+    command.add_argument(
+        "--memory",
+        type=float,
+        metavar="GB",
+        help="most memory of all jobs together (what the machine has available)",
+    )
+
+
+def jobs_of(options: argparse.Namespace) -> "Work":
+    """Distribution of points over processes, from the options of `add_jobs`."""
+    from fem_seal.points import Work
+
+    return Work(options.jobs, memory=_bytes(options.memory))
+
+
+def _bytes(gigabytes: float | None) -> int | None:
+    return None if gigabytes is None else int(1e9 * gigabytes)
+
+
 def add_work(command: argparse.ArgumentParser, what: str) -> None:
     """Add the options that distribute points over processes.
 
@@ -81,15 +103,7 @@ def add_work(command: argparse.ArgumentParser, what: str) -> None:
     what : str
         What each part takes every N-th of, such as "surface".
     """
-    command.add_argument(
-        "--jobs", type=int, default=1, metavar="N", help="processes of this machine (1)"
-    )
-    command.add_argument(
-        "--memory",
-        type=float,
-        metavar="GB",
-        help="most memory of all jobs together (what the machine has available)",
-    )
+    add_jobs(command, "processes of this machine (1)")
     command.add_argument(
         "--part",
         type=part,
@@ -115,8 +129,9 @@ def work_of(options: argparse.Namespace) -> "Work":
     """Distribution of points over processes, from the options of `add_work`."""
     from fem_seal.points import Work
 
-    memory = None if options.memory is None else int(1e9 * options.memory)
-    return Work(options.jobs, options.part, gather=options.gather, memory=memory)
+    return Work(
+        options.jobs, options.part, gather=options.gather, memory=_bytes(options.memory)
+    )
 
 
 def prepare_workers(options: argparse.Namespace, module: str) -> None:
@@ -135,13 +150,19 @@ def add_output(command: argparse.ArgumentParser, default: str) -> None:
     )
 
 
-def run_and_print(scene: "Scene", out: Path, overwrite: bool, trust: bool = False) -> int:
+def run_and_print(
+    scene: "Scene",
+    out: Path,
+    overwrite: bool,
+    trust: bool = False,
+    work: "Work | None" = None,
+) -> int:
     """Run a scene into a folder, print its result and give the exit status."""
     from fem_seal.job import run
     from fem_seal.progress import Display
 
     with Display(parallel.is_root()) as report:
-        result = run(scene, out, overwrite=overwrite, report=report, trust=trust)
+        result = run(scene, out, overwrite=overwrite, report=report, trust=trust, work=work)
     return print_result(result, out)
 
 

@@ -4,10 +4,12 @@ import argparse
 
 from fem_seal.cli.common import (
     add_command,
+    add_jobs,
     add_output,
     add_scene,
     add_trust,
     default_folder,
+    jobs_of,
     run_and_print,
 )
 
@@ -22,6 +24,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_scene(command)
     add_trust(command)
+    add_jobs(command, "processes of this machine, for the patches of a [seal] (1)")
     add_output(command, "results/NAME for NAME.toml, and -KEY=VALUE for each --set")
     command.set_defaults(command=_run)
 
@@ -31,4 +34,4 @@ def _run(options: argparse.Namespace) -> int:
 
     scene = Scene.from_file(options.scene, options.overrides)
     out = options.out or default_folder(options.scene, options.overrides)
-    return run_and_print(scene, out, options.overwrite, options.trust)
+    return run_and_print(scene, out, options.overwrite, options.trust, jobs_of(options))

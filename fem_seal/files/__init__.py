@@ -15,6 +15,7 @@ from fem_seal.files.atomic import (
     write_text,
     writing,
 )
+from fem_seal.files.digest import digest
 from fem_seal.files.lock import locked_folder
 from fem_seal.files.owner import clear_abandoned
 
@@ -22,6 +23,7 @@ __all__ = [
     "atomic_write",
     "clear_abandoned",
     "create_text",
+    "digest",
     "locked_folder",
     "staging_folder",
     "temporary_folder",

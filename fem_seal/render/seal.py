@@ -1,19 +1,27 @@
 """Picture of a seal: pressures and conductivity along the path, and K of every patch."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.upscaling.seal import SealLeak
+from fem_seal.results.seal import SealRecord
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
-def seal_picture(seal: SealLeak, path: str | Path) -> Path:
-    """Draw P(x), p(x) and K(x) of a patch of middling leak rate, and K against the net load.
+def seal_picture(seal: SealRecord, path: str | Path) -> Path:
+    """Draw P(x), p(x) and K(x) of the patch of median leak rate, and K against the net load.
+
+    The part of the path that decides the leak rate is shaded: the one with 90 % of the influence
+    of ln K on ln Q, or all of it that is sealed. It lies before the steepest fall of the fluid's
+    pressure, which lowers the net load of all places behind it.
 
     Parameters
     ----------
-    seal : SealLeak
-        Leak rate of a seal.
+    seal : SealRecord
+        Of result.json.
     path : str or Path
         PNG file to write.
 
@@ -24,50 +32,61 @@ def seal_picture(seal: SealLeak, path: str | Path) -> Path:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 7), layout="constrained")
-    (pressures, loads), (conductivity, _) = axes = figure.subplots(2, 2, width_ratios=(1.2, 1))
-    grid = axes[0, 1].get_gridspec()
-    loads.remove()
-    axes[1, 1].remove()
-    loads = figure.add_subplot(grid[:, 1])
-    by_rate = sorted(seal.patches, key=lambda one: one.flow.value)
-    leaking = [one.flow.path for one in by_rate if one.flow.path is not None]
-    if leaking:
-        middle = leaking[len(leaking) // 2]
-        x = 1e3 * middle.x
-        pressures.plot(x, 1e-6 * middle.contact_pressure, "k", label="contact pressure P")
-        pressures.plot(x, 1e-6 * middle.fluid_pressure, "tab:blue", label="fluid pressure p")
-        pressures.fill_between(
-            x,
-            1e-6 * middle.fluid_pressure,
-            1e-6 * middle.contact_pressure,
-            where=middle.contact_pressure > middle.fluid_pressure,
-            color="0.9",
-            label="carried by the solid",
-        )
-        closed = np.isfinite(middle.conductivity) & (middle.conductivity > 0)
-        K = np.where(closed, middle.conductivity, np.nan)
-        conductivity.semilogy(x, K, "tab:red")
-        pressures.legend(fontsize=8)
-    pressures.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
-    conductivity.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]")
-    for number, one in enumerate(seal.patches):
-        if one.table is None:
-            continue
-        table, colour = one.table, f"C{number % 10}"
-        open_ = table.upper > 0
-        w = 1e-6 * table.loads
-        lower, upper, value = (K[open_] for K in (table.lower, table.upper, table.value))
-        loads.fill_between(w[open_], lower, upper, color=colour, alpha=0.3)
-        loads.plot(w[open_], value, ".-", color=colour, lw=0.8)
-        if not open_.all():
-            # Where the patch is known to be sealed.
-            loads.axvline(w[np.argmin(open_)], color=colour, ls=":", lw=0.8)
-    loads.set(
-        yscale="log",
-        xlabel="net load P - p [MPa]",
-        ylabel="K [m³/(Pa s)]",
-        title="every patch; dotted: sealed",
-    )
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.2, 1))
+    pressures = figure.add_subplot(grid[0, 0])
+    conductivity = figure.add_subplot(grid[1, 0], sharex=pressures)
+    _draw_path(seal, pressures, conductivity)
+    _draw_loads(seal, figure.add_subplot(grid[:, 1]))
     path = Path(path)
     figure.savefig(path, dpi=120)
     return path
+
+
+def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> None:
+    pressures.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
+    conductivity.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]")
+    pressures.tick_params(labelbottom=False)
+    if seal.sealing is not None:
+        for axes in (pressures, conductivity):
+            axes.axvspan(
+                1e3 * seal.sealing.start,
+                1e3 * seal.sealing.end,
+                color="tab:green",
+                alpha=0.12,
+                label="90 % of d ln Q/d ln K" if seal.path else "sealed",
+            )
+    if seal.path is not None:
+        x, P, p = (
+            np.array(values)
+            for values in (seal.path.x, seal.path.contact_pressure, seal.path.fluid_pressure)
+        )
+        pressures.plot(1e3 * x, 1e-6 * P, "k", label="contact pressure P")
+        pressures.plot(1e3 * x, 1e-6 * p, "tab:blue", label="fluid pressure p, above ambient")
+        K = np.array([value or np.nan for value in seal.path.conductivity])
+        conductivity.semilogy(1e3 * x, K, "tab:red")
+    if seal.sealing is not None:
+        pressures.legend(fontsize=8)
+
+
+def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
+    axes.set(
+        xlabel="net load P - p [MPa]",
+        ylabel="K [m³/(Pa s)]",
+        title="every patch; band: bounds, dotted: sealed",
+    )
+    drawn = False
+    for number, one in enumerate(seal.patches):
+        if one.conductivity is None:
+            continue
+        table, colour = one.conductivity.table, f"C{number % 10}"
+        open_ = table.upper > 0
+        w = 1e-6 * table.loads
+        lower, upper, value = (K[open_] for K in (table.lower, table.upper, table.value))
+        axes.fill_between(w[open_], lower, upper, color=colour, alpha=0.3)
+        axes.plot(w[open_], value, ".-", color=colour, lw=0.8, label=f"patch {number + 1}")
+        drawn = drawn or bool(open_.any())
+        if not open_.all():
+            axes.axvline(w[np.argmin(open_)], color=colour, ls=":", lw=0.8)
+    if drawn:
+        axes.set_yscale("log")
+        axes.legend(fontsize=8)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from datetime import UTC, datetime
-from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
 from pathlib import Path
@@ -16,6 +15,7 @@ from fem_seal import parallel
 from fem_seal.accuracy import Choice, Trial
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
+from fem_seal.files import digest
 from fem_seal.film import GridFilm
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import peak_memory
@@ -348,12 +348,3 @@ def input_files(scene: Scene) -> list[Path]:
     sections = (scene.surface, scene.gap, scene.shape)
     paths = [s.path for s in sections if isinstance(s, FileSurface | Gap | MeshFile)]
     return [*paths, scene.seal.table] if scene.seal and scene.seal.table else paths
-
-
-def digest(path: Path) -> str:
-    """SHA-256 of the content of a file."""
-    with path.open("rb") as file:
-        content = sha256()
-        while block := file.read(1 << 20):
-            content.update(block)
-    return content.hexdigest()

@@ -1,19 +1,39 @@
 """What result.json says of a whole seal."""
 
+import numpy as np
+
 from fem_seal.digits import with_prefix
 from fem_seal.leak_rate import rate_text
 from fem_seal.results.rates import RateRecord
 from fem_seal.results.record import Record
-from fem_seal.upscaling.seal import SealLeak, loads_of
+from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.seal import SealLeak, middling
+from fem_seal.upscaling.seal_flow import PathFlow
+
+POINTS = 400  # of the path at most, in the record
+
+
+class TableRecord(Record):
+    """Bounds of the conductivity K [m³/(Pa s)] of a patch at net loads [Pa]; 0 if sealed."""
+
+    loads: tuple[float, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+    @property
+    def table(self) -> ConductivityTable:
+        """The record as a table."""
+        return ConductivityTable(*map(np.array, (self.loads, self.lower, self.upper)))
 
 
 class SealPatchRecord(Record):
-    """Leak rate of the seal if all its patches were like one of them [m³/s]."""
+    """Leak rate of the seal if all its patches were like one of them [m³/s], and its table."""
 
     state: str
     value: float | None
     lower: float | None
     upper: float | None
+    conductivity: TableRecord | None = None
 
 
 class ShareRecord(Record):
@@ -22,6 +42,36 @@ class ShareRecord(Record):
     value: float
     lower: float
     upper: float
+
+
+class SealingRecord(Record):
+    """Where along the path the seal seals: distances from the inlet [m]."""
+
+    start: float
+    middle: float
+    end: float
+
+
+class PathRecord(Record):
+    """Pressures [Pa] and conductivity [m³/(Pa s)] along the leak path; null where it is open."""
+
+    x: tuple[float, ...]
+    contact_pressure: tuple[float, ...]
+    fluid_pressure: tuple[float, ...]
+    conductivity: tuple[float | None, ...]
+
+    @classmethod
+    def of(cls, path: PathFlow) -> "PathRecord":
+        """At most `POINTS` places of a path."""
+        every = -(-len(path.x) // POINTS)
+        kept = np.unique(np.append(np.arange(0, len(path.x), every), len(path.x) - 1))
+        K = path.conductivity[kept].tolist()
+        return cls(
+            x=tuple(path.x[kept].tolist()),
+            contact_pressure=tuple(path.contact_pressure[kept].tolist()),
+            fluid_pressure=tuple(path.fluid_pressure[kept].tolist()),
+            conductivity=tuple(value if np.isfinite(value) else None for value in K),
+        )
 
 
 class SealRecord(Record):
@@ -33,7 +83,10 @@ class SealRecord(Record):
     patches_along: int
     patches_around: int
     scatter: float
+    interval: tuple[float, float] | None = None
     loads: tuple[float, ...]
+    sealing: SealingRecord | None = None
+    path: PathRecord | None = None
 
     @classmethod
     def of(cls, seal: SealLeak) -> "SealRecord":
@@ -41,6 +94,9 @@ class SealRecord(Record):
         lifted = seal.state == "lifted off"
         share, low, high = seal.share_sealed
         bounds = {"value": seal.value, "lower": seal.lower, "upper": seal.upper}
+        tables = [one.table for one in seal.patches if one.table is not None]
+        along = middling(seal.patches).flow.path
+        sealing = seal.sealing
         return cls(
             leak_rate=None if lifted else RateRecord(**bounds, unit="m^3/s"),
             patches=tuple(
@@ -49,6 +105,7 @@ class SealRecord(Record):
                     value=None if lifted else one.flow.value,
                     lower=None if lifted else one.flow.lower,
                     upper=None if lifted else one.flow.upper,
+                    conductivity=_table(one.table),
                 )
                 for one in seal.patches
             ),
@@ -56,12 +113,24 @@ class SealRecord(Record):
             patches_along=seal.count.along,
             patches_around=seal.count.across,
             scatter=seal.scatter,
-            loads=loads_of(seal),
+            interval=seal.interval,
+            loads=tuple(sorted({load for table in tables for load in table.loads.tolist()})),
+            sealing=None if sealing is None else SealingRecord(**vars(sealing)),
+            path=None if along is None else PathRecord.of(along),
         )
 
 
+def _table(table: ConductivityTable | None) -> TableRecord | None:
+    if table is None:
+        return None
+    rows = (table.loads, table.lower, table.upper)
+    return TableRecord(
+        **dict(zip(("loads", "lower", "upper"), (tuple(r.tolist()) for r in rows), strict=True))
+    )
+
+
 def seal_words(seal: SealRecord) -> str:
-    """Leak rate of the seal, and of how many patches it is made."""
+    """Leak rate of the seal, of how many patches it is made, and where it seals."""
     if seal.leak_rate is None:
         return "lifted off: the fluid's pressure is nowhere below the contact pressure"
     rate = seal.leak_rate
@@ -70,7 +139,12 @@ def seal_words(seal: SealRecord) -> str:
     sealed = sum(patch.state == "sealed" for patch in seal.patches)
     made = f"{seal.patches_along} x {seal.patches_around} patches (along the path x around it)"
     words = f"{text}; {made}, from {number}, {sealed} sealed"
-    if not seal.loads:
-        return words
-    ends = f"{with_prefix(seal.loads[0], 'Pa')} to {with_prefix(seal.loads[-1], 'Pa')}"
-    return f"{words}; {len(seal.loads)} net loads from {ends}"
+    if seal.loads:
+        ends = f"{with_prefix(seal.loads[0], 'Pa')} to {with_prefix(seal.loads[-1], 'Pa')}"
+        words += f"; {len(seal.loads)} net loads from {ends}"
+    if seal.sealing is not None:
+        start, middle, end = (
+            with_prefix(x, "m") for x in (seal.sealing.start, seal.sealing.middle, seal.sealing.end)
+        )
+        words += f"; seals from {start} to {end} behind the inlet, half of it before {middle}"
+    return words

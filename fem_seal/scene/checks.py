@@ -3,7 +3,9 @@
 from fem_seal.fluid import Drive
 from fem_seal.scene.contents import Contents
 from fem_seal.scene.fluid import ambient_is_open
+from fem_seal.scene.measured import FileSurface
 from fem_seal.scene.messages import ContradictionError
+from fem_seal.scene.sections import LOADS
 from fem_seal.units import RateUnit
 
 MOST = 1e100  # largest limit [m³/s]; finite in any unit
@@ -13,6 +15,7 @@ def check(scene: Contents) -> None:
     """Run all checks, in the order in which a user should see the errors."""
     if check_shape(scene):
         check_gap(scene)
+    check_load(scene)
     check_seal(scene)
     check_accuracy(scene)
     if scene.needs_rates:
@@ -98,6 +101,25 @@ def check_gap(scene: Contents) -> None:
         )
 
 
+def check_load(scene: Contents) -> None:
+    """Refuse a contact without a load, or with a second one that [seal] gives."""
+    contact, seal = scene.contact, scene.seal
+    if contact is None:
+        return
+    loads = [name for name in LOADS if getattr(contact, name) is not None]
+    if seal is not None and seal.own_load:
+        if loads:
+            name = "maximum_pressure" if seal.maximum_pressure is not None else "line_load"
+            raise ContradictionError(
+                f"seal.{name} gives the contact pressure, and so does contact.{loads[0]}; leave "
+                "one of them out"
+            )
+    elif not loads:
+        raise ContradictionError(
+            f"contact: give exactly one of {', '.join(LOADS)}; got none"
+        )
+
+
 def check_seal(scene: Contents) -> None:
     """Refuse a seal whose patches cannot be computed, and products that stand beside it."""
     products = set(scene.output.products)
@@ -125,12 +147,23 @@ def check_seal(scene: Contents) -> None:
                 f"[{name}] does not go with [seal], whose patches are pressed by many loads on the "
                 "grid of [surface]; leave one of the two out"
             )
-    contact = scene.contact
-    if contact is not None and contact.pressure is None:
+    contact, own = scene.contact, scene.seal.own_load
+    if contact is not None and (contact.model != "gfmd" or (contact.pressure is None and not own)):
         raise ContradictionError(
             "[seal] needs contact.pressure, the mean contact pressure that solid and fluid carry "
             "together, for an elastic contact (contact.model = 'gfmd')"
         )
+    if scene.seal.window is not None:
+        if not isinstance(scene.surface, FileSurface):
+            raise ContradictionError(
+                "seal.window cuts patches out of a measured map; for a random surface leave it "
+                "out, and patches are seeds"
+            )
+        if scene.surface.twin_seed is not None:
+            raise ContradictionError(
+                "seal.window makes patches of parts of the map, and surface.twin_seed of its "
+                "spectrum; leave one of the two out"
+            )
     if scene.flow.lift not in (None, "none"):
         raise ContradictionError(
             f"flow.lift = {scene.flow.lift!r} is for a single patch; [seal] counts the fluid's "

@@ -1,6 +1,6 @@
 """All sections of a scene, and the quantities that follow from several of them."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
@@ -13,6 +13,9 @@ from fem_seal.scene.measured import FileSurface, Gap
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffineSurface, Solid
 from fem_seal.scene.shape import AnyShape
+
+if TYPE_CHECKING:
+    from fem_seal.contact.settings import Load
 
 Surface = Annotated[SelfAffineSurface | FileSurface, Field(discriminator="kind")]
 
@@ -51,6 +54,16 @@ class Contents(Section):
         """Whether some product needs the flow itself and not only its leak rate."""
         products = {"pictures", "mesh", "constriction"}
         return self.limit is not None or bool(products.intersection(self.output.products))
+
+    @property
+    def load(self) -> "Load":
+        """Load of the contact: that of [contact], or the mean pressure that [seal] gives."""
+        contact = present(self.contact, "[contact]")
+        if self.seal is None or not self.seal.own_load:
+            return contact.load
+        from fem_seal.contact.settings import Load
+
+        return Load("pressure", self.seal.mean_pressure(present(self.solid, "[solid]").E_star))
 
     @property
     def drive(self) -> Drive:

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from fem_seal.surface.preparation import Preparation
 
 
+WINDOW_END = 1e-5  # of a window, which leaves out the sample at its end
+
+
 def _length_unit(unit: str) -> str:
     try:
         length_in_metres(unit, "lengths")
@@ -102,6 +105,24 @@ class FileSurface(FieldFile):
     def stated(self) -> Stated:
         """What the scene says of the file."""
         return replace(super().stated, missing=self.missing)
+
+    def in_window(self, place: tuple[int, int], window: tuple[float, float]) -> "FileSurface":
+        """The same map cropped to one of the windows into which its `crop` is divided.
+
+        Parameters
+        ----------
+        place : (int, int)
+            Number of the window along x and along y, from 0.
+        window : (float, float)
+            Sides of a window [m].
+        """
+        corner = [0.0, 0.0] if self.crop is None else [start for start, _ in self.crop]
+        crop = tuple(
+            # The sample at the end is the first one of the next window.
+            (start + number * side, start + (number + 1 - WINDOW_END) * side)
+            for start, number, side in zip(corner, place, window, strict=True)
+        )
+        return self.model_copy(update={"crop": crop})
 
     @model_validator(mode="after")
     def _check(self) -> "FileSurface":

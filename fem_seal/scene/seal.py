@@ -1,14 +1,26 @@
 """The section of the whole seal, whose patches the other sections describe."""
 
+from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
+from fem_seal.errors import present
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import Count, Length, Number, Section, readable_file
+from fem_seal.scene.sections import (
+    Count,
+    Length,
+    LineLoad,
+    Number,
+    Pressure,
+    Section,
+    readable_file,
+)
 
 PROFILES = ("uniform", "hertz")
+RADII = ("inlet_radius", "outlet_radius")
+CYLINDER = ("line_load", "cylinder_radius")
 
 
 def _profile(value: object, info: ValidationInfo) -> Any:
@@ -26,11 +38,31 @@ class Seal(Section):
     leak_path: Length | None = Field(
         None, description="length from inlet to outlet, the width of the contact"
     )
-    circumference: Length = Field(description="length of the seal across the flow")
+    circumference: Length | None = Field(
+        None, description="length of the seal across the flow"
+    )
+    inlet_radius: Length | None = Field(
+        None, description="of a flat ring, in place of leak_path and circumference"
+    )
+    outlet_radius: Length | None = Field(None, description="of the ring; larger or smaller")
     pressure_profile: Annotated[Literal["uniform", "hertz"] | Path, BeforeValidator(_profile)] = (
         Field("uniform", description='"uniform", "hertz", or a .csv file with x and pressure')
     )
-    patches: Count = Field(1, le=1000, description="realizations: seeds, or twins of a map")
+    maximum_pressure: Pressure | None = Field(
+        None, description="of Hertz's profile, in place of contact.pressure, its mean"
+    )
+    line_load: LineLoad | None = Field(
+        None, description="of Hertz's profile, in place of contact.pressure and leak_path"
+    )
+    cylinder_radius: Length | None = Field(
+        None, description="of the cylinder that line_load presses; 1/R = 1/R1 + 1/R2"
+    )
+    patches: Count = Field(
+        1, le=1000, description="realizations: seeds, twins of a map, or windows of it"
+    )
+    window: tuple[Length, Length] | None = Field(
+        None, description="[along, across] the flow: patches are windows of the map"
+    )
     rtol: Number = Field(
         0.2, ge=1e-6, description="(upper - lower) / sqrt(lower upper) wanted of each patch"
     )
@@ -41,14 +73,86 @@ class Seal(Section):
         """File of the pressure profile; None for a named one."""
         return self.pressure_profile if isinstance(self.pressure_profile, Path) else None
 
+    @property
+    def is_ring(self) -> bool:
+        """Whether the fluid leaks from one radius of a flat ring to the other."""
+        return self.inlet_radius is not None
+
+    @property
+    def own_load(self) -> bool:
+        """Whether this section gives the contact pressure, in place of contact.pressure."""
+        return self.maximum_pressure is not None or self.line_load is not None
+
+    def mean_pressure(self, contact_modulus: float) -> float:
+        """Mean contact pressure [Pa] of Hertz's profile, if `own_load`.
+
+        It is π/4 of the maximum, √(w E*/(π R)) under a line load w (K. L. Johnson, Contact
+        Mechanics, eq. 4.45).
+
+        Parameters
+        ----------
+        contact_modulus : float
+            E* [Pa].
+        """
+        maximum = self.maximum_pressure
+        if maximum is None:
+            load, radius = (present(getattr(self, name), f"seal.{name}") for name in CYLINDER)
+            maximum = (load * contact_modulus / (pi * radius)) ** 0.5
+        return float(pi / 4 * maximum)
+
     @model_validator(mode="after")
     def _check(self) -> "Seal":
-        if self.table is None and self.leak_path is None:
+        self._check_profile()
+        lengths = ("leak_path", "circumference")
+        if self._both(RADII):
+            self._refuse(lengths, "the radii of the ring give it")
+            if self.line_load is not None:
+                raise ContradictionError(
+                    "line_load gives the width of the contact, and so do the radii of the ring; "
+                    "give circumference in place of the radii, or maximum_pressure in place of "
+                    "line_load and cylinder_radius"
+                )
+            if self.inlet_radius == self.outlet_radius:
+                raise ContradictionError("inlet_radius and outlet_radius of the ring must differ")
+            return self
+        if self.circumference is None:
             raise ContradictionError(
-                "leak_path is missing: give the length of the contact from inlet to outlet"
+                "circumference is missing: give the length of the seal across the flow, or "
+                "inlet_radius and outlet_radius of a flat ring"
             )
-        if self.table is not None and self.leak_path is not None:
+        if self.table is not None:
+            self._refuse(("leak_path",), "it is the length of the table of pressure_profile")
+        elif self.line_load is not None:
+            self._refuse(("leak_path",), "line_load and cylinder_radius give it")
+        elif self.leak_path is None:
             raise ContradictionError(
-                "leak_path is the length of the table of pressure_profile already; leave it out"
+                "leak_path is missing: give the length of the contact from inlet to outlet, or "
+                "inlet_radius and outlet_radius of a flat ring"
             )
         return self
+
+    def _check_profile(self) -> None:
+        """Refuse loads of Hertz's profile that contradict each other, or another profile."""
+        loaded = self._both(CYLINDER)
+        if self.own_load and self.pressure_profile != "hertz":
+            name = "maximum_pressure" if self.maximum_pressure is not None else "line_load"
+            raise ContradictionError(
+                f'{name} is of a cylinder: set pressure_profile = "hertz", or leave it out'
+            )
+        if loaded and self.maximum_pressure is not None:
+            raise ContradictionError(
+                "maximum_pressure and line_load both give the pressure; leave one of them out"
+            )
+
+    def _both(self, names: tuple[str, str]) -> bool:
+        """Whether two fields are given; ContradictionError if only one is."""
+        missing = [name for name in names if getattr(self, name) is None]
+        if len(missing) == 1:
+            other = next(name for name in names if name not in missing)
+            raise ContradictionError(f"{missing[0]} is missing: {other} needs it")
+        return not missing
+
+    def _refuse(self, names: tuple[str, ...], reason: str) -> None:
+        for name in names:
+            if getattr(self, name) is not None:
+                raise ContradictionError(f"{name} must be left out: {reason}")

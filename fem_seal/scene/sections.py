@@ -55,6 +55,7 @@ def readable_file(value: object, info: ValidationInfo) -> Path:
 
 
 Length = Annotated[float, BeforeValidator(partial(to_si, unit="m")), Field(gt=0)]
+LineLoad = Annotated[float, BeforeValidator(partial(to_si, unit="N/m")), Field(gt=0)]
 Coordinate = Annotated[float, BeforeValidator(partial(to_si, unit="m")), Field(ge=0)]
 Pressure = Annotated[float, BeforeValidator(partial(to_si, unit="Pa")), Field(gt=0)]
 Load = Annotated[float, BeforeValidator(partial(to_si, unit="Pa")), Field(ge=0)]
@@ -76,7 +77,7 @@ class Section(BaseModel):
         return own_names(self)
 
 
-def _exactly_one(section: Section, names: tuple[str, ...]) -> str:
+def exactly_one(section: Section, names: tuple[str, ...]) -> str:
     """Name of the only field of `names` that is set.
 
     Raises
@@ -126,7 +127,7 @@ class SelfAffineSurface(Section):
 
     @model_validator(mode="after")
     def _check(self) -> "SelfAffineSurface":
-        _exactly_one(self, ("rms_height", "rms_slope"))
+        exactly_one(self, ("rms_height", "rms_slope"))
         grid, short, long = max(self.spacing), self.short_wavelength, self.long_wavelength
         # One pixel is allowed, as in the letter; the tolerance is for rounding errors only.
         if short < grid and not isclose(short, grid, rel_tol=1e-9):
@@ -178,7 +179,7 @@ class Solid(Section):
 
     @model_validator(mode="after")
     def _check(self) -> "Solid":
-        _exactly_one(self, ("contact_modulus", "youngs_modulus"))
+        exactly_one(self, ("contact_modulus", "youngs_modulus"))
         E, ratios = self.youngs_modulus or (), self.poisson_ratio or ()
         if (self.youngs_modulus is None) != (self.poisson_ratio is None):
             raise ContradictionError("youngs_modulus and poisson_ratio belong together; give both")
@@ -233,6 +234,9 @@ def _solids(count: int) -> str:
     return "one solid" if count == 1 else "both solids"
 
 
+LOADS = ("pressure", "area_fraction", "mean_gap")
+
+
 class Contact(Section):
     """Contact of the two faces: the model, exactly one load, and the solver."""
 
@@ -252,8 +256,10 @@ class Contact(Section):
 
     @model_validator(mode="after")
     def _check(self) -> "Contact":
-        load = _exactly_one(self, ("pressure", "area_fraction", "mean_gap"))
-        if self.model == "bearing" and load == "pressure":
+        # A [seal] may give the load in place of this section: `checks.check_load`.
+        if any(getattr(self, name) is not None for name in LOADS):
+            exactly_one(self, LOADS)
+        if self.model == "bearing" and self.pressure is not None:
             raise ContradictionError(
                 "pressure has no meaning for model = 'bearing', which knows no elasticity; "
                 "give area_fraction or mean_gap"
@@ -263,7 +269,7 @@ class Contact(Section):
 
     @property
     def load(self) -> "contact.Load":
-        """The one load that is set."""
+        """The one load that is set; see `Contents.load` for a scene whose [seal] gives it."""
         from fem_seal.contact.settings import one_load
 
         return one_load(

@@ -67,8 +67,7 @@ class ContactPath:
 
 def _load(scene: Scene) -> Load | None:
     """Load of a contact whose start may be foretold."""
-    contact = scene.contact
-    load = None if contact is None else contact.load
+    load = None if scene.contact is None else scene.load
     return load if load is not None and load.kind in FORETOLD else None
 
 

@@ -30,6 +30,7 @@ CELLS = 1000  # of the leak path
 # Relative error of the leak rate that solves the boundary condition; bounds are widened by it.
 SHOOTING = 1e-9
 ROUNDING = 1e-12  # of a pressure
+PARTS = (0.05, 0.5, 0.95)  # of the influence, at start, middle and end of the sealing part
 # ln of the ratio of two conductivities, at most: a sealed load counts as this.
 MOST_FALL = 20.0
 
@@ -171,6 +172,23 @@ class EndPressures:
         return self.potential(self.inlet) - self.potential(self.outlet)
 
 
+@dataclass(frozen=True)
+class SealingPart:
+    """Where along the path the seal seals.
+
+    Parameters
+    ----------
+    start, middle, end : float
+        Distances from the inlet [m]. Of the influence on the leak rate 5 % lie before the start,
+        half before the middle, and 5 % behind the end. Of a sealed seal: start and end of the part
+        that no fluid passes, and the middle between them.
+    """
+
+    start: float
+    middle: float
+    end: float
+
+
 @dataclass(frozen=True, eq=False)
 class PathFlow:
     """Pressures and conductivity along the leak path, from the inlet to the outlet.
@@ -198,6 +216,13 @@ class PathFlow:
         """Length [m] of the path that seals: 1/Σ influence²/Δx, at most the whole path."""
         return float(1 / np.sum(self.influence**2 / np.diff(self.x)))
 
+    @property
+    def sealing(self) -> "SealingPart":
+        """The part of the path that has 90 % of the influence on the leak rate."""
+        total = np.concatenate([[0.0], np.cumsum(self.influence)])
+        start, middle, end = np.interp(PARTS, total / total[-1], self.x)
+        return SealingPart(float(start), float(middle), float(end))
+
 
 @dataclass(frozen=True, eq=False)
 class SealFlow:
@@ -211,6 +236,8 @@ class SealFlow:
         Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off.
     path : PathFlow or None
         Pressures and conductivity along the path, of the value; None unless leaking.
+    sealing : SealingPart or None
+        Where the seal seals; None if lifted off.
     """
 
     state: str
@@ -218,6 +245,7 @@ class SealFlow:
     lower: float
     upper: float
     path: PathFlow | None = None
+    sealing: SealingPart | None = None
 
 
 def seal_flow(
@@ -259,7 +287,8 @@ def seal_flow(
     if profile.highest <= ends.inlet:
         return SealFlow("lifted off", inf, inf, inf)
     if profile.highest - ends.inlet >= table.sealing_load:
-        return SealFlow("sealed", 0.0, 0.0, 0.0)
+        sealing = _sealed_part(profile, ends.inlet + table.sealing_load, cells)
+        return SealFlow("sealed", 0.0, 0.0, 0.0, sealing=sealing)
     x = _cell_ends(profile, cells)
     P, s = profile(x), path.resistance(x)
     low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
@@ -269,7 +298,15 @@ def seal_flow(
     upper = _leak_rate(table.highest, low, lengths, ends) * (1 + 2 * SHOOTING)
     value = _leak_rate(table.interpolated, middle, lengths, ends)
     along = _path_flow(table, profile, x, middle, lengths, ends, value)
-    return SealFlow("leaking", value, lower, upper, along)
+    return SealFlow("leaking", value, lower, upper, along, along.sealing)
+
+
+def _sealed_part(profile: Profile, pressure: float, cells: int) -> SealingPart:
+    """The part of the path on which the contact pressure is at least a pressure [Pa]."""
+    x = np.union1d(np.linspace(0, profile.length, cells + 1), profile.nodes)
+    sealed = x[profile(x) >= pressure]
+    start, end = float(sealed.min()), float(sealed.max())
+    return SealingPart(start, 0.5 * (start + end), end)
 
 
 def _cell_ends(profile: Profile, cells: int) -> np.ndarray:

@@ -14,7 +14,9 @@ from fem_seal.results import Result
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
 from fem_seal.upscaling.profile import Hertz, Uniform
-from fem_seal.upscaling.seal import profile_of, read_profile, realization, solve_seal
+from fem_seal.upscaling.realizations import realizations
+from fem_seal.upscaling.scene_profile import profile_of, read_profile
+from fem_seal.upscaling.seal import solve_seal
 
 TEXT = """
 [surface]
@@ -129,19 +131,15 @@ def test_sealed_and_lifted_off():
 
 
 def test_realizations_are_seeds():
-    patch = Patch(scene())
-    other = realization(patch, 2)
-    assert realization(patch, 0).surface is patch.surface
-    assert other.scene.surface.seed == 2
-    assert not np.array_equal(other.surface.values, patch.surface.values)
+    assert [one.surface.seed for one in realizations(scene())] == [0, 1, 2]
 
 
 def test_profiles_have_the_mean_of_the_contact():
-    hertz = profile_of(scene(seal={"pressure_profile": "hertz"}))
+    hertz, _ = profile_of(scene(seal={"pressure_profile": "hertz"}))
     assert isinstance(hertz, Hertz)
     x = (np.arange(20000) + 0.5) / 20000 * hertz.length
     assert np.mean(hertz(x)) == pytest.approx(2e5, rel=1e-5)
-    assert profile_of(scene()) == Uniform(2e5, 1e-4)
+    assert profile_of(scene())[0] == Uniform(2e5, 1e-4)
 
 
 def test_table_with_units(tmp_path):
@@ -152,7 +150,7 @@ def test_table_with_units(tmp_path):
     assert profile.pressure.tolist() == [0, 2e6, 0.5e6]
     asked = without("seal", "leak_path")
     asked["seal"]["pressure_profile"] = str(path)
-    assert profile_of(Scene.from_mapping(asked)).highest == 2e6
+    assert profile_of(Scene.from_mapping(asked))[0].highest == 2e6
 
 
 @pytest.mark.parametrize(
@@ -231,3 +229,195 @@ def test_the_upper_side_of_a_gas_is_open():
     assert (slip.lower, slip.upper) == (1.0, None)
     # Without slip a gas is a liquid whose drop is T0/(2 T p0)(p_in² - p_out²), in steps of p.
     assert result.seal.leak_rate.value > 0
+
+
+def hertz(**fields):
+    """Scene under Hertz's pressure, with its load in [seal] and none in [contact]."""
+    data = tomllib.loads(TEXT)
+    del data["contact"]["pressure"]
+    data["seal"] |= {"pressure_profile": "hertz", **fields}
+    return data
+
+
+def test_hertz_by_its_maximum():
+    asked = Scene.from_mapping(hertz(maximum_pressure="0.4 MPa"))
+    assert profile_of(asked)[0] == Hertz(4e5, 1e-4)
+    # The contact that is written and drawn is that under the mean pressure.
+    assert asked.load.value == pytest.approx(np.pi / 4 * 4e5)
+
+
+def test_hertz_by_line_load_and_radius():
+    """Half width 2 √(w R/(π E*)), maximum √(w E*/(π R)); contact width and leak path are one."""
+    data = hertz(line_load="2 kN/m", cylinder_radius="2 mm")
+    del data["seal"]["leak_path"]
+    asked = Scene.from_mapping(data)
+    profile, path = profile_of(asked)
+    assert profile.maximum == pytest.approx(np.sqrt(2e3 * 1e7 / (np.pi * 2e-3)))
+    assert path.length == pytest.approx(4 * np.sqrt(2e3 * 2e-3 / (np.pi * 1e7)))
+    assert asked.load.value == pytest.approx(2e3 / path.length)
+
+
+def ring(**fields):
+    data = tomllib.loads(TEXT)
+    del data["seal"]["leak_path"], data["seal"]["circumference"]
+    data["seal"] |= {"inlet_radius": "2 mm", "outlet_radius": "2.1 mm", **fields}
+    return data
+
+
+def test_ring_leaks_as_its_closed_form():
+    """Under a uniform pressure a ring leaks 2π/ln(r2/r1) where a strip leaks W/L."""
+    flat = scene(seal={"patches": 1})
+    round_ = Scene.from_mapping(ring(patches=1))
+    strip, around = (solve_seal(Patch(one)) for one in (flat, round_))
+    ratio = 2 * np.pi / np.log(2.1 / 2) / (10 / 0.1)
+    assert around.value / strip.value == pytest.approx(ratio, rel=1e-8)
+
+
+def test_table_on_a_ring(tmp_path):
+    path = tmp_path / "profile.csv"
+    path.write_text("x [mm], pressure [MPa]\n0, 0\n0.05, 0.3\n0.1, 0\n")
+    profile, _ = profile_of(Scene.from_mapping(ring(pressure_profile=str(path))))
+    assert profile.length == pytest.approx(1e-4)
+    short = Scene.from_mapping(ring(pressure_profile=str(path), outlet_radius="2.2 mm"))
+    with pytest.raises(InvalidInput, match=r"0\.0001 m long, but from seal\.inlet_radius"):
+        profile_of(short)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (ring(circumference="1 mm"), "circumference must be left out: the radii of the ring"),
+        (ring(leak_path="1 mm"), "leak_path must be left out"),
+        (ring(outlet_radius="2 mm"), "must differ"),
+        ({"seal": {"inlet_radius": "2 mm"}}, "outlet_radius is missing: inlet_radius needs it"),
+        (hertz(maximum_pressure="1 MPa", pressure_profile="uniform"), "is of a cylinder"),
+        (hertz(line_load="1 kN/m"), "cylinder_radius is missing"),
+        (hertz(line_load="1 kN/m", cylinder_radius="2 mm"), "line_load and cylinder_radius give"),
+        (
+            hertz(maximum_pressure="1 MPa", line_load="1 kN/m", cylinder_radius="2 mm"),
+            "both give the pressure",
+        ),
+        (
+            hertz(maximum_pressure="1 MPa") | {"contact": {"pressure": 1e5}},
+            r"seal\.maximum_pressure gives the contact pressure, and so does contact\.pressure",
+        ),
+        (hertz(), "exactly one of pressure, area_fraction, mean_gap; got none"),
+        ({"seal": {"window": ["10 um", "10 um"]}}, "for a random surface leave it out"),
+    ],
+)
+def test_contradictions_of_profile_and_path(data, words):
+    whole = tomllib.loads(TEXT)
+    merged = whole | data
+    if set(data) == {"seal"}:
+        merged["seal"] = whole["seal"] | data["seal"]
+    with pytest.raises(InvalidInput, match=words):
+        Scene.from_mapping(merged)
+
+
+@pytest.fixture
+def measured(tmp_path):
+    """Scene of windows of a map of 64 × 96 samples, 1 µm apart, each with a height of its own."""
+    heights = 1e-7 * np.random.default_rng(1).random((64, 96))
+    heights[:32] += 1e-6
+    np.savez(tmp_path / "map.npz", heights=heights, spacing=[1e-6, 1e-6], periodic=False)
+    data = tomllib.loads(TEXT)
+    data["surface"] = {"kind": "file", "path": str(tmp_path / "map.npz"), "make_periodic": "cut"}
+    data["seal"] |= {"window": ["32 um", "32 um"], "patches": 6}
+    return data, heights
+
+
+def test_windows_of_a_map(measured):
+    """Six windows of 32 × 32 samples, each once; the first one is that of the contact."""
+    data, heights = measured
+    asked = Scene.from_mapping(data)
+    windows = [Patch(one).surface for one in realizations(asked)]
+    assert {field.values.tobytes() for field in windows} == {
+        np.ascontiguousarray(heights[i : i + 32, j : j + 32]).tobytes()
+        for i in (0, 32)
+        for j in (0, 32, 64)
+    }
+    assert np.array_equal(Patch(asked).surface.values, windows[0].values)
+
+
+def test_windows_begin_at_the_crop(measured):
+    data, heights = measured
+    data["surface"]["crop"] = [["32 um", "64 um"], ["0 um", "96 um"]]
+    data["seal"]["patches"] = 2
+    first, last = (Patch(one).surface.values for one in realizations(Scene.from_mapping(data)))
+    assert np.array_equal(first, heights[32:, :32])
+    assert np.array_equal(last, heights[32:, 64:])
+
+
+def test_too_few_windows(measured):
+    data, _ = measured
+    data["seal"]["patches"] = 7
+    with pytest.raises(InvalidInput, match=r"holds 2 x 3 windows of 3\.2e-05 m by 3\.2e-05 m"):
+        realizations(Scene.from_mapping(data))
+    data["surface"]["twin_seed"] = 1
+    with pytest.raises(InvalidInput, match=r"seal\.window makes patches of parts of the map"):
+        Scene.from_mapping(data)
+
+
+def test_patches_are_kept_and_not_computed_again(tmp_path):
+    """A second run with another circumference and a limit reads the patches of the first."""
+    asked = scene(seal={"patches": 2})
+    first = solve_seal(Patch(asked), tmp_path)
+    files = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    assert len(files) == 2
+    more = solve_seal(Patch(scene(seal={"patches": 3})), tmp_path)
+    assert all(path.read_bytes() == text for path, text in files.items())
+    assert len(list(tmp_path.iterdir())) == 3
+    for one, other in zip(first.patches, more.patches, strict=False):
+        assert one.flow.value == other.flow.value
+
+
+def test_a_damaged_patch_is_computed_again(tmp_path):
+    asked = scene(seal={"patches": 1})
+    first = solve_seal(Patch(asked), tmp_path)
+    (file,) = tmp_path.iterdir()
+    file.write_text(file.read_text()[:50])
+    assert solve_seal(Patch(asked), tmp_path).value == first.value
+
+
+def test_jobs_give_the_same_digits(tmp_path):
+    """By an executor of another kind, which computes the patches in threads, and one by one."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    from fem_seal.points import Work
+
+    with ThreadPoolExecutor(1) as executor:
+        shared = solve_seal(Patch(scene()), tmp_path, Work(executor=executor))
+    alone = solve_seal(Patch(scene()))
+    assert (shared.lower, shared.value, shared.upper) == (alone.lower, alone.value, alone.upper)
+
+
+def test_jobs_without_a_seal_are_refused(tmp_path):
+    from fem_seal.points import Work
+
+    data = tomllib.loads(TEXT)
+    del data["seal"]
+    data["output"]["products"] = ["leak_rate"]
+    with pytest.raises(InvalidInput, match=r"--jobs = 2 distributes the patches of a \[seal\]"):
+        job.run(Scene.from_mapping(data), tmp_path / "out", work=Work(2))
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.render
+def test_picture_is_drawn_again_from_the_result(outcome):
+    _, folder = outcome
+    before = (folder / "seal.png").read_bytes()
+    (folder / "seal.png").unlink()
+    assert "seal.png" in job.draw(folder)
+    assert (folder / "seal.png").read_bytes() == before
+
+
+@pytest.mark.render
+def test_where_the_seal_seals(outcome):
+    """Under a uniform pressure every place counts alike: 90 % of the path, in its middle.
+
+    The influence of a cell of 1000 is known to the steps between its loads.
+    """
+    sealing = outcome[0].seal.sealing
+    assert (sealing.start, sealing.middle, sealing.end) == pytest.approx(
+        (0.05e-4, 0.5e-4, 0.95e-4), abs=1e-3 * 1e-4
+    )

@@ -1,0 +1,177 @@
+"""The patches of a seal as independent points: a file for each patch, computed by many processes.
+
+A point is the chain of loads of one patch. What is kept is the table of its conductivity, from
+which the flow through the seal follows at once.
+"""
+
+import json
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from time import perf_counter
+
+from fem_seal import __version__, parallel
+from fem_seal.errors import FemSealError, present
+from fem_seal.files import digest
+from fem_seal.parallel import Comm
+from fem_seal.patch import Patch
+from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
+from fem_seal.points.compute import compute_chain
+from fem_seal.progress import Report
+from fem_seal.scene import FileSurface, Scene
+from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.patch_conductivity import LoadedPatch, refined
+from fem_seal.upscaling.profile import Uniform
+from fem_seal.upscaling.realizations import patch_of
+from fem_seal.upscaling.scene_profile import profile_of
+from fem_seal.upscaling.seal_flow import EndPressures, seal_flow
+
+
+@dataclass(frozen=True)
+class SolvedPatch:
+    """Conductivity of a patch at the net loads that the seal needs.
+
+    Parameters
+    ----------
+    loads, lower, upper : tuple of float
+        Net loads [Pa] and bounds of K [m³/(Pa s)]; see `ConductivityTable`.
+    size : (float, float)
+        Lengths (Lx, Ly) of the patch [m].
+    converged : bool
+        Whether the leak rate of a seal of such patches is known to seal.rtol.
+    reason : str
+        Why not, else empty.
+    seconds : float
+        Time of the computation.
+    """
+
+    loads: tuple[float, ...]
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+    size: tuple[float, float]
+    converged: bool
+    reason: str
+    seconds: float
+
+    @property
+    def table(self) -> ConductivityTable:
+        """The loads and bounds as a table."""
+        return ConductivityTable(*map(list, (self.loads, self.lower, self.upper)))  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class PatchTask(Task[SolvedPatch]):
+    """A patch to be solved under a chain of loads.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of the realization, with its [seal].
+    """
+
+    scene: Scene
+
+    def compute(self, handed_on: None, report: Report, comm: Comm) -> SolvedPatch:
+        """Solve the patch; nothing is handed on from patch to patch."""
+        return solved_patch(self.scene, report, comm)
+
+
+def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
+    """Conductivity of the patch of a realization, refined in load.
+
+    Parameters
+    ----------
+    scene : Scene
+        With [seal]; not one that lifts off.
+    report : callable
+    comm : MPI.Comm or None
+
+    Raises
+    ------
+    NotConverged
+        If a contact is not solved to its tolerance.
+    """
+    start = perf_counter()
+    seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
+    ends = EndPressures.of(scene.drive, scene.gauge_pressures)
+    patch = patch_of(scene, report, comm)
+    outcome = refined(
+        LoadedPatch(patch),
+        lambda table: seal_flow(table, profile, path, ends),
+        profile.highest,
+        ends.inlet,
+        ends.outlet,
+        uniform=isinstance(profile, Uniform),
+        tolerance=seal.rtol,
+        most_loads=seal.max_loads,
+    )
+    table = present(outcome.table, "table of the patch")
+    return SolvedPatch(
+        tuple(table.loads.tolist()),
+        tuple(table.lower.tolist()),
+        tuple(table.upper.tolist()),
+        present(patch.surface, "surface").size,
+        outcome.converged,
+        outcome.reason,
+        perf_counter() - start,
+    )
+
+
+def solved_patches(
+    scenes: tuple[Scene, ...], like: Patch, folder: Path | None, work: Work
+) -> tuple[SolvedPatch, ...]:
+    """Solve the patches that a folder does not hold yet.
+
+    Parameters
+    ----------
+    scenes : tuple of Scene
+        Of the realizations.
+    like : Patch
+        Whose report and processes are used.
+    folder : Path or None
+        Keeps a file for each patch, so that an interrupted run goes on; None: nothing is kept, and
+        this process computes all patches.
+    work : Work
+        How the patches are shared out.
+
+    Raises
+    ------
+    NotConverged
+        If a patch failed; the others are computed all the same.
+    """
+    number = len(scenes)
+    tasks = [
+        PatchTask(_name(scene), f"patch {k + 1} of {number}", scene)
+        for k, scene in enumerate(scenes)
+    ]
+    if folder is None:
+        return tuple(task.compute(None, _under(task, like.report), like.comm) for task in tasks)
+    points = RecordFolder(folder, SolvedPatch)
+    chains: list[Chain[SolvedPatch]] = [Chain(points, (task,)) for task in tasks]
+    if work.jobs == 1 and work.executor is None:
+        failures: dict[str, FemSealError] = {}
+        for chain in chains:
+            failures |= compute_chain(chain, like.report, comm=like.comm)
+    else:
+        failures = compute_points(chains, work, report=like.report).failures
+    for error in failures.values():
+        raise error
+    return parallel.on_root(
+        lambda: tuple(present(points.point(task.name), task.label) for task in tasks), like.comm
+    )
+
+
+def _under(task: PatchTask, report: Report) -> Report:
+    return lambda stage, detail: report(f"{task.label}: {stage}", detail)
+
+
+def _name(scene: Scene) -> str:
+    """Name of the file of a patch: a hash of its scene, its input files and the version."""
+    what = scene.to_mapping()
+    what["seal"].pop("patches")
+    surface, table = scene.surface, present(scene.seal, "[seal]").table
+    paths = [surface.path] if isinstance(surface, FileSurface) else []
+    paths += [table] if table is not None else []
+    inputs = [digest(path) for path in paths]
+    text = json.dumps({"scene": what, "inputs": inputs, "version": __version__}, sort_keys=True)
+    return sha256(text.encode()).hexdigest()[:32]
