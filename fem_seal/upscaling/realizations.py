@@ -35,8 +35,10 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
         If the map cannot be read, or holds fewer windows.
     """
     seal = present(scene.seal, "[seal]")
-    surface: SelfAffineSurface | FileSurface = present(scene.surface, "[surface]")
+    surface = scene.surface
     surfaces: Sequence[Section]
+    if surface is None:
+        raise InvalidInput("[seal] needs [surface], of which its patches are made")
     if isinstance(surface, FileSurface) and seal.window is not None:
         places = _places(surface, seal.window, seal.patches)
         surfaces = [surface.in_window(place, seal.window) for place in places]
