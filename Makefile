@@ -2,9 +2,10 @@
 # make test   install what is missing and run the tests
 # make lint   install what is missing and check style and types
 # make limits install what is missing, try the extremes and write docs/limits.md
+# make docs   install what is missing and build the pages into docs/_build; warnings are errors
 # make setup  install what is missing
 # make debian13, make sid   run demo and tests on that Debian, in a clean root (as root)
-.PHONY: demo test lint limits setup clean debian13 sid
+.PHONY: demo test lint limits docs setup clean debian13 sid
 
 # One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
 export OMP_NUM_THREADS ?= 1
@@ -28,6 +29,10 @@ lint: .venv/ready
 
 limits: .venv/ready
 	.venv/bin/python tests/extremes/limits_page.py docs/limits.md
+
+docs: .venv/ready
+	.venv/bin/pip install -q --disable-pip-version-check -c .venv/debian.txt -e '.[docs]'
+	.venv/bin/python -m sphinx -W --keep-going -q -b html docs docs/_build
 
 setup: .venv/ready
 

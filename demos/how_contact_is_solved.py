@@ -1,5 +1,5 @@
 # %% [markdown]
-# How is an elastic contact solved, and how do we know that it is right?
+# # How is an elastic contact solved, and how do we know that it is right?
 #
 # A rigid rough counter-face h is pressed into an elastic half-space. The displacement u minimises
 #

@@ -68,7 +68,7 @@ class Stopping:
     progress : Progress or None
         Called after each iteration.
     gap_tolerance : float
-        Limit of |g| on pressed samples and of the overlap, in units of the rms height; inf
+        Limit of ``|g|`` on pressed samples and of the overlap, in units of the rms height; inf
         where only the energy matters, as in a start for another solve.
     """
 

@@ -35,7 +35,7 @@ def solve(
 ) -> ContactState:
     """Frictionless, non-adhesive contact of a rigid rough counter-face with an elastic half-space.
 
-    Minimises V = (A0/4) E* Σ q |ũ(q)|² under a load and u >= h (Dapp et al., Phys. Rev. Lett.
+    Minimises ``V = (A0/4) E* Σ q |ũ(q)|²`` under a load and u >= h (Dapp et al., Phys. Rev. Lett.
     108, 244301 (2012)), small slopes, periodic.
 
     Parameters

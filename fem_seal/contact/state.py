@@ -110,9 +110,9 @@ class ContactState(GapState):
         pressure alone in float64. It proves that the energy per area lies within certificate ×
         mean pressure × h_rms above the minimum.
     complementarity : float
-        Σ |p g| / (h_rms Σ p) of the computed gap.
+        ``Σ |p g| / (h_rms Σ p)`` of the computed gap.
     pressed_gap : float
-        Largest |g| of the computed gap where the pressure is positive, in units of h_rms.
+        Largest ``|g|`` of the computed gap where the pressure is positive, in units of h_rms.
     penetration : float
         Deepest overlap of the computed gap, in units of h_rms.
     iterations : int

@@ -17,7 +17,7 @@ class RadialSpectrum:
     Attributes
     ----------
     wavenumber : (m,) float
-        Mean |q| of each ring [1/m].
+        Mean ``|q|`` of each ring [1/m].
     density : (m,) float
         Mean of C(q) [m^4].
     modes : (m,) float
@@ -93,7 +93,7 @@ def rms_height(field: GridField) -> float:
 
 
 def rms_slope(field: GridField) -> float:
-    """Root mean square gradient of the trigonometric interpolant, (Σ q^2 |h̃|^2)^(1/2).
+    """Root mean square gradient of the trigonometric interpolant, ``(Σ q² |h̃|²)^(1/2)``.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def rms_slope(field: GridField) -> float:
 def radial_spectrum(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
     """C(q) averaged over rings of width 2π/min(Lx, Ly).
 
-    Normalised as <h²> = ∫ C d²q, that is C = |h̃|² Lx Ly / (2π)².
+    Normalised as <h²> = ∫ C d²q, that is ``C = |h̃|² Lx Ly / (2π)²``.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ def self_affine(
     scaling: str = "exact",
     seed: int,
 ) -> GridField:
-    """Gaussian random heights with <|h̃(q)|²> ∝ C(q).
+    """Gaussian random heights with ``<|h̃(q)|²> ∝ C(q)``.
 
     Every wave vector has its own index in the stream of random numbers, so that a finer grid
     samples the same surface: heights at common points agree to rounding if the coarser grid

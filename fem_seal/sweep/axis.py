@@ -37,7 +37,7 @@ class Axis:
         Parameters
         ----------
         text : a value may be a range of whole numbers, 1..1000, both ends included; a value of a
-            path may be a pattern such as maps/*.npz, for all files that match
+            path may be a pattern such as ``maps/*.npz``, for all files that match
         folder : where patterns count from, the current one if left out
 
         Raises

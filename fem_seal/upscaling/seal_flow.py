@@ -88,7 +88,7 @@ class RingPath:
 
     @property
     def length(self) -> float:
-        """L = |r_outlet - r_inlet| [m]."""
+        """``L = |r_outlet - r_inlet|`` [m]."""
         return abs(self.outlet_radius - self.inlet_radius)
 
     @property
@@ -97,7 +97,7 @@ class RingPath:
         return pi * (self.outlet_radius + self.inlet_radius)
 
     def resistance(self, x: np.ndarray) -> np.ndarray:
-        """|ln(r/r_inlet)|/(2π) from the inlet to x [m], without unit."""
+        """``|ln(r/r_inlet)|``/(2π) from the inlet to x [m], without unit."""
         outwards = 1 if self.outlet_radius > self.inlet_radius else -1
         return np.abs(np.log1p(outwards * np.asarray(x) / self.inlet_radius)) / (2 * pi)
 

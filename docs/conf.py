@@ -1,0 +1,33 @@
+"""Sphinx settings of the pages: `make docs`. Warnings are errors there."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from fem_seal import __version__
+
+project = "fem_seal"
+author = "The fem_seal developers"
+copyright = "2026, the fem_seal developers"
+release = version = __version__
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.viewcode",
+    "sphinxarg.ext",
+    "gallery_pages",
+]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+exclude_patterns = ["_build"]
+html_theme = "furo"
+html_title = "fem_seal"
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # the sections of numpydoc name the types that people need
+numpydoc_show_class_members = False
