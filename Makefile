@@ -32,7 +32,7 @@ limits: .venv/ready
 
 docs: .venv/ready
 	.venv/bin/pip install -q --disable-pip-version-check -c .venv/debian.txt -e '.[docs]'
-	.venv/bin/python -m sphinx -W --keep-going -q -b html docs docs/_build
+	.venv/bin/python -m sphinx -W --keep-going -b html docs docs/_build
 
 setup: .venv/ready
 

@@ -14,9 +14,12 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sphinx.util import logging
+
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
+PROGRESS = logging.getLogger(__name__)
 DOCS = Path(__file__).parent
 DEMOS = DOCS.parent / "demos"
 INDEX = """# Gallery
@@ -48,7 +51,7 @@ def write_pages() -> None:
         demo, page = DEMOS / f"{name}.py", folder / f"{name}.md"
         stamp = f"% {sha256(demo.read_bytes()).hexdigest()}\n"
         if not page.is_file() or not page.read_text().startswith(stamp):
-            print(f"gallery: {name}", flush=True)
+            PROGRESS.info("running demos/%s.py", name)
             words, pictures = run(demo, folder / name)
             page.write_text(stamp + "\n".join(page_of(demo.read_text(), words, pictures)))
 
