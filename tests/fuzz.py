@@ -214,6 +214,11 @@ def _whole_fields():
         np.savetxt(folder / "a.csv", gap * 1e6, delimiter=",")
         says = {"a.npy": said, "c.npz": um, "a.h5": um, "a.nc": um, "a.csv": said}
         says["a.txt"] = {"size": said["size"]}
+        commas = "\n".join(";".join(map(str, row)) for row in gap.round(9) * 1e6).replace(".", ",")
+        head = 'Instrument "X"\nx-step [µm];1,0\ny-step [µm];1,0\nz-unit;µm\n\n'
+        (folder / "b.txt").write_text(head + commas, encoding="utf-16")
+        list_of = np.column_stack([*np.indices(gap.shape).reshape(2, -1), gap.ravel() * 1e6])
+        np.savetxt(folder / "a.xyz", list_of, header="x [um]  y [um]  z [um]", comments="")
         says["b.nc"] = {"array": "heights"}
         for path in sorted(folder.iterdir()):
             found[path.name] = (path.read_bytes(), says.get(path.name, {}))

@@ -13,12 +13,16 @@ from fem_seal.field_file.markers import refuse_markers, without_marked
 from fem_seal.field_file.named_arrays import NamedArrays, interpret, names_to_read
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text import read_text
+from fem_seal.field_file.text_table import is_text
 from fem_seal.memory import within_available_memory
 
 # Names of the arrays to read unless the scene names one: first the package's own, then those of
 # reynoldsflow and of the contact mechanics challenge (Müser et al., Tribol. Lett. 65, 118 (2017)).
 GAP_NAMES = ("gap", "gaps")
 HEIGHT_NAMES = ("heights", "surface")
+
+# Endings of text files, which are those of other formats as well.
+TEXT_ENDINGS = (".asc", ".dat", ".prn", ".tsv", ".xyz")
 
 Names = tuple[str, ...]
 
@@ -30,8 +34,8 @@ def read_map(
 
     Parameters
     ----------
-    path : .npz, .npy, .nc (NetCDF 3 or 4), .h5 or .hdf5, .txt, .csv; anything else is read by
-        SurfaceTopography
+    path : .npz, .npy, .nc (NetCDF 3 or 4), .h5 or .hdf5, .txt, .csv, and .asc, .dat, .prn, .tsv and
+        .xyz if they are text; anything else is read by SurfaceTopography
     names : names that the samples may have in a file of many arrays
     stated : statements of the scene about the file
     heights : whether to refuse a value far from all others unless `stated.missing` explains it.
@@ -85,6 +89,8 @@ def _text(path: Path, names: Names) -> Recorded:
 
 
 def _instrument(path: Path, names: Names) -> Recorded:
+    if path.suffix.lower() in TEXT_ENDINGS and is_text(path):
+        return read_text(path)
     # Instruments name their channels; without a name in the scene the default channel is read.
     channel = names[0] if names not in (GAP_NAMES, HEIGHT_NAMES) else None
     return read_instrument(path, channel)

@@ -1,55 +1,147 @@
-"""Maps as text: one line for each row (first axis), comments after #.
+"""Maps as text: a matrix, one line for each row, or a list of x, y and height.
 
-Blanks, commas or semicolons separate the numbers of a line.
+x is the first axis of a map. In a matrix without a header that names x and y (or width and height)
+each line is a row of constant x; where the header names them, x runs along the lines, as in the
+files of instruments.
 """
 
-import re
-import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.containers import whole
+from fem_seal.field_file.length_units import length_in_metres
+from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.recorded import Recorded
+from fem_seal.field_file.text_header import Statements, statements
+from fem_seal.field_file.text_table import TextTable, read_table
 
-# ContactMechanics 1.8 (CommandLineInterface/HardWall.py) ends the header of a gap with this line.
-# Surfaces of Tamaas 2.9 (`tamaas surface`) have a header of parameters, and no unit.
-_UNIT = re.compile(r"reported in units of (\S+?)\.?$", re.MULTILINE)
-_HEAD_BYTES = 10_000
-# "0,5 0,7" and "0,5;0,7"
-_DECIMAL_COMMA = re.compile(r"\d,\d+(?:\s+[-+\d]|\s*;)")
+# Coordinates in a list may be off an even grid by this part of its step, as rounded numbers are.
+OFF_GRID = 0.05
+FARTHEST = 1e100  # largest coordinate; sums of a few are finite
+FEWEST_OF_GRID = 0.25  # least part of the points of a grid that a list must have
 
 
 def read_text(path: Path) -> Recorded:
-    """Read a matrix, and its unit if the header names one.
+    """Read a map, and unit, steps and mark of missing points if the header says them.
 
     Raises
     ------
     InvalidInput
-        If the file is missing, if its lines are not numbers or differ in length, if it has decimal
-        commas, or if it lists points instead of a map.
+        If the file is missing, cannot be read (`read_table`), contradicts its header, or is a
+        profile or a list of points that are on no even grid.
     """
-    with whole(path, "text"):
-        with path.open(encoding="utf-8") as file:
-            lines = file.readlines(_HEAD_BYTES)
-        head = "".join(line for line in lines if line.startswith("#"))
-        first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-        if _DECIMAL_COMMA.search(first):
-            raise InvalidInput(f"{path} has decimal commas; write decimal points")
-        separator = next((mark for mark in ";," if mark in first), None)
-        with warnings.catch_warnings():
-            # Treat an empty file as an error; NumPy only warns.
-            warnings.simplefilter("error", UserWarning)
-            try:
-                values = np.loadtxt(path, ndmin=2, delimiter=separator)
-            except UserWarning:
-                raise ValueError("no numbers") from None
-    if values.shape[1] == 3 and len(values) > 3:
+    table = read_table(path)
+    said = statements(table.header)
+    if table.values.shape[1] == 2 and len(table.values) > 3:
         raise InvalidInput(
-            f"{path} has three columns, as a list of x, y and height has, which is no map of "
-            "heights on a grid: write it as one, a line a row (a map that is three samples wide as "
-            ".npy or .npz)"
+            f"{path} has two columns, as x and height of a profile have: this is a line scan; a "
+            "map is wanted (or surface.kind = 'profiles')"
         )
-    unit = _UNIT.search(head)
-    return Recorded(values, unit.group(1) if unit else None)
+    as_list = table.values.shape[1] == 3 and len(table.values) > 3
+    recorded = _from_points(table, said, path) if as_list else _from_matrix(table, said, path)
+    for mark in said.missing:
+        recorded = replace(recorded, values=without_marked(recorded.values, mark))
+    return recorded
+
+
+def _from_matrix(table: TextTable, said: Statements, path: Path) -> Recorded:
+    """Map of a matrix; x runs along its lines if the header names x and y."""
+    values = table.values
+    lines, columns = values.shape
+    counts, lengths = dict(said.counts), dict(said.lengths)
+    for axis, (number, unit) in said.lengths.items():
+        # "Width 512" is a number of points if there are so many.
+        if axis and unit is None and number in (lines, columns):
+            counts.setdefault(axis, int(number))
+            del lengths[axis]
+    expected = counts.get("y", lines), counts.get("x", columns)
+    across = expected != (lines, columns) and expected[::-1] == (lines, columns)
+    if expected != (lines, columns) and not across and {"x", "y"} <= counts.keys():
+        raise InvalidInput(
+            f"{path} holds {lines} lines of {columns} numbers, and its header announces "
+            f"{expected[0]} of {expected[1]}; it may be cut off"
+        )
+    along_x = bool({"x", "y"} <= said.steps.keys() | lengths.keys()) and not across
+    unit = said.unit or said.units.get("z") or said.units.get("height")
+    values = np.ascontiguousarray(values.T) if along_x else values
+    steps: dict[str, float] = {}
+    if lines != columns:
+        lengths.pop("", None)  # the length of which side?
+    for axis, count in zip("xy", values.shape, strict=True):
+        if (step := _metres(said.steps, axis, said)) is not None:
+            steps[axis] = step
+        elif (length := _metres(lengths, axis, said)) is not None:
+            steps[axis] = length / count
+    spacing = (steps["x"], steps["y"]) if len(steps) == 2 else None
+    return Recorded(values, unit, spacing, "m" if spacing else None)
+
+
+def _metres(
+    numbers: dict[str, tuple[float, str | None]], axis: str, said: Statements
+) -> float | None:
+    """Length in metres that a header says of an axis, or of both; None if it does not."""
+    number, unit = numbers.get(axis) or numbers.get("") or (0.0, None)
+    unit = unit or said.lateral_unit
+    return None if unit is None or not number else number * length_in_metres(unit, "lengths")
+
+
+def _from_points(table: TextTable, said: Statements, path: Path) -> Recorded:
+    """Map of a list of x, y and height on an even grid; points that are not listed are missing."""
+    nowhere = ~(np.abs(table.values[:, :2]) < FARTHEST).all(axis=1)
+    if nowhere.any():
+        raise InvalidInput(
+            f"line {table.line[np.argmax(nowhere)]} of {path} has no x or no y; give all three of "
+            "x, y and height"
+        )
+    axes = [_axis(table, k, path) for k in (0, 1)]
+    (i, dx), (j, dy) = axes
+    shape = int(i.max()) + 1, int(j.max()) + 1
+    if len(i) < FEWEST_OF_GRID * shape[0] * shape[1]:
+        raise InvalidInput(
+            f"{path} has three columns, x, y and height, but its {len(i)} points are few of the "
+            f"{shape[0]} x {shape[1]} of an even grid; resample them onto a grid"
+        )
+    site = i * shape[1] + j
+    _, first = np.unique(site, return_index=True)
+    if len(first) < len(site):
+        twice = np.setdiff1d(np.arange(len(site)), first)[0]
+        raise InvalidInput(
+            f"line {table.line[twice]} of {path} has the same x and y as a line before it"
+        )
+    values = np.full(shape, np.nan)
+    values.flat[site] = table.values[:, 2]
+    units = [said.units.get(axis) or said.lateral_unit for axis in "xy"]
+    unit = said.units.get("z") or said.units.get("height") or said.unit
+    if None in units:
+        return Recorded(values, unit, (dx, dy))
+    scale = [length_in_metres(str(name), f"the lengths of {path}") for name in units]
+    return Recorded(values, unit, (dx * scale[0], dy * scale[1]), "m")
+
+
+def _axis(table: TextTable, column: int, path: Path) -> tuple[np.ndarray, float]:
+    """Index of each point along an axis, and the step of the grid."""
+    name, x = "xy"[column], table.values[:, column]
+    ordered = np.sort(x)
+    rises = np.diff(ordered)
+    if not rises.any():
+        raise InvalidInput(
+            f"{path} has three columns, but no list of x, y and height on a grid: {name} is the "
+            "same in all lines; a map that is three samples wide is read from .npy or .npz"
+        )
+    # Points of one row of the grid differ by rounding only.
+    breaks = np.flatnonzero(rises > 0.1 * rises.max())
+    rows = np.array([part.mean() for part in np.split(ordered, breaks + 1)])
+    steps = np.rint((rows - rows[0]) / np.diff(rows).min())
+    step = float((rows[-1] - rows[0]) / steps[-1])
+    index = (x - rows[0]) / step
+    off = np.abs(index - np.rint(index))
+    if off.max() > OFF_GRID:
+        worst = int(np.argmax(off))
+        raise InvalidInput(
+            f"line {table.line[worst]} of {path}: {name} = {x[worst]:g} is not on the even grid of "
+            f"the others, whose step is {step:g}; a list of x, y and height must be on one, and a "
+            "map that is three samples wide is read from .npy or .npz"
+        )
+    return np.rint(index).astype(int), step

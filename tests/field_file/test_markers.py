@@ -108,11 +108,11 @@ def test_missing_in_a_scene(tmp_path):
             scene(missing=bad)
 
 
-def test_a_list_of_points_is_no_map(tmp_path):
+def test_three_columns_are_a_list_of_points_unless_there_are_three_lines(tmp_path):
     points = np.indices((4, 5)).reshape(2, -1).T
     np.savetxt(tmp_path / "a.txt", np.column_stack([points, ROUGH.flat[:20]]))
     said = Stated(unit="um", size=(1e-3, 1e-3))
-    with pytest.raises(InvalidInput, match="three columns, as a list of x, y and height"):
+    with pytest.raises(InvalidInput, match=r"says size = 4e-06 m by 5e-06 m, but size = 0.001 m"):
         read_map(tmp_path / "a.txt", HEIGHT_NAMES, said)
     np.savetxt(tmp_path / "b.txt", ROUGH[:3, :3])
     assert read_map(tmp_path / "b.txt", HEIGHT_NAMES, said).values.shape == (3, 3)

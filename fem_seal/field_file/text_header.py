@@ -1,0 +1,163 @@
+"""Statements of the header of a text file: steps or lengths, units, counts, mark of missing points.
+
+A line of a header is a key and a value, `Width: 10 µm`, `x-step [um] = 0.5`, `"Unit","nm"`, or the
+titles of columns, `x [mm]; y [mm]; z [µm]`. Words that are not in the tables below say nothing.
+"""
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file.length_units import length_in_metres
+
+# Words of a key, in lower case. German ones are those of instruments sold with German software.
+STEPS = {"step", "spacing", "increment", "pitch", "cellsize", "sampling", "calibration", "dx", "dy"}
+STEPS |= {"interval", "delta", "schrittweite", "punktabstand", "xstep", "ystep"}
+STEP_PAIRS = [{"pixel", "size"}, {"pixel", "width"}, {"pixel", "height"}, {"point", "distance"}]
+STEP_PAIRS += [{"lateral", "resolution"}, {"cell", "size"}, {"x", "resolution"}]
+STEP_PAIRS += [{"y", "resolution"}]
+LENGTHS = {"width", "height", "length", "range", "size", "extent", "breite", "höhe", "länge"}
+COUNTS = {"pixels", "points", "samples", "columns", "rows", "lines", "cols", "ncols", "nrows"}
+COUNTS |= {"spalten", "zeilen", "punkte"}
+UNITS = {"unit", "units", "einheit"}
+ALONG_LINE = {"x", "dx", "xstep", "width", "breite", "horizontal", "columns", "cols", "ncols"}
+ALONG_LINE |= {"spalten"}
+ACROSS_LINES = {"y", "dy", "ystep", "height", "höhe", "vertical", "rows", "nrows", "lines"}
+ACROSS_LINES |= {"zeilen"}
+LATERAL = {"xy", "lateral", "horizontal", "x", "y"}
+VALUES = {"z", "value", "values", "height", "heights", "data", "gap", "wert"}
+MARKS = [{"nodata"}, {"no", "data"}, {"missing"}, {"bad"}, {"invalid"}, {"undefined"}]
+
+_NUMBER = r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
+_QUANTITY = re.compile(rf"({_NUMBER})[\s;,\t]*([A-Za-zµμÅ~]*)")
+_BRACKETS = re.compile(r"[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
+_TITLE = re.compile(r"([A-Za-z][\w ]*?)\s*[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
+# "dx = 1", "Width: 10", "Unit,um"; or words and a number with blanks between, "cellsize 30".
+_PAIR = re.compile(r"\s*([^:=;,\t]*?[^\s:=;,\t])\s*[:=;,\t]\s*(.*)")
+_BLANK_PAIR = re.compile(r"\s*([A-Za-z][\w\- ]*?)\s+([-+\d.].*)")
+_CAMEL = re.compile(r"(?<=[a-zäöü])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+# Several statements on a line, with commas or semicolons between.
+_SEVERAL = re.compile(r"[,;]\s*(?=[A-Za-z][\w ]*\s*[=:])")
+# Headers of ContactMechanics (CommandLineInterface/HardWall.py) end with this.
+_SENTENCE = re.compile(r"in units of (\S+?)\.?$")
+
+
+@dataclass
+class Statements:
+    """What a header says; empty or None where it says nothing.
+
+    Attributes
+    ----------
+    steps, lengths : dict
+        "x", "y" or "" (both): number and unit or None. A length without a unit may be a count.
+    counts : dict
+        "x", "y": number of points.
+    unit, lateral_unit : str or None
+        Of the values, and of lengths without a unit of their own.
+    units : dict
+        Unit of each titled column by its name in lower case.
+    missing : list of float
+        Numbers that mark missing points.
+    """
+
+    steps: dict[str, tuple[float, str | None]] = field(default_factory=dict)
+    lengths: dict[str, tuple[float, str | None]] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+    unit: str | None = None
+    lateral_unit: str | None = None
+    units: dict[str, str] = field(default_factory=dict)
+    missing: list[float] = field(default_factory=list)
+
+
+def statements(header: Iterable[str]) -> Statements:
+    """Read the lines of a header.
+
+    Parameters
+    ----------
+    header : iterable of str
+        Lines, with or without the marks of comments.
+    """
+    said = Statements()
+    for line in header:
+        text = line.strip().lstrip("#%!/*; \t").replace('"', "").rstrip(" ,;\t")
+        if match := _SENTENCE.search(text):
+            said.unit = said.unit or _length_unit(match.group(1))
+        for part in _SEVERAL.split(text):
+            _read(part, said)
+    return said
+
+
+def _read(text: str, said: Statements) -> None:
+    """Add what one statement, or one line of titles, says."""
+    titles = {name.strip().lower(): unit for name, unit in _TITLE.findall(text)}
+    titles = {name: unit for name, unit in titles.items() if _length_unit(unit)}
+    match = _PAIR.fullmatch(text) or _BLANK_PAIR.fullmatch(text)
+    if match and len(titles) < 2:
+        _understand(match.group(1), match.group(2), said)
+    else:
+        said.units |= titles
+
+
+def _understand(key: str, value: str, said: Statements) -> None:
+    """Add the statement of one key and its value."""
+    in_key = _BRACKETS.search(key)
+    unit_of_key = _length_unit(in_key.group(1)) if in_key else None
+    bare = _BRACKETS.sub(" ", key)
+    words = set(re.findall(r"[a-zäöüß]+", _CAMEL.sub(" ", bare).lower()))
+    axis = "x" if words & ALONG_LINE else "y" if words & ACROSS_LINES else ""
+    if words & UNITS:
+        unit = _length_unit(value.strip())
+        if words & VALUES:
+            said.unit = said.unit or unit
+        elif words & LATERAL:
+            said.lateral_unit = said.lateral_unit or unit
+        elif unit:
+            said.unit, said.lateral_unit = said.unit or unit, said.lateral_unit or unit
+        return
+    numbers = list(_quantities(value, unit_of_key))
+    if not numbers:
+        return
+    (number, unit), pair = numbers[0], numbers[:2]
+    if any(mark <= words for mark in MARKS):
+        said.missing.append(number)
+    elif words & STEPS or any(step <= words for step in STEP_PAIRS):
+        # A key such as "Z step" is about the heights.
+        if not words & {"z"}:
+            _put(said.steps, axis, pair)
+    elif words & COUNTS:
+        if axis and unit is None and number == int(number):
+            said.counts[axis] = int(number)
+    elif words & LENGTHS and not words & {"z", "wave", "focal", "cut"}:
+        _put(said.lengths, axis, pair)
+
+
+def _put(
+    lengths: dict[str, tuple[float, str | None]],
+    axis: str,
+    pair: list[tuple[float, str | None]],
+) -> None:
+    """Keep one length, or "10 µm x 8 µm" as those of both axes."""
+    if len(pair) == 2 and not axis:
+        unit = pair[1][1]
+        lengths["x"], lengths["y"] = (pair[0][0], pair[0][1] or unit), pair[1]
+    elif pair[0][0] > 0:
+        lengths.setdefault(axis, pair[0])
+
+
+def _quantities(value: str, unit: str | None) -> Iterator[tuple[float, str | None]]:
+    """Numbers of a value with their units, else with that of the key."""
+    for number, name in _QUANTITY.findall(value):
+        yield float(number.replace(",", ".").rstrip(".") or 0), _length_unit(name) or unit
+
+
+def _length_unit(name: str) -> str | None:
+    """The name of a unit of length; None for any other text."""
+    name = name.replace("μ", "µ")
+    if name in ("micron", "microns"):
+        return "um"
+    try:
+        length_in_metres(name, "")
+    except InvalidInput:
+        return None
+    return name

@@ -1,0 +1,274 @@
+"""Tables of numbers in text files: encoding, separators, decimal commas, marks, headers.
+
+No library reads them all: numpy.genfromtxt and pandas want to be told separator, decimal and length
+of the header. All of these are chosen here by the lines that they make readable.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file.containers import whole
+from fem_seal.memory import refuse_too_large
+
+# What programs write for a point without a height, in lower case; also nothing between separators.
+MISSING = {
+    *("", "nan", "-nan", "+nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind", "#n/a"),
+    *("bad", "nodata", "no-data", "n/a", "na", "null", "none", "invalid", "masked", "missing"),
+    *("*", "**", "***", "****", "*****", "-", "--", "---", "----", "?"),
+}
+COMMENT = ("#", "%", "!", "//")
+SAMPLE = 200  # number of lines by which the separators are chosen
+BYTES = 8  # of memory for one byte of text: the text, its lines and their numbers
+_LOOK = 2000  # bytes at the beginning and at the end
+_UTF_16 = b"\xff\xfe", b"\xfe\xff"  # byte-order marks
+_CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1a\x1c-\x1f]")
+SHOWN = 40  # characters of a file that a message quotes
+
+_ASIDE = re.compile(r"\s#(?!n/a).*", re.IGNORECASE)
+_NO_DATA = re.compile(r"\bno[ _]data\b", re.IGNORECASE)
+_DECIMAL_COMMA_ONLY = re.compile(r"[^.]*\d,\d[^.]*")
+
+
+@dataclass(frozen=True, eq=False)
+class TextTable:
+    """Numbers of a text file.
+
+    Attributes
+    ----------
+    values : (lines, columns) float
+        NaN where a point is missing.
+    header : tuple of str
+        Lines before the numbers, and comments.
+    line : (lines,) int
+        Number of each line in the file, counted from 1.
+    layout : Layout
+        Separator and decimal mark.
+    """
+
+    values: np.ndarray
+    header: tuple[str, ...]
+    line: np.ndarray
+    layout: "Layout"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the numbers of a line are written.
+
+    Parameters
+    ----------
+    separator : str or None
+        Between numbers; None: blanks.
+    decimal : str
+        "." or ",".
+    """
+
+    separator: str | None
+    decimal: str
+
+    def cells(self, line: str) -> list[str]:
+        """Texts between the separators of a line, without blanks and quotes around them."""
+        if '"' in line:
+            line = line.replace('"', "")
+        if "#" in line:
+            line = _ASIDE.sub("", line)
+        if self.separator is None:
+            return _NO_DATA.sub("nodata", line).split()
+        return [cell.strip() for cell in line.split(self.separator)]
+
+    def number(self, cell: str) -> float | None:
+        """The number of a cell, NaN for a mark of a missing point, and None for other text."""
+        if self.decimal == "," and ("." in cell or cell.endswith(",") or cell.startswith(",")):
+            return float("nan") if cell.lower() in MISSING else None
+        try:
+            return float(cell.replace(self.decimal, ".")) if "_" not in cell else None
+        except ValueError:
+            marks = cell.lower() in MISSING or _NO_DATA.fullmatch(cell)
+            return float("nan") if marks else None
+
+    def row(self, line: str) -> list[float | None]:
+        """Numbers of a line as `number` gives them, one for each cell."""
+        return [self.number(cell) for cell in self.cells(line)]
+
+
+# The first of the layouts that read most lines is chosen.
+LAYOUTS = [
+    Layout(separator, decimal)
+    for separator in ("\t", ";", ",", None)
+    for decimal in ".,"
+    if separator != decimal
+]
+
+
+def read_table(path: Path) -> TextTable:
+    """Read the numbers of a text file.
+
+    Lines before the first line of numbers are its header. Separators are tabs, semicolons, commas
+    or blanks, with decimal points or commas; the text is UTF-8, UTF-16 or Windows-1252.
+
+    Raises
+    ------
+    InvalidInput
+        If the file is missing, is no text, or has no numbers, lines of different lengths, or
+        something else than a number among them: with line, column and text.
+    """
+    with whole(path, "text"):
+        size = path.stat().st_size
+    refuse_too_large(BYTES * size, str(path))
+    with whole(path, "text"):
+        data = path.read_bytes()
+    lines = re.split(r"\r\n|\r|\n", decoded(data, path))
+    layout, columns = _layout(lines, path)
+    return _table(lines, layout, columns, path)
+
+
+def decoded(data: bytes, path: Path) -> str:
+    """Text of a file in UTF-8, UTF-16 or Windows-1252, with or without a byte-order mark."""
+    encoding = "utf-8-sig"
+    if data.startswith(_UTF_16):
+        encoding = "utf-16"
+    else:
+        # In UTF-16 every second byte of digits and separators is 0.
+        zeros = [data[k:200:2].count(0) / max(len(data[k:200:2]), 1) for k in (0, 1)]
+        if max(zeros) > 0.5 and min(zeros) == 0:
+            encoding = "utf-16-be" if zeros[0] else "utf-16-le"
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        if encoding != "utf-8-sig":
+            raise InvalidInput(
+                f"{path} cannot be read: byte {error.start + 1} is no text in UTF-16"
+            ) from None
+        text = data.decode("cp1252", errors="replace")
+    if "\0" in text:
+        raise InvalidInput(
+            f"{path} cannot be read: it is no text file, character {text.index(chr(0)) + 1} is 0"
+        )
+    return text
+
+
+def is_text(path: Path) -> bool:
+    """Whether beginning and end of a file are text."""
+    with whole(path, "text"), path.open("rb") as file:
+        head = file.read(_LOOK)
+        file.seek(max(path.stat().st_size - _LOOK, 0))
+        tail = file.read()
+    return head.startswith(_UTF_16) or not _CONTROL.search(head + tail)
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(COMMENT)
+
+
+def _layout(lines: list[str], path: Path) -> tuple[Layout, int]:
+    """Layout that reads most lines, and its number of columns."""
+    used = [line for line in lines if line.strip() and not _is_comment(line)]
+    if not used:
+        raise InvalidInput(f"{path} holds no numbers: it is empty, or has comments only")
+    used = used[:: -(-len(used) // SAMPLE)]
+    readings: list[tuple[int, int, Layout]] = []
+    for layout in LAYOUTS:
+        rows = [row for row in map(layout.row, used) if _is_data(row)]
+        lengths = Counter(map(len, rows))
+        if not lengths:
+            continue
+        length, frequency = max(lengths.items(), key=lambda item: (item[1], item[0]))
+        # A separator at the end of every line begins no column.
+        ends = {row[-1] == row[-1] for row in rows if len(row) == length}
+        empty = layout.separator is not None and length > 1 and True not in ends
+        readings.append((frequency, length - empty, layout))
+    if not readings:
+        number = next(k for k, line in enumerate(lines, 1) if line.strip())
+        raise InvalidInput(
+            f"{path} holds no line of numbers; line {number} is {_quoted(lines[number - 1])}"
+        )
+    most = max(frequency for frequency, _, _ in readings)
+    best = [(columns, layout) for frequency, columns, layout in readings if frequency == most]
+    columns, layout = max(best, key=lambda reading: reading[0])
+    example = used[-1].strip()
+    unclear = ", " in example or len({count for count, _ in best}) > 1
+    if layout.separator == "," and unclear and _DECIMAL_COMMA_ONLY.fullmatch(example):
+        raise InvalidInput(
+            f"{path} has lines such as {_quoted(example)}, whose commas may be decimal commas or "
+            "stand between numbers; put semicolons between numbers, or write decimal points"
+        )
+    return layout, columns
+
+
+def _is_data(row: list[float | None]) -> bool:
+    """Whether a line holds numbers and marks of missing points alone."""
+    return None not in row and any(number == number for number in row)
+
+
+def _table(lines: list[str], layout: Layout, columns: int, path: Path) -> TextTable:
+    """Numbers of all lines from the first one on that has `columns` of them."""
+    header: list[str] = []
+    rows: list[np.ndarray] = []
+    numbers_of_lines: list[int] = []
+    for k, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        if _is_comment(line):
+            header.append(line)
+            continue
+        cells = layout.cells(line)
+        if len(cells) == columns + 1 and not cells[-1]:
+            cells.pop()
+        numbers = _plain_numbers(cells, layout)
+        row = [layout.number(cell) for cell in cells] if numbers is None else numbers
+        if not rows and not _begins(row, cells, columns, bool(header)):
+            header.append(line)
+            continue
+        if len(cells) != columns:
+            raise InvalidInput(
+                f"line {k} of {path} has {_count(len(cells))}, and other lines have {columns}: "
+                f"{_quoted(line)}"
+            )
+        for column, (number, cell) in enumerate(zip(row, cells, strict=True), 1):
+            if number is None:
+                raise InvalidInput(
+                    f"line {k}, column {column} of {path} is {_quoted(cell)}, which is no number, "
+                    "nor a mark of a missing point such as NaN, BAD, *** or nothing at all"
+                )
+        numbers_of_lines.append(k)
+        rows.append(np.array(row, dtype=float))
+    return TextTable(np.array(rows), tuple(header), np.array(numbers_of_lines), layout)
+
+
+def _count(cells: int) -> str:
+    return "1 number" if cells == 1 else f"{cells} numbers"
+
+
+def _plain_numbers(cells: list[str], layout: Layout) -> list[float] | None:
+    """Numbers of a line without marks and decimal commas; None if cells need a closer look."""
+    try:
+        # float() takes 1_000 for a thousand, which no instrument writes.
+        if layout.decimal == "," or any("_" in cell for cell in cells):
+            return None
+        return list(map(float, cells))
+    except ValueError:
+        return None
+
+
+def _begins(row: Sequence[float | None], cells: list[str], columns: int, headed: bool) -> bool:
+    """Whether the numbers begin with a line.
+
+    A line with a few words among many numbers is no header, but wrong. Spreadsheets write an empty
+    line of the header as separators alone; without a header before it, its points are missing.
+    """
+    if len(row) != columns:
+        return False
+    if None not in row:
+        return not headed or any(cells)
+    return 2 * sum(number is not None and number == number for number in row) > columns
+
+
+def _quoted(text: str) -> str:
+    text = text.strip()
+    return repr(text if len(text) <= SHOWN else f"{text[:SHOWN]} …")

@@ -1,0 +1,133 @@
+"""Text files as instruments write them: the same map from all, whatever they look like."""
+
+import re
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file import HEIGHT_NAMES, Stated, read_map
+
+# Heights [um] with three decimals, a missing point and an oblong grid of 0.5 by 0.25 um.
+HEIGHTS = np.round(np.random.default_rng(3).normal(size=(6, 4)), 3)
+HEIGHTS[2, 1] = np.nan
+DX, DY = 0.5, 0.25
+SAID = Stated(unit="um", size=(6 * DX * 1e-6, 4 * DY * 1e-6))
+
+
+def matrix(separator=" ", decimal=".", missing="NaN", values=HEIGHTS, end=""):
+    def cell(number):
+        return missing if np.isnan(number) else f"{number:.3f}".replace(".", decimal)
+
+    return "".join(separator.join(map(cell, row)) + end + "\n" for row in values)
+
+
+def points(separator=" ", decimal=".", missing="NaN"):
+    rows = np.array([[DX * i, DY * j, z] for (i, j), z in np.ndenumerate(HEIGHTS)])
+    return matrix(separator, decimal, missing, rows)
+
+
+# Text, and the statements that it needs besides.
+UNIT = Stated(unit="um")
+FILES = {
+    "tabs": (matrix("\t"), SAID),
+    "tabs and nothing for a missing point": (matrix("\t", missing=""), SAID),
+    "commas": (matrix(",", missing=""), SAID),
+    "commas at the end of lines": (matrix(",", missing="BAD", end=","), SAID),
+    "decimal commas": (matrix(";", ","), SAID),
+    "decimal commas and tabs": (matrix("\t", ",", missing="***"), SAID),
+    "decimal commas and blanks": (matrix("  ", ",", missing="--"), SAID),
+    "quotes": (re.sub(r"([^,\n]+)", r'"\1"', matrix(",")), SAID),
+    "words for missing points": (matrix(" ", missing="No Data"), SAID),
+    "Windows": (matrix(missing="-nan(ind)").replace("\n", "\r\n"), SAID),
+    "exponents": (
+        "".join(" ".join(f"{z * 1e4:.4e}" for z in row) + "\n" for row in HEIGHTS),
+        Stated(unit="angstrom", size=SAID.size),
+    ),
+    "a number for missing points": (
+        matrix(missing="-9999"),
+        Stated(unit="um", size=SAID.size, missing=-9999),
+    ),
+    "the same in the header": (f"NODATA_value -9999\n{matrix(missing='-9999')}", SAID),
+    "Gwyddion": (
+        "# Channel: Topo\n# Width: 3.0 µm\n# Height: 1.0 µm\n# Value units: um\n"
+        + matrix("\t", values=HEIGHTS.T),
+        Stated(),
+    ),
+    "steps and unit": (
+        "Instrument;X-200\nDate;12.03.2024 10:15\nSchrittweite X [µm];0,5\n"
+        "Schrittweite Y [µm];0,25\nEinheit Z;µm\n\n" + matrix(";", ",", missing="", values=HEIGHTS.T),
+        Stated(),
+    ),
+    "counts that say which way x runs": (
+        "x-pixels = 6\ny-pixels = 4\nx-length = 3000\ny-length = 1000\nx-unit = nm\nz-unit = um\n"
+        + matrix(values=HEIGHTS.T),
+        Stated(),
+    ),
+    "counts that say that lines are columns": (
+        "x-pixels = 6\ny-pixels = 4\nx-length = 3000\ny-length = 1000\nx-unit = nm\nz-unit = um\n"
+        + matrix(),
+        Stated(),
+    ),
+    "a spreadsheet's header": (
+        "Width,3 µm,,\nHeight,1 µm,,\nZ unit,um,,\n,,,\n"
+        + matrix(",", missing="", values=HEIGHTS.T),
+        Stated(),
+    ),
+    "points": (points(), UNIT),
+    "points with titles": (f"x [um]; y [um]; z [um]\n{points(';', ',', '')}", Stated()),
+    "points in other units": (
+        "x [mm]\ty [mm]\tHeight [µm]\n"
+        + "".join(
+            f"{DX * i / 1000:.6f}\t{DY * j / 1000:.6f}\t{z:.3f}\n"
+            for (i, j), z in np.ndenumerate(HEIGHTS)
+            if not np.isnan(z)  # a point that is left out is missing
+        ),
+        Stated(),
+    ),
+}
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "cp1252"])
+@pytest.mark.parametrize("name", FILES)
+def test_same_map(name, encoding, tmp_path):
+    text, said = FILES[name]
+    (tmp_path / "a.txt").write_bytes(text.encode(encoding))
+    field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, said)
+    # One rounding of the number and one of its unit.
+    np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-15)
+    np.testing.assert_allclose(field.spacing, (DX * 1e-6, DY * 1e-6), rtol=1e-14)
+
+
+@pytest.mark.parametrize("ending", ["txt", "csv", "asc", "dat", "xyz", "tsv", "prn"])
+def test_endings_of_text(ending, tmp_path):
+    (tmp_path / f"a.{ending}").write_text(matrix())
+    assert read_map(tmp_path / f"a.{ending}", HEIGHT_NAMES, SAID).values.shape == (6, 4)
+
+
+def test_points_in_any_order_and_rounded(tmp_path):
+    """Thirds in three digits are within 0.2 % of a step of an even grid."""
+    lines = [
+        f"{i / 3:.3f} {j / 3:.3f} {z}" for (i, j), z in np.ndenumerate(HEIGHTS) if not np.isnan(z)
+    ]
+    order = np.random.default_rng(0).permutation(len(lines))
+    (tmp_path / "a.txt").write_text("\n".join(lines[k] for k in order))
+    field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, UNIT)
+    np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-15)
+    np.testing.assert_allclose(field.spacing, (1e-6 / 3, 1e-6 / 3), rtol=1e-3)
+
+
+def test_header_and_scene_must_agree(tmp_path):
+    (tmp_path / "a.txt").write_text("# z-unit: nm\n" + matrix())
+    with pytest.raises(InvalidInput, match="are in nm, but unit = 'um' was given"):
+        read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
+
+
+def test_first_row_without_any_point(tmp_path):
+    """It is no header: the map keeps its number of lines."""
+    values = HEIGHTS.copy()
+    values[0] = np.nan
+    for missing, separator in (("***", " "), ("", ";")):
+        (tmp_path / "a.txt").write_text(matrix(separator, missing=missing, values=values))
+        field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
+        np.testing.assert_allclose(field.values, values * 1e-6, rtol=1e-15)
