@@ -11,14 +11,14 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import refuse_too_large
 from fem_seal.progress import Report, silent
-from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
+from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffineSurface
 
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
     from fem_seal.contact.state import BearingState, ContactState, GapState
     from fem_seal.coupling import LiftProblem
     from fem_seal.film import GridFilm, MeshFilm
-    from fem_seal.surface import PreparedSurface
+    from fem_seal.surface import IsotropicSpectrum, PreparedSurface
 
 UNKNOWNS_ON_THE_WAY = 20000  # at least, of the flows on the way to a lifted state
 # Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
@@ -28,18 +28,21 @@ FEWEST_TO_HALVE = 128  # samples along a side, to start a lift on every second o
 LARGEST_RISE = 1e100  # m, of heights; its third power is still a number, and so is its inverse
 
 
-def made_surface(surface: SelfAffineSurface) -> GridField:
+def made_surface(surface: SelfAffineSurface | ProfileSurface) -> GridField:
     """Random heights [m] of a section.
 
     Raises
     ------
     InvalidInput
-        If there is less memory than that takes.
+        If there is less memory than that takes, or the profiles cannot be read.
     """
-    from fem_seal.surface import self_affine
+    from fem_seal.surface import gaussian_surface, self_affine
 
     nx, ny = surface.shape
     refuse_too_large(SURFACE_BYTES * nx * ny, f"a surface of {nx} x {ny} samples")
+    if isinstance(surface, ProfileSurface):
+        spectrum = spectrum_of_profiles(surface)
+        return gaussian_surface(spectrum, surface.shape, surface.size, seed=surface.seed)
     return self_affine(
         surface.spectrum,
         surface.shape,
@@ -49,6 +52,21 @@ def made_surface(surface: SelfAffineSurface) -> GridField:
         scaling=surface.scaling,
         seed=surface.seed,
     )
+
+
+def spectrum_of_profiles(surface: ProfileSurface) -> "IsotropicSpectrum":
+    """Spectrum C(q) of the isotropic surface that the profiles of a section are taken from."""
+    from fem_seal.field_file.profiles import read_profiles
+    from fem_seal.surface import isotropic_spectrum, profile_spectrum
+
+    read = read_profiles(
+        surface.path, unit=surface.unit, step=surface.step, missing=surface.missing
+    )
+    try:
+        profiles = profile_spectrum(read.heights, read.step, detrend=surface.detrend)
+    except InvalidInput as error:
+        raise InvalidInput(f"profiles in {surface.path[0]}: {error}") from None
+    return isotropic_spectrum(profiles)
 
 
 def prepared_surface(surface: FileSurface) -> "PreparedSurface":

@@ -1,6 +1,8 @@
 """fem-seal surface: a surface before it is pressed."""
 
 import argparse
+from dataclasses import astuple
+from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +11,6 @@ from fem_seal.errors import InvalidInput
 from fem_seal.tables import aligned, csv_text
 
 if TYPE_CHECKING:
-    from fem_seal.grid import GridField
     from fem_seal.scene import Scene
     from fem_seal.surface import MapStatistics, PreparedSurface, SpectrumFit
 
@@ -57,29 +58,57 @@ def _surface(options: argparse.Namespace) -> int:
     if options.csv is not None:
         from fem_seal.files import write_text
 
-        write_text(options.csv, spectrum_csv(prepared.measured))
+        write_text(options.csv, _csv(scene, prepared))
     lines = [steps_table(prepared), *_refusal(prepared), "", *_spectrum_lines(fit, why)]
+    lines += _profile_lines(scene)
     say("\n".join(lines))
     return 0
 
 
-def spectrum_csv(field: "GridField") -> str:
-    """Statistics of heights [m] as lines that begin with #, and their spectrum as a table.
+def _csv(scene: "Scene", prepared: "PreparedSurface") -> str:
+    """Statistics and spectrum of a map, or the spectrum of profiles with its errors, as a table.
 
-    The names are those of ISO 25178-2: Sq rms height, Sdq rms slope, Ssk skewness.
+    The names of the statistics are those of ISO 25178-2: Sq rms height, Sdq rms slope, Ssk
+    skewness. Those of profiles are of the isotropic surface with their spectrum.
     """
+    from fem_seal.scene import ProfileSurface
+    from fem_seal.steps import spectrum_of_profiles
     from fem_seal.surface import MapStatistics, map_spectrum
 
-    statistics = MapStatistics.of(field)
-    head = [
-        f"# Sq = {statistics.rms_height!r} m",
-        f"# Sdq = {statistics.rms_slope!r}",
-        f"# Ssk = {statistics.skewness!r}",
+    if isinstance(scene.surface, ProfileSurface):
+        spectrum = spectrum_of_profiles(scene.surface)
+        head = [f"# Sq = {spectrum.rms_height!r} m", f"# Sdq = {spectrum.rms_slope!r}"]
+        names = ["q from [1/m]", "q to [1/m]", "C [m^4]", "standard deviation [m^4]"]
+        columns = spectrum.edges[:-1], spectrum.edges[1:], spectrum.values, spectrum.error
+    else:
+        statistics = MapStatistics.of(prepared.measured)
+        head = [
+            f"# Sq = {statistics.rms_height!r} m",
+            f"# Sdq = {statistics.rms_slope!r}",
+            f"# Ssk = {statistics.skewness!r}",
+        ]
+        rings = map_spectrum(prepared.measured)
+        names, columns = ["q [1/m]", "C [m^4]", "modes"], astuple(rings)
+    return "\n".join((*head, csv_text(names, [*zip(*map(list, columns), strict=True)])))
+
+
+def _profile_lines(scene: "Scene") -> list[str]:
+    """What the profiles say of the isotropic surface, and what of it the grid holds."""
+    from fem_seal.scene import ProfileSurface
+    from fem_seal.steps import spectrum_of_profiles
+
+    surface = scene.surface
+    if not isinstance(surface, ProfileSurface):
+        return []
+    spectrum = spectrum_of_profiles(surface)
+    finest = 2 * max(length / n for length, n in zip(surface.size, surface.shape, strict=True))
+    ends = [_length(2 * pi / q) for q in (spectrum.edges[0], spectrum.edges[-1])]
+    return [
+        f"profiles       rms height {_length(spectrum.rms_height)}, rms slope "
+        f"{spectrum.rms_slope:.4g}, wavelengths {ends[0]} to {ends[1]}",
+        f"this grid      wavelengths {_length(max(surface.size))} to {_length(finest)}",
+        "assumed        the surface is isotropic and Gaussian; its other waves are left out",
     ]
-    rings = map_spectrum(field)
-    columns = rings.wavenumber, rings.density, rings.modes
-    table = csv_text(("q [1/m]", "C [m^4]", "modes"), [*zip(*map(list, columns), strict=True)])
-    return "\n".join((*head, table))
 
 
 def _refusal(prepared: "PreparedSurface") -> list[str]:

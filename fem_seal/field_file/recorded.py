@@ -135,7 +135,7 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
     InvalidInput
         If neither the file nor the scene has a unit or a size, or if they contradict each other.
     """
-    scale = _scale(recorded.unit, stated.unit, f"the values of {path}")
+    scale = metres_in(recorded.unit, stated.unit, f"the values of {path}")
     # A single multiplication, so that heights in nm and in m differ by one rounding.
     return FieldMap(
         recorded.values * scale if scale != 1 else recorded.values,
@@ -145,8 +145,21 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
     )
 
 
-def _scale(recorded: str | None, stated: str | None, what: str) -> float:
-    """Metres in the unit of a file or, if it has none, of the scene."""
+def metres_in(recorded: str | None, stated: str | None, what: str) -> float:
+    """Metres in the unit of a file or, if it has none, of the scene.
+
+    Parameters
+    ----------
+    recorded, stated : str or None
+        Unit of the file, and of the scene.
+    what : str
+        What has this unit, for the message.
+
+    Raises
+    ------
+    InvalidInput
+        If neither has a unit, or they contradict each other.
+    """
     if recorded is None:
         if stated is None:
             raise InvalidInput(
@@ -172,7 +185,7 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
             )
         return stated.size[0] / nx, stated.size[1] / ny
     unit = stated.unit if recorded.length_unit is None else None
-    scale = _scale(recorded.length_unit, unit, f"the lengths of {path}")
+    scale = metres_in(recorded.length_unit, unit, f"the lengths of {path}")
     spacing = float(recorded.spacing[0]) * scale, float(recorded.spacing[1]) * scale
     if not all(np.isfinite(d) and d > 0 for d in spacing):
         raise InvalidInput(f"spacing in {path} must be two positive lengths, got {spacing} m")

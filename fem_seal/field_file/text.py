@@ -64,27 +64,17 @@ def _from_matrix(table: TextTable, said: Statements, path: Path) -> Recorded:
             f"{expected[0]} of {expected[1]}; it may be cut off"
         )
     along_x = bool({"x", "y"} <= said.steps.keys() | lengths.keys()) and not across
-    unit = said.unit or said.units.get("z") or said.units.get("height")
     values = np.ascontiguousarray(values.T) if along_x else values
     steps: dict[str, float] = {}
     if lines != columns:
         lengths.pop("", None)  # the length of which side?
     for axis, count in zip("xy", values.shape, strict=True):
-        if (step := _metres(said.steps, axis, said)) is not None:
+        if (step := said.metres(said.steps, axis)) is not None:
             steps[axis] = step
-        elif (length := _metres(lengths, axis, said)) is not None:
+        elif (length := said.metres(lengths, axis)) is not None:
             steps[axis] = length / count
     spacing = (steps["x"], steps["y"]) if len(steps) == 2 else None
-    return Recorded(values, unit, spacing, "m" if spacing else None)
-
-
-def _metres(
-    numbers: dict[str, tuple[float, str | None]], axis: str, said: Statements
-) -> float | None:
-    """Length in metres that a header says of an axis, or of both; None if it does not."""
-    number, unit = numbers.get(axis) or numbers.get("") or (0.0, None)
-    unit = unit or said.lateral_unit
-    return None if unit is None or not number else number * length_in_metres(unit, "lengths")
+    return Recorded(values, said.unit_of_values, spacing, "m" if spacing else None)
 
 
 def _from_points(table: TextTable, said: Statements, path: Path) -> Recorded:
@@ -112,11 +102,10 @@ def _from_points(table: TextTable, said: Statements, path: Path) -> Recorded:
         )
     values = np.full(shape, np.nan)
     values.flat[site] = table.values[:, 2]
-    units = [said.units.get(axis) or said.lateral_unit for axis in "xy"]
-    unit = said.units.get("z") or said.units.get("height") or said.unit
-    if None in units:
+    units, unit = (said.unit_along("x"), said.unit_along("y")), said.unit_of_values
+    if units[0] is None or units[1] is None:
         return Recorded(values, unit, (dx, dy))
-    scale = [length_in_metres(str(name), f"the lengths of {path}") for name in units]
+    scale = [length_in_metres(name, f"the lengths of {path}") for name in units if name]
     return Recorded(values, unit, (dx * scale[0], dy * scale[1]), "m")
 
 

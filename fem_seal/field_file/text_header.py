@@ -5,7 +5,7 @@ titles of columns, `x [mm]; y [mm]; z [µm]`. Words that are not in the tables b
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from fem_seal.errors import InvalidInput
@@ -68,6 +68,23 @@ class Statements:
     lateral_unit: str | None = None
     units: dict[str, str] = field(default_factory=dict)
     missing: list[float] = field(default_factory=list)
+
+    @property
+    def unit_of_values(self) -> str | None:
+        """Unit of the heights."""
+        return self.units.get("z") or self.units.get("height") or self.unit
+
+    def unit_along(self, axis: str) -> str | None:
+        """Unit of the coordinates along "x" or "y"."""
+        return self.units.get(axis) or self.lateral_unit
+
+    def metres(
+        self, numbers: Mapping[str, tuple[float, str | None]], axis: str
+    ) -> float | None:
+        """Length [m] along an axis out of `steps` or `lengths`; None if it is not there."""
+        number, unit = numbers.get(axis) or numbers.get("") or (0.0, None)
+        unit = unit or self.lateral_unit
+        return None if unit is None or not number else number * length_in_metres(unit, "lengths")
 
 
 def statements(header: Iterable[str]) -> Statements:

@@ -14,6 +14,7 @@ from fem_seal.quantities.error_budget import (
     Kind,
     Uncertainty,
 )
+from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.of_patch import shown_in
 from fem_seal.quantities.verdict import Verdict, verdict
 from fem_seal.scene import SelfAffineSurface
@@ -57,6 +58,7 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
         _scales(patch),
         _network(seal),
         _size(patch),
+        isotropy(patch),
         Uncertainty(
             CONTACT_GRID,
             "not covered",

@@ -8,6 +8,7 @@ from math import isfinite
 
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import CONTACT_GRID, ErrorBudget, Uncertainty, of_flow
+from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.lift import fluid_pressure
 from fem_seal.quantities.slip import slip, slip_interval
 
@@ -79,5 +80,6 @@ SOURCES: tuple[Source, ...] = (
     slip,
     _given_gap,
     _one_patch,
+    isotropy,
     _model,
 )

@@ -33,7 +33,7 @@ from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.record import Record
 from fem_seal.results.seal import SealRecord
-from fem_seal.scene import FileSurface, Flow, Gap, Scene
+from fem_seal.scene import FileSurface, Flow, Gap, ProfileSurface, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain
 from fem_seal.scene.shape import MeshFile
@@ -347,4 +347,6 @@ def input_files(scene: Scene) -> list[Path]:
     """Files that a scene reads."""
     sections = (scene.surface, scene.gap, scene.shape)
     paths = [s.path for s in sections if isinstance(s, FileSurface | Gap | MeshFile)]
+    if isinstance(scene.surface, ProfileSurface):
+        paths += scene.surface.path
     return [*paths, scene.seal.table] if scene.seal and scene.seal.table else paths

@@ -3,7 +3,7 @@
 from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.fluid import Fluid
 from fem_seal.scene.limit import Limit
-from fem_seal.scene.measured import FileSurface, Gap
+from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.scene import Scene
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import (
@@ -23,6 +23,7 @@ __all__ = [
     "Gap",
     "Limit",
     "Output",
+    "ProfileSurface",
     "Scene",
     "Seal",
     "SelfAffineSurface",

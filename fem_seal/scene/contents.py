@@ -9,7 +9,7 @@ from fem_seal.fluid import Drive, Slip
 from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.fluid import Fluid, drive, gauge_pressures, slip_of
 from fem_seal.scene.limit import Limit
-from fem_seal.scene.measured import FileSurface, Gap
+from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffineSurface, Solid
 from fem_seal.scene.shape import AnyShape
@@ -17,7 +17,9 @@ from fem_seal.scene.shape import AnyShape
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
 
-Surface = Annotated[SelfAffineSurface | FileSurface, Field(discriminator="kind")]
+Surface = Annotated[
+    SelfAffineSurface | FileSurface | ProfileSurface, Field(discriminator="kind")
+]
 
 
 class Contents(Section):

@@ -4,13 +4,13 @@ from dataclasses import fields, replace
 from math import isfinite
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import AfterValidator, Field, PlainValidator, Strict, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, Strict, model_validator
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.field_file.recorded import Stated
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import Coordinate, InputFile, Length, Number, Section
+from fem_seal.scene.sections import Coordinate, Count, InputFile, Length, Number, Section
 
 if TYPE_CHECKING:
     from fem_seal.surface.preparation import Preparation
@@ -71,7 +71,7 @@ class FieldFile(Section):
 class FileSurface(FieldFile):
     """Heights from a file, and the steps that prepare them; each is off unless it is named."""
 
-    kind: Literal["file"] = Field(description='"self-affine" or "file"')
+    kind: Literal["file"] = Field(description='"self-affine", "file" or "profiles"')
     missing: Annotated[float | Literal["none"], PlainValidator(_missing)] | None = Field(
         None, description="number in the file that marks missing points; or 'none'"
     )
@@ -132,6 +132,28 @@ class FileSurface(FieldFile):
         if self.make_periodic and self.periodic:
             raise ContradictionError("periodic = true needs no make_periodic; leave one out")
         return self
+
+
+def _one_or_more(value: object) -> object:
+    return value if isinstance(value, list | tuple) else [value]
+
+
+class ProfileSurface(Section):
+    """A random isotropic surface with the spectrum of measured profiles."""
+
+    kind: Literal["profiles"] = Field(description='"self-affine", "file" or "profiles"')
+    path: Annotated[tuple[InputFile, ...], BeforeValidator(_one_or_more)] = Field(
+        min_length=1, description="text file of profiles, or a list of them"
+    )
+    unit: LengthUnit | None = Field(None, description="of heights and x, if the files have none")
+    step: Length | None = Field(None, description="of the samples, if the files have no x")
+    missing: Number | None = Field(None, description="number in the files for missing samples")
+    detrend: Literal["mean", "line", "quadratic"] = Field(
+        "line", description="trend that is taken away from each profile"
+    )
+    shape: tuple[Count, Count] = Field(description="samples [nx, ny]")
+    size: tuple[Length, Length] = Field(description="lengths [Lx, Ly] of the periodic cell")
+    seed: Seed = Field(0, description="of the random phases")
 
 
 class Gap(FieldFile):

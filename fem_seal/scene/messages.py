@@ -15,7 +15,7 @@ class ContradictionError(ValueError):
 
 
 # Sections with several kinds: pydantic puts the kind into the path of the error.
-_KINDS = {"self-affine", "file"}
+_KINDS = {"self-affine", "file", "profiles"}
 _KINDS |= {"rectangle", "strip", "face-seal", "sector", "plate-with-holes"}
 
 

@@ -95,7 +95,7 @@ def exactly_one(section: Section, names: tuple[str, ...]) -> str:
 class SelfAffineSurface(Section):
     """A random rough surface, <|h(q)|^2> ~ q^-(2+2H) between two cut-offs."""
 
-    kind: Literal["self-affine"] = Field(description='"self-affine" or "file"')
+    kind: Literal["self-affine"] = Field(description='"self-affine", "file" or "profiles"')
     shape: tuple[Count, Count] = Field(description="samples [nx, ny]")
     size: tuple[Length, Length] = Field(description="lengths [Lx, Ly] of the periodic cell")
     hurst: Number = Field(gt=0, le=1, description="Hurst exponent H, 0 < H <= 1")

@@ -8,6 +8,12 @@ from fem_seal.surface.detrending import detrended
 from fem_seal.surface.measured import load_heights, measured_surface
 from fem_seal.surface.missing import fill
 from fem_seal.surface.preparation import Preparation, PreparedSurface, Step, prepare
+from fem_seal.surface.profiles import (
+    IsotropicSpectrum,
+    ProfileSpectrum,
+    isotropic_spectrum,
+    profile_spectrum,
+)
 from fem_seal.surface.resampling import resample
 from fem_seal.surface.spectrum import Spectrum
 from fem_seal.surface.spectrum_fit import SpectrumFit, fit_spectrum, map_spectrum
@@ -19,13 +25,15 @@ from fem_seal.surface.statistics import (
     rms_height,
     rms_slope,
 )
-from fem_seal.surface.synthesis import self_affine
+from fem_seal.surface.synthesis import gaussian_surface, self_affine
 from fem_seal.surface.twin import twin
 
 __all__ = [
+    "IsotropicSpectrum",
     "MapStatistics",
     "Preparation",
     "PreparedSurface",
+    "ProfileSpectrum",
     "RadialSpectrum",
     "Spectrum",
     "SpectrumFit",
@@ -35,11 +43,14 @@ __all__ = [
     "fill",
     "fit_spectrum",
     "fitted_hurst",
+    "gaussian_surface",
+    "isotropic_spectrum",
     "load_heights",
     "map_spectrum",
     "measured_surface",
     "periodic_cell",
     "prepare",
+    "profile_spectrum",
     "radial_spectrum",
     "resample",
     "rms_height",

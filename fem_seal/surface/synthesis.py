@@ -5,6 +5,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.registry import require_known
+from fem_seal.surface.profiles import IsotropicSpectrum
 from fem_seal.surface.spectrum import Spectrum, one_amplitude
 from fem_seal.surface.waves import multiplicity, wavenumbers
 
@@ -70,6 +71,46 @@ def self_affine(
     return GridField(values * (amplitude / moment**0.5), spacing, periodic=True)
 
 
+def gaussian_surface(
+    spectrum: IsotropicSpectrum, shape: tuple[int, int], size: tuple[float, float], *, seed: int
+) -> GridField:
+    """Gaussian random heights whose ensemble has a spectrum.
+
+    Parameters
+    ----------
+    spectrum : IsotropicSpectrum
+        C(q) [m⁴]. Waves longer than the periods, or shorter than two samples, are left out.
+    shape : (int, int)
+        Number of samples (nx, ny).
+    size : (float, float)
+        Periods (Lx, Ly) [m].
+    seed : int
+        Non-negative. The same seed on a finer grid gives the same surface with shorter waves.
+
+    Returns
+    -------
+    GridField
+        Periodic, zero mean.
+
+    Raises
+    ------
+    InvalidInput
+        If no wave of the grid has power, or an argument is out of range.
+    """
+    spacing = size[0] / shape[0], size[1] / shape[1]
+    density = _of_grid(spectrum.density(wavenumbers(shape, spacing)), shape)
+    if not density.any():
+        raise InvalidInput(
+            f"no wave of a {shape[0]} x {shape[1]} grid has power in the spectrum of the profiles; "
+            "take a larger size, or more samples"
+        )
+    from scipy import fft
+
+    modes = np.sqrt(density * (2 * np.pi) ** 2 / (size[0] * size[1])) * _gaussian_modes(shape, seed)
+    values = fft.irfft2(modes, s=shape, norm="forward", overwrite_x=True)
+    return GridField(values, spacing, periodic=True)
+
+
 def _spacing(
     spectrum: Spectrum, shape: tuple[int, int], size: tuple[float, float]
 ) -> tuple[float, float]:
@@ -94,18 +135,23 @@ def _spacing(
 
 def _resolved(spectrum: Spectrum, q: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     """C(q) at the wavenumbers of a grid, with the mean and the Nyquist modes set to 0."""
+    density = _of_grid(spectrum.density(q), shape)
+    if not density.any():
+        raise InvalidInput(
+            f"no wave of a {shape[0]} x {shape[1]} grid lies between the cut-offs "
+            f"{spectrum.long_wavelength} and {spectrum.short_wavelength} m; widen them"
+        )
+    return density
+
+
+def _of_grid(density: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Density with the mean and the Nyquist modes of a grid set to 0."""
     nx, ny = shape
-    density = spectrum.density(q)
     density[0, 0] = 0.0
     if nx % 2 == 0:
         density[nx // 2] = 0.0
     if ny % 2 == 0:
         density[:, ny // 2] = 0.0
-    if not density.any():
-        raise InvalidInput(
-            f"no wave of a {nx} x {ny} grid lies between the cut-offs "
-            f"{spectrum.long_wavelength} and {spectrum.short_wavelength} m; widen them"
-        )
     return density
 
 

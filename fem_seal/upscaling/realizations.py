@@ -9,7 +9,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file import HEIGHT_NAMES, read_map
 from fem_seal.patch import Patch
 from fem_seal.progress import Report
-from fem_seal.scene import FileSurface, Scene, SelfAffineSurface
+from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.sections import Section
 
 ROUNDING = 1e-6  # of a window, by which a map may be too short for the last one
@@ -54,9 +54,9 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
     )
 
 
-def _other(surface: SelfAffineSurface | FileSurface, number: int) -> Section:
+def _other(surface: Section, number: int) -> Section:
     """The surface with another seed, or a twin of the map; number 0 is the surface itself."""
-    name = "seed" if isinstance(surface, SelfAffineSurface) else "twin_seed"
+    name = "twin_seed" if isinstance(surface, FileSurface) else "seed"
     if number == 0:
         return surface
     return surface.model_copy(update={name: (getattr(surface, name) or 0) + number})

@@ -1,0 +1,180 @@
+"""From profiles, as a stylus writes them, to the spectrum of an isotropic surface.
+
+A profile along x of a surface with the spectrum C(q) has the spectrum
+
+    C1(qx) = ∫ C(√(qx² + qy²)) dqy = 2 ∫ C(q) q dq / √(q² - qx²),    q from qx to infinity
+
+(P. R. Nayak, J. Lubr. Technol. 93, 398 (1971); T. D. B. Jacobs, T. Junge, L. Pastewka, Surf.
+Topogr.: Metrol. Prop. 5, 013001 (2017)), Abel's transform of C. It is inverted here for a C that is
+constant between the edges of bins, for which it is a sum of square roots. The profiles of an
+anisotropic surface, such as a turned or ground one, do not determine its spectrum.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+
+# Ratio of the wavenumbers at the ends of a bin. The constant then differs from the mean of a power
+# law with H = 0.8 by 2 %, and by 6 % in the bins next to its cut-offs.
+BIN_RATIO = 1.25
+# A Hann window correlates neighbouring waves: the variance of a mean over many grows by this factor
+# (P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 70 (1967)).
+HANN_DEPENDENCE = 35 / 18
+FEWEST_SAMPLES = 16  # of a profile
+ROUNDING = 1e-28  # densities below this part of the largest are rounding errors
+DEGREES = {"mean": 0, "line": 1, "quadratic": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class ProfileSpectrum:
+    """Mean spectrum of profiles in m bins of wavenumbers.
+
+    Attributes
+    ----------
+    edges : (m + 1,) float
+        Edges of the bins [1/m]; the first is half of the lowest wavenumber.
+    waves : tuple of (n,) float
+        Wavenumbers of the waves in each bin [1/m].
+    density : (m,) float
+        Mean of C1 [m³] over the waves of a bin, <h²> = ∫ C1 dq from -∞ to ∞.
+    error : (m,) float
+        Its standard deviation, for Gaussian heights: density over the square root of the number of
+        independent waves.
+    """
+
+    edges: np.ndarray
+    waves: tuple[np.ndarray, ...]
+    density: np.ndarray
+    error: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class IsotropicSpectrum:
+    """A spectrum that is constant in each of m rings.
+
+    Attributes
+    ----------
+    edges : (m + 1,) float
+        Edges of the rings [1/m].
+    values : (m,) float
+        C(q) [m⁴] >= 0.
+    error : (m,) float
+        Its standard deviation; those of neighbours are correlated.
+    """
+
+    edges: np.ndarray
+    values: np.ndarray
+    error: np.ndarray
+
+    def density(self, q: np.ndarray) -> np.ndarray:
+        """C(q) [m⁴] at wavenumbers [1/m]; 0 below the first edge and above the last."""
+        ring = np.searchsorted(self.edges, q, side="right") - 1
+        inside = (ring >= 0) & (ring < len(self.values))
+        return np.where(inside, self.values[np.clip(ring, 0, len(self.values) - 1)], 0.0)
+
+    @property
+    def rms_height(self) -> float:
+        """Root mean square height [m], 2π ∫ q C dq = <h²>."""
+        return float((np.pi * np.sum(self.values * np.diff(self.edges**2))) ** 0.5)
+
+    @property
+    def rms_slope(self) -> float:
+        """Root mean square gradient, 2π ∫ q³ C dq = <|∇h|²>."""
+        return float((np.pi / 2 * np.sum(self.values * np.diff(self.edges**4))) ** 0.5)
+
+
+def profile_spectrum(
+    profiles: np.ndarray, step: float, *, detrend: str = "line", periodic: bool = False
+) -> ProfileSpectrum:
+    """Mean spectrum of profiles.
+
+    Parameters
+    ----------
+    profiles : (k, n) float
+        Heights [m] of k profiles, so far apart that they are independent.
+    step : float
+        Distance of neighbouring samples [m].
+    detrend : "mean", "line" or "quadratic"
+        Trend that is taken away from each profile; of periodic ones the mean.
+    periodic : bool
+        Whether sample 0 repeats behind the last one; else a Hann window is applied, and the lowest
+        two wavenumbers, which it mixes with the trend, are left out.
+
+    Raises
+    ------
+    InvalidInput
+        If the profiles are too short, not finite, flat, or the step is not positive.
+    """
+    heights = np.atleast_2d(np.asarray(profiles, dtype=float))
+    k, n = heights.shape
+    if n < FEWEST_SAMPLES:
+        raise InvalidInput(f"a profile needs at least {FEWEST_SAMPLES} samples, got {n}")
+    if not np.isfinite(heights).all():
+        missing = np.count_nonzero(~np.isfinite(heights))
+        raise InvalidInput(f"{missing} samples of the profiles are missing; leave their ends out")
+    if not (np.isfinite(step) and step > 0):
+        raise InvalidInput(f"the step of a profile must be positive, got {step} m")
+    if detrend not in DEGREES:
+        raise InvalidInput(f"detrend = {detrend!r} is unknown; choose from {', '.join(DEGREES)}")
+    x = np.linspace(-1, 1, n)
+    basis = np.polynomial.legendre.legvander(x, 0 if periodic else DEGREES[detrend])
+    heights = heights - (basis @ np.linalg.lstsq(basis, heights.T, rcond=None)[0]).T
+    window = np.ones(n) if periodic else 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(n) / n)
+    window /= np.mean(window**2) ** 0.5
+    powers = np.abs(np.fft.rfft(heights * window)) ** 2 / n**2
+    C1 = np.mean(powers, axis=0) * n * step / (2 * np.pi)
+    if not C1[1:].any():
+        raise InvalidInput("flat profiles have no spectrum")
+    first = 1 if periodic else 3
+    bounds = _bounds(first, (n + 1) // 2)  # without the wave of two samples, of cosines alone
+    unit = 2 * np.pi / (n * step)
+    waves = tuple(np.arange(a, b) * unit for a, b in pairwise(bounds))
+    density = np.array([C1[a:b].mean() for a, b in pairwise(bounds)])
+    dependence = 1 if periodic else HANN_DEPENDENCE
+    independent = np.maximum(k * np.diff(bounds) / dependence, k)
+    edges = (np.array(bounds) - 0.5) * unit
+    return ProfileSpectrum(edges, waves, density, density / independent**0.5)
+
+
+def _bounds(first: int, end: int) -> list[int]:
+    """Indices of the first wave of each bin, and `end`."""
+    bounds = [first]
+    while (following := max(bounds[-1] + 1, round(bounds[-1] * BIN_RATIO))) < end:
+        bounds.append(following)
+    # A last bin of less than half of its width joins the one before.
+    if len(bounds) > 1 and end - bounds[-1] < (bounds[-1] - bounds[-2]) / 2:
+        bounds.pop()
+    return [*bounds, end]
+
+
+def isotropic_spectrum(profiles: ProfileSpectrum) -> IsotropicSpectrum:
+    """Spectrum of the isotropic surface that has the spectrum of some profiles.
+
+    Weighted least squares under C >= 0. Nothing is assumed beyond the last wavenumber but that the
+    surface has no power there.
+
+    Parameters
+    ----------
+    profiles : ProfileSpectrum
+    """
+    from scipy.optimize import nnls
+
+    transform = np.array([_transform(waves, profiles.edges) for waves in profiles.waves])
+    lowest = ROUNDING * profiles.density.max()
+    weight = 1 / np.maximum(profiles.error, lowest)
+    # Columns of one size, for C falls over many decades.
+    scale = np.maximum(profiles.density, lowest) / transform.diagonal()
+    scaled = transform * scale * weight[:, None]
+    values = nnls(scaled, profiles.density * weight)[0] * scale
+    inverse = np.linalg.inv(scaled)
+    error = np.sqrt(np.sum(inverse**2, axis=1)) * scale
+    return IsotropicSpectrum(profiles.edges, values, error)
+
+
+def _transform(waves: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Mean over waves qx of 2 ∫ q dq / √(q² - qx²) over each ring, from qx on."""
+    root = np.sqrt(np.maximum(edges**2 - waves[:, None] ** 2, 0))
+    return 2 * np.diff(root, axis=1).mean(axis=0)

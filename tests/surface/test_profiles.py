@@ -1,0 +1,203 @@
+"""Profiles of a known surface give back its spectrum; surfaces are made with a spectrum."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from project import write_toml
+from scipy.integrate import quad
+
+from fem_seal import cli
+from fem_seal.errors import InvalidInput
+from fem_seal.field_file.profiles import read_profiles
+from fem_seal.surface import (
+    IsotropicSpectrum,
+    ProfileSpectrum,
+    Spectrum,
+    gaussian_surface,
+    isotropic_spectrum,
+    profile_spectrum,
+    radial_spectrum,
+    self_affine,
+)
+
+N = 512
+SIZE = (1e-4, 1e-4)
+STEP = SIZE[0] / N
+# Long cut-off at the 8th, roll-off at the 16th and short cut-off at the 128th wavenumber.
+SPECTRUM = Spectrum(0.8, SIZE[0] / 8, SIZE[0] / 128, SIZE[0] / 16).scaled(rms_slope=0.1)
+
+
+def in_bins(edges, density, error=None):
+    """Bins of waves at multiples of the lowest wavenumber, with a density C1(q)."""
+    unit = 2 * np.pi / SIZE[0]
+    bounds = np.rint(edges / unit + 0.5).astype(int)
+    waves = tuple(np.arange(a, b) * unit for a, b in pairwise(bounds))
+    means = np.array([np.mean([density(q) for q in part]) for part in waves])
+    return ProfileSpectrum(edges, waves, means, means if error is None else error)
+
+
+EDGES = profile_spectrum(np.eye(1, N, 5), STEP, detrend="mean", periodic=True).edges
+
+
+def test_constant_rings_exactly():
+    """C1 of a disc of radius b is 2 √(b² - q²): of any rings the inverse is exact."""
+    values = 1 + np.arange(len(EDGES) - 1) % 3
+    steps = np.diff(np.append(values, 0))  # the discs whose sum the rings are
+
+    def transform(q):
+        return -2 * np.sum(steps * np.sqrt(np.maximum(EDGES[1:] ** 2 - q**2, 0)))
+
+    found = isotropic_spectrum(in_bins(EDGES, transform))
+    # A triangular system of square roots: cancellation loses some digits of double precision.
+    assert found.values == pytest.approx(values, rel=1e-9)
+
+
+def test_self_affine_spectrum_by_quadrature():
+    """Without noise the rings differ from C at their middle by how constant they are."""
+
+    def transform(q):
+        cuts = [np.sqrt(max(k**2 - q**2, 0)) for k in SPECTRUM.wavenumbers]
+        ends = [0.0, *cuts]
+        across = lambda t: float(SPECTRUM.density(np.hypot(q, t)))  # noqa: E731
+        return 2 * sum(quad(across, a, b)[0] for a, b in zip(ends, cuts, strict=False) if a < b)
+
+    found = isotropic_spectrum(in_bins(EDGES, transform))
+    low, _, high = SPECTRUM.wavenumbers
+    inside = (EDGES[:-1] > low) & (EDGES[1:] < high)
+    middle = np.sqrt(EDGES[1:] * EDGES[:-1])[inside]
+    # In a bin of ratio r the mean of a power law of exponent s differs from its middle by
+    # (s ln r)²/24, 3 % here; next to a cut-off inside a bin the error is a few times that.
+    assert found.values[inside] == pytest.approx(SPECTRUM.density(middle), rel=0.1)
+    assert np.median(abs(found.values[inside] / SPECTRUM.density(middle) - 1)) < 0.05
+    assert found.rms_height == pytest.approx(SPECTRUM.rms_height, rel=0.01)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_scatter_is_that_of_the_errors(periodic):
+    """Squared deviations over the claimed variance, of profiles far apart of many surfaces.
+
+    Their mean is 1 within 3 √(2/m) for the m independent bins of all surfaces. C varies by 5 %
+    inside a bin on top, and neighbours are correlated: 0.6 to 1.6. A piece of the surface is
+    detrended and windowed.
+    """
+    ratios = []
+    low, _, high = SPECTRUM.wavenumbers
+    for seed in range(12):
+        surface = self_affine(
+            SPECTRUM, (N, N), SIZE, rms_slope=0.1, scaling="ensemble", seed=seed
+        )
+        # One profile a long wavelength: their heights are next to independent.
+        rows = surface.values[:, :: N // 8].T
+        rows = rows if periodic else rows[:, : N // 2]
+        found = isotropic_spectrum(profile_spectrum(rows, STEP, periodic=periodic))
+        # Bins of a few waves are not Gaussian, and the window smears the cut-offs.
+        inside = (found.edges[:-1] > 2.5 * low) & (found.edges[1:] < 0.8 * high)
+        middle = np.sqrt(found.edges[1:] * found.edges[:-1])[inside]
+        deviation = found.values[inside] - SPECTRUM.density(middle)
+        ratios.append((deviation / found.error[inside]) ** 2)
+    assert 0.6 < np.mean(ratios) < 1.6
+
+
+def test_surface_of_profiles():
+    """Ensemble of the spectrum: rms height, and the power in rings, which hold many waves."""
+    rings = IsotropicSpectrum(EDGES, SPECTRUM.density(np.sqrt(EDGES[1:] * EDGES[:-1])), EDGES[1:])
+    mean, powers = 0.0, 0.0
+    for seed in range(8):
+        field = gaussian_surface(rings, (256, 256), SIZE, seed=seed)
+        mean += np.mean(field.values**2) / 8
+        powers = powers + radial_spectrum(field).density / 8
+    # 16 to 32 waves, of variance 1 each, carry most of the power: 3 √(2/(8 · 400)).
+    assert mean**0.5 == pytest.approx(rings.rms_height, rel=0.08)
+    spectrum = radial_spectrum(field)
+    inside = (spectrum.wavenumber > 20 * 2 * np.pi / SIZE[0]) & (spectrum.wavenumber < 7e6)
+    expected = rings.density(spectrum.wavenumber)[inside]
+    # Rings straddle the steps of the spectrum; 8 times 60 waves and more average to 15 % (3 σ).
+    assert np.median(abs(powers[inside] / expected - 1)) < 0.1
+    finer = gaussian_surface(rings, (512, 512), SIZE, seed=7)
+    # Its waves beyond the 128th, which the coarser grid leaves out, are without power here.
+    assert finer.values[::2, ::2] == pytest.approx(field.values, abs=1e-9 * rings.rms_height)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((np.zeros((2, 8)), 1.0), "at least 16 samples, got 8"),
+        ((np.zeros((2, 32)), 1.0), "flat profiles"),
+        ((np.full((2, 32), np.nan), 1.0), "64 samples of the profiles are missing"),
+        ((np.ones((2, 32)), 0.0), "step of a profile must be positive"),
+    ],
+)
+def test_refused(arguments, message):
+    with pytest.raises(InvalidInput, match=message):
+        profile_spectrum(*arguments)
+
+
+def test_a_trend_does_not_count():
+    """Tilt and height of the instrument leave the spectrum as it is, to rounding."""
+    rough = self_affine(SPECTRUM, (N, N), SIZE, rms_slope=0.1, seed=1).values[:4]
+    tilted = rough + 1e-6 + 1e-7 * np.arange(N)
+    plain, other = (profile_spectrum(rows, STEP).density for rows in (rough, tilted))
+    assert other == pytest.approx(plain, rel=1e-6)
+
+
+def write(path, rows, head="x [mm];z [µm]\n", step=1e-3):
+    lines = [";".join([f"{k * step:.6f}", *map(repr, row)]) for k, row in enumerate(rows)]
+    path.write_text(head + "\n".join(lines).replace(".", ","))
+
+
+def test_files_of_profiles(tmp_path):
+    """x and heights, two files of different lengths, a sample missing at an end."""
+    heights = np.round(np.random.default_rng(0).normal(size=(40, 3)), 4)
+    write(tmp_path / "a.txt", heights[:, :2].tolist())
+    write(tmp_path / "b.txt", heights[:30, 2:].tolist())
+    text = (tmp_path / "b.txt").read_text()
+    lines = text.splitlines()
+    lines[1] = lines[1].split(";")[0] + ";***"
+    (tmp_path / "b.txt").write_text("\n".join(lines))
+    profiles = read_profiles([tmp_path / "a.txt", tmp_path / "b.txt"])
+    assert profiles.step == pytest.approx(1e-6, rel=1e-12)
+    np.testing.assert_allclose(profiles.heights, heights[1:30].T * 1e-6, rtol=1e-15)
+
+
+def test_files_without_x(tmp_path):
+    heights = np.random.default_rng(0).normal(size=(40, 2))
+    np.savetxt(tmp_path / "a.txt", heights)
+    profiles = read_profiles([tmp_path / "a.txt"], unit="um", step=5e-7)
+    assert profiles.heights.shape == (2, 40)
+    assert profiles.step == 5e-7
+    with pytest.raises(InvalidInput, match="does not say the step of its samples"):
+        read_profiles([tmp_path / "a.txt"], unit="um")
+    with pytest.raises(InvalidInput, match=r"the heights of .* have no unit"):
+        read_profiles([tmp_path / "a.txt"], step=1e-6)
+    np.savetxt(tmp_path / "b.txt", heights, header="Spacing: 0.5 um\nUnits: um")
+    assert read_profiles([tmp_path / "b.txt"]).step == pytest.approx(5e-7, rel=1e-12)
+    with pytest.raises(InvalidInput, match=r"has a step of 5e-07 m, but surface.step = 1e-06 m"):
+        read_profiles([tmp_path / "b.txt"], step=1e-6)
+    np.savetxt(tmp_path / "c.txt", heights, header="Spacing: 0.7 um\nUnits: um")
+    with pytest.raises(InvalidInput, match="resample them to the same"):
+        read_profiles([tmp_path / "b.txt", tmp_path / "c.txt"])
+
+
+def test_scene_of_profiles(tmp_path, capsys, monkeypatch):
+    """From a stylus's file to a contact: the spectrum as a table, and the assumption in words."""
+    monkeypatch.chdir(tmp_path)
+    rough = self_affine(SPECTRUM, (N, N), SIZE, rms_slope=0.1, seed=1).values[:, ::64]
+    write(tmp_path / "a.txt", (rough * 1e6).tolist(), step=STEP * 1e3)
+    scene = {
+        "surface": {"kind": "profiles", "path": "a.txt", "shape": [64, 64], "size": [5e-5, 5e-5]},
+        "solid": {"youngs_modulus": 1e7, "poisson_ratio": 0.5},
+        "contact": {"area_fraction": 0.2},
+        "fluid": {"viscosity": 1e-3},
+        "flow": {"pressure_drop": 1e3, "method": "finite-difference"},
+    }
+    path = write_toml(tmp_path / "scene.toml", scene)
+    assert cli.main(["surface", str(path), "--csv", "a.csv"]) == 0
+    assert "assumed        the surface is isotropic and Gaussian" in capsys.readouterr().out
+    head = (tmp_path / "a.csv").read_text().splitlines()[:3]
+    slope = float(head[1].removeprefix("# Sdq = "))
+    # Eight profiles of about a hundred waves that carry the slope: 1/√800 of its square, 4 σ.
+    assert slope == pytest.approx(0.1, rel=0.07)
+    products = "output.products=['leak_rate']"
+    assert cli.main(["run", str(path), "--set", products, "--out", "out"]) == 0
+    assert "isotropic surface" in capsys.readouterr().out
