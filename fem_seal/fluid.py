@@ -7,14 +7,16 @@ the reference conditions T0, p0 (as for porous media: M. Muskat, The Flow of Hom
 through Porous Media, 1937, on gases).
 
 Where the gap is not much larger than the mean free path, the gas slips at the walls (`Slip`), and
-the mass flux is -(M/(R T)) (g³ p + B g²)/(12 η) ∇p. For a uniform gap that is linear in
-φ = p²/2 + s p, s = B/g; other gaps have bounds (`film.law`).
+the mass flux is -(M/(R T)) B g² c(g p/B)/(12 η) ∇p (`rarefied`). For a uniform gap that is linear
+in the integral of c(g p/B) over p; other gaps have bounds (`film.law`).
 """
 
 from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
+
+from fem_seal.rarefied import FIRST_ORDER, LAWS, PoiseuilleCoefficient
 
 GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact in the SI since 2019
 
@@ -39,22 +41,27 @@ class LiquidDrive:
         """Leak rate in SI units, for each kind in `units.RATES`, per m³/s of the linear problem."""
         return {"volume": 1.0}
 
-    def pressure(self, solved: np.ndarray, slip_pressure: float = 0.0) -> np.ndarray:
+    def pressure(
+        self, solved: np.ndarray, slip: "Slip | None" = None, critical: float = 0.0
+    ) -> np.ndarray:
         """Pressure [Pa] from the solution [Pa] of the linear problem, 0 at the outlet."""
         return self.outlet_pressure + solved
 
-    def potential(self, pressure: np.ndarray, slip_pressure: float = 0.0) -> np.ndarray:
+    def potential(
+        self, pressure: np.ndarray, slip: "Slip | None" = None, critical: float = 0.0
+    ) -> np.ndarray:
         """Quantity in whose gradient the flux is linear: the pressure itself [Pa]."""
         return pressure
 
 
 @dataclass(frozen=True)
 class Slip:
-    """First-order slip of a gas at both walls of a gap.
+    """Slip of a gas at both walls of a gap.
 
-    A channel of height g carries g³/(12 η) (p + B/g) per unit of pressure gradient, with
-    B = 6 Λ (2 - σ)/σ (J. C. Maxwell 1879; E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167
-    (1997)), Λ mean free path times pressure.
+    A channel of height g carries B g² c(g p/B)/(12 η) per unit of pressure gradient, with
+    B = 6 Λ (2 - σ)/σ, Λ mean free path times pressure. To first order that is
+    g³/(12 η) (p + B/g) (J. C. Maxwell 1879; E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167
+    (1997)).
 
     Parameters
     ----------
@@ -62,11 +69,14 @@ class Slip:
         Absolute pressures p_in > p_out >= 0 [Pa].
     product : float
         B > 0 [Pa m], a constant of the gas, its temperature and the walls.
+    coefficient : PoiseuilleCoefficient
+        The function c.
     """
 
     inlet_pressure: float
     outlet_pressure: float
     product: float
+    coefficient: PoiseuilleCoefficient = FIRST_ORDER
 
     @property
     def pressures(self) -> tuple[float, float]:
@@ -78,14 +88,31 @@ class Slip:
         """Mean of the two pressures [Pa]."""
         return 0.5 * (self.inlet_pressure + self.outlet_pressure)
 
-    @property
-    def length(self) -> float:
-        """Gap [m] through which slip carries as much as viscous flow at the mean pressure."""
-        return self.product / self.mean_pressure
+    def gain(self, gap: float) -> float:
+        """What a gap [m] conducts at the mean pressure, over what it would without slip."""
+        t = gap * self.mean_pressure / self.product
+        return float(self.coefficient(t)) / t
 
-    def pressure_at(self, gap: float) -> float:
-        """Pressure B/g [Pa] at which slip carries as much through a gap [m] as viscous flow."""
-        return self.product / gap
+    def mean_gain(self, gap: float) -> float:
+        """What a uniform gap [m] lets through, over what it would without slip.
+
+        To first order it is the gain.
+        """
+        low, high = (self.potential(p, gap) for p in (self.outlet_pressure, self.inlet_pressure))
+        without = (self.inlet_pressure - self.outlet_pressure) * self.mean_pressure
+        return float(high - low) / without * (self.product / gap)
+
+    def potential(self, pressure: np.ndarray | float, gap: float) -> np.ndarray:
+        """φ [Pa] in whose gradient the flux through a uniform gap [m] is linear.
+
+        It is the integral of c(g p/B) over the pressure [Pa], to first order p + p² g/(2 B).
+        """
+        return self.coefficient.integral(gap * pressure / self.product) * (self.product / gap)
+
+    def pressure(self, potential: np.ndarray | float, gap: float) -> np.ndarray:
+        """Pressure [Pa] at which the potential [Pa] of a uniform gap [m] has a value."""
+        per_pascal = gap / self.product
+        return self.coefficient.inverse_integral(potential * per_pascal) / per_pascal
 
 
 @dataclass(frozen=True)
@@ -128,31 +155,39 @@ class GasDrive:
             "mass": amount * self.molar_mass,
         }
 
-    def pressure(self, solved: np.ndarray, slip_pressure: float = 0.0) -> np.ndarray:
+    def pressure(
+        self, solved: np.ndarray, slip: Slip | None = None, critical: float = 0.0
+    ) -> np.ndarray:
         """Pressure [Pa] from the solution of the linear problem, 0 at the outlet.
 
-        Without slip it is √(p_out² + (p_in² - p_out²) u), u the solution over its drop; with slip
-        √((p_out + s)² + 2 u Δφ) - s, where Δφ is that of p²/2 + s p.
+        Without slip it is √(p_out² + (p_in² - p_out²) u), u the solution over its drop. With slip
+        the potential of the critical constriction is linear in u: exact in gaps as high as that.
 
         Parameters
         ----------
         solved : array
             Solution of the linear problem, `pressure_drop` at the inlet.
-        slip_pressure : float
-            s [Pa]; exact where slip carries as much as viscous flow at the pressure s.
+        slip : Slip or None
+            With which the problem was solved.
+        critical : float
+            Gap of the critical constriction [m].
         """
-        p_out, s = self.outlet_pressure, slip_pressure
-        rise = 2 * (self._mean_pressure + s) * self._difference * (solved / self.pressure_drop)
-        # Rounding errors of the solver may make the sum negative next to a vacuum.
-        inside = np.maximum((p_out + 2 * s) * p_out + rise, 0.0)
-        return np.sqrt(inside) if s == 0 else inside / (np.sqrt(inside + s * s) + s)
+        p_out, part = self.outlet_pressure, solved / self.pressure_drop
+        if slip is None:
+            # Rounding errors of the solver may make the sum negative next to a vacuum.
+            square = p_out * p_out + 2 * self._mean_pressure * self._difference * part
+            return np.sqrt(np.maximum(square, 0.0))
+        start, end = (slip.potential(p, critical) for p in (p_out, self.inlet_pressure))
+        return slip.pressure(start + (end - start) * part, critical)
 
-    def potential(self, pressure: np.ndarray, slip_pressure: float = 0.0) -> np.ndarray:
-        """Quantity in whose gradient the flux is linear: p² + 2 s p [Pa²], s as of `pressure`."""
-        return pressure**2 + 2 * slip_pressure * pressure
+    def potential(
+        self, pressure: np.ndarray, slip: Slip | None = None, critical: float = 0.0
+    ) -> np.ndarray:
+        """Quantity that is linear in the solution; arguments as of `pressure`."""
+        return pressure**2 if slip is None else slip.potential(pressure, critical)
 
-    def slip(self, viscosity: float, accommodation: float) -> Slip:
-        """First-order slip of the gas.
+    def slip(self, viscosity: float, accommodation: float, law: str = "first-order") -> Slip:
+        """Slip of the gas at the walls.
 
         Parameters
         ----------
@@ -160,10 +195,13 @@ class GasDrive:
             Dynamic viscosity η [Pa s].
         accommodation : float
             Part σ of the molecules that a wall reflects diffusely, 0 < σ <= 1.
+        law : str
+            Name in `rarefied.LAWS`.
         """
         path_times_pressure = self.mean_free_path(viscosity) * self._mean_pressure
         product = 6 * path_times_pressure * (2 - accommodation) / accommodation
-        return Slip(self.inlet_pressure, self.outlet_pressure, product)
+        coefficient = LAWS[law](accommodation)
+        return Slip(self.inlet_pressure, self.outlet_pressure, product, coefficient)
 
     def mean_free_path(self, viscosity: float) -> float:
         """Mean free path η/p √(π R T/(2 M)) at the mean of the two pressures.

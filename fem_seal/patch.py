@@ -335,9 +335,7 @@ class Patch:
 
         grid = None if shape.own_gap else self.grid_gap
         with self.timed("shape"):
-            return parallel.on_root(
-                lambda: shaped_film(shape, grid, trust=self.trust), self.comm
-            )
+            return parallel.on_root(lambda: shaped_film(shape, grid, trust=self.trust), self.comm)
 
     def film_of(self, gap: GridField) -> "GridFilm | MeshFilm":
         """The film of another gap [m] on the same grid, such as that of another load."""
@@ -391,8 +389,7 @@ class Patch:
         if leak.field is None:
             return leak
         critical = present(self.film.constriction, "constriction").gap
-        slip_pressure = self.scene.slip_pressure(critical)
-        pressure = self.scene.drive.pressure(leak.field.pressure, slip_pressure)
+        pressure = self.scene.drive.pressure(leak.field.pressure, self.scene.slip, critical)
         return replace(leak, field=replace(leak.field, pressure=pressure))
 
     @cached_property

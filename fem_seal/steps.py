@@ -213,8 +213,8 @@ def lifting_problem(
             from fem_seal.coupling.fluid_pressure import on_sites
 
             solved = on_sites(leak.field, film)
-        s = scene.slip_pressure(present(film.constriction, "constriction").gap)
-        return outlet + (drive.pressure(solved, s) - drive.pressure(zero, s))
+        at = scene.slip, present(film.constriction, "constriction").gap
+        return outlet + (drive.pressure(solved, *at) - drive.pressure(zero, *at))
 
     return LiftProblem(
         height=surface,

@@ -30,6 +30,7 @@ ORDER = [
         "progress",
         "units",
         "expression",
+        "rarefied",
         "fluid",
         "field_file",
         "gap_file",

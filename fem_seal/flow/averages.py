@@ -6,8 +6,9 @@ fine to coarse: each coarse triangle consists of two finer ones of equal area. (
 cumulative sums would not do: the contrast of 1/g³ exceeds the digits of double precision, and
 differences of sums would lose small values.)
 
-Without slip the conductivity is g³. With slip it is α g³ + β g², and the mean of its inverse has an
-upper bound: a harmonic mean of a sum is at least the sum of the harmonic means.
+Without slip the conductivity is g³. With slip α g³ + β g² bounds it on each triangle, and the mean
+of its inverse has an upper bound: a harmonic mean of a sum is at least the sum of the harmonic
+means.
 """
 
 from collections.abc import Callable
@@ -96,25 +97,48 @@ def inverse_square_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np
 def conductivity_of_corners(
     law: Conductivity, a: np.ndarray, b: np.ndarray, c: np.ndarray
 ) -> np.ndarray:
-    """Mean of the conductivity from above, exact where its knee is not inside the triangle."""
+    """Mean of the conductivity from above, exact where it has no kink inside the triangle."""
     if law.is_cube:
         return cube_of_corners(a, b, c)
-    cubic, square = law.coefficients(*_extremes(a, b, c))
+    cubic, square = law.above(*extremes(a, b, c))
     return cubic * cube_of_corners(a, b, c) + square * square_of_corners(a, b, c)
 
 
 def resistivity_of_corners(
-    law: Conductivity, a: np.ndarray, b: np.ndarray, c: np.ndarray
+    law: Conductivity,
+    a: np.ndarray,
+    b: np.ndarray,
+    c: np.ndarray,
+    span: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> np.ndarray:
-    """Mean of 1/conductivity from above: 1/(α a b c + β/m), m the mean of 1/g²."""
+    """Mean of 1/conductivity from above.
+
+    For a conductivity of at least g² (α g + β), α >= 0, it is 1/(α a b c + β/m), m the mean of
+    1/g². For α < 0 the convex function 1/(α g + β) is at most its chord A + D g, and the mean of
+    1/g at most √m: together A m + D √m.
+
+    Parameters
+    ----------
+    law : Conductivity
+    a, b, c : arrays
+        Gaps at the corners.
+    span : pair of arrays or None
+        Least and largest gap of a triangle around, whose α and β are used: means over its parts
+        then add up to no more than the mean over it. None: the triangle itself.
+    """
     if law.is_cube:
         return inverse_cube_of_corners(a, b, c)
-    cubic, square = law.coefficients(*_extremes(a, b, c))
-    with np.errstate(divide="ignore"):
-        return 1 / (cubic * (a * (b * c)) + square / inverse_square_of_corners(a, b, c))
+    low, high = extremes(a, b, c) if span is None else span
+    cubic, square = law.below(low, high)
+    m = inverse_square_of_corners(a, b, c)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rising = 1 / (cubic * (a * (b * c)) + square / m)
+        ends = (cubic * low + square) * (cubic * high + square)
+        falling = ((cubic * (low + high) + square) * m - cubic * np.sqrt(m)) / ends
+        return np.where(cubic < 0, np.where(np.isinf(m), np.inf, falling), rising)
 
 
-def _extremes(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def extremes(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest gap at the corners."""
     return np.minimum(a, np.minimum(b, c)), np.maximum(a, np.maximum(b, c))
 

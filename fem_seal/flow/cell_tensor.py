@@ -50,8 +50,8 @@ def conductivity_tensor(
 
     The mean flux under a mean pressure gradient is -K*·gradient, K* in m³/(Pa s); a smooth channel
     of height h has h³/(12 η). With slip it is that at the mean of the two pressures, since the
-    pressure changes little across one cell: (h³ + B h²/p)/(12 η). Bounds as in `cell_problem`, for
-    the gap as represented.
+    pressure changes little across one cell: to first order (h³ + B h²/p)/(12 η). Bounds as in
+    `cell_problem`, for the gap as represented.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def conductivity_tensor(
     law = CUBE
     if slip is not None:
         law = mean_pressure_law(slip, highest)
-        per_pascal *= 1 + slip.length / highest
+        per_pascal *= slip.gain(highest)
     scaled = GridField(sites / highest, gap.spacing, periodic=True)
     narrowest = min(h for h in widest if h > 0) / highest
     require_conducting(TIGHTEST, narrowest)

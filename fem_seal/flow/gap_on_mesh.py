@@ -158,6 +158,9 @@ class LinearGap:
         linear = six[:, 3:].take(two, axis=2).reshape(2, -1).T
         six[:, 3:, two] = self._sampled(x, y, linear).T.reshape(2, 3, -1)
         cube, inverse_cube = _quarter_means(six, self.law)
+        if not self.law.below.is_cube:
+            # Their quarters are pixel triangles, each with the mean of its own.
+            inverse_cube[:, two] = _quarter_means(six.take(two, axis=2), self.law, alone=True)[1]
         coarse = np.flatnonzero(width > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
         cube[:, coarse], inverse_cube[:, coarse] = self._above_pixel.lookup(place)
@@ -235,12 +238,19 @@ def _linear_means(gaps: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarra
     )
 
 
-def _quarter_means(six: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarray]:
-    """The same means (4, n) on the quarters, for gaps (2, 6, n) at corners and midpoints."""
+def _quarter_means(
+    six: np.ndarray, law: FilmLaw, alone: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same means (4, n) on the quarters, for gaps (2, 6, n) at corners and midpoints.
+
+    The means add up to no more than that of the triangle, as the hierarchical correction needs;
+    with `alone` each is that of a triangle of its own.
+    """
     raised, lowered = (on_quarters(gaps) for gaps in six)
+    span = None if alone else averages.extremes(*six[1, :3])
     cube, inverse_cube = (
         averages.conductivity_of_corners(law.above, *raised),
-        averages.resistivity_of_corners(law.below, *lowered),
+        averages.resistivity_of_corners(law.below, *lowered, span),
     )
     return cube.reshape(4, -1), inverse_cube.reshape(4, -1)
 

@@ -1,6 +1,7 @@
 """Bounds of the leak rate of a gas that slips, on the mesh of a refinement.
 
-The mesh is refined for the film at the mean pressure, one linear problem. What the pressure at each
+The mesh is refined for the film at the mean pressure, one linear problem, in a unit in which the
+critical constriction lets through what it does under both pressures. What the pressure at each
 place does to the slip is enclosed on that mesh: by the pressure of the film with the largest
 conductivity, and by the stream function of that with the smallest one (`film.law.bounding_law`).
 """
@@ -10,16 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.errors import present
-from fem_seal.film.law import FilmLaw, bounding_law, mean_pressure_law
+from fem_seal.film.law import FilmLaw, bounding_law, conductivities, mean_pressure_law
 from fem_seal.flow.adapt import Bracket
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem
 from fem_seal.fluid import Slip
 
-# Gaps of a table in units of the largest one, and s in units of that of the critical constriction.
-# Both choose which of many valid bounds is computed.
+# Gaps of a table in units of the largest one, gaps g₀ in units of the critical one, and a number of
+# pressures. They choose which of many valid bounds is computed.
 _GAPS = np.geomspace(1e-12, 1.0, 1200)
 _FACTORS = 2.0 ** (np.arange(-40, 41) / 4)
+_PRESSURES = 5
 
 
 @dataclass(frozen=True)
@@ -44,19 +46,31 @@ class SlippingFilm:
         Slip of the gas between the two pressures.
     highest, critical : float
         Largest gap and gap of the critical constriction [m].
+
+    Attributes
+    ----------
+    gain : float
+        What the largest gap conducts in the law of the mesh, over what it would without slip.
     """
 
     def __init__(self, slip: Slip, highest: float, critical: float):
         self._slip, self._highest = slip, highest
-        self._mean = mean_pressure_law(slip, highest).above.of_gap(_GAPS)
-        candidates = slip.pressure_at(critical) * _FACTORS
+        # At the critical constriction the law of the mesh is to let through what the gas does.
+        most = highest * slip.mean_pressure / slip.product
+        self._unit = float(slip.coefficient(most)) * slip.mean_gain(critical) / slip.gain(critical)
+        self.gain = self._unit / most
+        self._mean = self.mean_law.above.of_gap(_GAPS)
+        candidates = critical / highest * _FACTORS
         if slip.outlet_pressure > 0:
-            candidates = np.append(candidates, 0.0)
-        laws = [bounding_law(slip, highest, s, s) for s in candidates]
+            candidates = np.append(candidates, np.inf)
+        pressures = np.linspace(*slip.pressures, _PRESSURES)[:, None]
+        laws = np.array([conductivities(slip, highest, g, _GAPS, pressures) for g in candidates])
         self._candidates = candidates
-        self._more = np.array([law.above.of_gap(_GAPS) for law in laws]) / self._mean
-        self._resists = self._mean / np.array([law.below.of_gap(_GAPS) for law in laws])
-        self._largest_ratio = _largest_ratio(slip, highest, slip.pressure_at(critical))
+        per_square = self._unit * self._mean / _GAPS**2
+        self._more = laws.max(axis=1) / per_square
+        self._resists = per_square / laws.min(axis=1)
+        first = self._bounding_law(critical / highest, critical / highest)
+        self._largest_ratio = _largest_ratio(first, self.mean_law)
         self._chosen: tuple[float, float] | None = None
         self._gap: LinearGap | ConstantGap | VertexGap | None = None
         self._best = SlipBounds(0.0, np.inf)
@@ -65,11 +79,6 @@ class SlippingFilm:
     def mean_law(self) -> FilmLaw:
         """The law for which the mesh is refined: that at the mean pressure."""
         return mean_pressure_law(self._slip, self._highest)
-
-    @property
-    def gain(self) -> float:
-        """What the largest gap conducts at the mean pressure, over what it would without slip."""
-        return 1 + self._slip.pressure_at(self._highest) / self._slip.mean_pressure
 
     def on_mesh_of(self, bracket: Bracket) -> SlipBounds:
         """Best bounds so far, with those on the mesh of a bracket.
@@ -92,6 +101,9 @@ class SlippingFilm:
             upper = min(upper, sharper)
         return self._improved(lower, upper)
 
+    def _bounding_law(self, above: float, below: float) -> FilmLaw:
+        return bounding_law(self._slip, self._highest, above, below, self._unit)
+
     def _improved(self, lower: float, upper: float) -> SlipBounds:
         self._best = SlipBounds(max(lower, self._best.lower), min(upper, self._best.upper))
         return self._best
@@ -99,14 +111,14 @@ class SlippingFilm:
     def _under_bounding_law(
         self, problem: LevelProblem, above: float, below: float
     ) -> LinearGap | ConstantGap | VertexGap:
-        """The gap of a problem under the law of two values of s, kept for the next mesh."""
+        """The gap of a problem under the law of two values of g₀, kept for the next mesh."""
         if self._gap is None or self._chosen != (above, below):
-            law = bounding_law(self._slip, self._highest, above, below)
+            law = self._bounding_law(above, below)
             self._gap, self._chosen = problem.gap.with_law(law), (above, below)
         return self._gap
 
     def _best_choice(self, bracket: Bracket) -> tuple[float, float]:
-        """Values of s [Pa] with probably the least upper and the greatest lower bound.
+        """Values of g₀ with probably the least upper and the greatest lower bound.
 
         The functions at the mean pressure have an energy under each law, which is estimated as if
         the gap of each cell were the one that conducts as much at the mean pressure.
@@ -126,12 +138,10 @@ class SlippingFilm:
         return problem.space.comm.bcast(choice)
 
 
-def _largest_ratio(slip: Slip, highest: float, s: float) -> float:
+def _largest_ratio(law: FilmLaw, mean: FilmLaw) -> float:
     """Largest ratio of the largest conductivity to that at the mean pressure, over all gaps.
 
-    Of either form of the former the ratio is monotone in the gap, from 0 to the largest gap.
+    Between the kinks of either the ratio is monotone in the gap.
     """
-    law = bounding_law(slip, highest, s, s).above
-    cubic, square = mean_pressure_law(slip, highest).above.narrow
-    forms = [law.narrow] if law.wide is None else [law.narrow, law.wide]
-    return max(max(beta / square, (alpha + beta) / (cubic + square)) for alpha, beta in forms)
+    gaps = np.union1d(law.above.gaps, mean.above.gaps)
+    return float(np.max(law.above.per_square(gaps) / mean.above.per_square(gaps)))

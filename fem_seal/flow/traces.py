@@ -197,9 +197,15 @@ def resistivity(
     found = one_contact_tensor(e_b, e_c, b, c)
     if not law.is_cube:
         square = one_contact_tensor(e_b, e_c, b, c, power=2)
-        found = _side_by_side(found, square, *law.coefficients(np.zeros_like(b), np.maximum(b, c)))
+        found = _side_by_side(found, square, *_from_contact(law, np.maximum(b, c)))
     tensor[one] = found.T
     return tensor
+
+
+def _from_contact(law: Conductivity, highest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """α >= 0 and β of a lower bound α g³ + β g² for gaps up to `highest` (n,)."""
+    cubic, square = law.below(np.zeros_like(highest), highest)
+    return np.maximum(cubic, 0.0), square + np.minimum(cubic, 0.0) * highest
 
 
 def _edge_resistivity(highest: np.ndarray, law: Conductivity) -> np.ndarray:
@@ -207,7 +213,7 @@ def _edge_resistivity(highest: np.ndarray, law: Conductivity) -> np.ndarray:
     found = contact_edge_resistivity(highest)
     if law.is_cube:
         return found
-    cubic, square = law.coefficients(np.zeros_like(highest), highest)
+    cubic, square = _from_contact(law, highest)
     return 1 / (cubic / found + square / contact_edge_resistivity(highest, power=2))
 
 

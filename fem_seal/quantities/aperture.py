@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fem_seal.film import GridFilm, film_conductivity
+from fem_seal.fluid import Slip
 from fem_seal.leak_rate import LeakRate
 
 
@@ -27,12 +28,12 @@ class HydraulicAperture:
 
 
 def hydraulic_aperture(
-    leak: LeakRate, uniform: LeakRate, height: float, slip_length: float = 0.0
+    leak: LeakRate, uniform: LeakRate, height: float, slip: Slip | None = None
 ) -> HydraulicAperture:
     """Height h of the uniform film in the same place that leaks as much: Q = Q₁ (h/h₁)³.
 
     The cubic law, solved for h (P. A. Witherspoon et al., Water Resour. Res. 16, 1016 (1980)).
-    With slip it is h³ + l h² in place of h³, exact for a uniform film. h grows with Q and falls
+    With slip h³ is multiplied by what slip adds to a film of height h. h grows with Q and falls
     with Q₁, so the bounds of both give those of h.
 
     Parameters
@@ -43,17 +44,17 @@ def hydraulic_aperture(
         Q₁ with its bounds, of the uniform film of height h₁ under the same pressures.
     height : float
         h₁ [m].
-    slip_length : float
-        l [m], the gap in which slip carries as much as viscous flow at the mean pressure; 0 without
-        slip.
+    slip : Slip or None
+        Of a gas; None: it does not slip.
     """
 
     def aperture(rate: float, uniform_rate: float) -> float:
         ratio = rate / uniform_rate
-        cubic = height * float(np.cbrt(ratio * (1 + slip_length / height)))
-        if slip_length == 0 or cubic == 0:
-            return cubic
-        return cubic * brentq(lambda t: t**3 + slip_length / cubic * t**2 - 1, 0.0, 1.0, rtol=1e-14)
+        if slip is None or ratio == 0:
+            return height * float(np.cbrt(ratio))
+        # Slip only adds, so that h is at most that without it.
+        most = height * float(np.cbrt(ratio * slip.mean_gain(height)))
+        return most * brentq(lambda t: t**3 * slip.mean_gain(t * most) - 1, 1e-50, 1.0, rtol=1e-14)
 
     lower, upper = uniform.bounds
     return HydraulicAperture(
@@ -68,11 +69,11 @@ def uniform_rectangle(
     height: float,
     viscosity: float,
     pressure_drop: float,
-    slip_length: float = 0.0,
+    slip: Slip | None = None,
 ) -> LeakRate:
     """Leak rate of a uniform film on the rectangle of another, exact.
 
-    Q₁ = Ly/Lx h₁³/(12 η) Δp, times 1 + l/h₁ with slip.
+    Q₁ = Ly/Lx h₁³/(12 η) Δp, with slip times what it adds.
 
     Parameters
     ----------
@@ -82,10 +83,11 @@ def uniform_rectangle(
         h₁ [m].
     viscosity, pressure_drop : float
         η [Pa s], Δp [Pa].
-    slip_length : float
-        l [m], as of `hydraulic_aperture`.
+    slip : Slip or None
+        Of a gas; None: it does not slip.
     """
     Lx, Ly = film.size
     rate = Ly / Lx * film_conductivity(height, viscosity) * pressure_drop
-    rate *= 1 + slip_length / height
+    if slip is not None:
+        rate *= slip.mean_gain(height)
     return LeakRate("leaking", "closed form", rate, lower=rate, upper=rate)

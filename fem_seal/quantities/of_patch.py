@@ -106,8 +106,7 @@ def _constriction(patch: Patch) -> Constriction | None:
     potential = None
     if field is not None:
         critical = present(patch.film.constriction, "constriction").gap
-        slip_pressure = patch.scene.slip_pressure(critical)
-        potential = patch.scene.drive.potential(field.pressure, slip_pressure)
+        potential = patch.scene.drive.potential(field.pressure, patch.scene.slip, critical)
     return parallel.on_root(lambda: constriction(patch.film, field, potential), patch.comm)
 
 
@@ -161,15 +160,14 @@ _THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {
 
 def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
     scene, film = patch.scene, patch.film
-    slip_length = 0.0 if scene.slip is None else scene.slip.length
     if isinstance(film, GridFilm):
         height, drive = 1.0, scene.drive.pressure_drop
-        uniform = uniform_rectangle(film, height, scene.viscosity, drive, slip_length)
+        uniform = uniform_rectangle(film, height, scene.viscosity, drive, scene.slip)
     else:
         # A shape in contact everywhere has no height of its own; any will do.
         height = film.highest or 1.0
         uniform = patch.leak_rate_of(film.with_gap(height))
-    return hydraulic_aperture(patch.leak_rate, uniform, height, slip_length)
+    return hydraulic_aperture(patch.leak_rate, uniform, height, scene.slip)
 
 
 def _trapped_volume(patch: Patch) -> float:

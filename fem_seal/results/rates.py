@@ -50,6 +50,8 @@ class GasRecord(Record):
         At the mean of the two pressures [m].
     knudsen_number : float or None
         The mean free path over the critical gap; None if sealed.
+    slip : str or None
+        Law of slip at the walls, "first-order" or "kinetic"; None without slip.
     accommodation : float or None
         With which slip at the walls was computed; None without slip.
     """
@@ -61,6 +63,7 @@ class GasRecord(Record):
     reference_pressure: float
     mean_free_path: float
     knudsen_number: float | None = None
+    slip: str | None = None
     accommodation: float | None = None
 
     @classmethod
@@ -81,5 +84,6 @@ class GasRecord(Record):
             reference_pressure=gas.reference_pressure,
             mean_free_path=gas.mean_free_path(fluid.viscosity),
             knudsen_number=knudsen_number(patch),
+            slip=None if patch.scene.slip is None else fluid.slip_law,
             accommodation=None if patch.scene.slip is None else fluid.accommodation or 1.0,
         )

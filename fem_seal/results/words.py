@@ -157,7 +157,9 @@ def rate_words(rate: RateRecord) -> str:
 
 def gas_words(gas: GasRecord) -> str:
     """Reference conditions of the volume, mass rate, throughput, and mean free path."""
-    slip = "no slip" if gas.accommodation is None else "first-order slip at the walls"
+    slip = "no slip"
+    if gas.accommodation is not None:
+        slip = f"{gas.slip or 'first-order'} slip at the walls"
     path = f"mean free path {_length(gas.mean_free_path)}"
     if gas.knudsen_number is not None:
         path += f", Knudsen number {gas.knudsen_number:.2g} at the tightest place"

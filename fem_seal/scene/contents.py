@@ -85,14 +85,6 @@ class Contents(Section):
         """
         return slip_of(present(self.fluid, "[fluid]"), self.flow)
 
-    def slip_pressure(self, critical: float) -> float:
-        """Pressure [Pa] at which slip carries as much as viscous flow through a gap [m].
-
-        At the gap of the critical constriction it is the s that recovers the pressure from the
-        solution of the linear problem. 0 without slip.
-        """
-        return 0.0 if self.slip is None else self.slip.pressure_at(critical)
-
     @property
     def gauge_pressures(self) -> tuple[float, float]:
         """Pressures of inlet and outlet above ambient [Pa]; for scenes that need the flow."""

@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from fem_seal.errors import present
 from fem_seal.fluid import Drive, GasDrive, LiquidDrive, Slip
+from fem_seal.rarefied import LEAST_ACCOMMODATION
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import Pressure, Section, Viscosity
 from fem_seal.units import to_si
@@ -46,8 +47,10 @@ class Fluid(Section):
         None, description="at which the volume of a gas is counted; 1 atm if left out"
     )
 
-    slip: bool | None = Field(
-        None, description="whether a gas slips at the walls, to first order; true if left out"
+    slip: Literal["first-order", "kinetic"] | bool | None = Field(
+        None,
+        description='law of a gas that slips at the walls: "first-order" (true, or left out) or '
+        '"kinetic"; false: no slip',
     )
     accommodation: float | None = Field(
         None,
@@ -55,6 +58,11 @@ class Fluid(Section):
         le=1,
         description="part of a gas's molecules that a wall reflects diffusely; 1 if left out",
     )
+
+    @property
+    def slip_law(self) -> str:
+        """Name of the law of a gas that slips."""
+        return self.slip if isinstance(self.slip, str) else "first-order"
 
     @model_validator(mode="after")
     def _check(self) -> "Fluid":
@@ -66,6 +74,12 @@ class Fluid(Section):
             raise ContradictionError(f"{missing[0]} is missing: kind = 'gas' needs it")
         if self.slip is False and self.accommodation is not None:
             raise ContradictionError("accommodation is for a gas that slips: leave out slip")
+        sigma = self.accommodation
+        if self.slip == "kinetic" and sigma is not None and sigma < LEAST_ACCOMMODATION:
+            raise ContradictionError(
+                f"accommodation = {sigma:g} is below {LEAST_ACCOMMODATION:g}, the least that "
+                "slip = 'kinetic' covers; slip = 'first-order' covers less"
+            )
         return self
 
 
@@ -90,7 +104,8 @@ def slip_of(fluid: Fluid, flow: "Flow") -> Slip | None:
     """
     if fluid.kind == "liquid" or fluid.slip is False or flow.method == "finite-difference":
         return None
-    return _gas(fluid, flow).slip(fluid.viscosity, fluid.accommodation or 1.0)
+    drive = _gas(fluid, flow)
+    return drive.slip(fluid.viscosity, fluid.accommodation or 1.0, fluid.slip_law)
 
 
 def gauge_pressures(flow: "Flow") -> tuple[float, float]:

@@ -264,7 +264,8 @@ def test_resistivity_beside_contact_with_slip(corners, gaps, alpha, beta):
     more was seen. 60 Gauss points as above.
     """
     xy = np.array(corners, dtype=float)
-    law, contact = Conductivity((alpha, beta)), np.array(gaps)[:, None] == 0
+    law = Conductivity(np.array([0.0, 1.0]), np.array([beta, alpha + beta]))
+    contact = np.array(gaps)[:, None] == 0
     xx, xy_, yy = resistivity(
         xy[:, None], 1.0, np.array(gaps)[:, None], contact, np.array([np.inf]), law
     )[0]
