@@ -56,6 +56,12 @@ def _rounded(number: float, digits: int, rounding: str) -> str:
     return f"{decimal:e}"
 
 
+def per_cent(fraction: float) -> str:
+    """Write a fraction in per cent to two digits, "4.1 %"; from 99 % on to whole per cent."""
+    number = 100 * fraction
+    return f"{number:.2g} %" if abs(number) < 99 else f"{number:.0f} %"
+
+
 def with_error(number: float, error: float) -> str:
     """Write a number with its standard deviation to two digits, "0.811 ± 0.040"."""
     if not 0 < error < math.inf:

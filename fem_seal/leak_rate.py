@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from fem_seal.digits import bracket_digits
+from fem_seal.digits import bracket_digits, per_cent
 from fem_seal.errors import Inconsistent
 from fem_seal.tables import html_table
 
@@ -236,6 +236,5 @@ def rate_text(value: float, lower: float | None, upper: float | None, unit: str)
     if upper == 0:
         return f"0 {unit}"
     shown, low, high = bracket_digits(value, lower, upper)
-    per_cent = 100 * relative_half_width(lower, upper)
-    half_width = f"{per_cent:.2g}" if per_cent < 99 else f"{per_cent:.0f}"
-    return f"{shown} {unit}, within [{low}, {high}] (±{half_width} %)"
+    half_width = per_cent(relative_half_width(lower, upper))
+    return f"{shown} {unit}, within [{low}, {high}] (±{half_width})"

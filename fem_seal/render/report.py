@@ -6,14 +6,17 @@ import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from fem_seal.digits import rounded_down, rounded_up
+from fem_seal.digits import per_cent, rounded_down, rounded_up
 from fem_seal.errors import printable
 from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.leak_rate import rate_text, relative_half_width
-from fem_seal.quantities.error_budget import combined
+from fem_seal.quantities.error_budget import IN_BOUNDS, combined
 from fem_seal.render.report_page import PAGE
 from fem_seal.results import Result
 from fem_seal.results.words import factor_words, summary_of
+from fem_seal.scene import Scene
+from fem_seal.scene.readable import rows_of_mapping
+from fem_seal.tables import html_table
 
 CAPTIONS = {
     "flow": "Where it leaks: flow density on a logarithmic scale.",
@@ -51,22 +54,37 @@ def report(folder: str | Path) -> Path:
     result = Result.from_folder(folder)
     numbers = result.model_dump(mode="json", by_alias=True)
     levels, provenance = numbers.pop("levels"), numbers.pop("provenance")
+    # These are fluxes of the pressure before its correction: above the upper bound they would
+    # seem to contradict it (docs/results.md).
+    numbers = {name: value for name, value in numbers.items() if name not in ("inflow", "outflow")}
     scene = provenance.pop("scene")
+    provenance["inputs"] = {
+        Path(name).name: digest for name, digest in provenance["inputs"].items()
+    }
     text = PAGE.substitute(
         title=html.escape(printable(folder.resolve().name)),
+        made=html.escape(_made(result)),
         verdict=html.escape(verdict(result)),
-        summary=_table(summary_of(result)),
+        summary=html_table(summary_of(result)),
         pictures="\n".join(_figures(folder, result)) or NO_PICTURES,
-        scene=_table(flat(scene)),
-        uncertain=_budget(result),
+        scene=html_table(rows_of_mapping(scene, Scene)),
+        counted=_counted(result),
+        open=_not_covered(result),
         levels=_levels(levels),
-        numbers=_table(flat(numbers)),
-        provenance=_table(flat(provenance)),
+        numbers=html_table(flat(numbers)),
+        provenance=html_table(flat(provenance)),
     )
     path = folder / "report.html"
     with atomic_write(path, durable=False) as staged:
         staged.write_text(text, encoding="utf-8")
     return path
+
+
+def _made(result: Result) -> str:
+    """When the result was computed, and by which version."""
+    day, _, time = result.provenance.date.partition("T")
+    version = result.provenance.versions.get("fem_seal", "of an unknown version")
+    return f"Computed on {day} at {time[:5]} UTC by fem_seal {version}."
 
 
 def verdict(result: Result) -> str:
@@ -80,6 +98,13 @@ def verdict(result: Result) -> str:
         sentence = "Sealed: no open path joins inlet and outlet, the leak rate is zero."
     else:
         sentence = f"Leaking: {rate_text(leak.value, leak.lower, leak.upper, leak.unit)}."
+        budget = result.error_budget or ()
+        lower, upper = combined(budget)
+        if any(entry.counted and entry.name not in IN_BOUNDS for entry in budget):
+            least = "" if lower is None else f" at least {rounded_down(lower * leak.value)}"
+            most = "" if upper is None else f" at most {rounded_up(upper * leak.value)}"
+            words = " and".join(filter(None, (least, most))) or " anything"
+            sentence += f" With every error that was counted:{words} {leak.unit}."
     if result.verdict and result.verdict.limit and result.verdict.decision != "sealed":
         sentence += f" Verdict: {result.verdict.sentence}."
     if not result.converged:
@@ -111,11 +136,6 @@ def _shown(value: object) -> str:
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
-def _table(rows: Iterable[tuple[str, str]]) -> str:
-    cells = (f"<tr><th>{html.escape(n)}</th><td>{html.escape(v)}</td></tr>" for n, v in rows)
-    return "<table>\n" + "\n".join(cells) + "\n</table>"
-
-
 def _levels(levels: list[dict]) -> str:
     """The refinement, one mesh a line, bounds rounded outwards."""
     if not levels:
@@ -124,26 +144,37 @@ def _levels(levels: list[dict]) -> str:
     rows = [_cells("th", head)]
     for k, level in enumerate(levels, 1):
         lower, upper = level["lower"], level["upper"]
-        half_width = 100 * relative_half_width(lower, upper)
+        half_width = per_cent(relative_half_width(lower, upper))
         seconds = f"{sum(level['seconds'].values()):.2g}"
         bounds = rounded_down(lower), rounded_up(upper)
-        texts = (str(k), str(level["unknowns"]), *bounds, f"{half_width:.2g} %", seconds)
+        texts = (str(k), str(level["unknowns"]), *bounds, half_width, seconds)
         rows.append(_cells("td", texts))
-    return '<table class="levels">\n' + "\n".join(rows) + "\n</table>"
+    return '<div class="wide"><table class="levels">\n' + "\n".join(rows) + "\n</table></div>"
 
 
-def _budget(result: Result) -> str:
-    """What makes the leak rate uncertain, one entry a line."""
-    if not result.error_budget:
-        return "<p>This result holds no error budget.</p>"
+def _counted(result: Result) -> str:
+    """The part of the error budget that has numbers, one entry a line."""
+    counted = [entry for entry in result.error_budget or () if entry.counted]
+    if not counted:
+        return "<p>This result has no numbers about its errors.</p>"
     rows = [_cells("th", ("", "", "times the value", ""))]
-    for entry in result.error_budget:
-        factors = factor_words(entry.lower, entry.upper) if entry.counted else ""
+    for entry in counted:
+        factors = factor_words(entry.lower, entry.upper)
         rows.append(_cells("td", (entry.name, entry.kind, factors, entry.sentence)))
-    if any(entry.counted for entry in result.error_budget):
-        total = factor_words(*combined(result.error_budget))
-        rows.append(_cells("td", ("together", "", total, "the products of the factors")))
-    return "<table>\n" + "\n".join(rows) + "\n</table>"
+    total = factor_words(*combined(counted))
+    rows.append(_cells("td", ("together", "", total, "the products of the factors")))
+    return '<div class="wide"><table>\n' + "\n".join(rows) + "\n</table></div>"
+
+
+def _not_covered(result: Result) -> str:
+    """The part of the error budget without a number on some side."""
+    entries = [e for e in result.error_budget or () if e.lower is None or e.upper is None]
+    if not entries:
+        return "<p>Nothing that the program knows of.</p>"
+    lines = (
+        f"<li><b>{html.escape(e.name)}</b>: {html.escape(e.sentence)}</li>" for e in entries
+    )
+    return "<ul>\n" + "\n".join(lines) + "\n</ul>"
 
 
 def _cells(tag: str, texts: Iterable[str]) -> str:

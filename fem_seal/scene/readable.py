@@ -1,7 +1,8 @@
 """A scene for people: its fields with readable units, for notebooks and pages."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
+from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -49,6 +50,53 @@ def rows_of(section: BaseModel, name: str = "") -> list[tuple[str, str]]:
         else:
             rows.append((full, _text(value, unit_of(field))))
     return rows
+
+
+def units_of(model: type[BaseModel]) -> dict[str, str]:
+    """SI unit of each field that has one; the fields of a scene are named "section.field"."""
+    units: dict[str, str] = {}
+    for key, field in model.model_fields.items():
+        unit = unit_of(field)
+        if unit is not None:
+            units[key] = unit
+        for section in _sections(field.annotation):
+            units |= {f"{key}.{name}": unit for name, unit in units_of(section).items()}
+    return units
+
+
+def _sections(annotation: object) -> Iterator[type[BaseModel]]:
+    """Sections in an annotation such as Annotated[A | B, ...] | None."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _sections(part)
+
+
+def rows_of_mapping(data: Mapping[str, Any], model: type[BaseModel]) -> list[tuple[str, str]]:
+    """Fields of a scene that a result recorded, as `rows_of` writes them; files by name only.
+
+    Parameters
+    ----------
+    data : section: {field: value}, in SI units, as `Scene.to_mapping` returns
+    model : Scene, or the section that the data belong to
+    """
+    units = units_of(model)
+    rows: list[tuple[str, str]] = []
+    for section, fields in data.items():
+        inner = fields.items() if isinstance(fields, Mapping) else [("", fields)]
+        for key, value in inner:
+            name = f"{section}.{key}" if key else section
+            rows.append((name, _recorded(value, units.get(name))))
+    return rows
+
+
+def _recorded(value: object, unit: str | None) -> str:
+    """Text of a value of JSON; a path loses its folders, which are nobody else's business."""
+    if isinstance(value, list):
+        return ", ".join(_recorded(part, unit) for part in value)
+    if isinstance(value, str) and Path(value).is_absolute():
+        return Path(value).name
+    return _text(value, unit)
 
 
 def _text(value: object, unit: str | None) -> str:

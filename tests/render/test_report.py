@@ -10,6 +10,7 @@ from PIL import Image
 
 from fem_seal import job
 from fem_seal.errors import InvalidInput
+from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.render.report import CAPTIONS, flat, report, verdict
 from fem_seal.results import Result
 from fem_seal.results.result import Bounds
@@ -78,11 +79,15 @@ def test_every_number_and_picture_is_inside(folder):
     result = Result.from_folder(folder)
     numbers = result.model_dump(mode="json", by_alias=True)
     assert numbers.pop("levels") == []  # have a table of their own
+    assert numbers.pop("inflow") == pytest.approx(numbers.pop("outflow"))  # in result.json alone
     provenance = numbers.pop("provenance")
     scene = provenance.pop("scene")
-    for rows in (summary_of(result), flat(numbers), flat(scene), flat(provenance)):
+    for rows in (summary_of(result), flat(numbers), flat(provenance)):
         for row in rows:
             assert list(row) in page.rows
+    for section, fields in scene.items():
+        assert {f"{section}.{key}" for key in fields} <= {row[0] for row in page.rows if row}
+    assert ["contact.pressure", "100 kPa"] in page.rows or "pressure" not in scene["contact"]
     expected = [(folder / f"{name}.png").read_bytes() for name in ("flow", "gap", "zebra")]
     assert page.pictures == expected
     assert page.texts["figcaption"] == [CAPTIONS["flow"], CAPTIONS["gap"], "zebra"]
@@ -96,7 +101,30 @@ def test_flat_leaves_out_what_is_not_there():
 def test_nothing_outside_is_referred_to(folder):
     text = report(folder).read_text(encoding="utf-8")
     assert all(reference.startswith("data:") for reference in Page(text).references)
-    assert not re.search(r"https?://|@import|url\(|<script", text)
+    assert not re.search(r"https?://|@import|url\(|<script [^>]|import\(|fetch\(", text)
+
+
+def test_folders_of_the_sender_are_not_told(small_scene, tmp_path):
+    np.savez(tmp_path / "mine.npz", gap=np.full((5, 5), 1e-6), spacing=(1e-6, 1e-6))
+    scene = {key: small_scene[key] for key in ("fluid", "flow", "output")}
+    scene["gap"] = {"path": str(tmp_path / "mine.npz")}
+    scene["output"] = {"products": ["leak_rate"]}
+    job.run(Scene.from_mapping(scene), tmp_path / "out")
+    text = report(tmp_path / "out").read_text(encoding="utf-8")
+    assert "mine.npz" in text
+    assert str(tmp_path) not in text
+
+
+def test_errors_beyond_the_flow_stand_in_the_first_sentence(folder):
+    leak = Bounds(value=2.0e-15, lower=1.9e-15, upper=2.1e-15)
+    budget = (
+        Uncertainty("flow", "guaranteed", "bounds", 0.95, 1.05),
+        Uncertainty("contact grid", "estimated", "a finer grid", 0.5, None),
+    )
+    text = verdict(changed(folder, leak_rate=leak, error_budget=budget))
+    assert text.endswith("With every error that was counted: at least 9.5e-16 m^3/s.")  # 2 × .95/2
+    alone = verdict(changed(folder, leak_rate=leak, error_budget=budget[:1]))
+    assert "every error" not in alone
 
 
 def test_reports_can_be_repeated(folder):
