@@ -115,7 +115,7 @@ def test_mean_gap_is_the_prescribed_one(surface, solver, relative):
     """The certificate's 1e-6 of the rms height alone leaves the smallest of them per cents away."""
     wanted = relative * rms_height(surface)
     state = solve(surface, MODULUS, mean_gap=wanted, solver=solver)
-    # The tolerance that docs/contact.md states.
+    # The tolerance that docs/theory/contact.md states.
     assert state.mean_gap == pytest.approx(wanted, rel=1e-4)
     check_equilibrium(state, surface, 1e-6)
 

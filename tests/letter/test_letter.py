@@ -161,7 +161,7 @@ def test_contact_grid_error_is_that_of_one_pressure():
     refined = grid_point(SMOOTH, 1, 0.2, rtol=0.2)
     assert refined.areas[0] == pytest.approx(0.2, rel=2e-3)
     assert refined.areas[1] < refined.areas[0]
-    # A tenth of the raw change is left after the perimeter correction (docs/contact.md).
+    # A tenth of the raw change is left after the perimeter correction (docs/theory/contact.md).
     raw, corrected = (abs(a[1] - a[0]) for a in (refined.areas, refined.corrected))
     assert corrected < 0.5 * raw
     assert 0 < refined.contact_grid_error < 0.5
