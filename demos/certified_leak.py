@@ -28,13 +28,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from fem_seal.contact import solve
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve as finite_difference
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import Level, relative_width
 from fem_seal.surface import Spectrum, self_affine
 
-WATER = {"viscosity": 1e-3, "pressure_drop": 1e5, "sides": "periodic"}
+SIDES = "periodic"
+WATER = {"viscosity": 1e-3, "pressure_drop": 1e5}
 LINKS = ("harmonic", "linear-gap", "geometric", "arithmetic")
 
 
@@ -70,13 +72,15 @@ class Comparison:
 
 def compare(gap: GridField, rtol: float, grids: int) -> Comparison:
     """Refine adaptively to `rtol`, uniformly and by finite differences over `grids` grids."""
-    adaptive = leak_rate(gap, rtol=rtol, every_dual=True, **WATER)
+    adaptive = leak_rate(GridFilm(gap, SIDES), rtol=rtol, every_dual=True, **WATER)
     most = 4 ** (grids - 1) * gap.values.size
-    uniform = leak_rate(gap, method="uniform", rtol=rtol, limits=Limits(unknowns=most), **WATER)
+    uniform = leak_rate(
+        GridFilm(gap, SIDES), method="uniform", rtol=rtol, limits=Limits(unknowns=most), **WATER
+    )
     differences: dict[str, list[tuple[int, float]]] = {links: [] for links in LINKS}
     for _ in range(grids):
         for links in LINKS:
-            answer = finite_difference(gap, links=links, **WATER)
+            answer = finite_difference(GridFilm(gap, SIDES), links=links, **WATER)
             differences[links].append((answer.unknowns, answer.value))
         gap = gap.refined()
     return Comparison(adaptive.levels, uniform.levels, differences)

@@ -31,6 +31,7 @@ from matplotlib.collections import LineCollection
 
 from fem_seal.contact import solve
 from fem_seal.fenicsx import PETSc, fem, functionspace, ufl
+from fem_seal.film import GridFilm
 from fem_seal.flow import FlowFunctions, Tuning, flow_functions, leak_rate
 from fem_seal.flow.forms import energy, film_conductivity, reynolds
 from fem_seal.grid import GridField
@@ -139,7 +140,7 @@ def main(out: Path = Path("out"), n: int = 64, rtol: float = 0.03) -> Comparison
     from_samples = Tuning(coarsest=n)  # begin with the mesh of the samples
     gap = rough_contact(n)
     leak = leak_rate(
-        gap, viscosity=ETA, pressure_drop=DROP, rtol=rtol, field=True, tuning=from_samples
+        GridFilm(gap), viscosity=ETA, pressure_drop=DROP, rtol=rtol, field=True, tuning=from_samples
     )
     draw(leak.field, out / "ordinary_dolfinx.png")
     flow = flow_functions(leak.field)

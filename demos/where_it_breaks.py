@@ -22,14 +22,15 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.tables import as_text
-from fem_seal.verification.exact_cases import block_gap
+from fem_seal.verification.exact_cases import block_film
 
-SETTING = {"viscosity": 1 / 12, "pressure_drop": 1.0, "sides": "wall", "representation": "constant"}
+SETTING = {"viscosity": 1 / 12, "pressure_drop": 1.0}
 LINKS = ("harmonic", "linear-gap", "geometric", "arithmetic")
 CONTRASTS = (3.0, 10.0, 30.0, 1e2, 1e3, 1e4, 1e6, 1e8)
 EXACT = 1.0
@@ -46,22 +47,22 @@ class Answers:
     adaptive: LeakRate
 
 
-def pixels(contrast: float, n: int) -> GridField:
-    """Gap whose cube is the checkerboard around one corner, on n × n pixels."""
+def checkerboard(contrast: float, n: int) -> GridFilm:
+    """Film on n × n pixels: g³ is a checkerboard around one corner, between side walls."""
     high, low = contrast**0.5, contrast**-0.5
-    return block_gap(np.array([[low, high], [high, low]]), n)
+    return block_film(np.array([[low, high], [high, low]]), n)
 
 
 def compute(contrast: float, n: int, unknowns: int) -> Answers:
     """Leak rates of all methods; the adaptive mesh has at most this many unknowns."""
-    gap = pixels(contrast, n)
+    film = checkerboard(contrast, n)
     return Answers(
         contrast=contrast,
-        differences={links: solve(gap, links=links, **SETTING).value for links in LINKS},
-        uniform=leak_rate(gap, method="uniform", limits=Limits(unknowns=1), **SETTING),
+        differences={links: solve(film, links=links, **SETTING).value for links in LINKS},
+        uniform=leak_rate(film, method="uniform", limits=Limits(unknowns=1), **SETTING),
         # every_dual: a lower bound from every mesh, also where the budget ends too early.
         adaptive=leak_rate(
-            gap, rtol=0.05, limits=Limits(unknowns=unknowns), every_dual=True, **SETTING
+            film, rtol=0.05, limits=Limits(unknowns=unknowns), every_dual=True, **SETTING
         ),
     )
 
@@ -114,11 +115,10 @@ class Extreme:
     answer: str
 
 
-def attempt(extreme: str, gap: GridField, representation: str, exact: float) -> Extreme:
+def attempt(extreme: str, film: GridFilm, exact: float) -> Extreme:
     """Bounds that hold the exact leak rate, or the sentence of a refusal."""
-    setting = SETTING | {"representation": representation}
     try:
-        leak = leak_rate(gap, rtol=0.05, limits=Limits(unknowns=6000), **setting)
+        leak = leak_rate(film, rtol=0.05, limits=Limits(unknowns=6000), **SETTING)
     except InvalidInput as error:
         return Extreme(extreme, f"refused: {error}")
     if not np.isnan(exact):
@@ -133,15 +133,16 @@ def extremes() -> list[Extreme]:
         layers = np.where(np.arange(8) % 4 < 2, 1.0, contrast ** (-1 / 3))
         gap = GridField(np.repeat(layers[:, None], 8, axis=1), (1.0, 1.0))
         name = f"layers in series, contrast {contrast:.0e}"
-        rows.append(attempt(name, gap, "constant", 2 / (1 + contrast)))
+        rows.append(attempt(name, GridFilm(gap, "wall", "constant"), 2 / (1 + contrast)))
     values = np.zeros((6, 6))
     values[:3, :3] = values[3:, 3:] = 1.0
     blocks = GridField(values, (1.0, 1.0))
     # Pixels touch in a point, through which nothing flows; a linear gap has a diagonal there.
-    rows.append(attempt("blocks that meet in a point, pixels", blocks, "constant", 0.0))
-    rows.append(attempt("blocks that meet in a point, linear", blocks, "linear", np.nan))
+    for name, reading, exact in (("pixels", "constant", 0.0), ("linear", "linear", np.nan)):
+        film = GridFilm(blocks, "wall", reading)
+        rows.append(attempt(f"blocks that meet in a point, {name}", film, exact))
     tiny = GridField(np.full((4, 4), 1e-120), (1.0, 1.0))
-    rows.append(attempt("gap of 1e-120 m", tiny, "constant", np.nan))
+    rows.append(attempt("gap of 1e-120 m", GridFilm(tiny, "wall", "constant"), np.nan))
     return rows
 
 

@@ -55,7 +55,26 @@ class LiquidDrive:
 
 
 @dataclass(frozen=True)
-class Slip:
+class TwoPressures:
+    """Absolute pressures of a gas at the two ends of a film.
+
+    Parameters
+    ----------
+    inlet_pressure, outlet_pressure : float
+        p_in > p_out >= 0 [Pa].
+    """
+
+    inlet_pressure: float
+    outlet_pressure: float
+
+    @property
+    def mean_pressure(self) -> float:
+        """Mean of the two pressures [Pa]."""
+        return 0.5 * (self.inlet_pressure + self.outlet_pressure)
+
+
+@dataclass(frozen=True)
+class Slip(TwoPressures):
     """Slip of a gas at both walls of a gap.
 
     A channel of height g carries B g² c(g p/B)/(12 η) per unit of pressure gradient, with
@@ -73,8 +92,6 @@ class Slip:
         The function c.
     """
 
-    inlet_pressure: float
-    outlet_pressure: float
     product: float
     coefficient: PoiseuilleCoefficient = FIRST_ORDER
 
@@ -82,11 +99,6 @@ class Slip:
     def pressures(self) -> tuple[float, float]:
         """Pressures [Pa] of outlet and inlet."""
         return self.outlet_pressure, self.inlet_pressure
-
-    @property
-    def mean_pressure(self) -> float:
-        """Mean of the two pressures [Pa]."""
-        return 0.5 * (self.inlet_pressure + self.outlet_pressure)
 
     def gain(self, gap: float) -> float:
         """What a gap [m] conducts at the mean pressure, over what it would without slip."""
@@ -116,7 +128,7 @@ class Slip:
 
 
 @dataclass(frozen=True)
-class GasDrive:
+class GasDrive(TwoPressures):
     """An isothermal ideal gas between two absolute pressures.
 
     Parameters
@@ -131,8 +143,6 @@ class GasDrive:
         T0 [K] and p0 [Pa], the conditions at which volumes are stated.
     """
 
-    inlet_pressure: float
-    outlet_pressure: float
     temperature: float
     molar_mass: float
     reference_temperature: float
@@ -142,7 +152,7 @@ class GasDrive:
     def pressure_drop(self) -> float:
         """Δp [Pa] of the equivalent liquid, T0/(2 T p0) (p_in² - p_out²)."""
         temperatures = self.reference_temperature / self.temperature
-        return self._mean_pressure / self.reference_pressure * temperatures * self._difference
+        return self.mean_pressure / self.reference_pressure * temperatures * self._difference
 
     @property
     def rates(self) -> dict[str, float]:
@@ -175,7 +185,7 @@ class GasDrive:
         p_out, part = self.outlet_pressure, solved / self.pressure_drop
         if slip is None:
             # Rounding errors of the solver may make the sum negative next to a vacuum.
-            square = p_out * p_out + 2 * self._mean_pressure * self._difference * part
+            square = p_out * p_out + 2 * self.mean_pressure * self._difference * part
             return np.sqrt(np.maximum(square, 0.0))
         start, end = (slip.potential(p, critical) for p in (p_out, self.inlet_pressure))
         return slip.pressure(start + (end - start) * part, critical)
@@ -198,7 +208,7 @@ class GasDrive:
         law : str
             Name in `rarefied.LAWS`.
         """
-        path_times_pressure = self.mean_free_path(viscosity) * self._mean_pressure
+        path_times_pressure = self.mean_free_path(viscosity) * self.mean_pressure
         product = 6 * path_times_pressure * (2 - accommodation) / accommodation
         coefficient = LAWS[law](accommodation)
         return Slip(self.inlet_pressure, self.outlet_pressure, product, coefficient)
@@ -219,11 +229,7 @@ class GasDrive:
         float [m]
         """
         speed = sqrt(pi * GAS_CONSTANT * self.temperature / (2 * self.molar_mass))
-        return viscosity / self._mean_pressure * speed
-
-    @property
-    def _mean_pressure(self) -> float:
-        return 0.5 * (self.inlet_pressure + self.outlet_pressure)
+        return viscosity / self.mean_pressure * speed
 
     @property
     def _difference(self) -> float:

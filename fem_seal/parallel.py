@@ -18,7 +18,10 @@ Answer = TypeVar("Answer")
 # The processes that work on one problem together; None stands for all of this run.
 Comm: TypeAlias = "MPI.Comm | None"
 
-# Environment variables that Open MPI, MPICH and Slurm set for the processes they start.
+# Prefixes of the variables by which a process believes that mpirun (of Open MPI or MPICH) has
+# started it. They are also set in a process that starts MPI on its own.
+OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_")
+# One of these is set in every process that Open MPI, MPICH or Slurm starts.
 _LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK")
 
 

@@ -12,6 +12,8 @@ from hypothesis import HealthCheck, settings
 TESTS = Path(__file__).parent
 sys.path[:0] = [str(TESTS), *sorted(str(path) for path in TESTS.iterdir() if path.is_dir())]
 
+from project import scene_of_samples  # noqa: E402
+
 # An example may compile a form or solve a contact. How long that takes says how busy the machine
 # is, and nothing about the code.
 settings.register_profile(
@@ -27,20 +29,4 @@ if find_spec("dolfinx"):
 @pytest.fixture
 def small_scene() -> dict:
     """A scene that takes a fraction of a second: 32 x 32, elastic, leaking."""
-    return {
-        "surface": {
-            "kind": "self-affine",
-            "shape": [32, 32],
-            "size": ["32 um", "32 um"],
-            "hurst": 0.8,
-            "long_wavelength": "16 um",
-            "short_wavelength": "4 um",
-            "rms_slope": 0.1,
-            "seed": 1,
-        },
-        "solid": {"contact_modulus": "10 MPa"},
-        "contact": {"area_fraction": 0.1},
-        "fluid": {"viscosity": "1 mPa s"},
-        "flow": {"pressure_drop": "1 bar", "sides": "periodic", "method": "finite-difference"},
-        "output": {"products": ["contact", "leak_rate"]},
-    }
+    return scene_of_samples(32)

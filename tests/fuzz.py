@@ -29,29 +29,13 @@ sys.path[:0] = [str(Path(__file__).parent / name) for name in ("", "field_file",
 import layouts  # noqa: E402
 import meshio  # noqa: E402
 from mesh_files import CORNERS, scene_of, write_msh  # noqa: E402
-from project import ROOT, write_toml  # noqa: E402
+from project import ROOT, scene_of_samples, write_toml  # noqa: E402
 
 from fem_seal import cli  # noqa: E402
 
 STATUSES = {0, 2, 3}
 
-SCENE = {
-    "surface": {
-        "kind": "self-affine",
-        "shape": [16, 16],
-        "size": ["16 um", "16 um"],
-        "hurst": 0.8,
-        "long_wavelength": "8 um",
-        "short_wavelength": "4 um",
-        "rms_slope": 0.1,
-        "seed": 1,
-    },
-    "solid": {"contact_modulus": "10 MPa"},
-    "contact": {"area_fraction": 0.1},
-    "fluid": {"viscosity": "1 mPa s"},
-    "flow": {"pressure_drop": "1 bar", "sides": "periodic", "method": "finite-difference"},
-    "output": {"products": ["contact", "leak_rate"]},
-}
+SCENE = scene_of_samples(16)
 FLOW = {
     "fluid": {"viscosity": 1e-3},
     "flow": {"pressure_drop": 1e5, "method": "finite-difference"},

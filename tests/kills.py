@@ -12,7 +12,6 @@ must hold what an undisturbed run leaves, and nothing else.
 import argparse
 import csv
 import json
-import os
 import random
 import shutil
 import signal
@@ -26,46 +25,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from project import MPI_ENVIRONMENT, alone, scene_of_samples, write_toml
 
-SCENE = """
-[surface]
-kind = "self-affine"
-shape = [32, 32]
-size = ["32 um", "32 um"]
-hurst = 0.8
-long_wavelength = "16 um"
-short_wavelength = "4 um"
-rms_slope = 0.1
-seed = 1
-[solid]
-contact_modulus = "10 MPa"
-[contact]
-area_fraction = 0.1
-[fluid]
-viscosity = "1 mPa s"
-[flow]
-pressure_drop = "1 bar"
-sides = "periodic"
-rtol = 0.3
-"""
-RING = """
-[shape]
-kind = "face-seal"
-inner_radius = "20 mm"
-outer_radius = "25 mm"
-mesh_size = "2 mm"
-gap = "3 um"
-[fluid]
-viscosity = "1 mPa s"
-[flow]
-pressure_drop = "1 bar"
-rtol = 0.3
-"""
-MPI_ENVIRONMENT = {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMPI_MCA_btl": "^tcp",
-    "OMPI_MCA_mpi_yield_when_idle": "1",
+SCENE = scene_of_samples(32)
+SCENE["flow"] = {"pressure_drop": "1 bar", "sides": "periodic", "rtol": 0.3}
+del SCENE["output"]
+RING = {
+    "shape": {
+        "kind": "face-seal",
+        "inner_radius": "20 mm",
+        "outer_radius": "25 mm",
+        "mesh_size": "2 mm",
+        "gap": "3 um",
+    },
+    "fluid": {"viscosity": "1 mPa s"},
+    "flow": {"pressure_drop": "1 bar", "rtol": 0.3},
 }
 FEM_SEAL = (sys.executable, "-c", "import sys; from fem_seal.cli import main; sys.exit(main())")
 FD = ("--set", "flow.method=finite-difference")
@@ -117,8 +91,7 @@ JOBS = (
 
 def environment(temporary: Path) -> dict[str, str]:
     """Variables for a command: not those of an mpirun around this process."""
-    kept = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_COMM", "PMIX_"))}
-    return kept | MPI_ENVIRONMENT | {"TMPDIR": str(temporary), "OMP_NUM_THREADS": "1"}
+    return alone() | MPI_ENVIRONMENT | {"TMPDIR": str(temporary)}
 
 
 def start(job: Job, folder: Path, temporary: Path) -> list[subprocess.Popen]:
@@ -241,7 +214,7 @@ def spoken(status: int, error: str) -> str:
     if "Traceback" not in error and "Fatal Python error" not in error:
         return {130: "interrupted", 0: "done"}.get(status, f"status {status}")
     # Before the first line of fem_seal's commands Python itself speaks.
-    early = "fem_seal/cli/__init__.py\", line" not in error
+    early = 'fem_seal/cli/__init__.py", line' not in error
     return "while Python started" if early else f"traceback: {error[-2000:]}"
 
 
@@ -314,8 +287,8 @@ def campaign(
 def _prepare(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    (folder / "scene.toml").write_text(SCENE)
-    (folder / "ring.toml").write_text(RING)
+    write_toml(folder / "scene.toml", SCENE)
+    write_toml(folder / "ring.toml", RING)
 
 
 def main() -> int:

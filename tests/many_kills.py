@@ -8,7 +8,6 @@ be one of a sweep that nobody disturbed, and every file of a point must still be
 
 import csv
 import json
-import os
 import random
 import signal
 import subprocess
@@ -17,30 +16,10 @@ import tempfile
 import time
 from pathlib import Path
 
-ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
-SCENE = """
-[surface]
-kind = "self-affine"
-shape = [16, 16]
-size = ["16 um", "16 um"]
-hurst = 0.8
-long_wavelength = "8 um"
-short_wavelength = "4 um"
-rms_slope = 0.1
-seed = 1
-[solid]
-contact_modulus = "10 MPa"
-[contact]
-model = "bearing"
-area_fraction = 0.1
-[fluid]
-viscosity = "1 mPa s"
-[flow]
-pressure_drop = "1 bar"
-method = "finite-difference"
-[output]
-products = ["contact", "leak_rate"]
-"""
+from project import alone, scene_of_samples, write_toml
+
+SCENE = scene_of_samples(16)
+SCENE["contact"]["model"] = "bearing"
 
 
 def command(points, out, jobs):
@@ -62,9 +41,9 @@ def rows(folder):
 def campaign(points, kills, seed, folder):
     """Run the campaign in a folder; return what it has counted."""
     moments = random.Random(seed)
-    (folder / "scene.toml").write_text(SCENE)
+    write_toml(folder / "scene.toml", SCENE)
     nowhere = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    quiet = {"cwd": folder, "env": ALONE, **nowhere}
+    quiet = {"cwd": folder, "env": alone(), **nowhere}
     whole, out = folder / "whole", folder / "out"
     start = time.monotonic()
     subprocess.run(command(points, whole, 1), check=True, **quiet)

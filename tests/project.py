@@ -1,8 +1,50 @@
-"""Where the project lies, and how tests write a scene file."""
+"""Where the project lies, how tests write a scene file, and environments for other processes."""
 
+import os
 from pathlib import Path
 
+from fem_seal.parallel import OF_MPI
+
 ROOT = Path(__file__).parents[1]
+# For mpirun as root, with more processes than cores, where there may be no network.
+MPI_ENVIRONMENT = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_btl": "^tcp",
+    "OMPI_MCA_mpi_yield_when_idle": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMP_NUM_THREADS": "1",
+}
+
+
+def alone() -> dict[str, str]:
+    """Environment for another process that is not part of an MPI run.
+
+    Once MPI has started in this process, its variables would make a child believe that mpirun had
+    started it.
+    """
+    return {name: value for name, value in os.environ.items() if not name.startswith(OF_MPI)}
+
+
+def scene_of_samples(n: int) -> dict:
+    """Sections of a scene with n x n samples 1 um apart: rough, elastic, leaking."""
+    return {
+        "surface": {
+            "kind": "self-affine",
+            "shape": [n, n],
+            "size": [f"{n} um", f"{n} um"],
+            "hurst": 0.8,
+            "long_wavelength": f"{n // 2} um",
+            "short_wavelength": "4 um",
+            "rms_slope": 0.1,
+            "seed": 1,
+        },
+        "solid": {"contact_modulus": "10 MPa"},
+        "contact": {"area_fraction": 0.1},
+        "fluid": {"viscosity": "1 mPa s"},
+        "flow": {"pressure_drop": "1 bar", "sides": "periodic", "method": "finite-difference"},
+        "output": {"products": ["contact", "leak_rate"]},
+    }
 
 
 def write_toml(path: Path, scene: dict) -> Path:

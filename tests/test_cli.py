@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import ROOT, write_toml
+from project import MPI_ENVIRONMENT, ROOT, alone, write_toml
 from test_scene import REFERENCE
 
 import fem_seal
@@ -23,14 +23,6 @@ from fem_seal.gap_file import load_gap
 from fem_seal.steps import FLOWS
 
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # the defaults of fem-seal leak
-
-MPI_ENVIRONMENT = {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMPI_MCA_btl": "^tcp",
-    "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    "OMP_NUM_THREADS": "1",
-}
 
 
 def run(*arguments):
@@ -452,9 +444,7 @@ def test_contact_alone_imports_no_finite_elements(small_scene, tmp_path):
         "print({'dolfinx', 'petsc4py', 'mpi4py', 'pyvista', 'matplotlib'} & set(sys.modules))"
     )
     arguments = [sys.executable, "-c", code, "run", "scene.toml", "--out", "out"]
-    # MPI, once started in this process, makes its children believe in mpirun.
-    alone = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
-    done = subprocess.run(arguments, capture_output=True, text=True, check=True, env=alone)
+    done = subprocess.run(arguments, capture_output=True, text=True, check=True, env=alone())
     assert done.stdout.splitlines()[-1] == "set()"
 
 

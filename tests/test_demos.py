@@ -1,12 +1,11 @@
 """Every demo runs from the command line of Python, keeps its claims and draws something."""
 
-import os
 import subprocess
 import sys
 
 import numpy as np
 import pytest
-from project import ROOT
+from project import ROOT, alone
 
 DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
 
@@ -41,14 +40,12 @@ def test_every_demo_has_small_arguments():
 def test_demo_keeps_its_claims(name, tmp_path):
     """The claims are asserted in `main`; the result is what they were asserted of."""
     demo = ROOT / "demos" / f"{name}.py"
-    # A process that has started MPI would make the new one believe it is a child of mpirun.
-    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
     done = subprocess.run(
         [sys.executable, "-c", RUN, str(demo), str(tmp_path), repr(SMALL[name])],
         capture_output=True,
         text=True,
         cwd=tmp_path,
-        env=clean,
+        env=alone(),
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert done.stdout.strip(), "a demo says what it has found"

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project import write_toml
+from project import alone, write_toml
 
 from fem_seal.errors import InvalidInput
 from fem_seal.files import (
@@ -31,9 +31,6 @@ from fem_seal.files.owner import Owner, owner_of, staging_name, this_process
 from fem_seal.interrupts import interruptible
 from fem_seal.mesh import geometry
 
-# MPI, once started in this process, would make its children believe in mpirun.
-ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
-
 
 def child(code, *arguments, **options):
     """A process that runs Python and says when it has got as far as `print`."""
@@ -42,7 +39,7 @@ def child(code, *arguments, **options):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        **{"env": ALONE} | options,
+        **{"env": alone()} | options,
     )
 
 
@@ -275,7 +272,7 @@ def test_a_mesh_that_the_disk_cuts_off_is_not_the_geometry_s_fault(tmp_path):
         tmp_path / "scene.toml", {"shape": shape, "fluid": {"viscosity": "1 mPa s"}, "flow": flow}
     )
     # Less than the mesh takes, more than the job that is handed to gmsh.
-    environment = ALONE | {"TMPDIR": str(tmp_path / "tmp")}
+    environment = alone() | {"TMPDIR": str(tmp_path / "tmp")}
     process = child(COMMAND, "mesh", "scene.toml", cwd=tmp_path, env=environment, **full(20_000))
     _, error = process.communicate(timeout=60)
     assert process.returncode == 2, error

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.flow import Limits, leak_rate
@@ -35,14 +36,14 @@ def field(values):
 
 
 def differences(values, links="harmonic", sides="wall"):
-    return solve(field(values), links=links, sides=sides, representation="constant", **FLUID).value
+    return solve(
+        GridFilm(field(values), sides=sides, representation="constant"), links=links, **FLUID
+    ).value
 
 
 def bracket(values, representation="constant", sides="wall"):
     flow = leak_rate(
-        field(values),
-        representation=representation,
-        sides=sides,
+        GridFilm(field(values), representation=representation, sides=sides),
         rtol=0.1,
         limits=Limits(unknowns=150),
         every_dual=True,

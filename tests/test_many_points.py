@@ -12,7 +12,7 @@ from pathlib import Path
 import many_kills
 import numpy as np
 import pytest
-from project import write_toml
+from project import MPI_ENVIRONMENT, alone, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
@@ -20,7 +20,6 @@ from fem_seal.memory import available_memory
 from fem_seal.points.farm import UNKNOWN_POINT, WorkerKilledError, farm, processes_that_fit
 from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 
-ALONE = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
 VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
 
 
@@ -99,13 +98,6 @@ def compute(executor):
 
 if __name__ == "__main__":
 """
-MPI_ENVIRONMENT = {
-    "OMP_NUM_THREADS": "1",
-    "OMPI_MCA_btl": "^tcp",
-    "OMPI_MCA_mpi_yield_when_idle": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-}
 MPI_EXECUTORS = {
     "MPIPoolExecutor": (
         ["-m", "mpi4py.futures"],
@@ -129,7 +121,7 @@ def test_rows_are_the_same_for_workers_of_mpi(kind, small_scene, tmp_path):
     (tmp_path / "script.py").write_text(MPI_SCRIPT + main)
     command = ["mpirun", "-n", "2", "--oversubscribe", sys.executable, *options, "script.py"]
     done = subprocess.run(
-        command, env=ALONE | MPI_ENVIRONMENT, capture_output=True, text=True, timeout=120
+        command, env=alone() | MPI_ENVIRONMENT, capture_output=True, text=True, timeout=120
     )
     assert done.returncode == 0, done.stderr
     assert run(*VARY, "--out", "one") == 0

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 def pair(text: str) -> list[object]:
-    """Two lengths with a comma between."""
+    """Read two lengths that a comma separates."""
     return [_number_or_text(part.strip()) for part in text.split(",")]
 
 
 def count(text: str) -> int | str:
-    """Whole number, also as 1e6; what is none is left to the scene's message."""
+    """Read a whole number, also 1e6; return other text as it is, for the scene to refuse."""
     try:
         number = float(text)
     except ValueError:
@@ -33,7 +33,8 @@ def truth(text: str) -> bool:
     return answers[text.lower()]
 
 
-# Options that stand for one field of the scene each; the scene checks their values.
+# Each option sets one field of the scene, which checks its value: option -> section, field, type of
+# its value, help.
 Field = tuple[str, str, Callable[[str], object], str]
 FIELDS: dict[str, Field] = {
     "rtol": ("flow", "rtol", float, "(upper - lower) / sqrt(lower upper) wanted (0.05)"),
@@ -49,7 +50,7 @@ FIELDS: dict[str, Field] = {
     "max-seconds": ("flow", "max_seconds", str, 'such as "5 min"; then the best bounds so far'),
     "max-memory": ("flow", "max_memory", str, 'such as "2 GB"; then the best bounds so far'),
 }
-# What the file of the gap does not say itself.
+# Settings for a file of a gap that does not say them itself.
 FIELDS |= {
     "array": ("gap", "array", str, "name of the array, where the file has many"),
     "length-unit": ("gap", "unit", str, "of the gap, such as um, where the file has none"),
@@ -89,7 +90,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def scene_of(options: argparse.Namespace) -> dict[str, dict[str, object]]:
-    """Write the options as the sections of a scene."""
+    """Sections of the scene that the options describe."""
     sections: dict[str, dict[str, object]] = {
         "gap": {"path": str(options.gap)},
         "fluid": {"viscosity": DEFAULTS["viscosity"]},
@@ -104,7 +105,7 @@ def scene_of(options: argparse.Namespace) -> dict[str, dict[str, object]]:
 
 
 def _number_or_text(value: object) -> object:
-    """Plain numbers are SI; what is not a number carries its unit."""
+    """Read a plain number, in SI units; return other text, such as one with a unit, as it is."""
     try:
         return float(value) if isinstance(value, str) else value
     except ValueError:

@@ -136,24 +136,24 @@ COLUMNS = (
 
 
 def _cross_validation(options: argparse.Namespace) -> int:
+    from fem_seal.film import GridFilm
     from fem_seal.patch import Patch
     from fem_seal.render.studies import cross_validation_figure
     from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.cross_validation import on_gap
+    from fem_seal.verification.cross_validation import on_film
     from fem_seal.verification.methods import Setting
 
     grids = _grids(options)
     scene = _scene(options)
     if not scene.needs_flow:
         raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")
-    patch, flow = Patch(scene), scene.flow
+    patch = Patch(scene)
     if patch.sealed:
         raise InvalidInput("the gap is sealed: every method says 0 without a solve")
-    setting = Setting(
-        scene.viscosity, scene.drive.pressure_drop, flow.sides, flow.representation, flow.rtol
-    )
+    setting = Setting(scene.viscosity, scene.drive.pressure_drop, scene.flow.rtol)
+    film = GridFilm(patch.grid_gap, scene.flow.sides, scene.flow.representation)
     work = work_of(options)
-    compared = _watched(partial(on_gap, patch.grid_gap, setting, grids, out=options.out, work=work))
+    compared = _watched(partial(on_film, film, setting, grids, out=options.out, work=work))
     if compared is None:
         return _unfinished(work)
     rows, bracket = compared

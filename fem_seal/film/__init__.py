@@ -1,8 +1,8 @@
 """Film: the domain of the fluid, a gap with the way it is read between its values and its sides."""
 
-from fem_seal.film.film import Film
+from fem_seal.film.film import Film, require_film
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.film.law import film_conductivity
 from fem_seal.film.mesh_film import MeshFilm
 
-__all__ = ["Film", "GridFilm", "MeshFilm", "film_conductivity"]
+__all__ = ["Film", "GridFilm", "MeshFilm", "film_conductivity", "require_film"]

@@ -4,6 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
+from fem_seal.errors import InvalidInput
 from fem_seal.film.constriction import CriticalConstriction
 
 
@@ -43,3 +44,11 @@ class Film(Protocol):
 
     def area_not_above(self, gap: float) -> float:
         """Part of the nominal area where the film is not higher than a gap [m]."""
+
+
+def require_film(film: object, kinds: tuple[type, ...]) -> None:
+    """Raise InvalidInput unless an argument is a film of one of the kinds that a solver takes."""
+    if not isinstance(film, kinds):
+        raise InvalidInput(
+            f"the film is a {type(film).__name__}; make it a GridFilm(gap, sides, representation)"
+        )

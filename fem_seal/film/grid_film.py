@@ -50,7 +50,7 @@ class GridFilm:
     @cached_property
     def sites(self) -> Lattice:
         """The gap's vertices or pixels, each physical point once, and their neighbourhood."""
-        return lattice(self.field, self.sides, self.representation)
+        return lattice(self)
 
     @property
     def samples(self) -> np.ndarray:

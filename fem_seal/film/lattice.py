@@ -9,12 +9,15 @@ J. W. Essam, J. Math. Phys. 5, 1117 (1964).
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.grid import GridField
 from fem_seal.registry import choose
+
+if TYPE_CHECKING:
+    from fem_seal.film.grid_film import GridFilm
 
 # For each connectivity of a phase that of its complement, so that exactly one of the two spans.
 DUAL_CONNECTIVITY = {"4": "8", "8": "4", "triangulation": "triangulation"}
@@ -86,15 +89,12 @@ class Lattice:
         return np.concatenate([field, field[:, :1]], axis=1) if self.seam else field
 
 
-def lattice(gap: GridField, sides: str, representation: str) -> Lattice:
-    """Sites of a gap: the vertices of its triangulation ("linear") or its pixels ("constant").
+def lattice(film: "GridFilm") -> Lattice:
+    """Sites of a film: the vertices of its triangulation ("linear") or its pixels ("constant").
 
     Parameters
     ----------
-    gap : GridField
-        Gap [m], >= 0, zero in contact.
-    sides : "wall" or "periodic"
-    representation : "linear" or "constant"
+    film : GridFilm
 
     Returns
     -------
@@ -107,12 +107,13 @@ def lattice(gap: GridField, sides: str, representation: str) -> Lattice:
         If a choice is unknown, the gap is negative, or the sides are periodic while a linear gap
         is neither periodic nor has equal first and last columns.
     """
-    periodic_sides = choose(SIDES, sides, "sides")
-    connectivity = choose(OPEN_CONNECTIVITY, representation, "representation")
+    gap = film.field
+    periodic_sides = choose(SIDES, film.sides, "sides")
+    connectivity = choose(OPEN_CONNECTIVITY, film.representation, "representation")
     lowest = gap.values.min()
     if lowest < 0:
         raise InvalidInput(f"the gap is negative ({lowest:.3e} m); contact is a gap of exactly 0")
-    if representation == "constant":
+    if film.representation == "constant":
         half = (0.5 * gap.spacing[0], 0.5 * gap.spacing[1])
         return Lattice(
             gap.values, connectivity, (False, periodic_sides), half, gap.spacing, seam=False

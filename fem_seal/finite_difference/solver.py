@@ -11,13 +11,13 @@ and the leak rate is Q = C Δp, C the conductance of the network between its two
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film.film import require_film
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.film.law import film_conductivity
 from fem_seal.finite_difference.cascade import first_guess
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.relaxation import relax
 from fem_seal.finite_difference.stencil import FlowGrid, flow_grid
-from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 
 METHOD = "finite-difference"
@@ -26,29 +26,24 @@ LEAST_FLUX = 1e-200
 
 
 def solve(
-    gap: GridFilm | GridField,
+    film: GridFilm,
     *,
     viscosity: float,
     pressure_drop: float,
-    sides: str = "wall",
-    representation: str = "linear",
     links: str = "linear-gap",
     tol: float = 1e-8,
     cascade: bool = False,
 ) -> LeakRate:
-    """Leak rate of a gap by central differences on its samples.
+    """Leak rate of a film by central differences on its samples.
 
     Parameters
     ----------
-    gap : GridFilm or GridField
-        The film; or its gap g [m], zero in contact, with the two choices below.
+    film : GridFilm
+        Its nodes are the vertices (linear) or the centres of the pixels (constant).
     viscosity : float
         η [Pa s], > 0.
     pressure_drop : float
         Δp = p_in - p_out [Pa], > 0.
-    sides : "wall" or "periodic"
-    representation : "linear" or "constant"
-        Nodes at the vertices, or at the centres of the pixels.
     links : str
         Mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear gap
         that varies along the flow only, "harmonic" for a stepwise one.
@@ -66,7 +61,7 @@ def solve(
     Raises
     ------
     InvalidInput
-        For values out of range or unknown choices.
+        For values out of range, unknown links, or an argument that is no film on a grid.
     NotConverged
         If the relaxation does not reach `tol`.
 
@@ -78,7 +73,7 @@ def solve(
     for name, value in positive.items():
         if not (np.isfinite(value) and value > 0):
             raise InvalidInput(f"{name} must be a positive number, got {value}")
-    film = GridFilm(gap, sides, representation) if isinstance(gap, GridField) else gap
+    require_film(film, (GridFilm,))
     if film.sealed:
         return LeakRate.sealed(METHOD)
     _check_flux(film.highest, viscosity, pressure_drop)

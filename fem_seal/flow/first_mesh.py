@@ -5,7 +5,7 @@ from functools import singledispatch
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.film import GridFilm, MeshFilm, require_film
 from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap, VertexGap
 from fem_seal.grid import GridField
@@ -13,12 +13,9 @@ from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
 
 
-def require_film(film: GridFilm | MeshFilm) -> None:
+def require_area(film: GridFilm | MeshFilm) -> None:
     """Raise InvalidInput unless the argument is a film with a positive area."""
-    if not isinstance(film, GridFilm | MeshFilm):
-        raise InvalidInput(
-            f"the film is a {type(film).__name__}; make it a GridFilm(gap, sides, representation)"
-        )
+    require_film(film, (GridFilm, MeshFilm))
     if isinstance(film, GridFilm) and min(film.samples.shape) < 1 + (
         film.representation == "linear"
     ):

@@ -3,8 +3,10 @@
 Gaps are in units of the largest one, lengths in pixels (scaled by the aspect of a pixel).
 """
 
+from abc import ABC, abstractmethod
 from copy import copy
 from functools import partial
+from typing import Self
 
 import numpy as np
 
@@ -27,7 +29,48 @@ __all__ = [
 ]
 
 
-class LinearGap:
+class _GapOnMesh(ABC):
+    """What the three kinds of gap share.
+
+    Attributes
+    ----------
+    law : FilmLaw
+        Conductivity of a gap.
+    """
+
+    law: FilmLaw
+
+    def with_law(self, law: FilmLaw) -> Self:
+        """The same gap under another law."""
+        other = copy(self)
+        other._use(law)
+        return other
+
+    def _use(self, law: FilmLaw) -> None:
+        """Take a law, and compute the averages that depend on it."""
+        self.law = law
+
+    def plotted_values(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> np.ndarray:
+        """Gap (V,) at the vertices, for pictures."""
+        return values[:, 0]
+
+    def cell_data(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellData:
+        """Averages, contact and resistivity tensors of all cells.
+
+        Parameters
+        ----------
+        mesh : NestedMesh or TriangleMesh
+        values : (V, 2) or (V, 0) float
+            Gap at its vertices, raised and lowered; nothing for a gap that jumps there.
+        """
+        return CellData.joined(mesh, partial(self._some, values))
+
+    @abstractmethod
+    def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+        """Data of some cells with vertices (3, n) at xy (3, n, 2); values as for `cell_data`."""
+
+
+class LinearGap(_GapOnMesh):
     """The samples are vertices, and the gap is linear on the pixel triangles.
 
     Parameters
@@ -73,12 +116,6 @@ class LinearGap:
             self._pixel_means, self.squares, self._width
         )
 
-    def with_law(self, law: FilmLaw) -> "LinearGap":
-        """The same gap under another law."""
-        other = copy(self)
-        other._use(law)
-        return other
-
     def _pixel_means(self, strip: slice) -> np.ndarray:
         """Means (2, n, my, 2) of conductivity and inverse on the triangles of some pixels."""
         raised, lowered = np.moveaxis(self._samples[strip.start : strip.stop + 1], -1, 0)
@@ -120,20 +157,6 @@ class LinearGap:
         linear[on_pixel] = samples.take(i * self._samples.shape[1] + j, axis=0)
         return linear
 
-    def plotted_values(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> np.ndarray:
-        """Gap (V,) at the vertices, for pictures."""
-        return values[:, 0]
-
-    def cell_data(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellData:
-        """Averages, contact and resistivity tensors of all cells.
-
-        Parameters
-        ----------
-        mesh, values : NestedMesh, array
-            The mesh, and the gap (V, 2) at its vertices.
-        """
-        return CellData.joined(mesh, partial(self._some, values))
-
     def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
         linear = averages.extent(xy)[0] <= PIXEL
@@ -167,7 +190,7 @@ class LinearGap:
         return QuarterData.of(cube, inverse_cube)
 
 
-class VertexGap:
+class VertexGap(_GapOnMesh):
     """The gap is prescribed at the vertices of a mesh, and linear on its triangles.
 
     Parameters
@@ -192,12 +215,6 @@ class VertexGap:
         lowered = np.where(values < cut, 0.0, values)
         self._values = np.stack([raised, lowered], axis=-1)
 
-    def with_law(self, law: FilmLaw) -> "VertexGap":
-        """The same gap under another law."""
-        other = copy(self)
-        other.law = law
-        return other
-
     def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
         return self._values
@@ -210,14 +227,6 @@ class VertexGap:
         The midpoint of an edge gets the mean of its ends, so the gap stays the same function.
         """
         return np.concatenate([values, (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2])
-
-    def plotted_values(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> np.ndarray:
-        """Gap (V,) at the vertices, for pictures."""
-        return values[:, 0]
-
-    def cell_data(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellData:
-        """Averages, contact and resistivity tensors, in closed form on every cell."""
-        return CellData.joined(mesh, partial(self._some, values))
 
     def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
@@ -255,7 +264,7 @@ def _quarter_means(
     return cube.reshape(4, -1), inverse_cube.reshape(4, -1)
 
 
-class ConstantGap:
+class ConstantGap(_GapOnMesh):
     """Each sample fills one square pixel; no vertex carries a gap. Parameters: as for LinearGap."""
 
     def __init__(
@@ -285,12 +294,6 @@ class ConstantGap:
             lambda strip: np.stack([self._means[:, strip]] * 2, axis=-1), self.squares, self._width
         )
 
-    def with_law(self, law: FilmLaw) -> "ConstantGap":
-        """The same gap under another law."""
-        other = copy(self)
-        other._use(law)
-        return other
-
     def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
         """No values (V, 0): the gap jumps at the vertices."""
         return np.empty((len(mesh.xy), 0))
@@ -306,11 +309,8 @@ class ConstantGap:
         i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
         return self._raised[i, j]
 
-    def cell_data(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellData:
-        """Averages of all cells. Contact consists of whole pixels: there are no zero-gap sides."""
-        return CellData.joined(mesh, self._some)
-
-    def _some(self, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+    def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+        # Contact consists of whole pixels: there are no zero-gap sides.
         i, j = np.moveaxis(xy.sum(axis=0), -1, 0) // (3 * PIXEL)
         cube, inverse_cube = self._means[:, i, j]
         coarse = np.flatnonzero(averages.extent(xy)[0] > PIXEL)

@@ -12,11 +12,10 @@ from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import GridFilm, MeshFilm, film_conductivity
 from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
-from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_film
+from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
 from fem_seal.flow.slipping import SlipBounds, SlippingFilm
 from fem_seal.flow.stopping import Decision, Stopping, Tolerance
 from fem_seal.fluid import Slip
-from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.bisection import TooFine
@@ -29,13 +28,11 @@ LEAST_UNIT = 1e-100  # leaves room for the 180 decades of NARROWEST cubed
 
 @explained_compilation()
 def leak_rate(
-    gap: GridFilm | MeshFilm | GridField,
+    film: GridFilm | MeshFilm,
     *,
     viscosity: float,
     pressure_drop: float,
     slip: Slip | None = None,
-    sides: str = "wall",
-    representation: str = "linear",
     method: str = "adaptive",
     rtol: float = 0.05,
     decide: float | None = None,
@@ -46,7 +43,7 @@ def leak_rate(
     tuning: Tuning | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> LeakRate:
-    """Leak rate of a gap with guaranteed bounds, refined until they agree.
+    """Leak rate of a film with guaranteed bounds, refined until they agree.
 
     Dirichlet's and Thomson's principles on the same mesh give Q_hi = ∫K|∇p|² and
     Q_lo = 1/∫|∇ψ|²/K with exact cell averages of K = g³/(12 η) and 1/K, so that the leak rate of
@@ -54,14 +51,11 @@ def leak_rate(
 
     Parameters
     ----------
-    gap : the film, on a grid (flow along the first axis) or on the mesh of a shape, which is
-        refined as it is; or the gap on a grid [m], zero in contact
+    film : a gap on a grid with its sides (flow along the first axis), or on the mesh of a shape,
+        which is refined as it is
     viscosity : η [Pa s]
     pressure_drop : p_in - p_out [Pa]; of a gas, that of the liquid that leaks as much without slip
     slip : of a gas; None: it does not slip
-    sides : "wall" (no flow through y = 0, Ly) or "periodic"
-    representation : "linear" (samples are vertices, linear between) or "constant" (square pixels);
-        like `sides`, of a grid only
     method : "adaptive" or "uniform" (the pixel or given mesh and its uniform refinements)
     rtol : stop when upper - lower ≤ rtol √(lower upper); of a gas that slips at the mean pressure,
         since no mesh closes the rest
@@ -71,7 +65,7 @@ def leak_rate(
     field : keep the flow on the last mesh
     every_dual : bounds from both sides on every level, for watching them close
     tuning : cost of the bounds, never their truth
-    comm : all its ranks must call this together, with the same gap
+    comm : all its ranks must call this together, with the same film
 
     Returns
     -------
@@ -80,7 +74,7 @@ def leak_rate(
     Raises
     ------
     InvalidInput
-        For values out of range, or periodic sides of a gap that does not repeat.
+        For values out of range, or an argument that is no film.
     Inconsistent
         If the bounds cross, which would be a defect.
 
@@ -93,8 +87,7 @@ def leak_rate(
     if decide is not None:
         require_positive({"decide": decide})
     require_known(METHODS, method, "method")
-    film = GridFilm(gap, sides, representation) if isinstance(gap, GridField) else gap
-    require_film(film)
+    require_area(film)
     if film.sealed:
         return LeakRate.sealed(method)
     scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)

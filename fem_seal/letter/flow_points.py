@@ -6,6 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, relative_half_width
 from fem_seal.letter.surfaces import (
@@ -189,10 +190,9 @@ def certified(gap: GridField, rtol: float, field: bool = False) -> LeakRate:
     from fem_seal.flow import leak_rate
 
     return leak_rate(
-        gap,
+        GridFilm(gap, sides=SIDES),
         viscosity=VISCOSITY,
         pressure_drop=PRESSURE_DROP,
-        sides=SIDES,
         rtol=rtol,
         field=field,
         comm=communicator(alone()),
@@ -202,7 +202,9 @@ def certified(gap: GridField, rtol: float, field: bool = False) -> LeakRate:
 def _finite_difference(gap: GridField, links: str) -> float:
     from fem_seal.finite_difference import solve
 
-    leak = solve(gap, viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, sides=SIDES, links=links)
+    leak = solve(
+        GridFilm(gap, sides=SIDES), viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, links=links
+    )
     return leak.value
 
 

@@ -181,7 +181,9 @@ def close_saddle(
     for distance in distances:
         report(f"saddle on {closing.samples}", f"{distance:.2g} from closing")
         state = pressed(closing.samples, closing.pressure * (1 - distance))
-        leak = leak_rate(state.gap, viscosity=1 / 12, pressure_drop=1.0, sides=SIDES, rtol=rtol)
+        leak = leak_rate(
+            GridFilm(state.gap, sides=SIDES), viscosity=1 / 12, pressure_drop=1.0, rtol=rtol
+        )
         middle = closing.samples // 2
         lower, upper = leak.bounds
         points.append(

@@ -4,6 +4,7 @@ Samples are interpolated linearly on the pixel triangles of `nested`, whose diag
 vertex of the mesh that lies on a sample gets exactly its value, so that contact stays exactly 0.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,7 +56,46 @@ class Formula:
 
 
 @dataclass(frozen=True, eq=False)
-class CartesianGrid:
+class _Grid(ABC):
+    """Samples of a gap at the points of a grid.
+
+    Parameters
+    ----------
+    samples : (nx, ny) float
+        Gap [m].
+    origin, spacing : (float, float)
+        Coordinates of the first sample, and distances between samples along each axis.
+    """
+
+    samples: np.ndarray
+    origin: tuple[float, float]
+    spacing: tuple[float, float]
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Gap (n,) [m] at points (n, 2) [m].
+
+        Raises
+        ------
+        InvalidInput
+            If a point lies outside the grid.
+        """
+        self._check_extent(points)
+        return _linear(self.samples, _within(points, self._steps(points), self.samples.shape))
+
+    def anywhere(self, points: np.ndarray) -> np.ndarray:
+        """Gap (n,) [m] at points (n, 2) [m], extended constantly beyond the grid."""
+        return _linear(self.samples, _clipped(self._steps(points), self.samples.shape))
+
+    @abstractmethod
+    def _check_extent(self, points: np.ndarray) -> None:
+        """Raise InvalidInput if points (n, 2) [m] and grid suggest different units."""
+
+    @abstractmethod
+    def _steps(self, points: np.ndarray) -> np.ndarray:
+        """Positions (n, 2) of points in units of the spacing, from the first sample."""
+
+
+class CartesianGrid(_Grid):
     """Samples of a gap at origin + (i dx, j dy).
 
     Parameters
@@ -66,38 +106,20 @@ class CartesianGrid:
         First sample (x0, y0) and distances (dx, dy) [m].
     """
 
-    samples: np.ndarray
-    origin: tuple[float, float]
-    spacing: tuple[float, float]
-
     @classmethod
     def of(cls, gap: GridField, origin: tuple[float, float] = (0.0, 0.0)) -> "CartesianGrid":
         """Grid of a gap with its first sample at `origin` [m]."""
         return cls(gap.vertices(), origin, gap.spacing)
 
-    def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Gap (n,) [m] at points (n, 2) [m].
-
-        Raises
-        ------
-        InvalidInput
-            If a point lies outside the grid.
-        """
+    def _check_extent(self, points: np.ndarray) -> None:
         covered = max((n - 1) * d for n, d in zip(self.samples.shape, self.spacing, strict=True))
         _same_extent(np.ptp(points, axis=0).max(), covered)
-        return _linear(self.samples, _within(points, self._steps(points), self.samples.shape))
-
-    def anywhere(self, points: np.ndarray) -> np.ndarray:
-        """Gap (n,) [m] at points (n, 2) [m], extended constantly beyond the grid."""
-        return _linear(self.samples, _clipped(self._steps(points), self.samples.shape))
 
     def _steps(self, points: np.ndarray) -> np.ndarray:
-        """Positions (n, 2) of points in units of the spacing, from the first sample."""
         return (points - self.origin) / self.spacing
 
 
-@dataclass(frozen=True, eq=False)
-class PolarGrid:
+class PolarGrid(_Grid):
     """Samples of a gap at radius r0 + i dr and angle theta0 + j dtheta around the point (0, 0).
 
     Parameters
@@ -109,10 +131,6 @@ class PolarGrid:
     spacing : (float, float)
         dr [m] and dtheta [rad].
     """
-
-    samples: np.ndarray
-    origin: tuple[float, float]
-    spacing: tuple[float, float]
 
     @classmethod
     def of(cls, gap: GridField, origin: tuple[float, float]) -> "PolarGrid":
@@ -143,25 +161,12 @@ class PolarGrid:
         samples = np.pad(gap.values, ((0, 0), (0, 1)), mode="wrap") if whole else gap.values
         return cls(samples, origin, (gap.spacing[0], dtheta))
 
-    def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Gap (n,) [m] at points (n, 2) [m].
-
-        Raises
-        ------
-        InvalidInput
-            If a point lies outside the grid.
-        """
+    def _check_extent(self, points: np.ndarray) -> None:
         # Compare radii, not extents: a narrow sector is small against its radius in any unit.
         outer = self.origin[0] + (self.samples.shape[0] - 1) * self.spacing[0]
         _same_extent(np.hypot(*points.T).max(), outer)
-        return _linear(self.samples, _within(points, self._steps(points), self.samples.shape))
-
-    def anywhere(self, points: np.ndarray) -> np.ndarray:
-        """Gap (n,) [m] at points (n, 2) [m], extended constantly beyond the grid."""
-        return _linear(self.samples, _clipped(self._steps(points), self.samples.shape))
 
     def _steps(self, points: np.ndarray) -> np.ndarray:
-        """Positions (n, 2) of points in units of the spacing, from the first sample."""
         radius = np.hypot(*points.T)
         # An angle that rounding puts just before theta0 must not become almost a full turn.
         slack = OUTSIDE * self.spacing[1]

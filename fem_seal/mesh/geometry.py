@@ -21,13 +21,12 @@ from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import temporary_folder
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
 from fem_seal.mesh.gmsh_process import ERROR_FILE, JOB_FILE, MESH_FILE, Job, Sizes
+from fem_seal.parallel import OF_MPI
 
 # Geometries of the package, beside its modules; also in a wheel and in an editable install.
 SOURCES = Path(__file__).with_name("sources")
 LONGEST = 600.0  # seconds for a geometry that is not the package's own
 _LOG_FILE = "log.txt"
-# By these a process takes itself for one of those that mpirun started.
-_OF_MPIRUN = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_")
 
 
 def own_source(geo: Path) -> bytes | None:
@@ -140,7 +139,7 @@ NO_GMSH = (
 
 def _run(folder: Path, geo: Path, longest: float | None) -> None:
     """Let a process mesh the job of a folder; InvalidInput if it does not end well."""
-    environment = {k: v for k, v in os.environ.items() if not k.startswith(_OF_MPIRUN)}
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(OF_MPI)}
     # The process finds this package wherever it is, and nothing in the current folder.
     package = str(Path(__file__).parents[2])
     paths = [package, *filter(None, [environment.get("PYTHONPATH")])]

@@ -100,9 +100,7 @@ class NestedMesh:
             ends[on_side] = self.twin[ends[on_side]]
         return ends
 
-    def points(
-        self, spacing: float | np.ndarray, vertices: np.ndarray | None = None
-    ) -> np.ndarray:
+    def points(self, spacing: float | np.ndarray, vertices: np.ndarray | None = None) -> np.ndarray:
         """Coordinates (..., 2) [m] of vertices (...), or (V, 2) of all, for the pixel size [m]."""
         xy = self.xy if vertices is None else self.xy.take(vertices, axis=0)
         points = np.empty(xy.shape)
@@ -182,15 +180,6 @@ class NestedMesh:
         """Pressure and stream function (V,) of a uniform gap, to start the first solve from."""
         x, y = (self.xy / self.xy.max(axis=0)).T
         return 1 - x, y.copy()
-
-    def relative_areas(self) -> np.ndarray:
-        """(C,) float: area of each triangle in pixels."""
-        start, end = (self.xy.take(self.cells[:, k], axis=0) for k in (1, 2))
-        extent = np.abs(start - end) / PIXEL
-        # A hypotenuse (s, s) has legs s and area s²/2; a hypotenuse (s, 0) height s/2 and area
-        # s²/4.
-        diagonal = extent.min(axis=1) > 0
-        return np.where(diagonal, extent[:, 0] ** 2 / 2, extent.max(axis=1) ** 2 / 4)
 
 
 def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:

@@ -14,14 +14,13 @@ from multiprocessing import forkserver
 from typing import TypeVar
 
 from fem_seal.memory import available_memory, memory_of
+from fem_seal.parallel import OF_MPI
 
 Chain = TypeVar("Chain")
 Answer = TypeVar("Answer")
 
 _POLL = 0.5  # between two looks at what has finished [s]
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
-# Of an mpirun, or of MPI started in this process: workers are alone.
-_OF_MPI = ("OMPI_", "PMIX_", "PMI_")
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _SPARE = 1.2  # times the largest point so far is kept free for each process
 # Memory kept free for each process until a point is finished: what a contact on 4096 x 4096
@@ -183,7 +182,7 @@ def _environment() -> Iterator[dict[str, str]]:
     """Variables as the workers are to find them."""
     before = dict(os.environ)
     for name in before:
-        if name.startswith(_OF_MPI) and not name.startswith("OMPI_MCA_"):
+        if name.startswith(OF_MPI) and not name.startswith("OMPI_MCA_"):
             del os.environ[name]
     os.environ.update(_ONE_THREAD)
     try:

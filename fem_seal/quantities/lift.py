@@ -23,12 +23,17 @@ NEGLIGIBLE = 1e-3
 
 
 def fluid_pressure(patch: Patch) -> Uncertainty | None:
-    """Say what the fluid's pressure may change; None without an elastic contact or if it is low.
+    """Entry of the error budget for the effect of the fluid's pressure on the solid.
 
-    Resolved: how far contact and flow have settled. Range: the leak rates at both ends. None: with
-    a limit, the dry contact under the load that the fluid's pressure leaves to the solid is
-    solved, with its flow, if the dry contact keeps the limit: it may not keep it when lifted. The
-    same the other way round for an outlet below ambient, which presses the solids together.
+    None without an elastic contact, or if the pressure is negligible. The entry depends on
+    `flow.lift`:
+
+    * "resolved": how far contact and flow have settled;
+    * "range": the leak rates at both ends of the range;
+    * "none": how large the pressure is against the load. With a limit that the dry contact keeps,
+      the contact under the load that the fluid leaves to the solid is solved as well, with its
+      flow: it may exceed the limit. An outlet below ambient presses the solids together; then the
+      same is done for a limit that the dry contact exceeds.
     """
     contact = patch.scene.contact
     if contact is None or contact.model != "gfmd":
@@ -126,9 +131,9 @@ def _end(leak: LeakRate, side: int) -> float:
 
 
 def _when_opened(patch: Patch, pressure: float) -> tuple[LeakRate | None, list[str]]:
-    """Leak rate of the dry contact at `pressure`, and words on it; None where it decides nothing.
+    """Leak rate of the dry contact under another pressure [Pa], and words about it.
 
-    That is without a limit, or if the dry contact may be above it.
+    None if it cannot change the verdict: without a limit, or where the dry contact may exceed it.
     """
     limit = _limit(patch)
     if limit is None or patch.leak_rate.bounds[1] > limit:
@@ -141,9 +146,10 @@ def _when_opened(patch: Patch, pressure: float) -> tuple[LeakRate | None, list[s
 
 
 def _upper_factor(dry: LeakRate, opened: LeakRate | None) -> float | None:
-    """Ratio of the upper bounds, so that its product with the flow's factor is the second bound.
+    """Upper factor of the entry: upper bound of the opened contact over that of the dry one.
 
-    None where it is unknown, or where a sealed contact opens.
+    The verdict multiplies it with the flow's factor, which gives the opened contact's upper bound.
+    None if the opened contact is not known, or if it leaks where the dry one is sealed.
     """
     if opened is None:
         return None
@@ -153,7 +159,10 @@ def _upper_factor(dry: LeakRate, opened: LeakRate | None) -> float | None:
 
 
 def _when_closed(patch: Patch, pressure: float) -> tuple[float | None, list[str]]:
-    """Lower factor from the dry contact at `pressure`, and words; None where it decides nothing."""
+    """Lower factor from the dry contact under another pressure [Pa], and words about it.
+
+    The factor is None if it cannot change the verdict; see `_when_opened`.
+    """
     dry, limit = patch.leak_rate, _limit(patch)
     if dry.state == "sealed":
         return 1.0, []
@@ -186,7 +195,7 @@ def _failed(pressure: float) -> str:
 
 
 def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:
-    """Entry of a contact that is given by its area or its mean gap: no load is carried in part."""
+    """Entry of a contact whose area or mean gap is prescribed, so that its load is an outcome."""
     by_area = present(patch.scene.contact, "[contact]").mean_gap is None
     kept = "contact area" if by_area else "mean gap"
     sentence = (

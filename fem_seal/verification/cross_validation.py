@@ -17,7 +17,7 @@ from pathlib import Path
 from fem_seal import __version__
 from fem_seal.errors import present
 from fem_seal.files import temporary_folder
-from fem_seal.grid import GridField
+from fem_seal.film import GridFilm
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.points import RecordFolder, StudyTask, Work, chain_of, compute_study
 from fem_seal.progress import Report, silent
@@ -141,12 +141,12 @@ def on_exact_cases(
     """
     tasks = []
     for case in cases:
-        setting = Setting(1 / 12, 1.0, case.sides, case.representation, 0.01)
+        setting = Setting(1 / 12, 1.0, 0.01)
         for n in squares:
-            gaps = case.gaps(n)
+            films = case.films(n)
             # The adaptive method refines on its own: one run, on the finest grid, is enough.
             chosen = [m for m in methods if m != "adaptive" or n == max(squares)]
-            tasks.append({n: [_task(gaps, setting, 0, method) for method in chosen]})
+            tasks.append({n: [_task(films, setting, 0, method) for method in chosen]})
     computed = _computed(tasks, out, work, report)
     if computed is None:
         return None
@@ -168,8 +168,8 @@ def on_exact_case(
     return present(on_exact_cases([case], squares, methods), "all points of a case")[0]
 
 
-def on_gap(
-    gap: GridField,
+def on_film(
+    film: GridFilm,
     setting: Setting,
     grids: int = 3,
     methods: Sequence[str] = tuple(METHODS),
@@ -178,11 +178,11 @@ def on_gap(
     work: Work | None = None,
     report: Report = silent,
 ) -> tuple[tuple[Row, ...], Reference] | None:
-    """Compare every method with the certified bracket of a gap whose leak rate is not known.
+    """Compare every method with the certified bracket of a film whose leak rate is not known.
 
     Parameters
     ----------
-    gap : [m], leaking; each further grid halves the spacing of the same gap
+    film : leaking; each further grid halves the spacing of the same gap
     setting : fluid, drive, tolerance of the adaptive bracket
     grids : number of grids
     methods : names in `METHODS`; "uniform" or "adaptive" must be among them
@@ -200,8 +200,8 @@ def on_gap(
     """
     # The gap is the same on every grid, so that one adaptive run is enough.
     tasks = {
-        gap.shape[0] * 2**times: [
-            _task((gap,), setting, times, name)
+        film.field.shape[0] * 2**times: [
+            _task((film,), setting, times, name)
             for name in methods
             if times == 0 or name != "adaptive"
         ]
@@ -222,28 +222,28 @@ def on_gap(
 
 
 def _task(
-    gaps: tuple[GridField, ...], setting: Setting, times: int, method: str
+    films: tuple[GridFilm, ...], setting: Setting, times: int, method: str
 ) -> StudyTask[Answers]:
-    """Task of one method on gaps whose spacing is halved a number of times."""
+    """Task of one method on films whose spacing is halved a number of times."""
     choose(METHODS, method, "method")
     what = sha256(repr((setting, times, method, __version__)).encode())
-    for gap in gaps:
-        what.update(repr((gap.shape, gap.spacing, gap.periodic)).encode())
+    for film in films:
+        gap = film.field
+        read = film.sides, film.representation, gap.shape, gap.spacing, gap.periodic
+        what.update(repr(read).encode())
         what.update(gap.values.tobytes())
-    squares = gaps[0].shape[0] * 2**times
+    squares = films[0].field.shape[0] * 2**times
     return StudyTask(
         f"{method}-{squares}-{what.hexdigest()[:24]}",
         f"grid {squares}, {method}",
         answers_on,
-        (gaps, setting, times, method),
+        (films, setting, times, method),
     )
 
 
-def answers_on(gaps: Sequence[GridField], setting: Setting, times: int, method: str) -> Answers:
-    """Answers of a method, of several gaps their geometric mean; the mean of bounds is a bound."""
-    runs = [
-        list(METHODS[method](refined(gap, setting.representation, times), setting)) for gap in gaps
-    ]
+def answers_on(films: Sequence[GridFilm], setting: Setting, times: int, method: str) -> Answers:
+    """Answers of a method, of several films their geometric mean; the mean of bounds is a bound."""
+    runs = [list(METHODS[method](refined(film, times), setting)) for film in films]
     return Answers(
         tuple(
             replace(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.theory import closed_forms
 from fem_seal.verification.refined import refined
@@ -25,11 +26,10 @@ class ExactCase:
 
     Parameters
     ----------
-    gaps : Callable[[int], tuple[GridField, ...]]
-        Function from the number of squares along the flow to one or more gaps. `exact` is the
-        geometric mean of their leak rates (duality gives the product of two).
-    representation, sides : str
-        How the gaps are read between their samples, and what lies at y = 0 and Ly.
+    films : Callable[[int], tuple[GridFilm, ...]]
+        Function from the number of squares along the flow to one or more films between side
+        walls. `exact` is the geometric mean of their leak rates (duality gives the product of
+        two).
     exact : float
         Leak rate at Δp = 1, η = 1/12.
     order : float or None
@@ -41,9 +41,7 @@ class ExactCase:
         where the gap itself is interpolated or a corner limits the order.
     """
 
-    gaps: Callable[[int], tuple[GridField, ...]]
-    representation: str
-    sides: str
+    films: Callable[[int], tuple[GridFilm, ...]]
     exact: float
     order: float | None
     source: str
@@ -64,28 +62,29 @@ def pixel_gap(function: Callable, shape: tuple[int, int], size: tuple = (1.0, 1.
     return GridField(np.broadcast_to(function(i * spacing[0], j * spacing[1]), i.shape), spacing)
 
 
-def _wave_across(n: int) -> tuple[GridField, ...]:
+def _wave_across(n: int) -> tuple[GridFilm, ...]:
     wave = vertex_gap(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * x), (n, n // 2), (1.0, 0.5))
-    return (wave,)
+    return (GridFilm(wave),)
 
 
-def _wave_along(n: int) -> tuple[GridField, ...]:
+def _wave_along(n: int) -> tuple[GridFilm, ...]:
     wave = vertex_gap(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * y), (n, n))
-    return (wave,)
+    return (GridFilm(wave),)
 
 
 # Gaps of the channel at equal distances, linear between.
 CHANNEL = np.array([1.0, 0.4, 0.9, 0.3, 0.7])
 
 
-def _channel(n: int) -> tuple[GridField, ...]:
+def _channel(n: int) -> tuple[GridFilm, ...]:
     positions = np.linspace(0, 1, CHANNEL.size)
     shape = (n, n // 4)
-    return (vertex_gap(lambda x, y: np.interp(x, positions, CHANNEL), shape, (1.0, 0.25)),)
+    gap = vertex_gap(lambda x, y: np.interp(x, positions, CHANNEL), shape, (1.0, 0.25))
+    return (GridFilm(gap),)
 
 
-def block_gap(conductivity: np.ndarray, n: int) -> GridField:
-    """Gap of the unit square cut into squares of constant conductivity K = g³, on n × n pixels.
+def block_film(conductivity: np.ndarray, n: int) -> GridFilm:
+    """Film of the unit square cut into squares of constant conductivity K = g³, on n × n pixels.
 
     Parameters
     ----------
@@ -94,35 +93,35 @@ def block_gap(conductivity: np.ndarray, n: int) -> GridField:
     """
     rows, columns = conductivity.shape
     gap = GridField(np.cbrt(conductivity), (1 / rows, 1 / columns))
-    return refined(gap, "constant", round(np.log2(n / rows)))
+    return refined(GridFilm(gap, representation="constant"), round(np.log2(n / rows)))
 
 
-def _checkerboard(n: int) -> tuple[GridField, ...]:
-    return (block_gap(np.array([[1, RATIO], [RATIO, 1]]), n),)
+def _checkerboard(n: int) -> tuple[GridFilm, ...]:
+    return (block_film(np.array([[1, RATIO], [RATIO, 1]]), n),)
 
 
-def _four_phases(n: int) -> tuple[GridField, ...]:
+def _four_phases(n: int) -> tuple[GridFilm, ...]:
     k1, k2, k3, k4 = PHASES
-    return (block_gap(np.array([[k1, k4], [k2, k3]]), n),)
+    return (block_film(np.array([[k1, k4], [k2, k3]]), n),)
 
 
-def _smooth_checkerboard(n: int) -> tuple[GridField, ...]:
+def _smooth_checkerboard(n: int) -> tuple[GridFilm, ...]:
     def gap(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return np.cbrt(closed_forms.smooth_checkerboard(x, y, SMOOTH))
 
-    return (vertex_gap(gap, (n, n)),)
+    return (GridFilm(vertex_gap(gap, (n, n))),)
 
 
-def _discs(n: int) -> tuple[GridField, ...]:
+def _discs(n: int) -> tuple[GridFilm, ...]:
     """A quarter of the cell; its sides are mirror lines, which no flow crosses."""
     gap = pixel_gap(lambda x, y: (np.hypot(x, y) >= RADIUS) * 1.0, (n, n), (0.5, 0.5))
-    return (gap,)
+    return (GridFilm(gap, representation="constant"),)
 
 
-def _dual_pair(n: int) -> tuple[GridField, ...]:
+def _dual_pair(n: int) -> tuple[GridFilm, ...]:
     """Log-normal conductivity on 8 × 8 squares, and its reciprocal turned by a right angle."""
     log_K = 2 * np.random.default_rng(1).normal(size=(8, 8))
-    return block_gap(np.exp(log_K), n), block_gap(np.exp(-log_K.T), n)
+    return block_film(np.exp(log_K), n), block_film(np.exp(-log_K.T), n)
 
 
 def corner_order(ratio: float) -> float:
@@ -135,50 +134,50 @@ def corner_order(ratio: float) -> float:
 
 CASES: dict[str, ExactCase] = {
     "cosine-across": ExactCase(
-        *(_wave_across, "linear", "wall"),
+        _wave_across,
         0.5 * closed_forms.cosine_channel(WAVE, across=True),
         2.0,
         "Sommerfeld's integrals; smooth: second order",
     ),
     "cosine-along": ExactCase(
-        *(_wave_along, "linear", "wall"),
+        _wave_along,
         closed_forms.cosine_channel(WAVE, across=False),
         2.0,
         "mean of g³; smooth: second order",
     ),
     "series-channel": ExactCase(
-        *(_channel, "linear", "wall"),
+        _channel,
         0.25 * closed_forms.piecewise_linear_channel(CHANNEL),
         2.0,
         "∫ dx/g³ of the linear gap; its kinks lie on the grid: second order, quadratic 4th",
         quadratic_order=4.0,
     ),
     "checkerboard": ExactCase(
-        *(_checkerboard, "constant", "wall"),
+        _checkerboard,
         closed_forms.checkerboard(1.0, RATIO),
         corner_order(RATIO),
         "Keller 1964, Dykhne 1971; corner singularity r^(a-1): order 2a",
     ),
     "four-phases": ExactCase(
-        *(_four_phases, "constant", "wall"),
+        _four_phases,
         closed_forms.four_phase_checkerboard(*PHASES)[0],
         None,
         "Mortola and Steffé; Milton 2001",
     ),
     "smooth-checkerboard": ExactCase(
-        *(_smooth_checkerboard, "linear", "wall"),
+        _smooth_checkerboard,
         1.0,
         2.0,
         "duality: exp(A cos 2πx cos 2πy) conducts like 1; smooth: second order",
     ),
     "discs": ExactCase(
-        *(_discs, "constant", "wall"),
+        _discs,
         closed_forms.disc_array(np.pi * RADIUS**2),
         None,
         "Perrins, McKenzie, McPhedran 1979; steps of the rim: about first order, not smoothly",
     ),
     "duality": ExactCase(
-        *(_dual_pair, "constant", "wall"),
+        _dual_pair,
         1.0,
         None,
         "Keller 1964: Q_x[K] Q_y[1/K] = 1, of which this is the square root",

@@ -9,8 +9,7 @@ from fem_seal.errors import NotConverged, present
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.finite_difference.links import LINKS
-from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
+from fem_seal.limits import Limits
 
 QUADRATIC = "P2 upper"
 # The letter's relaxation takes 2 to 10 s on 256² samples, half a minute and more on 512².
@@ -19,7 +18,7 @@ CASCADE_UNKNOWNS = 70_000
 
 @dataclass(frozen=True)
 class Setting:
-    """Fluid, drive and reading of the gap for all methods.
+    """Fluid, drive and tolerance for all methods.
 
     Parameters
     ----------
@@ -27,18 +26,12 @@ class Setting:
         Viscosity η [Pa s].
     pressure_drop : float
         Pressure drop Δp [Pa].
-    sides : "wall" or "periodic"
-        Boundary at y = 0 and y = Ly.
-    representation : "linear" or "constant"
-        How the gap is read between its samples.
     rtol : float
         Largest relative width (upper - lower) / √(lower upper) of the adaptive bracket.
     """
 
     viscosity: float
     pressure_drop: float
-    sides: str
-    representation: str
     rtol: float
 
 
@@ -67,82 +60,71 @@ class Answer:
     seconds: float
 
 
-def _bounds(gap: GridField, setting: Setting, method: str) -> LeakRate:
-    from fem_seal.flow import Limits, leak_rate
+def _bounds(
+    film: GridFilm, setting: Setting, method: str, name: str, limits: Limits | None = None
+) -> Iterator[Answer]:
+    from fem_seal.flow import leak_rate
 
-    # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
-    return leak_rate(
-        gap,
+    start = process_time()
+    leak = leak_rate(
+        film,
         viscosity=setting.viscosity,
         pressure_drop=setting.pressure_drop,
-        sides=setting.sides,
-        representation=setting.representation,
         method=method,
         rtol=setting.rtol,
-        limits=Limits(unknowns=1) if method == "uniform" else None,
+        limits=limits,
     )
-
-
-def _uniform(gap: GridField, setting: Setting) -> Iterator[Answer]:
-    start = process_time()
-    leak = _bounds(gap, setting, "uniform")
     shared = leak.unknowns, process_time() - start
     lower, upper = leak.bounds
-    yield Answer("FE upper", upper, "above", *shared)
-    yield Answer("FE lower", lower, "below", *shared)
-    yield Answer("FE √(lo·hi)", leak.value, "", *shared)
+    yield Answer(f"{name} upper", upper, "above", *shared)
+    yield Answer(f"{name} lower", lower, "below", *shared)
+    yield Answer(f"{name} √(lo·hi)", leak.value, "", *shared)
 
 
-def _quadratic(gap: GridField, setting: Setting) -> Iterator[Answer]:
+def _uniform(film: GridFilm, setting: Setting) -> Iterator[Answer]:
+    # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
+    return _bounds(film, setting, "uniform", "FE", Limits(unknowns=1))
+
+
+def _quadratic(film: GridFilm, setting: Setting) -> Iterator[Answer]:
     from fem_seal.flow.quadratic import quadratic_upper
 
     start = process_time()
-    leak = quadratic_upper(
-        GridFilm(gap, setting.sides, setting.representation),
-        viscosity=setting.viscosity,
-        pressure_drop=setting.pressure_drop,
-    )
+    leak = quadratic_upper(film, viscosity=setting.viscosity, pressure_drop=setting.pressure_drop)
     upper = present(leak.upper, "upper bound of quadratic elements")
     yield Answer(QUADRATIC, upper, "above", leak.unknowns, process_time() - start)
 
 
-def _adaptive(gap: GridField, setting: Setting) -> Iterator[Answer]:
-    start = process_time()
-    leak = _bounds(gap, setting, "adaptive")
-    shared = leak.unknowns, process_time() - start
-    lower, upper = leak.bounds
-    yield Answer("adaptive upper", upper, "above", *shared)
-    yield Answer("adaptive lower", lower, "below", *shared)
-    yield Answer("adaptive √(lo·hi)", leak.value, "", *shared)
+def _adaptive(film: GridFilm, setting: Setting) -> Iterator[Answer]:
+    return _bounds(film, setting, "adaptive", "adaptive")
 
 
 def _finite_differences(links: str, cascade: bool) -> Callable[..., Iterator[Answer]]:
     name = f"FD {links}{', cascade' if cascade else ''}"
 
-    def answers(gap: GridField, setting: Setting) -> Iterator[Answer]:
-        if cascade and gap.values.size > CASCADE_UNKNOWNS:
+    def answers(film: GridFilm, setting: Setting) -> Iterator[Answer]:
+        samples = film.field.values.size
+        if cascade and samples > CASCADE_UNKNOWNS:
             return
         start = process_time()
         try:
             leak = solve(
-                gap,
+                film,
                 viscosity=setting.viscosity,
                 pressure_drop=setting.pressure_drop,
-                sides=setting.sides,
-                representation=setting.representation,
                 links=links,
                 cascade=cascade,
             )
         except NotConverged:
             # Near percolation the relaxation may fail: that is a row of the comparison.
-            yield Answer(name, nan, "", gap.values.size, process_time() - start)
+            yield Answer(name, nan, "", samples, process_time() - start)
         else:
             yield Answer(name, leak.value, "", leak.unknowns, process_time() - start)
 
     return answers
 
 
-Method = Callable[[GridField, Setting], Iterator[Answer]]
+Method = Callable[[GridFilm, Setting], Iterator[Answer]]
 METHODS: dict[str, Method] = {
     **{links: _finite_differences(links, False) for links in LINKS},
     "cascade": _finite_differences("linear-gap", True),

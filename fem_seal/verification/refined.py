@@ -1,9 +1,10 @@
 """The same gap on finer grids, on which every method must converge to the same leak rate."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.registry import choose
 
 
 def _halved_pixels(gap: GridField) -> GridField:
@@ -19,25 +20,20 @@ _FINER: dict[str, Callable[[GridField], GridField]] = {
 }
 
 
-def refined(gap: GridField, representation: str, times: int = 1) -> GridField:
-    """Sample a gap, as represented, on a grid 2^times as fine; the gap itself does not change.
+def refined(film: GridFilm, times: int = 1) -> GridFilm:
+    """Sample a film on a grid 2^times as fine; the gap between the samples does not change.
 
     Parameters
     ----------
-    gap : gap [m]
-    representation : "linear" (linear on the alternating triangles) or "constant" (square pixels)
-    times : number of times that the spacing is halved
+    film : GridFilm
+    times : int
+        Number of times that the spacing is halved.
 
     Returns
     -------
-    GridField of the same size
-
-    Raises
-    ------
-    InvalidInput
-        For an unknown representation.
+    GridFilm of the same size
     """
-    finer = choose(_FINER, representation, "representation")
+    gap = film.field
     for _ in range(times):
-        gap = finer(gap)
-    return gap
+        gap = _FINER[film.representation](gap)
+    return replace(film, field=gap)

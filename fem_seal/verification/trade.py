@@ -18,6 +18,7 @@ import numpy as np
 from fem_seal.contact.grid_error import extrapolate
 from fem_seal.errors import InvalidInput, present
 from fem_seal.files import temporary_folder
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.memory import peak_memory
@@ -176,7 +177,7 @@ class RunTask(Task[Run]):
 
     def compute(self, handed_on: _Contact, report: Report, comm: Comm) -> Run:
         """Solve the contact, unless another flow on its grid has, and the flow."""
-        coarse = handed_on.patch(self.scene, self.samples, report, comm)
+        pressed = handed_on.patch(self.scene, self.samples, report, comm)
         method, rtol = self.flow.method, self.flow.rtol
         flow = self.scene.flow
         # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
@@ -187,8 +188,8 @@ class RunTask(Task[Run]):
         patch = Patch(
             self.scene.model_copy(update={"flow": flow}),
             report,
-            surface=coarse.surface,
-            contact=coarse.contact,
+            surface=pressed.surface,
+            contact=pressed.contact,
             comm=comm,
         )
         _forget_peak()
@@ -313,7 +314,7 @@ def _warm_up() -> None:
     """Import the libraries, so that the first point's time does not include it."""
     from fem_seal.flow import leak_rate
 
-    leak_rate(GridField(np.ones((8, 8)), (1.0, 1.0)), viscosity=1.0, pressure_drop=1.0)
+    leak_rate(GridFilm(GridField(np.ones((8, 8)), (1.0, 1.0))), viscosity=1.0, pressure_drop=1.0)
 
 
 def _shapes(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from rough_gaps import VARIETY
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 
 CHOICES = {
@@ -46,10 +47,9 @@ def main() -> None:
         for name in arguments.only:
             started = time.process_time()
             leak = leak_rate(
-                gap,
+                GridFilm(gap, sides="periodic"),
                 viscosity=1e-3,
                 pressure_drop=1e5,
-                sides="periodic",
                 rtol=arguments.rtol,
                 limits=Limits(unknowns=arguments.max_unknowns),
                 tuning=replace(Tuning(), **CHOICES[name]),

@@ -8,6 +8,7 @@ import time
 
 from rough_gaps import VARIETY
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, hierarchical, leak_rate
 from fem_seal.flow.level import LevelProblem
 
@@ -32,7 +33,9 @@ def main() -> None:
 
         LevelProblem.corrected = corrected
         limits = Limits(unknowns=200_000)
-        leak = leak_rate(case.gap(), viscosity=1e-3, pressure_drop=1e5, rtol=0.04, limits=limits)
+        leak = leak_rate(
+            GridFilm(case.gap()), viscosity=1e-3, pressure_drop=1e5, rtol=0.04, limits=limits
+        )
         if not last:
             continue
         widths = "  ".join(f"{last[k][0] / last[0][0]:7.3f}" for k in STEPS)

@@ -12,6 +12,7 @@ from time import process_time
 
 import numpy as np
 
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.letter.flow_points import SIDES
 from fem_seal.letter.surfaces import PRESSURE_DROP, VISCOSITY, RoughCase, at_area
@@ -38,7 +39,7 @@ def main() -> None:
     for n in sizes:
         gap = at_area(RoughCase(n).surface(1), "elastic", 0.2).gap
         start = process_time()
-        leak = solve(gap, viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP, sides=SIDES)
+        leak = solve(GridFilm(gap, sides=SIDES), viscosity=VISCOSITY, pressure_drop=PRESSURE_DROP)
         seconds = process_time() - start
         growth = "" if last is None else f", {seconds / last:.1f} times the last"
         last = seconds

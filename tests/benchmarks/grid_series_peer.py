@@ -32,7 +32,8 @@ from fem_seal.surface import Spectrum, self_affine
 from fem_seal.surface.resampling import resample
 from fem_seal.theory import closed_forms
 
-SETTING = {"viscosity": 1 / 12, "pressure_drop": 1.0, "sides": "periodic"}
+SIDES = "periodic"
+SETTING = {"viscosity": 1 / 12, "pressure_drop": 1.0}
 SMOOTH = 0.5 * np.log(1e4)
 WAVE = 0.6
 # Gap over the unit square, and its leak rate.
@@ -79,18 +80,16 @@ def at_centres(gap: Callable, n: int) -> np.ndarray:
     return gap(x[:, None], x[None, :])
 
 
-def ours(gap: GridField) -> dict[str, float]:
+def ours(film: GridFilm) -> dict[str, float]:
     """Leak rates of one grid."""
-    bounds = leak_rate(gap, method="uniform", rtol=1e-9, limits=Limits(unknowns=1), **SETTING)
+    bounds = leak_rate(film, method="uniform", rtol=1e-9, limits=Limits(unknowns=1), **SETTING)
     return {
-        "FD harmonic": finite_differences(gap, links="harmonic", **SETTING).value,
-        "FD linear-gap": finite_differences(gap, **SETTING).value,
+        "FD harmonic": finite_differences(film, links="harmonic", **SETTING).value,
+        "FD linear-gap": finite_differences(film, **SETTING).value,
         "P1 upper": bounds.upper,
         "P1 lower": bounds.lower,
         "√(lo·hi)": bounds.value,
-        "P2 upper": quadratic_upper(
-            GridFilm(gap, "periodic"), viscosity=1 / 12, pressure_drop=1.0
-        ).value,
+        "P2 upper": quadratic_upper(film, **SETTING).value,
     }
 
 
@@ -122,7 +121,8 @@ def exact_cases(python: str, folder: Path, sizes: list[int]) -> None:
     """Gaps whose leak rate is known."""
     for name, (gap, exact) in EXACT.items():
         rows = {
-            n: {"reynoldsflow": peer(python, at_centres(gap, n), folder)} | ours(at_corners(gap, n))
+            n: {"reynoldsflow": peer(python, at_centres(gap, n), folder)}
+            | ours(GridFilm(at_corners(gap, n), SIDES))
             for n in sizes
         }
         series(name, rows, exact, 1e-7)
@@ -134,14 +134,15 @@ def rough_case(python: str, folder: Path, n: int, area: float, finest: int) -> N
 
     gap = Case(n, 0.8, 4, area, 3).gap()
     unit = GridField(gap.values / gap.values.max(), (1 / n, 1 / n), True)
-    bracket = leak_rate(unit, rtol=0.01, **SETTING)
+    film = GridFilm(unit, SIDES)
+    bracket = leak_rate(film, rtol=0.01, **SETTING)
     rows = {
         n * 2**k: {"reynoldsflow": peer(python, linear_samples(unit.values, 2**k), folder)}
-        | ours(refined(unit, "linear", k))
+        | ours(refined(film, k))
         for k in range(finest)
     }
     series(f"elastic contact, A/A0 = {area:g}", rows, bracket.value, 0.005)
-    loose = leak_rate(unit, rtol=0.1, **SETTING)
+    loose = leak_rate(film, rtol=0.1, **SETTING)
     off = 100 * (loose.value / bracket.value - 1)
     print(f"adaptive, rtol 0.1: {off:+.2g} % with {loose.unknowns} unknowns, certified ±5 %")
 
@@ -160,7 +161,7 @@ def contacts(python: str, folder: Path, n: int, load: float) -> None:
         subprocess.run(list(map(str, command)), check=True)
         own = solve(here, 1.0, pressure=load, tolerance=1e-8).gap
         theirs = GridField(np.load(folder / "gap.npy"), here.spacing, True)
-        leaks = [leak_rate(gap, rtol=0.02, **SETTING).value for gap in (own, theirs)]
+        leaks = [leak_rate(GridFilm(gap), rtol=0.02, **SETTING).value for gap in (own, theirs)]
         rows.append((m, *(float(np.mean(g.values == 0)) for g in (own, theirs)), *leaks))
     for m, a, b, q, r in rows:
         print(f"| {m}² | {a:.4f} | {b:.4f} | {100 * (r / q - 1):+.2g} % | {q / rows[-1][3]:.3f} |")

@@ -11,6 +11,7 @@ import time
 
 from rough_gaps import Case
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
 from fem_seal.flow.cell_tensor import conductivity_tensor
 
@@ -26,10 +27,9 @@ def main(n: int) -> None:
             tensor = conductivity_tensor(gap, viscosity=VISCOSITY, rtol=rtol)
             between = time.process_time()
             leak = leak_rate(
-                gap,
+                GridFilm(gap, sides="periodic"),
                 viscosity=VISCOSITY,
                 pressure_drop=PRESSURE_DROP,
-                sides="periodic",
                 rtol=rtol,
             )
             ended = time.process_time()

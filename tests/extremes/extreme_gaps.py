@@ -1,7 +1,7 @@
 """The adaptive leak rate of the extremes, and what its bounds must always fulfil."""
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
-from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 
 MOST_UNKNOWNS = 6000
@@ -11,10 +11,8 @@ ROUNDING = 1e-9
 
 
 def adaptive(
-    gap: GridField,
+    film: GridFilm,
     *,
-    representation: str = "linear",
-    sides: str = "wall",
     rtol: float = 0.05,
     viscosity: float = 1 / 12,
     pressure_drop: float = 1.0,
@@ -22,11 +20,9 @@ def adaptive(
 ) -> LeakRate:
     """Adaptive bracket at K = g³; one that stays wider than `rtol` must say why."""
     leak = leak_rate(
-        gap,
+        film,
         viscosity=viscosity,
         pressure_drop=pressure_drop,
-        representation=representation,
-        sides=sides,
         rtol=rtol,
         limits=Limits(unknowns=unknowns),
     )

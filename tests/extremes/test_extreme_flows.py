@@ -13,7 +13,7 @@ from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
-from fem_seal.verification.exact_cases import block_gap
+from fem_seal.verification.exact_cases import block_film
 
 PART = "Flow"
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -31,7 +31,7 @@ ROUGH = rough_gap((16, 16), 0.3, 4)
 @pytest.fixture(scope="module")
 def rough_leak():
     """Bounds of ROUGH at K = g³, Δp = 1."""
-    return adaptive(ROUGH)
+    return adaptive(GridFilm(ROUGH))
 
 
 def assert_proportional(leak, reference, factor):
@@ -44,7 +44,7 @@ def assert_proportional(leak, reference, factor):
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e-6, 1e-9, 1e-12], ids=power_of_ten)
 def test_gap_sizes(size, rough_leak, show):
     """Gaps from 1e-12 m to 1 m, all else equal."""
-    leak = adaptive(GridField(ROUGH.values * size, (1e-6, 1e-6), periodic=True))
+    leak = adaptive(GridFilm(GridField(ROUGH.values * size, (1e-6, 1e-6), periodic=True)))
     assert_proportional(leak, rough_leak, size**3)
     show("right", f"bounds in proportion to g³ within {ROUNDING:g}")
 
@@ -52,14 +52,16 @@ def test_gap_sizes(size, rough_leak, show):
 @pytest.mark.parametrize("viscosity", [1e-10, 1e-5, 1.0, 1e5, 1e10], ids=power_of_ten)
 def test_viscosities(viscosity, rough_leak, show):
     """Viscosities from 1e-10 to 1e10 Pa s."""
-    assert_proportional(adaptive(ROUGH, viscosity=viscosity), rough_leak, 1 / (12 * viscosity))
+    assert_proportional(
+        adaptive(GridFilm(ROUGH), viscosity=viscosity), rough_leak, 1 / (12 * viscosity)
+    )
     show("right", f"bounds in proportion to 1/η within {ROUNDING:g}")
 
 
 @pytest.mark.parametrize("drop", [1e-10, 1e-5, 1.0, 1e5, 1e10], ids=power_of_ten)
 def test_pressure_drops(drop, rough_leak, show):
     """Pressure drops from 1e-10 to 1e10 Pa."""
-    assert_proportional(adaptive(ROUGH, pressure_drop=drop), rough_leak, drop)
+    assert_proportional(adaptive(GridFilm(ROUGH), pressure_drop=drop), rough_leak, drop)
     show("right", f"bounds in proportion to Δp within {ROUNDING:g}")
 
 
@@ -69,7 +71,7 @@ def test_gaps_beyond_double_precision(size, solver, show):
     """Gaps whose cube no number can hold, from 1e-310 m (denormal) to 1e120 m."""
     gap = GridField(np.full((4, 4), size), (1.0, 1.0))
     with pytest.raises(InvalidInput, match="beyond double precision; check the units") as error:
-        solver(gap, viscosity=1e-3, pressure_drop=1e5, sides="wall")
+        solver(GridFilm(gap, sides="wall"), viscosity=1e-3, pressure_drop=1e5)
     show("refused", str(error.value))
 
 
@@ -85,7 +87,7 @@ HIGHEST_CONTRAST = 1e180
 def test_contrast_side_by_side(contrast, show):
     """Conductivity contrast of stripes along the flow."""
     gap = striped_gap(np.where(WIDE, 1.0, 1 / contrast), 8, along=True)
-    leak = adaptive(gap, representation="constant")
+    leak = adaptive(GridFilm(gap, representation="constant"))
     assert_enclosed(leak, (1 + 1 / contrast) / 2)
     assert leak.converged
     show("right", "the mean conductivity lies inside the bounds")
@@ -97,10 +99,10 @@ def test_contrast_in_series(contrast, show):
     gap = striped_gap(np.where(WIDE, 1.0, 1 / contrast), 8, along=False)
     if contrast > HIGHEST_CONTRAST:
         with pytest.raises(InvalidInput, match="critical constriction is 1e-100") as error:
-            adaptive(gap, representation="constant")
+            adaptive(GridFilm(gap, representation="constant"))
         show("refused", str(error.value))
         return
-    leak = adaptive(gap, representation="constant")
+    leak = adaptive(GridFilm(gap, representation="constant"))
     assert_enclosed(leak, 2 / (1 + contrast))
     assert leak.converged
     show("right", "the mean resistance lies inside the bounds")
@@ -154,8 +156,8 @@ def test_checkerboard_contrast(contrast, show):
     a = (4/π) atan(contrast^-½): what lies within r keeps the part r^2a of the energy, so that a
     bracket of 5 % takes r ~ 0.05^(1/2a), which is 1e-5 at a contrast of 1e2.
     """
-    gap = block_gap(np.array([[1, 1 / contrast], [1 / contrast, 1]]), 2)
-    leak = adaptive(gap, representation="constant", unknowns=3000)
+    film = block_film(np.array([[1, 1 / contrast], [1 / contrast, 1]]), 2)
+    leak = adaptive(film, unknowns=3000)
     assert_enclosed(leak, contrast**-0.5)
     if leak.converged:
         show("right", "√(K1 K2) lies inside the bounds")
@@ -169,8 +171,7 @@ def test_checkerboard_contrast(contrast, show):
 def test_a_budget_of_unknowns_ends_with_both_bounds():
     """Out of reach of 3000 unknowns: the best bounds so far include the lower one."""
     leak = adaptive(
-        block_gap(np.array([[0.1, 10.0], [10.0, 0.1]]), 16),
-        representation="constant",
+        block_film(np.array([[0.1, 10.0], [10.0, 0.1]]), 16),
         unknowns=3000,
     )
     assert not leak.converged
@@ -183,7 +184,7 @@ def test_a_budget_of_unknowns_ends_with_both_bounds():
 def test_finite_difference_contrast(contrast, show):
     """Finite differences: conductivity contrast of stripes across the flow."""
     gap = striped_gap(np.where(WIDE, 1.0, 1 / contrast), 8, along=False)
-    leak = solve(gap, sides="wall", representation="constant", links="harmonic", **FLUID)
+    leak = solve(GridFilm(gap, sides="wall", representation="constant"), links="harmonic", **FLUID)
     error = abs(leak.value * (1 + contrast) / 2 - 1)
     # A product of two conductivities of 1e-300 is no number: elimination then loses digits.
     assert error < (1e-3 if contrast > 1e290 else ROUNDING)
@@ -198,7 +199,7 @@ def test_finite_difference_contrast(contrast, show):
 
 def test_no_contact(show):
     """No contact at all: a uniform gap."""
-    leak = adaptive(GridField(np.full((9, 5), 2.0), (0.5, 0.5)))
+    leak = adaptive(GridFilm(GridField(np.full((9, 5), 2.0), (0.5, 0.5))))
     assert leak.converged
     assert leak.value == pytest.approx(2.0**3 / 2, rel=ROUNDING)
     show("right", "g³ Ly/Lx on the first mesh")
@@ -210,7 +211,7 @@ def test_nearly_all_contact(open_samples, representation, show):
     """Contact everywhere, and everywhere but in one sample."""
     values = np.zeros((9, 9))
     values[4, 4] = open_samples
-    leak = adaptive(GridField(values, (1.0, 1.0)), representation=representation)
+    leak = adaptive(GridFilm(GridField(values, (1.0, 1.0)), representation=representation))
     assert (leak.state, leak.value, leak.unknowns) == ("sealed", 0.0, 0)
     show("right", "sealed, without a solve")
 
@@ -222,7 +223,7 @@ def narrowed(part):
     width = GridFilm(gap, "periodic").constriction.gap
     values = np.maximum(0.0, gap.values - width)
     values[gap.values == width] = part * width
-    return adaptive(GridField(values, gap.spacing, periodic=True), sides="periodic")
+    return adaptive(GridFilm(GridField(values, gap.spacing, periodic=True), sides="periodic"))
 
 
 def show_narrow(leak, wider, show):
@@ -259,12 +260,12 @@ def test_one_pixel_channel(show):
     """
     channel = np.zeros((9, 9))
     channel[:, 4] = 0.3
-    straight = adaptive(GridField(channel, (1.0, 1.0)), representation="constant")
+    straight = adaptive(GridFilm(GridField(channel, (1.0, 1.0)), representation="constant"))
     assert_enclosed(straight, 0.3**3 / 9)
     assert straight.converged
     bent = np.zeros((9, 9))
     bent[:5, 2] = bent[4, 2:7] = bent[4:, 6] = 0.3
-    leak = adaptive(GridField(bent, (1.0, 1.0)), representation="constant")
+    leak = adaptive(GridFilm(GridField(bent, (1.0, 1.0)), representation="constant"))
     exact = 0.3**3 / (11 + 2 * 0.5590)
     assert leak.lower * 0.999 <= exact <= leak.upper * 1.001
     assert leak.converged
@@ -276,7 +277,10 @@ def test_one_pixel_wall(representation, show):
     """A wall of contact one sample thick."""
     values = np.ones((9, 9))
     values[4] = 0.0
-    assert adaptive(GridField(values, (1.0, 1.0)), representation=representation).state == "sealed"
+    assert (
+        adaptive(GridFilm(GridField(values, (1.0, 1.0)), representation=representation)).state
+        == "sealed"
+    )
     show("right", "sealed, without a solve")
 
 
@@ -286,7 +290,7 @@ def through_hole(hole):
     values = np.ones((9, 9))
     values[4] = 0.0
     values[4, 3] = hole
-    return adaptive(GridField(values, (1.0, 1.0)))
+    return adaptive(GridFilm(GridField(values, (1.0, 1.0))))
 
 
 HOLES = (1.0, 0.3, 0.1, 0.03, 0.01, 1e-3)
@@ -308,7 +312,7 @@ def test_corner_contacts(representation, parity, show):
     """
     values = np.zeros((6, 6))
     values[:3, : 3 - parity] = values[3:, 3 - parity :] = 1.0
-    leak = adaptive(GridField(values, (1.0, 1.0)), representation=representation)
+    leak = adaptive(GridFilm(GridField(values, (1.0, 1.0)), representation=representation))
     joined = representation == "linear" and parity == 0
     assert leak.state == ("leaking" if joined else "sealed")
     assert leak.converged
@@ -319,9 +323,9 @@ def test_pockets(show):
     """A thousand pockets of trapped fluid beside a channel."""
     values = np.zeros((128, 64))
     values[:, 40:] = rough_gap((128, 24), 0.0, 4).values + 0.1
-    without = adaptive(GridField(values, (1.0, 1.0)), rtol=0.2)
+    without = adaptive(GridFilm(GridField(values, (1.0, 1.0))), rtol=0.2)
     values[1:-1:2, 1:38:2] = 1.0
-    pockets = adaptive(GridField(values, (1.0, 1.0)), rtol=0.2)
+    pockets = adaptive(GridFilm(GridField(values, (1.0, 1.0))), rtol=0.2)
     assert pockets.unknowns == without.unknowns
     assert_proportional(pockets, without, 1.0)
     count = np.count_nonzero(values[:, :39])
@@ -340,7 +344,7 @@ def test_slender(shape, spacing, show):
     """Slender cells, of many pixels and of slender ones."""
     f = 1 + np.random.default_rng(2).random(shape[0])
     gap = GridField(np.repeat(f[:, None], shape[1], 1), spacing)
-    leak = adaptive(gap, representation="constant")
+    leak = adaptive(GridFilm(gap, representation="constant"))
     assert leak.converged
     exact = gap.spacing[1] * shape[1] / np.sum(gap.spacing[0] / f**3)
     # Linear pressure in each layer: the root of CG's 1e-8 of the energy is spare.
@@ -354,7 +358,7 @@ def test_slender(shape, spacing, show):
 def test_small_grids(shape, show):
     """Grids of few pixels, and of primes."""
     gap = GridField(0.5 + np.random.default_rng(3).random(shape), (1.0, 1.0))
-    leak = adaptive(gap, representation="constant", rtol=0.2)
+    leak = adaptive(GridFilm(gap, representation="constant"), rtol=0.2)
     K = gap.values**3
     # More flows if layers across the flow lose no pressure within, less if nothing flows across
     # lanes along it.
@@ -368,5 +372,5 @@ def test_small_grids(shape, show):
 def test_a_linear_gap_of_one_row(show):
     """A linear gap of one row of samples."""
     with pytest.raises(InvalidInput, match="samples") as error:
-        adaptive(GridField(np.ones((1, 7)), (1.0, 1.0)))
+        adaptive(GridFilm(GridField(np.ones((1, 7)), (1.0, 1.0))))
     show("refused", str(error.value))

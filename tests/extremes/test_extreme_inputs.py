@@ -8,6 +8,7 @@ from extreme_gaps import adaptive
 from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
@@ -46,7 +47,7 @@ LAYOUTS = {
 def single():
     """A rough gap in single precision, and its leak rate in double."""
     values = rough_gap((16, 16), 0.3, 4).values.astype(np.float32)
-    return values, adaptive(GridField(values.astype(float), (1.0, 1.0), periodic=True))
+    return values, adaptive(GridFilm(GridField(values.astype(float), (1.0, 1.0), periodic=True)))
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -55,7 +56,7 @@ def test_array_layouts(layout, single, tmp_path, show):
     values, reference = single
     array = LAYOUTS[layout](values, tmp_path)
     writeable = array.flags.writeable
-    leak = adaptive(GridField(array, (1.0, 1.0), periodic=True))
+    leak = adaptive(GridFilm(GridField(array, (1.0, 1.0), periodic=True)))
     assert (leak.lower, leak.upper) == pytest.approx(
         (reference.lower, reference.upper), rel=LAST_DIGITS, abs=0
     )
@@ -81,7 +82,7 @@ def test_negative_gap(show):
     """A negative gap in an array."""
     gap = GridField(negative_gap(), (1.0, 1.0))
     with pytest.raises(InvalidInput, match="gap is negative") as error:
-        adaptive(gap)
+        adaptive(GridFilm(gap))
     show("refused", str(error.value))
 
 
@@ -124,7 +125,7 @@ def test_spacings(spacing, show):
 def test_flow_numbers(name, bad, show):
     """Viscosity, pressure drop and tolerance that are not positive numbers."""
     with pytest.raises(InvalidInput, match=f"{name} = {bad} must be a positive number") as error:
-        adaptive(GridField(np.ones((4, 4)), (1.0, 1.0)), **{name: bad})
+        adaptive(GridFilm(GridField(np.ones((4, 4)), (1.0, 1.0))), **{name: bad})
     show("refused", str(error.value))
 
 
@@ -132,7 +133,7 @@ def test_sides_that_do_not_repeat(show):
     """Periodic sides of a gap that does not repeat."""
     gap = GridField(1 + np.random.default_rng(0).random((4, 4)), (1.0, 1.0))
     with pytest.raises(InvalidInput, match="needs a periodic gap") as error:
-        adaptive(gap, sides="periodic")
+        adaptive(GridFilm(gap, sides="periodic"))
     show("refused", str(error.value))
 
 

@@ -100,11 +100,9 @@ def test_relaxation_of_few_nodes_reaches_the_exact_pressure(seed, deviation):
     gap = GridField(np.cbrt(np.exp(log_K)), (0.25, 0.25))
     relaxed, eliminated = (
         solve(
-            gap,
+            GridFilm(gap, sides="wall", representation="constant"),
             viscosity=1 / 12,
             pressure_drop=1.0,
-            sides="wall",
-            representation="constant",
             cascade=cascade,
         ).value
         for cascade in (True, False)

@@ -24,8 +24,9 @@ SIDES = ("wall", "periodic")
 RULES = tuple(LINKS)
 
 
-def leak(values, spacing=(1.0, 1.0), periodic=False, sides="wall", **options):
-    return solve(GridField(values, spacing, periodic), sides=sides, **FLUID, **options).value
+def leak(values, spacing=(1.0, 1.0), periodic=False, links="linear-gap", **choices):
+    film = GridFilm(GridField(values, spacing, periodic), **choices)
+    return solve(film, links=links, **FLUID).value
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -35,11 +36,9 @@ def test_uniform_gap_is_exact(representation, sides, links):
     """Q = Ly g³ Δp / (12 η Lx) in SI, for every rule."""
     gap = GridField(np.full((6, 9), 2e-6), (3e-6, 1e-6), periodic=True)
     flow = solve(
-        gap,
+        GridFilm(gap, sides=sides, representation=representation),
         viscosity=1e-3,
         pressure_drop=1e5,
-        sides=sides,
-        representation=representation,
         links=links,
     )
     exact = 9e-6 * (2e-6) ** 3 * 1e5 / (12 * 1e-3 * 18e-6)
@@ -221,13 +220,15 @@ def test_extreme_contrast_is_resolved():
 def test_sealed_gap_has_no_leak_rate_and_no_unknowns(representation, sides):
     g = np.ones((8, 6))
     g[4] = 0
-    flow = solve(GridField(g, (1, 1), True), sides=sides, representation=representation, **FLUID)
+    flow = solve(
+        GridFilm(GridField(g, (1, 1), True), sides=sides, representation=representation), **FLUID
+    )
     assert (flow.state, flow.value, flow.unknowns) == ("sealed", 0.0, 0)
 
 
 def test_channel_along_a_diagonal_is_reported_as_not_converged():
     """A gap open along a diagonal only is not sealed, but no chain of links joins the ends."""
-    flow = solve(GridField(np.eye(5), (1, 1)), sides="wall", **FLUID)
+    flow = solve(GridFilm(GridField(np.eye(5), (1, 1)), sides="wall"), **FLUID)
     assert flow.state == "leaking"
     assert not flow.converged
     assert "diagonal" in flow.reason
@@ -268,9 +269,9 @@ def test_cascade_agrees_with_elimination_and_conserves(representation, sides):
     g = np.maximum(0, np.outer(s, c) + 0.5 * np.add.outer(c, s**3) + 0.5)
     assert 0.05 < np.mean(g == 0) < 0.4
     gap = GridField(g, (1, 1), True)
-    options = {"sides": sides, "representation": representation, **FLUID}
-    exact, tol = solve(gap, **options), 1e-8
-    iterated = solve(gap, cascade=True, tol=tol, **options)
+    film = GridFilm(gap, sides, representation)
+    exact, tol = solve(film, **FLUID), 1e-8
+    iterated = solve(film, cascade=True, tol=tol, **FLUID)
     assert iterated.unknowns == exact.unknowns
     assert iterated.value == approx(exact.value, rel=10 * tol)
     assert iterated.value >= exact.value * (1 - 1e-12)  # Dirichlet's principle
@@ -280,11 +281,11 @@ def test_cascade_agrees_with_elimination_and_conserves(representation, sides):
 def test_bad_input_is_refused():
     gap = GridField(np.ones((3, 3)), (1, 1))
     with pytest.raises(InvalidInput, match="viscosity must be a positive number, got -1"):
-        solve(gap, viscosity=-1, pressure_drop=1, sides="wall")
+        solve(GridFilm(gap, sides="wall"), viscosity=-1, pressure_drop=1)
     with pytest.raises(InvalidInput, match=r"links = 'median'.*linear-gap, arithmetic"):
-        solve(gap, sides="wall", links="median", **FLUID)
+        solve(GridFilm(gap, sides="wall"), links="median", **FLUID)
     with pytest.raises(InvalidInput, match="sides"):
-        solve(gap, sides="slit", **FLUID)
+        solve(GridFilm(gap, sides="slit"), **FLUID)
 
 
 def test_relaxation_that_does_not_converge_raises():

@@ -7,6 +7,7 @@ import numpy as np
 from sample_gaps import FLUID
 
 from fem_seal.fenicsx import MPI
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.grid import GridField
@@ -25,10 +26,12 @@ def solve(gaps: dict[str, np.ndarray]) -> dict[str, dict]:
     for name, samples in gaps.items():
         for method, sides, representation in CASES:
             flow = leak_rate(
-                GridField(samples, (1.0, 1.0), periodic=True),
+                GridFilm(
+                    GridField(samples, (1.0, 1.0), periodic=True),
+                    sides=sides,
+                    representation=representation,
+                ),
                 method=method,
-                sides=sides,
-                representation=representation,
                 rtol=0.2,
                 limits=Limits(unknowns=1500),
                 field=True,

@@ -16,7 +16,7 @@ import numpy as np
 from triangulations import grid_mesh
 
 from fem_seal.errors import FemSealError
-from fem_seal.film import MeshFilm
+from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -123,9 +123,9 @@ class Case:
         """The leak rate with its bounds."""
         options = {"method": self.method, "rtol": rtol, "limits": Limits(unknowns=unknowns)}
         options |= {"viscosity": 1 / 12, "pressure_drop": 1.0, "every_dual": True}
-        if self.on != "mesh":
-            options |= {"sides": self.sides, "representation": self.on}
-        return leak_rate(self.gap, **options)
+        gap = self.gap
+        film = gap if isinstance(gap, MeshFilm) else GridFilm(gap, self.sides, self.on)
+        return leak_rate(film, **options)
 
     def faults(self, flow: LeakRate) -> list[str]:
         """What is wrong with an answer, one word or two for each."""

@@ -12,6 +12,7 @@ from sample_gaps import FLUID, rough_gap
 from triangulations import ring_parts, scattered_square
 
 from fem_seal.fenicsx import MPI, cell_facets, create_triangle_mesh, fem, functionspace, ufl
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, film_from_dolfinx, flow_functions, leak_rate
 from fem_seal.leak_rate import FacetTag
 
@@ -105,7 +106,9 @@ def summary() -> dict:
             "bounds": [flow.lower, flow.upper],
         }
     for sides in ("wall", "periodic"):
-        flow = leak_rate(rough_gap((16, 12), 0.3, 5), sides=sides, field=True, **COARSE, **FLUID)
+        flow = leak_rate(
+            GridFilm(rough_gap((16, 12), 0.3, 5), sides=sides), field=True, **COARSE, **FLUID
+        )
         answer[sides] = lengths(flow_functions(flow.field))
     return answer
 

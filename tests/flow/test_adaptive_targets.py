@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fem_seal.contact import solve
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
@@ -21,10 +22,9 @@ def elastic_gap(n: int, hurst: float, short: float, area: float, seed: int) -> G
 
 def refine(gap: GridField, sides: str, rtol: float, most: int, **options):
     return leak_rate(
-        gap,
+        GridFilm(gap, sides=sides),
         viscosity=1e-3,
         pressure_drop=1e5,
-        sides=sides,
         rtol=rtol,
         limits=Limits(unknowns=most),
         **options,

@@ -6,6 +6,7 @@ import pytest
 from gaps import level_problem, represented, solved
 from sample_gaps import FLUID, rough_gap
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, hierarchical, leak_rate
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.level import LevelProblem
@@ -61,7 +62,9 @@ def test_closed_forms_over_several_batches(along):
     sum over several batches. Bounds are widened by 1e-12; CG stops at 2e-8 of the energy at most,
     and starts from what is exact."""
     profile = vertex_gap(lambda x, y: 1 + 0.3 * np.sin(5 * (y if along else x)), (48, 48))
-    flow = leak_rate(profile, method="uniform", rtol=1e-9, limits=Limits(unknowns=10_000), **FLUID)
+    flow = leak_rate(
+        GridFilm(profile), method="uniform", rtol=1e-9, limits=Limits(unknowns=10_000), **FLUID
+    )
     assert flow.levels[-1].cells > 4 * AT_ONCE
     g = profile.values[0] if along else profile.values[:, 0]
     a, b = g[:-1], g[1:]

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from gaps import Random, everything, level_problem, plain_bounds, represented, solved, stiffness
+from nested_meshes import areas
 from sample_gaps import FLUID, rough_gap
 from scipy.sparse.linalg import spsolve
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.level import LevelProblem
 from fem_seal.grid import GridField
@@ -70,8 +72,7 @@ def test_depth_ends_with_the_bounds_so_far():
     The bounds reached by then are returned, and the reason. (A small θ keeps the mesh small.)"""
     gap = GridField(np.array([[1.0, 1e-2], [1e-2, 1.0]]), (1.0, 1.0))
     flow = leak_rate(
-        gap,
-        representation="constant",
+        GridFilm(gap, representation="constant"),
         rtol=0.1,
         every_dual=True,
         tuning=Tuning(theta=0.1),
@@ -110,7 +111,7 @@ def test_nested_meshes_have_nested_bounds(representation, contact):
 def test_reported_bounds_only_improve(method, sides):
     gap = rough_gap((16, 16), 0.3, 6)
     limits = Limits(unknowns=4000)
-    flow = leak_rate(gap, method=method, sides=sides, rtol=1e-3, limits=limits, **FLUID)
+    flow = leak_rate(GridFilm(gap, sides=sides), method=method, rtol=1e-3, limits=limits, **FLUID)
     lower, upper = np.transpose([[level.lower, level.upper] for level in flow.levels])
     assert (np.diff(lower) >= 0).all()
     assert (np.diff(upper) <= 0).all()
@@ -123,12 +124,12 @@ def test_reported_bounds_only_improve(method, sides):
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_a_sloppy_solver_widens_the_bracket_but_keeps_it(tolerance, sides, representation):
     """Whatever CG left undone, both bounds are energies of admissible functions."""
-    gap = rough_gap((12, 12), 0.25, 9)
-    options = {"sides": sides, "representation": representation, "every_dual": True} | FLUID
-    exact = leak_rate(gap, rtol=0.02, limits=Limits(unknowns=6000), **options)
+    film = GridFilm(rough_gap((12, 12), 0.25, 9), sides, representation)
+    options = {"every_dual": True} | FLUID
+    exact = leak_rate(film, rtol=0.02, limits=Limits(unknowns=6000), **options)
     for method in ("uniform", "adaptive"):
         sloppy = leak_rate(
-            gap,
+            film,
             method=method,
             rtol=0.02,
             limits=Limits(unknowns=1500),
@@ -155,7 +156,7 @@ def test_inflow_is_outflow(tolerance, representation, periodic):
     into, out = problem.boundary_flows(pressure)
     numbering = problem.primal_numbering
     slope = problem.gradients((numbering.of_corner < 0).astype(float))
-    area = problem.mesh.relative_areas()[problem.kept]
+    area = areas(problem.mesh)[problem.kept]
     size_of_w = np.sqrt((problem.data.K * area * (slope**2).sum(axis=1)).sum())
     error = np.sqrt(2 * tolerance * pressure.energy)
     assert abs(into - out) <= error * size_of_w

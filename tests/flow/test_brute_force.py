@@ -5,6 +5,7 @@ import pytest
 from brute_force import bounds_by_brute_force
 from sample_gaps import FLUID
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
 
@@ -75,9 +76,7 @@ def test_every_level_encloses_the_brute_force(representation, sides, seed):
     ]
     for method, tuning in (("uniform", tunings[0]), *(("adaptive", t) for t in tunings)):
         flow = leak_rate(
-            GridField(samples, spacing),
-            sides=sides,
-            representation=representation,
+            GridFilm(GridField(samples, spacing), sides=sides, representation=representation),
             method=method,
             rtol=0.01,
             limits=Limits(unknowns=1500),

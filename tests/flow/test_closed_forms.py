@@ -9,6 +9,7 @@ import pytest
 from closed_forms import ROUNDING, SERIES_DECADES, Case, across, along
 from sample_gaps import FLUID
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.grid import GridField
@@ -77,7 +78,12 @@ def test_rough_gap_of_slender_pixels(aspect):
         level
         for method in ("adaptive", "uniform")
         for level in leak_rate(
-            gap, method=method, rtol=1e-3, every_dual=True, limits=Limits(unknowns=4000), **FLUID
+            GridFilm(gap),
+            method=method,
+            rtol=1e-3,
+            every_dual=True,
+            limits=Limits(unknowns=4000),
+            **FLUID,
         ).levels
     ]
     assert max(level.lower for level in levels) <= min(level.upper for level in levels)

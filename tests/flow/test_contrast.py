@@ -6,6 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from sample_gaps import FLUID
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 
@@ -31,7 +32,10 @@ def test_film_in_series(representation, rtol, decades):
     """The bounds hold the closed form, and as much flows in as out, whatever the contrast."""
     gap, exact = film(10.0**-decades, representation)
     flow = leak_rate(
-        gap, representation=representation, rtol=rtol, limits=Limits(unknowns=20_000), **FLUID
+        GridFilm(gap, representation=representation),
+        rtol=rtol,
+        limits=Limits(unknowns=20_000),
+        **FLUID,
     )
     assert flow.converged
     assert flow.lower < exact * (1 + 1e-12)
@@ -59,7 +63,7 @@ def test_rough_constriction(seed, decades):
     values[rng.uniform(size=values.shape) < 0.1] = 0
     gap = GridField(values, (1.0, 1.0))
     adaptive, uniform = (
-        leak_rate(gap, method=method, rtol=0.05, limits=Limits(unknowns=most), **FLUID)
+        leak_rate(GridFilm(gap), method=method, rtol=0.05, limits=Limits(unknowns=most), **FLUID)
         # Most gaps take a few hundred unknowns.
         for method, most in (("adaptive", 20_000), ("uniform", 8_000))
     )
@@ -74,6 +78,6 @@ def test_rough_constriction(seed, decades):
 def test_flux_where_the_pressure_is_constant():
     """A thin film lets the same flux through every cell, also through those of one pressure."""
     gap, exact = film(1e-6, "constant")
-    flow = leak_rate(gap, representation="constant", rtol=1e-8, field=True, **FLUID)
+    flow = leak_rate(GridFilm(gap, representation="constant"), rtol=1e-8, field=True, **FLUID)
     assert flow.field.flux[:, 0] == pytest.approx(exact / 32, rel=1e-3, abs=0)
     assert np.abs(flow.field.flux[:, 1]).max() < 1e-3 * exact / 32

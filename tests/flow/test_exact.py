@@ -10,6 +10,7 @@ import pytest
 from gaps import level_problem, plain_bounds, represented
 from sample_gaps import FLUID, rough_gap, striped_gap
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.theory import closed_forms
@@ -21,10 +22,10 @@ SIDES = ["wall", "periodic"]
 ROUNDING = 1e-11  # ten times what the bounds are widened by
 
 
-def solve(gap, unknowns=1000, rtol=1e-3, method="uniform", **options):
+def solve(film, unknowns=1000, rtol=1e-3, method="uniform", **options):
     """Bounds on every level until the tolerance or the number of unknowns is reached."""
     options = {"limits": Limits(unknowns=unknowns), "every_dual": True} | FLUID | options
-    return leak_rate(gap, method=method, rtol=rtol, **options)
+    return leak_rate(film, method=method, rtol=rtol, **options)
 
 
 def encloses(flow, low: float, high: float | None = None) -> bool:
@@ -48,11 +49,9 @@ def test_uniform_gap_is_exact_on_the_first_mesh(method, sides, representation):
     """Q = Ly g³ Δp / (12 η Lx) in SI units, pixels three times as long as wide."""
     gap = GridField(np.full((40, 36), 2e-6), (3e-6, 1e-6), periodic=True)
     flow = leak_rate(
-        gap,
+        GridFilm(gap, sides=sides, representation=representation),
         viscosity=1e-3,
         pressure_drop=1e5,
-        sides=sides,
-        representation=representation,
         method=method,
         rtol=1e-10,
     )
@@ -87,7 +86,7 @@ def test_series_channel(method, sides):
     """g(x): the stream function of the P1 gap is y, so the lower bound is exact at once; the
     upper one converges at second order on uniform meshes."""
     gap = GridField(np.repeat(profile(9)[:, None], 5, axis=1), (1 / 8, 1 / 10))
-    flow, exact = solve(gap, 2500, 1e-3, method, sides=sides), series(gap)
+    flow, exact = solve(GridFilm(gap, sides=sides), 2500, 1e-3, method), series(gap)
     assert encloses(flow, exact)
     assert flow.levels[0].lower == pytest.approx(exact, rel=ROUNDING)
     if method == "uniform":
@@ -98,7 +97,7 @@ def test_series_channel(method, sides):
 def test_parallel_channel(method):
     """g(y): the pressure is linear, so the upper bound is exact; the lower one is second order."""
     gap = GridField(np.repeat(profile(9)[None, :], 5, axis=0), (1 / 8, 1 / 10))
-    flow, exact = solve(gap, 2500, 1e-3, method), parallel(gap)
+    flow, exact = solve(GridFilm(gap), 2500, 1e-3, method), parallel(gap)
     assert encloses(flow, exact)
     assert flow.levels[0].upper == pytest.approx(exact, rel=ROUNDING)
     if method == "uniform":
@@ -114,7 +113,7 @@ def test_wedge_that_touches(method, aspect, across):
     Pixels five times as long as wide, and the reverse."""
     profile = np.array([0.0, 0.4, 1.0, 0.7, 0.9] if not across else [0.8, 0.3, 0.0, 0.2, 1.0])
     gap = GridField(np.repeat(profile[None, :], 5, axis=0), (aspect, 1.0))
-    flow, exact = solve(gap, 1200, 0.06, method), parallel(gap)
+    flow, exact = solve(GridFilm(gap), 1200, 0.06, method), parallel(gap)
     assert encloses(flow, exact)
     assert flow.levels[0].upper == pytest.approx(exact, rel=4e-8)
     assert flow.converged
@@ -129,7 +128,7 @@ def test_cosine_channel(sides):
     errors = []
     for n in (16, 32, 64, 128):
         gap = vertex_gap(lambda x, y: 1 + a * np.cos(2 * np.pi * x), (n, 4), (1.0, 1.0))
-        flow = solve(gap, 1, sides=sides)
+        flow = solve(GridFilm(gap, sides=sides), 1)
         errors.append([abs(flow.lower - exact), abs(flow.upper - exact)])
     assert np.array([orders(e)[-1] for e in np.transpose(errors)]) == pytest.approx(2, abs=0.1)
 
@@ -137,7 +136,7 @@ def test_cosine_channel(sides):
 def test_both_bounds_meet_at_second_order():
     """A smooth gap of x and y: the bracket narrows as the square of the mesh size."""
     gap = vertex_gap(lambda x, y: 1 + 0.4 * np.sin(3 * x + 1) * np.cos(2 * y), (8, 8))
-    flow = solve(gap, 4500, 1e-5)
+    flow = solve(GridFilm(gap), 4500, 1e-5)
     assert min(orders([level.half_width for level in flow.levels])[1:]) > 1.9
 
 
@@ -150,7 +149,12 @@ def test_separable_pixels_are_exact_on_the_first_mesh(sides, method):
     f, h = 10 ** rng.uniform(-4, 0, 7), 10 ** rng.uniform(-4, 0, 6)
     gap = GridField(np.cbrt(np.outer(f, h)), (0.5, 0.3))
     exact = 0.3 * h.sum() / (0.5 / f).sum()
-    flow = solve(gap, 1000, 1e-6, method, representation="constant", sides=sides)
+    flow = solve(
+        GridFilm(gap, representation="constant", sides=sides),
+        1000,
+        1e-6,
+        method,
+    )
     # CG error 2e-8; 1e-8 more for the correction, whose first order vanishes at the minimum.
     assert [flow.lower, flow.upper] == pytest.approx([exact] * 2, rel=4e-8)
     assert len(flow.levels) == 1
@@ -165,6 +169,11 @@ TIGHT = Tuning(tolerance=1e-12)
 DUALITY = 4 * np.sqrt(0.3 * 2e-12)
 
 
+def constant(gap, spacing) -> GridFilm:
+    """Square pixels of constant gap between side walls."""
+    return GridFilm(GridField(gap, (spacing, spacing)), representation="constant")
+
+
 @pytest.mark.parametrize("deviation", [1.0, 4.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_keller_duality_of_the_discrete_problems(deviation, seed):
@@ -174,9 +183,8 @@ def test_keller_duality_of_the_discrete_problems(deviation, seed):
     problem of 1/K turned by a right angle: lower · upper = 1 to the solver tolerance.
     """
     log_K = deviation * np.random.default_rng(seed).normal(size=(10, 10))
-    options = {"representation": "constant", "tuning": TIGHT}
-    flow = solve(GridField(np.exp(log_K / 3), (0.1, 0.1)), 2000, 1e-9, **options)
-    dual = solve(GridField(np.exp(-log_K / 3).T, (0.1, 0.1)), 2000, 1e-9, **options)
+    flow = solve(constant(np.exp(log_K / 3), 0.1), 2000, 1e-9, tuning=TIGHT)
+    dual = solve(constant(np.exp(-log_K / 3).T, 0.1), 2000, 1e-9, tuning=TIGHT)
     assert len(flow.levels) == 3
     for one, other in zip(flow.levels, dual.levels, strict=True):
         assert one.lower * other.upper == pytest.approx(1, rel=DUALITY)
@@ -186,9 +194,9 @@ def test_keller_duality_of_the_discrete_problems(deviation, seed):
 @pytest.mark.parametrize("deviation", [1.0, 4.0])
 def test_keller_duality_of_adaptive_brackets(deviation):
     log_K = deviation * np.random.default_rng(7).normal(size=(16, 16))
-    options = {"representation": "constant", "method": "adaptive", "unknowns": 1500}
-    flow = solve(GridField(np.exp(log_K / 3), (1.0, 1.0)), **options)
-    dual = solve(GridField(np.exp(-log_K / 3).T, (1.0, 1.0)), **options)
+    options = {"method": "adaptive", "unknowns": 1500}
+    flow = solve(constant(np.exp(log_K / 3), 1.0), **options)
+    dual = solve(constant(np.exp(-log_K / 3).T, 1.0), **options)
     for one in flow.levels:
         for other in dual.levels:
             assert one.lower * other.lower <= 1 <= one.upper * other.upper
@@ -205,7 +213,7 @@ def test_lognormal_mean():
         log_K = 2 * np.random.default_rng(100 + seed).normal(size=(8, 8))
         for field in (log_K, -log_K.T):
             gap = GridField(np.exp(field / 3), (1.0, 1.0))
-            flow = solve(gap, 400, 0.02, "adaptive", representation="constant")
+            flow = solve(GridFilm(gap, representation="constant"), 400, 0.02, "adaptive")
             sums += np.log([flow.lower, flow.upper])
     assert sums[0] <= 0 <= sums[1]
     assert sums[1] - sums[0] < 8 * 0.5
@@ -232,8 +240,13 @@ def test_smooth_checkerboard_on_pixels(contrast, sides, size):
     if size == 0.5 and sides == "periodic":
         sides = "wall"  # a quarter of the cell has no period
     gap = pixel_gap(cosines(np.log(contrast) / 2), (16, 16), (size, size))
-    uniform = solve(gap, 5000, representation="constant", sides=sides, tuning=TIGHT)
-    adaptive = solve(gap, 5000, 0.02, "adaptive", representation="constant", sides=sides)
+    uniform = solve(GridFilm(gap, representation="constant", sides=sides), 5000, tuning=TIGHT)
+    adaptive = solve(
+        GridFilm(gap, representation="constant", sides=sides),
+        5000,
+        0.02,
+        "adaptive",
+    )
     assert encloses(uniform, 1.0)
     assert encloses(adaptive, 1.0)
     assert adaptive.upper - adaptive.lower < 0.1
@@ -260,7 +273,7 @@ def test_smooth_checkerboard_interpolated(contrast, n, sides):
     """P1 gap: 1, within what the interpolant may change K by; Q is monotone in the gap."""
     A = np.log(contrast) / 2
     gap = vertex_gap(cosines(A), (n, n))
-    flow = solve(gap, 20000, 0.05, "adaptive", sides=sides)
+    flow = solve(GridFilm(gap, sides=sides), 20000, 0.05, "adaptive")
     error = interpolation_error(A, 1 / n)
     assert error < 0.06
     assert encloses(flow, (1 - error) ** 3, (1 + error) ** 3)
@@ -281,7 +294,7 @@ def test_two_phase_checkerboard(ratio, method):
     K = np.array([[1, 1 / ratio], [1 / ratio, 1]])
     gap = GridField(np.cbrt(K), (0.5, 0.5))
     exact = ratio**-0.5
-    flow = solve(gap, 300, 0.01, method, representation="constant", tuning=TIGHT)
+    flow = solve(GridFilm(gap, representation="constant"), 300, 0.01, method, tuning=TIGHT)
     assert encloses(flow, exact)
     if method == "uniform":
         assert flow.value == pytest.approx(exact, rel=DUALITY)
@@ -296,7 +309,12 @@ def test_checkerboard_cell(sides, method):
     i, j = np.indices((8, 8))
     dark = ((i + 1) // 2 + (j + 1) // 2) % 2 == 1
     gap = GridField(np.where(dark, np.cbrt(0.1), 1.0), (1.0, 1.0))
-    flow = solve(gap, 800, 0.05, method, representation="constant", sides=sides)
+    flow = solve(
+        GridFilm(gap, representation="constant", sides=sides),
+        800,
+        0.05,
+        method,
+    )
     assert encloses(flow, np.sqrt(0.1))
 
 
@@ -306,7 +324,7 @@ def test_four_phase_checkerboard(phases, method):
     """The square around one corner, 2 × 2 pixels; the last two are laminates."""
     k1, k2, k3, k4 = phases
     gap = GridField(np.cbrt(np.array([[k1, k4], [k2, k3]])), (0.5, 0.5))
-    flow = solve(gap, 1500, 5e-3, method, representation="constant")
+    flow = solve(GridFilm(gap, representation="constant"), 1500, 5e-3, method)
     assert encloses(flow, closed_forms.four_phase_checkerboard(*phases)[0])
     if method == "adaptive":
         assert flow.converged
@@ -325,7 +343,10 @@ def test_disc_array(radius, representation, sides):
 
     make = vertex_gap if representation == "linear" else pixel_gap
     flow = solve(
-        make(gap, (n, n)), 6000, 0.02, "adaptive", sides=sides, representation=representation
+        GridFilm(make(gap, (n, n)), sides=sides, representation=representation),
+        6000,
+        0.02,
+        "adaptive",
     )
     blur = np.sqrt(2) / n if representation == "linear" else np.sqrt(0.5) / n
     assert encloses(flow, *(disc_array(np.pi * r**2) for r in (radius + blur, radius - blur)))
@@ -341,7 +362,10 @@ def test_disc_array_in_the_limit_of_fine_pixels():
     errors = []
     for n in (16, 64):
         flow = solve(
-            pixel_gap(gap, (n, n), (0.5, 0.5)), 4000, 2e-3, "adaptive", representation="constant"
+            GridFilm(pixel_gap(gap, (n, n), (0.5, 0.5)), representation="constant"),
+            4000,
+            2e-3,
+            "adaptive",
         )
         errors.append(abs(flow.value / disc_array(np.pi * 0.3**2) - 1))
     # The disc's radius is blurred by half a pixel diagonal; dQ/dr · r/Q is below 2 at r = 0.3.
@@ -361,14 +385,11 @@ def test_mirrors(representation, sides, axis):
     samples = rough_gap((12, 10), 0.3, 4)
     values = samples.vertices() if representation == "linear" else samples.values
     gap, mirrored = (GridField(v, (1.0, 1.0)) for v in (values, np.flip(values, axis)))
-    options = {"representation": representation, "sides": sides, "tuning": TIGHT}
-    one, other = (solve(g, 600, 1e-9, **options) for g in (gap, mirrored))
+    films = [GridFilm(g, sides, representation) for g in (gap, mirrored)]
+    one, other = (solve(film, 600, 1e-9, tuning=TIGHT) for film in films)
     for level, image in zip(one.levels, other.levels, strict=True):
         assert [level.lower, level.upper] == pytest.approx([image.lower, image.upper], rel=DUALITY)
-    adaptive = [
-        solve(g, 2000, 0.05, "adaptive", representation=representation, sides=sides)
-        for g in (gap, mirrored)
-    ]
+    adaptive = [solve(film, 2000, 0.05, "adaptive") for film in films]
     assert encloses(adaptive[0], adaptive[1].lower, adaptive[1].upper)
 
 
@@ -379,8 +400,8 @@ def test_shift_along_periodic_sides(sides, representation):
     nothing; with walls it does."""
     gap = rough_gap((12, 12), 0.35, 11)
     shifted = GridField(np.roll(gap.values, 2, axis=1), gap.spacing, periodic=True)
-    options = {"representation": representation, "sides": sides, "tuning": TIGHT}
-    one, other = (solve(g, 600, 1e-9, **options) for g in (gap, shifted))
+    films = [GridFilm(g, sides, representation) for g in (gap, shifted)]
+    one, other = (solve(film, 600, 1e-9, tuning=TIGHT) for film in films)
     same = one.upper == pytest.approx(other.upper, rel=DUALITY)
     assert same == (sides == "periodic")
     if same:
@@ -398,9 +419,9 @@ def test_unit_neutrality(method, power):
     """
     gap, unit = rough_gap((16, 16), 0.3, 2), 10.0**power
     options = {"method": method, "rtol": 0.1, "limits": Limits(unknowns=3000)}
-    reference = leak_rate(gap, **FLUID, **options)
+    reference = leak_rate(GridFilm(gap), **FLUID, **options)
     other = leak_rate(
-        GridField(gap.values * unit, (unit, unit), periodic=True),
+        GridFilm(GridField(gap.values * unit, (unit, unit), periodic=True)),
         viscosity=1 / 12 / unit**2,
         pressure_drop=unit**0.5,
         **options,
@@ -421,7 +442,7 @@ def test_cube_of_the_gap(factor):
     last digits of their sums, whose order depends on how the arrays lie in memory."""
     gap = rough_gap((16, 16), 0.3, 2)
     scaled = GridField(factor * gap.values, gap.spacing, periodic=True)
-    one, other = (solve(g, 3000, 0.1, "adaptive") for g in (gap, scaled))
+    one, other = (solve(GridFilm(g), 3000, 0.1, "adaptive") for g in (gap, scaled))
     expected = [factor**3 * one.lower, factor**3 * one.upper]
     assert [other.lower, other.upper] == pytest.approx(expected, rel=1e-12, abs=0)
 
@@ -431,7 +452,7 @@ def test_slender_pixels(aspect):
     """Pixels a hundred times longer than wide, or the reverse: the closed form of a series of
     channels stays enclosed and the lower bound exact."""
     gap = GridField(np.repeat(profile(9)[:, None], 9, axis=1), (aspect, 1.0))
-    flow, exact = solve(gap, 3000, 0.05), series(gap)
+    flow, exact = solve(GridFilm(gap), 3000, 0.05), series(gap)
     assert encloses(flow, exact)
     assert flow.levels[0].lower == pytest.approx(exact, rel=ROUNDING)
 
@@ -445,10 +466,9 @@ def test_monotone_in_the_gap(representation, sides, seed):
     gap = rough_gap((10, 10), 0.2, seed)
     less = gap.values * np.where(rng.random((10, 10)) < 0.1, 0.0, 1.0)
     less *= np.where(rng.random((10, 10)) < 0.3, 0.7, 1.0)
-    options = {"representation": representation, "sides": sides, "unknowns": 600}
-    wide = solve(gap, rtol=0.05, method="adaptive", **options)
-    narrow = solve(
-        GridField(less, gap.spacing, periodic=True), rtol=0.05, method="adaptive", **options
+    narrower = GridField(less, gap.spacing, periodic=True)
+    wide, narrow = (
+        solve(GridFilm(g, sides, representation), 600, 0.05, "adaptive") for g in (gap, narrower)
     )
     assert narrow.lower <= wide.upper
 
@@ -473,7 +493,7 @@ def test_sealed_without_a_solve():
     for representation in ("linear", "constant"):
         for sides in SIDES:
             gap = GridField(values, (1.0, 1.0), periodic=sides == "periodic")
-            flow = leak_rate(gap, sides=sides, representation=representation, **FLUID)
+            flow = leak_rate(GridFilm(gap, sides=sides, representation=representation), **FLUID)
             assert (flow.state, flow.value, flow.lower, flow.upper) == ("sealed", 0.0, 0.0, 0.0)
             assert flow.converged
             assert flow.levels == ()
@@ -481,7 +501,7 @@ def test_sealed_without_a_solve():
 
 @pytest.mark.parametrize("values", [np.zeros((5, 5)), np.zeros((1, 1)), np.zeros((1, 7))])
 def test_all_contact(values):
-    flow = leak_rate(GridField(values, (1.0, 1.0)), representation="constant", **FLUID)
+    flow = leak_rate(GridFilm(GridField(values, (1.0, 1.0)), representation="constant"), **FLUID)
     assert (flow.state, flow.upper) == ("sealed", 0.0)
 
 
@@ -496,7 +516,12 @@ def test_shapes(shape, sides, method):
     """
     K = np.random.default_rng(sum(shape)).uniform(0.1, 1, shape)
     gap = GridField(np.cbrt(K), (1.0, 1.0))
-    flow = solve(gap, 2000, 0.03, method, sides=sides, representation="constant")
+    flow = solve(
+        GridFilm(gap, sides=sides, representation="constant"),
+        2000,
+        0.03,
+        method,
+    )
     rows, columns = (1 / (1 / K).sum(axis=0)).sum(), 1 / (1 / K.sum(axis=1)).sum()
     assert encloses(flow, rows, columns)
     assert flow.converged
@@ -510,7 +535,7 @@ def test_shapes_of_linear_gaps(shape, periodic):
     """The same for vertex samples: the P1 gap lies between its smallest and largest value."""
     values = np.random.default_rng(sum(shape)).uniform(0.5, 1, shape)
     gap = GridField(values, (1.0, 1.0), periodic)
-    flow = solve(gap, 2000, 0.03, "adaptive", sides="periodic" if periodic else "wall")
+    flow = solve(GridFilm(gap, sides="periodic" if periodic else "wall"), 2000, 0.03, "adaptive")
     ratio = gap.size[1] / gap.size[0]
     assert encloses(flow, ratio * values.min() ** 3, ratio * values.max() ** 3)
     assert flow.converged
@@ -524,7 +549,12 @@ CHANNELS = np.arange(8) % 4 < 2  # of conductivity 1; the others 1/contrast
 def test_extreme_contrast_in_parallel(sides, contrast):
     """Channels of conductivity 1 and 1/contrast side by side."""
     gap = striped_gap(np.where(CHANNELS, 1.0, 1 / contrast), 6, along=True)
-    flow = solve(gap, 200, 0.1, "adaptive", representation="constant", sides=sides)
+    flow = solve(
+        GridFilm(gap, representation="constant", sides=sides),
+        200,
+        0.1,
+        "adaptive",
+    )
     assert encloses(flow, 4 * (1 + 1 / contrast) / 6)
     assert flow.converged
 
@@ -534,6 +564,11 @@ def test_extreme_contrast_in_parallel(sides, contrast):
 def test_high_contrast_in_series(sides, contrast):
     """The same across the flow: the pressure drop in the wide part gets below rounding."""
     gap = striped_gap(np.where(CHANNELS, 1.0, 1 / contrast), 6, along=False)
-    flow = solve(gap, 200, 0.1, "adaptive", representation="constant", sides=sides)
+    flow = solve(
+        GridFilm(gap, representation="constant", sides=sides),
+        200,
+        0.1,
+        "adaptive",
+    )
     assert encloses(flow, 6 / (4 * (1 + contrast)))
     assert flow.converged

@@ -1,7 +1,6 @@
 """A film handed in as a DOLFINx mesh with facet tags and a gap, held against closed forms."""
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -20,11 +19,12 @@ from dolfinx_meshes import (
     tagged,
     unstructured,
 )
+from project import MPI_ENVIRONMENT, alone
 from sample_gaps import FLUID, rough_gap
-from test_mpi import ENVIRONMENT
 
 from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI
+from fem_seal.film import GridFilm
 from fem_seal.flow import film_from_dolfinx, flow_functions, leak_rate
 from fem_seal.leak_rate import FacetTag
 
@@ -64,7 +64,7 @@ def test_there_and_back():
     first mesh gives the same bounds but for what CG has left, 2e-8 on either side, which counts to
     the first order in the correction: 2 √(0.3 · 2 · 2e-8)."""
     gap = rough_gap((12, 10), 0.0, 3)
-    flow = leak_rate(gap, field=True, **COARSE, **FLUID)
+    flow = leak_rate(GridFilm(gap), field=True, **COARSE, **FLUID)
     functions = flow_functions(flow.field)
     walls = (FacetTag.WALL, FacetTag.CONTACT)
     film = film_from_dolfinx(functions.mesh, functions.facet_tags, functions.gap, wall=walls)
@@ -145,11 +145,10 @@ def test_mesh_that_leaves_the_plane():
 def test_two_ranks_find_what_one_finds():
     """Meshes are the same to the last digit, gaps and the lengths of inlet, outlet, wall, contact
     and seam to rounding, and bounds of the first mesh to what CG has left."""
-    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
     script = Path(__file__).with_name("dolfinx_meshes.py")
     done = subprocess.run(
         ["mpirun", "-n", "2", sys.executable, str(script)],
-        env=clean | ENVIRONMENT | {"PYTHONPATH": str(script.parents[1])},
+        env=alone() | MPI_ENVIRONMENT | {"PYTHONPATH": str(script.parents[1])},
         capture_output=True,
         text=True,
         timeout=300,

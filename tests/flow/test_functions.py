@@ -8,6 +8,7 @@ from dolfinx_meshes import COARSE, function, lengths, ring, slanted
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.fenicsx import MPI, fem, ufl, vector_functionspace
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, film_from_dolfinx, flow_functions, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FacetTag
@@ -28,7 +29,7 @@ def test_integrals_of_the_functions(sides, contact):
     rough = rough_gap((16, 12), contact, 5)
     gap = GridField(rough.values * 1e-6, (2e-6, 1e-6), periodic=True)
     only = {"method": "uniform", "limits": Limits(unknowns=1), "rtol": 1e-9}
-    flow = leak_rate(gap, sides=sides, field=True, **only, **WATER)
+    flow = leak_rate(GridFilm(gap, sides=sides), field=True, **only, **WATER)
     found = flow_functions(flow.field)
     dx = ufl.Measure("dx", found.mesh, metadata={"quadrature_degree": 3})
     conductivity = found.gap**3 / (12 * WATER["viscosity"])
@@ -51,7 +52,7 @@ def test_pressure_is_parted_along_contact():
     pressure of its own, and the gap and the pressure as the flow has them at its points."""
     values = np.full((9, 9), 1e-6)
     values[:, 4], values[4, :4] = 0, 5e-7
-    flow = leak_rate(GridField(values, (1e-6, 1e-6)), field=True, rtol=0.2, **WATER)
+    flow = leak_rate(GridFilm(GridField(values, (1e-6, 1e-6))), field=True, rtol=0.2, **WATER)
     found = flow_functions(flow.field)
     assert found.pressure.x.array.max() == WATER["pressure_drop"]
     assert found.pressure.x.array.min() == 0
@@ -68,7 +69,9 @@ def test_every_exterior_facet_has_its_tag(sides, contact):
     y = 0 and Ly, and along contact the gap is 0; together they are the boundary. What should be 0
     is a sum of terms of either sign: 1e-14 of their size, and the tolerance 1e-12."""
     gap = rough_gap((16, 12), contact, 3)
-    found = flow_functions(leak_rate(gap, sides=sides, field=True, **COARSE, **FLUID).field)
+    found = flow_functions(
+        leak_rate(GridFilm(gap, sides=sides), field=True, **COARSE, **FLUID).field
+    )
     ds = ufl.Measure("ds", found.mesh, subdomain_data=found.facet_tags)
     x, y = ufl.SpatialCoordinate(found.mesh)
     Lx, Ly = (n - 1 for n in gap.vertices().shape)
@@ -101,7 +104,10 @@ def test_every_exterior_facet_has_its_tag(sides, contact):
 def test_tags_of_an_adaptive_mesh(representation):
     """Together they are the boundary, also beside pixels in contact, whose sides have no gap."""
     flow = leak_rate(
-        rough_gap((32, 32), 0.3, 5), representation=representation, rtol=0.2, field=True, **FLUID
+        GridFilm(rough_gap((32, 32), 0.3, 5), representation=representation),
+        rtol=0.2,
+        field=True,
+        **FLUID,
     )
     found = flow_functions(flow.field)
     one = fem.Constant(found.mesh, 1.0)
@@ -112,7 +118,7 @@ def test_contact_between_two_samples_is_inside_the_mesh():
     """A contact line of one edge parts no points: its facet is not exterior, and has no tag."""
     values = np.full((9, 9), 1.0)
     values[4, 4:6] = 0
-    flow = leak_rate(GridField(values, (1.0, 1.0)), field=True, **COARSE, **FLUID)
+    flow = leak_rate(GridFilm(GridField(values, (1.0, 1.0))), field=True, **COARSE, **FLUID)
     found = flow_functions(flow.field, MPI.COMM_SELF)
     cells = np.diff(found.mesh.topology.connectivity(1, 2).offsets)
     assert np.array_equal(found.facet_tags.indices, np.flatnonzero(cells == 1))
@@ -134,5 +140,5 @@ def test_tags_of_a_ring():
 
 def test_field_without_tags():
     """Files of earlier versions have none."""
-    flow = leak_rate(rough_gap((8, 8), 0.0, 5), field=True, **COARSE, **FLUID)
+    flow = leak_rate(GridFilm(rough_gap((8, 8), 0.0, 5)), field=True, **COARSE, **FLUID)
     assert flow_functions(replace(flow.field, facet_tags=None)).facet_tags is None

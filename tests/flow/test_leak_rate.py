@@ -7,6 +7,8 @@ import pytest
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
+from fem_seal.finite_difference import solve as differences
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.averages import mean_cube
 from fem_seal.flow.convergence import LONG, MOST_UNKNOWNS
@@ -21,7 +23,7 @@ GAP = rough_gap((16, 16), 0.3, 6)
 @pytest.fixture(scope="module")
 def tight():
     """The leak rate of GAP to two per cent."""
-    return leak_rate(GAP, rtol=0.02, **FLUID)
+    return leak_rate(GridFilm(GAP), rtol=0.02, **FLUID)
 
 
 # --- limits ------------------------------------------------------------------------------------
@@ -39,7 +41,7 @@ LIMITS = {
 def test_limits(name, method, field, tight):
     """The bounds reached by then are valid, and the reason is given in one line."""
     limits, words = LIMITS[name]
-    flow = leak_rate(GAP, method=method, rtol=1e-6, limits=limits, field=field, **FLUID)
+    flow = leak_rate(GridFilm(GAP), method=method, rtol=1e-6, limits=limits, field=field, **FLUID)
     assert not flow.converged
     assert words in flow.reason
     assert "\n" not in flow.reason
@@ -58,7 +60,7 @@ def test_limits(name, method, field, tight):
 def test_the_memory_of_the_machine_is_a_limit(monkeypatch):
     """Where the next mesh cannot be expected to fit, what is known so far is the result."""
     monkeypatch.setattr("fem_seal.limits.available_memory", lambda: 1000)
-    flow = leak_rate(GAP, rtol=1e-6, **FLUID)
+    flow = leak_rate(GridFilm(GAP), rtol=1e-6, **FLUID)
     assert len(flow.levels) == 1
     assert "more than there is" in flow.reason
     assert 0 < flow.lower < flow.upper
@@ -70,7 +72,7 @@ def test_available_memory_is_that_of_the_machine():
 
 
 def test_first_mesh_is_solved_whatever_the_limits():
-    flow = leak_rate(GAP, method="uniform", rtol=1e-6, limits=Limits(unknowns=1), **FLUID)
+    flow = leak_rate(GridFilm(GAP), method="uniform", rtol=1e-6, limits=Limits(unknowns=1), **FLUID)
     assert len(flow.levels) == 1
     assert flow.unknowns == flow.levels[0].unknowns > 1
     assert 0 < flow.lower < flow.upper
@@ -87,7 +89,7 @@ def crossed_by_a_line(least):
 @pytest.mark.parametrize("method", METHODS)
 def test_a_line_of_tiny_gaps_ends(method):
     """To resolve a gap of 1e-30 all along a line takes 1e30 triangles: the bounds say how far."""
-    flow = leak_rate(crossed_by_a_line(1e-30), method=method, **FLUID)
+    flow = leak_rate(GridFilm(crossed_by_a_line(1e-30)), method=method, **FLUID)
     assert not flow.converged
     assert f"more than {MOST_UNKNOWNS} unknowns would be needed" in flow.reason
     assert "the critical constriction is 1e-30 of the largest gap" in flow.reason
@@ -100,7 +102,7 @@ def test_a_tight_spot_does_not_end():
     """Its cost grows as a logarithm, however small its gap is: h = |x² - y²| + least, cut at 0."""
     x = np.linspace(-1, 1, 33)
     gap = GridField(np.maximum(0, x[:, None] ** 2 - x**2 + 1e-9), (1.0, 1.0))
-    flow = leak_rate(gap, **FLUID)
+    flow = leak_rate(GridFilm(gap), **FLUID)
     assert flow.converged
     assert flow.unknowns < 2000
 
@@ -108,16 +110,18 @@ def test_a_tight_spot_does_not_end():
 def test_a_line_of_tiny_gaps_may_decide():
     """No mesh brings the bounds together, but their first ones lie on one side of a limit."""
     gap = crossed_by_a_line(1e-30)
-    wide = leak_rate(gap, **FLUID)
-    above = leak_rate(gap, decide=2 * wide.upper, **FLUID)
-    below = leak_rate(gap, decide=wide.lower / 2, **FLUID)
+    wide = leak_rate(GridFilm(gap), **FLUID)
+    above = leak_rate(GridFilm(gap), decide=2 * wide.upper, **FLUID)
+    below = leak_rate(GridFilm(gap), decide=wide.lower / 2, **FLUID)
     assert above.converged
     assert above.upper <= 2 * wide.upper
     assert below.converged
     assert below.lower > wide.lower / 2
     # Nothing is said of a limit between them before it is decided.
     limits = Limits(unknowns=5 * wide.unknowns)
-    between = leak_rate(gap, decide=(wide.lower * wide.upper) ** 0.5, limits=limits, **FLUID)
+    between = leak_rate(
+        GridFilm(gap), decide=(wide.lower * wide.upper) ** 0.5, limits=limits, **FLUID
+    )
     assert between.unknowns > wide.unknowns
     assert "of the limit, undecided" in between.reason
 
@@ -125,7 +129,7 @@ def test_a_line_of_tiny_gaps_may_decide():
 @pytest.mark.parametrize("rtol", [0.5, 0.1, 0.03])
 @pytest.mark.parametrize("method", METHODS)
 def test_tolerance_is_met_and_no_level_before_met_it(rtol, method):
-    flow = leak_rate(GAP, method=method, rtol=rtol, every_dual=True, **FLUID)
+    flow = leak_rate(GridFilm(GAP), method=method, rtol=rtol, every_dual=True, **FLUID)
     widths = [(v.upper - v.lower) / np.sqrt(v.lower * v.upper) for v in flow.levels]
     assert flow.converged
     assert flow.reason == ""
@@ -137,40 +141,59 @@ def test_tolerance_is_met_and_no_level_before_met_it(rtol, method):
 # --- refusals ----------------------------------------------------------------------------------
 
 ONES = GridField(np.ones((4, 4)), (1.0, 1.0))
-UNEQUAL = GridField(np.arange(1.0, 17.0).reshape(4, 4), (1.0, 1.0))
-BAD = [
-    ("viscosity", ONES, {"viscosity": 0.0}),
-    ("viscosity", ONES, {"viscosity": -1.0}),
-    ("viscosity", ONES, {"viscosity": np.nan}),
-    ("pressure_drop", ONES, {"pressure_drop": np.inf}),
-    ("pressure_drop", ONES, {"pressure_drop": -1e5}),
-    ("rtol", ONES, {"rtol": 0.0}),
-    ("rtol", ONES, {"rtol": np.nan}),
-    ("viscosity", ONES, {"viscosity": "1 mPa s"}),
-    ("decide", ONES, {"decide": 0.0}),
-    ("decide", ONES, {"decide": np.nan}),
-    ("make it a GridFilm", np.ones((4, 4)), {}),
-    ("method", ONES, {"method": "finite elements"}),
-    ("sides", ONES, {"sides": "walls"}),
-    ("representation", ONES, {"representation": "quadratic"}),
-    ("gap", GridField(-np.ones((4, 4)), (1.0, 1.0)), {}),
-    ("gap", GridField(np.ones((1, 4)), (1.0, 1.0)), {}),
-    ("gap", GridField(np.ones((4, 1)), (1.0, 1.0)), {}),
-    ("periodic", UNEQUAL, {"sides": "periodic"}),
+BAD_OPTIONS = [
+    {"viscosity": 0.0},
+    {"viscosity": -1.0},
+    {"viscosity": np.nan},
+    {"viscosity": "1 mPa s"},
+    {"pressure_drop": np.inf},
+    {"pressure_drop": -1e5},
+    {"rtol": 0.0},
+    {"rtol": np.nan},
+    {"decide": 0.0},
+    {"decide": np.nan},
+    {"method": "finite elements"},
+]
+BAD_FILMS = [
+    ("gap", -np.ones((4, 4)), {}),
+    ("gap", np.ones((1, 4)), {}),
+    ("gap", np.ones((4, 1)), {}),
+    ("sides", np.ones((4, 4)), {"sides": "walls"}),
+    ("representation", np.ones((4, 4)), {"representation": "quadratic"}),
+    ("periodic", np.arange(1.0, 17.0).reshape(4, 4), {"sides": "periodic"}),
 ]
 
 
-@pytest.mark.parametrize(("field", "gap", "options"), BAD)
-def test_bad_input(field, gap, options):
-    """One sentence that names the field and, for a choice, what there is to choose from."""
-    with pytest.raises(InvalidInput, match=field) as error:
-        leak_rate(gap, **FLUID | options)
-    message = str(error.value)
+def assert_names_the_choice(message: str, options: dict) -> None:
+    """One sentence with the value; for a choice it lists the names to choose from."""
     assert "\n" not in message
     for value in options.values():
         assert str(value) in message
-    if field in ("method", "sides", "representation"):
+    if {"method", "sides", "representation"} & set(options) and "periodic" not in options.values():
         assert "choose from" in message
+
+
+@pytest.mark.parametrize("options", BAD_OPTIONS)
+def test_bad_options(options):
+    (name,) = options
+    with pytest.raises(InvalidInput, match=name) as error:
+        leak_rate(GridFilm(ONES), **FLUID | options)
+    assert_names_the_choice(str(error.value), options)
+
+
+@pytest.mark.parametrize(("word", "values", "choices"), BAD_FILMS)
+def test_bad_films(word, values, choices):
+    with pytest.raises(InvalidInput, match=word) as error:
+        leak_rate(GridFilm(GridField(values, (1.0, 1.0)), **choices), **FLUID)
+    assert_names_the_choice(str(error.value), choices)
+
+
+@pytest.mark.parametrize("solver", [leak_rate, differences])
+@pytest.mark.parametrize("bare", [np.ones((4, 4)), ONES])
+def test_a_bare_gap_is_no_film(solver, bare):
+    """It does not say what lies at its sides, nor how to read it between its samples."""
+    with pytest.raises(InvalidInput, match=f"{type(bare).__name__}; make it a GridFilm"):
+        solver(bare, **FLUID)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
@@ -186,7 +209,7 @@ def test_grids_refuse_what_is_not_a_number(bad):
 def test_progress_is_told_every_level(method):
     """In order, in m³/s, and the same that the result keeps."""
     seen = []
-    flow = leak_rate(GAP, method=method, rtol=0.1, progress=seen.append, **FLUID)
+    flow = leak_rate(GridFilm(GAP), method=method, rtol=0.1, progress=seen.append, **FLUID)
     assert tuple(seen) == flow.levels
     assert seen[-1].upper == flow.upper
     assert [v.unknowns for v in seen] == sorted(v.unknowns for v in seen)
@@ -204,13 +227,13 @@ def test_progress_may_stop_the_work():
         raise Enough
 
     with pytest.raises(Enough):
-        leak_rate(GAP, progress=listen, **FLUID)
+        leak_rate(GridFilm(GAP), progress=listen, **FLUID)
 
 
 @pytest.mark.parametrize("every_dual", [False, True])
 def test_lower_bound_is_zero_until_a_dual_is_solved(every_dual):
     """A level without a true dual has no lower bound of its own; one is there at the end."""
-    flow = leak_rate(GAP, rtol=0.05, every_dual=every_dual, **FLUID)
+    flow = leak_rate(GridFilm(GAP), rtol=0.05, every_dual=every_dual, **FLUID)
     solved = np.array(["dual" in level.iterations for level in flow.levels])
     lower = np.array([level.lower for level in flow.levels])
     assert solved.all() == every_dual
@@ -222,7 +245,7 @@ def test_tuning_changes_the_work_and_not_the_truth(tight):
     slow = Tuning(epsilon=0.01, theta=0.3, theta_blocked=0.1, cut=1e-4, floor=1e-6)
     fast = Tuning(theta=0.95, coarsest=4, tolerance=1e-4)
     for tuning in (slow, fast):
-        flow = leak_rate(GAP, rtol=0.1, tuning=tuning, every_dual=True, **FLUID)
+        flow = leak_rate(GridFilm(GAP), rtol=0.1, tuning=tuning, every_dual=True, **FLUID)
         for level in flow.levels:
             assert level.lower <= tight.upper
             assert tight.lower <= level.upper
@@ -233,8 +256,8 @@ def test_tuning_changes_the_work_and_not_the_truth(tight):
 WATER = {"viscosity": 1e-3, "pressure_drop": 2e5}
 
 
-def field_of(gap, **options):
-    return leak_rate(gap, rtol=0.1, limits=Limits(unknowns=3000), field=True, **WATER | options)
+def field_of(film, **options):
+    return leak_rate(film, rtol=0.1, limits=Limits(unknowns=3000), field=True, **WATER | options)
 
 
 def areas_and_slopes(field):
@@ -255,7 +278,10 @@ def test_flow_field_carries_the_leak_rate(method, sides, representation):
     discrete minimiser. CG is away from it by √(2e-8) of the energy norm; the norms of the two w
     exceed √Q at most by the square root of mean K over Q, here a factor below 100."""
     gap = GridField(GAP.values * 1e-6, (2e-6, 1e-6), periodic=True)
-    flow = field_of(gap, method=method, sides=sides, representation=representation)
+    flow = field_of(
+        GridFilm(gap, sides=sides, representation=representation),
+        method=method,
+    )
     field = flow.field
     area, slope = areas_and_slopes(field)
     through = (area * field.flux[:, 0]).sum() / gap.size[0]
@@ -276,7 +302,7 @@ def test_flow_field_carries_the_leak_rate(method, sides, representation):
 def test_film_conductivity_of_the_field():
     """On meshes at or below the pixel K is the mean of g³/(12 η) over the gap the field shows."""
     gap = GridField(GAP.values * 1e-6, (1e-6, 1e-6), periodic=True)
-    field = field_of(gap, method="uniform").field
+    field = field_of(GridFilm(gap), method="uniform").field
     _, slope = areas_and_slopes(field)
     K = mean_cube(field.gap[field.cells]) / (12 * WATER["viscosity"])
     # The solver raises gaps below 1e-4 of the constriction; the shown ones are the raised ones.
@@ -287,7 +313,7 @@ def test_film_conductivity_of_the_field():
 def test_gap_of_the_field():
     """The samples at the vertices of pixels, linear between them."""
     gap = vertex_gap(lambda x, y: 1e-6 * (1 + x + 2 * y), (8, 8), (1e-5, 1e-5))
-    field = field_of(gap, method="uniform").field
+    field = field_of(GridFilm(gap), method="uniform").field
     x, y = field.points.T
     assert field.gap == pytest.approx(1e-6 * (1 + x + 2 * y), rel=1e-12, abs=0)
     assert field.points.max(axis=0) == pytest.approx((1e-5, 1e-5), rel=1e-12, abs=0)
@@ -299,7 +325,7 @@ def test_points_stand_on_both_sides_of_a_contact_line(method):
     """A contact line across half of the strip: points on it stand twice, with two pressures."""
     values = np.ones((9, 9))
     values[4, :6] = 0
-    flow = field_of(GridField(values, (1.0, 1.0)), method=method)
+    flow = field_of(GridFilm(GridField(values, (1.0, 1.0))), method=method)
     field = flow.field
     place, index, number = np.unique(
         field.points.round(9), axis=0, return_inverse=True, return_counts=True
@@ -318,10 +344,10 @@ def test_points_stand_on_both_sides_of_a_contact_line(method):
 def test_sealed_gap_has_no_field():
     values = np.ones((5, 5))
     values[2] = 0
-    assert field_of(GridField(values, (1.0, 1.0))).field is None
+    assert field_of(GridFilm(GridField(values, (1.0, 1.0)))).field is None
 
 
 def test_the_gap_is_left_alone():
     samples = GAP.values.copy()
-    leak_rate(GAP, rtol=0.5, **FLUID)
+    leak_rate(GridFilm(GAP), rtol=0.5, **FLUID)
     assert np.array_equal(GAP.values, samples)

@@ -7,6 +7,7 @@ from sample_gaps import FLUID, rough_gap
 from triangulations import square_with_hole
 
 from fem_seal.fenicsx import MPI
+from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning, leak_rate
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
@@ -130,7 +131,7 @@ def test_fewer_levels_for_the_same_bounds():
     """What is seen ahead needs no solve: fewer levels, and brackets of one leak rate."""
     gap = rough_gap((128, 128), 0.38, 3, smooth=2)
     blind, ahead = (
-        leak_rate(gap, sides="periodic", rtol=0.05, tuning=Tuning(ahead=times), **FLUID)
+        leak_rate(GridFilm(gap, sides="periodic"), rtol=0.05, tuning=Tuning(ahead=times), **FLUID)
         for times in (0, 2)
     )
     assert ahead.converged

@@ -1,22 +1,24 @@
 """Memory of a leak rate: what a million unknowns need, beyond what the libraries take anyway."""
 
-import os
 import subprocess
 import sys
+
+from project import alone
 
 MOST = 1.2e3  # bytes an unknown
 
 MEASURED = """
 import numpy as np
-from fem_seal.flow import Limits, leak_rate
+from fem_seal.film import GridFilm
+from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.memory import peak_memory
 
 def solve(n):
     x, y = np.meshgrid(*2 * [np.linspace(0, 1, n + 1)], indexing="ij")
-    gap = GridField(1 + 0.5 * np.sin(9 * x) * np.sin(7 * y), (1 / n, 1 / n))
+    film = GridFilm(GridField(1 + 0.5 * np.sin(9 * x) * np.sin(7 * y), (1 / n, 1 / n)))
     seen = []
-    leak_rate(gap, viscosity=1, pressure_drop=1, method="uniform", rtol=1, progress=seen.append)
+    leak_rate(film, viscosity=1, pressure_drop=1, method="uniform", rtol=1, progress=seen.append)
     return len(seen), seen[-1].unknowns
 
 solve(16)
@@ -29,9 +31,8 @@ print(levels, unknowns, peak_memory() - base)
 def test_memory_of_an_unknown():
     """A process of its own, whose peak is its own: the libraries and the compiled forms are there
     before the first measurement, the mesh and both solves come before the second."""
-    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
     done = subprocess.run(
-        [sys.executable, "-c", MEASURED], env=clean, capture_output=True, text=True, check=False
+        [sys.executable, "-c", MEASURED], env=alone(), capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     levels, unknowns, needed = (int(word) for word in done.stdout.split())

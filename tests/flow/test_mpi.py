@@ -1,7 +1,6 @@
 """Two ranks give the bounds of one."""
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,15 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bounds_on_ranks import CASES, solve
+from project import MPI_ENVIRONMENT, alone
 from sample_gaps import rough_gap
 
-ENVIRONMENT = {
-    "OMP_NUM_THREADS": "1",
-    "OMPI_MCA_btl": "^tcp",
-    "OMPI_MCA_mpi_yield_when_idle": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-}
 SCRIPT = Path(__file__).with_name("bounds_on_ranks.py")
 
 
@@ -33,11 +26,9 @@ def results(tmp_path_factory) -> tuple[dict[str, dict], dict[str, dict]]:
     gaps["rough"] = rough_gap((16, 18), 0.25, 3).values
     path = tmp_path_factory.mktemp("ranks") / "gaps.npz"
     np.savez(path, **gaps)
-    # MPI, once started in this process, makes its children believe in another mpirun.
-    clean = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "PMIX_"))}
     done = subprocess.run(
         ["mpirun", "-n", "2", sys.executable, str(SCRIPT), str(path)],
-        env=clean | ENVIRONMENT | {"PYTHONPATH": str(SCRIPT.parents[1])},  # for sample_gaps
+        env=alone() | MPI_ENVIRONMENT | {"PYTHONPATH": str(SCRIPT.parents[1])},  # for sample_gaps
         capture_output=True,
         text=True,
         timeout=600,

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from sample_gaps import FLUID
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning, leak_rate
 from fem_seal.grid import GridField
 
@@ -18,13 +19,10 @@ def test_pockets_beside_a_channel(representation, sides):
     samples[:, 20:26] = 1
     holed = samples.copy()
     holed[8:56, 28:34] = 0.8
-    options = {
-        "sides": sides,
-        "representation": representation,
-        "rtol": 0.1,
-        "tuning": Tuning(coarsest=4),
-    } | FLUID
-    first, second = (leak_rate(GridField(v, (1.0, 1.0)), **options) for v in (samples, holed))
+    films = [GridFilm(GridField(v, (1.0, 1.0)), sides, representation) for v in (samples, holed)]
+    first, second = (
+        leak_rate(film, rtol=0.1, tuning=Tuning(coarsest=4), **FLUID) for film in films
+    )
     assert [level.unknowns for level in first.levels] == [level.unknowns for level in second.levels]
     for one, other in zip(first.levels, second.levels, strict=True):
         assert one.upper == pytest.approx(other.upper, rel=1e-7, abs=0)
@@ -36,11 +34,10 @@ def test_a_channel_across_the_seam_is_no_pocket(representation):
     """On walls it would end blindly on either side; moved along the seal it is the same channel."""
     samples = np.zeros((32, 32))
     samples[:18, 0:3] = samples[14:, -3:] = 1
-    options = {"sides": "periodic", "representation": representation, "rtol": 0.1} | FLUID
 
     def rate(shift):
         gap = GridField(np.roll(samples, shift, axis=1), (1.0, 1.0), periodic=True)
-        return leak_rate(gap, **options)
+        return leak_rate(GridFilm(gap, "periodic", representation), rtol=0.1, **FLUID)
 
     across, inside = rate(0), rate(16)
     assert across.converged

@@ -47,10 +47,10 @@ def test_between_the_truth_and_linear_elements(sides, contact, representation):
     gap = rough_gap((16, 16), contact, 3).values
     choices = {"sides": sides, "representation": representation}
     quadratic = unit(gap, periodic=True, **choices).value
-    setting = {"viscosity": 1 / 12, "pressure_drop": 1.0, **choices}
-    field = GridField(gap, (1.0, 1.0), True)
-    linear = leak_rate(field, method="uniform", rtol=1e-6, limits=Limits(unknowns=1), **setting)
-    truth = leak_rate(field, rtol=0.02, **setting)
+    setting = {"viscosity": 1 / 12, "pressure_drop": 1.0}
+    film = GridFilm(GridField(gap, (1.0, 1.0), True), **choices)
+    linear = leak_rate(film, method="uniform", rtol=1e-6, limits=Limits(unknowns=1), **setting)
+    truth = leak_rate(film, rtol=0.02, **setting)
     assert truth.lower < quadratic < linear.upper
     assert quadratic < 0.97 * linear.upper
 

@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sample_gaps import FLUID
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.topology import dual_numbering, open_cells
 from fem_seal.grid import GridField
@@ -136,9 +137,7 @@ def leaks(is_open: np.ndarray, representation: str, sides: str) -> bool:
 
 def bounds(samples, representation, sides, spacing, method):
     return leak_rate(
-        GridField(samples, spacing),
-        sides=sides,
-        representation=representation,
+        GridFilm(GridField(samples, spacing), sides=sides, representation=representation),
         method=method,
         rtol=0.1,
         limits=Limits(unknowns=150),

@@ -232,7 +232,7 @@ def test_the_pixel_mesh_as_a_mesh_of_any_shape(contact):
     shape = MeshFilm(mesh, grid.values[i, j])
     assert shape.constriction.gap == GridFilm(grid).constriction.gap
     options = FLUID | {"method": "uniform", "rtol": 1e-9, "every_dual": True}
-    on_grid = leak_rate(grid, limits=Limits(unknowns=1), **options)
+    on_grid = leak_rate(GridFilm(grid), limits=Limits(unknowns=1), **options)
     on_mesh = leak_rate(shape, limits=Limits(unknowns=1), **options)
     # Bubbles stand on hypotenuses and longest edges, here not the same: the plain energies are.
     assert on_mesh.inflow == pytest.approx(on_grid.inflow, rel=1e-3, abs=0)

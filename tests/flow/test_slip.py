@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from triangulations import scattered_square
 
-from fem_seal.film import MeshFilm
+from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.flow.adapt import Tuning
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, Slip
@@ -30,9 +30,9 @@ def mass_bounds(gap, slip: Slip | None, representation="constant", spacing=(1.0,
         drive = replace(
             drive, inlet_pressure=slip.inlet_pressure, outlet_pressure=slip.outlet_pressure
         )
-    film = gap if isinstance(gap, MeshFilm) else GridField(np.asarray(gap, dtype=float), spacing)
-    if isinstance(film, GridField):
-        options["representation"] = representation
+    film = gap
+    if not isinstance(gap, MeshFilm):
+        film = GridFilm(GridField(np.asarray(gap, dtype=float), spacing), "wall", representation)
     options = {"rtol": 0.02} | options
     found = leak_rate(
         film, viscosity=1 / 12, pressure_drop=drive.pressure_drop, slip=slip, **options
@@ -75,11 +75,10 @@ def test_the_example_of_two_layers():
     gap[:2] = 30e-9
     slip, grid = AIR.slip(VISCOSITY, 1.0), GridField(gap, (1e-6, 1e-6))
     found = leak_rate(
-        grid,
+        GridFilm(grid, representation="constant"),
         viscosity=VISCOSITY,
         pressure_drop=AIR.pressure_drop,
         slip=slip,
-        representation="constant",
     )
     per = AIR.rates["mass"] * 12 * VISCOSITY * GAS_CONSTANT * TEMPERATURE / MOLAR_MASS
     layers = (30e-9, 60e-9), (2e-6, 8e-6), 2e5, 1e5
@@ -143,7 +142,7 @@ def test_grows_as_accommodation_falls():
     rates = []
     for sigma in (1.0, 0.9, 0.5, 0.1):
         found = leak_rate(
-            GridField(gap, (1e-6, 1e-6)),
+            GridFilm(GridField(gap, (1e-6, 1e-6))),
             viscosity=VISCOSITY,
             pressure_drop=AIR.pressure_drop,
             slip=AIR.slip(VISCOSITY, sigma),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from sample_gaps import FLUID, rough_gap
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
 from fem_seal.flow.adapt import Strategy, _Solved, part_of_a_step
 from fem_seal.flow.energy import Energy
@@ -44,11 +45,11 @@ def test_a_step_near_the_tolerance_is_smaller():
     """From the same mesh: the nearer the bounds are to the tolerance, the fewer unknowns are added,
     and the tolerance is met all the same."""
     gap = rough_gap((32, 32), 0.3, 5)
-    far = leak_rate(gap, rtol=0.01, every_dual=True, **FLUID).levels
+    far = leak_rate(GridFilm(gap), rtol=0.01, every_dual=True, **FLUID).levels
     widths = [relative_width(level.lower, level.upper) for level in far]
     last = max(k for k, width in enumerate(widths) if width > 0.1)
     # Only this step is smaller: all before it are full ones with either tolerance.
-    near = leak_rate(gap, rtol=0.8 * widths[last], every_dual=True, **FLUID)
+    near = leak_rate(GridFilm(gap), rtol=0.8 * widths[last], every_dual=True, **FLUID)
     assert near.converged
     assert [level.unknowns for level in near.levels[: last + 1]] == [
         level.unknowns for level in far[: last + 1]

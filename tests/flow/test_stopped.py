@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from sample_gaps import FLUID, rough_gap
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
 
@@ -21,12 +22,11 @@ def test_the_guide_never_becomes_a_bound(opening, representation, sides):
     samples = np.ones((n, n))
     samples[13] = 0
     samples[13, 10 : 10 + opening] = 0.1
-    gap = GridField(samples, (1.0, 1.0))
-    options = {"representation": representation, "sides": sides} | FLUID
-    truth = leak_rate(gap, rtol=0.1, **options)
+    film = GridFilm(GridField(samples, (1.0, 1.0)), sides, representation)
+    truth = leak_rate(film, rtol=0.1, **FLUID)
     assert truth.converged
     for limits in (Limits(seconds=0.0), Limits(unknowns=40), Limits(memory_bytes=1)):
-        stopped = leak_rate(gap, limits=limits, tuning=Tuning(coarsest=4), **options)
+        stopped = leak_rate(film, limits=limits, tuning=Tuning(coarsest=4), **FLUID)
         assert not stopped.converged
         assert 0 <= stopped.lower <= truth.upper
         assert truth.lower <= stopped.upper
@@ -49,9 +49,8 @@ def test_a_limit_leaves_both_bounds(ahead):
     gap = GridField(gap.values + 0.3, gap.spacing, gap.periodic)
     for most in (124, 482, 1472, 4148):
         flow = leak_rate(
-            gap,
+            GridFilm(gap, sides="periodic"),
             rtol=2e-3,
-            sides="periodic",
             limits=Limits(unknowns=most),
             tuning=Tuning(coarsest=8, ahead=ahead),
             **FLUID,

@@ -5,6 +5,7 @@ import pytest
 from gaps import represented
 from sample_gaps import FLUID, rough_gap
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import uniform_mesh
@@ -17,9 +18,9 @@ REPRESENTATIONS = ["linear", "constant"]
 USUAL = Tuning()
 
 
-def bounds(gap: GridField, tuning: Tuning = USUAL, unknowns: int = 700, **options):
+def bounds(film: GridFilm, tuning: Tuning = USUAL, unknowns: int = 700, **options):
     return leak_rate(
-        gap,
+        film,
         rtol=1e-3,
         limits=Limits(unknowns=unknowns),
         every_dual=True,
@@ -52,8 +53,8 @@ def test_contact_at_the_corners_of_squares_of_several_pixels(sides, every):
     cell has at its corners says nothing of its sides, so that no pressure may jump across them and
     no stream function be the same along them."""
     gap = GridField(dotted(16, every), (1.0, 1.0))
-    fine = bounds(gap, Tuning(coarsest=16), sides=sides)
-    coarse = bounds(gap, Tuning(coarsest=16 // every), sides=sides)
+    fine = bounds(GridFilm(gap, sides=sides), Tuning(coarsest=16))
+    coarse = bounds(GridFilm(gap, sides=sides), Tuning(coarsest=16 // every))
     assert coarse.levels[0].unknowns < fine.levels[0].unknowns
     assert_enclosed(coarse, fine.lower, fine.upper)
 
@@ -64,9 +65,8 @@ def test_contact_at_the_corners_of_squares_of_several_pixels(sides, every):
 def test_every_first_mesh_leads_to_the_same_leak_rate(representation, sides, contact):
     """From squares of eight, four and two pixels and from the pixels themselves: each level of each
     bracket meets all the others."""
-    gap = rough_gap((16, 16), contact, 21)
-    options = {"representation": representation, "sides": sides}
-    flows = [bounds(gap, Tuning(coarsest=c), **options) for c in (2, 4, 8, 16)]
+    film = GridFilm(rough_gap((16, 16), contact, 21), sides, representation)
+    flows = [bounds(film, Tuning(coarsest=c)) for c in (2, 4, 8, 16)]
     first = [flow.levels[0].unknowns for flow in flows]
     assert first == sorted(set(first))
     low, high = max(flow.lower for flow in flows), min(flow.upper for flow in flows)
@@ -92,12 +92,12 @@ def test_the_cut_is_the_dual_s_and_the_floor_the_primal_s(representation, sides,
     """Gaps below the cut are contact to the stream function alone: the pressure is as continuous
     across them as before, and the upper bound the same. Nor does the floor change the lower one.
     Same systems, solved to 1e-12; the correction sees the root of what CG left."""
-    gap, options = ditch(low), {"representation": representation, "sides": sides, "unknowns": 1}
+    film = GridFilm(ditch(low), sides, representation)
     plain = Tuning(cut=0.0, floor=0.0, tolerance=1e-12)
     clipped = Tuning(cut=2 * low, floor=0.0, tolerance=1e-12)
     raised = Tuning(cut=0.0, floor=2 * low, tolerance=1e-12)
     exact, cut, floor = (
-        bounds(gap, tuning, method="uniform", **options) for tuning in (plain, clipped, raised)
+        bounds(film, tuning, 1, method="uniform") for tuning in (plain, clipped, raised)
     )
     assert cut.upper == pytest.approx(exact.upper, rel=3e-6, abs=0)
     assert floor.lower == pytest.approx(exact.lower, rel=3e-6, abs=0)
@@ -112,12 +112,11 @@ def test_the_cut_is_the_dual_s_and_the_floor_the_primal_s(representation, sides,
 def test_a_low_ceiling_only_widens_the_bracket(representation, sides, ceiling):
     """With a ceiling at the constriction itself most cells are taken to be of one pressure, some of
     them from inlet to outlet: in a gap of 1 all, and still the leak rate is enclosed."""
-    options = {"representation": representation, "sides": sides}
-    ones = bounds(GridField(np.ones((6, 6)), (1.0, 1.0)), Tuning(ceiling=ceiling), **options)
-    assert_enclosed(ones, 1.0, 1.0)
-    gap = rough_gap((16, 16), 0.2, 5)
-    wide = bounds(gap, Tuning(ceiling=ceiling), **options)
-    tight = bounds(gap, **options)
+    even = GridFilm(GridField(np.ones((6, 6)), (1.0, 1.0), periodic=True), sides, representation)
+    assert_enclosed(bounds(even, Tuning(ceiling=ceiling)), 1.0, 1.0)
+    film = GridFilm(rough_gap((16, 16), 0.2, 5), sides, representation)
+    wide = bounds(film, Tuning(ceiling=ceiling))
+    tight = bounds(film)
     assert_enclosed(wide, tight.lower, tight.upper)
 
 
@@ -128,7 +127,7 @@ def test_a_ceiling_in_a_channel_known_in_closed_form(ceiling):
     gap = vertex_gap(lambda x, y: 0.2 + np.abs(np.sin(7 * y)) + 0 * x, (8, 8))
     a, b = gap.values[0, :-1], gap.values[0, 1:]
     exact = ((a**3 + a**2 * b + a * b**2 + b**3) / 4).mean()
-    flow = bounds(gap, Tuning(ceiling=ceiling))
+    flow = bounds(GridFilm(gap), Tuning(ceiling=ceiling))
     assert_enclosed(flow, exact, exact)
     assert flow.levels[0].lower < 0.999 * exact  # the ceiling, or the mesh, does cost something
 
@@ -161,7 +160,9 @@ def test_bubbles_do_not_gain_by_the_ceiling(method, coarsest, ceiling):
     A cell may be below the ceiling while some of its quarters are above it: were their resistivity
     raised, bubbles would seem to lower an energy that is the least there is."""
     gap = vertex_gap(lambda x, y: np.exp(1.2 * np.cos(6 * np.pi * x)) + 0 * y, (32, 32))
-    flow = bounds(gap, Tuning(coarsest=coarsest, ceiling=ceiling), method=method, unknowns=2500)
+    flow = bounds(
+        GridFilm(gap), Tuning(coarsest=coarsest, ceiling=ceiling), method=method, unknowns=2500
+    )
     assert_enclosed(flow, series(gap), series(gap))
 
 
@@ -170,7 +171,7 @@ def test_bubbles_do_not_gain_by_the_usual_ceiling():
     profile = np.where(np.arange(65) % 2, 0.207, 0.186)
     profile[32] = 1e-4
     gap = GridField(np.repeat(profile[:, None], 65, axis=1), (1.0, 1.0))
-    flow = bounds(gap, unknowns=6000)
+    flow = bounds(GridFilm(gap), unknowns=6000)
     assert len(flow.levels) > 2
     assert_enclosed(flow, series(gap), series(gap))
 
@@ -185,9 +186,9 @@ def test_bounds_improve_even_if_nothing_is_solved(representation, method):
     bubbles on the one before it: what was proved there holds, and is reported still."""
     gap = rough_gap((16, 16), 0.2, 6)
     lazy = Tuning(tolerance=10.0, coarsest=4)
-    flow = bounds(gap, lazy, unknowns=2000, representation=representation, method=method)
+    flow = bounds(GridFilm(gap, representation=representation), lazy, unknowns=2000, method=method)
     lower, upper = np.transpose([[level.lower, level.upper] for level in flow.levels])
     assert (np.diff(lower) >= 0).all()
     assert (np.diff(upper) <= 0).all()
-    solved = bounds(gap, representation=representation)
+    solved = bounds(GridFilm(gap, representation=representation))
     assert_enclosed(flow, solved.lower, solved.upper)

@@ -9,6 +9,7 @@ import pytest
 from gaps import level_problem, represented, solved
 from sample_gaps import FLUID
 
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
 
@@ -47,7 +48,7 @@ def random_decades(seed: int) -> GridField:
 
 
 def width(gap: GridField, most: int, **options) -> float:
-    flow = leak_rate(gap, rtol=0.1, limits=Limits(unknowns=most), **FLUID | options)
+    flow = leak_rate(GridFilm(gap), rtol=0.1, limits=Limits(unknowns=most), **FLUID | options)
     return flow.upper / flow.lower if flow.lower > 0 else np.inf
 
 
@@ -125,6 +126,6 @@ def test_rows_of_low_vertices_that_conduct_well_stay_coarse(seed):
     same, there were 1e4 to 5e5 cells, or the answer stopped with 7 unknowns and a bracket of 700.
     Seed 4, with the most decades to resolve, takes 3800 cells."""
     gap = layers_in_series(16, 12.0, seed)
-    flow = leak_rate(gap, rtol=0.3, **FLUID)
+    flow = leak_rate(GridFilm(gap), rtol=0.3, **FLUID)
     assert flow.converged
     assert flow.levels[-1].cells < 8000

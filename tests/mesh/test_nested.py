@@ -2,21 +2,10 @@
 
 import numpy as np
 import pytest
+from nested_meshes import areas, corners
 
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import PIXEL, coarsest_width, uniform_mesh
-
-
-def corners(mesh) -> np.ndarray:
-    """(C, 3, 2) corner coordinates in pixels; exact, the coordinates are dyadic."""
-    return mesh.xy[mesh.cells] / PIXEL
-
-
-def areas(mesh) -> np.ndarray:
-    """Area of each triangle by the cross product of two edges."""
-    x = corners(mesh)
-    u, v = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
-    return np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
 
 
 def sorted_triangles(mesh) -> np.ndarray:
@@ -37,7 +26,6 @@ def test_right_isosceles_with_the_right_angle_first(squares, width, halvings):
     # Dyadic coordinates: these identities hold without rounding.
     assert ((u * v).sum(axis=1) == 0).all()
     assert ((u * u).sum(axis=1) == (v * v).sum(axis=1)).all()
-    assert np.array_equal(mesh.relative_areas(), areas(mesh))
     assert areas(mesh).sum() == squares[0] * squares[1]
     assert len(mesh.cells) == 2 * (squares[0] // width) * (squares[1] // width) * 2**halvings
 
@@ -86,7 +74,7 @@ def test_sides_and_pixels():
     assert np.array_equal(mesh.twin[~mesh.top], np.flatnonzero(~mesh.top))
     # Squares two wide → triangles of area 2; halved twice they are pixel triangles of area 1/2.
     for area in (2.0, 1.0, 0.5, 0.25):
-        assert (mesh.relative_areas() == area).all()
+        assert (areas(mesh) == area).all()
         mesh = bisect(mesh, np.ones(len(mesh.cells), dtype=bool)).mesh
 
 

@@ -27,7 +27,10 @@ def test_a_smooth_channel_is_its_own_aperture(representation, periodic):
     """Whatever the grid covers: (n-1) or n intervals."""
     gap = GridField(np.full((6, 9), 2e-6), (1e-6, 3e-6), periodic)
     leak = leak_rate(
-        gap, viscosity=VISCOSITY, pressure_drop=DROP, representation=representation, rtol=0.01
+        GridFilm(gap, representation=representation),
+        viscosity=VISCOSITY,
+        pressure_drop=DROP,
+        rtol=0.01,
     )
     found = aperture(leak, GridFilm(gap, "wall", representation), VISCOSITY, DROP)
     assert found.value == pytest.approx(2e-6, rel=1e-7, abs=0)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from fem_seal.film import GridFilm
-from fem_seal.film.lattice import lattice
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
@@ -72,7 +71,7 @@ def test_width_of_an_oblique_channel():
     n, half = 65, 12
     i, j = np.indices((n, n))
     gap = np.where(np.abs(i - j) < half, 1.0 + 0.01 * np.abs(i - n // 2), 0.0)
-    sites = lattice(GridField(gap, (1.0, 1.0)), "wall", "linear")
+    sites = GridFilm(GridField(gap, (1.0, 1.0))).sites
     assert channel_width(sites, (n // 2, n // 2)) == pytest.approx(
         np.sqrt(2) * half, abs=np.sqrt(2)
     )
@@ -84,7 +83,7 @@ def test_only_what_lies_across_is_the_other_side(other, width):
     45 degrees off is the other side, one 76 degrees off is not."""
     gap = np.ones((41, 41))
     gap[20, 17] = gap[20 + other[0], 20 + other[1]] = 0.0
-    sites = lattice(GridField(gap, (1.0, 1.0)), "wall", "linear")
+    sites = GridFilm(GridField(gap, (1.0, 1.0))).sites
     # Where no contact lies across, the upper wall does, twenty samples away.
     expected = 3 + 20 if width is None else width
     assert channel_width(sites, (20, 20)) == pytest.approx(expected, rel=1e-12)
@@ -125,7 +124,9 @@ def test_share_of_a_low_hole():
     shares = []
     for height in (0.05e-6, 0.8e-6):
         gap = neck(height)
-        field = leak_rate(gap, viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True).field
+        field = leak_rate(
+            GridFilm(gap), viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True
+        ).field
         found = constriction(GridFilm(gap, "wall", "linear"), field, field.pressure)
         assert found.gap == height
         shares.append(found.pressure_share)
@@ -142,9 +143,9 @@ def test_share_is_seen_through_the_seam():
     shares = []
     for roll in (0, 32):
         rolled = GridField(np.roll(gap, roll, axis=1), (1e-6, 1e-6), periodic=True)
-        options = {"sides": "periodic", "rtol": 0.1, "field": True}
-        field = leak_rate(rolled, viscosity=1e-3, pressure_drop=1e5, **options).field
-        found = constriction(GridFilm(rolled, "periodic", "linear"), field, field.pressure)
+        film = GridFilm(rolled, "periodic", "linear")
+        field = leak_rate(film, viscosity=1e-3, pressure_drop=1e5, rtol=0.1, field=True).field
+        found = constriction(film, field, field.pressure)
         shares.append(found.pressure_share)
     assert shares[1] == pytest.approx(shares[0], abs=0.01)
     assert shares[0] > 0.99

@@ -5,7 +5,6 @@ import pytest
 from drawn_fields import smooth_gap
 
 from fem_seal.film import GridFilm
-from fem_seal.film.lattice import lattice
 from fem_seal.grid import GridField
 from fem_seal.render.contact import CONTACT_KEY, contact_classes, contact_panel
 from fem_seal.render.window import Window
@@ -31,7 +30,7 @@ def unlike_edges(classes):
 @pytest.mark.parametrize("area", [0.35, 0.46])
 def test_colours_cover_the_area_shares(sides, area):
     gap = smooth_gap((96, 64), area, seed=3)
-    sites = lattice(gap, sides, "linear")
+    sites = GridFilm(gap, sides).sites
     classes = sites.on_samples(contact_classes(sites)).astype(int)
     pixels = contact_panel(GridFilm(gap, sides), long_side=SIDE).pixels
     assert pixels.shape == (400, 600, 3)
@@ -47,7 +46,7 @@ def test_colours_cover_the_area_shares(sides, area):
 def test_thinned_grid_keeps_the_area_shares():
     """The colour of a block is the mean of its samples: the mean colour gives all four shares."""
     gap = smooth_gap((1300, 900), 0.4, seed=1)
-    sites = lattice(gap, "wall", "linear")
+    sites = GridFilm(gap).sites
     shares = area_shares(contact_classes(sites))
     pixels = contact_panel(GridFilm(gap), long_side=260).pixels
     # 5 x 5 samples per tile; rounding to 8 bits is random, tiles do not cross the frame by more
@@ -80,7 +79,7 @@ def test_clusters_join_across_periodic_sides_only():
     values[:, [3, 4, 9]] = 0.0  # open: 0-2 and 10-11 (5 columns in all), 5-8 (4 columns)
     gap = GridField(values, (1e-6, 1e-6), periodic=True)
     for sides, orange in (("wall", {5, 6, 7, 8}), ("periodic", {0, 1, 2, 10, 11})):
-        sites = lattice(gap, sides, "linear")
+        sites = GridFilm(gap, sides).sites
         classes = contact_classes(sites)[0, :12]
         assert set(np.flatnonzero(classes == 3)) == orange
 

@@ -5,6 +5,7 @@ import pytest
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import FieldMap
+from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.surface import MapStatistics, Spectrum, cropped, periodic_cell, self_affine
 from fem_seal.surface.cell import window
@@ -107,7 +108,7 @@ def test_mirrored_gap_leaks_like_the_piece_between_walls():
 
     piece = GridField(np.maximum(PIECE.values[:17, :13] + 0.8, 0.02) * 1e-6, (1e-6, 1e-6))
     load = {"viscosity": 1e-3, "pressure_drop": 1e5, "rtol": 0.01}
-    walls = leak_rate(piece, sides="wall", **load)
-    cell = leak_rate(periodic_cell(piece, "mirror"), sides="periodic", **load)
+    walls = leak_rate(GridFilm(piece, sides="wall"), **load)
+    cell = leak_rate(GridFilm(periodic_cell(piece, "mirror"), sides="periodic"), **load)
     assert max(walls.lower, cell.lower) <= min(walls.upper, cell.upper) * (1 + 1e-9)
     assert cell.value == pytest.approx(walls.value, rel=0.01, abs=0)

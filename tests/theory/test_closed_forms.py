@@ -11,6 +11,7 @@ from scipy.integrate import quad
 from scipy.special import comb, gamma
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.grid import GridField
 from fem_seal.theory import closed_forms
@@ -80,11 +81,9 @@ def test_four_phases_against_finite_differences():
     for cells in (3, 6):
         gap = GridField(np.cbrt(np.tile(cell, (cells, 1))), (1.0, 1.0))
         flow = solve(
-            gap,
+            GridFilm(gap, sides="periodic", representation="constant"),
             viscosity=1 / 12,
             pressure_drop=1.0,
-            sides="periodic",
-            representation="constant",
             links="harmonic",
         )
         resistance.append(1 / flow.value)

@@ -8,26 +8,27 @@ import pytest
 from sample_gaps import rough_gap
 
 from fem_seal.errors import InvalidInput, NotConverged
+from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.points import Work
 from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification import methods
-from fem_seal.verification.cross_validation import Reference, judge, on_exact_case, on_gap
+from fem_seal.verification.cross_validation import Reference, judge, on_exact_case, on_film
 from fem_seal.verification.exact_cases import CASES, corner_order
 from fem_seal.verification.methods import METHODS, Answer, Setting
 from fem_seal.verification.refined import refined
 
-SETTING = Setting(1 / 12, 1.0, "periodic", "linear", 0.05)
+SETTING = Setting(1 / 12, 1.0, 0.05)
 GAP = rough_gap((16, 16), 0.3, 4)
+FILM = GridFilm(GAP, sides="periodic")
 
 
-def upper_and_lower(gap, representation, unknowns):
+def upper_and_lower(film, unknowns):
     flow = leak_rate(
-        gap,
+        film,
         viscosity=1 / 12,
         pressure_drop=1.0,
-        representation=representation,
         method="uniform",
         rtol=1e-6,
         limits=Limits(unknowns=unknowns),
@@ -46,8 +47,9 @@ def test_refining_the_samples_changes_nothing(representation, shape, periodic):
     """
     values = 0.2 + np.random.default_rng(1).random(shape)
     gap = GridField(values, (1.0, 0.5), periodic)
-    second = upper_and_lower(gap, representation, 4 * values.size)
-    first = upper_and_lower(refined(gap, representation), representation, 1)
+    film = GridFilm(gap, representation=representation)
+    second = upper_and_lower(film, 4 * values.size)
+    first = upper_and_lower(refined(film), 1)
     assert first.unknowns == second.unknowns
     tolerance = 0.3 * np.sqrt(2e-8)
     assert first.upper == pytest.approx(second.upper, rel=tolerance)
@@ -55,13 +57,10 @@ def test_refining_the_samples_changes_nothing(representation, shape, periodic):
 
 
 def test_refining_keeps_samples_size_and_contact():
-    gap = GAP
-    fine = refined(gap, "linear", 2)
+    fine = refined(FILM, 2).field
     assert fine.shape == (64, 64)
-    assert fine.size == gap.size
-    assert np.array_equal(fine.values[::4, ::4], gap.values)
-    with pytest.raises(InvalidInput, match="linear, constant"):
-        refined(gap, "cubic")
+    assert fine.size == GAP.size
+    assert np.array_equal(fine.values[::4, ::4], GAP.values)
 
 
 def series(rows, method):
@@ -135,7 +134,7 @@ def test_every_method_comes_close_to_every_exact_answer(name):
 
 
 def test_a_rough_gap_is_judged_by_the_certified_bracket():
-    rows, bracket = on_gap(GAP, SETTING, grids=2)
+    rows, bracket = on_film(FILM, SETTING, grids=2)
     assert bracket.upper / bracket.lower - 1 < 0.06
     assert {row.method.partition(" ")[0] for row in rows} == {"FD", "FE", "P2", "adaptive"}
     for row in rows:
@@ -150,16 +149,16 @@ def test_a_rough_gap_is_judged_by_the_certified_bracket():
 
 def test_rows_are_the_same_for_jobs_and_parts(tmp_path):
     """But for the time that they took; a point that is there is not computed again."""
-    asked = (GAP, SETTING, 2, ("linear-gap", "uniform"))
-    rows, bracket = on_gap(*asked)
+    asked = (FILM, SETTING, 2, ("linear-gap", "uniform"))
+    rows, bracket = on_film(*asked)
     parts = [Work(part=(2, 2)), Work(gather=True), Work(part=(1, 2), jobs=2)]
-    computed = [on_gap(*asked, out=tmp_path, work=work) for work in parts]
+    computed = [on_film(*asked, out=tmp_path, work=work) for work in parts]
     assert computed[:2] == [None, None]
     others, other_bracket = computed[2]
     assert other_bracket == bracket
     for row, other in zip(rows, others, strict=True):
         assert replace(other, seconds=row.seconds) == row
-    assert on_gap(*asked, out=tmp_path, work=Work(gather=True)) == computed[2]
+    assert on_film(*asked, out=tmp_path, work=Work(gather=True)) == computed[2]
 
 
 def test_the_judge():
@@ -177,27 +176,27 @@ def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch, tmp_path)
     """The cascade is stopped after too few steps on the second grid of two."""
     real = methods.solve
 
-    def failing(gap, *, cascade, **options):
-        if cascade and gap.shape[0] > 16:
+    def failing(film, *, cascade, **options):
+        if cascade and film.field.shape[0] > 16:
             raise NotConverged("too few steps")
-        return real(gap, cascade=cascade, **options)
+        return real(film, cascade=cascade, **options)
 
     monkeypatch.setattr(methods, "solve", failing)
-    rows, _ = on_gap(GAP, SETTING, grids=2, methods=("cascade", "linear-gap", "adaptive"))
+    rows, _ = on_film(FILM, SETTING, grids=2, methods=("cascade", "linear-gap", "adaptive"))
     first, second = series(rows, "FD linear-gap, cascade")
     # Where it converges it is the number of the elimination, to its tolerance of 1e-8.
     assert first.value == pytest.approx(series(rows, "FD linear-gap")[0].value, rel=1e-7)
     assert (second.verdict, second.band, second.order) == ("not converged", None, None)
     # Kept as such, and not tried again.
-    asked = (GAP, SETTING, 2, ("cascade", "adaptive"))
-    kept, _ = on_gap(*asked, out=tmp_path)
+    asked = (FILM, SETTING, 2, ("cascade", "adaptive"))
+    kept, _ = on_film(*asked, out=tmp_path)
     assert series(kept, "FD linear-gap, cascade")[1].verdict == "not converged"
-    assert on_gap(*asked, out=tmp_path, work=Work(gather=True)) is not None
+    assert on_film(*asked, out=tmp_path, work=Work(gather=True)) is not None
 
 
 def test_an_unknown_method_lists_those_there_are():
     with pytest.raises(InvalidInput, match=", ".join(METHODS)):
-        on_gap(GAP, SETTING, 1, ("adaptive", "magic"))
+        on_film(FILM, SETTING, 1, ("adaptive", "magic"))
 
 
 def test_tables_hold_every_cell():
