@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from triangulations import scattered_square
 
-from fem_seal.film import MeshFilm
+from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.flow import leak_rate
 from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, Slip
@@ -25,9 +25,9 @@ SAG = 2e-4
 
 def mass_bounds(gap, slip: Slip, representation="constant", spacing=(1.0, 1.0), **options):
     """Leak rate in kg/s times 12 η R T/M: ∫ B g² c(g p/B) |∇p| over a line across the flow."""
-    film = gap if isinstance(gap, MeshFilm) else GridField(np.asarray(gap, dtype=float), spacing)
-    if isinstance(film, GridField):
-        options["representation"] = representation
+    film = gap
+    if not isinstance(gap, MeshFilm):
+        film = GridFilm(GridField(np.asarray(gap, dtype=float), spacing), "wall", representation)
     drive = replace(GAS, inlet_pressure=slip.inlet_pressure, outlet_pressure=slip.outlet_pressure)
     options = {"rtol": 0.02} | options
     leak = leak_rate(
