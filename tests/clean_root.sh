@@ -21,6 +21,9 @@ cp -L /etc/resolv.conf "$root/etc/resolv.conf"
 cp -L /etc/hosts "$root/etc/hosts"
 cp -L /etc/ssl/certs/ca-certificates.crt "$root/etc/ssl/certs/ca-certificates.crt"
 
+# A mirror may lag behind by more than the two weeks for which sid's index counts as valid.
+echo 'Acquire::Check-Valid-Until "false";' >"$root/etc/apt/apt.conf.d/90mirror"
+
 rm -rf "$root/fem_seal"
 git clone -q --no-hardlinks . "$root/fem_seal"
 
