@@ -1,4 +1,4 @@
-"""demos/scenes/o-ring-measured.toml: the instrument's file is what its script makes, and is read."""
+"""demos/scenes/o-ring-measured.toml: the file is what its script makes, and is read."""
 
 import runpy
 
