@@ -12,8 +12,8 @@ from fem_seal.errors import NotConverged
 if TYPE_CHECKING:
     from fem_seal.letter.campaign import Letter, Plan
 
-# Parts that can be left out: finer contact grids, and the start of the cascade.
-SKIPPED = ("grids", "cascade")
+# Parts that can be left out: finer contact grids, the start of the cascade, finite differences.
+SKIPPED = ("grids", "cascade", "differences")
 # Models whose points can be chosen.
 POINTS = ("bearing", "elastic")
 
@@ -54,7 +54,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         default=(),
         metavar="PART",
         choices=SKIPPED,
-        help=f"leave the costliest parts out, of {' and '.join(SKIPPED)}; a later run adds them",
+        help=f"leave the costliest parts out, of {', '.join(SKIPPED)}; a later run adds them",
     )
     add_search(command)
     for model in POINTS:
@@ -90,6 +90,7 @@ def plan_of(options: argparse.Namespace) -> "Plan":
         areas={model: tuple(areas or AREAS[model]) for model, areas in chosen.items()},
         refined=() if "grids" in options.skip else REFINED_AREAS,
         cascade="cascade" not in options.skip,
+        differences="differences" not in options.skip,
         threads=options.threads,
     )
 

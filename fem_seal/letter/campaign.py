@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -14,9 +15,10 @@ from fem_seal.letter.percolation import percolation, threshold_task
 from fem_seal.letter.persson_curve import LOADS, persson_curve
 from fem_seal.letter.seed_thresholds import REFERENCE, Search, SeedThresholds
 from fem_seal.letter.store import write_json, write_table
-from fem_seal.letter.surfaces import MODELS, RoughCase
+from fem_seal.letter.surfaces import MODELS, PressedSurface, RoughCase
 from fem_seal.letter.threshold_rows import ThresholdRow
 from fem_seal.memory import peak_memory
+from fem_seal.parallel import Comm
 from fem_seal.points import Chain, Outcome, RecordFolder, Work
 from fem_seal.points.study import StudyTask, chain_of, compute_study
 from fem_seal.progress import Report, silent
@@ -56,6 +58,8 @@ class Plan:
         Contact areas at which the contact grid is refined.
     cascade : bool
         Whether to measure the error of the cascade's start against the converged pressure.
+    differences : bool
+        Whether to compute the points of Fig. 3 by finite differences as well.
     loads : tuple[float, ...]
         Mean pressures of Persson's curve, in units of E* h'rms.
     threads : int
@@ -70,6 +74,7 @@ class Plan:
     areas: dict[str, tuple[float, ...]] = field(default_factory=lambda: dict(AREAS))
     refined: tuple[float, ...] = REFINED_AREAS
     cascade: bool = True
+    differences: bool = True
     loads: tuple[float, ...] = LOADS
     threads: int = 1
 
@@ -98,7 +103,7 @@ class Letter:
     finished : datetime
         Time at which it ended.
     seconds_in_points : float
-        Time spent in its points [s].
+        CPU time of the points of thresholds and Fig. 3 [s].
     peak_memory_bytes : int
         Largest memory of a process.
     thresholds : list[ThresholdRow]
@@ -169,7 +174,10 @@ class Figures:
 
 @dataclass(frozen=True)
 class Points:
-    """Chains of all points of a plan, by kind; each is a chain of its own.
+    """Chains of all points of a plan, by kind.
+
+    The elastic points of Fig. 3 of one surface are a chain, in which each contact starts from those
+    before; every other point is a chain of its own.
 
     Attributes
     ----------
@@ -204,11 +212,12 @@ class Points:
     @property
     def all(self) -> list[Chain]:
         """All chains."""
+        # Longest first, so that several jobs end together.
         return [
+            *self.flows,
             *self.thresholds,
             *self.gaps,
             *self.pictures,
-            *self.flows,
             *self.refined,
             *self.cascade,
         ]
@@ -311,7 +320,11 @@ def _threshold(thresholds: list[ThresholdRow], plan: Plan, model: str) -> float:
 
 def _read(chains: list[Chain[Point]]) -> list[Point]:
     """Read points that are there."""
-    return [chain.folder.load(chain.folder.path_of(chain.tasks[0].name)) for chain in chains]
+    return [
+        chain.folder.load(chain.folder.path_of(task.name))
+        for chain in chains
+        for task in chain.tasks
+    ]
 
 
 def _thresholds(plan: Plan, out: Path) -> list[Chain[SeedThresholds]]:
@@ -350,26 +363,48 @@ def _flow_points(plan: Plan, out: Path) -> list[Chain[FlowPoint]]:
     """Points of Fig. 3; first contact is the same for both models and computed once."""
     folder = RecordFolder(out / "points", FlowPoint)
     case, rtol = plan.case, plan.rtol
-    contacts = [("elastic", 0.0), *((m, area) for m in MODELS for area in plan.areas[m])]
-    names = {
-        (seed, model, area): f"flow-{model}-{case.name}-seed{seed}-A{area:g}"
-        for seed in range(1, plan.seeds + 1)
-        for model, area in contacts
-    }
-    return [
-        chain_of(
-            folder,
-            StudyTask(
-                name,
-                name,
-                flow_point,
-                (case, model, seed, area),
-                {"rtol": rtol, "threads": plan.threads},
-                {"case": case, "rtol": rtol},
-            ),
+    # Points without finite differences go by another name: those with them are other points.
+    kind = "flow" if plan.differences else "certified"
+
+    def task(model: str, seed: int, area: float) -> FlowTask:
+        name = f"{kind}-{model}-{case.name}-seed{seed}-A{area:g}"
+        return FlowTask(
+            name,
+            name,
+            flow_point,
+            (case, model, seed, area),
+            {"rtol": rtol, "threads": plan.threads, "differences": plan.differences},
+            {"case": case, "rtol": rtol},
         )
-        for (seed, model, area), name in names.items()
+
+    seeds = range(1, plan.seeds + 1)
+    elastic = [
+        Chain(
+            folder,
+            tuple(task("elastic", seed, area) for area in (0.0, *sorted(plan.areas["elastic"]))),
+            partial(PressedSurface, case, "elastic", seed, plan.threads),
+        )
+        for seed in seeds
     ]
+    bearing = [
+        Chain(
+            folder,
+            (task("bearing", seed, area),),
+            partial(PressedSurface, case, "bearing", seed, plan.threads),
+        )
+        for seed in seeds
+        for area in plan.areas["bearing"]
+    ]
+    return [*elastic, *bearing]
+
+
+class FlowTask(StudyTask[FlowPoint]):
+    """A point of Fig. 3; its contact starts from those before in its chain."""
+
+    def compute(self, handed_on: PressedSurface, report: Report, comm: Comm) -> FlowPoint:
+        """Press the surface and compute its leak rates."""
+        report("contact and flow", "")
+        return self.function(*self.arguments, **self.options, pressed=handed_on)
 
 
 def _grid_points(plan: Plan, out: Path) -> list[Chain[GridPoint]]:

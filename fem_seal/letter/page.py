@@ -21,8 +21,8 @@ def page(result: Letter) -> str:
     settings = (
         f"n = {case.n}, H = {case.hurst:g}, λ_s = {case.short:g} and λ_l = "
         f"{case.long * case.n:g} samples, {seeds}, rtol = {plan.rtol:g}; finished "
-        f"{result.finished:%Y-%m-%d %H:%M} UTC, {result.seconds_in_points / 60:.0f} min in the "
-        f"points of thresholds and currents, {result.peak_memory_bytes / 1e9:.2g} GB at most.\n"
+        f"{result.finished:%Y-%m-%d %H:%M} UTC, {result.seconds_in_points / 60:.0f} CPU min in "
+        f"the points of thresholds and currents, {result.peak_memory_bytes / 1e9:.2g} GB at most.\n"
     )
     comparison = markdown(("", "the letter (4096²)", "here"), _comparison(result))
     return "\n".join([settings, comparison, "", _thresholds(result.thresholds), ""])

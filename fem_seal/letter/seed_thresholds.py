@@ -1,7 +1,7 @@
 """Percolation thresholds of one surface under one model."""
 
 from dataclasses import dataclass
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 
@@ -64,7 +64,7 @@ class SeedThresholds:
         Constriction of the last computed contact that leaks between side walls, if
         `search.flow`.
     seconds : float
-        Time of the search [s].
+        CPU time of the search [s].
     peak_memory_bytes : int
         Largest memory of the process.
     """
@@ -137,7 +137,7 @@ def seed_thresholds(
     NotConverged
         If a contact or a flow does not converge.
     """
-    start = perf_counter()
+    start = process_time()
     pressing = choose(MODELS, model, "model")
     surface = case.surface(seed)
     brackets = crossings(
@@ -163,7 +163,7 @@ def seed_thresholds(
         search=search,
         brackets=tuple(brackets),
         constriction=constriction,
-        seconds=perf_counter() - start,
+        seconds=process_time() - start,
         peak_memory_bytes=peak_memory(),
     )
 

@@ -35,8 +35,8 @@ class StudyTask(Task[Point]):
     options: Mapping[str, Any] = field(default_factory=dict)
     settings: Mapping[str, Any] = field(default_factory=dict)
 
-    def compute(self, handed_on: None, report: Report, comm: Comm) -> Point:
-        """Call the function."""
+    def compute(self, handed_on: Any, report: Report, comm: Comm) -> Point:
+        """Call the function; nothing is handed on."""
         report("computing", "")
         return self.function(*self.arguments, **self.options)
 
