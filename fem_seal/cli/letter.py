@@ -135,13 +135,15 @@ def _letter(options: argparse.Namespace) -> int:
 
 def summary(result: "Letter") -> list[str]:
     """Lines for people; letter.json has all numbers."""
-    from fem_seal.cli.percolation import line
+    from fem_seal.cli.percolation import difference_line, line
 
     agreement = result.agreement
     lines = [line(row) for row in result.thresholds]
+    lines += [difference_line(row) for row in result.differences]
+    ratios = result.decades
     lines += [
-        f"peak flow density at A/A0 = 0.2: 10^{result.peak_decades:.2f} times the elastic one's "
-        f"(10^{result.body_decades:.2f} for the 99.9 % quantile)",
+        f"flow density at A/A0 = 0.2, bearing over elastic: 10^{ratios['total']:.2f} in total, "
+        f"10^{ratios['body']:.2f} in the 99.9 % quantile, 10^{ratios['peak']:.2f} at the peak",
         f"currents over {agreement.decades:.1f} decades; finite differences within both bands at "
         f"{agreement.bands_overlap} of {agreement.compared} points",
         f"up to 0.8 A*: Bruggeman within a factor {agreement.bruggeman_bearing:.2f} (bearing), "
@@ -150,8 +152,8 @@ def summary(result: "Letter") -> list[str]:
     ]
     lines += [
         f"cascade start, {start.model} A/A0 = {start.area:g}: energy error "
-        f"{start.mean_field_energy:.2g} to {start.cascade_energy:.2g}, pressure error "
-        f"{start.mean_field_rms:.2g} to {start.cascade_rms:.2g}"
+        f"{start.mean_field_energy:.2g} to {start.cascade_energy:.2g}"
+        + (f", {start.rms_reduction:.3g} times less pressure error" if start.rms_reduction else "")
         for start in result.cascade
     ]
     return lines

@@ -11,7 +11,7 @@ from fem_seal.errors import InvalidInput, NotConverged
 
 if TYPE_CHECKING:
     from fem_seal.letter.seed_thresholds import Search
-    from fem_seal.letter.threshold_rows import ThresholdRow
+    from fem_seal.letter.threshold_rows import DifferenceRow, ThresholdRow
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -128,7 +128,7 @@ def _percolation(options: argparse.Namespace) -> int:
         )
         if study.rows:
             threshold_figure(study.rows, options.out)
-    say("\n".join(map(line, study.rows)))
+    say("\n".join([*map(line, study.rows), *map(difference_line, study.differences)]))
     say(f"{len(study.seeds)} surfaces in {options.out}/{TABLE_FILE} and thresholds.png")
     expected = len(cases) * len(MODELS) * len(seeds)
     if work.gather and len(study.seeds) < expected:
@@ -141,7 +141,17 @@ def line(row: "ThresholdRow") -> str:
     """One threshold for people."""
     spread = "" if row.spread is None else f" ± {row.spread:.4f}"
     corrected = "" if row.corrected is None else f", perimeter-corrected {row.corrected:.4f}"
+    corrected += f", transition ± {row.half_width:.4f}"
     return (
         f"{row.model:8} n {row.n} H {row.hurst:g} short {row.short:g} long {row.long:g} "
         f"{row.edges:8} {row.pair:13} A*/A0 = {row.threshold:.4f}{spread}{corrected}"
+    )
+
+
+def difference_line(row: "DifferenceRow") -> str:
+    """By how much elastic deformation lowers a threshold, for people."""
+    spread = "" if row.spread is None else f" ± {row.spread:.4f}"
+    return (
+        f"lowered  n {row.n} H {row.hurst:g} short {row.short:g} long {row.long:g} "
+        f"{row.edges:8} {row.pair:13} by {row.difference:.4f}{spread}"
     )

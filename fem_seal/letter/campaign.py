@@ -12,16 +12,22 @@ from fem_seal.letter import pictures, rows
 from fem_seal.letter.cascade_start import CascadeStart, cascade_start
 from fem_seal.letter.flow_points import FlowPoint, GridPoint, flow_point, grid_point
 from fem_seal.letter.percolation import percolation, threshold_task
-from fem_seal.letter.persson_curve import LOADS, persson_curve
+from fem_seal.letter.persson_curve import (
+    LOADS,
+    PerssonPoint,
+    SampledSpectrum,
+    persson_curve,
+)
 from fem_seal.letter.seed_thresholds import REFERENCE, Search, SeedThresholds
 from fem_seal.letter.store import write_json, write_table
 from fem_seal.letter.surfaces import MODELS, PressedSurface, RoughCase
-from fem_seal.letter.threshold_rows import ThresholdRow
+from fem_seal.letter.threshold_rows import DifferenceRow, ThresholdRow
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
 from fem_seal.points import Chain, Outcome, RecordFolder, Work
 from fem_seal.points.study import StudyTask, chain_of, compute_study
 from fem_seal.progress import Report, silent
+from fem_seal.theory.persson import AREA_LAWS
 
 Point = TypeVar("Point")
 
@@ -32,6 +38,8 @@ AREAS = {
 }
 # Contact areas at which the contact grid is refined, for the first seed.
 REFINED_AREAS = (0.05, 0.1, 0.2, 0.3, 0.35, 0.4)
+# Measures of the flow density of which the models are compared.
+MEASURED = ("total", "body", "peak", "participation", "half")
 # Contact area at which the start of the cascade is measured, beside first contact.
 CASCADE_AREA = 0.2
 
@@ -108,12 +116,15 @@ class Letter:
         Largest memory of a process.
     thresholds : list[ThresholdRow]
         Percolation thresholds.
-    peaks : dict[str, float]
-        Largest flow density of both models at A/A0 = 0.2 [m²/s].
-    peak_decades : float
-        log10 of the ratio of the peaks.
-    body_decades : float
-        log10 of the ratio of the 99.9 % quantiles over the area that flows.
+    differences : list[DifferenceRow]
+        Bearing less elastic thresholds of the same surfaces.
+    flows : dict[str, pictures.FlowMeasures]
+        Fig. 2 as numbers, by model.
+    decades : dict[str, float]
+        log10 of bearing over elastic flow density, by the name of the measure.
+    total_decades, total_decades_corrected : float or None
+        log10 of bearing over elastic leak rate at A/A0 = 0.2 over all seeds, at equal counted
+        area and with the bearing contact of the elastic one's corrected area.
     agreement : rows.Agreement
         Agreement of the methods.
     cascade : list[CascadeStart]
@@ -121,19 +132,8 @@ class Letter:
         out.
     errors : list[rows.ErrorRow]
         Errors of flow and contact grid; empty if the plan leaves them out.
-
-    Attributes
-    ----------
-    peaks : dict[str, float]
-        Largest flow density of both models at A/A0 = 0.2 [m^2/s].
-    peak_decades : float
-        log10 of their ratio.
-    body_decades : float
-        The same of the 99.9 % quantile over the area that flows.
-    cascade : list[CascadeStart]
-        Errors of the cascade's first guess on the finest grid.
-    errors : list[rows.ErrorRow]
-        Of flow and contact grid; both empty if the plan leaves them out.
+    theory : list[rows.TheoryRow]
+        Area against load, and Persson's leak rates.
     """
 
     plan: Plan
@@ -141,12 +141,15 @@ class Letter:
     seconds_in_points: float
     peak_memory_bytes: int
     thresholds: list[ThresholdRow]
-    peaks: dict[str, float]
-    peak_decades: float
-    body_decades: float
+    differences: list[DifferenceRow]
+    flows: dict[str, pictures.FlowMeasures]
+    decades: dict[str, float]
+    total_decades: float | None
+    total_decades_corrected: float | None
     agreement: rows.Agreement
     cascade: list[CascadeStart]
     errors: list[rows.ErrorRow]
+    theory: list[rows.TheoryRow]
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,12 +285,18 @@ def letter(
     points, refined, cascade = _read(stored.flows), _read(stored.refined), _read(stored.cascade)
     first = rows.first_contacts(points)
     currents = rows.current_rows(points, thresholds["elastic"])
-    curve = persson_curve(plan.case, thresholds["elastic"], plan.loads)
+    persson = [
+        row
+        for law in AREA_LAWS
+        for seed in first
+        for row in rows.persson_rows(law, seed, _curve(plan, law, seed), first[seed])
+    ]
+    measures = {model: pictures.FlowMeasures.of(picture) for model, picture in flows.items()}
     figures = Figures(
         contacts,
         flows,
         currents,
-        rows.persson_rows(curve, first),
+        persson,
         rows.error_rows(refined, first),
     )
     result = Letter(
@@ -297,19 +306,29 @@ def letter(
         + sum(point.seconds for point in points),
         peak_memory_bytes=max(peak_memory(), *(p.peak_memory_bytes for p in points)),
         thresholds=study.rows,
-        peaks={model: picture.peak for model, picture in figures.flows.items()},
-        peak_decades=pictures.decades(figures.flows, "peak"),
-        body_decades=pictures.decades(figures.flows, "body"),
+        differences=study.differences,
+        flows=measures,
+        decades={name: pictures.decades(measures, name) for name in MEASURED},
+        total_decades=rows.total_decades(currents, pictures.FLOW_AREA),
+        total_decades_corrected=rows.total_decades(currents, pictures.FLOW_AREA, corrected=True),
         agreement=rows.agreement(currents, thresholds["bearing"], thresholds["elastic"]),
         cascade=cascade,
         errors=figures.errors,
+        theory=rows.theory_rows(points, persson),
     )
     write_table(out / "fig3.csv", currents)
     write_table(out / "fig3-persson.csv", figures.persson)
+    write_table(out / "theory.csv", result.theory)
     if figures.errors:
         write_table(out / "errors.csv", figures.errors)
     write_json(out / "letter.json", result)
     return result, figures
+
+
+def _curve(plan: Plan, law: str, seed: int) -> list[PerssonPoint]:
+    """Persson's curve of one surface."""
+    spectrum = SampledSpectrum.of(plan.case, plan.case.surface(seed))
+    return persson_curve(spectrum, loads=plan.loads, area=law)
 
 
 def _threshold(thresholds: list[ThresholdRow], plan: Plan, model: str) -> float:

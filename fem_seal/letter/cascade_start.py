@@ -9,6 +9,8 @@ from fem_seal.letter.flow_points import SIDES
 from fem_seal.letter.surfaces import VISCOSITY, RoughCase, at_area
 
 SEED = 1
+# Samples along a side up to which the converged pressure is computed as well.
+PRESSURE_UP_TO = 1024
 
 
 @dataclass(frozen=True)
@@ -39,5 +41,6 @@ def cascade_start(case: RoughCase, model: str, area: float, threads: int = 1) ->
         If the contact or a relaxation fails.
     """
     gap = at_area(case.surface(SEED), model, area, threads).gap
-    error = initial_error(flow_grid(GridFilm(gap, SIDES), VISCOSITY, "linear-gap"))
+    grid = flow_grid(GridFilm(gap, SIDES), VISCOSITY, "linear-gap")
+    error = initial_error(grid, pressure=case.n <= PRESSURE_UP_TO)
     return CascadeStart(**asdict(error), case=case, model=model, area=area)

@@ -7,13 +7,19 @@ from pathlib import Path
 from fem_seal.letter.seed_thresholds import Search, SeedThresholds, seed_thresholds
 from fem_seal.letter.store import write_json, write_table
 from fem_seal.letter.surfaces import MODELS, RoughCase
-from fem_seal.letter.threshold_rows import ThresholdRow, threshold_rows
+from fem_seal.letter.threshold_rows import (
+    DifferenceRow,
+    ThresholdRow,
+    difference_rows,
+    threshold_rows,
+)
 from fem_seal.parallel import Comm
 from fem_seal.points import RecordFolder, Work
 from fem_seal.points.study import StudyTask, chain_of, compute_study
 from fem_seal.progress import Report, silent
 
 JSON_FILE, TABLE_FILE = "percolation.json", "percolation.csv"
+DIFFERENCES_FILE = "differences.csv"
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,11 @@ class Study:
 
     rows: list[ThresholdRow]
     seeds: list[SeedThresholds] = field(default_factory=list)
+
+    @property
+    def differences(self) -> list[DifferenceRow]:
+        """Bearing less elastic thresholds of the same surfaces."""
+        return difference_rows(self.seeds)
 
 
 def percolation(
@@ -49,7 +60,8 @@ def percolation(
     ----------
     cases, seeds, models : all combinations are computed
     out : folder of a file for each surface in points/, and of percolation.json and
-        percolation.csv, which hold all surfaces of the folder, by whatever run
+        percolation.csv, which hold all surfaces of the folder, by whatever run, and of
+        differences.csv, bearing less elastic thresholds of the same surfaces
     work : how the surfaces are shared out; one after the other if left out
     search, threads, report : as in `seed_thresholds`
 
@@ -117,3 +129,6 @@ def _gather(folder: RecordFolder[SeedThresholds], search: Search, out: Path) -> 
         rows = [row for ensemble in ensembles.values() for row in threshold_rows(ensemble)]
         write_json(out / JSON_FILE, Study(rows, points))
         write_table(out / TABLE_FILE, rows)
+        differences = difference_rows(points)
+        if differences:
+            write_table(out / DIFFERENCES_FILE, differences)

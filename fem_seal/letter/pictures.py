@@ -12,7 +12,6 @@ from fem_seal.leak_rate import FlowField
 from fem_seal.letter.flow_points import certified
 from fem_seal.letter.surfaces import RoughCase, at_area
 from fem_seal.points import PointFolder
-from fem_seal.registry import choose
 
 CONTACT_AREA, FLOW_AREA = 0.46, 0.2
 SEED = 1
@@ -131,26 +130,60 @@ def _save(path: Path, arrays: dict[str, object]) -> None:
         write_npz(staged, arrays, compressed=True)
 
 
-def decades(flows: dict[str, FlowPicture], statistic: str) -> float:
-    """log10 of the bearing model's flow density over the elastic one's.
+@dataclass(frozen=True)
+class FlowMeasures:
+    """Fig. 2 of one model as numbers; j is the flow density.
 
-    Parameters
+    Attributes
     ----------
-    flows : by model
-    statistic : "peak", or "body" for the 99.9 % quantile over the area that carries flow
+    area, area_corrected : float
+        A/A0, counted in samples and corrected for the perimeter.
+    total : float
+        Mean of j along the flow over the cell, the leak rate over its width [m²/s].
+    body : float
+        99.9 % quantile of |j| over the area that carries flow [m²/s].
+    peak : float
+        Largest |j| [m²/s].
+    participation : float
+        (∫ j² dA)² / ∫ j⁴ dA over A0: the part of the cell on which most of the dissipation would
+        lie if j² were uniform there.
+    half : float
+        Smallest part of the cell through which half of ∫ |j| dA flows.
     """
-    density = choose(_DENSITIES, statistic, "flow density")
-    return float(np.log10(density(flows["bearing"]) / density(flows["elastic"])))
+
+    area: float
+    area_corrected: float
+    total: float
+    body: float
+    peak: float
+    participation: float
+    half: float
+
+    @classmethod
+    def of(cls, picture: FlowPicture) -> "FlowMeasures":
+        """Measure a flow."""
+        from fem_seal.contact.state import GapState
+
+        flow, j = picture.flow, picture.density
+        corners = flow.points[flow.cells]
+        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        areas = 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+        cell = float(np.prod(picture.gap.size))
+        order = np.argsort(j)
+        below = np.cumsum(areas[order])
+        carried = np.cumsum((j * areas)[order])
+        state = GapState(picture.gap)
+        return cls(
+            area=state.contact_area_fraction,
+            area_corrected=state.contact_area_corrected,
+            total=float(flow.flux[:, 0] @ areas) / cell,
+            body=float(j[order][np.searchsorted(below, 0.999 * below[-1])]),
+            peak=picture.peak,
+            participation=float((j**2 @ areas) ** 2 / (j**4 @ areas)) / cell,
+            half=float(below[-1] - below[np.searchsorted(carried, 0.5 * carried[-1])]) / cell,
+        )
 
 
-def _body(picture: FlowPicture) -> float:
-    """99.9 % quantile of |j| over the area that carries flow [m^2/s]."""
-    corners = picture.flow.points[picture.flow.cells]
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    areas = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    order = np.argsort(picture.density)
-    below = np.cumsum(areas[order])
-    return float(picture.density[order][np.searchsorted(below, 0.999 * below[-1])])
-
-
-_DENSITIES = {"peak": lambda picture: picture.peak, "body": _body}
+def decades(flows: dict[str, FlowMeasures], name: str) -> float:
+    """log10 of a measure of the bearing model over that of the elastic one."""
+    return float(np.log10(getattr(flows["bearing"], name) / getattr(flows["elastic"], name)))

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.errors import present
 from fem_seal.letter.flow_points import FlowPoint, GridPoint
 from fem_seal.letter.persson_curve import PerssonPoint
+from fem_seal.letter.surfaces import CONTACT_MODULUS, SLOPE
 from fem_seal.theory.bruggeman import ELASTIC_THRESHOLD, effective_dimension
 
 
@@ -24,8 +26,8 @@ class CurrentRow:
         State of the contact.
     lower, value, upper : float
         Certified finite elements.
-    harmonic, linear_gap, arithmetic : float
-        Finite differences by link rule.
+    harmonic, linear_gap, arithmetic : float or None
+        Finite differences by link rule; None if they were left out.
     bruggeman : float
         Bruggeman's medium of the same gaps in dimension 2.
     modified, modified_measured : float or None
@@ -43,9 +45,9 @@ class CurrentRow:
     lower: float
     value: float
     upper: float
-    harmonic: float
-    linear_gap: float
-    arithmetic: float
+    harmonic: float | None
+    linear_gap: float | None
+    arithmetic: float | None
     bruggeman: float
     modified: float | None
     modified_measured: float | None
@@ -54,18 +56,62 @@ class CurrentRow:
 
 @dataclass(frozen=True)
 class PerssonRow:
-    """Persson's prediction.
+    """Persson's prediction for the spectrum of one surface.
 
     Attributes
     ----------
+    law : str
+        Law of the contact area, of `theory.persson.AREA_LAWS`.
+    seed : int
+        Surface.
+    load : float
+        Mean pressure over E* h'rms.
     area : float
-        A/A0.
+        A/A0 of the continuum, to be compared with the corrected area.
     current : float
-        Leak rate over the mean leak rate at first contact.
+        Leak rate over the certified one of the same surface at first contact.
     """
 
+    law: str
+    seed: int
+    load: float
     area: float
     current: float
+
+
+@dataclass(frozen=True)
+class TheoryRow:
+    """An elastic contact beside Persson's theory.
+
+    Attributes
+    ----------
+    law : str
+        Law of the contact area.
+    seed : int
+        Surface.
+    load : float
+        Mean pressure over E* h'rms.
+    area, area_corrected : float
+        A/A0, counted in samples and corrected for the perimeter.
+    kappa, kappa_corrected : float
+        A/A0 over the load of either area.
+    theory_area : float
+        A/A0 of the theory under the same load.
+    at_area, at_load : float
+        Leak rate of the theory over the certified one, at the corrected area and under the same
+        load; 0 where the theory is sealed.
+    """
+
+    law: str
+    seed: int
+    load: float
+    area: float
+    area_corrected: float
+    kappa: float
+    kappa_corrected: float
+    theory_area: float
+    at_area: float
+    at_load: float
 
 
 @dataclass(frozen=True)
@@ -129,6 +175,9 @@ def _row(point: FlowPoint, first: float, threshold: float) -> CurrentRow:
     elastic = point.model == "elastic"
     difference = point.finite_difference
 
+    def over_first(links: str) -> float | None:
+        return difference[links] / first if difference else None
+
     def modified(at: float) -> float | None:
         dimension = effective_dimension(point.area, at)
         return point.gaps.leak_rate(dimension) / first if elastic else None
@@ -142,9 +191,9 @@ def _row(point: FlowPoint, first: float, threshold: float) -> CurrentRow:
         lower=point.lower / first,
         value=point.value / first,
         upper=point.upper / first,
-        harmonic=difference["harmonic"] / first,
-        linear_gap=difference["linear-gap"] / first,
-        arithmetic=difference["arithmetic"] / first,
+        harmonic=over_first("harmonic"),
+        linear_gap=over_first("linear-gap"),
+        arithmetic=over_first("arithmetic"),
         bruggeman=point.gaps.leak_rate(2.0) / first,
         modified=modified(ELASTIC_THRESHOLD),
         modified_measured=modified(threshold),
@@ -152,10 +201,86 @@ def _row(point: FlowPoint, first: float, threshold: float) -> CurrentRow:
     )
 
 
-def persson_rows(curve: Sequence[PerssonPoint], first: dict[int, float]) -> list[PerssonRow]:
-    """Divide Persson's leak rates by the mean leak rate at first contact over seeds."""
-    mean = float(np.mean(list(first.values())))
-    return [PerssonRow(point.area, point.leak_rate / mean) for point in curve]
+def persson_rows(
+    law: str, seed: int, curve: Sequence[PerssonPoint], first: float
+) -> list[PerssonRow]:
+    """Divide Persson's leak rates by the leak rate of the surface at first contact."""
+    return [PerssonRow(law, seed, p.load, p.area, p.leak_rate / first) for p in curve]
+
+
+def theory_rows(points: Sequence[FlowPoint], curves: Sequence[PerssonRow]) -> list[TheoryRow]:
+    """Elastic contacts beside the curve of their surface, for each law of the area.
+
+    Parameters
+    ----------
+    points : of all models and seeds, with one at area 0 for each seed
+    curves : with loads in increasing order
+    """
+    first = first_contacts(points)
+    pressed = [point for point in points if point.model == "elastic" and point.wanted > 0]
+    rows = []
+    for law in dict.fromkeys(row.law for row in curves):
+        for point in pressed:
+            curve = [row for row in curves if (row.law, row.seed) == (law, point.seed)]
+            load = present(point.mean_pressure, "mean pressure") / (CONTACT_MODULUS * SLOPE)
+            current = point.value / first[point.seed]
+            areas, loads = [row.area for row in curve], [row.load for row in curve]
+            currents = [row.current for row in curve]
+            rows.append(
+                TheoryRow(
+                    law=law,
+                    seed=point.seed,
+                    load=load,
+                    area=point.area,
+                    area_corrected=point.area_corrected,
+                    kappa=point.area / load,
+                    kappa_corrected=point.area_corrected / load,
+                    theory_area=float(np.interp(load, loads, areas)),
+                    at_area=_between(point.area_corrected, areas, currents) / current,
+                    at_load=_between(load, loads, currents) / current,
+                )
+            )
+    return rows
+
+
+def _between(x: float, xs: Sequence[float], currents: Sequence[float]) -> float:
+    """Current at x, interpolated in its logarithm; 0 from the first sealed point on."""
+    k = int(np.searchsorted(xs, x))
+    if k >= len(xs) or currents[k] == 0:
+        return 0.0
+    leaking = [current for current in currents if current > 0]
+    return float(np.exp(np.interp(x, xs[: len(leaking)], np.log(leaking))))
+
+
+def total_decades(rows: Sequence[CurrentRow], area: float, corrected: bool = False) -> float | None:
+    """log10 of bearing over elastic leak rate, mean over seeds.
+
+    Parameters
+    ----------
+    rows : of both models
+    area : counted A/A0 of the elastic contact
+    corrected : compare with the bearing contact of the elastic one's corrected area, between
+        points of Fig. 3; the bearing model's counted area needs no correction
+
+    Returns
+    -------
+    float, or None without an elastic point at that area or bearing points around it
+    """
+    logs = []
+    for row in rows:
+        if row.model != "elastic" or abs(row.area - area) > 0.005 or row.value == 0:
+            continue
+        cuts = sorted(
+            (r.area, np.log10(r.value))
+            for r in rows
+            if r.model == "bearing" and r.seed == row.seed and r.value > 0
+        )
+        at = row.area_corrected if corrected else row.area
+        areas, currents = zip(*cuts, strict=True) if cuts else ((), ())
+        if not cuts or not min(areas) <= at <= max(areas):
+            return None
+        logs.append(np.interp(at, areas, currents) - np.log10(row.value))
+    return float(np.mean(logs)) if logs else None
 
 
 def error_rows(points: Sequence[GridPoint], first: dict[int, float]) -> list[ErrorRow]:
@@ -195,7 +320,7 @@ class Agreement:
         Number of points where the band of finite differences (harmonic to arithmetic links) and
         the certified bracket overlap.
     compared : int
-        Number of points.
+        Number of points that were computed by both.
     bruggeman_bearing : float
         Largest factor between Bruggeman's current and the bracket, bearing model.
     modified_elastic, modified_measured_elastic : float
@@ -214,14 +339,19 @@ def agreement(rows: Sequence[CurrentRow], bearing: float, elastic: float) -> Agr
     """Compare the methods; effective media up to 0.8 of the thresholds of both models."""
     leaking = [row for row in rows if row.value > 0]
     values = [row.value for row in leaking]
+    banded = [
+        (row, row.harmonic, row.arithmetic)
+        for row in leaking
+        if row.harmonic is not None and row.arithmetic is not None
+    ]
     below = {"bearing": 0.8 * bearing, "elastic": 0.8 * elastic}
     open_ = [row for row in leaking if row.area <= below[row.model]]
     bearing_rows = [row for row in open_ if row.model == "bearing"]
     elastic_rows = [row for row in open_ if row.model == "elastic"]
     return Agreement(
         decades=float(np.log10(max(values) / min(values))),
-        bands_overlap=sum(r.harmonic <= r.upper and r.arithmetic >= r.lower for r in leaking),
-        compared=len(leaking),
+        bands_overlap=sum(low <= r.upper and high >= r.lower for r, low, high in banded),
+        compared=len(banded),
         bruggeman_bearing=_worst((row, row.bruggeman) for row in bearing_rows),
         modified_elastic=_worst((row, row.modified) for row in elastic_rows),
         modified_measured_elastic=_worst((row, row.modified_measured) for row in elastic_rows),

@@ -26,6 +26,9 @@ class ThresholdRow:
         The same after the perimeter correction; elastic contact only.
     contact_begins, open_ceases : float
         A/A0 of the two events, whose mean is A*.
+    half_width : float
+        Half the distance of the two events, mean over seeds: between them both phases span, or
+        neither does.
     euler_contact, euler_open, perimeter, largest_contact, largest_open : float
         Numbers of the contact nearest to A*, as in `Snapshot`.
     constriction_gap : float or None
@@ -48,6 +51,7 @@ class ThresholdRow:
     corrected_spread: float | None
     contact_begins: float
     open_ceases: float
+    half_width: float
     euler_contact: float
     euler_open: float
     perimeter: float
@@ -70,7 +74,8 @@ def _row(points: list[SeedThresholds], pair: str, edges: str) -> ThresholdRow:
     # samples above a cut has no bias.
     elastic = points[0].model == "elastic"
     corrected = [point.of(pair, edges, corrected=True) for point in points if elastic]
-    begins, ceases = np.mean([point.between(pair, edges) for point in points], axis=0)
+    events = np.array([point.between(pair, edges) for point in points])
+    begins, ceases = events.mean(axis=0)
     contact, open_ = PAIRS[pair]
     snapshots = [point.at_threshold(edges) for point in points]
     constrictions = [point.constriction for point in points if point.constriction]
@@ -89,6 +94,7 @@ def _row(points: list[SeedThresholds], pair: str, edges: str) -> ThresholdRow:
         corrected_spread=_spread(corrected),
         contact_begins=float(begins),
         open_ceases=float(ceases),
+        half_width=float(np.mean(np.abs(events[:, 1] - events[:, 0]))) / 2,
         euler_contact=float(np.mean([end.euler_contact[contact] for end in snapshots])),
         euler_open=float(np.mean([end.euler_open[open_] for end in snapshots])),
         perimeter=float(np.mean([end.perimeter for end in snapshots])),
@@ -97,6 +103,63 @@ def _row(points: list[SeedThresholds], pair: str, edges: str) -> ThresholdRow:
         constriction_gap=_mean([constriction.gap for constriction in constrictions]),
         constriction_share=_mean([constriction.share for constriction in constrictions]),
     )
+
+
+@dataclass(frozen=True)
+class DifferenceRow:
+    """By how much elastic deformation lowers the threshold of the same surfaces.
+
+    Attributes
+    ----------
+    n, hurst, short, long : int, float, float, float
+        The ensemble.
+    pair, edges : str
+        Definition of spanning, the same for both models.
+    seeds : int
+        Number of surfaces.
+    difference, spread : float, float or None
+        Mean and standard deviation of A*/A0 of the bearing model less that of the elastic one.
+    """
+
+    n: int
+    hurst: float
+    short: float
+    long: float
+    pair: str
+    edges: str
+    seeds: int
+    difference: float
+    spread: float | None
+
+
+def difference_rows(points: list[SeedThresholds]) -> list[DifferenceRow]:
+    """Differences of the models, by ensemble, edges and pair, over the surfaces that have both."""
+    of = {(point.case, point.model, point.seed): point for point in points}
+    rows = []
+    for case in dict.fromkeys(point.case for point in points):
+        seeds = sorted({point.seed for point in points if point.case == case})
+        both = [
+            (of[case, "bearing", seed], of[case, "elastic", seed])
+            for seed in seeds
+            if (case, "bearing", seed) in of and (case, "elastic", seed) in of
+        ]
+        for edges in both[0][0].search.edges if both else ():
+            for pair in PAIRS:
+                values = [cut.of(pair, edges) - pressed.of(pair, edges) for cut, pressed in both]
+                rows.append(
+                    DifferenceRow(
+                        n=case.n,
+                        hurst=case.hurst,
+                        short=case.short,
+                        long=case.long * case.n,
+                        pair=pair,
+                        edges=edges,
+                        seeds=len(both),
+                        difference=float(np.mean(values)),
+                        spread=_spread(values),
+                    )
+                )
+    return rows
 
 
 def _mean(values: list[float]) -> float | None:

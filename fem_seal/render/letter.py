@@ -27,6 +27,7 @@ PANEL_SIDE = 700
 MAGNIFIED = 0.25
 DECADES = 4
 # The colours of models also differ in their grey values; seeds differ in the marker.
+LAWS = {"persson": "Persson (2001)", "wang-mueser": "Wang and Müser (2017)"}
 BEARING, ELASTIC, PERSSON = "#b2452b", "#1f4e9e", "#444444"
 MARKERS = ("o", "s", "^", "D", "v", "p", "h", "<", ">", "*")
 
@@ -111,7 +112,7 @@ def current_figure(
     currents : sequence of CurrentRow
         Points of both models and all seeds; sealed ones are not on the logarithmic axis.
     persson : sequence of PerssonRow
-        Persson's prediction with the modified Bruggeman medium.
+        Persson's predictions with the modified Bruggeman medium, for each law of the area.
     folder : Path
         Folder for fig3.png and fig3.pdf.
 
@@ -121,31 +122,48 @@ def current_figure(
     """
 
     def draw(figure: "Figure") -> None:
-        axes = figure.subplots()
+        counted, corrected = figure.subplots(1, 2, sharey=True)
         for model, colour in (("bearing", BEARING), ("elastic", ELASTIC)):
             rows = [row for row in currents if row.model == model]
-            _points(axes, rows, colour, model)
+            _points(counted, rows, colour, model)
             medium = "bruggeman" if model == "bearing" else "modified_measured"
-            _lines(axes, rows, medium, colour)
-        shown = [row for row in persson if row.current > 0]
-        axes.plot(
-            [row.area for row in shown],
-            [row.current for row in shown],
-            "-.",
-            color=PERSSON,
-            label="Persson, modified Bruggeman",
-        )
+            _lines(counted, rows, medium, colour)
+        elastic = [row for row in currents if row.model == "elastic" and row.value > 0]
+        for seed, marker in zip(sorted({row.seed for row in elastic}), MARKERS * 9, strict=False):
+            rows = [row for row in elastic if row.seed == seed]
+            corrected.plot(
+                [row.area_corrected for row in rows],
+                [row.value for row in rows],
+                marker,
+                color=ELASTIC,
+                markersize=5,
+                markerfacecolor="white",
+                label=None if seed > elastic[0].seed else "elastic, certified finite elements",
+            )
+        for (law, name), style in zip(LAWS.items(), ("-.", "-"), strict=True):
+            for seed in sorted({row.seed for row in persson}):
+                shown = [r for r in persson if (r.law, r.seed) == (law, seed) and r.current > 0]
+                corrected.plot(
+                    [row.area for row in shown],
+                    [row.current for row in shown],
+                    style,
+                    color=PERSSON,
+                    linewidth=1,
+                    label=f"Persson, area of {name}" if seed == persson[0].seed else None,
+                )
         smallest = min(row.lower for row in currents if row.lower > 0)
-        axes.set(
-            xlabel="relative contact area A/A0",
+        counted.set(
+            xlabel="counted contact area A/A0",
             ylabel="leak rate / leak rate at first contact",
             yscale="log",
             xlim=(0, 0.55),
             ylim=(smallest / 30, 2),
         )
-        axes.legend(frameon=False, fontsize=8, loc="lower left")
+        corrected.set(xlabel="contact area A/A0, corrected for the perimeter", xlim=(0, 0.55))
+        for axes in (counted, corrected):
+            axes.legend(frameon=False, fontsize=7, loc="lower left")
 
-    return _plots(folder, "fig3", (6.2, 4.8), draw)
+    return _plots(folder, "fig3", (9.6, 4.6), draw)
 
 
 def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -> None:
@@ -168,14 +186,19 @@ def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -
             markerfacecolor="white",
             capsize=2,
         )
-        leaking = [row for row in points if row.harmonic > 0]
-        middle = np.array([row.linear_gap for row in leaking])
-        lower = middle - [row.harmonic for row in leaking]
-        upper = [row.arithmetic for row in leaking] - middle
+        bands = [
+            (row.area + 0.003, row.linear_gap, row.harmonic, row.arithmetic)
+            for row in points
+            if row.harmonic is not None
+        ]
+        # Beside the bracket, not over it; what carries nothing is not on the logarithmic axis.
+        band = np.array([numbers for numbers in bands if numbers[2]], dtype=float).reshape(-1, 4)
+        if not band.size:
+            continue
         axes.errorbar(
-            [row.area + 0.003 for row in leaking],  # beside the bracket, not over it
-            middle,
-            yerr=(lower, upper),
+            band[:, 0],
+            band[:, 1],
+            yerr=(band[:, 1] - band[:, 2], band[:, 3] - band[:, 1]),
             fmt="x",
             color=colour,
             alpha=0.55,

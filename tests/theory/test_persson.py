@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 from scipy.special import erf
 
 from fem_seal.errors import InvalidInput
@@ -52,6 +52,42 @@ def test_area_law_at_full_resolution(spectrum, strain):
     exact = erf(np.sqrt(2) * strain / spectrum.rms_slope)
     assert state.area[-1] == approx(exact, rel=1e-8)
     assert contact_area(strain * E_STAR, E_STAR, spectrum.rms_slope**2) == approx(exact)
+
+
+def test_area_law_of_wang_and_mueser():
+    """κ = (A/A0) E* h'rms/p0 → √(8/π)/√(5/9) = 2.14 at light load; complete contact at a heavy one.
+
+    The leading correction is of the order of A, here 10⁻⁴; the table is good to 10⁻⁶.
+    """
+    light = 5e-6 / ROUGH.rms_slope
+    kappa = contact_area(5e-6, 1.0, ROUGH.rms_slope**2, law="wang-mueser") / light
+    assert kappa == approx(np.sqrt(8 / np.pi) / np.sqrt(5 / 9), rel=2e-4)
+    assert contact_area(1.0, 1.0, ROUGH.rms_slope**2, law="wang-mueser") == approx(1)
+
+
+@pytest.mark.parametrize("strain", [1e-3, 5e-3, 0.03])
+def test_the_energy_of_wang_and_mueser_solves_its_equation(strain):
+    """dV/dm = S(erf(strain/√V)) along m = h'rms²/2, by Runge and Kutta."""
+
+    def slope(m, V):
+        a = erf(strain / np.sqrt(V))
+        return 5 / 9 - 2 / 9 * a**2 + 2 / 3 * a**4
+
+    # In the beginning contact is complete and S = 1.
+    start, end = 1e-3 * strain**2, ROUGH.rms_slope**2 / 2
+    V = solve_ivp(slope, (start, end), [start], method="DOP853", rtol=1e-10, atol=0).y[0, -1]
+    area = contact_area(strain, 1.0, 2 * end, law="wang-mueser")
+    assert area == approx(erf(strain / np.sqrt(V)), rel=1e-5)
+    state = state_at(strain, area="wang-mueser")
+    assert state.area[-1] == approx(area, rel=1e-6)
+    # The area that leaves contact at all magnifications together is what is not in contact.
+    assert state.opened_area.sum() + state.area[-1] == approx(1)
+    assert (state.area >= state_at(strain).area * (1 - 1e-6)).all()
+
+
+def test_an_unknown_area_law_lists_those_there_are():
+    with pytest.raises(InvalidInput, match="persson, wang-mueser"):
+        state_at(1e-3, area="hertz")
 
 
 def test_area_falls_with_magnification_and_grows_with_load():
