@@ -293,7 +293,7 @@ def test_fig_2_as_numbers():
         leak = certified(picture.gap, RTOL)
         assert measures.total * SMOOTH.n * PITCH == pytest.approx(leak.value, rel=RTOL)
         assert measures.total < measures.body <= measures.peak
-        assert 0 < min(measures.participation, measures.half)
+        assert min(measures.participation, measures.half) > 0
         assert max(measures.participation, measures.half) < 1 - measures.area
         assert measures.area == pytest.approx(0.2, abs=2e-3)
     cut, pressed = flows["bearing"], flows["elastic"]
