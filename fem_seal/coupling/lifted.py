@@ -128,6 +128,17 @@ class LiftedState:
     converged: bool
     lowest: float
     highest: float
+    rtol: float = 0.0
+
+    @property
+    def claimed(self) -> float:
+        """Error of ln Q of a settled state, estimated.
+
+        It is what may change without notice from pass to pass, and half the width of the flow's
+        bounds: the fluid pressure, too, is only as exact as the flow.
+        """
+        half = relative_part(self.leak_rate) / 2 if self.leak_rate is not None else 0.0
+        return max(self.change, SETTLED * self.rtol) + half
 
     @property
     def fluid_load(self) -> float:
@@ -403,6 +414,7 @@ def _finished(
         converged=settled,
         lowest=min(seen),
         highest=max(seen),
+        rtol=rtol,
     )
 
 
