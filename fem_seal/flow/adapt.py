@@ -180,6 +180,7 @@ def brackets(
     mesh: NestedMesh | TriangleMesh,
     strategy: Strategy,
     comm: MPI.Comm,
+    start: Start | None = None,
 ) -> Iterator[Bracket]:
     """Yield bounds on finer and finer meshes; the caller decides when to stop.
 
@@ -189,13 +190,14 @@ def brackets(
     mesh : the first mesh
     strategy : how the mesh grows
     comm : MPI communicator; all ranks must take the same steps
+    start : the first mesh with functions to start from, in place of `mesh`
 
     Raises
     ------
     TooFine
         If the next mesh would need triangles that the coordinates cannot hold.
     """
-    start = Start.first(gap, mesh)
+    start = start or Start.first(gap, mesh)
     lower, upper, near = 0.0, np.inf, strategy.uniform or strategy.every_dual
     gain, log = USUAL_GAIN, _Log()
     while True:

@@ -138,6 +138,25 @@ class LinearGap(_GapOnMesh):
         i, j = (mesh.xy // PIXEL).T
         return self._samples[i, j]
 
+    def values_at(self, mesh: NestedMesh) -> np.ndarray:
+        """Gap (raised, lowered) at the vertices (V, 2) of any mesh of the nested family."""
+        (i, j), (x, y) = (mesh.xy >> DEPTH).T, (mesh.xy & (PIXEL - 1)).T / PIXEL
+        # Mirror the pixels whose diagonal does not begin at their first vertex. Then the vertex
+        # lies between that one, the opposite one and a third; its weights are exact.
+        mirrored = (i + j) % 2 == 1
+        x = np.where(mirrored, 1 - x, x)
+        last = np.array(self.squares)
+        near = np.where(mirrored, i + 1, i)
+        far = np.where(mirrored, i, i + 1)
+        corners = (near, j), (far, j + 1), (np.where(x > y, far, near), np.where(x > y, j, j + 1))
+        weights = 1 - np.maximum(x, y), np.minimum(x, y), np.abs(x - y)
+        values = np.zeros((len(mesh.xy), 2))
+        for (a, b), weight in zip(corners, weights, strict=True):
+            # A vertex on the last row or column has no weight beyond it.
+            sample = self._samples[np.minimum(a, last[0]), np.minimum(b, last[1])]
+            values += weight[:, None] * sample
+        return values
+
     def refined_values(
         self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
@@ -297,6 +316,8 @@ class ConstantGap(_GapOnMesh):
     def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
         """No values (V, 0): the gap jumps at the vertices."""
         return np.empty((len(mesh.xy), 0))
+
+    values_at = vertex_values
 
     def refined_values(
         self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray

@@ -10,15 +10,20 @@ import numpy as np
 from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import GridFilm, MeshFilm, film_conductivity
-from fem_seal.film.law import CUBE, FilmLaw
+from fem_seal.film.law import CUBE
 from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
+from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.slipping import SlipBounds, SlippingFilm
+from fem_seal.flow.start import KeptMesh, Start
 from fem_seal.flow.stopping import Decision, Stopping, Tolerance
 from fem_seal.fluid import Slip
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.bisection import TooFine
+from fem_seal.mesh.nested import NestedMesh
+from fem_seal.mesh.triangles import TriangleMesh
 from fem_seal.registry import require_known
 
 METHODS = ("adaptive", "uniform")
@@ -41,6 +46,7 @@ def leak_rate(
     field: bool = False,
     every_dual: bool = False,
     tuning: Tuning | None = None,
+    kept: KeptMesh | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> LeakRate:
     """Leak rate of a film with guaranteed bounds, refined until they agree.
@@ -65,6 +71,8 @@ def leak_rate(
     field : keep the flow on the last mesh
     every_dual : bounds from both sides on every level, for watching them close
     tuning : cost of the bounds, never their truth
+    kept : begin with the mesh of the last flow, if it holds one, and keep the last mesh there; for
+        films on one grid and the adaptive method
     comm : all its ranks must call this together, with the same film
 
     Returns
@@ -110,8 +118,7 @@ def leak_rate(
     levels: list[Level] = []
     reason, last = "", None
     try:
-        law = slipping.mean_law if slipping else CUBE
-        for bracket in _brackets(film, narrowest, strategy, law, comm):
+        for bracket in _brackets(film, narrowest, strategy, slipping, comm, kept):
             levels.append(_in_si(bracket.level, scale))
             wide = slipping.on_mesh_of(bracket) if slipping else None
             reached = criterion.reached(*_judged(criterion, levels[-1], wide, scale))
@@ -129,6 +136,9 @@ def leak_rate(
             result = _result(bracket, wide, levels, method, scale)
             if field:
                 last = _field(bracket, film, viscosity, pressure_drop, gain)
+            if kept is not None:
+                kept.start = Start.after(bracket.problem, bracket.pressure, bracket.stream)
+                kept.narrowest = critical
             if reached or reason:
                 break
             # Free this mesh before the next one is made.
@@ -143,6 +153,54 @@ def leak_rate(
         missed = result.refined_bounds if decide is None else result.bounds
         reason = f"{reason}; {criterion.missed(*missed)}"
     return replace(result, converged=not reason, reason=reason, field=last)
+
+
+def pressure_on_kept(
+    film: GridFilm,
+    kept: KeptMesh,
+    *,
+    viscosity: float,
+    pressure_drop: float,
+    slip: Slip | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> LeakRate:
+    """Pressure in a film on the mesh that the flow through another one has left.
+
+    One solve, neither refinement nor lower bound: for the pressure, and for the change of the leak
+    rate from film to film. The inflow of the result is comparable with that of `leak_rate`, whose
+    mesh this is.
+
+    Parameters
+    ----------
+    film : open, on the grid of the film whose mesh is kept
+    kept : the mesh; it then holds the pressure of this film
+    viscosity, pressure_drop, slip, comm : as of `leak_rate`
+
+    Returns
+    -------
+    LeakRate, not converged, with a lower bound of 0 and its field
+    """
+    start, tuning = present(kept.start, "kept mesh"), Tuning()
+    scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
+    slipping = None if slip is None else SlippingFilm(slip, film.highest, kept.narrowest)
+    gain = slipping.gain if slipping else 1.0
+    scale *= gain
+    narrowest = min(kept.narrowest / film.highest, 1.0)
+    gap, _ = _first(film, narrowest, tuning, tuning.coarsest, slipping)
+    start = start.through(gap)
+    problem = LevelProblem(gap, start.mesh, start.values, comm, tuning.tolerance)
+    pressure = problem.pressure(start.guess(problem).pressure)
+    kept.start = replace(Start.after(problem, pressure, None), stream=start.stream)
+    upper = pressure.total.least_upper()
+    level = Level(problem.unknowns, problem.space.count, 0.0, upper)
+    bracket = Bracket(level, problem, pressure, None)
+    result = _result(bracket, None, [_in_si(level, scale)], "adaptive", scale)
+    return replace(
+        result,
+        converged=False,
+        reason="the pressure alone was solved, on a mesh of another film",
+        field=_field(bracket, film, viscosity, pressure_drop, gain),
+    )
 
 
 def no_closer(levels: Sequence[Level]) -> bool:
@@ -201,14 +259,31 @@ def require_conducting(tightest: str, narrowest: float) -> None:
 
 
 def _brackets(
-    film: GridFilm | MeshFilm, narrowest: float, strategy: Strategy, law: FilmLaw, comm: MPI.Comm
+    film: GridFilm | MeshFilm,
+    narrowest: float,
+    strategy: Strategy,
+    slipping: SlippingFilm | None,
+    comm: MPI.Comm,
+    kept: KeptMesh | None,
 ) -> Iterator[Bracket]:
     """Set the normalised problem up, gap in units of its maximum, and refine it."""
-    tuning = strategy.tuning
-    coarsest = None if strategy.uniform else tuning.coarsest
+    coarsest = None if strategy.uniform else strategy.tuning.coarsest
+    gap, mesh = _first(film, narrowest, strategy.tuning, coarsest, slipping)
+    start = None if kept is None or kept.start is None else kept.start.through(gap)
+    return brackets(gap, mesh, strategy, comm, start)
+
+
+def _first(
+    film: GridFilm | MeshFilm,
+    narrowest: float,
+    tuning: Tuning,
+    coarsest: int | None,
+    slipping: SlippingFilm | None,
+) -> tuple[LinearGap | ConstantGap | VertexGap, NestedMesh | TriangleMesh]:
+    """Normalised gap and first mesh of a film; `narrowest` in units of the largest gap."""
     cut, floor, ceiling = (narrowest * p for p in (tuning.cut, tuning.floor, tuning.ceiling))
-    gap, mesh = first_mesh(film, cut, floor, ceiling, coarsest, law)
-    return brackets(gap, mesh, strategy, comm)
+    law = slipping.mean_law if slipping else CUBE
+    return first_mesh(film, cut, floor, ceiling, coarsest, law)
 
 
 def _in_si(level: Level, scale: float) -> Level:

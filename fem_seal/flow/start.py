@@ -1,6 +1,6 @@
 """Initial values for the next level: the solutions of the last one, prolongated to its mesh."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,3 +79,23 @@ class Start:
             values = gap.refined_values(values, mesh, edge_ends)
         pressure, stream = step.prolong(self.pressure), step.at_vertices(self.stream)
         return Start(step.mesh, values, pressure, stream)
+
+    def through(self, gap: LinearGap | ConstantGap) -> "Start":
+        """The same mesh and functions, for another gap on the same grid."""
+        return replace(self, values=gap.values_at(self.mesh))
+
+
+@dataclass(eq=False)
+class KeptMesh:
+    """The mesh on which a flow ended, to begin the flow through a film that differs little.
+
+    Attributes
+    ----------
+    start : Start or None
+        Mesh and solutions of the last flow; None before the first.
+    narrowest : float
+        Critical constriction of its film [m].
+    """
+
+    start: Start | None = None
+    narrowest: float = 0.0
