@@ -52,7 +52,12 @@ def on_sites(field: FlowField, film: GridFilm) -> np.ndarray:
     """Pressure at the vertices or pixel centres of a film, NaN outside the triangles.
 
     Every triangle gives its linear pressure to the sites inside it. The sites that a triangle may
-    hold are those of its bounding box: together about twice as many as all sites.
+    hold are those of its bounding box, together about twice as many as all sites; triangles with
+    boxes of equal size are computed together.
+
+    Returns
+    -------
+    (mx, my) float [Pa]
     """
     shape = film.samples.shape
     pressure = np.full(shape, np.nan)
@@ -61,20 +66,31 @@ def on_sites(field: FlowField, film: GridFilm) -> np.ndarray:
     first = np.ceil(corners.min(axis=1) - 1e-9).astype(np.int64)
     last = np.floor(corners.max(axis=1) + 1e-9).astype(np.int64)
     first, last = np.maximum(first, 0), np.minimum(last, np.array(shape) - 1)
-    rows, columns = np.maximum(last - first + 1, 0).T
-    number = rows * columns
-    cell = np.repeat(np.arange(len(number)), number)
-    place = np.arange(number.sum()) - np.repeat(np.cumsum(number) - number, number)
-    i = first[cell, 0] + place // columns[cell]
-    j = first[cell, 1] + place % columns[cell]
-    a, b, c = np.moveaxis(corners[cell], 1, 0)
-    site = np.stack([i, j], axis=1)
+    sizes = np.maximum(last - first + 1, 0)
+    flat = pressure.ravel()
+    a, b, c = np.moveaxis(corners, 1, 0)
     whole = _cross(b - a, c - a)
-    weights = np.stack([_cross(b - site, c - site), _cross(c - site, a - site)]) / whole
-    weights = np.stack([*weights, 1 - weights.sum(axis=0)])
-    inside = weights.min(axis=0) >= INSIDE
-    values = (weights.T * field.pressure[field.cells[cell]]).sum(axis=1)
-    pressure[i[inside], j[inside]] = values[inside]
+    at = field.pressure[field.cells]
+    for size in np.unique(sizes[sizes.all(axis=1)], axis=0):
+        rows, columns = size
+        some = np.flatnonzero((sizes == size).all(axis=1))
+        # The weight of a corner is linear over the box: its value at the first site, and slopes.
+        weights = []
+        for one, other in ((b, c), (c, a)):
+            at_first = _cross(one[some] - first[some], other[some] - first[some])
+            side = other[some] - one[some]
+            along = np.arange(rows) * side[:, 1, None] * -1.0
+            across = np.arange(columns) * side[:, 0, None]
+            total = at_first[:, None, None] + along[:, :, None] + across[:, None, :]
+            weights.append(total / whole[some, None, None])
+        weight_a, weight_b = weights
+        inside = (weight_a >= INSIDE) & (weight_b >= INSIDE)
+        inside &= weight_a + weight_b <= 1 - INSIDE
+        p_a, p_b, p_c = at[some].T[:, :, None, None]
+        values = p_c + weight_a * (p_a - p_c) + weight_b * (p_b - p_c)
+        i = first[some, 0, None, None] + np.arange(rows)[:, None]
+        site = i * shape[1] + first[some, 1, None, None] + np.arange(columns)
+        flat[site[inside]] = values[inside]
     return pressure
 
 
