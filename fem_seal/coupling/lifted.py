@@ -14,15 +14,20 @@ Plain passes, which begin with the p_f of the last flow, may cycle. Anderson's a
 two (J. ACM 12, 547 (1965)) therefore mixes the p_f of the last passes, and takes smaller steps as
 the number of passes grows.
 
+Passes share a mesh, since all that a pass needs is p_f. The first flow on a mesh is solved with its
+bounds, the next ones for the pressure alone, until ln Q changes by less than those bounds allow.
+Then a finer mesh follows, down to the tolerance of the result. The leak rates of two films on one
+mesh are compared much more exactly than their bounds are known.
+
 Samples that close or open change p_f around them by a finite amount, so p_f itself need not
 converge. The leak rate Q decides: the passes have settled when ln Q has changed by less than a
-tolerance over three passes, the last of them plain (an accelerated pass with a small step changes
-little, settled or not). The change that remains estimates the error of the iteration; it is no
-bound.
+tolerance over three passes on the last mesh, the last of them plain (an accelerated pass with a
+small step changes little, settled or not). The change that remains estimates the error of the
+iteration; it is no bound.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf, log
 
 import numpy as np
@@ -38,12 +43,20 @@ from fem_seal.progress import Report, silent
 
 DEPTH = 2  # of Anderson's acceleration; depth four is no better
 MOST_PASSES = 40
-# Tolerance of ln Q and largest number of passes for the start on every second sample.
-COARSE_RTOL, COARSE_PASSES = 1.0, 6
+# The start on fewer samples ends when ln Q changes by less than this, or after so many passes.
+COARSE_CHANGE, COARSE_PASSES = 0.1, 8
 # The first 12 accelerated passes take the whole step, the next 12 half of it, all others a quarter.
 PASSES_OF_ONE_STEP, LEAST_STEP = 12, 0.25
-# Tolerance of the flow in a pass: this part of the last change of ln Q, and COARSE at most.
-COARSE, OF_CHANGE = 0.3, 0.25
+# Tolerance of the first mesh: on fewer samples, on all, and on all after a start on fewer.
+VERY_LOOSE, LOOSE, AFTER_COARSE = 0.6, 0.3, 0.05
+# A mesh is left when ln Q changes by less than this part of its tolerance; that of the next one is
+# this much smaller.
+ENOUGH, NEXT = 1 / 3, 1 / 6
+# A mesh is no longer fit if ln Q has changed by this much since it was made, or after so many
+# passes that have not settled.
+FAR, PASSES_OF_ONE_MESH = 0.7, 10
+# Above this change of ln Q the last contact is no good start for the next.
+COLD = 0.5
 SETTLED = 1 / 5  # passes have settled if ln Q changes by less than this part of the flow's rtol
 # The solids separate if the fluid carries the whole load although the contact was solved with
 # hardly any load on the solid: with less than this part of it.
@@ -62,12 +75,16 @@ class LiftProblem:
     displacement : callable
         (nx, ny) pressure [Pa] -> displacement S p [m], up to a constant.
     press : callable
-        (heights, load left to the solid [Pa] or None, start) -> ContactState. None where the load
-        is a held area or mean gap, which the fluid does not change.
+        (heights, load left to the solid [Pa] or None, start, whether roughly) -> ContactState. The
+        load is None where an area or a mean gap is held, which the fluid does not change.
     film : callable
         gap -> GridFilm
     flow : callable
-        (film, tolerance) -> LeakRate with its field. None stands for the tolerance of the result.
+        (film, tolerance, whether from a new mesh) -> LeakRate with its field. Without a new mesh
+        it begins with that of the last film. The tolerance None stands for that of the result.
+    again : callable or None
+        film -> LeakRate with its field, by the pressure alone on the mesh of the last flow. None
+        for a flow without a mesh, which is the same at every tolerance.
     carried : callable
         (film, leak rate) -> pressure above ambient [Pa] on the film's samples, NaN where the flow
         has none (contact, pockets).
@@ -83,9 +100,10 @@ class LiftProblem:
 
     height: GridField
     displacement: Callable[[np.ndarray], np.ndarray]
-    press: Callable[[GridField, float | None, ContactState | None], ContactState]
+    press: Callable[[GridField, float | None, ContactState | np.ndarray | None, bool], ContactState]
     film: Callable[[GridField], GridFilm]
-    flow: Callable[[GridFilm, float | None], LeakRate]
+    flow: Callable[[GridFilm, float | None, bool], LeakRate]
+    again: Callable[[GridFilm], LeakRate] | None
     carried: Callable[[GridFilm, LeakRate], np.ndarray]
     inlet: float
     outlet: float
@@ -117,6 +135,8 @@ class LiftedState:
     lowest, highest : float
         Least and largest leak rate [m³/s]: of the last three passes if they have settled, else of
         the second half of all, and from both starts where there were two.
+    rtol : float
+        Tolerance of the flow.
     """
 
     state: str
@@ -156,27 +176,6 @@ class LiftedState:
             f"contact and flow have not settled after {self.passes} passes: the leak rate varies "
             f"from {low} to {high} m^3/s"
         )
-
-
-@dataclass(frozen=True, eq=False)
-class _Pass:
-    """One pass: the contact under a fluid pressure, its film, and the flow through it.
-
-    `pressure` is the p_f under which the contact was solved, `response` the p_f of the flow through
-    its film, both (nx, ny) [Pa]; `tolerance` is that of the flow.
-    """
-
-    pressure: np.ndarray
-    contact: ContactState
-    film: GridFilm
-    leak: LeakRate
-    tolerance: float
-    response: np.ndarray
-
-    @property
-    def residual(self) -> np.ndarray:
-        """Change of p_f in this pass [Pa]; 0 at an equilibrium."""
-        return self.response - self.pressure
 
 
 def lifted(
@@ -225,29 +224,80 @@ def lifted(
     if dry is None:
         dry = _contact(problem, low, None)
     if not problem.film(dry.gap).sealed:
-        start = None if coarse is None else _coarse_start(coarse, low, report)
+        start = None if coarse is None else _coarse_start(coarse, report)
         if start is not None:
-            return lifted_from(problem, rtol, start, dry, most_passes, report)
-        return lifted_from(problem, rtol, low, dry, most_passes, report, known=True)
-    first = lifted_from(problem, rtol, low, dry, most_passes, report, known=True)
+            passes = _Passes(problem, rtol, start, None, tolerance=max(rtol, AFTER_COARSE))
+        else:
+            passes = _Passes(problem, rtol, low, dry, known=True)
+        return _settled(passes, most_passes, report)
+    first = _settled(_Passes(problem, rtol, low, dry, known=True), most_passes, report)
     high = _carriable(problem, low, np.full_like(low, problem.inlet))
     top = _contact(problem, high, dry)
     if high.min() == problem.inlet and problem.film(top.gap).sealed and first.state == "sealed":
         # Sealed with the inlet's pressure everywhere: sealed at any pressure between the ends'.
         return first
-    return _both(first, lifted_from(problem, rtol, high, top, most_passes, report, known=True))
+    second = _settled(_Passes(problem, rtol, high, top, known=True), most_passes, report)
+    return _both(first, second)
 
 
-def _coarse_start(coarse: LiftProblem, low: np.ndarray, report: Report) -> np.ndarray | None:
+def lifted_from(
+    problem: LiftProblem,
+    rtol: float,
+    pressure: np.ndarray,
+    contact: ContactState | None = None,
+    most_passes: int = MOST_PASSES,
+    report: Report = silent,
+) -> LiftedState:
+    """Pass through contact and flow from a fluid pressure until the leak rate settles.
+
+    Parameters
+    ----------
+    problem, rtol, most_passes, report : as of `lifted`
+    pressure : (nx, ny) float
+        Fluid pressure above ambient of the first pass [Pa]; its mean is below the load.
+    contact : ContactState or None
+        A contact to start from.
+
+    Returns
+    -------
+    LiftedState
+    """
+    return _settled(_Passes(problem, rtol, pressure, contact), most_passes, report)
+
+
+def _coarse_start(coarse: LiftProblem, report: Report) -> np.ndarray | None:
     """Fluid pressure (nx, ny) [Pa] of a roughly settled state on every second sample.
 
     None unless that state leaks. The solid keeps a load on the finer grid as well: the mean of the
     fluid pressure is the same there.
     """
-    state = lifted_from(coarse, COARSE_RTOL, low[::2, ::2], None, COARSE_PASSES, report)
-    if state.state != "leaking":
+    low = np.full(coarse.height.shape, coarse.outlet)
+    falling = np.linspace(coarse.inlet, coarse.outlet, len(low))[:, None]
+    start = _carriable(coarse, low, np.broadcast_to(falling, low.shape))
+    passes = _Passes(coarse, VERY_LOOSE, start, None, tolerance=VERY_LOOSE)
+    for _ in range(COARSE_PASSES):
+        last = passes.advance(report)
+        if passes.change < COARSE_CHANGE:
+            break
+    if last.leak.state == "sealed":
         return None
-    return state.fluid_pressure.values.repeat(2, axis=0).repeat(2, axis=1)
+    return _on_finer(passes.next_pressure(), coarse.outlet)
+
+
+def _on_finer(values: np.ndarray, beyond: float) -> np.ndarray:
+    """Values on twice as many samples along each axis, linear between them.
+
+    Parameters
+    ----------
+    values : (nx, ny) float
+    beyond : float
+        Value in the row that would follow the last.
+    """
+    nx, ny = values.shape
+    after = np.vstack([values[1:], np.full((1, ny), beyond)])
+    rows = np.stack([values, (values + after) / 2], axis=1).reshape(2 * nx, ny)
+    after = np.hstack([rows[:, 1:], rows[:, -1:]])
+    return np.stack([rows, (rows + after) / 2], axis=2).reshape(2 * nx, 2 * ny)
 
 
 def _both(first: LiftedState, second: LiftedState) -> LiftedState:
@@ -281,79 +331,186 @@ def relative_part(leak: LeakRate) -> float:
     return log(upper / lower)
 
 
-def lifted_from(
-    problem: LiftProblem,
-    rtol: float,
-    pressure: np.ndarray,
-    contact: ContactState | None,
-    most_passes: int = MOST_PASSES,
-    report: Report = silent,
-    *,
-    known: bool = False,
-) -> LiftedState:
-    """Pass through contact and flow from a fluid pressure until the leak rate settles.
+@dataclass(frozen=True, eq=False)
+class _Pass:
+    """One pass: the contact under a fluid pressure, its film, and the flow through it.
 
-    Parameters
-    ----------
-    problem, rtol, most_passes, report : as of `lifted`
-    pressure : (nx, ny) float
-        Fluid pressure above ambient of the first pass [Pa]; its mean is below the load.
-    contact : ContactState or None
-        A contact to start from.
-    known : bool
-        Whether `contact` is the contact under `pressure`, which the first pass then need not solve.
-
-    Returns
-    -------
-    LiftedState
+    `pressure` is the p_f under which the contact was solved [Pa], `tolerance` that of the mesh.
+    `plain` says whether p_f was that of the flow of the pass before.
     """
-    passes: list[_Pass] = []
-    rates: list[float] = []
-    change, plain = inf, False
+
+    pressure: np.ndarray
+    contact: ContactState
+    film: GridFilm
+    leak: LeakRate
+    tolerance: float
+    plain: bool
+
+
+@dataclass(eq=False)
+class _Passes:
+    """A series of passes from a fluid pressure and a contact.
+
+    Attributes
+    ----------
+    problem : LiftProblem
+    rtol : float
+        Tolerance of the flow of the result.
+    pressure : (nx, ny) float
+        p_f of the next pass [Pa].
+    contact : ContactState, array or None
+        To start the next contact from.
+    known : bool
+        Whether it is the contact under `pressure`, which the first pass then need not solve.
+    tolerance : float
+        Tolerance of the next mesh.
+    count : int
+        Passes so far.
+    rates : list of float
+        Leak rates on the present mesh; they are comparable with each other only.
+    change : float
+        Last change of ln Q from pass to pass on one mesh.
+    values : list of float
+        Leak rates of all passes [m³/s].
+    """
+
+    problem: LiftProblem
+    rtol: float
+    pressure: np.ndarray
+    contact: ContactState | np.ndarray | None
+    known: bool = False
+    tolerance: float = LOOSE
+    count: int = 0
+    rates: list[float] = field(default_factory=list)
+    change: float = inf
+    values: list[float] = field(default_factory=list)
+    _mesh: float = inf
+    _made: LeakRate | None = None
+    _plain: bool = False
+    _mixture: "_Mixture" = field(default_factory=lambda: _Mixture())
+    _response: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def spread(self) -> float:
+        """Spread of ln Q over the last three passes on one mesh; infinite if there are fewer."""
+        return _spread(self.rates[-3:]) if len(self.rates) >= 3 else inf
+
+    @property
+    def response(self) -> np.ndarray:
+        """p_f of the last flow [Pa]."""
+        return self._response
+
+    def advance(self, report: Report) -> _Pass:
+        """Solve one more contact and flow."""
+        if self.count:
+            self.pressure = self.next_pressure()
+        self.count += 1
+        problem = self.problem
+        fresh = self._mesh > self.tolerance or len(self.rates) >= PASSES_OF_ONE_MESH
+        if self.known and self.count == 1 and isinstance(self.contact, ContactState):
+            contact = self.contact
+        else:
+            near = self.count == 1 or _spread(self.values[-2:]) < COLD
+            start = self.contact if near else None
+            contact = _contact(problem, self.pressure, start, roughly=True)
+        film = problem.film(contact.gap)
+        leak = self._flow(film, fresh)
+        self._response = _response(problem, film, leak)
+        self._mixture.add(self.pressure, self._response)
+        self.contact = contact
+        self.values.append(leak.value)
+        report("lift", f"pass {self.count}, leak rate {leak.value:.3g} m^3/s")
+        this = _Pass(self.pressure, contact, film, leak, self._mesh, self._plain)
+        if len(self.rates) > 1:
+            self.change = _spread(self.rates[-2:])
+        if self.change < ENOUGH * self._mesh and self._mesh < inf:
+            self.tolerance = max(self.rtol, NEXT * self._mesh)
+        self._plain = self.change < SETTLED * self.rtol
+        return this
+
+    def _flow(self, film: GridFilm, fresh: bool) -> LeakRate:
+        """Flow on the present mesh, or on a new one."""
+        problem, leak = self.problem, None
+        if film.sealed:
+            leak = problem.flow(film, self.tolerance, False)
+        elif problem.again is not None and not fresh and _spread(self.values[-2:]) < FAR:
+            leak = problem.again(film)
+            if _spread([leak.inflow, *self.rates[:1]]) > FAR:
+                leak = None
+        if leak is None:
+            # Begin with the last mesh where a finer one of a similar film is wanted.
+            new = not fresh or self._mesh <= self.tolerance or self._mesh == inf
+            leak = problem.flow(film, self.tolerance, new)
+            self._mesh, self._made = self.tolerance, leak
+            if problem.again is not None:
+                # Rates and residuals of another mesh are not comparable.
+                self.rates, self._mixture = [], _Mixture()
+        self.rates.append(leak.inflow)
+        return leak
+
+    def next_pressure(self) -> np.ndarray:
+        """p_f of the next pass [Pa]."""
+        problem = self.problem
+        step = max(0.5 ** (self.count // PASSES_OF_ONE_STEP), LEAST_STEP)
+        target = self._response
+        if not self._plain:
+            target = np.clip(self._mixture.step(step), problem.outlet, problem.inlet)
+        return _carriable(problem, self.pressure, target)
+
+    @property
+    def expected(self) -> float:
+        """Leak rate of the last pass [m³/s], from the change since the mesh was made."""
+        made = self._made
+        return made.value * self.rates[-1] / made.inflow if made and self.rates[-1] else 0.0
+
+    def leave_mesh(self) -> None:
+        """Make a new mesh in the next pass."""
+        self._mesh = inf
+
+
+def _settled(passes: _Passes, most_passes: int, report: Report) -> LiftedState:
+    """Pass through contact and flow until the leak rate settles."""
+    problem, rtol = passes.problem, passes.rtol
     while True:
-        if contact is None or not known or passes:
-            contact = _contact(problem, pressure, contact)
-        this = _one_pass(problem, pressure, contact, min(max(OF_CHANGE * change, rtol), COARSE))
-        passes = [*passes[-DEPTH:], this]
-        rates.append(this.leak.value)
-        change = _spread(rates[-2:]) if len(rates) > 1 else inf
-        report("lift", f"pass {len(rates)}, leak rate {this.leak.value:.3g} m^3/s")
+        this = passes.advance(report)
         load = problem.load
-        carries = load is not None and _left(load, this.response) <= 0
-        if plain and not carries and _spread(rates[-3:]) < SETTLED * rtol:
-            return _finished(problem, this, rates, rtol, rates[-3:], True)
-        if len(rates) >= most_passes:
-            return _finished(problem, this, rates, rtol, rates[len(rates) // 2 :], False)
+        carries = load is not None and _left(load, passes.response) <= 0
+        exact = this.tolerance <= rtol or this.leak.state == "sealed"
+        if exact and this.plain and not carries and passes.spread < SETTLED * rtol:
+            state = _finished(passes, this, passes.rates[-3:], True)
+            if state is not None:
+                return state
+            passes.leave_mesh()
+        if passes.count >= most_passes:
+            seen = passes.values[passes.count // 2 :]
+            return present(_finished(passes, this, seen, False), "state")
         # The solid carried hardly any load in this pass, and the fluid again carries all of it.
         if carries and load is not None and _left(load, this.pressure) < LEAST_LEFT * load:
-            return _lifted_off(problem, this.response, len(rates))
-        plain = change < SETTLED * rtol
-        step = max(0.5 ** (len(rates) // PASSES_OF_ONE_STEP), LEAST_STEP)
-        target = this.response if plain else _accelerated(passes, problem, step)
-        pressure = _carriable(problem, this.pressure, target)
+            return _lifted_off(problem, passes.response, passes.count)
 
 
 def _contact(
-    problem: LiftProblem, pressure: np.ndarray, start: ContactState | None
+    problem: LiftProblem,
+    pressure: np.ndarray,
+    start: ContactState | np.ndarray | None,
+    roughly: bool = False,
 ) -> ContactState:
     """Contact with a fluid pressure: a dry one with heights h - S p_f."""
     height = problem.height
     load = None if problem.load is None else problem.load - float(pressure.mean())
     lowered = height.values - problem.displacement(pressure)
-    return problem.press(GridField(lowered, height.spacing, height.periodic), load, start)
+    heights = GridField(lowered, height.spacing, height.periodic)
+    return problem.press(heights, load, start, roughly)
 
 
-def _one_pass(
-    problem: LiftProblem, pressure: np.ndarray, contact: ContactState, tolerance: float
-) -> _Pass:
-    film = problem.film(contact.gap)
-    leak = problem.flow(film, tolerance)
+def _response(problem: LiftProblem, film: GridFilm, leak: LeakRate) -> np.ndarray:
+    """p_f (nx, ny) of the flow through a film [Pa]."""
 
     def read() -> np.ndarray:
         carried = None if leak.state == "sealed" else problem.carried(film, leak)
         return pressure_on_samples(film, problem.inlet, problem.outlet, carried)
 
-    return _Pass(pressure, contact, film, leak, tolerance, parallel.on_root(read, problem.comm))
+    return parallel.on_root(read, problem.comm)
 
 
 def _left(load: float, pressure: np.ndarray) -> float:
@@ -374,42 +531,60 @@ def _carriable(problem: LiftProblem, pressure: np.ndarray, target: np.ndarray) -
 
 def _spread(rates: list[float]) -> float:
     """Spread of ln Q; 0 if all are sealed, infinite if only some are."""
-    low, high = min(rates), max(rates)
+    low, high = min(rates, default=0.0), max(rates, default=0.0)
     if low == high:
         return 0.0
     return log(high / low) if low > 0 else inf
 
 
-def _accelerated(passes: list[_Pass], problem: LiftProblem, step: float) -> np.ndarray:
-    """Next fluid pressure: the mixture of the last passes with the least residual, plus a step."""
-    last = passes[-1]
-    pressure, residual = last.pressure, last.residual
-    if len(passes) > 1:
-        residuals = np.stack([(residual - p.residual).ravel() for p in passes[:-1]], axis=1)
-        weights = np.linalg.lstsq(residuals, residual.ravel(), rcond=None)[0]
-        for weight, before in zip(weights, passes[:-1], strict=True):
-            pressure = pressure - weight * (last.pressure - before.pressure)
-            residual = residual - weight * (last.residual - before.residual)
-    return np.clip(pressure + step * residual, problem.outlet, problem.inlet)
+class _Mixture:
+    """Anderson's acceleration: a mixture of the last passes, chosen for the least residual.
+
+    The arrays are kept in single precision, to save memory; single samples flip by more.
+    """
+
+    def __init__(self) -> None:
+        self._pressures: list[np.ndarray] = []
+        self._residuals: list[np.ndarray] = []
+
+    def add(self, pressure: np.ndarray, response: np.ndarray) -> None:
+        """Add a pass: the p_f of its contact and that of its flow [Pa]."""
+        self._pressures = [*self._pressures[-DEPTH:], pressure.astype(np.float32)]
+        self._residuals = [*self._residuals[-DEPTH:], (response - pressure).astype(np.float32)]
+
+    def step(self, part: float) -> np.ndarray:
+        """Mixture of the pressures, and this part of a step along that of the residuals."""
+        pressure, residual = self._pressures[-1], self._residuals[-1]
+        differences = [residual - other for other in self._residuals[:-1]]
+        if differences:
+            gram = [[float(np.vdot(a, b)) for b in differences] for a in differences]
+            sides = [float(np.vdot(a, residual)) for a in differences]
+            weights = np.linalg.lstsq(np.array(gram), np.array(sides), rcond=None)[0]
+            for weight, other, change in zip(
+                weights, self._pressures[:-1], differences, strict=True
+            ):
+                pressure = pressure - np.float32(weight) * (self._pressures[-1] - other)
+                residual = residual - np.float32(weight) * change
+        return (pressure + np.float32(part) * residual).astype(float)
 
 
-def _finished(
-    problem: LiftProblem,
-    last: _Pass,
-    rates: list[float],
-    rtol: float,
-    seen: list[float],
-    settled: bool,
-) -> LiftedState:
-    """State of the last pass, with its flow solved to the tolerance of the result."""
-    exact = last.tolerance <= rtol and last.leak.converged and not problem.decides
-    leak = last.leak if exact else problem.flow(last.film, None)
+def _finished(passes: _Passes, last: _Pass, seen: list[float], settled: bool) -> LiftedState | None:
+    """State of a pass, with contact and flow as exact as the result is to have them.
+
+    None if that flow contradicts the flows on the last mesh; another mesh is needed then.
+    """
+    problem, rtol = passes.problem, passes.rtol
+    contact = _contact(problem, last.pressure, last.contact)
+    film = problem.film(contact.gap)
+    leak = problem.flow(film, None, False)
+    if settled and _spread([leak.value, passes.expected]) > rtol:
+        return None
     return LiftedState(
         state=leak.state,
-        contact=last.contact,
+        contact=contact,
         fluid_pressure=_field(problem, last.pressure),
         leak_rate=leak,
-        passes=len(rates),
+        passes=passes.count,
         change=_spread(seen),
         converged=settled,
         lowest=min(seen),

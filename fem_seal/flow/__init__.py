@@ -3,15 +3,18 @@
 from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.from_dolfinx import film_from_dolfinx
 from fem_seal.flow.functions import FlowFunctions, flow_functions
-from fem_seal.flow.leak import METHODS, leak_rate
+from fem_seal.flow.leak import METHODS, leak_rate, pressure_on_kept
+from fem_seal.flow.start import KeptMesh
 from fem_seal.limits import Limits
 
 __all__ = [
     "METHODS",
     "FlowFunctions",
+    "KeptMesh",
     "Limits",
     "Tuning",
     "film_from_dolfinx",
     "flow_functions",
     "leak_rate",
+    "pressure_on_kept",
 ]

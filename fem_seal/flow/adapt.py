@@ -197,8 +197,10 @@ def brackets(
     TooFine
         If the next mesh would need triangles that the coordinates cannot hold.
     """
+    # A mesh of a similar film is likely to be fine enough.
+    near = strategy.uniform or strategy.every_dual or start is not None
     start = start or Start.first(gap, mesh)
-    lower, upper, near = 0.0, np.inf, strategy.uniform or strategy.every_dual
+    lower, upper = 0.0, np.inf
     gain, log = USUAL_GAIN, _Log()
     while True:
         problem = LevelProblem(gap, start.mesh, start.values, comm, strategy.tuning.tolerance)

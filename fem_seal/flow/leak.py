@@ -178,7 +178,7 @@ def pressure_on_kept(
 
     Returns
     -------
-    LeakRate, not converged, with a lower bound of 0 and its field
+    LeakRate, not converged, with a lower bound of 0; its field has the pressure and no flux
     """
     start, tuning = present(kept.start, "kept mesh"), Tuning()
     scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
@@ -199,7 +199,7 @@ def pressure_on_kept(
         result,
         converged=False,
         reason="the pressure alone was solved, on a mesh of another film",
-        field=_field(bracket, film, viscosity, pressure_drop, gain),
+        field=_pressure_field(bracket, film, pressure_drop),
     )
 
 
@@ -336,6 +336,20 @@ def _result(
         outflow=outflow * scale,
         levels=tuple(levels),
         slip_interval=interval,
+    )
+
+
+def _pressure_field(bracket: Bracket, film: GridFilm, pressure_drop: float) -> FlowField:
+    """Pressure and gap alone on the mesh of a bracket, with a flux of zero."""
+    problem = bracket.problem
+    number, first = problem.parted_points()
+    vertex = problem.mesh.cells[problem.kept].ravel()[first]
+    return FlowField(
+        points=points_of(film, problem.mesh)[vertex],
+        cells=number,
+        gap=film.highest * problem.vertex_gap[vertex],
+        pressure=pressure_drop * bracket.pressure.corner_values.ravel()[first],
+        flux=np.zeros((len(number), 2)),
     )
 
 

@@ -80,8 +80,10 @@ class Start:
         pressure, stream = step.prolong(self.pressure), step.at_vertices(self.stream)
         return Start(step.mesh, values, pressure, stream)
 
-    def through(self, gap: LinearGap | ConstantGap) -> "Start":
+    def through(self, gap: LinearGap | ConstantGap | VertexGap) -> "Start":
         """The same mesh and functions, for another gap on the same grid."""
+        if isinstance(gap, VertexGap) or not isinstance(self.mesh, NestedMesh):
+            raise TypeError("only films on a grid share a mesh")
         return replace(self, values=gap.values_at(self.mesh))
 
 

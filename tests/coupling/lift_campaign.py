@@ -63,7 +63,7 @@ class Outcome:
 def random_scene(number: int) -> Scene:
     """Scene of a number: loads to near closing, fluid pressures to lift-off and beyond."""
     rng = np.random.default_rng([SEED, number])
-    n = int(rng.choice([48, 64, 96, 128]))
+    n = int(rng.choice([48, 64, 128], p=[0.5, 0.4, 0.1]))
     size = 1e-4
     load = SLOPE * E_STAR * float(np.exp(rng.uniform(np.log(0.02), np.log(0.35))))
     inlet = load * float(np.exp(rng.uniform(np.log(0.01), np.log(1.2))))
@@ -114,7 +114,7 @@ def apart(one: float, other: float) -> float:
 def drift(problem: LiftProblem, state: LiftedState) -> float:
     """Largest |Δ ln Q| on ten more passes, each going half of the way to the flow's pressure."""
     pressure, contact, far = state.fluid_pressure.values, state.contact, 0.0
-    for _ in range(MORE):
+    for number in range(MORE):
         heights = problem.height.values - problem.displacement(pressure)
         load = None if problem.load is None else problem.load - pressure.mean()
         if load is not None and load <= 0:
@@ -122,7 +122,7 @@ def drift(problem: LiftProblem, state: LiftedState) -> float:
         surface = GridField(heights, problem.height.spacing, periodic=True)
         contact = problem.press(surface, load, contact)
         film = problem.film(contact.gap)
-        leak = problem.flow(film, RTOL)
+        leak = problem.flow(film, RTOL, number == 0)
         far = max(far, apart(leak.value, state.leak_rate.value))
         carried = None if leak.state == "sealed" else problem.carried(film, leak)
         made = pressure_on_samples(film, problem.inlet, problem.outlet, carried)
