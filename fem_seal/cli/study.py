@@ -121,7 +121,7 @@ def _scene(options: argparse.Namespace) -> "Scene":
     return scene
 
 
-def _watched(work: Callable[..., Answer]) -> Answer:
+def _with_progress(work: Callable[..., Answer]) -> Answer:
     """Do work that takes `report`, and show its progress."""
     from fem_seal.progress import Display
 
@@ -153,7 +153,7 @@ def _cross_validation(options: argparse.Namespace) -> int:
     setting = Setting(scene.viscosity, scene.drive.pressure_drop, scene.flow.rtol)
     film = GridFilm(patch.grid_gap, scene.flow.sides, scene.flow.representation)
     work = work_of(options)
-    compared = _watched(partial(on_film, film, setting, grids, out=options.out, work=work))
+    compared = _with_progress(partial(on_film, film, setting, grids, out=options.out, work=work))
     if compared is None:
         return _unfinished(work)
     rows, bracket = compared
@@ -179,7 +179,7 @@ def _exact(options: argparse.Namespace) -> int:
     squares = [8 * 2**k for k in range(_grids(options))]
     cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
     work = work_of(options)
-    compared = _watched(
+    compared = _with_progress(
         partial(on_exact_cases, list(cases.values()), squares, out=options.out, work=work)
     )
     if compared is None:
@@ -201,7 +201,7 @@ def _trade(options: argparse.Namespace) -> int:
 
     scene = _scene(options)
     work = work_of(options)
-    result = _watched(partial(trade, scene, out=options.out, work=work))
+    result = _with_progress(partial(trade, scene, out=options.out, work=work))
     if result is None:
         return _unfinished(work)
     advice = "\n".join(recommend(result))
@@ -233,7 +233,7 @@ def _saddle(options: argparse.Namespace) -> int:
             f"got {samples}"
         )
     work = work_of(options)
-    closed = _watched(partial(saddle_series, samples, options.out, work))
+    closed = _with_progress(partial(saddle_series, samples, options.out, work))
     if closed is None:
         return _unfinished(work)
     for one in closed:
