@@ -193,7 +193,7 @@ def solved(
     -------
     patch : Patch
     choice : Choice or None
-        What was chosen to keep accuracy.total; None if the scene has no [accuracy].
+        Contact grid and tolerance for accuracy.total; None if the scene has no [accuracy].
 
     Raises
     ------
@@ -246,7 +246,7 @@ def contact_part(leak_rates: Sequence[float]) -> float:
 
     Returns
     -------
-    float; inf with less than three grids, from which nothing can be told.
+    float; inf with fewer than three grids, which do not allow an estimate.
 
     Notes
     -----

@@ -71,7 +71,7 @@ class Finding:
     found : str
         Its version, or the first line of the error.
     mend : str
-        What to install or do if it does not work.
+        Remedy: a package to install, or a command.
     required : bool
         Whether `fem-seal run` needs the part.
     """

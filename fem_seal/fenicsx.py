@@ -15,7 +15,7 @@ from typing import Any
 
 @contextmanager
 def _quietly() -> Iterator[None]:
-    """Change what DOLFINx, PETSc and MPI look at while they start."""
+    """Set environment and arguments for the start of DOLFINx, PETSc and MPI, then restore them."""
     set_flags, arguments, environment = sys.setdlopenflags, sys.argv, dict(os.environ)
     sys.setdlopenflags = lambda flags: None
     # DOLFINx looks for options of its own among the arguments, and takes only UTF-8.

@@ -101,12 +101,12 @@ class Slip(TwoPressures):
         return self.outlet_pressure, self.inlet_pressure
 
     def gain(self, gap: float) -> float:
-        """What a gap [m] conducts at the mean pressure, over what it would without slip."""
+        """Conductivity of a gap [m] at the mean pressure, over its conductivity without slip."""
         t = gap * self.mean_pressure / self.product
         return float(self.coefficient(t)) / t
 
     def mean_gain(self, gap: float) -> float:
-        """What a uniform gap [m] lets through, over what it would without slip.
+        """Leak rate of a uniform gap [m], over its leak rate without slip.
 
         To first order it is the gain.
         """

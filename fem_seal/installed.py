@@ -39,8 +39,8 @@ def require_fenicsx(what: str, otherwise: str = "") -> None:
 
     Parameters
     ----------
-    what : needs it, for the message
-    otherwise : what works without, the end of the message
+    what : the computation that needs it, for the message
+    otherwise : end of the message, about computations that work without it
 
     Raises
     ------

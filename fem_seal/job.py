@@ -53,7 +53,7 @@ def run(
 
     Parameters
     ----------
-    scene : what is to be computed
+    scene : the scene to compute
     out : result folder: result.json, contact.npz where a contact was solved, the pictures and
         the mesh where they are products
     overwrite : whether another scene's result may be replaced
@@ -91,7 +91,7 @@ def save(patch: Patch, out: str | Path, *, overwrite: bool = False) -> Result:
 
     Parameters
     ----------
-    patch : whose steps are used; those that the products need and that are missing are computed
+    patch : steps that it has computed are used, and steps that the products need are computed
     out, overwrite : as of `run`
 
     Returns
@@ -327,7 +327,7 @@ def require_packages(scene: Scene) -> None:
     MissingPackage
         If FEniCSx or the OpenGL library that the scene's products need is not installed.
     """
-    # What lives on a grid is drawn without OpenGL; flow by finite elements and shapes are not.
+    # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
     by_elements = scene.needs_rates and scene.flow.method != "finite-difference"
     if "pictures" in scene.output.products and (by_elements or scene.shape is not None):
         from fem_seal.render.offscreen import require_gl

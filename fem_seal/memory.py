@@ -56,9 +56,9 @@ def memory_of(process: int) -> ProcessMemory | None:
 def available_memory(root: Path = Path("/")) -> int:
     """Memory that this process can still have without swapping [bytes].
 
-    The least of what the machine has and of what is left of each memory limit of the control groups
-    of the process (batch systems such as Slurm and containers set them), of version 1 and 2. Where
-    there is no /proc, as on macOS, all memory of the machine.
+    The smallest of: the free memory of the machine, and the rest of each memory limit of the
+    process's control groups, version 1 and 2 (set by containers and batch systems such as Slurm).
+    Where there is no /proc, as on macOS, all memory of the machine.
 
     Parameters
     ----------
@@ -120,8 +120,8 @@ def refuse_too_large(size: float, what: str, available: float | None = None) -> 
     Parameters
     ----------
     size : memory that reading takes [bytes]
-    what : is to be read, for the message
-    available : memory there is [bytes]; that of the machine if left out
+    what : name of the data, for the message
+    available : memory [bytes]; `available_memory()` if left out
 
     Raises
     ------

@@ -129,7 +129,7 @@ def total(number: int, comm: Comm = None) -> int:
 
 
 def abort_together() -> None:
-    """Make an unexpected error of one process end all of them, which would wait for it for ever."""
+    """End all processes on an unexpected error of one; else the others would wait for ever."""
     world = _world()
     if world is None:
         return

@@ -61,18 +61,18 @@ class Patch:
     trust : bool
         Whether gmsh may run a .geo file that is not the package's own, with your rights.
     surface : GridField, optional
-        Heights [m] in place of those that the scene gives, such as the same on another grid.
+        Heights [m] in place of the scene's surface, such as the same surface on another grid.
     contact : GapState, optional
         Contact of that surface, if it is known already.
     contact_start : (nx, ny) array, optional
-        A contact pressure [Pa] near that of the contact; it saves iterations.
+        First guess of the contact pressure [Pa]; a good one saves iterations.
     leak_rate : LeakRate, optional
         Leak rate of that contact, if it is known already.
     lifted : LiftedState, optional
         Equilibrium of that contact with the fluid, if it is known already.
     contact_error : float, optional
-        Relative error of the leak rate that the contact's grid is estimated to leave; infinite if
-        nothing can be said. None: it was not estimated.
+        Estimated relative error of the leak rate due to the contact's grid; infinite if it cannot
+        be estimated. None: it was not estimated.
     comm : MPI.Comm, optional
         The processes that read the steps together; all of this run if left out. With
         MPI.COMM_SELF each process solves a patch of its own.
@@ -396,9 +396,9 @@ class Patch:
     def lift_range(self) -> tuple[LeakRate, LeakRate]:
         """Leak rates of the dry contacts under the loads that outlet and inlet leave to the solid.
 
-        Any fluid pressure between those of the two ends leaks something between them (a half-space
-        under a `pressure`). The second is "lifted off" where the inlet's pressure is no less than
-        the load.
+        The leak rate under any fluid pressure between those of the two ends lies between these two
+        (for a half-space under a `pressure`). The second is "lifted off" if the inlet's pressure is
+        not below the load.
         """
         load = present(present(self.scene.contact, "[contact]").pressure, "contact.pressure")
         inlet, outlet = self.scene.gauge_pressures

@@ -1,4 +1,4 @@
-"""Look up what a name in a scene or an argument stands for."""
+"""Look up the entry of a table by its name, as a scene or an argument gives it."""
 
 from collections.abc import Collection, Mapping
 from typing import TypeVar

@@ -69,7 +69,7 @@ def to_si(value: object, unit: str) -> float:
 
 
 def _convert(number: str, text: str, unit: str, expected: str) -> float:
-    """Number with the unit `text` in an SI unit; ValueError ends with what is expected."""
+    """Number with the unit `text` in an SI unit; the ValueError ends with the expected form."""
     from decimal import Decimal
     from tokenize import TokenError
 

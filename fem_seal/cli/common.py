@@ -1,4 +1,4 @@
-"""What the commands share: options, the run itself and what they print."""
+"""Options that commands share, the run of a scene, and its printed result."""
 
 import argparse
 import re

@@ -93,7 +93,7 @@ def _csv(scene: "Scene", prepared: "PreparedSurface") -> str:
 
 
 def _profile_lines(scene: "Scene") -> list[str]:
-    """What the profiles say of the isotropic surface, and what of it the grid holds."""
+    """Spectrum of the isotropic surface by its profiles, and the part of it that the grid holds."""
     from fem_seal.scene import ProfileSurface
     from fem_seal.steps import spectrum_of_profiles
 

@@ -89,8 +89,8 @@ class HalfSpace:
     threads : int
         Of the FFTs.
     precision : "mixed" or "double"
-        Of what only steers an iteration: preconditioner and curvature. Displacements are always
-        double.
+        Precision of preconditioner and curvature, which only steer the iteration. Displacements
+        are always double.
 
     Attributes
     ----------

@@ -49,7 +49,7 @@ PATIENCE = 300
 GAP_TOLERANCE = 1e-4
 MEAN_GAP_TOLERANCE = 1e-4
 
-# In float64 a smaller certificate cannot be told from zero.
+# Smallest certificate that float64 resolves.
 SMALLEST_TOLERANCE = 1e-13
 
 

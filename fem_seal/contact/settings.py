@@ -1,4 +1,4 @@
-"""What a contact is asked for: the solid, one load, and how to compute."""
+"""Settings of a contact: the solid, one load, and the arithmetic."""
 
 from dataclasses import dataclass
 

@@ -14,12 +14,12 @@ from fem_seal.files.owner import PREFIX, clear_abandoned, staging_name
 
 @contextmanager
 def writing(path: Path, what: str = "the output folder") -> Iterator[None]:
-    """Turn an error of the disk into an InvalidInput that names what could not be written.
+    """Turn an error of the disk into an InvalidInput that names the file or folder.
 
     Parameters
     ----------
     path : file or folder that the body writes
-    what : names its kind in the message
+    what : its kind, for the message
     """
     try:
         yield
@@ -134,8 +134,8 @@ def staging_folder(folder: Path, what: str = "the output folder") -> Iterator[Pa
 
     Parameters
     ----------
-    folder : cleared of what killed processes have left
-    what : names its kind in the message
+    folder : staging folders that killed processes left in it are removed
+    what : its kind, for the message
 
     Raises
     ------

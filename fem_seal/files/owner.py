@@ -60,7 +60,7 @@ def _own(process: int) -> Owner:
 
 
 def this_process() -> Owner:
-    """Owner of what is written now."""
+    """The present process as an owner of staging files."""
     return _own(os.getpid())
 
 

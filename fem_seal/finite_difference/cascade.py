@@ -1,8 +1,7 @@
 """The letter's cascade of grids: each halves the spacing of the last and starts from its pressure.
 
 On every grid the network equations Σ_b c_ab (p_b - p_a) = 0 of `solver` are relaxed. On a coarse
-grid a cell is a block of samples; its conductivity K is that of Bruggeman's effective medium of
-them,
+grid a cell is a block of samples, and its conductivity K that of their Bruggeman medium,
 
     mean over the block of (g³ - K)/(g³ + K) = 0,
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 TAGS = "gmsh:physical"
 FLAT = 1e-9  # of the extent: how far points may lie from a plane of constant z
 _PLANE_CELLS = {"triangle", "line", "vertex"}
-# What meshio and the libraries below it raise on files that are cut off or are something else.
+# Errors that meshio and the libraries below it raise for truncated files and other formats.
 _UNREADABLE = (
     *(ValueError, IndexError, KeyError, TypeError, AttributeError, AssertionError, EOFError),
     *(OverflowError, struct.error, zlib.error, binascii.Error),
@@ -147,7 +147,7 @@ def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
             f"{source} is no mesh file that can be read; choose from {', '.join(readers)} or .geo"
         )
     try:
-        # meshio prints its doubts; ours are said in one sentence below.
+        # meshio prints warnings of its own; the message below replaces them.
         with (
             contextlib.redirect_stdout(io.StringIO()),
             contextlib.redirect_stderr(io.StringIO()),

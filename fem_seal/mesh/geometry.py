@@ -41,7 +41,7 @@ def require_trust(geo: Path, trust: bool) -> bytes | None:
     Parameters
     ----------
     geo : geometry source
-    trust : whether the user has said on the command line, or in Python, to run it
+    trust : whether the user allows it to run (`--trust`, or in Python `trust=True`)
 
     Returns
     -------
@@ -108,7 +108,7 @@ def mesh_geometry(
 
 
 def _refuse_full(temporary: Path) -> None:
-    """Blame a full disk for what gmsh could not do, and not the geometry."""
+    """Raise InvalidInput if the temporary folder is full: then the geometry is not at fault."""
     free = shutil.disk_usage(temporary).free
     if free < LEAST_FREE:
         raise InvalidInput(

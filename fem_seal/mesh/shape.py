@@ -65,7 +65,7 @@ def shape_mesh_with_values(
     Parameters
     ----------
     xy, cells, sides
-        As for `shape_mesh`, which says what it raises.
+        As for `shape_mesh`, which lists the errors as well.
     values : (V, ...) float
         Values at the vertices; the function is linear on each triangle.
     """

@@ -33,8 +33,8 @@ def hydraulic_aperture(
     """Height h of the uniform film in the same place that leaks as much: Q = Q₁ (h/h₁)³.
 
     The cubic law, solved for h (P. A. Witherspoon et al., Water Resour. Res. 16, 1016 (1980)).
-    With slip h³ is multiplied by what slip adds to a film of height h. h grows with Q and falls
-    with Q₁, so the bounds of both give those of h.
+    With slip, h³ is multiplied by the gain of a film of height h. The height h grows with Q and
+    falls with Q₁, so that their bounds give bounds of h.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def hydraulic_aperture(
         ratio = rate / uniform_rate
         if slip is None or ratio == 0:
             return height * float(np.cbrt(ratio))
-        # Slip only adds, so that h is at most that without it.
+        # Slip only raises the leak rate: h is at most the height without slip.
         most = height * float(np.cbrt(ratio * slip.mean_gain(height)))
         return most * brentq(lambda t: t**3 * slip.mean_gain(t * most) - 1, 1e-50, 1.0, rtol=1e-14)
 
@@ -73,7 +73,7 @@ def uniform_rectangle(
 ) -> LeakRate:
     """Leak rate of a uniform film on the rectangle of another, exact.
 
-    Q₁ = Ly/Lx h₁³/(12 η) Δp, with slip times what it adds.
+    Q₁ = Ly/Lx h₁³/(12 η) Δp, with slip times its gain.
 
     Parameters
     ----------

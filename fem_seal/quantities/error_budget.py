@@ -91,9 +91,10 @@ def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
 
 
 def parts_of_bounds(leak: LeakRate) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Factors of the bounds over the value: of what refinement closes, and of the slip interval.
+    """Two pairs of factors whose products are the bounds over the value.
 
-    The value is in the middle of both, and their products are the bounds over the value.
+    The first pair (lower, upper) is the part that refinement narrows, the second the slip interval.
+    The value is the geometric middle of each.
     """
     if leak.slip_interval is None or not leak.lower:
         lower, upper = leak.bounds

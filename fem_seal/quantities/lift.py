@@ -1,4 +1,4 @@
-"""What the fluid's pressure does to the leak rate, as far as the scene has not resolved it.
+"""Error budget: the effect of the fluid's pressure on the solid, where the scene leaves it open.
 
 The fluid carries part of the load and opens the film. For an elastic half-space under the total
 load P per area and any fluid pressure between p_out and p_in above ambient, the leak rate lies
@@ -16,9 +16,9 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Kind, Uncertainty
 
-# Name of the entry where the lift is left out, and where it is computed.
+# Name of the entry if flow.lift is "none", and otherwise.
 NAME, COMPUTED = "fluid pressure", "lift"
-# Part of the contact pressure below which the fluid's pressure is not worth a word.
+# The fluid's pressure is neglected below this part of the contact pressure.
 NEGLIGIBLE = 1e-3
 
 
@@ -100,7 +100,8 @@ def _resolved(patch: Patch) -> Uncertainty:
         "rate changes from pass to pass through contact and flow, and by the error of the flow "
         "whose pressure lifts the solid"
     )
-    # The pressure is as good as the flow: changes of ln Q were of the size of its half-width.
+    # The flow's error is also that of the pressure that lifts the solid. Equilibria from different
+    # meshes differed by about the half-width of the flow's bounds.
     leak = patch.leak_rate
     error = state.change + (flow_part(leak) if leak.lower else 0.0)
     return Uncertainty(COMPUTED, "estimated", sentence, exp(-error), exp(error))

@@ -1,4 +1,4 @@
-"""What the slip of a gas at the walls leaves open of its leak rate."""
+"""Error budget: slip of a gas at the walls."""
 
 from fem_seal.digits import with_prefix
 from fem_seal.errors import present
@@ -33,12 +33,13 @@ def knudsen_number(patch: Patch) -> float | None:
 
 
 def slip(patch: Patch) -> Uncertainty | None:
-    """What is missing of the slip of a gas; None for a liquid or a sealed gap.
+    """Entry for the error of the law of slip; None for a liquid or a sealed gap.
 
-    The kinetic law is that of a model of the gas. First order is short of it. Without slip all of
-    it is missing: it multiplies the flow through a channel of height g by 1 + 6 Kn, Kn = λ/g, λ the
-    mean free path at the mean pressure (E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167
-    (1997)). What is missing of the latter two only adds, so that their lower bound stands.
+    The kinetic law is computed from a model of the gas, and other models differ a little. The
+    first-order law gives too little slip, and a scene without slip none at all: slip multiplies the
+    flow through a channel of height g by 1 + 6 Kn, Kn = λ/g, with λ the mean free path at the mean
+    pressure (E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167 (1997)). More slip only raises
+    the leak rate, so that the lower bound holds in both of these cases.
     """
     knudsen, law = knudsen_number(patch), patch.scene.slip
     if knudsen is None:
@@ -52,7 +53,7 @@ def slip(patch: Patch) -> Uncertainty | None:
 
 
 def slip_interval(patch: Patch) -> Uncertainty | None:
-    """What the unknown pressure at each place leaves open of the slip; None without slip."""
+    """Entry for the slip interval, since the local pressure is not known; None without slip."""
     leak = patch.leak_rate
     if leak.slip_interval is None:
         return None
@@ -93,7 +94,7 @@ def _kinetic(knudsen: float, added: float) -> Uncertainty:
 
 
 def _without_slip(patch: Patch, knudsen: float) -> Uncertainty:
-    """Up to half the tolerance of the flow slip counts as an estimate; above, the rate is open."""
+    """Entry without slip: an estimate up to half the flow's tolerance, above it unbounded."""
     scene = patch.scene
     critical = present(patch.film.constriction, "constriction").gap
     sigma = present(scene.fluid, "[fluid]").accommodation or 1.0

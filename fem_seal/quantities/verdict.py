@@ -98,8 +98,8 @@ def verdict(
     shown : the unit for the sentence
     limit : as given, or None
     limit_solved : the same for the solved leak rate [m³/s]
-    budget : what makes the leak rate uncertain; its entry of the flow is that of `leak`
-    wish : what would decide, in words; a tolerance of the flow if left out
+    budget : uncertainties of the leak rate; its entry "flow" belongs to `leak`
+    wish : advice for an undecided verdict; a tolerance of the flow if left out
     """
     given = None if limit is None else f"{limit.number:g} {limit.unit.name}"
     rest = beside_flow(budget)
@@ -197,7 +197,7 @@ def _wish(
     limit: float,
     rest: ErrorBudget,
 ) -> str:
-    """Say what would decide an undecided verdict."""
+    """Advice for an undecided verdict: a setting that might decide it, or why none can."""
     low, high = leak.bounds
     if low == 0:
         return "there is no lower bound yet, allow more unknowns, time or memory"
@@ -222,7 +222,7 @@ def _open(rest: ErrorBudget) -> list[Uncertainty]:
 
 
 def _counting(rest: ErrorBudget) -> str:
-    """Name what was counted beside the bounds of the flow."""
+    """Names and factors of the entries that the verdict counts beside the bounds of the flow."""
     both = [entry for entry in rest if entry.lower is not None and entry.upper is not None]
     if not both:
         return ""

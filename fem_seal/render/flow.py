@@ -108,7 +108,7 @@ def _panel(
     long_side: int,
     title: str,
 ) -> Panel:
-    """Draw flow, and what carries none over it; but a mesh over contact."""
+    """Draw the flow, and over it contact and pockets; but a mesh is drawn over the contact."""
     view = mosaic(film, window, long_side)
     drawn = draw(flow, view.window, long_side)
     # Triangles wider than a pixel extend over contact and pockets, which carry no flow.

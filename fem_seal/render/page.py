@@ -121,7 +121,7 @@ def panel_of(
     Parameters
     ----------
     film : GridFilm
-        What is drawn.
+        The film that the pixels show.
     pixels, window, title, scale
         As of `Panel`.
     marked : bool

@@ -131,7 +131,7 @@ def lift_picture(
     *,
     long_side: int = 800,
 ) -> Path:
-    """Four pictures of a lift: gap of the dry and of the lifted contact, and what carries the load.
+    """Four pictures of a lift: gap, dry and lifted, and the pressures of solid and fluid.
 
     Parameters
     ----------

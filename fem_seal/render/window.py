@@ -1,4 +1,4 @@
-"""What a picture shows: a rectangle of the seal, and the scale of a quantity's colours."""
+"""Rectangle of the seal that a picture shows, and the scale of a quantity's colours."""
 
 from dataclasses import dataclass
 

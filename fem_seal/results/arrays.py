@@ -24,7 +24,7 @@ TAGS = "facet_tags"
 
 
 class Lift(NamedTuple):
-    """What a lifted contact has beside gap and pressure."""
+    """Fields of a lifted contact beside gap and pressure."""
 
     dry_gap: GridField
     fluid_pressure: GridField

@@ -1,4 +1,4 @@
-"""What result.json says of the fluid that lifts the solid."""
+"""Part of result.json about the fluid that lifts the solid."""
 
 from math import isfinite
 
@@ -63,7 +63,7 @@ class LiftRecord(Record):
 
 
 def lift_words(lift: LiftRecord) -> str:
-    """Say what the fluid carries, or which range its pressure leaves."""
+    """Loads of fluid and solid, or the range of leak rates, in words."""
     area = 100 * lift.dry.contact_area_fraction
     dry = f"dry, {area:.4g} % of the area would touch"
     if lift.model == "range":

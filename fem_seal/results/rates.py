@@ -39,7 +39,7 @@ class RateRecord(Record):
 
 
 class GasRecord(Record):
-    """The leak rate of a gas in what does not depend on reference conditions.
+    """Rates of a gas that do not depend on reference conditions.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class GasRecord(Record):
     slip : str or None
         Law of slip at the walls, "first-order" or "kinetic"; None without slip.
     accommodation : float or None
-        With which slip at the walls was computed; None without slip.
+        Accommodation coefficient of the walls; None without slip.
     """
 
     mass_rate: RateRecord

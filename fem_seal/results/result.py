@@ -71,7 +71,7 @@ class Bounds(Record):
 
 
 class AccuracyRecord(Record):
-    """What was chosen to keep accuracy.total; an error is null where nothing can be said."""
+    """Contact grid and tolerance that were chosen for accuracy.total; an unknown error is null."""
 
     total: float
     samples: tuple[int, int]

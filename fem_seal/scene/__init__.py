@@ -1,4 +1,4 @@
-"""Scene: what a scene file says, checked, frozen and in SI units."""
+"""Scene: the content of a scene file, checked, frozen and in SI units."""
 
 from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.fluid import Fluid

@@ -92,7 +92,7 @@ class Contents(Section):
 
     @property
     def lift(self) -> str:
-        """What the fluid's pressure does to the solid: "none", "range" or "resolved".
+        """Model of the fluid's pressure on the solid: "none", "range" or "resolved".
 
         "none" where no product needs the flow.
         """
