@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("png", "pdf")
-PANEL_SIDE = 700
+PANEL_SIDE = 700  # pixels of the longer side of each panel
 # Part of each side of the cell that the lower row of Figs. 1 and 2 shows magnified.
 MAGNIFIED = 0.25
 DECADES = 4
@@ -32,7 +32,9 @@ BEARING, ELASTIC, PERSSON = "#b2452b", "#1f4e9e", "#444444"
 MARKERS = ("o", "s", "^", "D", "v", "p", "h", "<", ">", "*")
 
 
-def contact_figure(contacts: dict[str, GridField], folder: Path) -> list[Path]:
+def contact_figure(
+    contacts: dict[str, GridField], folder: Path, panel_side: int = PANEL_SIDE
+) -> list[Path]:
     """Draw Fig. 1: contact and open domains of each model, and a part magnified below.
 
     Parameters
@@ -41,23 +43,27 @@ def contact_figure(contacts: dict[str, GridField], folder: Path) -> list[Path]:
         Gap [m] by model.
     folder : Path
         Folder for fig1.png and fig1.pdf.
+    panel_side : int
+        Pixels of the longer side of each panel.
 
     Returns
     -------
     list of Path, the files
     """
     whole = [
-        contact_panel(GridFilm(gap, "periodic"), long_side=PANEL_SIDE, title=_title(model, gap))
+        contact_panel(GridFilm(gap, "periodic"), long_side=panel_side, title=_title(model, gap))
         for model, gap in contacts.items()
     ]
     parts = [
-        contact_panel(GridFilm(gap, "periodic"), window=_part(gap), long_side=PANEL_SIDE)
+        contact_panel(GridFilm(gap, "periodic"), window=_part(gap), long_side=panel_side)
         for gap in contacts.values()
     ]
     return _pages(folder, "fig1", lambda path: write_page([whole, parts], path, key=CONTACT_KEY))
 
 
-def flow_figure(flows: dict[str, FlowPicture], folder: Path) -> list[Path]:
+def flow_figure(
+    flows: dict[str, FlowPicture], folder: Path, panel_side: int = PANEL_SIDE
+) -> list[Path]:
     """Draw Fig. 2: flow density of each model over its peak, and a part magnified below.
 
     Parameters
@@ -66,6 +72,8 @@ def flow_figure(flows: dict[str, FlowPicture], folder: Path) -> list[Path]:
         Flow by model.
     folder : Path
         Folder for fig2.png and fig2.pdf.
+    panel_side : int
+        Pixels of the longer side of each panel.
 
     Returns
     -------
@@ -76,10 +84,10 @@ def flow_figure(flows: dict[str, FlowPicture], folder: Path) -> list[Path]:
     for model, picture in flows.items():
         field = replace(picture.flow, flux=picture.flow.flux / picture.peak)
         title = f"{_title(model, picture.gap)}, peak {picture.peak:.2g} m²/s"
-        film = GridFilm(picture.gap)
+        film = GridFilm(picture.gap, "periodic")
         part = _part(picture.gap)
-        whole.append(flow_panel(field, film, scale, title=title, long_side=PANEL_SIDE))
-        parts.append(flow_panel(field, film, scale, window=part, long_side=PANEL_SIDE))
+        whole.append(flow_panel(field, film, scale, title=title, long_side=panel_side))
+        parts.append(flow_panel(field, film, scale, window=part, long_side=panel_side))
     key = (CONTACT, NO_FLOW)
     return _pages(
         folder, "fig2", lambda path: write_page([whole, parts], path, scale=scale, key=key)

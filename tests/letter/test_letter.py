@@ -462,16 +462,13 @@ def test_parts_left_out_come_with_a_later_run(finished, tmp_path):
 
 
 @pytest.mark.render
-def test_figures_are_written(finished, tmp_path, monkeypatch):
+def test_figures_are_written(finished, tmp_path):
     from fem_seal.render import letter as figures
-
-    monkeypatch.setattr(figures, "PANEL_SIDE", 120)
-    monkeypatch.setattr(figures, "DPI", 50)
 
     _, _, data = finished
     paths = [
-        *figures.contact_figure(data.contacts, tmp_path),
-        *figures.flow_figure(data.flows, tmp_path),
+        *figures.contact_figure(data.contacts, tmp_path, panel_side=120),
+        *figures.flow_figure(data.flows, tmp_path, panel_side=120),
         *figures.current_figure(data.currents, data.persson, tmp_path),
         *figures.error_figure(data.errors, tmp_path),
     ]
