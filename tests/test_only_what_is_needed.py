@@ -119,9 +119,9 @@ def counted(monkeypatch):
     sizes = []
     original = linear.minimise_by_cg
 
-    def solve(matrix, *arguments):
-        sizes.append(matrix.getSize()[0])
-        return original(matrix, *arguments)
+    def solve(solver, *arguments):
+        sizes.append(solver.getOperators()[0].getSize()[0])
+        return original(solver, *arguments)
 
     monkeypatch.setattr(linear, "minimise_by_cg", solve)
     return sizes

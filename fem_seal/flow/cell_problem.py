@@ -11,24 +11,30 @@ principle in Legendre's form gives C <= A*. Hence C <= A* <= A as quadratic form
 each.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from fem_seal.fenicsx import MPI
+from fem_seal.flow.energy import ROUNDING
+from fem_seal.flow.film_on_mesh import CornerValues, FilmOnMesh, Flow
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap
-from fem_seal.flow.gradients import shape_gradients
-from fem_seal.flow.linear import CellSpace
+from fem_seal.flow.gradients import gradients, shape_gradients
+from fem_seal.flow.integrals import AT_ONCE
+from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Numbering
+from fem_seal.flow.start import Guess, Start
+from fem_seal.flow.tensor_bounds import MatrixBounds
 from fem_seal.flow.torus import (
     jumps_along,
     open_torus,
     pressure_numbering,
     stream_numbering,
 )
-from fem_seal.flow.traces import mean_gradient_values
-from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.seams import seams
+from fem_seal.mesh.grouping import parts
+from fem_seal.mesh.torus import Torus
 
 _CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])  # J×G = J·_CROSS·G
 
@@ -41,25 +47,56 @@ class Family:
     ----------
     jumps : (k, 2)
         The jumps across both seams.
-    corner_values : (k, C, 3)
-        Corner values of each minimiser.
+    minima : list of Minimum
+        The k minimisers.
     energies : (k, k)
         ∫ ∇v_a·T·∇v_b, raised by a bound of its rounding error.
-    iterations : int
-        CG iterations of all solves together.
-    stalled : str
-        Reason why CG stopped short of its tolerance in one of the solves, else "".
+    epsilon : float
+        Factor ε of the regularised dual; zero in the true dual and in the primal.
     """
 
     jumps: np.ndarray
-    corner_values: np.ndarray
+    minima: Sequence[Minimum]
     energies: np.ndarray
-    iterations: int
-    stalled: str = ""
+    epsilon: float = 0.0
 
-    def combined(self, weights: np.ndarray) -> np.ndarray:
-        """Corner values (C, 3) of a combination with weights (k,)."""
-        return np.tensordot(weights, self.corner_values, axes=1)
+    @property
+    def iterations(self) -> int:
+        """CG iterations of all solves together."""
+        return sum(minimum.iterations for minimum in self.minima)
+
+    @property
+    def stalled(self) -> str:
+        """Reason why CG stopped short of its tolerance in one of the solves, else ""."""
+        return next((minimum.stalled for minimum in self.minima if minimum.stalled), "")
+
+    def combined(self, weights: np.ndarray) -> CornerValues:
+        """Corner values of a combination with weights (k,)."""
+        return lambda cells: sum(
+            weight * minimum.corners(cells)
+            for weight, minimum in zip(weights, self.minima, strict=True)
+        )
+
+    @property
+    def corner_values(self) -> np.ndarray:
+        """Corner values (2, C, 3) of the functions of unit jumps across x and across y.
+
+        Where the family has fewer functions, only the component along its direction counts.
+        """
+        return np.array([self.combined(row)(slice(None)) for row in np.linalg.pinv(self.jumps)])
+
+
+@dataclass(frozen=True, eq=False)
+class StreamFamily(Family):
+    """Stream functions for a basis of jumps.
+
+    Attributes
+    ----------
+    psi : (2, V)
+        Those of unit jumps at the vertices; zero where nothing flows.
+    """
+
+    psi: np.ndarray = field(kw_only=True)
 
 
 def upper_matrix(pressures: Family) -> np.ndarray:
@@ -80,128 +117,179 @@ def lower_matrix(streams: Family) -> np.ndarray:
     return (streams.jumps @ _CROSS.T).T @ best_flux(streams)
 
 
-class CellProblem:
+class CellProblem(FilmOnMesh):
     """The periodic cell on one mesh, K = g³ (gap in units of its maximum).
 
     Parameters
     ----------
     gap : the gap as represented
-    mesh : with matching seams
+    mesh : of the torus
     values : gap at its vertices
     comm : MPI communicator
     tolerance : relative energy error at which CG stops
     """
 
+    mesh: Torus
+
     def __init__(
         self,
         gap: LinearGap | ConstantGap,
-        mesh: NestedMesh,
+        mesh: Torus,
         values: np.ndarray,
         comm: MPI.Comm,
         tolerance: float,
     ):
-        self.mesh, self.tolerance, self._gap = mesh, tolerance, gap
-        self._whole = gap.cell_data(mesh, values)
-        self._seams = seams(mesh)
-        cells = open_torus(mesh, self._whole)
-        self.kept = cells.kept
-        self.data = self._whole.part(cells.kept)
-        self._numbering = pressure_numbering(mesh, self._seams, self._whole, cells)
+        data = gap.cell_data(mesh, values)
+        cells = open_torus(mesh, data)
+        numbering = pressure_numbering(mesh, data, cells)
+        super().__init__(gap, mesh, values, data, cells.kept, numbering, comm, tolerance)
         self._driving = jumps_along(cells.windings)
-        corners = mesh.corners(gap.aspect, mesh.cells[cells.kept])
-        sides = mesh.edges[1][cells.kept]
-        self._space = CellSpace(len(corners), corners.__getitem__, lambda: sides, comm, mesh.blur)
-        self._slopes, self._areas = shape_gradients(corners)
 
-    @property
-    def unknowns(self) -> int:
-        """Number of pressure unknowns for one direction."""
-        return self._numbering.count
+    def guess(self, start: Start) -> Guess:
+        """Functions (2, C, 3) and (2, V) of unit jumps."""
+        return Guess(start.pressures[:, self.kept], start.streams)
 
-    def pressures(self, guess: np.ndarray) -> Family:
+    def pressure(self, guess: np.ndarray) -> Family:
         """Minimise ∫K|∇p|² for each jump that can drive a flow.
 
         Parameters
         ----------
         guess : (2, C, 3) corner values for unit jumps across x and across y
         """
-        crossed = self._seams.copy[self.mesh.cells[self.kept]]
-        tensor = self.data.K[:, None] * ISOTROPIC
-        return self._family(self._numbering, crossed, self._driving, tensor, guess)
+        crossed = self.mesh.copy[self._cells]
+        return self._family(
+            lambda cells: self.data.K[cells, None] * ISOTROPIC,
+            self.primal_numbering,
+            crossed,
+            self._driving,
+            guess,
+        )
 
-    def streams(self, guess: np.ndarray) -> Family:
-        """Minimise ∫|∇ψ|²/K for each jump that contact and blocked cells allow."""
-        return self._stream_family(self.data.resistivity, guess, merge_blocked=True)
+    def stream(self, guess: np.ndarray) -> StreamFamily:
+        """Minimise ∫|∇ψ|²/K for each jump that contact and blocked cells allow.
 
-    def regularised_streams(self, guess: np.ndarray, epsilon: float) -> Family:
+        Parameters
+        ----------
+        guess : (2, V) values at the vertices for unit jumps across x and across y
+        """
+        return self._streams(0.0, guess)
+
+    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> StreamFamily:
         """Regularised dual: blocked cells conduct `epsilon` times as much as in the primal."""
-        return self._stream_family(self._regularised(epsilon), guess, merge_blocked=False)
+        return self._streams(epsilon, guess)
 
-    def _stream_family(
-        self, tensor: np.ndarray, guess: np.ndarray, *, merge_blocked: bool
-    ) -> Family:
-        stream = stream_numbering(self.mesh, self._seams, self._whole, self.kept, merge_blocked)
-        return self._family(stream.numbering, stream.seams_crossed, stream.jumps, tensor, guess)
-
-    def _regularised(self, epsilon: float) -> np.ndarray:
-        return self.data.regularised(epsilon, self._gap.cut)
+    def _streams(self, epsilon: float, guess: np.ndarray) -> StreamFamily:
+        stream = stream_numbering(self.mesh, self._cell_contact, self.kept, epsilon == 0)
+        tensor = partial(self._resistivity, epsilon)
+        family = self._family(
+            tensor, stream.numbering, stream.seams_crossed, stream.jumps, guess[:, self._cells]
+        )
+        at_vertices = [self._at_vertices(m.numbering, m.values) for m in family.minima]
+        psi = np.linalg.pinv(family.jumps) @ np.reshape(at_vertices, (-1, len(self.mesh.xy)))
+        return StreamFamily(family.jumps, family.minima, family.energies, epsilon, psi=psi)
 
     def _family(
         self,
+        tensor: Callable[[slice], np.ndarray],
         periodic: Numbering,
         crossed: np.ndarray,
         jumps: np.ndarray,
-        tensor: np.ndarray,
         guess: np.ndarray,
     ) -> Family:
-        values, iterations = np.empty((len(jumps), *periodic.of_corner.shape)), 0
-        rounding, stalled = 0.0, ""
-        for k, jump in enumerate(jumps):
-            lift = crossed @ jump
-            numbering = Numbering(periodic.of_corner, lift, periodic.count)
-            start = numbering.from_corners(np.tensordot(jump, guess, axes=1))
-            minimum = self._space.minimise(tensor.__getitem__, numbering, start, self.tolerance)
-            values[k], iterations = minimum.corner_values, iterations + minimum.iterations
-            rounding = max(rounding, minimum.total.error / minimum.total.value)
-            stalled = stalled or minimum.stalled
-        slopes = [self.gradients(v) for v in values]
-        fluxes = [_applied(tensor, slope) for slope in slopes]
-        products = [[(self._areas * (a * b).sum(axis=1)).sum() for b in fluxes] for a in slopes]
-        energies = np.array(products).reshape(2 * (len(jumps),))
-        # The rounding error of entry (a, b) is at most `rounding` √(E_aa E_bb), so that of any
-        # combination of the functions is at most twice `rounding` times the diagonal part.
-        energies += 2 * rounding * np.diag(np.diag(energies))
-        return Family(jumps, values, energies, iterations, stalled)
+        numberings = [
+            Numbering(periodic.of_corner, crossed @ jump, periodic.count) for jump in jumps
+        ]
+        starts = [
+            numbering.from_corners(np.tensordot(jump, guess, axes=1))
+            for jump, numbering in zip(jumps, numberings, strict=True)
+        ]
+        minima = self.space.minimise_each(tensor, numberings, starts, self.tolerance)
+        return Family(jumps, minima, self._energies(tensor, minima))
 
-    def gradients(self, corner_values: np.ndarray) -> np.ndarray:
-        """Gradient (C, 2) of the function with given corner values (C, 3)."""
-        return np.einsum("cid,ci->cd", self._slopes, corner_values)
+    def _energies(
+        self, tensor: Callable[[slice], np.ndarray], minima: Sequence[Minimum]
+    ) -> np.ndarray:
+        """∫ ∇v_a·T·∇v_b (k, k) of k minimisers, raised by a bound of its rounding error."""
+        energies = np.zeros((len(minima), len(minima)))
+        for cells in parts(0, self.space.count, AT_ONCE):
+            slopes, areas = shape_gradients(self._corners(cells))
+            T = areas[:, None] * tensor(cells)
+            slope = np.array([gradients(slopes, v.corners(cells)) for v in minima])
+            flux = np.array([_applied(T, s) for s in slope])
+            if len(minima):
+                energies += np.tensordot(slope, flux, axes=([1, 2], [1, 2]))
+        return _raised(energies, [m.total.error / m.total.value for m in minima])
 
-    def indicators(self, pressures: Family, streams: Family, epsilon: float) -> np.ndarray:
-        """Error indicators e_T (C,): the part of each cell in the relative difference of A and C.
+    def upper_bound(self, pressure: Family) -> MatrixBounds:
+        """Bounds from the pressures alone, widened for rounding errors."""
+        return MatrixBounds(np.zeros((2, 2)), upper_matrix(pressure)).widened(ROUNDING)
 
-        e_T = ∫_T K|∇p|² + j·R·j - 2 ∇p·j with the best flux j for the jump of p, summed over an
-        orthonormal basis of pressures. Thus the direction of smallest flow counts as much as the
-        others: Σ e_T = tr(A⁻¹(A - C)).
+    def difference(self, pressure: Family, stream: Family) -> float:
+        """Largest relative difference (u - l)/l of both energies before the correction."""
+        return MatrixBounds(lower_matrix(stream), upper_matrix(pressure)).excess
+
+    def corrected(self, pressure: Family, stream: Family) -> MatrixBounds:
+        """Bounds after the hierarchical correction, widened for rounding errors.
+
+        Each minimiser gets its own bubble functions, so that both families stay linear in their
+        jumps, and their energies quadratic forms.
         """
-        tensor, total = self._regularised(epsilon), np.zeros(len(self._areas))
-        for weights in _orthonormal(pressures):
-            psi = streams.combined(best_flux(streams) @ (weights @ pressures.jumps))
-            p, s = self.gradients(pressures.combined(weights)), self.gradients(psi)
-            mean = self.gradients(mean_gradient_values(psi, self.data.contact_vertex))
-            cell = self.data.K * (p * p).sum(axis=1) + (s * _applied(tensor, s)).sum(axis=1)
-            cell -= 2 * (p[:, 0] * mean[:, 1] - p[:, 1] * mean[:, 0])
-            total += self._areas * cell
-        return total
+        lowered, raised = self._bubble_drops(
+            [v.corners for v in pressure.minima],
+            [self._at_vertices(v.numbering, v.values) for v in stream.minima],
+        )
+        upper = upper_matrix(_with_bubbles(pressure, lowered))
+        lower = lower_matrix(_with_bubbles(stream, raised))
+        return MatrixBounds(lower, upper).widened(ROUNDING)
 
-    def blocked_flux(self, pressures: Family, streams: Family) -> np.ndarray:
-        """Flux |j| × width through each blocked cell (C,), relative to the whole flux."""
-        width, total = np.sqrt(2 * self._areas), np.zeros(len(self._areas))
-        for weights in _orthonormal(pressures):
-            jump = weights @ pressures.jumps
-            slope = self.gradients(streams.combined(best_flux(streams) @ jump))
-            total += np.linalg.norm(slope, axis=1) * width * np.linalg.norm(jump)
-        return np.where(self.data.blocked, total, 0.0)
+    def flows(self, pressure: Family, stream: StreamFamily) -> list[Flow]:
+        """Flows of two pressures that are orthonormal in energy, each with its best flux.
+
+        The direction of smallest conductivity thus counts as much as the other one: the error
+        indicators have the sum tr(A⁻¹(A - C)).
+        """
+        flows = []
+        for weights in _orthonormal(pressure):
+            jump = weights @ pressure.jumps
+            drop = float(np.linalg.norm(jump))
+            # p has the energy rate · drop = 1. Fluid flows down the pressure.
+            flux = -(best_flux(stream) @ jump) @ stream.jumps * drop
+            flows.append(
+                Flow(
+                    pressure.combined(weights),
+                    flux @ stream.psi,
+                    1 / drop,
+                    stream.epsilon,
+                    drop,
+                    flux,
+                )
+            )
+        return flows
+
+
+def _raised(energies: np.ndarray, errors: Sequence[float]) -> np.ndarray:
+    """Energies (k, k) raised for relative rounding errors of their diagonal (k,).
+
+    The rounding error of entry (a, b) is at most their largest one times √(E_aa E_bb). For any
+    combination of at most two functions it is therefore at most twice that times the diagonal part.
+    """
+    return energies + 2 * max(errors, default=0.0) * np.diag(np.diag(energies))
+
+
+def _with_bubbles(family: Family, drops: np.ndarray) -> Family:
+    """The family after bubble functions have lowered its energies by `drops` (k, k).
+
+    Of a combination with weights J the residuals of all functions meet the bubble functions of all,
+    and their rounding errors add up to Σ |J_a| |J_b| times that of √(terms_a drop_b). With the
+    largest ratio of drop to terms this is at most twice the diagonal part.
+    """
+    totals, energies = [minimum.total for minimum in family.minima], family.energies - drops
+    ratio = max((d / t.terms for d, t in zip(drops.diagonal(), totals, strict=True)), default=0.0)
+    errors = [
+        total.error_of_drop(ratio * total.terms) / energy
+        for total, energy in zip(totals, energies.diagonal(), strict=True)
+    ]
+    return replace(family, energies=_raised(energies, errors))
 
 
 def _orthonormal(pressures: Family) -> np.ndarray:

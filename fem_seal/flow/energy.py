@@ -76,16 +76,20 @@ class Energy:
         return cls(value.sum(), _TERM * error.sum() + _TERM**2 * total, total)
 
     def least_upper(self, drop: float = 0.0) -> float:
-        """Upper bound of the energy after bubble functions have lowered it by `drop`.
+        """Upper bound of the energy after bubble functions have lowered it by `drop`."""
+        drop = max(drop, 0.0)
+        off = self.error_of_drop(drop)
+        return float(self.value * (1 + ROUNDING) - drop + self.error + off)
+
+    def error_of_drop(self, drop: float) -> float:
+        """Bound of the rounding error of the amount by which bubble functions lower the energy.
 
         The drop is 2 r·s - s·A·s for bubble functions of residual r, stiffness A and coefficients
         s. Each r is a sum over cells; the error of a summand is at most _TERM times
         √(terms of the cell · stiffness of the bubble). With s·diag(A)·s ≤ 3 s·A·s, since a cell has
         three bubble functions, the inequality of Cauchy and Schwarz bounds the error of r·s.
         """
-        drop = max(drop, 0.0)
-        off = 2 * _TERM * np.sqrt(3 * self.terms) * np.sqrt(drop)
-        return float(self.value * (1 + ROUNDING) - drop + self.error + off)
+        return float(2 * _TERM * np.sqrt(3 * self.terms) * np.sqrt(max(drop, 0.0)))
 
 
 def _terms_of_gradients(

@@ -94,20 +94,23 @@ def _any(of_sides: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """An energy ∫ c |∇v|² to be lowered by bubble functions.
+    """An energy ∫ c |∇v|² to be lowered by bubble functions, for k functions v.
 
     Attributes
     ----------
+    count : int
+        Number k of functions.
     bubbles : Bubbles
         From `pressure_bubbles` or `stream_bubbles`.
     corner_values : callable
-        Corner values (n, 3) of v on n cells.
+        Corner values (n, 3) of each function on n cells.
     coefficient : callable
         C on the quarters.
     """
 
+    count: int
     bubbles: Bubbles
-    corner_values: Callable[[np.ndarray], np.ndarray]
+    corner_values: Callable[[np.ndarray], Sequence[np.ndarray]]
     coefficient: Callable[[QuarterData], np.ndarray]
 
 
@@ -117,7 +120,7 @@ def energy_drops(
     values: np.ndarray,
     energies: Sequence[Correction],
     comm: MPI.Comm,
-) -> list[float]:
+) -> list[np.ndarray]:
     """Amounts by which bubble functions lower energies on one mesh.
 
     Parameters
@@ -127,17 +130,24 @@ def energy_drops(
         Energies to be lowered; all use the same averages on the quarters.
     comm : MPI communicator
         Ranks that share the work, all with the same mesh.
+
+    Returns
+    -------
+    list of (k, k) array
+        For each energy the decrease of ∫ c ∇v_a·∇v_b over its functions v_1 ... v_k, each of which
+        has its own bubble functions added.
     """
     sides = _Sides.of([energy.bubbles for energy in energies])
-    drops = np.zeros(len(energies))
+    drops = [np.zeros((energy.count, energy.count)) for energy in energies]
     # Process the cells in blocks: the data of all bubble functions at once would take more memory
     # than anything else. Bubble functions on the rim of a block are left out, which is admissible
     # and widens the bracket by 0.3 %.
     for block in range(comm.rank, len(sides.blocks), comm.size):
         bubble, free = sides.of_block(block)
         cells = _energies_with_bubbles(gap, mesh, values, energies, sides.blocks[block])
-        drops += [energy.drop(bubble, own) for energy, own in zip(cells, free, strict=True)]
-    return comm.allreduce(drops).tolist()
+        for drop, energy, own in zip(drops, cells, free, strict=True):
+            drop += energy.drops(bubble, own)
+    return [comm.allreduce(drop) for drop in drops]
 
 
 def _energies_with_bubbles(
@@ -148,7 +158,7 @@ def _energies_with_bubbles(
     block: np.ndarray,
 ) -> list["_CellEnergies"]:
     """Each energy on a block of cells (n,) as a quadratic form in the bubble coefficients."""
-    forms = [_CellEnergies.empty(len(block)) for _ in energies]
+    forms = [_CellEnergies.empty(energy.count, len(block)) for energy in energies]
     aspect_x, aspect_y = np.broadcast_to(gap.aspect, 2)
     for part in parts(0, len(block), _AT_ONCE):
         cells = block[part]
@@ -223,8 +233,8 @@ class _CellEnergies:
 
     Attributes
     ----------
-    slope : (3, n)
-        Half the derivative by s at s = 0.
+    slope : (k, 3, n)
+        Half the derivative by s at s = 0, for each function v.
     own : (3, n)
         Stiffness of each bubble function.
     with_first : (n, 2)
@@ -236,22 +246,27 @@ class _CellEnergies:
     with_first: np.ndarray
 
     @classmethod
-    def empty(cls, count: int) -> "_CellEnergies":
+    def empty(cls, functions: int, count: int) -> "_CellEnergies":
         """Allocate the arrays of `count` cells."""
-        return cls(np.empty((3, count)), np.empty((3, count)), np.empty((count, 2)))
+        return cls(np.empty((functions, 3, count)), np.empty((3, count)), np.empty((count, 2)))
 
     def fill(
-        self, part: slice, shape: Shape, coefficient: np.ndarray, corner_values: np.ndarray
+        self,
+        part: slice,
+        shape: Shape,
+        coefficient: np.ndarray,
+        corner_values: Sequence[np.ndarray],
     ) -> None:
-        """Fill in n cells from c on their quarters (4 n,) and the corner values of v (n, 3)."""
+        """Fill in n cells from c on their quarters (4 n,) and corner values (n, 3) of each v."""
         c = coefficient.reshape(4, -1)
-        rows = *self.slope, *self.own, *self.with_first.T
-        entries = *shape.slopes(corner_values, c), *shape.stiffness(c), *shape.couplings(c)
+        rows = [*self.slope.reshape(-1, self.slope.shape[2]), *self.own, *self.with_first.T]
+        slopes = (slope for v in corner_values for slope in shape.slopes(v, c))
+        entries = *slopes, *shape.stiffness(c), *shape.couplings(c)
         for row, values in zip(rows, entries, strict=True):
             row[part] = values
 
-    def drop(self, bubble: np.ndarray, free: np.ndarray) -> float:
-        """Decrease of the energy in a few steps of CG from s = 0.
+    def drops(self, bubble: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Decrease (k, k) of the energies, each function after a few steps of CG from s = 0.
 
         Parameters
         ----------
@@ -261,35 +276,63 @@ class _CellEnergies:
             Bubble functions whose coefficient may change.
         """
         count = len(free)
-        start = -_summed(bubble, self.slope, count)
+        starts = [-_summed(bubble, slope, count) for slope in self.slope]
         diagonal = _summed(bubble, self.own, count)
         moved = np.append(free, False) & (diagonal > 0)
         inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=moved)
         first, others = bubble[0], self._others(bubble[1:], count)
-        residual, before = start.copy(), np.inf
-        s, direction = np.zeros((2, count + 1))
-        for _ in range(_STEPS):
-            descent = inverse * residual
-            slope = descent @ residual
-            if not slope > 0:
-                break
-            direction *= slope / before
-            direction += descent
-            change = diagonal * direction
-            change += others.T @ direction.take(first)
-            change += _summed(first, others @ direction, count)
-            step = slope / (direction @ change)
-            s += step * direction
-            residual -= step * change
-            before = slope
-        # The residual is start - A s, A the stiffness, and the energy falls by (2 start - A s) s.
-        return float(s @ (start + residual))
+
+        def stiffness(direction: np.ndarray) -> np.ndarray:
+            product = diagonal * direction
+            product += others.T @ direction.take(first)
+            product += _summed(first, others @ direction, count)
+            return product
+
+        best = [_few_steps_of_cg(stiffness, start, inverse) for start in starts]
+        # With A the stiffness, the energy of functions a and b falls by
+        # start_a s_b + start_b s_a - s_a A s_b, and the residual is start - A s.
+        drops = [
+            [s_b @ start + s_a @ residual for s_b, residual in best]
+            for (s_a, _), start in zip(best, starts, strict=True)
+        ]
+        return (np.array(drops) + np.transpose(drops)) / 2
 
     def _others(self, bubble: np.ndarray, count: int) -> csr_matrix:
         """Stiffness (n, count + 1) of bubbles 1 and 2 of each cell with its bubble 0."""
         starts = np.arange(0, 2 * bubble.shape[1] + 1, 2, dtype=np.int32)
         columns = bubble.T.astype(np.int32).ravel()
         return csr_matrix((self.with_first.ravel(), columns, starts), (len(starts) - 1, count + 1))
+
+
+def _few_steps_of_cg(
+    stiffness: Callable[[np.ndarray], np.ndarray], start: np.ndarray, inverse: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients s and residual start - A s after `_STEPS` steps of CG from s = 0.
+
+    Parameters
+    ----------
+    stiffness : callable
+        Product of A with coefficients.
+    start : array
+        Residual at s = 0.
+    inverse : array
+        Diagonal preconditioner; zero where a coefficient stays zero.
+    """
+    residual, before = start.copy(), np.inf
+    s, direction = np.zeros((2, len(start)))
+    for _ in range(_STEPS):
+        descent = inverse * residual
+        slope = descent @ residual
+        if not slope > 0:
+            break
+        direction *= slope / before
+        direction += descent
+        change = stiffness(direction)
+        step = slope / (direction @ change)
+        s += step * direction
+        residual -= step * change
+        before = slope
+    return s, residual
 
 
 def _summed(bubble: np.ndarray, of_sides: np.ndarray, count: int) -> np.ndarray:

@@ -1,7 +1,6 @@
 """The leak rate of a gap with its bounds, in SI units."""
 
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from numbers import Real
 
@@ -11,17 +10,17 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import GridFilm, MeshFilm, film_conductivity
 from fem_seal.film.law import CUBE
-from fem_seal.flow.adapt import Bracket, Strategy, Tuning, brackets
+from fem_seal.flow.adapt import Bracket, refined
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem
-from fem_seal.flow.slipping import SlipBounds, SlippingFilm
+from fem_seal.flow.slipping import SlippingFilm
 from fem_seal.flow.start import KeptMesh, Start
-from fem_seal.flow.stopping import Decision, Stopping, Tolerance
+from fem_seal.flow.stopping import Decision, SolvedLevel, Stopping, Tolerance
+from fem_seal.flow.strategy import Strategy, Tuning
 from fem_seal.fluid import Slip
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
-from fem_seal.mesh.bisection import TooFine
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 from fem_seal.registry import require_known
@@ -103,56 +102,54 @@ def leak_rate(
     slipping = None if slip is None else SlippingFilm(slip, film.highest, critical)
     gain = slipping.gain if slipping else 1.0
     scale *= gain
-    criterion = Tolerance(rtol) if decide is None else Decision(decide)
-    growth = 4.0 if method == "uniform" else USUAL_GROWTH
+    criterion = Tolerance(rtol) if decide is None else Decision(decide, scale)
     narrowest = critical / film.highest
     require_conducting("the critical constriction", narrowest)
-    stopping = Stopping(criterion, limits or Limits(), growth, narrowest, time.perf_counter())
+    stopping = Stopping(
+        criterion,
+        limits or Limits(),
+        growth=4.0 if method == "uniform" else USUAL_GROWTH,
+        narrowest=narrowest,
+        comm=comm,
+        advice=(
+            f" (the critical constriction is {narrowest:.0e} of the largest gap: set such gaps to "
+            "0 if they are contact)"
+        ),
+    )
+    last = kept.start if kept else None
+    # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
     strategy = Strategy(
         uniform=method == "uniform",
         rtol=criterion.rtol,
-        every_dual=every_dual or decide is not None or stopping.doubtful,
+        every_dual=every_dual or decide is not None or stopping.doubtful or last is not None,
         max_unknowns=stopping.limits.unknowns,
         tuning=tuning or Tuning(),
     )
+    coarsest = None if strategy.uniform else strategy.tuning.coarsest
+    gap, mesh = _first(film, narrowest, strategy.tuning, coarsest, slipping)
+
+    def pose(mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> LevelProblem:
+        return LevelProblem(gap, mesh, values, comm, strategy.tuning.tolerance)
+
+    start = Start.first(gap, mesh) if last is None else last.through(gap)
+    widen = {"widen": slipping.widened} if slipping else {}
     levels: list[Level] = []
-    reason, last = "", None
-    try:
-        for bracket in _brackets(film, narrowest, strategy, slipping, comm, kept):
-            levels.append(_in_si(bracket.level, scale))
-            wide = slipping.on_mesh_of(bracket) if slipping else None
-            reached = criterion.reached(*_judged(criterion, levels[-1], wide, scale))
-            reason = "" if reached else comm.bcast(stopping.reason(levels))
-            if bracket.stalled and no_closer(levels) and not reached:
-                reason = reason or bracket.stalled
-            if wide is not None and not reached and decide is not None:
-                reason = reason or _undecidable(decide, bracket.level, wide, scale)
-            if reason and bracket.stream is None:
-                bracket = bracket.certified()
-                levels[-1] = _in_si(bracket.level, scale)
-                wide = slipping.on_mesh_of(bracket) if slipping else None
-            if progress is not None:
-                progress(levels[-1])
-            result = _result(bracket, wide, levels, method, scale)
-            if field:
-                last = _field(bracket, film, viscosity, pressure_drop, gain)
-            if kept is not None:
-                kept.start = Start.after(bracket.problem, bracket.pressure, bracket.stream)
-                kept.narrowest = critical
-            if reached or reason:
-                break
-            # Free this mesh before the next one is made.
-            del bracket
-        else:
-            reason = f"the next mesh would have more than {strategy.max_unknowns} unknowns"
-    except TooFine as limit:
-        if not levels:
-            raise
-        reason = str(limit)
+    for bracket in refined(pose, start, strategy, stopping, **widen):
+        levels.append(_in_si(bracket.level, scale))
+        if progress is not None:
+            progress(levels[-1])
+        result = _result(bracket, levels, method, scale)
+        drawn = _field(bracket, film, viscosity, pressure_drop, gain) if field else None
+        if kept is not None:
+            kept.start = bracket.problem.start(bracket.pressure, bracket.stream)
+            kept.narrowest = critical
+        # Free this mesh before the next one is made.
+        del bracket
+    reason = stopping.reason
     if reason:
         missed = result.refined_bounds if decide is None else result.bounds
         reason = f"{reason}; {criterion.missed(*missed)}"
-    return replace(result, converged=not reason, reason=reason, field=last)
+    return replace(result, converged=not reason, reason=reason, field=drawn)
 
 
 def pressure_on_kept(
@@ -189,26 +186,17 @@ def pressure_on_kept(
     gap, _ = _first(film, narrowest, tuning, tuning.coarsest, slipping)
     start = start.through(gap)
     problem = LevelProblem(gap, start.mesh, start.values, comm, tuning.tolerance)
-    pressure = problem.pressure(start.guess(problem).pressure)
-    kept.start = replace(Start.after(problem, pressure, None), stream=start.stream)
-    upper = pressure.total.least_upper()
-    level = Level(problem.unknowns, problem.space.count, 0.0, upper)
+    pressure = problem.pressure(problem.guess(start).pressure)
+    kept.start = replace(problem.start(pressure, None), streams=start.streams)
+    level = SolvedLevel(problem.unknowns, problem.space.count, problem.upper_bound(pressure))
     bracket = Bracket(level, problem, pressure, None)
-    result = _result(bracket, None, [_in_si(level, scale)], "adaptive", scale)
+    result = _result(bracket, [_in_si(level, scale)], "adaptive", scale)
     return replace(
         result,
         converged=False,
         reason="the pressure alone was solved, on a mesh of another film",
         field=_pressure_field(bracket, film, pressure_drop),
     )
-
-
-def no_closer(levels: Sequence[Level]) -> bool:
-    """Whether the last two meshes have improved both bounds by less than 1 %."""
-    if len(levels) < 3:
-        return False
-    before, last = levels[-3], levels[-1]
-    return last.upper > 0.99 * before.upper and last.lower <= 1.01 * before.lower
 
 
 def require_positive(values: Mapping[str, float]) -> None:
@@ -258,21 +246,6 @@ def require_conducting(tightest: str, narrowest: float) -> None:
         )
 
 
-def _brackets(
-    film: GridFilm | MeshFilm,
-    narrowest: float,
-    strategy: Strategy,
-    slipping: SlippingFilm | None,
-    comm: MPI.Comm,
-    kept: KeptMesh | None,
-) -> Iterator[Bracket]:
-    """Set the normalised problem up, gap in units of its maximum, and refine it."""
-    coarsest = None if strategy.uniform else strategy.tuning.coarsest
-    gap, mesh = _first(film, narrowest, strategy.tuning, coarsest, slipping)
-    start = None if kept is None or kept.start is None else kept.start.through(gap)
-    return brackets(gap, mesh, strategy, comm, start)
-
-
 def _first(
     film: GridFilm | MeshFilm,
     narrowest: float,
@@ -286,43 +259,24 @@ def _first(
     return first_mesh(film, cut, floor, ceiling, coarsest, law)
 
 
-def _in_si(level: Level, scale: float) -> Level:
-    return replace(level, lower=level.lower * scale, upper=level.upper * scale)
+def _in_si(level: SolvedLevel, scale: float) -> Level:
+    lower, upper = level.bounds
+    return Level(
+        level.unknowns,
+        level.cells,
+        lower * scale,
+        upper * scale,
+        level.iterations,
+        level.seconds,
+    )
 
 
-def _judged(
-    criterion: Tolerance | Decision, level: Level, wide: SlipBounds | None, scale: float
-) -> tuple[float, float]:
-    """Bounds [m³/s] that are judged: a limit concerns the slip interval too, a tolerance not."""
-    if wide is None or isinstance(criterion, Tolerance):
-        return level.lower, level.upper
-    return wide.lower * scale, wide.upper * scale
-
-
-def _undecidable(limit: float, level: Level, wide: SlipBounds, scale: float) -> str:
-    """Say so if what slip leaves open would hold the limit on any mesh, "" if it need not."""
-    if level.lower == 0:
-        return ""
-    low, high = _slip_interval(level, wide)
-    if level.lower * high * scale >= limit >= level.upper * low * scale:
-        return "what the pressures leave open of the slip holds the limit on any mesh"
-    return ""
-
-
-def _slip_interval(level: Level, wide: SlipBounds) -> tuple[float, float]:
-    """Factors by which bounds are wider than those of a level, at the mean pressure."""
-    lower = min(wide.lower / level.lower, 1.0) if level.lower > 0 else 1.0
-    return lower, max(wide.upper / level.upper, 1.0)
-
-
-def _result(
-    bracket: Bracket, wide: SlipBounds | None, levels: list[Level], method: str, scale: float
-) -> LeakRate:
+def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) -> LeakRate:
     lower, upper = levels[-1].lower, levels[-1].upper
     interval = None
-    if wide is not None:
-        interval = _slip_interval(bracket.level, wide)
-        lower, upper = wide.lower * scale, wide.upper * scale
+    if bracket.slip is not None:
+        interval = bracket.slip.interval(bracket.level.bounds)
+        lower, upper = (bound * scale for bound in bracket.slip)
     inflow, outflow = bracket.problem.boundary_flows(bracket.pressure)
     return LeakRate(
         state="leaking",

@@ -11,7 +11,7 @@ row. From the solution on the coarser mesh, CG with BoomerAMG needs a handful of
 size. The matrix must not be scaled by its diagonal: constants would no longer be near-null vectors.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,7 +72,11 @@ class Minimum:
     @property
     def corner_values(self) -> np.ndarray:
         """Corner values (C, 3) on all cells."""
-        return self.numbering.corners(self.values)
+        return self.corners(slice(None))
+
+    def corners(self, cells: np.ndarray | slice) -> np.ndarray:
+        """Corner values (n, 3) on some cells."""
+        return self.numbering.corners(self.values, cells)
 
 
 class CellSpace:
@@ -135,8 +139,45 @@ class CellSpace:
         is then restarted from the energy summed cell by cell: once in any case, and again as long
         as the energy falls noticeably.
         """
-        matrix = self._assembled(tensor, numbering)
-        x, right_side = matrix.createVecs()
+        return self.minimise_each(tensor, [numbering], [guess], tolerance, balanced)[0]
+
+    def minimise_each(
+        self,
+        tensor: Callable[[slice], np.ndarray],
+        numberings: Sequence[Numbering],
+        guesses: Sequence[np.ndarray],
+        tolerance: float,
+        balanced: bool = False,
+    ) -> list[Minimum]:
+        """Minimise the same energy over the functions of numberings that differ in their lifts.
+
+        They share the matrix and its preconditioner, which takes longer to set up than CG to run.
+        Parameters as in `minimise`.
+        """
+        if not numberings:
+            return []
+        matrix = self._assembled(tensor, numberings[0])
+        solver = cg_with_boomeramg(matrix)
+        try:
+            return [
+                self._minimum(solver, tensor, numbering, guess, tolerance, balanced)
+                for numbering, guess in zip(numberings, guesses, strict=True)
+            ]
+        finally:
+            # Free the memory now: petsc4py would defer it.
+            solver.destroy()
+            matrix.destroy()
+
+    def _minimum(
+        self,
+        solver: PETSc.KSP,
+        tensor: Callable[[slice], np.ndarray],
+        numbering: Numbering,
+        guess: np.ndarray,
+        tolerance: float,
+        balanced: bool,
+    ) -> Minimum:
+        x, right_side = solver.getOperators()[0].createVecs()
         right_side.setOption(PETSc.Vec.Option.IGNORE_NEGATIVE_INDICES, True)
         values, iterations, stalled_before = numbering.representable(guess), 0, False
         try:
@@ -146,7 +187,7 @@ class CellSpace:
                 right_side.scale(-1)
                 lost = LOST * start.value
                 cg = minimise_by_cg(
-                    matrix, right_side, x, start.value, tolerance, balanced, lost / 2
+                    solver, right_side, x, start.value, tolerance, balanced, lost / 2
                 )
                 iterations += cg.iterations
                 moved = values + np.concatenate(self.comm.allgather(x.array_r))
@@ -160,8 +201,7 @@ class CellSpace:
                     return Minimum(numbering, values, total, iterations, cg.stalled)
                 stalled_before = bool(cg.stalled)
         finally:
-            # Free the memory now: petsc4py would defer it.
-            for petsc_object in (matrix, x, right_side):
+            for petsc_object in (x, right_side):
                 petsc_object.destroy()
 
     def _energy(
@@ -242,8 +282,23 @@ class Iterations:
     stalled: str
 
 
+def cg_with_boomeramg(matrix: PETSc.Mat) -> PETSc.KSP:
+    """CG for a matrix, preconditioned by BoomerAMG, which is set up at the first solve."""
+    solver = PETSc.KSP().create(matrix.comm)
+    solver.setOptionsPrefix("fem_seal_")
+    options = PETSc.Options("fem_seal_")
+    for name, value in _BOOMERAMG.items():
+        options[name] = value
+    solver.setOperators(matrix)
+    solver.setType("cg")
+    solver.setNormType(PETSc.KSP.NormType.NATURAL)
+    solver.getPC().setType("hypre")
+    solver.setFromOptions()
+    return solver
+
+
 def minimise_by_cg(
-    matrix: PETSc.Mat,
+    solver: PETSc.KSP,
     right_side: PETSc.Vec,
     x: PETSc.Vec,
     start: float,
@@ -256,8 +311,8 @@ def minimise_by_cg(
 
     Parameters
     ----------
-    matrix, right_side : PETSc.Mat, PETSc.Vec
-        A and b of the correction x to a start.
+    solver, right_side : PETSc.KSP, PETSc.Vec
+        CG for A, and b, of the correction x to a start.
     x : PETSc.Vec
         Receives the solution.
     start : float
@@ -276,16 +331,6 @@ def minimise_by_cg(
     `tolerance` times the former. A test of r relative to its start would be misleading, since the
     energy of the start may be a million times the minimum.
     """
-    ksp = PETSc.KSP().create(matrix.comm)
-    ksp.setOptionsPrefix("fem_seal_")
-    options = PETSc.Options("fem_seal_")
-    for name, value in _BOOMERAMG.items():
-        options[name] = value
-    ksp.setOperators(matrix)
-    ksp.setType("cg")
-    ksp.setNormType(PETSc.KSP.NormType.NATURAL)
-    ksp.getPC().setType("hypre")
-    ksp.setFromOptions()
     reached = [np.inf]
 
     def converged(ksp: PETSc.KSP, iteration: int, natural_norm: float) -> int:
@@ -303,10 +348,9 @@ def minimise_by_cg(
             return PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT
         return PETSc.KSP.ConvergedReason.CONVERGED_ITERATING
 
-    ksp.setConvergenceTest(converged)
-    ksp.solve(right_side, x)
-    reason, iterations = ksp.getConvergedReason(), ksp.getIterationNumber()
-    ksp.destroy()
+    solver.setConvergenceTest(converged)
+    solver.solve(right_side, x)
+    reason, iterations = solver.getConvergedReason(), solver.getIterationNumber()
     if reason > 0:
         return Iterations(iterations, "")
     what = "where rounding hides what is left of the residuals"

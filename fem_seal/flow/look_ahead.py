@@ -7,15 +7,15 @@ other vertices keep theirs. With these values and the averages on the new cells,
 next solve would mark are halved at once.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_seal.flow.film_on_mesh import Flow
 from fem_seal.flow.gap_on_mesh import CellData, ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import AT_ONCE
-from fem_seal.flow.level import Stream
 from fem_seal.flow.marking import Marks
 from fem_seal.flow.start import Start
 from fem_seal.mesh.grouping import parts
@@ -32,7 +32,7 @@ def refined_ahead(
     start: Start,
     gap: LinearGap | ConstantGap | VertexGap,
     marks: Marks,
-    regularised: Stream,
+    flows: Sequence[Flow],
     times: int,
 ) -> Start:
     """Refine by marks, and further ahead of the next solve.
@@ -45,27 +45,30 @@ def refined_ahead(
         The gap as represented.
     marks : Marks
         Marked cells of this mesh.
-    regularised : Stream
-        Solution of the regularised dual, from which the marks come.
+    flows : sequence of Flow
+        The flows from which the marks come. Their stream functions are those of `start`, or
+        combinations of them.
     times : int
         Largest number of halvings ahead.
 
     Returns
     -------
     Start
-        On the refined mesh; ψ is better than the linear interpolation at its new vertices.
+        On the refined mesh; each ψ is better than the linear interpolation at its new vertices.
     """
-    before = len(start.stream)
+    before = len(start.mesh.xy)
     start = start.refined(gap, marks.times)
     for _ in range(times):
         new = np.flatnonzero((start.mesh.cells >= before).any(axis=1))
         mesh = start.mesh.part(new)
         data = gap.cell_data(mesh, start.values)
-        look = _Look(mesh, gap.aspect, data, data.regularised(regularised.epsilon, gap.cut))
-        psi = look.relaxed(start.stream, before, _on_rim(start.mesh))
+        look = _Look(mesh, gap.aspect, data, data.regularised(flows[0].epsilon, gap.cut))
+        # On walls ψ is prescribed or constant; on a seam two vertices share one value.
+        free = (np.arange(len(start.mesh.xy)) >= before) & ~start.mesh.rim
+        streams = np.stack([look.relaxed(psi, free) for psi in start.streams])
         once = np.zeros(len(start.mesh.cells), dtype=np.int8)
-        once[new] = look.marked(psi, regularised.conductance, marks)
-        start, before = replace(start, stream=psi), len(psi)
+        once[new] = look.marked(streams, flows, marks)
+        start, before = replace(start, streams=streams), len(start.mesh.xy)
         if not once.any():
             break
         start = start.refined(gap, once)
@@ -119,17 +122,15 @@ class _Look:
             cells = self.mesh.cells[part]
             yield part, cells, *shape_gradients(self.mesh.corners(self.aspect, cells))
 
-    def relaxed(self, psi: np.ndarray, before: int, on_rim: np.ndarray) -> np.ndarray:
-        """ψ (V,) with each vertex from `before` on at its best value if all others stay.
+    def relaxed(self, psi: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """ψ (V,) with each free vertex at its best value if all others stay.
 
         Parameters
         ----------
         psi : (V,)
             Stream function at the vertices.
-        before : int
-            Number of vertices of the mesh that was solved.
-        on_rim : (V,) bool
-            Vertices at which ψ is prescribed or tied to another vertex.
+        free : (V,) bool
+            Vertices that may change.
         """
         of_corner = np.empty((2, *self.mesh.cells.shape))
         for part, cells, slopes, areas in self._parts():
@@ -140,26 +141,18 @@ class _Look:
             of_corner[:, part] = jx * sx + jy * sy, jx * gx + jy * gy
         corners = self.mesh.cells.ravel()
         own, slope = (np.bincount(corners, some.ravel(), len(psi)) for some in of_corner)
-        free = np.arange(len(psi)) >= before
-        # On walls ψ is prescribed or constant; on a seam two vertices share one value.
-        free &= ~on_rim
         return psi - np.divide(slope, own, out=np.zeros_like(psi), where=free & (own > 0))
 
-    def marked(self, psi: np.ndarray, conductance: float, marks: Marks) -> np.ndarray:
-        """Cells (n,) bool that a solve with this ψ would mark."""
+    def marked(self, streams: np.ndarray, flows: Sequence[Flow], marks: Marks) -> np.ndarray:
+        """Cells (n,) bool that a solve with these stream functions (k, V) would mark."""
+        of_flow = [streams[0] if f.weights is None else f.weights @ streams for f in flows]
         again = np.empty(len(self.mesh.cells), dtype=bool)
         for part, cells, slopes, areas in self._parts():
-            J = conductance * gradients(slopes, psi[cells])
-            flow = np.hypot(*J.T) * np.sqrt(2 * areas)
-            indicator = areas * least_indicator(J, self.data.K[part], self.tensor[part])
-            again[part] = self.data.blocked[part] & (flow >= marks.least_flux)
+            flux, indicator = np.zeros((2, len(cells)))
+            for flow, psi in zip(flows, of_flow, strict=True):
+                J = flow.rate * gradients(slopes, psi[cells])
+                flux += flow.drop * np.hypot(*J.T) * np.sqrt(2 * areas)
+                indicator += areas * least_indicator(J, self.data.K[part], self.tensor[part])
+            again[part] = self.data.blocked[part] & (flux >= marks.least_flux)
             again[part] |= indicator >= _PART * marks.least_indicator
         return again & (self.data.K > 0)
-
-
-def _on_rim(mesh: NestedMesh | TriangleMesh) -> np.ndarray:
-    """(V,) bool, vertices on side walls, on islands and on both sides of a seam."""
-    on_rim = mesh.bottom | mesh.top
-    for pairs in mesh.wall_ties():
-        on_rim[pairs] = True
-    return on_rim

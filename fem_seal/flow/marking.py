@@ -1,8 +1,22 @@
-"""Marking: the choice of cells to refine, from their error indicators."""
+"""Marking: the choice of cells to refine.
 
+Four sets of cells are marked. By Dörfler's rule: those with the largest error indicators e_T; the
+blocked cells with the largest flux, since a channel that a few blocked cells close has small e_T
+although all its flux is missing from the lower bound; and, where the residuals of the pressure
+exceed Σ e_T, those with the largest jumps of its flux. And the equipotential cells that meet only
+at vertices of small gap (`FilmOnMesh.joints`).
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from fem_seal.flow.film_on_mesh import FilmOnMesh, Flow
+from fem_seal.flow.strategy import Strategy, part_of_a_step
+
+# Smallest part of a step by indicators while false flow spoils them.
+LEAST_STEP = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +36,54 @@ class Marks:
     times: np.ndarray
     least_indicator: float
     least_flux: float
+
+
+def mark_all(problem: FilmOnMesh) -> Marks:
+    """Halve all cells twice, which makes the uniform mesh with squares half as wide."""
+    return Marks(np.full(len(problem.kept), 2, dtype=np.int8), np.inf, np.inf)
+
+
+def mark(
+    problem: FilmOnMesh, flows: Sequence[Flow], expected: float, reached: float, strategy: Strategy
+) -> Marks:
+    """Mark the cells of the whole mesh, and say how often to halve each.
+
+    Parameters
+    ----------
+    problem : the mesh
+    flows : flows on it, with the stream functions of the regularised dual
+    expected : relative width of the corrected bounds if all blocked cells were resolved
+    reached : relative width of the corrected bounds; infinite if the dual was not solved
+    strategy : tolerance and parameters
+    """
+    tuning = strategy.tuning
+    indicators, blocked_flux = problem.indicators(flows), problem.blocked_flux(flows)
+    # The flux that blocked cells withhold from the lower bound shows in `reached`, but neither in
+    # the indicators nor in `expected`: take the size of its step from `reached`.
+    part, part_reached = part_of_a_step(expected, strategy), part_of_a_step(reached, strategy)
+    large = doerfler(indicators, part * tuning.theta)
+    through = doerfler(blocked_flux, part_reached * tuning.theta_blocked)
+    # Where the linear pressure leaks (see `residuals`), the indicators of the leaking cells are
+    # small, but those of all cells along the false flow are large, whatever their size. Refine the
+    # leaking cells first. Elsewhere the sum of the residuals is no more than that of the
+    # indicators, which alone do better then.
+    residuals = problem.residuals(flows)
+    unexplained = max(residuals.sum() - indicators.sum(), 0.0)
+    required = part_reached * tuning.theta_residual * unexplained
+    held = residuals[large | through].sum()
+    joints = problem.joints(max(flow.conductance for flow in flows))
+    step = LEAST_STEP if joints.any() else 1.0
+    if held < required:
+        step = min(step, max(held / required, LEAST_STEP))
+    if step < 1:
+        large = doerfler(indicators, step * part * tuning.theta)
+    leaks = completed(large | through, residuals, required)
+    large = halvings(indicators, large)
+    times = np.zeros(len(problem.kept), dtype=np.int8)
+    times[problem.kept] = np.max([large, through, 2 * leaks, 4 * joints], axis=0)
+    # The last step has a measured size: do not look ahead by indicators then.
+    least_indicator = indicators[large > 0].min(initial=np.inf) if part == 1 else np.inf
+    return Marks(times, float(least_indicator), float(blocked_flux[through].min(initial=np.inf)))
 
 
 def doerfler(indicators: np.ndarray, theta: float) -> np.ndarray:

@@ -24,11 +24,11 @@ from fem_seal.fenicsx import (
     ufl,
 )
 from fem_seal.film import GridFilm, film_conductivity
-from fem_seal.flow.adapt import Tuning
 from fem_seal.flow.forms import energy, reynolds
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
-from fem_seal.flow.linear import MAX_ITERATIONS, minimise_by_cg
+from fem_seal.flow.linear import MAX_ITERATIONS, cg_with_boomeramg, minimise_by_cg
 from fem_seal.flow.numbering import Numbering
+from fem_seal.flow.strategy import Tuning
 from fem_seal.flow.topology import OpenCells, open_cells, primal_numbering
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -157,9 +157,7 @@ def _least_energy(
     p.x.array[nodes] = numbering.given[own]
     start = fem.assemble_scalar(form)
     load = -(P.T @ (matrix @ p.x.array))
-    p.x.array[:] += P @ _solved(
-        csr_array(P.T @ matrix @ P), load, start, tolerance, max_iterations
-    )
+    p.x.array[:] += P @ _solved(csr_array(P.T @ matrix @ P), load, start, tolerance, max_iterations)
     A.destroy()
     return float(fem.assemble_scalar(form))
 
@@ -179,11 +177,12 @@ def _solved(
     )
     b, x = A.createVecLeft(), A.createVecRight()
     b.array = load
+    solver = cg_with_boomeramg(A)
     try:
-        cg = minimise_by_cg(A, b, x, start, tolerance, max_iterations=max_iterations)
+        cg = minimise_by_cg(solver, b, x, start, tolerance, max_iterations=max_iterations)
         if cg.stalled:
             raise NotConverged(cg.stalled)
         return x.array.copy()
     finally:
-        for petsc_object in (A, b, x):
+        for petsc_object in (solver, A, b, x):
             petsc_object.destroy()

@@ -6,13 +6,14 @@ place does to the slip is enclosed on that mesh: by the pressure of the film wit
 conductivity, and by the stream function of that with the smallest one (`film.law.bounding_law`).
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from fem_seal.errors import present
 from fem_seal.film.law import FilmLaw, bounding_law, conductivities, mean_pressure_law
 from fem_seal.flow.adapt import Bracket
+from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem
 from fem_seal.fluid import Slip
@@ -24,17 +25,13 @@ _FACTORS = 2.0 ** (np.arange(-40, 41) / 4)
 _PRESSURES = 5
 
 
-@dataclass(frozen=True)
-class SlipBounds:
-    """Bounds of the conductance, in the units of the film at the mean pressure.
+class SlipBounds(Bounds):
+    """Bounds of the conductance, in the units of the film at the mean pressure."""
 
-    Attributes
-    ----------
-    lower, upper : float
-    """
-
-    lower: float
-    upper: float
+    def interval(self, mean: Bounds) -> tuple[float, float]:
+        """Factors <= 1 and >= 1 by which they are wider than bounds at the mean pressure."""
+        lower = min(self.lower / mean.lower, 1.0) if mean.lower > 0 else 1.0
+        return lower, max(self.upper / mean.upper, 1.0)
 
 
 class SlippingFilm:
@@ -73,20 +70,20 @@ class SlippingFilm:
         self._largest_ratio = _largest_ratio(first, self.mean_law)
         self._chosen: tuple[float, float] | None = None
         self._gap: LinearGap | ConstantGap | VertexGap | None = None
-        self._best = SlipBounds(0.0, np.inf)
+        self._best = SlipBounds()
 
     @property
     def mean_law(self) -> FilmLaw:
         """The law for which the mesh is refined: that at the mean pressure."""
         return mean_pressure_law(self._slip, self._highest)
 
-    def on_mesh_of(self, bracket: Bracket) -> SlipBounds:
-        """Best bounds so far, with those on the mesh of a bracket.
+    def widened(self, bracket: Bracket) -> Bracket:
+        """The bracket with the best bounds so far for the gas that slips.
 
         Before the true dual is solved there is an upper bound only, from that at the mean pressure.
         """
         if bracket.stream is None:
-            return self._improved(0.0, bracket.level.upper * self._largest_ratio)
+            return self._improved(bracket, 0.0, bracket.level.bounds.upper * self._largest_ratio)
         problem = bracket.problem
         gap = self._under_bounding_law(problem, *self._best_choice(bracket))
         wide = LevelProblem(
@@ -99,14 +96,14 @@ class SlippingFilm:
         if stream is not None:
             lower, sharper = wide.corrected(pressure, stream)
             upper = min(upper, sharper)
-        return self._improved(lower, upper)
+        return self._improved(bracket, lower, upper)
 
     def _bounding_law(self, above: float, below: float) -> FilmLaw:
         return bounding_law(self._slip, self._highest, above, below, self._unit)
 
-    def _improved(self, lower: float, upper: float) -> SlipBounds:
-        self._best = SlipBounds(max(lower, self._best.lower), min(upper, self._best.upper))
-        return self._best
+    def _improved(self, bracket: Bracket, lower: float, upper: float) -> Bracket:
+        self._best = SlipBounds(*self._best.tightened(Bounds(lower, upper)))
+        return replace(bracket, slip=self._best)
 
     def _under_bounding_law(
         self, problem: LevelProblem, above: float, below: float

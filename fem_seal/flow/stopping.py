@@ -1,16 +1,45 @@
 """When a refinement ends: bounds near to each other or on one side of a limit; limits."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
+from fem_seal.fenicsx import MPI
 from fem_seal.flow.convergence import ConvergenceHistory, out_of_reach
-from fem_seal.leak_rate import Level, relative_width
+from fem_seal.leak_rate import relative_width
 from fem_seal.limits import Limits
+
+if TYPE_CHECKING:
+    from fem_seal.flow.adapt import Bracket
 
 # Part of the largest gap. If the critical constriction is a line of narrower gaps across the flow,
 # refinement may need more unknowns than PETSc can number: for 5 % about 1e8 at a gap of 1e-6 of the
 # largest, about 1e10 at 1e-9 (sixteen pixels).
 DOUBTFUL = 1e-6
+
+
+@dataclass(frozen=True)
+class SolvedLevel:
+    """One mesh of a refinement in the units of the problem, with its bounds and cost.
+
+    Attributes
+    ----------
+    unknowns : int
+        Unknowns of the primal problem, for one direction.
+    cells : int
+        Open triangles of the mesh.
+    bounds : Bounds or MatrixBounds
+        Best bounds so far.
+    iterations, seconds : dict
+        As in `leak_rate.Level`.
+    """
+
+    unknowns: int
+    cells: int
+    bounds: Any
+    iterations: dict[str, int] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -20,14 +49,15 @@ class Tolerance:
     Parameters
     ----------
     rtol : float
-        Largest relative width of the bracket.
+        Largest relative width of the bounds. Of a gas that slips it is that at the mean pressure,
+        since no mesh closes the rest.
     """
 
     rtol: float
 
-    def reached(self, lower: float, upper: float) -> bool:
-        """Whether bounds [m³/s] meet the criterion."""
-        return bool(relative_width(lower, upper) <= self.rtol)
+    def reached(self, bracket: "Bracket") -> bool:
+        """Whether the bounds of a bracket meet the criterion."""
+        return bool(bracket.level.bounds.width <= self.rtol)
 
     def missed(self, lower: float, upper: float) -> str:
         """Message on the distance of bounds [m³/s] from the criterion."""
@@ -35,7 +65,11 @@ class Tolerance:
         state = f"the bracket is {width:.2g} wide" if lower > 0 else "no lower bound yet"
         return f"{state}, {self.rtol:.2g} was asked for"
 
-    def out_of_reach(self, history: ConvergenceHistory, growth: float) -> str:
+    def out_of_reach(self, bracket: "Bracket") -> str:
+        """Always "": every tolerance is met on a mesh that is fine enough."""
+        return ""
+
+    def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
         """Message if bounds that converge as in `history` never meet the criterion, else ""."""
         return out_of_reach(history, self.rtol, growth)
 
@@ -48,30 +82,44 @@ class Decision:
     ----------
     limit : float
         Limit of the leak rate [m³/s].
+    unit : float
+        Leak rate [m³/s] in which the bounds are written.
     """
 
     limit: float
+    unit: float
 
     # The last steps of a refinement are smaller near a tolerance; a decision may need any width.
     rtol = 0.0
 
-    def reached(self, lower: float, upper: float) -> bool:
-        """Whether bounds [m³/s] meet the criterion."""
-        return upper <= self.limit or lower > self.limit
+    def reached(self, bracket: "Bracket") -> bool:
+        """Whether the bounds of a bracket meet the criterion, with what slip leaves open."""
+        lower, upper = bracket.slip or bracket.level.bounds
+        return upper * self.unit <= self.limit or lower * self.unit > self.limit
 
     def missed(self, lower: float, upper: float) -> str:
         """Message on the distance of bounds [m³/s] from the criterion."""
         below, above = lower / self.limit, upper / self.limit
         return f"the leak rate is between {below:.4g} and {above:.4g} of the limit, undecided"
 
-    def out_of_reach(self, history: ConvergenceHistory, growth: float) -> str:
+    def out_of_reach(self, bracket: "Bracket") -> str:
+        """Message if what slip leaves open holds the limit on any mesh, else ""."""
+        bounds = bracket.level.bounds
+        if bracket.slip is None or bounds.lower == 0:
+            return ""
+        low, high = bracket.slip.interval(bounds)
+        if bounds.lower * high * self.unit >= self.limit >= bounds.upper * low * self.unit:
+            return "what the pressures leave open of the slip holds the limit on any mesh"
+        return ""
+
+    def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
         """Always "": wide bounds may decide as well as narrow ones."""
         return ""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Stopping:
-    """When a refinement ends before its criterion is met: at a limit, or out of reach.
+    """Decides when a refinement ends: its criterion is met, or a limit, or it is out of reach.
 
     Parameters
     ----------
@@ -83,32 +131,86 @@ class Stopping:
         Expected ratio of the unknowns of the next mesh to those of the last.
     narrowest : float
         Gap of the critical constriction over the largest gap.
+    comm : MPI.Comm
+        The first of its ranks decides.
+    advice : str
+        What to do if the tolerance is out of reach.
     started : float
         perf_counter() at the start.
+
+    Attributes
+    ----------
+    levels : list of SolvedLevel
+        History of the refinement.
+    reached : bool
+        Whether the criterion is met.
+    reason : str
+        Reason to end before it is, else "".
     """
 
     criterion: Tolerance | Decision
     limits: Limits
     growth: float
     narrowest: float
-    started: float
+    comm: MPI.Comm
+    advice: str = ""
+    started: float = field(default_factory=time.perf_counter)
+    levels: list[SolvedLevel] = field(default_factory=list, init=False)
+    reached: bool = field(default=False, init=False)
+    reason: str = field(default="", init=False)
 
     @property
     def doubtful(self) -> bool:
         """Whether the criterion may be out of reach, so that both bounds have to be watched."""
         return self.narrowest < DOUBTFUL
 
-    def reason(self, levels: Sequence[Level]) -> str:
-        """Reason to stop after these levels, "" to go on."""
-        last = sum(levels[-1].seconds.values())
+    @property
+    def ended(self) -> bool:
+        """Whether the last level judged is the last of the refinement."""
+        return self.reached or bool(self.reason)
+
+    def end(self, reason: str) -> None:
+        """End the refinement for a reason."""
+        self.reason = reason
+
+    def judged(self, bracket: "Bracket", widen: Callable[["Bracket"], "Bracket"]) -> "Bracket":
+        """Decide whether the refinement ends with this bracket; certify it if it does.
+
+        Parameters
+        ----------
+        bracket : of the next level
+        widen : as in `adapt.refined`
+        """
+        bracket = widen(bracket)
+        self.levels.append(bracket.level)
+        self.reached = self.criterion.reached(bracket)
+        if not self.reached:
+            self.reason = self._reason(bracket)
+        if self.reason and bracket.stream is None:
+            bracket = widen(bracket.certified())
+            self.levels[-1] = bracket.level
+            self.reached = self.criterion.reached(bracket)
+            self.reason = "" if self.reached else self.reason
+        return bracket
+
+    def _reason(self, bracket: "Bracket") -> str:
+        """Reason to end with this bracket, "" to go on."""
+        last = sum(bracket.level.seconds.values())
         limit = self.limits.exceeded(self.started, self.growth, last)
-        if limit or not self.doubtful:
-            return limit
-        # A mesh has half as many vertices as cells. Unknowns would not do as a measure: where the
-        # pressure is constant there are fewer.
-        history = [(level.cells // 2, relative_width(level.lower, level.upper)) for level in levels]
-        words = self.criterion.out_of_reach(history, self.growth)
-        return words and (
-            f"{words} (the critical constriction is {self.narrowest:.0e} of the largest gap: set "
-            "such gaps to 0 if they are contact)"
-        )
+        if not limit and self.doubtful:
+            # A mesh has half as many vertices as cells. Unknowns would not do as a measure: where
+            # the pressure is constant there are fewer.
+            history = [(level.cells // 2, level.bounds.width) for level in self.levels]
+            words = self.criterion.too_slow(history, self.growth)
+            limit = words and words + self.advice
+        # Time and memory differ from rank to rank.
+        limit = self.comm.bcast(limit)
+        stalled = bracket.stalled if self._no_closer() else ""
+        return limit or stalled or self.criterion.out_of_reach(bracket)
+
+    def _no_closer(self) -> bool:
+        """Whether the last two meshes have hardly improved the bounds."""
+        if len(self.levels) < 3:
+            return False
+        before, last = self.levels[-3], self.levels[-1]
+        return last.bounds.hardly_better(before.bounds)

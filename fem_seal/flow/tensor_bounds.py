@@ -9,34 +9,50 @@ ROUNDING = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
-class TensorBounds:
+class MatrixBounds:
     """Two matrices between which the tensor lies as a quadratic form.
 
     Attributes
     ----------
     lower, upper : (2, 2)
-        E·lower·e <= e·K*·e <= e·upper·e for every direction e [m³/(Pa s)].
-    unknowns : int
-        Unknowns of the last mesh for one direction.
-    converged : bool
-        Whether the tolerance was reached.
-    reason : str
-        One sentence if it was not, else "".
-    levels : tuple[tuple[int, float], ...]
-        Unknowns and relative width of each mesh.
+        E·lower·e <= e·K*·e <= e·upper·e for every direction e.
     """
 
     lower: np.ndarray
     upper: np.ndarray
-    unknowns: int = 0
-    converged: bool = True
-    reason: str = ""
-    levels: tuple[tuple[int, float], ...] = ()
 
     @property
     def value(self) -> np.ndarray:
         """Matrix geometric mean of both bounds, the upper one where there is no lower one."""
         return geometric_mean(self.lower, self.upper)
+
+    @property
+    def excess(self) -> float:
+        """Largest (u - l)/l of u = e·upper·e and l = e·lower·e over directions e that flow."""
+        ratio = _least_ratio(self.lower, self.upper)[0]
+        return 1 / ratio - 1 if ratio > 0 else np.inf
+
+    @property
+    def width(self) -> float:
+        """Largest relative width over all directions."""
+        return relative_width(self.lower, self.upper)
+
+    def tightened(self, other: "MatrixBounds") -> "MatrixBounds":
+        """The narrowest pair of a lower bound and an upper one of both.
+
+        One matrix need not exceed another in every direction, so the better one of two depends on
+        its partner. Where no pair is narrower than the others, those of `self` stay.
+        """
+        pairs = [(lower.lower, upper.upper) for lower in (self, other) for upper in (self, other)]
+        return MatrixBounds(*min(pairs, key=lambda pair: relative_width(*pair)))
+
+    def hardly_better(self, before: "MatrixBounds") -> bool:
+        """Whether the bounds are less than 1 % narrower than `before`."""
+        return not self.width < 0.99 * before.width
+
+    def widened(self, part: float) -> "MatrixBounds":
+        """Bounds lowered and raised by a part of their values."""
+        return MatrixBounds(self.lower * (1 - part), self.upper * (1 + part))
 
     def interval(self, i: int, j: int) -> tuple[float, float]:
         """Bounds of one component, diagonal or not.
@@ -48,6 +64,28 @@ class TensorBounds:
         middle = (self.lower + W / 2)[i, j]
         half = np.sqrt(max(W[i, i], 0.0) * max(W[j, j], 0.0)) / 2
         return float(middle - half), float(middle + half)
+
+
+@dataclass(frozen=True, eq=False)
+class TensorBounds(MatrixBounds):
+    """Bounds of a conductivity tensor [m³/(Pa s)], and how they were reached.
+
+    Attributes
+    ----------
+    unknowns : int
+        Unknowns of the last mesh for one direction.
+    converged : bool
+        Whether the tolerance was reached.
+    reason : str
+        One sentence if it was not, else "".
+    levels : tuple[tuple[int, float], ...]
+        Unknowns and relative width of each mesh.
+    """
+
+    unknowns: int = 0
+    converged: bool = True
+    reason: str = ""
+    levels: tuple[tuple[int, float], ...] = ()
 
 
 def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:
@@ -72,7 +110,14 @@ def relative_width(lower: np.ndarray, upper: np.ndarray) -> float:
 
 
 def widest(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
-    """Largest relative width of two bounds, and its direction e (2,) of length one.
+    """Largest relative width of two bounds, and its direction e (2,) of length one."""
+    ratio, direction = _least_ratio(lower, upper)
+    width = float((1 - ratio) / np.sqrt(ratio)) if ratio > 0 else np.inf
+    return width, direction / np.linalg.norm(direction)
+
+
+def _least_ratio(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
+    """Smallest (e·lower·e)/(e·upper·e), and its direction e (2,).
 
     Directions in which the conductivity is at rounding level do not count.
     """
@@ -83,6 +128,4 @@ def widest(lower: np.ndarray, upper: np.ndarray) -> tuple[float, np.ndarray]:
     flows = values > ROUNDING
     flowing = scale[:, None] * vectors[:, flows] / np.sqrt(values[flows])
     ratios, weights = np.linalg.eigh(flowing.T @ lower @ flowing)
-    ratio, direction = ratios[0], flowing @ weights[:, 0]
-    width = float((1 - ratio) / np.sqrt(ratio)) if ratio > 0 else np.inf
-    return width, direction / np.linalg.norm(direction)
+    return float(ratios[0]), flowing @ weights[:, 0]

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.flow.gap_on_mesh import CellData
+from fem_seal.flow.gap_on_mesh import CellContact, CellData
 from fem_seal.flow.numbering import Numbering, numbered
 from fem_seal.flow.topology import (
     components,
     continuous_labels,
     passable_sides,
     patch_ties,
+    side_ends,
 )
-from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.seams import Seams, seam_pairs
+from fem_seal.mesh.torus import Torus
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,27 +146,27 @@ class OpenTorus:
     windings: np.ndarray
 
 
-def open_torus(mesh: NestedMesh, data: CellData) -> OpenTorus:
+def open_torus(mesh: Torus, data: CellData) -> OpenTorus:
     """Find the cells that can carry flow around the torus."""
-    inner, alone = passable_sides(mesh, data)
-    across, jump = seam_pairs(mesh, alone)
-    piece = components(inner // 3, len(mesh.cells))
-    first, second = piece[across // 3].T
-    unwound = unwind(first, second, jump, int(piece.max()) + 1)
+    pairs, _ = passable_sides(mesh, data)
+    # Sides along x = Lx and along y = Ly, as (1, 0) and (0, 1).
+    far = mesh.copy[mesh.cells.ravel()[side_ends(pairs.ravel())]].all(axis=1).reshape(-1, 2, 2)
+    jump = far[:, 0].astype(int) - far[:, 1]
+    inside = ~jump.any(axis=1)
+    piece = components(pairs[inside] // 3, len(mesh.cells))
+    first, second = piece[pairs[~inside] // 3].T
+    unwound = unwind(first, second, jump[~inside], int(piece.max()) + 1)
     component = unwound.root[piece]
     kept = np.isin(component, unwound.winding_roots) & (data.K > 0)
-    pairs = np.concatenate([inner, across])
     return OpenTorus(kept, pairs[kept[pairs[:, 0] // 3]], component, unwound.windings)
 
 
-def pressure_numbering(
-    mesh: NestedMesh, seams: Seams, data: CellData, cells: OpenTorus
-) -> Numbering:
+def pressure_numbering(mesh: Torus, data: CellData, cells: OpenTorus) -> Numbering:
     """Number the periodic part of the pressure, with one unknown per point and side of contact.
 
     The lift is 0. One corner of each component has no unknown: its pressure is 0.
     """
-    vertex = seams.twin[mesh.cells]
+    vertex = mesh.twin[mesh.cells]
     label, count = continuous_labels(vertex, len(mesh.xy), data.zero_gap, cells.kept, cells.pairs)
     label = label.reshape(-1, 3)[cells.kept]
     _, first = np.unique(cells.component[cells.kept], return_index=True)
@@ -197,14 +197,14 @@ class StreamNumbering:
 
 
 def stream_numbering(
-    mesh: NestedMesh, seams: Seams, data: CellData, kept: np.ndarray, merge_blocked: bool
+    mesh: Torus, data: CellContact, kept: np.ndarray, merge_blocked: bool
 ) -> StreamNumbering:
     """Number the stream function on the torus; arguments as in `topology.dual_numbering`."""
     pairs = patch_ties(mesh, data, kept, merge_blocked)
     patch = components(np.concatenate(pairs), len(mesh.xy))
-    on_seam = np.flatnonzero(seams.copy.any(axis=1))
-    twin = seams.twin[on_seam]
-    unwound = unwind(patch[twin], patch[on_seam], seams.copy[on_seam], int(patch.max()) + 1)
+    on_seam = np.flatnonzero(mesh.copy.any(axis=1))
+    twin, copy = mesh.twin[on_seam], mesh.copy[on_seam].astype(int)
+    unwound = unwind(patch[twin], patch[on_seam], copy, int(patch.max()) + 1)
     of_cell = patch[mesh.cells[kept]]
     label = unwound.root[of_cell]
     live = np.zeros(len(unwound.root), dtype=bool)

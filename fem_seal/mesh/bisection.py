@@ -220,16 +220,16 @@ class _Bisection:
         hypotenuse, side_b, side_c = self._sides.take(halved, axis=0).T
         k = cut.index[hypotenuse >> 1]
         middle, (start, end) = cut.middle[k], cut.ends.take(k, axis=0).T
-        at_b = b
+        at_start = b == start
         if self._mesh.periodic:
-            # The vertices of a side at the top are the twins of those of its edge, at the bottom.
-            top = (b != start) & (b != end)
-            at_b = np.where(top, self._twin[b], b)
-            middle[top] = self._add_vertices(np.stack([b, c], axis=1)[top], middle[top])
+            # On the far side of a seam a side has other vertices than its edge, but the same twins.
+            far = ~at_start & (b != end)
+            at_start |= far & (self._twin[b] == self._twin[start])
+            middle[far] = self._add_vertices(np.stack([b, c], axis=1)[far], middle[far])
         # The half of the hypotenuse at its start keeps the number, the other one gets a new number.
-        at_start, at_end = hypotenuse, 2 * cut.second[k] + (hypotenuse & 1)
-        half_b = np.where(at_b == start, at_start, at_end)
-        half_c = at_start + at_end - half_b
+        first, last = hypotenuse, 2 * cut.second[k] + (hypotenuse & 1)
+        half_b = np.where(at_start, first, last)
+        half_c = first + last - half_b
         inner = 2 * np.arange(len(self._ends), len(self._ends) + len(halved), dtype=np.int32)
         second = np.arange(len(self._cells), len(self._cells) + len(halved), dtype=np.int32)
         self._cells[halved] = np.stack([middle, a, b], axis=1)

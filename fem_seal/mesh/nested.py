@@ -59,6 +59,11 @@ class NestedMesh:
         return not np.array_equal(self.twin, np.arange(len(self.twin)))
 
     @property
+    def extent(self) -> np.ndarray:
+        """(2,) int64: coordinates of the corner (mx, my)."""
+        return np.array(self.squares, dtype=np.int64) * PIXEL
+
+    @property
     def inlet(self) -> np.ndarray:
         """(V,) bool, vertices at x = 0."""
         return self.xy[:, 0] == 0
@@ -152,7 +157,7 @@ class NestedMesh:
         self, xy: np.ndarray, cells: np.ndarray, twin: np.ndarray, edges: Edges, halvings: Halvings
     ) -> "NestedMesh":
         """Mesh with the arrays that bisection made; its parts need no labels from `halvings`."""
-        return NestedMesh(xy, cells, self.squares, twin, edges)
+        return replace(self, xy=xy, cells=cells, twin=twin, carried_edges=edges)
 
     def part(self, cells: np.ndarray) -> "NestedMesh":
         """Mesh of the cells (n,) alone, with all vertices."""
@@ -161,6 +166,11 @@ class NestedMesh:
     def sides_on_top(self) -> np.ndarray:
         """(C, 3) bool: sides at y = my if the sides are periodic, else none."""
         return self.top[self.ends_of_sides()].all(axis=2) & self.periodic
+
+    @property
+    def rim(self) -> np.ndarray:
+        """(V,) bool, vertices where ψ is prescribed, or one unknown with other vertices."""
+        return self.bottom | self.top
 
     def wall_ties(self) -> list[np.ndarray]:
         """Pairs (n, 2) of vertices on one wall, where the stream function has one value."""

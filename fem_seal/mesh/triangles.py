@@ -105,6 +105,14 @@ class TriangleMesh:
         walls = [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP]
         return [self.side_ends(np.isin(self.sides, walls))]
 
+    @property
+    def rim(self) -> np.ndarray:
+        """(V,) bool, vertices where ψ is prescribed, or one unknown with other vertices."""
+        on_rim = self.bottom | self.top
+        for pairs in self.wall_ties():
+            on_rim[pairs] = True
+        return on_rim
+
     def sides_on_wall(self) -> np.ndarray:
         """(C, 3) bool: sides that lie on a wall."""
         return np.isin(self.sides, [ISLAND] if self.periodic else [ISLAND, BOTTOM, TOP])

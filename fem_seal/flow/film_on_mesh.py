@@ -1,0 +1,368 @@
+"""The film on one mesh: its averages, the error indicators, and the hierarchical correction.
+
+What follows holds for the leak rate (`level.py`) and for a periodic cell (`cell_problem.py`) alike.
+Both are primal and dual problem of the same film and differ in the functions that they admit.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fem_seal.fenicsx import MPI
+from fem_seal.flow.gap_on_mesh import CellContact, CellData, ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gradients import gradients, shape_gradients
+from fem_seal.flow.hierarchical import Correction, energy_drops, pressure_bubbles, stream_bubbles
+from fem_seal.flow.integrals import AT_ONCE
+from fem_seal.flow.linear import CellSpace
+from fem_seal.flow.numbering import Numbering
+from fem_seal.flow.start import Guess, Start
+from fem_seal.flow.topology import components
+from fem_seal.flow.traces import mean_gradient_values
+from fem_seal.mesh.grouping import parts
+from fem_seal.mesh.nested import NestedMesh
+from fem_seal.mesh.triangles import TriangleMesh
+
+# Pressure drop, relative to that of the whole film, below which equipotential groups count as
+# well joined if all the flow passes between them.
+MAX_DROP = 0.1
+
+# Corner values (n, 3) of a function on a slice or an array of n cells.
+CornerValues = Callable[[slice | np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """One flow through the film: a pressure p, and a flux J that should be -K∇p.
+
+    Attributes
+    ----------
+    pressure : callable
+        Corner values (n, 3) of p on a slice of n cells.
+    stream : (V,)
+        Stream function ψ of unit flux at the vertices: J is `rate` times its rotated gradient.
+    rate : float
+        Flow rate.
+    epsilon : float
+        Factor ε of the regularised dual that ψ solves; zero for the true dual.
+    drop : float
+        Pressure drop.
+    weights : (k,) or None
+        ψ as a combination of the stream functions that were solved for; None if it is the only one.
+    """
+
+    pressure: CornerValues
+    stream: np.ndarray
+    rate: float
+    epsilon: float
+    drop: float = 1.0
+    weights: np.ndarray | None = None
+
+    @property
+    def conductance(self) -> float:
+        """Flow rate at unit pressure drop."""
+        return self.rate / self.drop
+
+    def without_functions(self) -> "Flow":
+        """The flow without p and ψ, so that the mesh on which they live can be freed."""
+        return replace(self, pressure=_freed, stream=np.empty(0))
+
+
+def _freed(cells: slice | np.ndarray) -> np.ndarray:
+    raise AssertionError("the mesh of this flow has been freed")
+
+
+class FilmOnMesh(ABC):
+    """A film on one mesh (gap in units of its maximum), and what the adaptive loop asks of it.
+
+    `pressure`, `stream` and `regularised_stream` return solutions with the CG `iterations` and
+    `stalled`, the reason why CG stopped short of its tolerance, else "".
+
+    Parameters
+    ----------
+    gap : the gap as represented
+    mesh : of the nested family, or of any triangles
+    values : gap at its vertices
+    data : averages of all cells
+    kept : (cells of the mesh,) bool, the C cells that carry flow
+    numbering : of the pressure on these cells
+    comm : MPI communicator
+    tolerance : relative energy error at which CG stops
+
+    Notes
+    -----
+    Arrays of length C below run over the cells that carry flow, `kept`.
+    """
+
+    def __init__(
+        self,
+        gap: LinearGap | ConstantGap | VertexGap,
+        mesh: NestedMesh | TriangleMesh,
+        values: np.ndarray,
+        data: CellData,
+        kept: np.ndarray,
+        numbering: Numbering,
+        comm: MPI.Comm,
+        tolerance: float,
+    ):
+        self.mesh, self.tolerance = mesh, tolerance
+        self.gap, self.values = gap, values
+        self.kept = kept
+        self.data = data.part(kept)
+        self._cell_contact: CellContact = data.without_values()
+        self.primal_numbering = numbering
+        self._cells = triangles = mesh.cells.compress(kept, axis=0)
+
+        # A closure, not a bound method: this avoids a reference cycle, so the mesh is freed at
+        # once.
+        def corners(cells: np.ndarray | slice) -> np.ndarray:
+            return mesh.corners(gap.aspect, triangles[cells])
+
+        self._corners = corners
+        self.space = CellSpace(
+            len(triangles),
+            corners,
+            lambda: mesh.edges[1].compress(kept, axis=0),
+            comm,
+            mesh.blur * float(np.max(gap.aspect)),
+        )
+
+    @property
+    def unknowns(self) -> int:
+        """Number of pressure unknowns."""
+        return self.primal_numbering.count
+
+    @abstractmethod
+    def guess(self, start: Start) -> Guess:
+        """Initial values of the solves."""
+
+    @abstractmethod
+    def pressure(self, guess: np.ndarray) -> Any:
+        """Solve the primal problem, from a guess."""
+
+    @abstractmethod
+    def stream(self, guess: np.ndarray) -> Any:
+        """Solve the dual problem; None if blocked cells close every channel."""
+
+    @abstractmethod
+    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> Any:
+        """Solve the regularised dual, in which blocked cells conduct `epsilon` times as much."""
+
+    @abstractmethod
+    def upper_bound(self, pressure: Any) -> Any:
+        """Bounds from the primal solution alone."""
+
+    @abstractmethod
+    def difference(self, pressure: Any, stream: Any) -> float:
+        """Relative difference of both energies before the hierarchical correction."""
+
+    @abstractmethod
+    def corrected(self, pressure: Any, stream: Any) -> Any:
+        """Bounds after the hierarchical correction."""
+
+    @abstractmethod
+    def flows(self, pressure: Any, stream: Any) -> list[Flow]:
+        """The flows whose errors are to be reduced."""
+
+    def start(self, pressure: Any, stream: Any) -> Start:
+        """Start on this mesh from its solutions; where nothing flows the functions are zero.
+
+        Parameters
+        ----------
+        pressure : solution of the primal problem
+        stream : solution of a dual problem, or None
+        """
+        solved = np.reshape(pressure.corner_values, (-1, self.space.count, 3))
+        pressures = np.zeros((len(solved), *self.mesh.cells.shape))
+        pressures[:, self.kept] = solved
+        streams = np.zeros((len(solved), len(self.mesh.xy)))
+        if stream is not None:
+            streams[:] = stream.psi
+        return Start(self.mesh, self.values, pressures, streams)
+
+    def _at_vertices(self, numbering: Numbering, values: np.ndarray) -> np.ndarray:
+        """Values (V,) at the vertices of a continuous function; zero where nothing flows."""
+        at_vertices = np.zeros(len(self.mesh.xy))
+        for cells in parts(0, self.space.count, AT_ONCE):
+            at_vertices[self._cells[cells]] = numbering.corners(values, cells)
+        return at_vertices
+
+    def _resistivity(self, epsilon: float, cells: slice) -> np.ndarray:
+        """Tensor (n, 3) of the true dual, or of the regularised one if epsilon > 0."""
+        if epsilon == 0:
+            return self.data.resistivity[cells]
+        return self.data.part(cells).regularised(epsilon, self.gap.cut)
+
+    def indicators(self, flows: Sequence[Flow]) -> np.ndarray:
+        """Error indicators e_T (C,): the part of each cell in upper - lower (Prager and Synge).
+
+        e_T = ∫_T K|∇p|² + J·R·J + 2 J·∇p >= 0, summed over the flows. For the true dual of a leak
+        rate Σ e_T = upper - lower exactly. For the regularised dual the sum is off by about 1e-4,
+        since ψ in blocked cells does not match the power traces of their neighbours.
+        """
+        indicators = np.zeros(self.space.count)
+        for cells in parts(0, len(indicators), AT_ONCE):
+            slopes, areas = shape_gradients(self._corners(cells))
+            K, contact = self.data.K[cells], self.data.contact_vertex[cells]
+            xx, xy, yy = self._resistivity(flows[0].epsilon, cells).T
+            for flow in flows:
+                px, py = gradients(slopes, flow.pressure(cells)).T
+                psi, Q = flow.stream[self._cells[cells]], flow.rate
+                sx, sy = gradients(slopes, psi).T
+                mx, my = gradients(slopes, mean_gradient_values(psi, contact)).T
+                primal = K * (px * px + py * py)
+                # Not Q² first: it may underflow.
+                dual = Q * (Q * (xx * sx * sx + 2 * xy * sx * sy + yy * sy * sy))
+                indicators[cells] += areas * (primal + dual + 2 * Q * (my * px - mx * py))
+        return indicators
+
+    def blocked_flux(self, flows: Sequence[Flow]) -> np.ndarray:
+        """Σ |J| × width × pressure drop of each blocked cell (C,); zero in all other cells."""
+        flux, blocked = np.zeros(self.space.count), np.flatnonzero(self.data.blocked)
+        slopes, areas = shape_gradients(self._corners(blocked))
+        for flow in flows:
+            steepness = np.linalg.norm(gradients(slopes, flow.stream[self._cells[blocked]]), axis=1)
+            flux[blocked] += flow.drop * flow.rate * steepness * np.sqrt(2 * areas)
+        return flux
+
+    def residuals(self, flows: Sequence[Flow]) -> np.ndarray:
+        """Residual estimate (C,) of the pressures' error: Σ over sides (jump of the flux)²/K.
+
+        The flux of the exact pressure is continuous across sides and zero through walls and along
+        contact. The jump is divided by the K of the cell itself, not by the larger K of the two
+        cells: this keeps the estimate reliable where good conductors touch at a single vertex
+        (C. Bernardi and R. Verfürth, Numer. Math. 85, 579 (2000); M. Petzoldt, Adv. Comput. Math.
+        16, 47 (2002)). There a linear pressure lets fluid leak through the vertex at almost no
+        cost in energy. The smallest K to divide by is the conductance of the flow.
+        """
+        residuals = np.zeros(self.space.count)
+        side = self.mesh.edges[1].compress(self.kept, axis=0)
+        for flow in flows:
+            out = self._flux_out(flow.pressure)
+            jump = np.bincount(side.ravel(), out.ravel())[side]
+            jump[self.data.zero_gap] = out[self.data.zero_gap]
+            # No condition on the flux through sides of prescribed pressure.
+            a, b, c = (self.primal_numbering.of_corner < 0).T
+            jump[np.stack([b & c, c & a, a & b], axis=1)] = 0.0
+            residuals += (jump * jump).sum(axis=1) / np.maximum(self.data.K, flow.conductance)
+        return residuals
+
+    def _flux_out(self, pressure: CornerValues) -> np.ndarray:
+        """Flux of a pressure out of each cell through its sides (C, 3)."""
+        out = np.empty((self.space.count, 3))
+        for cells in parts(0, len(out), AT_ONCE):
+            slopes, areas = shape_gradients(self._corners(cells))
+            slope = gradients(slopes, pressure(cells))
+            weight = -2 * areas * self.data.K[cells]
+            out[cells] = weight[:, None] * (slopes * slope[:, None]).sum(axis=2)
+        return out
+
+    def joints(self, leak_rate: float) -> np.ndarray:
+        """Cells (C,) bool that join equipotential groups where the gap is too small for the flow.
+
+        All equipotential cells that touch have the same pressure. That is accurate if they share
+        a vertex of large gap. Groups that meet only at vertices of small gap may differ in
+        pressure. They hardly do if the edges between such vertices, or the vertices themselves
+        (of gap g, each conducts about g³), carry the leak rate at a small pressure drop. All other
+        groups are wrongly joined, until the cells at these vertices are refined so far that they
+        are no longer equipotential.
+
+        Parameters
+        ----------
+        leak_rate : estimate of the leak rate
+        """
+        joined = np.zeros(self.space.count, dtype=bool)
+        equipotential = np.flatnonzero(self.data.equipotential)
+        if not len(equipotential) or not self.values.shape[1]:
+            return joined
+        enough = leak_rate / MAX_DROP
+        high = self.values[self._cells[equipotential], 0] >= self.gap.ceiling
+        equipotential, high = equipotential[high.any(axis=1)], high[high.any(axis=1)]
+        vertex, cell = self.mesh.twin[self._cells[equipotential]], np.nonzero(high)[0]
+        count = len(self.mesh.xy)
+        pairs = np.stack([vertex[high], count + cell], axis=1)
+        group = components(pairs, count + len(equipotential))[count:]
+        group = self._joined_by_edges(equipotential, high, group, enough)[group]
+        # Cells on both sides of a contact line have different unknowns and are not joined.
+        pressure = self.primal_numbering.of_corner - self.primal_numbering.lift
+        key = np.stack([vertex[~high], pressure[equipotential][~high]])
+        point, place = np.unique(key, axis=1, return_inverse=True)
+        place, low = place.ravel(), np.nonzero(~high)[0]
+        least, most = np.full((2, point.shape[1]), len(group) + count) * [[1], [-1]]
+        np.minimum.at(least, place, group[low])
+        np.maximum.at(most, place, group[low])
+        joint = np.flatnonzero(least < most)
+        ends, pair = np.unique(np.stack([least, most])[:, joint], axis=1, return_inverse=True)
+        cubes = self.values[point[0, joint], 0] ** 3
+        conductance = np.bincount(pair.ravel(), cubes, ends.shape[1])
+        resists = np.zeros(len(least), dtype=bool)
+        resists[joint] = (conductance < enough)[pair.ravel()]
+        joined[equipotential[low[resists[place]]]] = True
+        return joined
+
+    def _joined_by_edges(
+        self, cells: np.ndarray, high: np.ndarray, group: np.ndarray, enough: float
+    ) -> np.ndarray:
+        """Number of each group, equal for groups that edges of small gap join well.
+
+        Flow across an edge passes the two cells at its sides, one after the other.
+
+        Parameters
+        ----------
+        cells : (n,) int, equipotential cells
+        high : (n, 3) bool, their vertices of large gap
+        group : (n,) int, group of each cell
+        enough : conductance from which on two groups count as well joined
+        """
+        count = int(group.max(initial=-1)) + 1
+        at_edge = np.flatnonzero(high.sum(axis=1) == 1)
+        side = self.mesh.edges[1].compress(self.kept, axis=0)[cells[at_edge]][high[at_edge]]
+        order = np.argsort(side, kind="stable")
+        twice = np.flatnonzero(np.diff(side[order]) == 0)
+        first, second = at_edge[order[twice]], at_edge[order[twice + 1]]
+        resistivity = self.data.resistivity[cells, 0]
+        conductance = 1 / (resistivity[first] + resistivity[second])
+        ends = np.sort(np.stack([group[first], group[second]]), axis=0)
+        ends, pair = np.unique(ends, axis=1, return_inverse=True)
+        well = np.bincount(pair.ravel(), conductance, ends.shape[1]) >= enough
+        return components(ends[:, well].T, count)
+
+    def gradients(
+        self, corner_values: np.ndarray, cells: np.ndarray | slice = slice(None)
+    ) -> np.ndarray:
+        """Gradient (n, 2) on n cells of the function with corner values (n, 3)."""
+        return gradients(shape_gradients(self._corners(cells))[0], corner_values)
+
+    def _bubble_drops(
+        self, pressures: Sequence[CornerValues], streams: Sequence[np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Amounts by which bubble functions lower the energies of pressures and stream functions.
+
+        Parameters
+        ----------
+        pressures : k functions: corner values (n, 3) on some of the C cells
+        streams : m arrays (V,) of values at the vertices
+
+        Returns
+        -------
+        (k, k) and (m, m) : see `hierarchical.energy_drops`
+        """
+        cells = self.mesh, self._cell_contact, self.kept
+        place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
+        dual = Correction(
+            len(streams),
+            stream_bubbles(*cells),
+            lambda some: [psi.take(self.mesh.cells.take(some, axis=0)) for psi in streams],
+            lambda data: data.resistivity[:, 0],
+        )
+        primal = Correction(
+            len(pressures),
+            pressure_bubbles(*cells),
+            lambda some: [pressure(place[some]) for pressure in pressures],
+            lambda data: data.K,
+        )
+        gap = self.gap, self.mesh, self.values
+        raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm)
+        return lowered, raised

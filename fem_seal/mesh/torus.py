@@ -1,0 +1,89 @@
+"""Meshes of the nested family on a cell that is periodic in both directions."""
+
+from functools import cached_property
+
+import numpy as np
+
+from fem_seal.mesh.bisection import refine
+from fem_seal.mesh.nested import NestedMesh, uniform_mesh
+
+# Squares across the smallest first mesh. With one square, both ends of a side on a seam would be
+# the same point of the torus.
+LEAST_SQUARES = 4
+
+
+class Torus(NestedMesh):
+    """A nested mesh of a rectangle whose opposite sides are one line each, its two seams.
+
+    The sides of cells along x = mx are those along x = 0, and likewise along y, so that bisection
+    keeps opposite sides alike. A torus has neither ends nor walls. `twin` is, for a vertex at
+    x = mx or y = my, the one at x < mx and y < my that is the same point.
+    """
+
+    @property
+    def inlet(self) -> np.ndarray:
+        """(V,) bool, no vertices."""
+        return np.zeros(len(self.xy), dtype=bool)
+
+    outlet = inlet
+
+    @cached_property
+    def copy(self) -> np.ndarray:
+        """(V, 2) bool: vertices at x = mx, and vertices at y = my."""
+        return self.xy == self.extent
+
+    @property
+    def rim(self) -> np.ndarray:
+        """(V,) bool, vertices on both sides of both seams."""
+        return ((self.xy == 0) | self.copy).any(axis=1)
+
+    def _ends_of_edges(self) -> np.ndarray:
+        """(C, 3, 2) ends of the sides; at x = mx and at y = my those of the same edge opposite."""
+        ends = self.ends_of_sides()
+        for axis in (0, 1):
+            on_side = self.copy[:, axis][ends].all(axis=2)
+            ends[on_side] = _opposite(self, axis)[ends[on_side]]
+        return ends
+
+    def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
+        """Pressures and stream functions (2, V) of a uniform gap, with unit jumps in x and in y."""
+        unit = (self.xy / self.extent).T
+        return unit, unit.copy()
+
+
+def _opposite(mesh: NestedMesh, axis: int) -> np.ndarray:
+    """(V,) for vertices on the far side along an axis those opposite; others stand for themselves.
+
+    Vertices of opposite sides must lie at the same positions.
+    """
+    far = np.flatnonzero(mesh.xy[:, axis] == mesh.extent[axis])
+    near = np.flatnonzero(mesh.xy[:, axis] == 0)
+    opposite, along = np.arange(len(mesh.xy), dtype=mesh.twin.dtype), 1 - axis
+    order = [side[np.argsort(mesh.xy[side, along])] for side in (far, near)]
+    opposite[order[0]] = order[1]
+    return opposite
+
+
+def uniform_torus(squares: tuple[int, int], width: int) -> Torus:
+    """Torus of squares `width` pixels wide; of smaller ones if there were too few across.
+
+    Parameters
+    ----------
+    squares : (int, int)
+        Pixels (mx, my) along each axis, multiples of `width`.
+    width : int
+        A power of two.
+    """
+    mesh = uniform_mesh(squares, width, periodic_sides=False)
+    while squares_across(mesh) < LEAST_SQUARES:
+        # Two halvings make squares half as wide.
+        finer = refine(mesh, np.full(len(mesh.cells), 2, dtype=np.int8)).mesh
+        assert isinstance(finer, NestedMesh)  # bisection keeps the kind of a mesh
+        mesh = finer
+    twin = _opposite(mesh, 1)[_opposite(mesh, 0)]
+    return Torus(mesh.xy, mesh.cells, mesh.squares, twin)
+
+
+def squares_across(mesh: NestedMesh) -> int:
+    """Number of edges along the side of the rectangle that has fewer."""
+    return min(np.count_nonzero(mesh.xy[:, axis] == 0) - 1 for axis in (0, 1))

@@ -1,0 +1,80 @@
+"""Torus: opposite sides are alike after any refinement, and their sides are one edge."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_seal.mesh.bisection import refine
+from fem_seal.mesh.nested import PIXEL
+from fem_seal.mesh.torus import LEAST_SQUARES, Torus, squares_across, uniform_torus
+
+SQUARES = [(6, 4), (5, 5), (1, 3), (2, 1)]
+
+
+def refined(squares, seed, rounds=5) -> Torus:
+    """A torus bisected at random, some cells several times."""
+    rng = np.random.default_rng(seed)
+    mesh = uniform_torus(squares, 1)
+    for _ in range(rounds):
+        times = rng.choice(4, len(mesh.cells), p=[0.85, 0.05, 0.05, 0.05])
+        mesh = refine(mesh, times.astype(np.int8)).mesh
+    return mesh
+
+
+@pytest.mark.parametrize("squares", SQUARES)
+@pytest.mark.parametrize("seed", range(4))
+def test_opposite_sides_are_alike(squares, seed):
+    """Both sides of a seam have vertices at the same positions; twins are whole cells apart."""
+    mesh = refined(squares, seed)
+    distance = mesh.xy - mesh.xy[mesh.twin]
+    np.testing.assert_array_equal(distance, mesh.copy * np.array(squares) * PIXEL)
+    assert not mesh.copy[mesh.twin].any()
+    for axis in (0, 1):
+        sides = [mesh.xy[mesh.xy[:, axis] == x, 1 - axis] for x in (0, mesh.extent[axis])]
+        np.testing.assert_array_equal(*map(np.sort, sides))
+    np.testing.assert_array_equal(mesh.rim, ((mesh.xy == 0) | (mesh.xy == mesh.extent)).any(axis=1))
+
+
+@pytest.mark.parametrize("squares", SQUARES)
+@pytest.mark.parametrize("seed", range(4))
+def test_every_edge_has_two_cells(squares, seed):
+    """And as many vertices, edges and cells as a torus has: Euler's V - E + F = 0."""
+    mesh = refined(squares, seed)
+    edges = mesh.numbered_edges
+    assert edges.slots().min() >= 0
+    assert len(np.unique(mesh.twin)) - len(edges.ends) + len(mesh.cells) == 0
+    # Both sides of an edge have the ends of the edge, up to twins.
+    sides = np.sort(mesh.twin[mesh.ends_of_sides()], axis=2)
+    np.testing.assert_array_equal(sides, np.sort(mesh.twin[edges.ends[edges.of_cell]], axis=2))
+
+
+def test_edges_updated_by_bisection_equal_edges_numbered_anew():
+    mesh = refined((6, 4), 7)
+    updated, anew = mesh.numbered_edges, replace(mesh, carried_edges=None).numbered_edges
+    pairs = np.unique(np.stack([updated.of_cell.ravel(), anew.of_cell.ravel()]), axis=1)
+    assert pairs.shape[1] == len(updated.ends) == len(anew.ends)
+
+
+def test_a_torus_has_neither_ends_nor_walls():
+    mesh = refined((6, 4), 1)
+    assert isinstance(mesh, Torus)
+    assert mesh.periodic
+    for ends_or_walls in (mesh.inlet, mesh.outlet, mesh.sides_on_wall()):
+        assert not ends_or_walls.any()
+    assert not mesh.wall_ties()
+
+
+@pytest.mark.parametrize("squares", [(1, 1), (1, 3), (4, 8)])
+def test_squares_of_the_first_mesh(squares):
+    """At least LEAST_SQUARES, and never wider than asked for."""
+    mesh = uniform_torus(squares, 1)
+    assert squares_across(mesh) == max(LEAST_SQUARES, min(squares))
+    assert mesh.relative_areas().sum() == squares[0] * squares[1]
+
+
+def test_the_first_guess_jumps_by_one():
+    """Of unit jumps in x and in y: at a copy of a vertex each is larger by the seams crossed."""
+    mesh = refined((5, 5), 2)
+    for functions in mesh.first_guess():
+        np.testing.assert_allclose(functions - functions[:, mesh.twin], mesh.copy.T, atol=1e-15)
