@@ -41,23 +41,65 @@ def test_waves_along_the_flow_under_uniform_pressure(share):
     assert state.contact.contact_area_fraction == pytest.approx(exact, abs=2 / n)
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_bump_under_uniform_pressure(seed):
+    """Hertz: a³ = 3 F R/(4 E*), F = (P₀ - p_f) L²; a bump of radius R in every cell of side L.
+
+    Half a sample around the patch is 1/a of its area; the neighbours' pressure is (a/L)³ or so.
+    """
+    n, length, radius = 128, 1e-4, 1e-3
+    rng = np.random.default_rng(seed)
+    share = rng.uniform(0.3, 0.7)  # of the fluid in the load
+    contact_radius = 16 * length / n
+    left = 4 * E_STAR * contact_radius**3 / (3 * radius * length**2)
+    fluid = share / (1 - share) * left
+    x = (np.arange(n) / n - 0.5) * length
+    bump = GridField(-(x[:, None] ** 2 + x**2) / (2 * radius), (length / n, length / n), True)
+    flow = {"inlet_pressure": fluid * (1 + 1e-6), "outlet_pressure": fluid, "ambient_pressure": 0}
+    state = lifted(problem_of(scene(left + fluid, **flow), bump), 0.05)
+    area = state.contact.contact_area_fraction * length**2
+    assert state.converged
+    assert area == pytest.approx(np.pi * contact_radius**2, rel=1 / 16)
+    peak = 1.5 * left * length**2 / (np.pi * contact_radius**2)
+    assert state.contact.pressure.values.max() == pytest.approx(peak, rel=0.02)
+
+
 def test_vanishing_fluid_pressure_gives_the_dry_answer():
-    """p_in → ambient: gap and area of the dry contact."""
-    patch = Patch(scene(inlet=1e-9 * 1.5e5))
-    assert patch.film.contact_area_fraction == patch.contact.contact_area_fraction
-    atol = 1e-6 * patch.surface.values.std()
-    np.testing.assert_allclose(patch.film.field.values, patch.contact.gap.values, atol=atol)
+    """p_in → ambient: the dry contact to the last digits, and its leak rate."""
+    patch, dry = (Patch(scene(inlet=1e-15, lift=lift)) for lift in ("resolved", "none"))
+    assert patch.film.contact_area_fraction == dry.film.contact_area_fraction
+    # The contact is solved again from itself, which moves gaps by rounding.
+    atol = 1e-14 * patch.surface.values.std()
+    np.testing.assert_allclose(patch.film.field.values, dry.film.field.values, rtol=0, atol=atol)
+    assert patch.leak_rate.value == pytest.approx(dry.leak_rate.value, rel=1e-9)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
-def test_range_encloses_resolved(seed):
+GAS = {"kind": "gas", "viscosity": 1.8e-5, "molar_mass": 0.029, "temperature": 293.0}
+OTHERS = (
+    {"sides": "wall"},
+    {"representation": "constant"},
+    {"method": "finite-difference"},
+    {"load": 1.5e5, "inlet": 1.4e5},
+    {"load": 4.5e5, "inlet": 3e5},  # the first of the three is sealed
+    {"load": 1.6e5, "fluid": GAS, "inlet_pressure": 2e5, "outlet_pressure": 1e5},
+    {"inlet_pressure": 1e5, "outlet_pressure": 2e4, "ambient_pressure": 1e5, "load": 2e5},
+)
+
+
+@pytest.mark.parametrize("settings", [*({"seed": seed} for seed in (1, 2, 3, 4)), *OTHERS], ids=str)
+def test_range_encloses_resolved(settings):
     """Dry contacts under P₀ - p_out and P₀ - p_in leak no more and no less than the lifted one."""
-    resolved = Patch(scene(seed=seed))
-    low, high = Patch(scene(seed=seed, lift="range")).lift_range
+    resolved = Patch(scene(**settings))
+    low, high = Patch(scene(**settings, lift="range")).lift_range
     assert resolved.lifted.converged
-    assert low.upper < high.lower  # or nothing is shown
-    assert low.lower <= resolved.leak_rate.upper
-    assert resolved.leak_rate.lower <= high.upper
+    rates = low, resolved.leak_rate, high
+    if settings.get("method") == "finite-difference":
+        lower = upper = [rate.value for rate in rates]
+    else:
+        lower, upper = zip(*(rate.bounds for rate in rates), strict=True)
+    assert upper[0] < lower[2]  # or nothing is shown
+    assert lower[0] <= upper[1]
+    assert lower[1] <= upper[2]
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -73,22 +115,6 @@ def test_both_starts_come_to_one_state(seed):
     assert high.converged
     claimed = low.change + high.change + 0.02
     assert abs(np.log(low.leak_rate.value / high.leak_rate.value)) <= claimed
-
-
-def test_more_fluid_pressure_opens_the_gap_everywhere():
-    """Ordered pressures p_f ≤ p_f' under one total load, one of them constant: ordered gaps."""
-    problem = problem_of(scene())
-    rng = np.random.default_rng(0)
-    some = problem.inlet * rng.random((8, 8)).repeat(4, axis=0).repeat(4, axis=1)
-    gaps = []
-    for pressure in (np.zeros_like(some), some, np.full_like(some, problem.inlet)):
-        heights = problem.height.values - problem.displacement(pressure)
-        field = GridField(heights, problem.height.spacing, periodic=True)
-        gaps.append(problem.press(field, problem.load - pressure.mean(), None).gap.values)
-    slack = 1e-3 * problem.height.values.std()  # of the certificate
-    assert np.all(gaps[0] <= gaps[1] + slack)
-    assert np.all(gaps[1] <= gaps[2] + slack)
-    assert gaps[2].mean() > 1.1 * gaps[1].mean() > 1.2 * gaps[0].mean()
 
 
 def test_forces_balance():
