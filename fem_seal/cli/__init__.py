@@ -18,6 +18,7 @@ with ended_silently():
         leak,
         letter,
         mesh,
+        new,
         percolation,
         render,
         report,
@@ -30,7 +31,10 @@ with ended_silently():
     from fem_seal.installed import why_not_imported
     from fem_seal.interrupts import interruptible
 
-COMMANDS = (run, leak, sweep, report, render, surface, mesh, study, percolation, letter, doctor)
+COMMANDS = (
+    *(new, run, leak, sweep, report, render, surface, mesh),
+    *(study, percolation, letter, doctor),
+)
 INTERRUPTED = 130
 
 

@@ -8,14 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal import parallel
-from fem_seal.errors import NotConverged, printable
+from fem_seal.errors import InvalidInput, NotConverged, printable
 
 if TYPE_CHECKING:
+    from fem_seal.field_file import Stated
     from fem_seal.points import Work
     from fem_seal.results import Result
     from fem_seal.scene import Scene
 
 
+MOST_METRES = 1e100  # of a side of a map
 LONGEST_NAME = 60  # characters of a result folder
 
 
@@ -31,11 +33,11 @@ def add_command(
     )
 
 
-def add_scene(command: argparse.ArgumentParser) -> None:
+def add_scene(
+    command: argparse.ArgumentParser, what: str = "the scene file (docs/scene.md)"
+) -> None:
     """Take a scene file and changes to it."""
-    command.add_argument(
-        "scene", type=Path, metavar="SCENE.toml", help="the scene file (docs/scene.md)"
-    )
+    command.add_argument("scene", type=Path, metavar="SCENE.toml", help=what)
     command.add_argument(
         "--set",
         dest="overrides",
@@ -44,6 +46,40 @@ def add_scene(command: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="change a field, such as flow.rtol=0.02; may be repeated",
     )
+
+
+def add_statements(command: argparse.ArgumentParser) -> None:
+    """Take unit and size of a file of heights that does not say them."""
+    command.add_argument(
+        "--length-unit", metavar="UNIT", help="of the heights, such as um, where the file has none"
+    )
+    command.add_argument(
+        "--size",
+        metavar="LX,LY",
+        help="nx dx,ny dy, such as '1 mm,1 mm', where the file has none",
+    )
+
+
+def stated_of(options: argparse.Namespace) -> "Stated":
+    """Unit and size of the options of `add_statements`."""
+    from fem_seal.field_file import Stated
+    from fem_seal.field_file.length_units import length_in_metres
+    from fem_seal.units import to_si
+
+    if options.length_unit is not None:
+        length_in_metres(options.length_unit, "--length-unit: the heights")
+    if options.size is None:
+        return Stated(unit=options.length_unit)
+    try:
+        first, second = (to_si(part.strip(), "m") for part in options.size.split(","))
+        if not (0 < first < MOST_METRES and 0 < second < MOST_METRES):
+            raise ValueError
+    except ValueError:
+        raise InvalidInput(
+            f"--size {options.size} should be two positive lengths with units and a comma between, "
+            "such as '1 mm,1 mm'"
+        ) from None
+    return Stated(unit=options.length_unit, size=(first, second))
 
 
 def default_folder(scene: Path, overrides: Sequence[str]) -> Path:

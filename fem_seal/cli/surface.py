@@ -1,4 +1,4 @@
-"""fem-seal surface: a surface before it is pressed."""
+"""fem-seal surface: a surface before it is pressed, of a scene or of a file of heights."""
 
 import argparse
 from dataclasses import astuple
@@ -6,7 +6,7 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import add_command, add_scene, say
+from fem_seal.cli.common import add_command, add_scene, add_statements, say, stated_of
 from fem_seal.errors import InvalidInput
 from fem_seal.tables import aligned, csv_text
 
@@ -23,10 +23,11 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "surface",
-        "show a scene's surface before it is pressed",
+        "show a scene's surface, or a file of heights, before it is pressed",
         "fem-seal surface demos/scenes/blasted.toml --out surface.png",
     )
-    add_scene(command)
+    add_scene(command, "SCENE.toml, or a file of heights (docs/surfaces.md)")
+    add_statements(command)
     command.add_argument(
         "--out", type=Path, metavar="FILE.png", help="picture of heights and spectrum (none)"
     )
@@ -37,14 +38,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _surface(options: argparse.Namespace) -> int:
-    from fem_seal.scene import Scene
     from fem_seal.surface import fit_spectrum
 
     if options.out is not None and options.out.suffix.lower() not in PICTURES:
         raise InvalidInput(f"--out {options.out} must end in {', '.join(PICTURES)}")
     if options.csv is not None and options.csv.suffix.lower() != ".csv":
         raise InvalidInput(f"--csv {options.csv} must end in .csv")
-    scene = Scene.from_file(options.scene, options.overrides)
+    scene = _scene(options)
     prepared = _prepared(scene)
     try:
         fit, why = fit_spectrum(prepared.measured), ""
@@ -59,10 +59,42 @@ def _surface(options: argparse.Namespace) -> int:
         from fem_seal.files import write_text
 
         write_text(options.csv, _csv(scene, prepared))
-    lines = [steps_table(prepared), *_refusal(prepared), "", *_spectrum_lines(fit, why)]
+    refusal = _refusal(prepared) if _is_scene(options) else []
+    lines = [steps_table(prepared), *refusal, "", *_spectrum_lines(fit, why)]
+    if not _is_scene(options):
+        lines.append(f"fem-seal new {options.scene} writes a scene that presses it")
     lines += _profile_lines(scene)
     say("\n".join(lines))
     return 0
+
+
+def _is_scene(options: argparse.Namespace) -> bool:
+    return options.scene.suffix.lower() == ".toml"
+
+
+def _scene(options: argparse.Namespace) -> "Scene":
+    """The scene of a scene file; of a file of heights one without a tilt and without holes."""
+    from fem_seal.scene import Scene
+    from fem_seal.scene.files import override
+
+    if _is_scene(options):
+        if options.length_unit is not None or options.size is not None:
+            raise InvalidInput("--length-unit and --size are for a file of heights; use --set")
+        return Scene.from_file(options.scene, options.overrides)
+    stated = stated_of(options)
+    said = {"unit": stated.unit, "size": stated.size}
+    heights = {"kind": "file", "path": str(options.scene), "detrend": "mean", "fill": "harmonic"}
+    data: dict[str, dict[str, object]] = {
+        "surface": heights
+        | {"max_missing": 0.99}
+        | {name: value for name, value in said.items() if value is not None},
+        # Nothing is pressed: any contact that takes a map that does not repeat will do.
+        "contact": {"model": "bearing", "mean_gap": 1.0},
+        "output": {"products": ["contact"]},
+    }
+    for assignment in options.overrides:
+        data = override(data, assignment)
+    return Scene.from_mapping(data)
 
 
 def _csv(scene: "Scene", prepared: "PreparedSurface") -> str:

@@ -32,6 +32,34 @@ def without_marked(values: np.ndarray, missing: float) -> np.ndarray:
     return np.where(marked, np.nan, values)
 
 
+def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
+    """Largest or smallest value if it looks like a mark of missing points, and how often it stands.
+
+    It does if it recurs and lies `FAR` times farther from all others than they lie apart, or is a
+    customary mark and lies farther from them than they do.
+
+    Parameters
+    ----------
+    values : in the unit of the file, NaN where missing
+    """
+    known = values[~np.isnan(values)]
+    if not known.size:
+        return None
+    for extreme in (known.max(), known.min()):
+        others = known[known != extreme]
+        if not others.size:
+            return None  # a smooth face
+        count = known.size - others.size
+        # Halve both, so that the difference of the largest doubles does not overflow.
+        distance = np.abs(others / 2 - extreme / 2).min()
+        spread = others.max() / 2 - others.min() / 2
+        customary = np.isclose(abs(extreme), CUSTOMARY, rtol=SAME, atol=0).any()
+        recurs = 1 < count < known.size / 2 and spread > 0
+        if (recurs and distance > FAR * spread) or (customary and distance > spread):
+            return float(extreme), int(count)
+    return None
+
+
 def refuse_markers(values: np.ndarray, what: str) -> None:
     """Refuse heights whose largest or smallest value looks like a mark of missing points.
 
@@ -43,26 +71,15 @@ def refuse_markers(values: np.ndarray, what: str) -> None:
     Raises
     ------
     InvalidInput
-        If the extreme recurs and lies `FAR` times farther from all others than they lie apart, or
-        is a customary mark and lies farther from them than they do.
+        If `suspected_mark` finds one.
     """
-    known = values[~np.isnan(values)]
-    if not known.size:
+    mark = suspected_mark(values)
+    if mark is None:
         return
-    for extreme in (known.max(), known.min()):
-        others = known[known != extreme]
-        if not others.size:
-            return  # a smooth face
-        count = known.size - others.size
-        # Halve both, so that the difference of the largest doubles does not overflow.
-        distance = np.abs(others / 2 - extreme / 2).min()
-        spread = others.max() / 2 - others.min() / 2
-        customary = np.isclose(abs(extreme), CUSTOMARY, rtol=SAME, atol=0).any()
-        recurs = 1 < count < known.size / 2 and spread > 0
-        if (recurs and distance > FAR * spread) or (customary and distance > spread):
-            times = "once" if count == 1 else f"{count} times"
-            raise InvalidInput(
-                f"{extreme:g} stands {times} in {what}, far from all other heights, as if it "
-                f"marked missing points: set missing = {extreme:g} if it does, or missing = 'none' "
-                "if it is a height"
-            )
+    extreme, count = mark
+    times = "once" if count == 1 else f"{count} times"
+    raise InvalidInput(
+        f"{extreme:g} stands {times} in {what}, far from all other heights, as if it marked "
+        f"missing points: set missing = {extreme:g} if it does, or missing = 'none' if it is a "
+        "height"
+    )

@@ -34,6 +34,13 @@ class Profiles:
     step: float
 
 
+def holds_profiles(path: Path) -> bool:
+    """Whether a text file has one or two columns, or titles of x and heights without y."""
+    table = read_table(path)
+    said = statements(table.header)
+    return table.values.shape[1] <= 2 or said.titled_as_profiles
+
+
 def read_profiles(
     paths: Sequence[Path],
     *,
@@ -88,7 +95,7 @@ def _profiles(
     even = _even_step(values[:, 0]) if values.shape[1] > 1 else None
     if even is not None:
         values = values[:, 1:]
-    elif "x" in said.units:
+    elif said.titled_as_profiles:
         raise InvalidInput(f"x in {path} does not rise evenly; resample the profile to even steps")
     refuse_markers(values, str(path))
     scale = metres_in(said.unit_of_values, unit, f"the heights of {path}")

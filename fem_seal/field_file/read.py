@@ -48,10 +48,7 @@ def read_map(
         contradict those of the scene, or if a value looks like a mark of missing points.
     """
     path, stated = Path(path), stated or Stated()
-    names = (stated.array,) if stated.array is not None else names
-    reader = READERS.get(path.suffix.lower(), _instrument)
-    with within_available_memory(str(path)):
-        recorded = reader(path, names)
+    recorded = read_recorded(path, (stated.array,) if stated.array is not None else names)
     if isinstance(stated.missing, float | int):
         recorded = replace(recorded, values=without_marked(recorded.values, stated.missing))
     infinite = np.count_nonzero(np.isinf(recorded.values))
@@ -60,10 +57,20 @@ def read_map(
     if heights and stated.missing != "none":
         refuse_markers(recorded.values, str(path))
     field = in_metres(recorded, stated, path).oriented(stated.turn, stated.transpose)
-    if field.periodic is None and reader is _instrument:
+    if field.periodic is None and _reader(path) is _instrument:
         # A measured map is not periodic unless its file or the scene says so.
         return replace(field, periodic=False)
     return field
+
+
+def read_recorded(path: Path, names: Names) -> Recorded:
+    """Read a map and the statements of its file; see `read_map`."""
+    with within_available_memory(str(path)):
+        return _reader(path)(path, names)
+
+
+def _reader(path: Path) -> "Callable[[Path, Names], Recorded]":
+    return READERS.get(path.suffix.lower(), _instrument)
 
 
 def _named(

@@ -87,6 +87,8 @@ class Recorded:
         Whether the map repeats.
     contact : (nx, ny) bool or None
         Samples where the solids touch.
+    header : tuple of str
+        Lines before the numbers of a text file.
     """
 
     values: np.ndarray
@@ -95,6 +97,7 @@ class Recorded:
     length_unit: str | None = None
     periodic: bool | None = None
     contact: np.ndarray | None = None
+    header: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

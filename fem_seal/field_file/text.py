@@ -34,16 +34,17 @@ def read_text(path: Path) -> Recorded:
     """
     table = read_table(path)
     said = statements(table.header)
-    if table.values.shape[1] == 2 and len(table.values) > 3:
+    if (table.values.shape[1] == 2 or said.titled_as_profiles) and len(table.values) > 3:
         raise InvalidInput(
-            f"{path} has two columns, as x and height of a profile have: this is a line scan; a "
-            "map is wanted (or surface.kind = 'profiles')"
+            f"{path} has columns of x and height of a profile: this is a line scan; a map is "
+            "wanted (or surface.kind = 'profiles')"
         )
     as_list = table.values.shape[1] == 3 and len(table.values) > 3
     recorded = _from_points(table, said, path) if as_list else _from_matrix(table, said, path)
+    values = recorded.values
     for mark in said.missing:
-        recorded = replace(recorded, values=without_marked(recorded.values, mark))
-    return recorded
+        values = without_marked(values, mark)
+    return replace(recorded, values=values, header=table.header)
 
 
 def _from_matrix(table: TextTable, said: Statements, path: Path) -> Recorded:

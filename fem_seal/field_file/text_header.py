@@ -74,6 +74,11 @@ class Statements:
         """Unit of the heights."""
         return self.units.get("z") or self.units.get("height") or self.unit
 
+    @property
+    def titled_as_profiles(self) -> bool:
+        """Whether titles of columns name x and no y."""
+        return "x" in self.units and "y" not in self.units
+
     def unit_along(self, axis: str) -> str | None:
         """Unit of the coordinates along "x" or "y"."""
         return self.units.get(axis) or self.lateral_unit

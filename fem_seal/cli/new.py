@@ -1,0 +1,47 @@
+"""fem-seal new: a commented scene for a file of heights."""
+
+import argparse
+from pathlib import Path
+
+from fem_seal.cli.common import add_command, add_statements, say, stated_of
+
+
+def add(subparsers: argparse._SubParsersAction) -> None:
+    """Add the command."""
+    command = add_command(
+        subparsers,
+        "new",
+        "write a commented scene for a file of heights, with what the file says filled in",
+        "fem-seal new demos/scenes/o-ring-measured.txt --out my-seal.toml",
+    )
+    command.add_argument(
+        "file", type=Path, metavar="FILE", help="heights or profiles (docs/surfaces.md)"
+    )
+    command.add_argument(
+        "--out", type=Path, metavar="SCENE.toml", help="the new scene (FILE's name, in this folder)"
+    )
+    add_statements(command)
+    command.set_defaults(command=_new)
+
+
+def _new(options: argparse.Namespace) -> int:
+    from fem_seal.errors import InvalidInput
+    from fem_seal.files import write_text
+    from fem_seal.new_scene import new_scene
+
+    out = options.out or Path(f"{options.file.stem}.toml")
+    if out.exists():
+        raise InvalidInput(f"{out} is there already; name another one by --out")
+    new = new_scene(options.file, out.parent, stated_of(options))
+    write_text(out, new.text)
+    lines = [f"{options.file}: {'; '.join(new.facts)}"]
+    if new.needed:
+        missing = " and ".join(f"surface.{name}" for name in new.needed)
+        lines.append(f"{out} still needs {missing}, which the file does not say")
+    lines += [
+        f'fill in what is marked "yours" in {out}, then look and run:',
+        f"    fem-seal surface {out} --out surface.png",
+        f"    fem-seal run {out}",
+    ]
+    say("\n".join(lines))
+    return 0

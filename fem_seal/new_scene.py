@@ -1,0 +1,209 @@
+"""A commented scene for a file of heights, with what the file says filled in."""
+
+import json
+import os
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fem_seal.digits import with_prefix
+from fem_seal.errors import InvalidInput, printable
+from fem_seal.field_file.markers import suspected_mark, without_marked
+from fem_seal.field_file.profiles import holds_profiles, read_profiles
+from fem_seal.field_file.read import HEIGHT_NAMES, TEXT_ENDINGS, read_recorded
+from fem_seal.field_file.recorded import Recorded, Stated, in_metres
+from fem_seal.field_file.text_table import is_text
+from fem_seal.scene import Scene
+
+COMMENT_COLUMN = 32
+MOST_FILLED = 0.1  # the default of surface.max_missing
+LONGEST, MOST_LINES = 90, 20  # of the header that is quoted
+FEW_SAMPLES = 512  # along a side, whose contact takes a minute or so
+TEXT = (".txt", ".csv", *TEXT_ENDINGS)
+
+OTHER_SECTIONS = """
+[solid]
+youngs_modulus = "10 MPa"       # yours: of the softer face; the other one is rigid
+poisson_ratio = 0.5             # yours; or [E1, E2] and [ν1, ν2] of both
+
+[contact]
+pressure = "1 MPa"              # yours: mean contact pressure
+
+[fluid]
+viscosity = "1 mPa s"           # yours: water
+
+[flow]
+pressure_drop = "1 bar"         # yours
+sides = "periodic"
+rtol = 0.1                      # relative width of the bounds of the leak rate
+
+[output]
+products = ["contact", "leak_rate", "pictures"]
+leak_rate_unit = "ml/h"
+
+# [limit]                       # for a verdict
+# leak_rate = "1 ml/h"          # yours
+
+# [seal]                        # for the whole seal, docs/ring.md; products = ["seal", "pictures"]
+# leak_path = "0.5 mm"          # yours: width of the contact, from inlet to outlet
+# circumference = "150 mm"      # yours
+# pressure_profile = "hertz"    # or "uniform"
+# patches = 8
+"""
+
+
+@dataclass(frozen=True)
+class NewScene:
+    """A scene in the making.
+
+    Attributes
+    ----------
+    text : str
+        TOML, with comments.
+    facts : tuple of str
+        What the file says, in words.
+    needed : tuple of str
+        Fields that the file leaves open and the scene needs.
+    """
+
+    text: str
+    facts: tuple[str, ...]
+    needed: tuple[str, ...]
+
+
+def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
+    """Scene that presses the heights of a file.
+
+    Parameters
+    ----------
+    path : Path
+        Of heights, or of profiles in text.
+    folder : Path
+        Of the scene; its path to the file counts from there.
+    stated : Stated
+        Unit and size where the file has none.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read.
+    """
+    if path.suffix.lower() == ".toml":
+        raise InvalidInput(f"{path} is a scene already; name a file of heights")
+    if not path.is_file():
+        raise InvalidInput(f"{path} does not exist")
+    name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False)
+    if path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path):
+        surface, facts, needed = _profiles(path, name, stated)
+    else:
+        surface, facts, needed = _map(path, name, stated)
+    head = [
+        f"# Scene of {printable(path.name)}, written by fem-seal new; docs/scene.md names every",
+        '# field. Values marked "yours" are examples.',
+        "",
+    ]
+    text = "\n".join([*head, *surface]) + "\n" + OTHER_SECTIONS
+    if not needed:
+        # Read it back, so that no scene is written that is refused.
+        Scene.from_mapping(tomllib.loads(text), folder=folder)
+    return NewScene(text, tuple(facts), tuple(needed))
+
+
+Parts = tuple[list[str], list[str], list[str]]
+
+
+def _map(path: Path, name: str, stated: Stated) -> Parts:
+    """Lines of [surface] for a map, facts, and open fields."""
+    recorded = read_recorded(path, HEIGHT_NAMES)
+    values = recorded.values
+    mark = suspected_mark(values)
+    if mark is not None:
+        values = without_marked(values, mark[0])
+    missing, (nx, ny) = int(np.count_nonzero(np.isnan(values))), values.shape
+    if missing == values.size:
+        raise InvalidInput(f"all {values.size} points of {path} are missing")
+    part = missing / values.size
+    facts = [f"{nx} x {ny} points, {missing} missing ({100 * part:.2g} %)"]
+    lines = [*_quoted_header(recorded), "[surface]", 'kind = "file"', f"path = {name}"]
+    more, needed = _unit_and_size(path, recorded, stated)
+    lines += more
+    if mark is not None:
+        lines.append(_line("missing", f"{mark[0]!r}", f"stands {mark[1]} times: no height"))
+    if recorded.periodic:
+        lines.append(_line("detrend", '"mean"', "the map repeats, says the file"))
+    else:
+        lines.append(_line("detrend", '"plane"', 'the tilt; "quadratic" takes a bow away as well'))
+    if missing:
+        lines.append(_line("fill", '"harmonic"', f"{missing} points are missing"))
+    if part > MOST_FILLED:
+        lines.append(_line("max_missing", f"{np.ceil(20 * part) / 20:g}", "more than 0.1: a crop?"))
+    if not recorded.periodic:
+        comment = "a measured map does not repeat; the contact needs a cell that does"
+        lines.append(_line("make_periodic", '"mirror"', comment))
+    if needed:
+        return lines, facts, needed
+    field = in_metres(recorded, stated, path)
+    (dx, dy), sides = field.spacing, [n * d for n, d in zip((nx, ny), field.spacing, strict=True)]
+    facts.append(f"{with_prefix(dx, 'm', 6)} by {with_prefix(dy, 'm', 6)} apart")
+    if max(nx, ny) > FEW_SAMPLES:
+        ends = ", ".join(f'["0 um", "{1e6 * side / 2:.6g} um"]' for side in sides)
+        lines.append(f"# crop = [{ends}]   # a part of the map; a large contact takes long")
+    lines.append("# transpose = true              # the flow runs along x; this sends it along y")
+    return lines, facts, needed
+
+
+def _unit_and_size(path: Path, recorded: Recorded, stated: Stated) -> tuple[list[str], list[str]]:
+    """Lines of [surface] that say unit and size, and those of the two that are still open."""
+    lines, needed = [], []
+    if recorded.unit is not None:
+        lines.append(f"# unit: heights in {printable(recorded.unit)}, says the file")
+    elif stated.unit is not None:
+        lines.append(_line("unit", f'"{stated.unit}"', "of the heights"))
+    else:
+        needed.append("unit")
+        lines.append(_line("# unit", '"um"', "needed: the file does not say it"))
+    if recorded.spacing is not None:
+        lines.append("# size: the file says the steps")
+    elif stated.size is not None:
+        sides = ", ".join(f'"{1e6 * side:.9g} um"' for side in stated.size)
+        lines.append(_line("size", f"[{sides}]", "nx dx and ny dy"))
+    else:
+        needed.append("size")
+        lines.append(_line("# size", '["1 mm", "1 mm"]', "needed: nx dx and ny dy"))
+    return lines, needed
+
+
+def _profiles(path: Path, name: str, stated: Stated) -> Parts:
+    """Lines of [surface] for profiles, facts, and open fields."""
+    profiles = read_profiles([path], unit=stated.unit)
+    (count, samples), length = profiles.heights.shape, profiles.heights.shape[1] * profiles.step
+    side = 256 * profiles.step
+    unit = [_line("unit", f'"{stated.unit}"', "of heights and x")] if stated.unit else []
+    lines = [
+        "[surface]",
+        'kind = "profiles"',
+        f"path = {name}",
+        *unit,
+        _line("detrend", '"line"', "the tilt; or \"mean\", \"quadratic\""),
+        _line("shape", "[256, 256]", "of a random surface with the spectrum of the profiles"),
+        _line("size", f'["{1e6 * side:.6g} um", "{1e6 * side:.6g} um"]', "yours: of its cell"),
+        "seed = 1",
+    ]
+    facts = [
+        f"{count} profile(s) of {samples} samples, {with_prefix(profiles.step, 'm', 6)} apart, "
+        f"{with_prefix(length, 'm')} long"
+    ]
+    return lines, facts, []
+
+
+def _line(key: str, value: str, comment: str) -> str:
+    return f"{key} = {value}".ljust(COMMENT_COLUMN) + f"# {comment}"
+
+
+def _quoted_header(recorded: Recorded) -> list[str]:
+    """Header of a text file as comments."""
+    lines = [line.strip() for line in recorded.header if line.strip()]
+    quoted = [f"#   {printable(line)[:LONGEST]}" for line in lines[:MOST_LINES]]
+    return ["# The header of the file:", *quoted, ""] if quoted else []

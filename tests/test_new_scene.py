@@ -1,0 +1,130 @@
+"""fem-seal new: the scene that it writes is read, and says what the file says."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from project import ROOT
+
+from fem_seal import cli
+from fem_seal.patch import Patch
+from fem_seal.scene import Scene
+
+HEIGHTS = 1e-6 * np.random.default_rng(1).normal(size=(24, 16))
+STATED = ["--length-unit", "um", "--size", "24 um,16 um"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def new(name, *options):
+    assert cli.main(["new", name, *options]) == 0
+    return tomllib.loads(Path(f"{Path(name).stem}.toml").read_text(encoding="utf-8"))
+
+
+def test_instrument_that_says_everything(capsys):
+    """Unit and steps stay in the file; the scene presses the same heights, without holes."""
+    data = new(str(ROOT / "demos" / "scenes" / "o-ring-measured.txt"))
+    assert "1149 missing (3.1 %); 781.25 nm by 781.25 nm apart" in capsys.readouterr().out
+    surface = data["surface"]
+    assert surface.pop("path").endswith("o-ring-measured.txt")
+    steps = {"detrend": "plane", "fill": "harmonic", "make_periodic": "mirror"}
+    assert surface == {"kind": "file"} | steps
+    scene = Scene.from_file("o-ring-measured.toml")
+    assert Patch(scene).surface.shape == (382, 382)
+    assert cli.main(["surface", "o-ring-measured.toml"]) == 0
+    text = Path("o-ring-measured.toml").read_text(encoding="utf-8")
+    assert "#   Confocal profilometer" in text
+    assert "yours" in text
+
+
+def test_file_that_says_nothing(capsys):
+    np.savetxt("map.txt", HEIGHTS * 1e6)
+    data = new("map.txt")
+    assert not {"unit", "size"} & data["surface"].keys()
+    said = capsys.readouterr().out
+    assert "still needs surface.unit and surface.size, which the file does not say" in said
+    assert cli.main(["surface", "map.toml"]) == 2
+    assert "have no unit" in capsys.readouterr().err
+
+
+def test_options_fill_in_what_the_file_does_not_say():
+    np.savetxt("map.txt", HEIGHTS * 1e6)
+    data = new("map.txt", *STATED)
+    assert data["surface"]["unit"] == "um"
+    patch = Patch(Scene.from_file("map.toml"))
+    assert patch.prepared.steps[0].statistics.rms_height == pytest.approx(HEIGHTS.std(), rel=1e-12)
+    assert patch.surface.spacing == pytest.approx((1e-6, 1e-6), rel=1e-12)
+
+
+def test_mark_of_missing_points():
+    heights = HEIGHTS * 1e6
+    heights[3:9, 2:12] = -9999
+    np.savetxt("map.txt", heights)
+    surface = new("map.txt", *STATED)["surface"]
+    assert surface["missing"] == -9999
+    # 60 of 384 points are more than the tenth that is filled without a word.
+    assert 60 / 384 < surface["max_missing"] < 0.3
+    assert Patch(Scene.from_file("map.toml")).prepared.steps[0].statistics.missing == 60
+
+
+def test_map_that_repeats():
+    np.savez("map.npz", heights=HEIGHTS, spacing=[1e-6, 1e-6], periodic=True)
+    surface = new("map.npz")["surface"]
+    assert surface == {"kind": "file", "path": "map.npz", "detrend": "mean"}
+
+
+def test_profiles():
+    rows = HEIGHTS.T.ravel()[:200].reshape(100, 2) * 1e6
+    x = np.arange(100) * 0.5
+    np.savetxt("stylus.txt", np.column_stack([x, rows]), header="x [um] z [um]")
+    surface = new("stylus.txt")["surface"]
+    assert surface["kind"] == "profiles"
+    assert Patch(Scene.from_file("stylus.toml")).surface.shape == (256, 256)
+
+
+def test_names_that_need_quotes():
+    np.savez('a "b" \\ µ.npz', heights=HEIGHTS, spacing=[1e-6, 1e-6])
+    assert new('a "b" \\ µ.npz')["surface"]["path"] == 'a "b" \\ µ.npz'
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["map.toml", "--out", "b.toml"], "is a scene already"),
+        (["none.txt"], "does not exist"),
+        (["map.txt", "--out", "map.toml"], "map.toml is there already"),
+        (["map.txt", "--out", "b.toml", "--size", "1 mm"], "two positive lengths with units"),
+        (["map.txt", "--out", "b.toml", "--size", "0 mm,1 mm"], "two positive lengths with units"),
+        (["map.txt", "--out", "b.toml", "--length-unit", "kg"], "no unit of length"),
+        (["empty.txt", "--out", "b.toml"], "all 12 points of empty.txt are missing"),
+        (["words.txt", "--out", "b.toml"], "holds no line of numbers"),
+    ],
+)
+def test_refused(arguments, message, folder, capsys):
+    np.savetxt("map.txt", HEIGHTS)
+    (folder / "map.toml").write_text("")
+    (folder / "words.txt").write_text("no numbers")
+    (folder / "empty.txt").write_text("0 0 0 0\n" * 3)
+    if message.startswith("all"):
+        (folder / "empty.txt").write_text("NODATA_value 0\n" + "0 0 0 0\n" * 3)
+    before = set(folder.iterdir())
+    assert cli.main(["new", *arguments]) == 2
+    assert message in capsys.readouterr().err
+    assert set(folder.iterdir()) == before
+
+
+def test_surface_of_a_file_without_a_scene(capsys):
+    np.savetxt("map.txt", HEIGHTS * 1e6)
+    assert cli.main(["surface", "map.txt", *STATED, "--csv", "a.csv"]) == 0
+    said = capsys.readouterr().out
+    assert "fem-seal new map.txt writes a scene" in said
+    assert "detrend mean" in said
+    assert cli.main(["surface", "map.txt", *STATED, "--set", "surface.detrend=plane"]) == 0
+    assert "detrend plane" in capsys.readouterr().out
+    assert cli.main(["surface", "map.toml", "--length-unit", "um"]) == 2
+    assert "are for a file of heights" in capsys.readouterr().err
