@@ -1,0 +1,73 @@
+"""docs/guide/first-verdict.md, followed line by line, prints what it says."""
+
+import re
+import shlex
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+from project import ROOT
+
+from fem_seal import cli
+
+PAGE = (ROOT / "docs" / "guide" / "first-verdict.md").read_text(encoding="utf-8")
+# Commands, indented by four, and blocks: what one prints, or what the reader puts into the scene.
+PARTS = re.findall(r"^    ((?:cp|fem-seal) [^\n]*)$|^```(text|toml)\n(.*?)^```", PAGE, re.M | re.S)
+NUMBER = r"\d[\d.]*(?:e[+-]?\d+)?"
+
+
+def shape(line):
+    """A line without its numbers."""
+    return re.sub(NUMBER, "#", line)
+
+
+def put_in(scene, lines):
+    """Put the lines of a block into a scene, in place of those of their keys or below a header."""
+    section = ""
+    for line in lines.splitlines():
+        if line.startswith("["):
+            section = line
+        elif line:
+            key = line.split(" = ")[0]
+            head = rf"^(?:# )?{re.escape(section)}.*\n"
+            body = re.search(rf"{head}((?:.+\n)*)", scene, re.MULTILINE)
+            start, end = body.span(1)
+            rest = re.sub(rf"^(?:# )?{key} = .*\n", "", scene[start:end], flags=re.MULTILINE)
+            scene = f"{scene[: body.start()]}{section}\n{line}\n{rest}{scene[end:]}"
+    return scene
+
+
+def bounds(line):
+    """Lower and upper bound of a printed leak rate."""
+    return [float(number) for number in re.search(r"within \[(.*), (.*)\]", line).groups()]
+
+
+@pytest.mark.render
+def test_page(tmp_path, monkeypatch, capsys):
+    """Lines of a block are printed as they stand, but for digits that the bounds leave open."""
+    monkeypatch.chdir(tmp_path)
+    printed = ""
+    for command, kind, block in PARTS:
+        if kind == "toml":
+            scene = put_in(Path("map.toml").read_text(encoding="utf-8"), block)
+            Path("map.toml").write_text(scene, encoding="utf-8")
+            for section, fields in tomllib.loads(block).items():
+                assert fields.items() <= tomllib.loads(scene)[section].items()
+        elif kind == "text":
+            for line in block.splitlines():
+                lines = [text for text in printed.splitlines() if shape(text) == shape(line)]
+                assert lines, line
+                if line.startswith("leak rate"):
+                    # Two certified brackets of one leak rate overlap.
+                    (low, high), (lower, upper) = bounds(lines[0]), bounds(line)
+                    assert max(low, lower) <= min(high, upper)
+                elif not line.startswith("verdict"):
+                    assert line in lines
+        elif command.startswith("cp"):
+            _, source, target = shlex.split(command)
+            shutil.copy(ROOT / source, target)
+        elif "demos/" not in command:  # that scene is run by test_scenes
+            assert cli.main(shlex.split(command)[1:]) == 0
+            printed = capsys.readouterr().out
+    assert Path("results/map/report.html").is_file()
