@@ -335,6 +335,25 @@ class FilmOnMesh(ABC):
         """Gradient (n, 2) on n cells of the function with corner values (n, 3)."""
         return gradients(shape_gradients(self._corners(cells))[0], corner_values)
 
+    def pressure_correction(self, pressures: Sequence[CornerValues]) -> Correction:
+        """Bubble functions for pressures; see `_bubble_drops`."""
+        place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
+        return Correction(
+            len(pressures),
+            pressure_bubbles(self.mesh, self._cell_contact, self.kept),
+            lambda some: [pressure(place[some]) for pressure in pressures],
+            lambda data: data.K,
+        )
+
+    def stream_correction(self, streams: Sequence[np.ndarray]) -> Correction:
+        """Bubble functions for stream functions; see `_bubble_drops`."""
+        return Correction(
+            len(streams),
+            stream_bubbles(self.mesh, self._cell_contact, self.kept),
+            lambda some: [psi.take(self.mesh.cells.take(some, axis=0)) for psi in streams],
+            lambda data: data.resistivity[:, 0],
+        )
+
     def _bubble_drops(
         self, pressures: Sequence[CornerValues], streams: Sequence[np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -349,20 +368,7 @@ class FilmOnMesh(ABC):
         -------
         (k, k) and (m, m) : see `hierarchical.energy_drops`
         """
-        cells = self.mesh, self._cell_contact, self.kept
-        place = np.cumsum(self.kept, dtype=np.int32) - np.int32(1)
-        dual = Correction(
-            len(streams),
-            stream_bubbles(*cells),
-            lambda some: [psi.take(self.mesh.cells.take(some, axis=0)) for psi in streams],
-            lambda data: data.resistivity[:, 0],
-        )
-        primal = Correction(
-            len(pressures),
-            pressure_bubbles(*cells),
-            lambda some: [pressure(place[some]) for pressure in pressures],
-            lambda data: data.K,
-        )
+        dual, primal = self.stream_correction(streams), self.pressure_correction(pressures)
         gap = self.gap, self.mesh, self.values
         raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm)
         return lowered, raised

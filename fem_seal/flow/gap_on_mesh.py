@@ -102,13 +102,27 @@ class LinearGap(_GapOnMesh):
         samples = gap.vertices()
         self.squares = (samples.shape[0] - 1, samples.shape[1] - 1)
         self.aspect = np.asarray(gap.spacing) / max(gap.spacing)
-        self.cut, self.ceiling = cut, ceiling
+        self.cut, self.ceiling, self._floor = cut, ceiling, floor
+        self._width = width
+        self._sample(samples)
+        self._use(law)
+
+    def _sample(self, samples: np.ndarray) -> None:
         self._samples = np.stack([samples, samples], axis=-1)
         raised, lowered = np.moveaxis(self._samples, -1, 0)
-        raised[(raised > 0) & (raised < floor)] = floor
-        lowered[lowered < cut] = 0.0
-        self._width = width
-        self._use(law)
+        raised[(raised > 0) & (raised < self._floor)] = self._floor
+        lowered[lowered < self.cut] = 0.0
+
+    def with_samples(self, gap: GridField) -> "LinearGap":
+        """Another gap on the same grid, in the same unit, with at least the contact of this one.
+
+        For the dual, contact stays contact even where the other gap is open.
+        """
+        other = copy(self)
+        other._sample(gap.vertices())
+        other._samples[..., 1][self._samples[..., 1] == 0] = 0.0
+        other._use(self.law)
+        return other
 
     def _use(self, law: FilmLaw) -> None:
         self.law = law

@@ -150,6 +150,41 @@ def energy_drops(
     return [comm.allreduce(drop) for drop in drops]
 
 
+def drops_of_one_function(
+    gaps: Sequence[tuple[LinearGap, np.ndarray]],
+    mesh: NestedMesh | TriangleMesh,
+    energy: Correction,
+    comm: MPI.Comm,
+) -> list[float]:
+    """Amounts by which the same bubble functions lower the energies of one function in many gaps.
+
+    Their coefficients are those of `energy_drops` for the first gap.
+
+    Parameters
+    ----------
+    gaps : sequence of (gap, values at the vertices of the mesh)
+    mesh : of all gaps
+    energy : Correction
+        Of one function.
+    comm : MPI communicator
+
+    Returns
+    -------
+    list of float; negative where the energy rises.
+    """
+    sides = _Sides.of([energy.bubbles])
+    drops = np.zeros(len(gaps))
+    for block in range(comm.rank, len(sides.blocks), comm.size):
+        bubble, (free,) = sides.of_block(block)
+        coefficients: np.ndarray | None = None
+        for number, (gap, values) in enumerate(gaps):
+            (cells,) = _energies_with_bubbles(gap, mesh, values, [energy], sides.blocks[block])
+            if coefficients is None:
+                ((coefficients, _),) = cells.lowered(bubble, free)
+            drops[number] += cells.drop_by(bubble, coefficients)
+    return comm.allreduce(drops).tolist()
+
+
 def _energies_with_bubbles(
     gap: LinearGap | ConstantGap | VertexGap,
     mesh: NestedMesh | TriangleMesh,
@@ -266,7 +301,24 @@ class _CellEnergies:
             row[part] = values
 
     def drops(self, bubble: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """Decrease (k, k) of the energies, each function after a few steps of CG from s = 0.
+        """Decrease (k, k) of the energies by the coefficients of `lowered`.
+
+        Parameters
+        ----------
+        bubble, free : as of `lowered`
+        """
+        starts = [-_summed(bubble, slope, len(free)) for slope in self.slope]
+        best = self.lowered(bubble, free)
+        # With A the stiffness, the energy of functions a and b falls by
+        # start_a s_b + start_b s_a - s_a A s_b, and the residual is start - A s.
+        drops = [
+            [s_b @ start + s_a @ residual for s_b, residual in best]
+            for (s_a, _), start in zip(best, starts, strict=True)
+        ]
+        return (np.array(drops) + np.transpose(drops)) / 2
+
+    def lowered(self, bubble: np.ndarray, free: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Coefficients and residuals of each function after a few steps of CG from s = 0.
 
         Parameters
         ----------
@@ -276,10 +328,24 @@ class _CellEnergies:
             Bubble functions whose coefficient may change.
         """
         count = len(free)
-        starts = [-_summed(bubble, slope, count) for slope in self.slope]
         diagonal = _summed(bubble, self.own, count)
         moved = np.append(free, False) & (diagonal > 0)
         inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=moved)
+        stiffness = self._stiffness(bubble, diagonal)
+        starts = (-_summed(bubble, slope, count) for slope in self.slope)
+        return [_few_steps_of_cg(stiffness, start, inverse) for start in starts]
+
+    def drop_by(self, bubble: np.ndarray, s: np.ndarray) -> float:
+        """Decrease of the energy of one function by coefficients s of its bubble functions."""
+        count = len(s) - 1
+        product = self._stiffness(bubble, _summed(bubble, self.own, count))(s)
+        return float(-s @ (2 * _summed(bubble, self.slope[0], count) + product))
+
+    def _stiffness(
+        self, bubble: np.ndarray, diagonal: np.ndarray
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """Product of the stiffness, with its diagonal, and coefficients."""
+        count = len(diagonal) - 1
         first, others = bubble[0], self._others(bubble[1:], count)
 
         def stiffness(direction: np.ndarray) -> np.ndarray:
@@ -288,14 +354,7 @@ class _CellEnergies:
             product += _summed(first, others @ direction, count)
             return product
 
-        best = [_few_steps_of_cg(stiffness, start, inverse) for start in starts]
-        # With A the stiffness, the energy of functions a and b falls by
-        # start_a s_b + start_b s_a - s_a A s_b, and the residual is start - A s.
-        drops = [
-            [s_b @ start + s_a @ residual for s_b, residual in best]
-            for (s_a, _), start in zip(best, starts, strict=True)
-        ]
-        return (np.array(drops) + np.transpose(drops)) / 2
+        return stiffness
 
     def _others(self, bubble: np.ndarray, count: int) -> csr_matrix:
         """Stiffness (n, count + 1) of bubbles 1 and 2 of each cell with its bubble 0."""

@@ -14,6 +14,7 @@ from fem_seal.flow.adapt import Bracket, refined
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
 from fem_seal.flow.start import KeptMesh, Start
 from fem_seal.flow.stopping import Decision, SolvedLevel, Stopping, Tolerance
@@ -47,6 +48,7 @@ def leak_rate(
     tuning: Tuning | None = None,
     kept: KeptMesh | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
+    keep: Callable[[MeshedFlow], None] | None = None,
 ) -> LeakRate:
     """Leak rate of a film with guaranteed bounds, refined until they agree.
 
@@ -73,6 +75,8 @@ def leak_rate(
     kept : begin with the mesh of the last flow, if it holds one, and keep the last mesh there; for
         films on one grid and the adaptive method
     comm : all its ranks must call this together, with the same film
+    keep : called with the flow on the last mesh, for bounds of other films on the same grid; it is
+        not if a limit ends the refinement between two meshes
 
     Returns
     -------
@@ -143,6 +147,8 @@ def leak_rate(
         if kept is not None:
             kept.start = bracket.problem.start(bracket.pressure, bracket.stream)
             kept.narrowest = critical
+        if keep is not None and stopping.ended and isinstance(film, GridFilm):
+            keep(MeshedFlow(film, bracket))
         # Free this mesh before the next one is made.
         del bracket
     reason = stopping.reason

@@ -9,6 +9,7 @@ the energy of 1/K on every admissible stream function (`traces.py`):
     1 / ∫ ∇ψ·R·∇ψ  <=  Q  <=  ∫ K|∇p|²
 """
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,6 +87,26 @@ class LevelProblem(FilmOnMesh):
         cells = open_cells(mesh, data)
         numbering = primal_numbering(mesh, data, cells)
         super().__init__(gap, mesh, values, data, cells.kept, numbering, comm, tolerance)
+
+    def with_gap(self, gap: LinearGap) -> "LevelProblem":
+        """Another gap on the same mesh, for energies of functions that are admissible here."""
+        if not isinstance(self.mesh, NestedMesh):
+            raise TypeError("only films on a grid share a mesh")
+        other = copy(self)
+        other.gap, other.values = gap, gap.values_at(self.mesh)
+        other.data = gap.cell_data(self.mesh, other.values).part(self.kept)
+        return other
+
+    def energy_of_pressure(self, pressure: Minimum) -> Energy:
+        """∫K|∇p|² of a pressure on this mesh."""
+        K = np.where(pressure.numbering.constant(), 0.0, self.data.K)
+        return self.space.energy(lambda cells: K[cells, None] * ISOTROPIC, pressure.corners)
+
+    def energy_of_stream(self, psi: np.ndarray) -> Energy:
+        """∫ ∇ψ·R·∇ψ of the true dual, of ψ (V,) at the vertices of the mesh."""
+        return self.space.energy(
+            lambda cells: self._resistivity(0.0, cells), lambda cells: psi[self._cells[cells]]
+        )
 
     def guess(self, start: Start) -> Guess:
         """Initial values of the unknowns."""

@@ -204,6 +204,27 @@ class CellSpace:
             for petsc_object in (x, right_side):
                 petsc_object.destroy()
 
+    def energy(
+        self,
+        tensor: Callable[[slice], np.ndarray],
+        corner_values: Callable[[slice], np.ndarray],
+    ) -> Energy:
+        """Energy ∫ ∇v·T·∇v of a function that is linear on each cell.
+
+        Parameters
+        ----------
+        tensor : callable
+            Components xx, xy, yy of T, (n, 3), on a slice of n cells.
+        corner_values : callable
+            Corner values (n, 3) of v on a slice of n cells.
+        """
+        energies = []
+        for part in self._own_parts():
+            v = corner_values(part)
+            v = v - v[:, :1]
+            energies.append(Energy.of_cells(self._corners(part), tensor(part), v, self._blur))
+        return Energy.sum(self.comm.allgather(Energy.sum(energies)))
+
     def _energy(
         self,
         tensor: Callable[[slice], np.ndarray],

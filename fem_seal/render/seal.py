@@ -72,7 +72,7 @@ def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
     axes.set(
         xlabel="net load P - p [MPa]",
         ylabel="K [m³/(Pa s)]",
-        title="every patch; band: bounds, dotted: sealed",
+        title="every patch; lines: bounds, dotted: sealed",
     )
     drawn = False
     for number, one in enumerate(seal.patches):
@@ -81,9 +81,13 @@ def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
         table, colour = one.conductivity.table, f"C{number % 10}"
         open_ = table.upper > 0
         w = 1e-6 * table.loads
-        lower, upper, value = (K[open_] for K in (table.lower, table.upper, table.value))
-        axes.fill_between(w[open_], lower, upper, color=colour, alpha=0.3)
-        axes.plot(w[open_], value, ".-", color=colour, lw=0.8, label=f"patch {number + 1}")
+        for steps in (table.lowest, table.highest):
+            between = np.repeat(1e-6 * steps.loads, 2)[1:-1]
+            inside = np.repeat(steps.conductivity[1:-1], 2)
+            inside[inside == 0] = np.nan
+            axes.plot(between, inside, color=colour, alpha=0.5, lw=0.5)
+        value = table.value[open_]
+        axes.plot(w[open_], value, ".", color=colour, label=f"patch {number + 1}")
         drawn = drawn or bool(open_.any())
         if not open_.all():
             axes.axvline(w[np.argmin(open_)], color=colour, ls=":", lw=0.8)

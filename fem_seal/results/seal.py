@@ -6,7 +6,7 @@ from fem_seal.digits import with_prefix
 from fem_seal.leak_rate import rate_text
 from fem_seal.results.rates import RateRecord
 from fem_seal.results.record import Record
-from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.seal import SealLeak, middling
 from fem_seal.upscaling.seal_flow import PathFlow
 
@@ -19,11 +19,13 @@ class TableRecord(Record):
     loads: tuple[float, ...]
     lower: tuple[float, ...]
     upper: tuple[float, ...]
+    between: tuple[Enclosure | None, ...] = ()
 
     @property
     def table(self) -> ConductivityTable:
         """The record as a table."""
-        return ConductivityTable(*map(np.array, (self.loads, self.lower, self.upper)))
+        loads, lower, upper = map(np.array, (self.loads, self.lower, self.upper))
+        return ConductivityTable(loads, lower, upper, self.between)
 
 
 class SealPatchRecord(Record):
@@ -123,9 +125,11 @@ class SealRecord(Record):
 def _table(table: ConductivityTable | None) -> TableRecord | None:
     if table is None:
         return None
-    rows = (table.loads, table.lower, table.upper)
     return TableRecord(
-        **dict(zip(("loads", "lower", "upper"), (tuple(r.tolist()) for r in rows), strict=True))
+        loads=tuple(table.loads.tolist()),
+        lower=tuple(table.lower.tolist()),
+        upper=tuple(table.upper.tolist()),
+        between=table.between,
     )
 
 

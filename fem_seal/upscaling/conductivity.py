@@ -10,6 +10,44 @@ from fem_seal.errors import InvalidInput
 
 # Steps of the interpolated conductivity between two loads of a table.
 STEPS = 16
+# Steps of an enclosure: each lets K fall by about this part, and there are at most so many.
+FALL, MOST_STEPS = 0.01, 200
+
+
+@dataclass(frozen=True)
+class Enclosure:
+    """Bounds of K between two loads that narrow as the square of their distance.
+
+    Between two neighbouring places K is at most on the chord of `upper`, and 1/K on that of
+    1/`lower` (see `patch_conductivity`).
+
+    Parameters
+    ----------
+    lower, upper : (n,) float
+        Bounds of K [m³/(Pa s)] at n >= 2 places, evenly from the lower load to the higher one.
+    """
+
+    lower: tuple[float, ...]
+    upper: tuple[float, ...]
+
+    def steps(self) -> int:
+        """Number of steps that follow the bounds closely."""
+        low, high = self.lower[-1], self.upper[0]
+        fall = np.log(high / low) if low > 0 else np.inf
+        return int(np.clip(fall / FALL, 1, MOST_STEPS))
+
+    def lower_at(self, share: np.ndarray) -> np.ndarray:
+        """Lower bound at parts 0 to 1 of the way from the lower load to the higher one."""
+        lower = np.array(self.lower)
+        resistance = np.divide(1.0, lower, out=np.full_like(lower, np.inf), where=lower > 0)
+        places = np.linspace(0, 1, len(lower))
+        with np.errstate(invalid="ignore"):
+            chord = np.interp(share, places, resistance)
+        return np.where(np.isfinite(chord), 1 / chord, 0.0)
+
+    def upper_at(self, share: np.ndarray) -> np.ndarray:
+        """Upper bound at parts 0 to 1 of the way from the lower load to the higher one."""
+        return np.interp(share, np.linspace(0, 1, len(self.upper)), self.upper)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +86,8 @@ class ConductivityTable:
         Net loads w = P - p [Pa], >= 0, ascending.
     lower, upper : (n,) float
         Bounds of K [m³/(Pa s)], 0 <= lower <= upper; both 0 where the patch is sealed.
+    between : (n - 1,) Enclosure or None, optional
+        Narrower bounds between the loads; None: those of the two loads.
 
     Raises
     ------
@@ -59,6 +99,7 @@ class ConductivityTable:
     loads: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
+    between: tuple[Enclosure | None, ...] = ()
 
     def __post_init__(self) -> None:
         loads, lower, upper = (
@@ -76,6 +117,11 @@ class ConductivityTable:
         if (lower > upper).any():
             at = loads[np.argmax(lower > upper)]
             raise InvalidInput(f"the bounds of the conductivity cross at a load of {at:g} Pa")
+        if len(self.between) not in (0, loads.size - 1):
+            raise InvalidInput(
+                f"a conductivity table of {loads.size} loads needs {loads.size - 1} enclosures "
+                f"between them or none, got {len(self.between)}"
+            )
         object.__setattr__(self, "loads", loads)
         object.__setattr__(self, "lower", np.minimum.accumulate(lower))
         object.__setattr__(self, "upper", np.maximum.accumulate(upper[::-1])[::-1])
@@ -93,13 +139,35 @@ class ConductivityTable:
 
     @cached_property
     def highest(self) -> ConductivitySteps:
-        """Upper bound of K: between two loads the upper bound of the lower load."""
-        return ConductivitySteps(self.loads, np.concatenate([[np.inf], self.upper]))
+        """Upper bound of K: between two loads the upper bound of the lower load, or less."""
+        loads, _, upper = self._rows
+        return ConductivitySteps(loads, np.concatenate([[np.inf], upper]))
 
     @cached_property
     def lowest(self) -> ConductivitySteps:
-        """Lower bound of K: between two loads the lower bound of the higher load, above all 0."""
-        return ConductivitySteps(self.loads, np.concatenate([self.lower, [0.0]]))
+        """Lower bound of K: between two loads that of the higher load, or more; above all 0."""
+        loads, lower, _ = self._rows
+        return ConductivitySteps(loads, np.concatenate([lower, [0.0]]))
+
+    @cached_property
+    def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Loads and bounds, with those inside the enclosures; both bounds fall."""
+        rows = [(self.loads[:1], self.lower[:1], self.upper[:1])]
+        for k, enclosure in enumerate(self.between):
+            a, b = self.loads[k : k + 2]
+            if enclosure is not None:
+                share = np.arange(1, enclosure.steps()) / enclosure.steps()
+                inside = a + (b - a) * share
+                kept = (inside > a) & (inside < b)
+                lower = np.maximum(enclosure.lower_at(share), self.lower[k + 1])
+                upper = np.minimum(enclosure.upper_at(share), self.upper[k])
+                rows.append((inside[kept], lower[kept], upper[kept]))
+            end = slice(k + 1, k + 2)
+            rows.append((self.loads[end], self.lower[end], self.upper[end]))
+        if not self.between:
+            return self.loads, self.lower, self.upper
+        loads, lower, upper = (np.concatenate(column) for column in zip(*rows, strict=True))
+        return loads, np.minimum.accumulate(lower), np.maximum.accumulate(upper[::-1])[::-1]
 
     @property
     def value(self) -> np.ndarray:
@@ -109,10 +177,12 @@ class ConductivityTable:
 
     @cached_property
     def interpolated(self) -> ConductivitySteps:
-        """Estimate of K between the bounds, in fine steps: ln K is linear between the loads.
+        """Estimate of K between the bounds, in fine steps.
 
-        Towards a sealed load K itself is linear. Below the first load ln K is extrapolated with
-        the slope of the first interval; above the last load K keeps its last value.
+        Between the loads ln K is a monotone cubic (F. N. Fritsch and J. Butland, SIAM J. Sci. Stat.
+        Comput. 5, 300 (1984)), kept between the bounds. Towards a sealed load K itself is linear.
+        Below the first load ln K is extrapolated with the slope of the first interval; above the
+        last load K keeps its last value.
         """
         loads, K = self.loads, self.value
         slope = 0.0
@@ -124,8 +194,23 @@ class ConductivityTable:
         if loads[0] == 0:
             nodes, values = nodes[1:], values[1:]
         share = (np.arange(STEPS) + 0.5) / STEPS
-        edges, steps = [nodes[:1]], [values[:1]]
-        for a, b, Ka, Kb in zip(nodes, nodes[1:], values, values[1:], strict=False):
-            edges.append(a + (b - a) * (np.arange(STEPS) + 1) / STEPS)
-            steps.append(Ka ** (1 - share) * Kb**share if Kb > 0 else Ka * (1 - share))
-        return ConductivitySteps(np.concatenate(edges), np.concatenate([*steps, values[-1:]]))
+        places = nodes[:-1, None] + np.diff(nodes)[:, None] * share
+        inside = np.empty_like(places)
+        leaking = max(1, int(np.count_nonzero(values)))
+        inside[: leaking - 1] = _interpolated(nodes[:leaking], values[:leaking], places)
+        # In the one interval towards a sealed load, and in those behind it, whose K is zero.
+        inside[leaking - 1 :] = values[leaking - 1 : -1, None] * (1 - share)
+        inside = np.clip(inside, self.lowest(places), self.highest(places))
+        edges = nodes[:-1, None] + np.diff(nodes)[:, None] * (np.arange(STEPS) + 1) / STEPS
+        return ConductivitySteps(
+            np.append(nodes[:1], edges), np.concatenate([values[:1], inside.ravel(), values[-1:]])
+        )
+
+
+def _interpolated(nodes: np.ndarray, values: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Monotone cubic of ln K at places (m, STEPS), the first n - 1 rows between n nodes."""
+    from scipy.interpolate import PchipInterpolator
+
+    if len(nodes) < 2:
+        return np.empty((0, places.shape[1]))
+    return np.exp(PchipInterpolator(nodes, np.log(values))(places[: len(nodes) - 1]))

@@ -3,11 +3,24 @@
 K is that between straight ends: the leak rate Q of the patch from its inlet to its outlet gives
 K = Q Lx/(Ly Δp). (On a patch 8 long wavelengths wide it is up to a fifth above the component of
 the conductivity tensor, whose current need not cross straight ends.)
+
+Between two loads. The gap g(x; w) of a half-space falls with the load w and is convex in it. For
+with the stiffness L, whose kernel is negative off the diagonal, and f = L h of the heights h, it is
+the least element of the set {g >= 0, L g + f + w >= 0} (R. W. Cottle and A. F. Veinott, Math.
+Program. 3, 238 (1972)). If g_1 and g_2 are in the sets of w_1 and w_2, their mean is in that of the
+mean load, and so at least the least element there. Hence for a < w < b < c
+
+    g_b + (b - w)/(c - b) (g_b - g_c)  <=  g(w)  <=  ((b - w) g_a + (w - a) g_b)/(b - a),
+
+and the flow through either gap has bounds from the flows at b and at a (`flow.nearby`), which are
+narrower by one power of b - a than the conductivities at a and b themselves.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,16 +29,35 @@ from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import present
-from fem_seal.leak_rate import LeakRate
+from fem_seal.film import GridFilm, film_conductivity
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate, Level, relative_width
 from fem_seal.patch import Patch
 from fem_seal.steps import elastic_contact
-from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow
+
+if TYPE_CHECKING:
+    from fem_seal.flow.nearby import MeshedFlow
+    from fem_seal.flow.start import KeptMesh
 
 TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
 MOST_LOADS = 40
 # Part of the error of the load table that is refined at a time (Dörfler).
 SHARE = 0.5
+# Tolerance of a flow over flow.rtol, until its load turns out to matter; the first flow, on whose
+# mesh the others begin, has flow.rtol.
+LOOSE = 3.0
+# Part of the tolerance that the flows may take before those that matter are solved more sharply.
+OF_FLOWS = 0.5
+# Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
+WIDTH = 0.18
+# Places of an enclosure, beside its ends; and distance c - b of its last line over b - a.
+BETWEEN, BEYOND = 2, 0.125
+# Intervals whose steps make less of the error than this part of the tolerance are not enclosed.
+SMALL = 0.02
+# Samples of all flows that are kept; the oldest are given up first.
+KEPT = 1 << 25
 
 
 class LoadedPatch:
@@ -40,13 +72,19 @@ class LoadedPatch:
     def __init__(self, patch: Patch):
         self.patch = patch
         self.reasons: list[str] = []
+        # Whether all loads so far agree with the enclosures of their intervals.
+        self.convex = True
         self._states: dict[float, ContactState] = {}
         self._bounds: dict[float, tuple[float, float]] = {}
+        self._flows: dict[float, MeshedFlow] = {}
+        self._loose: set[float] = set()
+        self._enclosures: dict[tuple[float, float], Enclosure | None] = {}
 
     def bounds(self, load: float) -> tuple[float, float]:
         """Bounds of K at a net load [Pa].
 
-        The contact starts from an extrapolation of the two states nearest in load.
+        The contact starts from an extrapolation of the two states nearest in load, the flow from
+        the mesh and the functions of the nearest lower load.
 
         Returns
         -------
@@ -59,16 +97,91 @@ class LoadedPatch:
             If the contact is not solved to its tolerance.
         """
         if load not in self._bounds:
-            self._states[load] = parallel.on_root(lambda: self._pressed(load), self.patch.comm)
-            self._bounds[load] = self._conductivity(self._states[load])
+            loose = bool(self._flows) and self.patch.scene.flow.method != "uniform"
+            self._bounds[load] = self._conductivity(load, LOOSE if loose else 1.0)
+            if loose:
+                self._loose.add(load)
         return self._bounds[load]
 
     def table(self, loads: Sequence[float] = ()) -> ConductivityTable:
-        """Table of all loads computed so far, and of these [Pa]."""
+        """Table of all loads computed so far, and of these [Pa], with the enclosures."""
         for load in sorted(loads):
-            self.bounds(load)
+            if load not in self._bounds:
+                self._compare(load)
         rows = sorted((load, *bounds) for load, bounds in self._bounds.items())
-        return ConductivityTable(*np.array(rows).T)
+        ends = [row[0] for row in rows]
+        between = tuple(
+            self._enclosures.get(pair) if self.convex else None for pair in pairwise(ends)
+        )
+        known, lower, upper = map(np.array, zip(*rows, strict=True))
+        return ConductivityTable(known, lower, upper, between)
+
+    def enclose(self, a: float, b: float) -> None:
+        """Compute the enclosure between two loads [Pa] of the table.
+
+        There is none if a flow is not kept any more, or if the gap is not linear on a grid.
+        """
+        if (a, b) not in self._enclosures:
+            self._enclosures[a, b] = self._enclosure(a, b)
+
+    def enclosed(self, a: float, b: float) -> bool:
+        """Whether `enclose` has been called for an interval, and could be."""
+        return not self.convex or (a, b) in self._enclosures
+
+    def sealed(self, load: float) -> bool:
+        """Whether no open path joins inlet and outlet at a net load [Pa]; no flow is solved."""
+        return self._film(self._gap(load)).sealed
+
+    def _enclosure(self, a: float, b: float) -> Enclosure | None:
+        if a not in self._flows:
+            return None
+        share = np.linspace(0, 1, BETWEEN + 1)
+        gap_a, gap_b = self._gap(a), self._gap(b)
+        below = [self._film((1 - s) * gap_a + s * gap_b) for s in share[1:]]
+        flow = self._flows[a]
+        scale = self._per_square(flow)
+        upper = scale * flow.conductances_below([flow.film, *below])
+        lower = np.full(BETWEEN + 1, self.bounds(b)[0])
+        if b in self._flows:
+            c = b + BEYOND * (b - a)
+            fall = (b - a) / (c - b) * (gap_b - self._gap(c))
+            above = [self._film(gap_b + s * fall) for s in share[1:]]
+            flow = self._flows[b]
+            resistances = flow.resistances_above([flow.film, *above])
+            lower = self._per_square(flow) / resistances[::-1]
+        return Enclosure(tuple(lower.tolist()), tuple(upper.tolist()))
+
+    def _film(self, gap: np.ndarray) -> GridFilm:
+        film = self.patch.film_of(GridField(gap, self._spacing, periodic=True))
+        return present(film if isinstance(film, GridFilm) else None, "film on a grid")
+
+    def _gap(self, load: float) -> np.ndarray:
+        return self._state(load).gap.values
+
+    @property
+    def _spacing(self) -> tuple[float, float]:
+        return present(self.patch.surface, "surface").spacing
+
+    def _per_square(self, flow: "MeshedFlow") -> float:
+        """K [m³/(Pa s)] of a patch that conducts as a square with the largest gap of a flow."""
+        length, width = flow.film.size
+        return film_conductivity(flow.film.highest, self.patch.scene.viscosity) * length / width
+
+    def _compare(self, load: float) -> None:
+        """Compute K at a load, and hold it against the enclosure of the interval that it halves."""
+        lower, upper = self.bounds(load)
+        for (a, b), enclosure in self._enclosures.items():
+            if enclosure is None or not a < load < b:
+                continue
+            share = np.array((load - a) / (b - a))
+            if upper < enclosure.lower_at(share) or lower > enclosure.upper_at(share):
+                self.convex = False
+
+    def _state(self, load: float) -> ContactState:
+        if load not in self._states:
+            state = parallel.on_root(lambda: self._pressed(load), self.patch.comm)
+            self._states[load] = state
+        return self._states[load]
 
     def _pressed(self, load: float) -> ContactState:
         nearest = sorted(self._states, key=lambda known: abs(known - load))[:2]
@@ -80,16 +193,66 @@ class LoadedPatch:
         surface = present(patch.surface, "surface")
         return elastic_contact(patch.scene, surface, predictor.start(wanted), wanted, patch.report)
 
-    def _conductivity(self, state: ContactState) -> tuple[float, float]:
-        patch = self.patch
-        film = patch.film_of(state.gap)
-        leak = LeakRate.sealed("") if film.sealed else patch.leak_rate_of(film)
+    def sharpen(self, load: float) -> bool:
+        """Solve the flow at a load [Pa] of the table to flow.rtol; False if that has been done."""
+        if load not in self._loose:
+            return False
+        self._loose.remove(load)
+        lower, upper = self._bounds[load]
+        if relative_width(lower, upper) <= self.patch.scene.flow.rtol:
+            return False
+        self._bounds[load] = self._conductivity(load, 1.0)
+        return True
+
+    def _conductivity(self, load: float, looseness: float) -> tuple[float, float]:
+        """Bounds of K at a load [Pa] with a multiple of the tolerance of the scene."""
+        state = self._state(load)
+        film = self._film(state.gap.values)
+        if film.sealed:
+            return 0.0, 0.0
+        leak = self._leak_rate(load, film, looseness * self.patch.scene.flow.rtol)
         if not leak.converged:
             self.reasons.append(f"at a net load of {state.mean_pressure:g} Pa: {leak.reason}")
         length, width = state.gap.size
-        per_rate = length / (width * patch.scene.drive.pressure_drop)
+        per_rate = length / (width * self.patch.scene.drive.pressure_drop)
         lower, upper = leak.bounds
         return lower * per_rate, upper * per_rate
+
+    def _leak_rate(self, load: float, film: GridFilm, rtol: float) -> LeakRate:
+        from fem_seal.flow import leak_rate
+
+        scene, report = self.patch.scene, self.patch.report
+        nearby = film.representation == "linear" and scene.flow.method == "adaptive"
+
+        def progress(level: Level) -> None:
+            report("flow", f"{level.unknowns} unknowns, ±{100 * level.half_width:.2g} %")
+
+        def keep(flow: "MeshedFlow") -> None:
+            self._flows[load] = flow
+            while len(self._flows) > max(1, KEPT // film.samples.size):
+                del self._flows[next(iter(self._flows))]
+
+        return leak_rate(
+            film,
+            viscosity=scene.viscosity,
+            pressure_drop=scene.drive.pressure_drop,
+            method=scene.flow.method,
+            rtol=rtol,
+            limits=scene.flow.limits,
+            progress=progress,
+            comm=parallel.communicator(self.patch.comm),
+            kept=self._nearest(load) if nearby else None,
+            keep=keep if nearby else None,
+        )
+
+    def _nearest(self, load: float) -> "KeptMesh":
+        """Mesh of a load itself, of the highest load below, or of the lowest one above."""
+        from fem_seal.flow.start import KeptMesh
+
+        if not self._flows:
+            return KeptMesh()
+        below = [known for known in self._flows if known <= load]
+        return KeptMesh(self._flows[max(below) if below else min(self._flows)].start)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +290,8 @@ def refined(
     """Add loads to a patch's table until the leak rate of the seal is known to a tolerance.
 
     Intervals of the table are halved where K changes most, weighted with the influence on the leak
-    rate of the places that have their loads.
+    rate of the places that have their loads, until enclosures of all of them together should be
+    narrow enough; then those that matter are enclosed, and the widest ones halved again.
 
     Parameters
     ----------
@@ -158,21 +322,40 @@ def refined(
         return PatchFlow(None, SealFlow("lifted off", inf, inf, inf))
     # The highest net load that can let no fluid pass decides whether the seal is sealed.
     decisive = highest - inlet
-    table = patch.table([decisive])
-    if table.sealing_load == decisive:
+    if patch.sealed(decisive):
+        table = patch.table([decisive])
         return PatchFlow(table, flow_of(table))
-    below = np.empty(0) if uniform else np.linspace(0, decisive, 4, endpoint=False)
-    table = patch.table([*below, highest - outlet])
+    # The flows begin at the lowest load, whose open channels are those of all others and more.
+    first = [decisive] if uniform else np.linspace(0, decisive, 5).tolist()
+    table = patch.table([*first, highest - outlet])
     while True:
         flow = flow_of(table)
         if _width(flow) <= tolerance:
             return PatchFlow(table, flow)
-        error, from_loads = _load_error(table, flow)
-        marked = _marked(error, from_loads, tolerance)
+        ends = list(zip(table.loads[:-1].tolist(), table.loads[1:].tolist(), strict=True))
+        error = _load_error(table, flow)
+        enclosed = np.array([patch.enclosed(*pair) for pair in ends])
+        expected = np.where(enclosed, error.of_loads, error.expected)
+        of_flows = error.of_flows.sum()
+        if of_flows > OF_FLOWS * tolerance and expected.sum() <= tolerance:
+            order = np.argsort(error.of_flows)[::-1]
+            if any(patch.sharpen(float(table.loads[k])) for k in order):
+                table = patch.table()
+                continue
+        large = error.of_loads > SMALL * tolerance
+        to_enclose = np.flatnonzero(large & ~enclosed)
+        if expected.sum() + of_flows <= tolerance and to_enclose.size:
+            for number in to_enclose:
+                patch.enclose(*ends[number])
+            table = patch.table()
+            continue
+        # An interval in halves makes a quarter of its error.
+        excess = expected.sum() + of_flows - tolerance
+        marked = _marked(np.where(large, expected, 0.0), 4 / 3 * max(excess, 0) + 0.1 * tolerance)
         loads = 0.5 * (table.loads[:-1] + table.loads[1:])[marked]
         if not loads.size or table.loads.size + loads.size > most_loads:
             return PatchFlow(table, flow, False, _reason(patch, flow, tolerance, most_loads))
-        table = patch.table(loads)
+        table = patch.table(loads.tolist())
 
 
 def _width(flow: SealFlow) -> float:
@@ -181,34 +364,65 @@ def _width(flow: SealFlow) -> float:
     return (flow.upper - flow.lower) / np.sqrt(flow.lower * flow.upper) if flow.lower else inf
 
 
-def _load_error(table: ConductivityTable, flow: SealFlow) -> tuple[np.ndarray, float]:
-    """Part of ln(upper/lower) of the leak rate that each interval of the loads makes.
+@dataclass(frozen=True, eq=False)
+class _LoadError:
+    """Parts of ln(upper/lower) of the leak rate that n loads and the intervals between them make.
 
-    Returns
-    -------
-    error : (n - 1,) float
-    total : float
+    Parameters
+    ----------
+    of_loads : (n - 1,) float
+        By the distance of the loads, with the enclosures that there are.
+    expected : (n - 1,) float
+        The same, if the interval was enclosed.
+    of_flows : (n,) float
+        By the bounds of the flow at each load.
     """
+
+    of_loads: np.ndarray
+    expected: np.ndarray
+    of_flows: np.ndarray
+
+
+def _load_error(table: ConductivityTable, flow: SealFlow) -> _LoadError:
+    """Error of each interval, from the influence of the places that have its loads."""
     along = present(flow.path, "path of the flow")
     net = along.contact_pressure - along.fluid_pressure
-    interval = np.searchsorted(table.loads, 0.5 * (net[1:] + net[:-1])) - 1
-    known = (interval >= 0) & (interval < table.loads.size - 1)
-    shares = np.bincount(interval[known], along.influence[known], table.loads.size - 1)
+    net, count = 0.5 * (net[1:] + net[:-1]), table.loads.size - 1
+    interval = np.searchsorted(table.loads, net) - 1
+    known = (interval >= 0) & (interval < count)
+    interval, net, influence = interval[known], net[known], along.influence[known]
+    fall = _log_ratio(table.highest(net), table.lowest(net))
+    error = np.bincount(interval, influence * fall, count)
+    share = np.bincount(interval, influence, count)
+    of_ends = _log_ratio(table.upper, table.lower)
+    own = 0.5 * share * (of_ends[:-1] + of_ends[1:])
+    of_flows = 0.5 * of_ends * (np.append(share, 0.0) + np.append(0.0, share))
+    falls = _log_ratio(table.value[:-1], table.value[1:])
+    expected = share * WIDTH * falls**2
     if flow.lower == 0 and table.lower[-1] == 0:
         # Only the load that lets no fluid pass is wanted.
-        shares[np.argmax(table.lower[1:] == 0)] = 1.0
-    K = np.maximum(table.value, table.value[0] * np.exp(-MOST_FALL))
-    error = shares * np.log(K[:-1] / K[1:])
-    return error, float(error.sum())
+        sealing = np.argmax(table.lower[1:] == 0)
+        error[sealing] = expected[sealing] = MOST_FALL
+    error = np.maximum(error - own, 0.0)
+    return _LoadError(error, np.minimum(expected, error), of_flows)
 
 
-def _marked(error: np.ndarray, total: float, tolerance: float) -> np.ndarray:
-    """Intervals that make the larger part of the error; none if the loads are not to blame."""
-    if total <= 0.2 * tolerance:
+def _log_ratio(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
+    """ln(upper/lower), at most MOST_FALL; 0 where both are 0."""
+    least = np.exp(-MOST_FALL)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(upper > 0, np.minimum(lower / upper, 1.0), 1.0)
+    return -np.log(np.maximum(np.where(np.isfinite(upper), ratio, least), least))
+
+
+def _marked(error: np.ndarray, excess: float) -> np.ndarray:
+    """Intervals with the largest errors that make an excess, or a part of all errors (Dörfler)."""
+    total = error.sum()
+    if total == 0:
         return np.zeros(0, dtype=int)
     order = np.argsort(error)[::-1]
-    count = 1 + int(np.searchsorted(np.cumsum(error[order]), SHARE * total))
-    return order[:count]
+    part = min(SHARE * total, excess)
+    return order[: 1 + int(np.searchsorted(np.cumsum(error[order]), part))]
 
 
 def _reason(patch: LoadedPatch, flow: SealFlow, tolerance: float, most_loads: int) -> str:

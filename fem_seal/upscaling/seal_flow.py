@@ -434,7 +434,10 @@ def _influence(
     A change δ ln K changes p by δp, (δp)' + a δp = -(dp/ds) (δ ln K - δ ln Q), a = d ln K/dp dp/ds
     at constant P, and δp = 0 at both ends: the influence is -μ dp, μ = exp(∫ a ds).
     """
-    loads, K = table.loads, table.value
+    steps = table.interpolated
+    loads, K = 0.5 * (steps.loads[1:] + steps.loads[:-1]), steps.conductivity[1:-1]
+    if not K.size:
+        loads, K = steps.loads, steps.conductivity[-1:]
     largest = max(K[0], np.finfo(float).tiny)
     log_K = np.log(np.maximum(K / largest, np.exp(-MOST_FALL)))
 

@@ -10,6 +10,8 @@ from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
 
+import numpy as np
+
 from fem_seal import __version__, parallel
 from fem_seal.errors import FemSealError, present
 from fem_seal.files import digest
@@ -19,7 +21,7 @@ from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
 from fem_seal.points.compute import compute_chain
 from fem_seal.progress import Report
 from fem_seal.scene import FileSurface, Scene
-from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, refined
 from fem_seal.upscaling.profile import Uniform
 from fem_seal.upscaling.realizations import patch_of
@@ -35,6 +37,8 @@ class SolvedPatch:
     ----------
     loads, lower, upper : tuple of float
         Net loads [Pa] and bounds of K [m³/(Pa s)]; see `ConductivityTable`.
+    between : tuple of Enclosure or None
+        Narrower bounds between the loads.
     size : (float, float)
         Lengths (Lx, Ly) of the patch [m].
     converged : bool
@@ -48,6 +52,7 @@ class SolvedPatch:
     loads: tuple[float, ...]
     lower: tuple[float, ...]
     upper: tuple[float, ...]
+    between: tuple[Enclosure | None, ...]
     size: tuple[float, float]
     converged: bool
     reason: str
@@ -56,7 +61,8 @@ class SolvedPatch:
     @property
     def table(self) -> ConductivityTable:
         """The loads and bounds as a table."""
-        return ConductivityTable(*map(list, (self.loads, self.lower, self.upper)))  # type: ignore[arg-type]
+        loads, lower, upper = map(np.array, (self.loads, self.lower, self.upper))
+        return ConductivityTable(loads, lower, upper, self.between)
 
 
 @dataclass(frozen=True)
@@ -110,6 +116,7 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
         tuple(table.loads.tolist()),
         tuple(table.lower.tolist()),
         tuple(table.upper.tolist()),
+        table.between,
         present(patch.surface, "surface").size,
         outcome.converged,
         outcome.reason,

@@ -150,3 +150,87 @@ def test_order_of_the_loads_does_not_matter():
     for (lower, upper), (low, high) in zip(up, [down[1], down[2], down[0]], strict=True):
         assert lower <= high * 1.001
         assert low <= upper * 1.001
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_gap_is_convex_in_the_load(seed):
+    """Below its chord between two loads, above its line beyond two: the theorem of the module.
+
+    On the grid too, to the tolerance of the contact, 1e-6 of the pressure: its gaps are known to
+    about 1e-5 of the rms height.
+    """
+    whole = scene()
+    surface = whole.surface.model_copy(update={"seed": seed})
+    patch = LoadedPatch(Patch(whole.model_copy(update={"surface": surface})))
+    a, w, b, c = (patch._gap(load) for load in (1e5, 1.6e5, 3e5, 3.2e5))
+    room = 1e-5 * patch.patch.surface.values.std()
+    assert (w <= 0.7 * a + 0.3 * b + room).all()
+    assert (w >= b + 1.4 / 0.2 * (b - c) - 10 * room).all()
+    # Neither is nearly an equality.
+    assert (w < 0.7 * a + 0.3 * b - 1000 * room).any()
+
+
+def test_enclosures_hold_loads_inside():
+    """K at loads inside an interval overlaps its enclosure, which is narrower than its ends."""
+    patch, fresh = rough(), rough()
+    a, b = 1.5e5, 2.5e5
+    patch.table([a, b])
+    patch.enclose(a, b)
+    (enclosure,) = patch.table().between
+    upper_a, lower_b = patch.bounds(a)[1], patch.bounds(b)[0]
+    for share in (0.1, 0.3, 0.5, 0.8):
+        lower, upper = fresh.bounds(a + share * (b - a))
+        assert enclosure.lower_at(share) <= upper
+        assert enclosure.upper_at(share) >= lower
+    middle = enclosure.upper_at(0.5) / enclosure.lower_at(0.5)
+    assert middle < (upper_a / lower_b) ** 0.5
+    assert enclosure.upper[0] == pytest.approx(upper_a, rel=1e-6)
+    assert enclosure.lower[-1] == pytest.approx(lower_b, rel=1e-6)
+
+
+def test_enclosures_are_second_order():
+    """Half the interval: a quarter of what the enclosure adds to the bounds of the flows."""
+    patch = rough()
+    added = []
+    for b in (2.2e5, 1.6e5, 1.3e5):
+        patch.table([1e5, b])
+        patch.enclose(1e5, b)
+        enclosure = patch._enclosures[1e5, b]
+        flows = np.log(enclosure.upper[0] / patch.bounds(1e5)[0])
+        middle = enclosure.upper_at(0.5) / enclosure.lower_at(0.5)
+        added.append(np.log(middle) - flows)
+    # A half and a quarter of the distance from the first; first order would give 2 and 4.
+    assert added[0] / added[1] > 2.8
+    assert added[0] / added[2] > 8
+
+
+def test_a_load_against_its_enclosure_is_noticed():
+    """Steps take over if a load contradicts the enclosure of its interval."""
+    from fem_seal.upscaling.conductivity import Enclosure
+
+    patch = rough()
+    patch.table([1e5, 2e5])
+    patch._enclosures[1e5, 2e5] = Enclosure((1.0, 1.0), (2.0, 2.0))
+    assert patch.table().between != (None,)
+    assert set(patch.table([1.5e5]).between) == {None}
+    assert not patch.convex
+
+
+def test_few_loads_are_enough():
+    """The same accuracy as by steps of the load, whose error falls as 1/n, with a few loads."""
+    ends, uniform = EndPressures(1e5), Uniform(3e5, 2e-3)
+    outcome = refined(
+        rough(),
+        lambda t: seal_flow(t, uniform, STRIP, ends),
+        3e5,
+        1e5,
+        0.0,
+        uniform=True,
+        tolerance=0.06,
+    )
+    assert outcome.converged
+    table = outcome.table
+    # Of K = exp(-w/c) steps have ln(upper/lower) >= 4 (1 - √r)²/(n (1 - r)) at best, r the fall.
+    r = table.value[-1] / table.value[0]
+    by_steps = 4 * (1 - np.sqrt(r)) ** 2 / (1 - r) / 0.06
+    assert table.loads.size < by_steps / 3

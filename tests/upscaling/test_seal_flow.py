@@ -1,5 +1,7 @@
 """The flow through a seal of known patches against closed forms and quadratures of its equation."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -19,6 +21,7 @@ from fem_seal.upscaling import (
     Uniform,
     seal_flow,
 )
+from fem_seal.upscaling.conductivity import Enclosure
 
 ETA = 1e-3
 STRIP = StraightPath(2e-3, 0.15)
@@ -338,3 +341,39 @@ def test_hertz_from_line_load():
     assert total == pytest.approx(1e4, rel=1e-7)
     # P_max = √(w E*/(π R)).
     assert profile.maximum == pytest.approx(np.sqrt(1e4 * 1e7 / (np.pi * 2e-3)))
+
+
+def enclosed(loads, e_fold):
+    """Table of an exponential K with enclosures of two places: K and 1/K are convex."""
+    K = SMOOTH * np.exp(-np.asarray(loads) / e_fold)
+    between = tuple(Enclosure((b, b, b), (a, 0.5 * (a + b), b)) for a, b in pairwise(K))
+    return ConductivityTable(loads, K, K, between)
+
+
+def test_enclosures_follow_chords():
+    """Of K between two places at most the chord, of 1/K at most the chord of the resistances."""
+    enclosure = Enclosure((4.0, 2.0, 1.0), (8.0, 4.0, 2.0))
+    assert enclosure.upper_at(0.25) == pytest.approx(6)
+    assert enclosure.lower_at(0.25) == pytest.approx(1 / (0.5 / 4 + 0.5 / 2))
+    assert Enclosure((4.0, 0.0), (8.0, 2.0)).lower_at(0.5) == 0
+
+
+def test_a_table_with_enclosures_encloses():
+    """∫ K dp of an exponential, with an upper bound by chords and a lower one by steps."""
+    e_fold, P = 5e4, 3e5
+    exact = SMOOTH * e_fold * np.exp(-P / e_fold) * np.expm1(2) * 75
+    loads = np.linspace(2e5, 3e5, 6)
+    plain = ConductivityTable.exact(loads, SMOOTH * np.exp(-loads / e_fold))
+    flow, steps = (
+        seal_flow(t, Uniform(P, 2e-3), STRIP, BAR) for t in (enclosed(loads, e_fold), plain)
+    )
+    assert flow.lower == pytest.approx(steps.lower)
+    assert flow.lower <= exact <= flow.upper < steps.upper
+    # The chord of exp over 0.4 lies at most 0.4²/12 above it in the mean, and steps add 1 %.
+    assert flow.upper / exact - 1 < 0.4**2 / 12 + 0.01
+    assert flow.value == pytest.approx(exact, rel=2e-3)
+
+
+def test_enclosures_as_many_as_intervals():
+    with pytest.raises(InvalidInput, match="of 3 loads needs 2 enclosures"):
+        ConductivityTable([0, 1, 2], [3, 2, 1], [3, 2, 1], (None,))

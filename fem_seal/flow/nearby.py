@@ -1,0 +1,111 @@
+"""The flow through one film, as a start for films of nearly the same gap, and as a bound of them.
+
+The pressure p of a film is admissible in any film with a smaller gap, and the stream function ψ in
+any film with a larger one. So, without another solve,
+
+    Q[g] <= ∫ K(g)|∇p|²  for g <= g_0,      Q[g] >= 1/∫ |∇ψ|²/K(g)  for g >= g_0,
+
+on the mesh of g_0, with the same bubble functions (`hierarchical.py`). Both integrals are convex
+along a straight line of gaps, since K(g) and 1/K(g) are convex for a fixed p and ψ: between two
+gaps of such a line the chord of two bounds is a bound.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem_seal.errors import present
+from fem_seal.film import GridFilm
+from fem_seal.flow.adapt import Bracket
+from fem_seal.flow.energy import Energy
+from fem_seal.flow.gap_on_mesh import LinearGap
+from fem_seal.flow.hierarchical import Correction, drops_of_one_function
+from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.start import Start
+from fem_seal.grid import GridField
+
+
+@dataclass(frozen=True, eq=False)
+class MeshedFlow:
+    """The flow through a film on the last mesh of its refinement.
+
+    Parameters
+    ----------
+    film : GridFilm
+        On a grid, linear between samples.
+    bracket : Bracket
+        The last level.
+    """
+
+    film: GridFilm
+    bracket: Bracket
+
+    @property
+    def start(self) -> Start:
+        """Start for films on the same grid: this mesh, the pressure and the stream function."""
+        return self.bracket.problem.start(self.bracket.pressure, self.bracket.stream)
+
+    def resistances_above(self, films: Sequence[GridFilm]) -> np.ndarray:
+        """Upper bounds of the resistances of films with gaps that are nowhere smaller.
+
+        Parameters
+        ----------
+        films : sequence of GridFilm
+            The film itself first.
+
+        Returns
+        -------
+        (n,) float, in units of the resistance of a square with the largest gap of this film;
+        infinite if the stream function is not known.
+        """
+        stream = self.bracket.stream
+        if stream is None:
+            return np.full(len(films), np.inf)
+        problems = self._problems(films)
+        others = [problem.energy_of_stream(stream.psi) for problem in problems[1:]]
+        correction = self.bracket.problem.stream_correction([stream.psi])
+        return self._bounds(problems, [stream.energy, *others], correction)
+
+    def conductances_below(self, films: Sequence[GridFilm]) -> np.ndarray:
+        """Upper bounds of the conductances of films with gaps that are nowhere larger.
+
+        Parameters
+        ----------
+        films : sequence of GridFilm
+            The film itself first.
+
+        Returns
+        -------
+        (n,) float, in units of the conductance of a square with the largest gap of this film.
+        """
+        pressure, problems = self.bracket.pressure, self._problems(films)
+        others = [problem.energy_of_pressure(pressure) for problem in problems[1:]]
+        correction = self.bracket.problem.pressure_correction([pressure.corners])
+        return self._bounds(problems, [pressure.total, *others], correction)
+
+    def _problems(self, films: Sequence[GridFilm]) -> list[LevelProblem]:
+        problem = self.bracket.problem
+        gap = present(problem.gap if isinstance(problem.gap, LinearGap) else None, "linear gap")
+        others = []
+        for film in films[1:]:
+            # The same set of pockets for all gaps, so that they stay on a straight line.
+            scaled = np.where(self.film.carrying, film.samples / self.film.highest, 0.0)
+            others.append(problem.with_gap(gap.with_samples(GridField(scaled, film.field.spacing))))
+        return [problem, *others]
+
+    def _bounds(
+        self, problems: Sequence[LevelProblem], energies: Sequence[Energy], correction: Correction
+    ) -> np.ndarray:
+        """Upper bounds of energies of the same function, widened for rounding errors."""
+        own = problems[0]
+        gaps = [(problem.gap, problem.values) for problem in problems]
+        drops = drops_of_one_function(gaps, own.mesh, correction, own.space.comm)  # type: ignore[arg-type]
+        # The rounding error grows with the energy of the bubble functions, which is largest for the
+        # film itself, and its drop there.
+        return np.array(
+            [
+                energy.least_upper() - drop + energy.error_of_drop(drops[0])
+                for energy, drop in zip(energies, drops, strict=True)
+            ]
+        )
