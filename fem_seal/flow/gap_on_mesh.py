@@ -4,6 +4,7 @@ Gaps are in units of the largest one, lengths in pixels (scaled by the aspect of
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from copy import copy
 from functools import partial
 from typing import Self
@@ -27,6 +28,9 @@ __all__ = [
     "LinearGap",
     "VertexGap",
 ]
+
+
+Span = tuple[np.ndarray, np.ndarray]
 
 
 class _GapOnMesh(ABC):
@@ -207,7 +211,7 @@ class LinearGap(_GapOnMesh):
         ----------
         xy, gaps : (3, n, 2), corners of the cells and the gap there
         """
-        six, (width, _) = with_middles(gaps), averages.extent(xy)
+        six, (width, is_diagonal) = with_middles(gaps), averages.extent(xy)
         # Triangles two pixels wide have midpoints that are samples.
         two = np.flatnonzero(width == 2 * PIXEL)
         x, y = with_middles(xy.take(two, axis=1))[:, 3:].astype(np.int64).reshape(2, -1)
@@ -215,8 +219,13 @@ class LinearGap(_GapOnMesh):
         six[:, 3:, two] = self._sampled(x, y, linear).T.reshape(2, 3, -1)
         cube, inverse_cube = _quarter_means(six, self.law)
         if not self.law.below.is_cube:
-            # Their quarters are pixel triangles, each with the mean of its own.
-            inverse_cube[:, two] = _quarter_means(six.take(two, axis=2), self.law, alone=True)[1]
+            # The mean is that of pixel triangles: the quarters, or the halves of axial triangles.
+            for cells, span in (
+                (two[is_diagonal[two]], lambda gaps: None),
+                (two[~is_diagonal[two]], _span_of_halves),
+            ):
+                part = six.take(cells, axis=2)
+                inverse_cube[:, cells] = _quarter_means(part, self.law, span)[1]
         coarse = np.flatnonzero(width > 2 * PIXEL)
         place = averages.Place.of_quarters(xy.take(coarse, axis=1))
         cube[:, coarse], inverse_cube[:, coarse] = self._above_pixel.lookup(place)
@@ -280,19 +289,29 @@ def _linear_means(gaps: np.ndarray, law: FilmLaw) -> tuple[np.ndarray, np.ndarra
     )
 
 
+def _span(gaps: np.ndarray) -> Span:
+    """Least and largest gap (n,) of triangles, from the gaps (6, n) of `with_middles`."""
+    return averages.extremes(*gaps[:3])
+
+
+def _span_of_halves(gaps: np.ndarray) -> Span:
+    """Least and largest gap (2, n) of the halves m a b and m c a, each for every other quarter."""
+    a, b, c, m, _, _ = gaps
+    return averages.extremes(np.stack([m, m]), np.stack([a, c]), np.stack([b, a]))
+
+
 def _quarter_means(
-    six: np.ndarray, law: FilmLaw, alone: bool = False
+    six: np.ndarray, law: FilmLaw, span: Callable[[np.ndarray], Span | None] = _span
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same means (4, n) on the quarters, for gaps (2, 6, n) at corners and midpoints.
 
-    The means add up to no more than that of the triangle, as the hierarchical correction needs;
-    with `alone` each is that of a triangle of its own.
+    The hierarchical correction needs means that add up to no more than that of the whole. So the
+    law is bounded as it was there: on the triangles whose least and largest gap `span` returns.
     """
     raised, lowered = (on_quarters(gaps) for gaps in six)
-    span = None if alone else averages.extremes(*six[1, :3])
     cube, inverse_cube = (
         averages.conductivity_of_corners(law.above, *raised),
-        averages.resistivity_of_corners(law.below, *lowered, span),
+        averages.resistivity_of_corners(law.below, *lowered, span(six[1])),
     )
     return cube.reshape(4, -1), inverse_cube.reshape(4, -1)
 

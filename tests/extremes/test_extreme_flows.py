@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from closed_forms import SERIES_DECADES, Case
 from extreme_gaps import MOST_UNKNOWNS, ROUNDING, adaptive, assert_enclosed
+from nonlinear import in_series
 from sample_gaps import FLUID, rough_gap, striped_gap
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.flow import leak_rate
+from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
+from fem_seal.rarefied import LAWS
 from fem_seal.verification.exact_cases import block_film
 
 PART = "Flow"
@@ -73,6 +76,28 @@ def test_gaps_beyond_double_precision(size, solver, show):
     with pytest.raises(InvalidInput, match="beyond double precision; check the units") as error:
         solver(GridFilm(gap, sides="wall"), viscosity=1e-3, pressure_drop=1e5)
     show("refused", str(error.value))
+
+
+# --- gases ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", ["first-order", "kinetic"])
+@pytest.mark.parametrize("p_out", [0.0, 0.5, 0.999], ids="p_out/p_in {:g}".format)
+@pytest.mark.parametrize("knudsen", [1e-6, 1e-3, 1.0, 1e3, 1e6], ids=lambda kn: f"Kn {kn:g}")
+def test_knudsen_numbers(knudsen, p_out, law, show):
+    """Knudsen numbers of the critical constriction from 1e-6 to 1e6, layers across the flow."""
+    gap = striped_gap(np.where(WIDE, 1.0, 0.3**3), 8, along=False)
+    mean = (1 + p_out) / 2
+    slip = Slip(1.0, p_out, 6 * knudsen * 0.3 * mean, LAWS[law](1.0))
+    per = (1 - p_out) * mean
+    leak = leak_rate(
+        gap, viscosity=1 / 12, pressure_drop=per, slip=slip, representation="constant"
+    )
+    exact = in_series(slip, (1.0, 0.3), (0.5, 0.5))
+    assert leak.lower * (1 - ROUNDING) <= exact <= leak.upper * (1 + ROUNDING)
+    assert leak.converged
+    width = max(leak.upper / exact - 1, 1 - leak.lower / exact)
+    show("right", f"the closed form lies inside the bounds, ±{100 * width:.2g} % wide")
 
 
 # --- contrast ------------------------------------------------------------------------------------

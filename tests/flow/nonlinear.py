@@ -1,10 +1,13 @@
-"""References for gases that slip: Newton's method on finite volumes, on its own arithmetic."""
+"""References for gases that slip: closed forms, and Newton's method on finite volumes."""
 
 from collections.abc import Callable
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
+
+from fem_seal.fluid import Slip
 
 
 def mass_rate(gap: np.ndarray, p_in: float, p_out: float, B: float, parts: int = 1) -> float:
@@ -115,3 +118,21 @@ def mass_rate_of(
         # At most half of the way to a pressure of 0.
         p = p - change * min(1.0, 0.5 / max(np.max(change / p), 0.5))
     raise AssertionError("Newton's method did not converge")
+
+
+def channel(slip: Slip, height: float, length: float, p_in: float, p_out: float) -> float:
+    """Mass rate of a channel of width 1, B g² ∫ c(g p/B) dp/L."""
+    drop = slip.potential(p_in, height) - slip.potential(p_out, height)
+    return slip.product * height**2 * drop / length
+
+
+def in_series(slip: Slip, heights: tuple[float, float], lengths: tuple[float, float]) -> float:
+    """Two layers of width 1: the pressure between them such that both let the same through."""
+
+    def surplus(p):
+        first = channel(slip, heights[0], lengths[0], slip.inlet_pressure, p)
+        return first - channel(slip, heights[1], lengths[1], p, slip.outlet_pressure)
+
+    ends = slip.outlet_pressure, slip.inlet_pressure
+    middle = brentq(surplus, *ends, xtol=1e-16, rtol=1e-15)
+    return channel(slip, heights[0], lengths[0], slip.inlet_pressure, middle)

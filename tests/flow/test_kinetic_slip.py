@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from nonlinear import mass_rate_of
+from nonlinear import channel, in_series, mass_rate_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from triangulations import scattered_square
@@ -35,24 +35,6 @@ def mass_bounds(gap, slip: Slip, representation="constant", spacing=(1.0, 1.0), 
     )
     per = drive.rates["mass"] * GAS_CONSTANT * TEMPERATURE / MOLAR_MASS
     return leak, leak.lower * per, leak.upper * per
-
-
-def channel(slip: Slip, height, length, p_in, p_out):
-    """Mass rate of a channel of width 1, B g² ∫ c(g p/B) dp/L."""
-    drop = slip.potential(p_in, height) - slip.potential(p_out, height)
-    return slip.product * height**2 * drop / length
-
-
-def in_series(slip: Slip, heights, lengths):
-    """Two layers of width 1: the pressure between them such that both let the same through."""
-
-    def surplus(p):
-        first = channel(slip, heights[0], lengths[0], slip.inlet_pressure, p)
-        return first - channel(slip, heights[1], lengths[1], p, slip.outlet_pressure)
-
-    ends = slip.outlet_pressure, slip.inlet_pressure
-    middle = brentq(surplus, *ends, xtol=1e-16, rtol=1e-15)
-    return channel(slip, heights[0], lengths[0], slip.inlet_pressure, middle)
 
 
 @pytest.mark.parametrize("accommodation", [1.0, 0.5])

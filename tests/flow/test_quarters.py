@@ -5,13 +5,16 @@ import pytest
 from gaps import everything, represented
 from sample_gaps import rough_gap
 
+from fem_seal.film.law import bounding_law
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.quarters import Shape, thrice_centroids
+from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
+from fem_seal.rarefied import kinetic
 
 # Corners of the halves and of the quarters in (a, b, c, m, e, d), and which quarters halves have.
 HALVES = [(3, 0, 1), (3, 2, 0)]
@@ -97,6 +100,33 @@ def test_means_on_the_quarters_of_a_grid(representation, width, halved, contact)
     assert plain.any()
     resistivity = exact.resistivity[at[plain], 0]
     assert found.resistivity[here[plain], 0] == pytest.approx(resistivity, rel=1e-14, abs=0)
+
+
+@pytest.mark.parametrize("width", [1, 2, 4])
+@pytest.mark.parametrize("halved", [0, 1, 2])
+@pytest.mark.parametrize("highest", [1.0, 100.0])
+def test_means_on_the_quarters_of_a_gas_that_slips(width, halved, highest):
+    """Neither mean exceeds that of the whole, or the hierarchical correction would take away more
+    energy than there is. From the highest gap downwards Kn is 5 to 30, or 0.05 to 0.3."""
+    slip = Slip(1.0, 0.1, 30.0, kinetic(1.0))
+    field = rough_gap((16, 16), 0.0, 3, smooth=1)
+    raised = (field.values + 0.2) / 1.2
+    field = GridField(raised, field.spacing, periodic=True)
+    law = bounding_law(slip, highest, 0.3, 0.3, 1.0)
+    gap = represented(field, "linear", width=8).with_law(law)
+    mesh = uniform_mesh(gap.squares, width, periodic_sides=False)
+    values = gap.vertex_values(mesh)
+    for _ in range(halved):
+        step = bisect(mesh, everything(mesh))
+        values, mesh = gap.refined_values(values, step.mesh, step.edge_ends), step.mesh
+    whole, corner = gap.cell_data(mesh, values), mesh.cells.T
+    parts = gap.quarter_data(mesh.xy[corner], values[corner])
+    count = len(mesh.cells)
+    assert (parts.K.reshape(4, count).mean(axis=0) <= whole.K * (1 + 1e-12)).all()
+    resistivity = parts.resistivity.reshape(4, count).mean(axis=0)
+    assert (resistivity <= whole.resistivity[:, 0] * (1 + 1e-12)).all()
+    # What is added to the resistivity of a cell that is refined is 40 % where the gap is halved.
+    assert (resistivity >= 0.5 * whole.resistivity[:, 0]).all()
 
 
 def test_the_ceiling_does_not_reach_the_quarters():

@@ -156,6 +156,11 @@ def test_means_of_bounding_laws(coefficient, pressures, gaps):
     weights = (np.indices((33, 33)).reshape(2, -1).T + 1 / 3) / 33
     inside = weights[weights.sum(axis=1) < 1]
     g = a + (b - a) * inside[:, :1].T + (c - a) * inside[:, 1:].T
+    # Where the gap is the same nothing is lost but what the table of the smallest one allows for.
+    alone = [corners[0]] * 3
+    mean = conductivity_of_corners(law.above, *alone) * resistivity_of_corners(law.below, *alone)
+    lost = law.above.of_gap(corners[0]) / law.below.of_gap(corners[0])
+    assert mean == pytest.approx(lost, rel=1e-6)
     if max(gaps) < 3 * min(gaps):
         assert law.above.of_gap(g).mean() <= means[0][0] * 1.01
         assert (1 / law.below.of_gap(g)).mean() <= means[1][0] * 1.01
