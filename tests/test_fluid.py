@@ -141,6 +141,66 @@ def test_verdict_with_first_order_slip(gap_scene, height, decision):
     assert summarise(Patch(low)).verdict.decision == "above limit"
 
 
+@pytest.mark.parametrize(("height", "p_out"), [(1e-6, P_OUT), (1e-7, P_OUT), (1e-9, 0.0)])
+def test_kinetic_slip(gap_scene, height, p_out):
+    """A uniform channel from Kn 0.04 to 75: mass rate, aperture, pressure, error and verdict."""
+    flow = {"inlet_pressure": P_IN, "outlet_pressure": p_out}
+    fluid = SLIPPING | {"slip": "kinetic"}
+    products = ["leak_rate", "hydraulic_aperture", "mesh"]
+    scene = Scene.from_mapping(gap_scene(np.full((9, 5), height), fluid, flow, products=products))
+    result = summarise(Patch(scene))
+    drive = scene.drive
+    slip = drive.slip(VISCOSITY, 1.0, "kinetic")
+    potentials = [slip.potential(p, height) for p in (p_out, P_IN)]
+    # B g² (φ_in - φ_out)/(12 η), times M/(R T), with width over length 1.
+    per = MOLAR_MASS / (GAS_CONSTANT * TEMPERATURE)
+    exact = per * slip.product * height**2 * (potentials[1] - potentials[0]) / (12 * VISCOSITY)
+    rate = result.gas.mass_rate
+    assert rate.lower <= exact * (1 + 1e-7)
+    assert rate.upper >= exact * (1 - 1e-7)
+    assert rate.upper / rate.lower < 1 + 3e-4
+    first_order = Scene.from_mapping(gap_scene(np.full((9, 5), height), SLIPPING, flow))
+    added = rate.value / (Patch(first_order).leak_rate.value * drive.rates["mass"]) - 1
+    # 3 % at Kn 0.04, and the logarithm of Kn far beyond 1.
+    assert 0.02 < added < 3
+    assert result.gas.slip == "kinetic"
+    aperture = result.quantities.hydraulic_aperture
+    assert aperture.value == pytest.approx(height, rel=3e-4)
+    field = Patch(scene).leak_rate.field
+    x = field.points[:, 0] / field.points[:, 0].max()
+    line = potentials[1] + (potentials[0] - potentials[1]) * x
+    assert slip.potential(field.pressure, height) == pytest.approx(line, rel=1e-6)
+    entry = next(entry for entry in result.error_budget if entry.name == "slip")
+    share = 1 - (P_IN + p_out) / 2 * (P_IN - p_out) * height / (
+        slip.product * (potentials[1] - potentials[0])
+    )
+    assert entry.kind == "estimated"
+    assert entry.upper == pytest.approx(1 + 0.04 * share)
+    assert entry.lower == pytest.approx(1 / entry.upper)
+    assert "Knudsen number" in entry.sentence
+    for part, decision in ((1.06, "within limit"), (1.01, "undecided"), (0.94, "above limit")):
+        limit = Limit(leak_rate=part * result.leak_rate.value)
+        decided = summarise(Patch(scene.model_copy(update={"limit": limit}))).verdict.decision
+        if height < 1e-6 or part != 1.01:
+            assert decision == decided
+
+
+def test_kinetic_slip_of_mirrors(gap_scene):
+    """Below an accommodation of 0.1 the table would need more digits than it has."""
+    fluid = SLIPPING | {"slip": "kinetic", "accommodation": 0.05}
+    with pytest.raises(InvalidInput, match="accommodation = 0.05 is below 0.1, the least that"):
+        Scene.from_mapping(gap_scene(np.ones((3, 3)), fluid))
+
+
+def test_slip_true_is_first_order(gap_scene):
+    """And so is leaving it out."""
+    rates = []
+    for slip in ({}, {"slip": True}, {"slip": "first-order"}):
+        scene = Scene.from_mapping(gap_scene(np.full((5, 5), 1e-7), SLIPPING | slip))
+        rates.append(Patch(scene).leak_rate.bounds)
+    assert rates[0] == rates[1] == rates[2]
+
+
 def test_pressure_of_a_gas_is_the_root_of_a_line(gap_scene):
     """Results and pictures contain p = √(p_in² + (p_out² - p_in²) x/L), not p²."""
     field = Patch(Scene.from_mapping(gap_scene(np.full((9, 5), 1e-6)))).leak_rate.field
@@ -266,6 +326,7 @@ BAD = {
     "fluid.accommodation=0": "fluid.accommodation = 0 should be greater than 0",
     "fluid.accommodation=1.1": "fluid.accommodation = 1.1 should be less than or equal to 1",
     "fluid.accommodation=0.5": "fluid: accommodation is for a gas that slips: leave out slip",
+    "fluid.slip=second": "fluid.slip = 'second' is not allowed; choose from 'first-order'",
     "fluid.kind=liquid": "fluid: molar_mass is for kind = 'gas' only; this is a liquid",
 }
 

@@ -47,7 +47,7 @@ class Fluid(Section):
         None, description="at which the volume of a gas is counted; 1 atm if left out"
     )
 
-    slip: Literal["first-order", "kinetic"] | bool | None = Field(
+    slip: Literal["first-order", "kinetic", True, False] | None = Field(
         None,
         description='law of a gas that slips at the walls: "first-order" (true, or left out) or '
         '"kinetic"; false: no slip',
