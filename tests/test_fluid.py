@@ -188,7 +188,7 @@ def test_kinetic_slip(gap_scene, height, p_out):
 def test_kinetic_slip_of_mirrors(gap_scene):
     """Below an accommodation of 0.1 the table would need more digits than it has."""
     fluid = SLIPPING | {"slip": "kinetic", "accommodation": 0.05}
-    with pytest.raises(InvalidInput, match="accommodation = 0.05 is below 0.1, the least that"):
+    with pytest.raises(InvalidInput, match=r"accommodation = 0\.05 is below 0\.1, the least that"):
         Scene.from_mapping(gap_scene(np.ones((3, 3)), fluid))
 
 

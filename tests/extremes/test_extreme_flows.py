@@ -90,9 +90,8 @@ def test_knudsen_numbers(knudsen, p_out, law, show):
     mean = (1 + p_out) / 2
     slip = Slip(1.0, p_out, 6 * knudsen * 0.3 * mean, LAWS[law](1.0))
     per = (1 - p_out) * mean
-    leak = leak_rate(
-        gap, viscosity=1 / 12, pressure_drop=per, slip=slip, representation="constant"
-    )
+    film = GridFilm(gap, "wall", "constant")
+    leak = leak_rate(film, viscosity=1 / 12, pressure_drop=per, slip=slip)
     exact = in_series(slip, (1.0, 0.3), (0.5, 0.5))
     assert leak.lower * (1 - ROUNDING) <= exact <= leak.upper * (1 + ROUNDING)
     assert leak.converged

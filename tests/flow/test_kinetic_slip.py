@@ -7,34 +7,18 @@ import pytest
 from nonlinear import channel, in_series, mass_rate_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from test_slip import mass_bounds
 from triangulations import scattered_square
 
-from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.flow import leak_rate
+from fem_seal.film import MeshFilm
 from fem_seal.flow.cell_tensor import conductivity_tensor
-from fem_seal.fluid import GAS_CONSTANT, GasDrive, Slip
+from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.rarefied import FIRST_ORDER, kinetic
 
-TEMPERATURE, MOLAR_MASS = 293.15, 0.02896
-GAS = GasDrive(2.0, 1.0, TEMPERATURE, MOLAR_MASS, 273.15, 101325.0)
 ROUNDING = 1e-7  # CG stops at a relative energy error of 1e-8
 # The smallest conductivity allows for a kink of the table of c between two gaps of its own table.
 SAG = 2e-4
-
-
-def mass_bounds(gap, slip: Slip, representation="constant", spacing=(1.0, 1.0), **options):
-    """Leak rate in kg/s times 12 η R T/M: ∫ B g² c(g p/B) |∇p| over a line across the flow."""
-    film = gap
-    if not isinstance(gap, MeshFilm):
-        film = GridFilm(GridField(np.asarray(gap, dtype=float), spacing), "wall", representation)
-    drive = replace(GAS, inlet_pressure=slip.inlet_pressure, outlet_pressure=slip.outlet_pressure)
-    options = {"rtol": 0.02} | options
-    leak = leak_rate(
-        film, viscosity=1 / 12, pressure_drop=drive.pressure_drop, slip=slip, **options
-    )
-    per = drive.rates["mass"] * GAS_CONSTANT * TEMPERATURE / MOLAR_MASS
-    return leak, leak.lower * per, leak.upper * per
 
 
 @pytest.mark.parametrize("accommodation", [1.0, 0.5])
