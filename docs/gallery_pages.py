@@ -1,12 +1,14 @@
-"""Sphinx extension that makes a page of each demo: its text, its code, its words and pictures.
+"""Sphinx extension that makes a page of each demo and of each scene: text, answer, pictures, code.
 
 A demo is a Python file in the percent format: a cell begins with `# %%`, and one of text with
-`# %% [markdown]`. Its function `main(out)` prints what was found and draws into the folder `out`.
+`# %% [markdown]`. Its function `main(out)` prints what was found and draws into the folder `out`. A
+scene is run by `fem-seal run`; its first comment is its text.
 """
 
 import inspect
 import re
 import runpy
+import subprocess
 import sys
 from contextlib import redirect_stdout
 from hashlib import sha256
@@ -22,15 +24,27 @@ if TYPE_CHECKING:
 PROGRESS = logging.getLogger(__name__)
 DOCS = Path(__file__).parent
 DEMOS = DOCS.parent / "demos"
+GALLERY = DOCS / "gallery"
 INDEX = """# Gallery
 
-Each demo asks one question, answers it with a picture, and asserts its claims. The files are in
-`demos/`; `python demos/NAME.py` runs one.
+## Demos
+
+Each asks one question, answers it with a picture, and asserts its claims: `python demos/NAME.py`.
 
 ```{{toctree}}
 :maxdepth: 1
 
-{}
+{demos}
+```
+
+## Scenes
+
+Each is one file: `fem-seal run demos/scenes/NAME.toml`.
+
+```{{toctree}}
+:maxdepth: 1
+
+{scenes}
 ```
 """
 
@@ -42,22 +56,26 @@ def setup(app: "Sphinx") -> dict[str, bool]:
 
 
 def write_pages() -> None:
-    """Run the demos that have changed since their page was written, and write the pages."""
-    names = [path.stem for path in sorted(DEMOS.glob("*.py"))]
-    folder = DOCS / "gallery"
-    folder.mkdir(exist_ok=True)
-    (folder / "index.md").write_text(INDEX.format("\n".join(names)))
-    for name in names:
-        demo, page = DEMOS / f"{name}.py", folder / f"{name}.md"
-        stamp = f"% {sha256(demo.read_bytes()).hexdigest()}\n"
+    """Run the demos and scenes that have changed since their page was written; write the pages."""
+    demos, scenes = sorted(DEMOS.glob("*.py")), sorted((DEMOS / "scenes").glob("*.toml"))
+    (GALLERY / "scenes").mkdir(parents=True, exist_ok=True)
+    names = {
+        "demos": "\n".join(path.stem for path in demos),
+        "scenes": "\n".join(f"scenes/{path.stem}" for path in scenes),
+    }
+    (GALLERY / "index.md").write_text(INDEX.format(**names))
+    for source in (*demos, *scenes):
+        make = page_of_demo if source.suffix == ".py" else page_of_scene
+        folder = GALLERY / source.parent.relative_to(DEMOS) / source.stem
+        page = folder.with_suffix(".md")
+        stamp = f"% {sha256(source.read_bytes()).hexdigest()}\n"
         if not page.is_file() or not page.read_text().startswith(stamp):
-            PROGRESS.info("running demos/%s.py", name)
-            words, pictures = run(demo, folder / name)
-            page.write_text(stamp + "\n".join(page_of(demo.read_text(), words, pictures)))
+            PROGRESS.info("running demos/%s", source.relative_to(DEMOS))
+            page.write_text(stamp + make(source, folder))
 
 
-def run(demo: Path, out: Path) -> tuple[str, list[Path]]:
-    """Words and pictures of a demo."""
+def page_of_demo(demo: Path, out: Path) -> str:
+    """Page of a demo: the first cell of text, the answer, then all other cells."""
     words = StringIO()
     before, sys.path[:] = list(sys.path), [str(DEMOS), *sys.path]
     try:
@@ -66,20 +84,41 @@ def run(demo: Path, out: Path) -> tuple[str, list[Path]]:
             main(**({"out": out} if "out" in inspect.signature(main).parameters else {}))
     finally:
         sys.path[:] = before
-    return words.getvalue(), sorted(out.rglob("*.png"))
+    cells = re.split(r"^# %%", demo.read_text(), flags=re.MULTILINE)
+    first, *others = (markdown_of(cell) for cell in cells if cell.strip())
+    return "\n".join([first, fenced(words.getvalue(), "text"), pictures(out), *others])
 
 
-def page_of(text: str, words: str, pictures: list[Path]) -> list[str]:
-    """Lines of a page in Markdown: the first cell of text, the answer, then all other cells."""
-    cells = [cell for cell in re.split(r"^# %%", text, flags=re.MULTILINE) if cell.strip()]
-    first, *others = map(markdown_of, cells)
-    shown = [f"![{path.stem}]({path.relative_to(DOCS / 'gallery')})\n" for path in pictures]
-    return [first, "```text", words.rstrip(), "```\n", *shown, *others]
+def page_of_scene(scene: Path, out: Path) -> str:
+    """Page of a scene: its comment, what the command prints, the pictures, the file."""
+    command = ["run", str(scene), "--out", str(out), "--overwrite"]
+    done = subprocess.run(
+        [sys.executable, "-m", "fem_seal", *command], capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        raise RuntimeError(f"fem-seal run {scene.name}: {done.stderr}")
+    comment, _, rest = scene.read_text().partition("\n\n")
+    text = re.sub(r"^# ?", "", comment, flags=re.MULTILINE)
+    # The last lines name the cost on this machine and the folder.
+    lines = [ln for ln in done.stdout.splitlines() if not ln.startswith(("cost ", "result "))]
+    answer = fenced("\n".join(lines), "text")
+    return "\n".join([f"# {scene.stem}\n", text, "", answer, pictures(out), fenced(rest, "toml")])
+
+
+def pictures(out: Path) -> str:
+    """The pictures in a folder, each a paragraph."""
+    shown = sorted(out.rglob("*.png"))
+    return "".join(f"![{path.stem}]({path.relative_to(out.parent)})\n\n" for path in shown)
 
 
 def markdown_of(cell: str) -> str:
-    """A cell in Markdown, code in a fence."""
+    """A cell of a demo in Markdown, code in a fence."""
     head, _, body = cell.partition("\n")
     if "[markdown]" in head:
         return re.sub(r"^# ?", "", body, flags=re.MULTILINE).strip() + "\n"
-    return f"```python\n{body.strip()}\n```\n"
+    return fenced(body, "python")
+
+
+def fenced(text: str, language: str) -> str:
+    """Text in a fence."""
+    return f"```{language}\n{text.strip()}\n```\n"

@@ -82,7 +82,7 @@ class IsotropicSpectrum:
 
     @property
     def rms_slope(self) -> float:
-        """Root mean square gradient, 2π ∫ q³ C dq = <|∇h|²>."""
+        """Root mean square gradient, 2π ∫ q³ C dq ``= <|∇h|²>``."""
         return float((np.pi / 2 * np.sum(self.values * np.diff(self.edges**4))) ** 0.5)
 
 
