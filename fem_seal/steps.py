@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from fem_seal.flow import KeptMesh
     from fem_seal.surface import IsotropicSpectrum, PreparedSurface
 
-# Tolerances of a contact on the way to a lifted state; the leak rate then errs by about 0.1 %.
-ROUGH_CONTACT, ROUGH_GAP = 1e-3, 1e-2
 UNKNOWNS_ON_THE_WAY = 20000  # at least, of the flows on the way to a lifted state
 # Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
 # measured at 1024 x 1024 samples: 60, and 106 to 138 with the solver and its arithmetic.
@@ -86,7 +84,7 @@ def elastic_contact(
     start: "ContactState | np.ndarray | None",
     load: "Load",
     report: Report = silent,
-    roughly: bool = False,
+    tolerance: float = 0.0,
 ) -> "ContactState":
     """Contact of a scene's solids under a load, which need not be that of the scene.
 
@@ -101,8 +99,8 @@ def elastic_contact(
     load : Load
     report : callable
         Called with the iteration and its residual.
-    roughly : bool
-        Whether the contact is one on the way, which may be less exact.
+    tolerance : float
+        Of a contact on the way to another; it counts where it is above that of the scene.
 
     Raises
     ------
@@ -130,9 +128,8 @@ def elastic_contact(
         refuse_too_large(CONTACT_BYTES * nx * ny, what, scene.flow.max_memory)
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     stopping = contact.stopping(progress)
-    if roughly:
-        rough, touching = max(ROUGH_CONTACT, stopping.tolerance), ROUGH_GAP
-        stopping = replace(stopping, tolerance=rough, gap_tolerance=touching)
+    if tolerance > stopping.tolerance:
+        stopping = replace(stopping, tolerance=tolerance, gap_tolerance=10 * tolerance)
     return contact_under(surface, solid, load, stopping, contact.arithmetic, start)
 
 
@@ -194,11 +191,11 @@ def lifting_problem(
         heights: GridField,
         load: float | None,
         start: "ContactState | np.ndarray | None",
-        roughly: bool = False,
+        tolerance: float = 0.0,
     ) -> "ContactState":
         held = contact.load if load is None else Load("pressure", load)
         return parallel.on_root(
-            lambda: elastic_contact(scene, heights, start, held, roughly=roughly), comm
+            lambda: elastic_contact(scene, heights, start, held, tolerance=tolerance), comm
         )
 
     # Every flow must return its pressure field: the product "constriction" makes it do so.
