@@ -208,3 +208,31 @@ def test_unsettled_passes_say_so():
     assert state.lowest <= state.leak_rate.value * 1.05
     assert "have not settled after 2 passes" in state.reason
     assert replace(state, converged=True).reason == ""
+
+
+def test_passes_on_one_mesh_settle_where_those_on_new_meshes_do():
+    """The pressure alone on a kept mesh, or bounds on a mesh of its own in every pass."""
+    problem = problem_of(scene(rtol=0.02))
+    start = np.zeros(problem.height.shape)
+    kept = lifted_from(problem, 0.02, start)
+    fresh = replace(problem, again=None, flow=lambda *args: problem.flow(*args[:2], True))
+    new = lifted_from(fresh, 0.02, start)
+    assert kept.converged
+    assert new.converged
+    claimed = kept.claimed + new.claimed
+    assert abs(np.log(kept.leak_rate.value / new.leak_rate.value)) <= claimed
+
+
+def test_a_last_flow_that_contradicts_the_passes_is_no_equilibrium():
+    """Passes on a mesh that is not fit settle as well, and the last flow denies what they found."""
+    problem = problem_of(scene())
+
+    def flow(film, tolerance, new=False):
+        leak = problem.flow(film, tolerance, new)
+        return leak if tolerance is not None else replace(leak, value=1.2 * leak.value)
+
+    start = np.zeros(problem.height.shape)
+    assert lifted_from(problem, 0.05, start, most_passes=15).converged
+    state = lifted_from(replace(problem, flow=flow), 0.05, start, most_passes=15)
+    assert not state.converged
+    assert state.passes == 15
