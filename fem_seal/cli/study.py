@@ -49,6 +49,11 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     exact.set_defaults(command=_shared(_exact))
     trade = _study(studies, "trade", "error against time: contact grids, methods, tolerances")
     add_scene(trade)
+    trade.add_argument(
+        "--lift",
+        action="store_true",
+        help="also what the fluid's pressure costs: flow.lift none, range, resolved",
+    )
     add_work(trade, "contact grid")
     trade.set_defaults(command=_shared(_trade))
     saddle = _study(studies, "saddle", "how the leak rate of one closing saddle vanishes")
@@ -211,6 +216,19 @@ def _trade(options: argparse.Namespace) -> int:
     say(as_text(result.points))
     say(f"extrapolated: {result.reference:.4e} m^3/s ± {100 * result.uncertainty:.2g} %")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
+    return _trade_of_lift(options, scene, work) if options.lift else 0
+
+
+def _trade_of_lift(options: argparse.Namespace, scene: "Scene", work: "Work") -> int:
+    """Table of the answers to the fluid's pressure."""
+    from fem_seal.tables import as_csv, as_text
+    from fem_seal.verification.lift_price import lift_price
+
+    rows = _with_progress(partial(lift_price, scene, out=options.out, work=work))
+    if rows is None:
+        return _unfinished(work)
+    _write(options.out, [("trade-lift.csv", as_csv(rows))])
+    say(f"\nthe fluid's pressure:\n{as_text(rows)}")
     return 0
 
 

@@ -147,8 +147,8 @@ class _Contact:
     def patch(self, scene: Scene, samples: tuple[int, int], report: Report, comm: Comm) -> Patch:
         """Patch of the scene on a grid, its contact solved."""
         if self._patch is None:
-            _warm_up()
-            surface = resample(_surface(scene, comm), samples)
+            warm_up()
+            surface = resample(surface_of(scene, comm), samples)
             patch = Patch(scene, report, surface=surface, comm=comm)
             start = process_time()
             patch.contact  # noqa: B018
@@ -192,7 +192,7 @@ class RunTask(Task[Run]):
             contact=pressed.contact,
             comm=comm,
         )
-        _forget_peak()
+        forget_peak()
         start = process_time()
         leak = patch.leak_rate
         return Run(
@@ -274,7 +274,7 @@ def trade(
         name = name_of(scene)
         chains = [
             Chain(folder, _tasks(name, scene, samples, tolerances), _Contact)
-            for samples in _shapes(_surface(scene, None).shape, factors)
+            for samples in grids(surface_of(scene, None).shape, factors)
         ]
         outcome = compute_points(chains, work or Work(), report=report)
         for label, error in outcome.failures.items():
@@ -283,7 +283,8 @@ def trade(
     return None if outcome.missing else _judged([run for run in runs if run is not None])
 
 
-def _surface(scene: Scene, comm: Comm) -> GridField:
+def surface_of(scene: Scene, comm: Comm) -> GridField:
+    """Surface of a scene; InvalidInput if it gives a gap instead."""
     surface = Patch(scene, comm=comm).surface
     if surface is None:
         raise InvalidInput(
@@ -310,14 +311,21 @@ def _tasks(
     )
 
 
-def _warm_up() -> None:
+def warm_up() -> None:
     """Import the libraries, so that the first point's time does not include it."""
     from fem_seal.flow import leak_rate
 
     leak_rate(GridFilm(GridField(np.ones((8, 8)), (1.0, 1.0))), viscosity=1.0, pressure_drop=1.0)
 
 
-def _shapes(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:
+def grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:
+    """Contact grids: samples times factors that give whole numbers, the coarsest first.
+
+    Raises
+    ------
+    InvalidInput
+        If these are fewer than three.
+    """
     ratios = sorted(Fraction(factor).limit_denominator(1024) for factor in factors)
     scaled = [(shape[0] * ratio, shape[1] * ratio) for ratio in ratios]
     whole = [
@@ -338,7 +346,7 @@ def _choices(tolerances: Sequence[float]) -> list[Choice]:
     return [Choice("finite-difference", None), Choice("uniform", None), *adaptive]
 
 
-def _forget_peak() -> None:
+def forget_peak() -> None:
     """Reset the kernel's record of the largest resident memory (proc(5), clear_refs)."""
     Path("/proc/self/clear_refs").write_text("5")
 

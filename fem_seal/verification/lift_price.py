@@ -1,0 +1,215 @@
+"""What the answers to the fluid's pressure cost, and how far off they are: none, range, resolved.
+
+Each contact grid has the three answers of flow.lift. The resolved leak rate of a grid is what the
+others are held against: the dry contact gives another leak rate, the range encloses it.
+"""
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import process_time
+
+from fem_seal.errors import InvalidInput, present
+from fem_seal.files import temporary_folder
+from fem_seal.memory import peak_memory
+from fem_seal.parallel import Comm
+from fem_seal.patch import Patch
+from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
+from fem_seal.progress import Report, silent
+from fem_seal.scene import Scene
+from fem_seal.surface.resampling import resample
+from fem_seal.sweep.point import name_of
+from fem_seal.tables import shown_as
+from fem_seal.verification.trade import forget_peak, grids, surface_of, warm_up
+
+FACTORS = (0.25, 0.5, 1.0)
+LIFTS = ("none", "range", "resolved")
+
+
+@dataclass(frozen=True)
+class LiftRun:
+    """One answer on one contact grid.
+
+    Attributes
+    ----------
+    samples : (nx, ny)
+        Samples of the contact grid.
+    lift : str
+        Answer: "none", "range" or "resolved".
+    leak_rate : float
+        Leak rate [m³/s]; of a range that of the dry contact.
+    lower, upper : float or None
+        What the answer says of the leak rate [m³/s]: bounds of the dry flow, the two ends of the
+        range, or the bounds of the lifted flow times what the passes leave open; None: no end.
+    converged : bool
+        Whether it has been reached.
+    seconds : float
+        CPU time of contact, flow and lift [s].
+    memory_bytes : int
+        Largest resident memory of the process meanwhile, libraries included.
+    """
+
+    samples: tuple[int, int]
+    lift: str
+    leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))
+    lower: float | None = field(metadata=shown_as("at least [m^3/s]"))
+    upper: float | None = field(metadata=shown_as("at most [m^3/s]"))
+    converged: bool
+    seconds: float = field(metadata=shown_as("CPU time [s]"))
+    memory_bytes: int = field(metadata=shown_as("memory [byte]"))
+
+
+@dataclass(frozen=True)
+class LiftRow(LiftRun):
+    """An answer held against the resolved one on its grid.
+
+    Attributes
+    ----------
+    off : float or None
+        Largest factor between what the answer says and the resolved leak rate; None if it has an
+        open end, or only one of the two is sealed.
+    dry_runs : float
+        CPU time over that of the dry answer.
+    """
+
+    off: float | None = field(default=None, metadata=shown_as("off by a factor"))
+    dry_runs: float = 1.0
+
+
+@dataclass(frozen=True)
+class LiftTask(Task[LiftRun]):
+    """An answer on one contact grid that is to be computed.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene with its flow.lift.
+    samples : (nx, ny)
+        Samples of the contact grid.
+    """
+
+    scene: Scene
+    samples: tuple[int, int]
+
+    def compute(self, handed_on: object, report: Report, comm: Comm) -> LiftRun:
+        """Solve the scene from its surface on; nothing is handed on, so that times are fair."""
+        warm_up()
+        surface = resample(surface_of(self.scene, comm), self.samples)
+        patch = Patch(self.scene, report, surface=surface, comm=comm)
+        forget_peak()
+        start = process_time()
+        leak = patch.leak_rate
+        lower, upper = leak.lower, leak.upper
+        converged = leak.converged
+        if self.scene.lift == "range":
+            ends = patch.lift_range
+            lower, upper = ends[0].lower, ends[1].upper
+            converged = converged and all(end.converged for end in ends)
+        elif self.scene.lift == "resolved" and leak.lower:
+            claimed = 1 + present(patch.lifted, "lifted state").claimed
+            lower, upper = leak.bounds[0] / claimed, leak.bounds[1] * claimed
+        return LiftRun(
+            samples=self.samples,
+            lift=self.scene.lift,
+            leak_rate=leak.value,
+            lower=lower,
+            upper=None if upper == float("inf") else upper,
+            converged=converged,
+            seconds=process_time() - start,
+            memory_bytes=peak_memory(),
+        )
+
+
+def lift_price(
+    scene: Scene,
+    *,
+    factors: Sequence[float] = FACTORS,
+    out: Path | None = None,
+    work: Work | None = None,
+    report: Report = silent,
+) -> list[LiftRow] | None:
+    """Compute the three answers to the fluid's pressure over contact grids.
+
+    Parameters
+    ----------
+    scene : with a surface and a contact that a fluid can lift; its flow.lift is not used
+    factors : multiples of the scene's samples, at least three that give whole numbers
+    out : folder of points/, with a file for each solve, which is not repeated; none is kept if
+        left out
+    work : how the grids are shared out; one after the other if left out
+    report : called with the stage and its progress
+
+    Returns
+    -------
+    list of LiftRow, three a grid; None if solves are missing that other parts compute.
+
+    Raises
+    ------
+    InvalidInput
+        If the fluid's pressure lifts nothing in this scene, or too few grids are possible.
+    NotConverged
+        If a contact does not reach its tolerance.
+    """
+    if scene.flow.method == "finite-difference":
+        raise InvalidInput(
+            "the answers are compared by their bounds, and flow.method = 'finite-difference' has "
+            "none; choose adaptive or uniform"
+        )
+    scenes = [_with_lift(scene, lift) for lift in LIFTS]
+    with ExitStack() as held:
+        if out is None:
+            out = held.enter_context(temporary_folder())
+        folder = RecordFolder(out / "points", LiftRun)
+        chains = [
+            Chain(folder, tuple(_task(one, samples) for one in scenes), lambda: None)
+            for samples in grids(surface_of(scene, None).shape, factors)
+        ]
+        outcome = compute_points(chains, work or Work(), report=report)
+        for label, error in outcome.failures.items():
+            raise type(error)(f"{label}: {error}")
+        runs = [[folder.point(task.name) for task in chain.tasks] for chain in chains]
+    if outcome.missing:
+        return None
+    return [row for of_grid in runs for row in judged([run for run in of_grid if run])]
+
+
+def _with_lift(scene: Scene, lift: str) -> Scene:
+    mapping = scene.to_mapping()
+    mapping["flow"]["lift"] = lift
+    mapping["output"] = {"products": ["leak_rate"]}
+    return Scene.from_mapping(mapping)
+
+
+def _task(scene: Scene, samples: tuple[int, int]) -> LiftTask:
+    grid = f"{samples[0]}x{samples[1]}"
+    name = f"{name_of(scene)}-{grid}-lift-{scene.lift}"
+    return LiftTask(name, f"contact {grid}, lift {scene.lift}", scene, samples)
+
+
+def judged(runs: Sequence[LiftRun]) -> list[LiftRow]:
+    """Hold the answers on one grid against the resolved one.
+
+    Parameters
+    ----------
+    runs : the three answers, in the order of LIFTS
+    """
+    dry, _, resolved = runs
+    return [
+        LiftRow(
+            **vars(run),
+            off=_largest_factor(run, resolved.leak_rate),
+            dry_runs=run.seconds / dry.seconds,
+        )
+        for run in runs
+    ]
+
+
+def _largest_factor(run: LiftRun, exact: float) -> float | None:
+    """Largest ratio of an end of an answer to a leak rate, or of the latter to the former."""
+    if run.lower is None or run.upper is None:
+        return None
+    ends = (run.lower, run.upper)
+    if exact == 0 or 0 in ends:
+        return 1.0 if max(ends) == exact == 0 else None
+    return max(max(end / exact, exact / end) for end in ends)

@@ -1,0 +1,85 @@
+"""Fluids that hardly press, and fluids that carry all but the whole load."""
+
+from functools import cache
+
+import pytest
+from lifted_scenes import scene
+
+from fem_seal.patch import Patch
+
+PART = "Fluid that lifts the solid"
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+LOAD = 1.5e5  # Pa, what solid and fluid carry together
+
+
+@cache
+def lifted(share):
+    """The rough rubber with an inlet pressure in parts of the load, its outlet at ambient."""
+    return Patch(scene(LOAD, inlet=share * LOAD))
+
+
+def assert_loads_balance(patch):
+    state = patch.lifted
+    assert state.contact.mean_pressure >= 0
+    assert state.contact.mean_pressure + state.fluid_load == pytest.approx(LOAD, rel=1e-6)
+
+
+SHARES = (1e-6, 1e-4, 1e-2, 0.1, 0.5, 0.9, 0.99, 1 - 1e-6)
+
+
+@pytest.mark.parametrize("number", range(len(SHARES)), ids=lambda number: f"{SHARES[number]:.6g}")
+def test_shares(number, show):
+    """Inlet pressures in parts of the load, from 1e-6 to 1."""
+    patch = lifted(SHARES[number])
+    assert patch.lifted.converged
+    assert_loads_balance(patch)
+    low, high = Patch(scene(LOAD, inlet=SHARES[number] * LOAD, lift="range")).lift_range
+    leak = patch.leak_rate
+    assert low.lower <= leak.upper
+    assert leak.lower <= high.upper
+    # Per pressure drop more leaks the more the fluid lifts, by the bounds of both.
+    before = lifted(SHARES[max(number - 1, 0)])
+    share = SHARES[number] / SHARES[max(number - 1, 0)]
+    assert leak.upper >= share * before.leak_rate.lower
+    show("right", "loads balance, leak rate inside the range and growing")
+
+
+def test_range_next_to_lift_off(show):
+    """The range where the inlet's pressure leaves a millionth of the load to the solid."""
+    low, high = Patch(scene(LOAD, inlet=(1 - 1e-6) * LOAD, lift="range")).lift_range
+    assert low.converged
+    assert high.converged
+    assert high.lower > 100 * low.upper
+    show("right", "both ends have bounds")
+
+
+@pytest.mark.parametrize("share", [1.0, 1.1, 1.3, 2.0, 10.0, 1e6], ids=lambda share: f"{share:g}")
+def test_inlet_above_the_load(share, show):
+    """Inlet pressures at and above the load, from 1 to 1e6 times."""
+    patch = lifted(share)
+    state = patch.lifted
+    assert state.converged
+    assert Patch(scene(LOAD, inlet=share * LOAD, lift="range")).lift_range[1].state == "lifted off"
+    if patch.lifted_off:
+        assert state.fluid_load >= LOAD
+        show("right", "lifted off: the fluid carries the load and more")
+        return
+    assert_loads_balance(patch)
+    show("right", "the fluid's pressure falls along the film and leaves some load to the solid")
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e9], ids=lambda unit: f"{unit:g}")
+def test_lift_units(unit, show):
+    """Pressures and moduli in other units."""
+
+    def solved(unit):
+        solid = {"contact_modulus": 1e7 * unit}
+        return Patch(scene(LOAD * unit, inlet=1e5 * unit, solid=solid))
+
+    reference, scaled = solved(1.0), solved(unit)
+    assert scaled.lifted.passes == reference.lifted.passes
+    value = reference.leak_rate.value * unit
+    # The passes multiply what rounding does to single samples at the rim of contact.
+    assert scaled.leak_rate.value == pytest.approx(value, rel=reference.lifted.claimed)
+    show("right", "the same passes, leak rate in proportion to the pressures")

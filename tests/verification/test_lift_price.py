@@ -1,0 +1,75 @@
+"""Answers to the fluid's pressure side by side: what they say of one leak rate, and their cost."""
+
+import pytest
+from project import write_toml
+
+from fem_seal import cli
+from fem_seal.errors import InvalidInput
+from fem_seal.scene import Scene
+from fem_seal.verification.lift_price import LIFTS, LiftRun, judged, lift_price
+
+SCENE = {
+    "surface": {
+        **{"kind": "self-affine", "shape": [32, 32], "size": ["32 um", "32 um"], "hurst": 0.8},
+        **{"long_wavelength": "16 um", "short_wavelength": "8 um", "rms_slope": 0.1, "seed": 1},
+    },
+    "solid": {"contact_modulus": "10 MPa"},
+    "contact": {"pressure": "80 kPa"},
+    "fluid": {"viscosity": "1 mPa s"},
+    "flow": {"pressure_drop": "0.5 bar", "sides": "periodic", "rtol": 0.1},
+}
+
+
+def run(lift, rate, lower, upper, seconds):
+    return LiftRun((8, 8), lift, rate, lower, upper, True, seconds, 10**8)
+
+
+def test_answers_are_held_against_the_resolved_one():
+    """The larger of upper/Q and Q/lower; nothing of an open end, or of sealed beside leaking."""
+    answers = [
+        run("none", 1.0, 0.9, 1.1, 2.0),
+        run("range", 1.0, 0.9, 50.0, 3.0),
+        run("resolved", 10.0, 9.0, 11.0, 8.0),
+    ]
+    rows = judged(answers)
+    assert [row.off for row in rows] == pytest.approx([10 / 0.9, 10 / 0.9, 10 / 9])
+    assert [row.dry_runs for row in rows] == [1.0, 1.5, 4.0]
+    answers[0] = run("none", 0.0, 0.0, 0.0, 2.0)
+    answers[1] = run("range", 0.0, 0.0, None, 2.0)
+    assert [row.off for row in judged(answers)] == pytest.approx([None, None, 10 / 9])
+    assert judged([run(lift, 0.0, 0.0, 0.0, 1.0) for lift in LIFTS])[0].off == 1.0
+
+
+def test_range_encloses_on_every_grid(tmp_path):
+    """And what is there is not computed again."""
+    scene = Scene.from_mapping(SCENE)
+    rows = lift_price(scene, factors=(0.5, 0.75, 1), out=tmp_path)
+    assert [(row.samples[0], row.lift) for row in rows] == [
+        (n, lift) for n in (16, 24, 32) for lift in LIFTS
+    ]
+    for dry, ends, resolved in zip(*[iter(rows)] * 3, strict=True):
+        assert dry.off > 1.5  # or nothing is shown
+        assert ends.lower <= resolved.leak_rate <= ends.upper
+        assert resolved.off < 1.2
+        assert dry.seconds > 0
+    assert lift_price(scene, factors=(0.5, 0.75, 1), out=tmp_path) == rows
+
+
+def test_what_has_no_price():
+    layer = SCENE | {"solid": SCENE["solid"] | {"layer_thickness": "5 um"}}
+    with pytest.raises(InvalidInput, match="half-space"):
+        lift_price(Scene.from_mapping(layer))
+    plain = SCENE | {"flow": SCENE["flow"] | {"method": "finite-difference"}}
+    with pytest.raises(InvalidInput, match="by their bounds"):
+        lift_price(Scene.from_mapping(plain))
+
+
+def test_command_writes_the_table(tmp_path, capsys):
+    path = write_toml(tmp_path / "scene.toml", SCENE)
+    out = tmp_path / "trade"
+    assert cli.main(["study", "trade", str(path), "--lift", "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "the fluid's pressure:" in text
+    table = (out / "trade-lift.csv").read_text().splitlines()
+    assert len(table) == 1 + 3 * 3
+    assert table[0].startswith("samples,lift,leak_rate,lower,upper,converged,seconds")
