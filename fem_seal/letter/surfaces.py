@@ -20,7 +20,8 @@ CONTACT_MODULUS = 10e6  # [Pa]
 VISCOSITY = 1e-3  # [Pa s]
 PRESSURE_DROP = 1e5  # [Pa]
 
-# At this tolerance the contact set is exact but for a few samples.
+# The certificate bounds the energy. That the contact set changes by a few samples at most when
+# the tolerance is tightened further is an observation.
 CONTACT_TOLERANCE = 1e-6
 
 
