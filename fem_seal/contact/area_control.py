@@ -108,7 +108,7 @@ def _reached(state: ContactState, area_fraction: float) -> bool:
 
 
 def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | None) -> float:
-    """Pressure of the start, else `FIRST_GUESS` times that of A/A0 = erf(√2 p / (E* h'rms)) [Pa]."""
+    """Pressure [Pa] of the start, else `FIRST_GUESS` times Persson's: A/A0 = erf(√2 p/(E* h'rms))."""
     from scipy.special import erfinv
 
     if start is not None and start.any():

@@ -9,6 +9,10 @@ from fem_seal.letter.threshold_rows import DifferenceRow, ThresholdRow
 from fem_seal.tables import markdown
 
 
+# Measures of the flow density that are compared with the letter's, and their names for people.
+MEASURES = {"total": "total", "body": "99.9 % quantile", "peak": "peak"}
+
+
 def page(result: Letter) -> str:
     """Markdown of a finished run.
 
@@ -72,9 +76,7 @@ def _comparison(result: Letter) -> list[tuple[str, str, str]]:
         (
             "local maximum of the flow density at A/A0 = 0.2, bearing over elastic",
             "three decades",
-            ", ".join(
-                f"{name} 10^{result.decades[name]:.2f}" for name in ("total", "body", "peak")
-            ),
+            ", ".join(f"{text} 10^{result.decades[name]:.2f}" for name, text in MEASURES.items()),
         ),
         (
             "Bruggeman, bearing, up to 0.8 A*",

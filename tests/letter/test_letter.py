@@ -41,6 +41,7 @@ from fem_seal.letter.surfaces import (
     RoughCase,
     at_area,
 )
+from fem_seal.points import Work
 from fem_seal.surface import Spectrum, rms_slope
 from fem_seal.theory.persson import contact_area, gap_distribution, persson_state
 from fem_seal.theory.quadrature import log_grid
@@ -442,6 +443,15 @@ def test_a_finished_run_computes_nothing_again(finished, monkeypatch):
     repeated, _ = letter(TINY, out)
     assert repeated.agreement == result.agreement
     assert repeated.thresholds == result.thresholds
+
+
+def test_two_jobs_give_the_same_letter(tmp_path):
+    """To the last digit: elastic points are a chain, whose warm starts one process makes."""
+    swift = replace(TINY, refined=(), cascade=False, differences=False)
+    one, two = (letter(swift, tmp_path / f"{n}", work=Work(jobs=n)) for n in (1, 2))
+    assert one[0].thresholds == two[0].thresholds
+    assert one[0].theory == two[0].theory
+    assert one[1].currents == two[1].currents
 
 
 def test_only_the_missing_point_is_computed(finished, monkeypatch):
