@@ -108,7 +108,7 @@ def _reached(state: ContactState, area_fraction: float) -> bool:
 
 
 def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | None) -> float:
-    """Pressure [Pa] of the start, else `FIRST_GUESS` times Persson's: A/A0 = erf(√2 p/(E* h'rms))."""
+    """Pressure [Pa] of the start, else `FIRST_GUESS` times that of Persson's area law."""
     from scipy.special import erfinv
 
     if start is not None and start.any():
