@@ -152,9 +152,15 @@ def _levels(levels: list[dict]) -> str:
     return '<div class="wide"><table class="levels">\n' + "\n".join(rows) + "\n</table></div>"
 
 
+# Without a leak rate, or in results of versions that wrote none.
+NO_BUDGET = "<p>This result holds no error budget.</p>"
+
+
 def _counted(result: Result) -> str:
     """The part of the error budget that has numbers, one entry a line."""
-    counted = [entry for entry in result.error_budget or () if entry.counted]
+    if result.error_budget is None:
+        return NO_BUDGET
+    counted = [entry for entry in result.error_budget if entry.counted]
     if not counted:
         return "<p>This result has no numbers about its errors.</p>"
     rows = [_cells("th", ("", "", "times the value", ""))]
@@ -168,7 +174,9 @@ def _counted(result: Result) -> str:
 
 def _not_covered(result: Result) -> str:
     """The part of the error budget without a number on some side."""
-    entries = [e for e in result.error_budget or () if e.lower is None or e.upper is None]
+    if result.error_budget is None:
+        return NO_BUDGET
+    entries = [e for e in result.error_budget if e.lower is None or e.upper is None]
     if not entries:
         return "<p>Nothing that the program knows of.</p>"
     lines = (
