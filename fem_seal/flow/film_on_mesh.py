@@ -14,7 +14,14 @@ import numpy as np
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.gap_on_mesh import CellContact, CellData, ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
-from fem_seal.flow.hierarchical import Correction, energy_drops, pressure_bubbles, stream_bubbles
+from fem_seal.flow.hierarchical import (
+    USUAL_EFFORT,
+    Correction,
+    Effort,
+    energy_drops,
+    pressure_bubbles,
+    stream_bubbles,
+)
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace
 from fem_seal.flow.numbering import Numbering
@@ -355,7 +362,10 @@ class FilmOnMesh(ABC):
         )
 
     def _bubble_drops(
-        self, pressures: Sequence[CornerValues], streams: Sequence[np.ndarray]
+        self,
+        pressures: Sequence[CornerValues],
+        streams: Sequence[np.ndarray],
+        effort: Effort = USUAL_EFFORT,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Amounts by which bubble functions lower the energies of pressures and stream functions.
 
@@ -363,6 +373,7 @@ class FilmOnMesh(ABC):
         ----------
         pressures : k functions: corner values (n, 3) on some of the C cells
         streams : m arrays (V,) of values at the vertices
+        effort : work and memory
 
         Returns
         -------
@@ -370,5 +381,5 @@ class FilmOnMesh(ABC):
         """
         dual, primal = self.stream_correction(streams), self.pressure_correction(pressures)
         gap = self.gap, self.mesh, self.values
-        raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm)
+        raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm, effort)
         return lowered, raised

@@ -30,9 +30,28 @@ from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-_AT_ONCE = 1 << 13  # cells
-_BLOCK = 1 << 17  # cells
-_STEPS = 4  # of CG; the bracket is 0.48, 0.41, 0.39, 0.39 times as wide after 1, 2, 3, 4 steps
+
+@dataclass(frozen=True)
+class Effort:
+    """Work and memory of a correction; the bounds hold for any.
+
+    Parameters
+    ----------
+    steps : int
+        Steps of CG. The bracket is 0.48, 0.41, 0.39, 0.39 times as wide after 1, 2, 3, 4 of them.
+    block : int
+        Cells of a block, whose bubble functions are computed together. Bubble functions on the rim
+        of a block are left out, which widens the bracket by 0.3 %.
+    at_once : int
+        Cells that are integrated at once.
+    """
+
+    steps: int = 4
+    block: int = 1 << 17
+    at_once: int = 1 << 13
+
+
+USUAL_EFFORT = Effort()
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +139,7 @@ def energy_drops(
     values: np.ndarray,
     energies: Sequence[Correction],
     comm: MPI.Comm,
+    effort: Effort = USUAL_EFFORT,
 ) -> list[np.ndarray]:
     """Amounts by which bubble functions lower energies on one mesh.
 
@@ -130,6 +150,8 @@ def energy_drops(
         Energies to be lowered; all use the same averages on the quarters.
     comm : MPI communicator
         Ranks that share the work, all with the same mesh.
+    effort : Effort
+        Work and memory.
 
     Returns
     -------
@@ -137,16 +159,17 @@ def energy_drops(
         For each energy the decrease of ∫ c ∇v_a·∇v_b over its functions v_1 ... v_k, each of which
         has its own bubble functions added.
     """
-    sides = _Sides.of([energy.bubbles for energy in energies])
+    sides = _Sides.of([energy.bubbles for energy in energies], effort.block)
     drops = [np.zeros((energy.count, energy.count)) for energy in energies]
     # Process the cells in blocks: the data of all bubble functions at once would take more memory
-    # than anything else. Bubble functions on the rim of a block are left out, which is admissible
-    # and widens the bracket by 0.3 %.
+    # than anything else. To leave bubble functions out, those on the rim of a block, is admissible.
     for block in range(comm.rank, len(sides.blocks), comm.size):
         bubble, free = sides.of_block(block)
-        cells = _energies_with_bubbles(gap, mesh, values, energies, sides.blocks[block])
+        cells = _energies_with_bubbles(
+            gap, mesh, values, energies, sides.blocks[block], effort.at_once
+        )
         for drop, energy, own in zip(drops, cells, free, strict=True):
-            drop += energy.drops(bubble, own)
+            drop += energy.drops(bubble, own, effort.steps)
     return [comm.allreduce(drop) for drop in drops]
 
 
@@ -172,15 +195,18 @@ def drops_of_one_function(
     -------
     list of float; negative where the energy rises.
     """
-    sides = _Sides.of([energy.bubbles])
+    effort = USUAL_EFFORT
+    sides = _Sides.of([energy.bubbles], effort.block)
     drops = np.zeros(len(gaps))
     for block in range(comm.rank, len(sides.blocks), comm.size):
         bubble, (free,) = sides.of_block(block)
         coefficients: np.ndarray | None = None
         for number, (gap, values) in enumerate(gaps):
-            (cells,) = _energies_with_bubbles(gap, mesh, values, [energy], sides.blocks[block])
+            (cells,) = _energies_with_bubbles(
+                gap, mesh, values, [energy], sides.blocks[block], effort.at_once
+            )
             if coefficients is None:
-                ((coefficients, _),) = cells.lowered(bubble, free)
+                ((coefficients, _),) = cells.lowered(bubble, free, effort.steps)
             drops[number] += cells.drop_by(bubble, coefficients)
     return comm.allreduce(drops).tolist()
 
@@ -191,11 +217,12 @@ def _energies_with_bubbles(
     values: np.ndarray,
     energies: Sequence[Correction],
     block: np.ndarray,
+    at_once: int,
 ) -> list["_CellEnergies"]:
     """Each energy on a block of cells (n,) as a quadratic form in the bubble coefficients."""
     forms = [_CellEnergies.empty(energy.count, len(block)) for energy in energies]
     aspect_x, aspect_y = np.broadcast_to(gap.aspect, 2)
-    for part in parts(0, len(block), _AT_ONCE):
+    for part in parts(0, len(block), at_once):
         cells = block[part]
         vertices = mesh.cells.take(cells, axis=0).T.astype(np.intp, order="C")
         xy = mesh.xy.take(vertices, axis=0)
@@ -230,15 +257,18 @@ class _Sides:
     free: list[np.ndarray]
 
     @classmethod
-    def of(cls, bubbles: Sequence[Bubbles]) -> "_Sides":
-        """Number the edges; one that is split for one energy must carry no bubble for another."""
+    def of(cls, bubbles: Sequence[Bubbles], block: int) -> "_Sides":
+        """Number the edges and cut the cells into blocks of a length.
+
+        An edge that is split for one energy must carry no bubble for another.
+        """
         edge = reduce(np.maximum, [of_energy.edge for of_energy in bubbles])
         free = np.zeros((len(bubbles), edge.max(initial=-1) + 1), dtype=bool)
         for row, of_energy in zip(free, bubbles, strict=True):
             row[: len(of_energy.free)] = of_energy.free
         number, count = numbered(edge, free.any(axis=0))
         with_bubble = np.flatnonzero(_any(number >= 0))
-        blocks = [with_bubble[part] for part in parts(0, len(with_bubble), _BLOCK)]
+        blocks = [with_bubble[part] for part in parts(0, len(with_bubble), block)]
         first, alone = [0], np.ones(count, dtype=bool)
         for cells in blocks:
             # Cells between those of the block have no bubble function: their numbers are -1.
@@ -300,15 +330,15 @@ class _CellEnergies:
         for row, values in zip(rows, entries, strict=True):
             row[part] = values
 
-    def drops(self, bubble: np.ndarray, free: np.ndarray) -> np.ndarray:
+    def drops(self, bubble: np.ndarray, free: np.ndarray, steps: int) -> np.ndarray:
         """Decrease (k, k) of the energies by the coefficients of `lowered`.
 
         Parameters
         ----------
-        bubble, free : as of `lowered`
+        bubble, free, steps : as of `lowered`
         """
         starts = [-_summed(bubble, slope, len(free)) for slope in self.slope]
-        best = self.lowered(bubble, free)
+        best = self.lowered(bubble, free, steps)
         # With A the stiffness, the energy of functions a and b falls by
         # start_a s_b + start_b s_a - s_a A s_b, and the residual is start - A s.
         drops = [
@@ -317,7 +347,9 @@ class _CellEnergies:
         ]
         return (np.array(drops) + np.transpose(drops)) / 2
 
-    def lowered(self, bubble: np.ndarray, free: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    def lowered(
+        self, bubble: np.ndarray, free: np.ndarray, steps: int
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
         """Coefficients and residuals of each function after a few steps of CG from s = 0.
 
         Parameters
@@ -326,6 +358,8 @@ class _CellEnergies:
             Number of the bubble function of each side; the number after the last for none.
         free : (bubbles,) bool
             Bubble functions whose coefficient may change.
+        steps : int
+            Number of steps.
         """
         count = len(free)
         diagonal = _summed(bubble, self.own, count)
@@ -333,7 +367,7 @@ class _CellEnergies:
         inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=moved)
         stiffness = self._stiffness(bubble, diagonal)
         starts = (-_summed(bubble, slope, count) for slope in self.slope)
-        return [_few_steps_of_cg(stiffness, start, inverse) for start in starts]
+        return [_few_steps_of_cg(stiffness, start, inverse, steps) for start in starts]
 
     def drop_by(self, bubble: np.ndarray, s: np.ndarray) -> float:
         """Decrease of the energy of one function by coefficients s of its bubble functions."""
@@ -364,9 +398,12 @@ class _CellEnergies:
 
 
 def _few_steps_of_cg(
-    stiffness: Callable[[np.ndarray], np.ndarray], start: np.ndarray, inverse: np.ndarray
+    stiffness: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    inverse: np.ndarray,
+    steps: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients s and residual start - A s after `_STEPS` steps of CG from s = 0.
+    """Coefficients s and residual start - A s after some steps of CG from s = 0.
 
     Parameters
     ----------
@@ -376,10 +413,12 @@ def _few_steps_of_cg(
         Residual at s = 0.
     inverse : array
         Diagonal preconditioner; zero where a coefficient stays zero.
+    steps : int
+        Number of steps.
     """
     residual, before = start.copy(), np.inf
     s, direction = np.zeros((2, len(start)))
-    for _ in range(_STEPS):
+    for _ in range(steps):
         descent = inverse * residual
         slope = descent @ residual
         if not slope > 0:

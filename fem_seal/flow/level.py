@@ -20,6 +20,7 @@ from fem_seal.flow.energy import Energy
 from fem_seal.flow.film_on_mesh import FilmOnMesh, Flow
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
+from fem_seal.flow.hierarchical import USUAL_EFFORT, Effort
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Numbering
@@ -233,7 +234,7 @@ class LevelProblem(FilmOnMesh):
         """Relative difference (Q_hi - Q_lo)/Q_lo of the energies before the correction."""
         return pressure.energy / stream.conductance - 1
 
-    def corrected(self, pressure: Minimum, stream: Stream) -> Bounds:
+    def corrected(self, pressure: Minimum, stream: Stream, effort: Effort = USUAL_EFFORT) -> Bounds:
         """Bounds after the hierarchical correction, widened for rounding errors.
 
         Parameters
@@ -242,8 +243,10 @@ class LevelProblem(FilmOnMesh):
             Solution of the primal problem.
         stream : Stream
             Solution of the true dual problem.
+        effort : Effort
+            Work and memory of the correction.
         """
-        lowered, raised = self._bubble_drops([pressure.corners], [stream.psi])
+        lowered, raised = self._bubble_drops([pressure.corners], [stream.psi], effort)
         lower = 1 / stream.energy.least_upper(raised.item())
         return Bounds(lower, pressure.total.least_upper(lowered.item()))
 

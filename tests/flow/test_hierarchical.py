@@ -6,8 +6,7 @@ from gaps import Random, everything, level_problem, plain_bounds, represented, s
 from sample_gaps import rough_gap
 from scipy.sparse.linalg import spsolve
 
-from fem_seal.flow import hierarchical
-from fem_seal.flow.hierarchical import pressure_bubbles, stream_bubbles
+from fem_seal.flow.hierarchical import USUAL_EFFORT, Effort, pressure_bubbles, stream_bubbles
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import DEPTH, uniform_mesh
@@ -40,7 +39,7 @@ def test_one_square_has_three_bubbles(representation, width, spacing, seed):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_best_bubbles_against_a_direct_solver(seed, monkeypatch):
+def test_best_bubbles_against_a_direct_solver(seed):
     """With many steps: the minimum on the mesh of quarters, the values at the old vertices kept.
     CG with the diagonal gains a digit in two steps; the energies are of order one."""
     samples = np.random.default_rng(seed).uniform(0.2, 1, (7, 6))
@@ -57,8 +56,8 @@ def test_best_bubbles_against_a_direct_solver(seed, monkeypatch):
     ends, walls = fine.mesh.inlet | fine.mesh.outlet, fine.mesh.bottom | fine.mesh.top
     upper = best(fine.mesh, cube, p, ends, fine.mesh.inlet)
     lower = 1 / best(fine.mesh, 1 / g.prod(1), stream.psi, walls, fine.mesh.top)
-    monkeypatch.setattr(hierarchical, "_STEPS", 40)
-    assert coarse.corrected(pressure, stream) == pytest.approx((lower, upper), rel=1e-11, abs=0)
+    found = coarse.corrected(pressure, stream, Effort(steps=40))
+    assert found == pytest.approx((lower, upper), rel=1e-11, abs=0)
 
 
 def best(mesh, coefficient, coarse, given, value) -> float:
@@ -72,14 +71,13 @@ def best(mesh, coefficient, coarse, given, value) -> float:
 
 
 @pytest.mark.parametrize("contact", [0.0, 0.3])
-def test_every_step_lowers_the_energies(contact, monkeypatch):
+def test_every_step_lowers_the_energies(contact):
     """CG goes down from step to step; those that are taken must do nearly all there is to do."""
     problem = level_problem(represented(rough_gap((12, 12), contact, 8)), markings=[Random(2)] * 3)
     found = solved(problem)
     bounds = []
-    for steps in (0, 1, 2, 3, hierarchical._STEPS, 40):
-        monkeypatch.setattr(hierarchical, "_STEPS", steps)
-        bounds.append(problem.corrected(*found))
+    for steps in (0, 1, 2, 3, USUAL_EFFORT.steps, 40):
+        bounds.append(problem.corrected(*found, Effort(steps=steps)))
     lower, upper = np.transpose(bounds)
     assert (np.diff(lower) > 0).all()
     assert (np.diff(upper) < 0).all()
