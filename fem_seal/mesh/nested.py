@@ -12,13 +12,13 @@ follows from integer arithmetic, without a search.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from fem_seal.errors import NotConverged
-from fem_seal.mesh.edges import Edges, find_edges
+from fem_seal.mesh.edges import Edges
 from fem_seal.mesh.halvings import Halvings
+from fem_seal.mesh.mesh import Mesh
 
 DEPTH = 24  # bisection is possible down to 2^-24 pixels
 PIXEL = 1 << DEPTH
@@ -29,7 +29,7 @@ class TooFine(NotConverged):
 
 
 @dataclass(frozen=True, eq=False)
-class NestedMesh:
+class NestedMesh(Mesh):
     """A mesh of the nested family over a rectangle of (mx, my) pixels.
 
     Parameters
@@ -37,7 +37,8 @@ class NestedMesh:
     xy : (V, 2) int64
         Coordinates of the vertices in units of 2^-DEPTH pixels.
     cells : (C, 3) int32
-        Vertices of the triangles: the right angle first, then the ends of the hypotenuse.
+        Vertices of the triangles: the right angle first, then the ends of the hypotenuse; so that
+        the side opposite corner 0 is the hypotenuse.
     squares : (int, int)
         Number of pixels (mx, my) along each axis.
     twin : (V,) int32
@@ -52,11 +53,6 @@ class NestedMesh:
     squares: tuple[int, int]
     twin: np.ndarray
     carried_edges: Edges | None = None
-
-    @cached_property
-    def periodic(self) -> bool:
-        """Whether the sides y = 0 and y = my are the same line."""
-        return not np.array_equal(self.twin, np.arange(len(self.twin)))
 
     @property
     def extent(self) -> np.ndarray:
@@ -82,20 +78,6 @@ class NestedMesh:
     def top(self) -> np.ndarray:
         """(V,) bool, vertices at y = my."""
         return self.xy[:, 1] == self.squares[1] * PIXEL
-
-    def ends_of_sides(self) -> np.ndarray:
-        """(C, 3, 2) vertices at the ends of the sides opposite corners 0 (hypotenuse), 1 and 2."""
-        return self.cells[:, [[1, 2], [2, 0], [0, 1]]]
-
-    @cached_property
-    def numbered_edges(self) -> Edges:
-        """Edges; edges at y = my of periodic sides are those at y = 0, with the vertices there."""
-        return self.carried_edges or find_edges(self._ends_of_edges(), len(self.xy))
-
-    @property
-    def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (E, 2) of each edge, and the edges (C, 3) opposite the corners."""
-        return self.numbered_edges.ends, self.numbered_edges.of_cell
 
     def _ends_of_edges(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides; at y = my of periodic sides those of the twin at y = 0."""

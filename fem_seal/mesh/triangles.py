@@ -15,8 +15,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.mesh.edges import Edges, find_edges
+from fem_seal.mesh.edges import Edges
 from fem_seal.mesh.halvings import Halvings
+from fem_seal.mesh.mesh import Mesh
 from fem_seal.mesh.nested import TooFine
 
 # Labels of sides. BOTTOM and TOP are the two side walls (ψ = 0 and ψ = 1) of a shape whose inlet
@@ -28,7 +29,7 @@ NARROWEST = 2.0**-40  # shortest edge to halve over the largest coordinate, whic
 
 
 @dataclass(frozen=True, eq=False)
-class TriangleMesh:
+class TriangleMesh(Mesh):
     """A conforming mesh of triangles, counterclockwise.
 
     Parameters
@@ -52,11 +53,6 @@ class TriangleMesh:
     sides: np.ndarray
     twin: np.ndarray
     carried_edges: Edges | None = None
-
-    @cached_property
-    def periodic(self) -> bool:
-        """Whether the mesh was cut open, so that BOTTOM and TOP sides are the same line."""
-        return not np.array_equal(self.twin, np.arange(len(self.twin)))
 
     @cached_property
     def inlet(self) -> np.ndarray:
@@ -83,10 +79,6 @@ class TriangleMesh:
         on_side = np.zeros(len(self.xy), dtype=bool)
         on_side[self.side_ends(self.sides == label)] = True
         return on_side
-
-    def ends_of_sides(self) -> np.ndarray:
-        """(C, 3, 2) vertices at the ends of the sides opposite corners 0, 1 and 2."""
-        return self.cells[:, [[1, 2], [2, 0], [0, 1]]]
 
     def side_ends(self, selected: np.ndarray) -> np.ndarray:
         """(n, 2) vertices at the ends of the selected sides (C, 3) bool."""
@@ -120,16 +112,6 @@ class TriangleMesh:
     def sides_on_top(self) -> np.ndarray:
         """(C, 3) bool: sides on the TOP bank of a cut."""
         return (self.sides == TOP) & self.periodic
-
-    @cached_property
-    def numbered_edges(self) -> Edges:
-        """Edges; edges of the TOP bank of a cut are those of the BOTTOM bank, with its vertices."""
-        return self.carried_edges or find_edges(self._ends_of_edges(), len(self.xy))
-
-    @property
-    def edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (E, 2) of each edge, and the edges (C, 3) opposite the corners."""
-        return self.numbered_edges.ends, self.numbered_edges.of_cell
 
     def _ends_of_edges(self) -> np.ndarray:
         """(C, 3, 2) ends of the sides; on the TOP bank of a cut those of the twin."""
