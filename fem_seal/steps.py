@@ -238,8 +238,12 @@ def lifting_problem(
     def carried(film: GridFilm, leak: LeakRate) -> np.ndarray:
         if leak.field is None:
             from fem_seal.finite_difference.node_pressure import node_pressure
+            from fem_seal.finite_difference.slipping import film_without_slip
 
-            solved = node_pressure(film, drive.pressure_drop, flow.links)
+            whole = film
+            if scene.slip is not None:
+                whole = film_without_slip(film, scene.slip, flow.links)
+            solved = node_pressure(whole, drive.pressure_drop, flow.links)
         else:
             from fem_seal.coupling.fluid_pressure import on_sites
 
@@ -307,6 +311,7 @@ def _finite_differences(
             film,
             viscosity=scene.viscosity,
             pressure_drop=scene.drive.pressure_drop,
+            slip=scene.slip,
             links=flow.links,
         ),
         comm,

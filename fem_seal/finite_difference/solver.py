@@ -17,7 +17,9 @@ from fem_seal.film.law import film_conductivity
 from fem_seal.finite_difference.cascade import first_guess
 from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.relaxation import relax
+from fem_seal.finite_difference.slipping import film_without_slip
 from fem_seal.finite_difference.stencil import FlowGrid, flow_grid
+from fem_seal.fluid import Slip
 from fem_seal.leak_rate import LeakRate
 
 METHOD = "finite-difference"
@@ -30,6 +32,7 @@ def solve(
     *,
     viscosity: float,
     pressure_drop: float,
+    slip: Slip | None = None,
     links: str = "linear-gap",
     tol: float = 1e-8,
     cascade: bool = False,
@@ -43,7 +46,9 @@ def solve(
     viscosity : float
         η [Pa s], > 0.
     pressure_drop : float
-        Δp = p_in - p_out [Pa], > 0.
+        Δp = p_in - p_out [Pa], > 0; of a gas, that of the liquid that leaks as much without slip.
+    slip : Slip or None
+        Of a gas; None: it does not slip.
     links : str
         Mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear gap
         that varies along the flow only, "harmonic" for a stepwise one.
@@ -63,7 +68,7 @@ def solve(
     InvalidInput
         For values out of range, unknown links, or an argument that is no film on a grid.
     NotConverged
-        If the relaxation does not reach `tol`.
+        If the relaxation does not reach `tol`, or the iteration for slip does not settle.
 
     References
     ----------
@@ -77,6 +82,8 @@ def solve(
     if film.sealed:
         return LeakRate.sealed(METHOD)
     _check_flux(film.highest, viscosity, pressure_drop)
+    if slip is not None:
+        film = film_without_slip(film, slip, links)
     grid = flow_grid(film, viscosity, links)
     if not grid.carrying.any():
         return LeakRate(

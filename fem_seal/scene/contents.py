@@ -81,7 +81,7 @@ class Contents(Section):
     def slip(self) -> Slip | None:
         """Slip at the walls that the flow is computed with.
 
-        None for a liquid, without slip, and for finite differences, which do not compute it.
+        None for a liquid, and without slip.
         """
         return slip_of(present(self.fluid, "[fluid]"), self.flow)
 

@@ -102,7 +102,7 @@ def slip_of(fluid: Fluid, flow: "Flow") -> Slip | None:
     ContradictionError
         As of `drive`.
     """
-    if fluid.kind == "liquid" or fluid.slip is False or flow.method == "finite-difference":
+    if fluid.kind == "liquid" or fluid.slip is False:
         return None
     drive = _gas(fluid, flow)
     return drive.slip(fluid.viscosity, fluid.accommodation or 1.0, fluid.slip_law)

@@ -1,0 +1,63 @@
+"""A gas that slips, by finite differences: its conductivity at its own pressures.
+
+With w(p) = c(g_c p/B), g_c the gap of the critical constriction, and φ = ∫ w dp, the mass flux of a
+gas that slips is -(M/(R T)) κ ∇φ, κ = B g² c(g p/B)/(12 η w(p)). The pressure at each node gives κ,
+and the network with these κ the next pressure. Since κ depends little on the pressure where most
+of it falls off, few such steps suffice.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fem_seal.errors import NotConverged, present
+from fem_seal.film.grid_film import GridFilm
+from fem_seal.finite_difference.node_pressure import node_pressure
+from fem_seal.fluid import Slip
+from fem_seal.grid import GridField
+
+TOLERANCE = 1e-9  # of the pressures, relative to the inlet's
+
+
+def film_without_slip(
+    film: GridFilm, slip: Slip, links: str = "linear-gap", most_steps: int = 100
+) -> GridFilm:
+    """Film whose cubed gaps conduct as a gas that slips does, at the pressures of its nodes.
+
+    Parameters
+    ----------
+    film : GridFilm
+        Not sealed.
+    slip : Slip
+    links : str
+        Name of the rule, see `links.LINKS`.
+    most_steps : int
+        Largest number of steps.
+
+    Raises
+    ------
+    NotConverged
+        If the pressures still change after `most_steps` steps.
+    """
+    critical = present(film.constriction, "constriction").gap
+    p_out, p_in = slip.pressures
+    start, end = (slip.potential(p, critical) for p in (p_out, p_in))
+    # Without slip φ would fall by the mean pressure times the difference.
+    scale = slip.product * (end - start) / (slip.mean_pressure * (p_in - p_out))
+    gap, c = film.samples, slip.coefficient
+    pressure = np.full(gap.shape, slip.mean_pressure)
+    for _ in range(most_steps):
+        weight = c(critical * pressure / slip.product)
+        cubes = scale * gap**2 * c(gap * pressure / slip.product) / weight
+        # Inlet and outlet of a periodic film have the same gap, but not the same pressure.
+        whole = replace(film, field=GridField(np.cbrt(cubes), film.field.spacing))
+        part = node_pressure(whole, 1.0, links)
+        before = pressure
+        pressure = slip.pressure(start + (end - start) * np.nan_to_num(part), critical)
+        if np.abs(pressure - before).max() <= TOLERANCE * p_in:
+            return whole
+    raise NotConverged(
+        f"the pressure of the gas by finite differences changed by "
+        f"{np.abs(pressure - before).max() / p_in:.1e} of the inlet's in step {most_steps} of the "
+        "iteration for its slip; use finite elements, flow.method = 'adaptive'"
+    )

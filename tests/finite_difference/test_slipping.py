@@ -1,0 +1,66 @@
+"""Gases that slip, by finite differences: layers, the non-linear solution, and no convergence."""
+
+import numpy as np
+import pytest
+from nonlinear import in_series, mass_rate_of
+
+from fem_seal.errors import NotConverged
+from fem_seal.film import GridFilm
+from fem_seal.finite_difference import slipping, solve
+from fem_seal.fluid import Slip
+from fem_seal.grid import GridField
+from fem_seal.rarefied import LAWS
+
+laws = pytest.mark.parametrize("law", LAWS)
+
+
+def mass_rate(gap, slip, **options):
+    """Leak rate times 12 η R T/M, for square pixels."""
+    drop = slip.mean_pressure * (slip.inlet_pressure - slip.outlet_pressure)
+    film = GridFilm(GridField(gap, (1.0, 1.0), periodic=True), "periodic", "constant")
+    leak = solve(film, viscosity=1 / 12, pressure_drop=drop, slip=slip, **options)
+    assert leak.converged
+    return leak.value
+
+
+@laws
+@pytest.mark.parametrize("p_out", [0.0, 0.5])
+@pytest.mark.parametrize("B", [1e-3, 0.5, 1e4])
+def test_layers_in_series(law, p_out, B):
+    """κ at the centres of n pixels: the error falls as 1/n², from 1/16 of the difference of κ."""
+    slip = Slip(2.0, p_out, B, LAWS[law](1.0))
+    exact = in_series(slip, (0.2, 1.0), (0.5, 0.5))
+    for n, room in ((8, 0.03), (32, 0.004)):
+        gap = np.repeat(np.repeat([[0.2], [1.0]], n // 2, axis=0), n, axis=1)
+        assert mass_rate(gap, slip, links="harmonic") == pytest.approx(exact, rel=room)
+
+
+@laws
+def test_another_solver_of_the_nonlinear_problem(law):
+    """Newton's method on fluxes -𝒦 ∇p, walls at the sides: a mean of 𝒦 at two pressures differs
+    from that of κ by the square of the pressure step, less and less on finer grids."""
+    rng, slip = np.random.default_rng(3), Slip(2.0, 0.4, 1.0, LAWS[law](1.0))
+    coarse = rng.uniform(0.45, 1.0, (5, 4))
+
+    def mobility(g, p):
+        return slip.product * g**2 * slip.coefficient(g * p / slip.product)
+
+    differences = []
+    for parts in (2, 8):
+        gap = np.kron(coarse, np.ones((parts, parts)))
+        film = GridFilm(GridField(gap, (1.0, 1.0)), "wall", "constant")
+        drop = slip.mean_pressure * (slip.inlet_pressure - slip.outlet_pressure)
+        leak = solve(film, viscosity=1 / 12, pressure_drop=drop, slip=slip, links="harmonic")
+        reference = mass_rate_of(mobility, coarse, 2.0, 0.4, parts)
+        differences.append(abs(leak.value / reference - 1))
+    assert differences[1] < 3e-3
+    assert differences[1] < differences[0] / 3
+
+
+def test_pressures_that_do_not_settle():
+    """Few steps are too few: the message names the change and a way out."""
+    slip = Slip(2.0, 0.0, 1.0)
+    gap = np.repeat([[0.2], [1.0]], 2, axis=0) * np.ones(4)
+    film = GridFilm(GridField(gap, (1.0, 1.0)), "wall", "constant")
+    with pytest.raises(NotConverged, match=r"changed by .* of the inlet's in step 2 of the iter"):
+        slipping.film_without_slip(film, slip, most_steps=2)
