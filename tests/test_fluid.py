@@ -189,6 +189,22 @@ def test_kinetic_slip(gap_scene, height, p_out):
             assert decision == decided
 
 
+@pytest.mark.parametrize(("p_in", "warns"), [(2e3, False), (2e2, True)])
+def test_molecules_that_fly_past_the_film(gap_scene, p_in, warns):
+    """Air at 1 kPa has a mean free path of 6.7 um, at 100 Pa 67 um; the channel is 16 um wide."""
+    flow = {"inlet_pressure": p_in, "outlet_pressure": 0.0}
+    fluid = SLIPPING | {"slip": "kinetic"}
+    gap = np.full((9, 9), 1e-7)
+    result = summarise(Patch(Scene.from_mapping(gap_scene(gap, fluid, flow))))
+    entry = next(entry for entry in result.error_budget if entry.name == "slip")
+    assert entry.caution is warns
+    assert ("longer than the film" in entry.sentence) is warns
+    # Of a logarithm of about 9 no more than that of 67/16 is lost.
+    assert (entry.lower < 0.95) is warns
+    assert entry.lower > 0.7
+    assert entry.upper < 1.04
+
+
 def test_kinetic_slip_of_mirrors(gap_scene):
     """Below an accommodation of 0.1 the table would need more digits than it has."""
     fluid = SLIPPING | {"slip": "kinetic", "accommodation": 0.05}

@@ -1,8 +1,11 @@
 """Error budget: slip of a gas at the walls."""
 
+import numpy as np
+
 from fem_seal.digits import with_prefix
 from fem_seal.errors import present
-from fem_seal.fluid import GasDrive
+from fem_seal.film import GridFilm
+from fem_seal.fluid import GasDrive, Slip
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import SLIP_INTERVAL, Uncertainty, parts_of_bounds
@@ -48,8 +51,7 @@ def slip(patch: Patch) -> Uncertainty | None:
         return _without_slip(patch, knudsen)
     if law.coefficient is FIRST_ORDER:
         return _first_order(knudsen)
-    critical = present(patch.film.constriction, "constriction").gap
-    return _kinetic(knudsen, 1 - 1 / law.mean_gain(critical))
+    return _kinetic(patch, law, knudsen)
 
 
 def slip_interval(patch: Patch) -> Uncertainty | None:
@@ -82,15 +84,34 @@ def _first_order(knudsen: float) -> Uncertainty:
     return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
 
 
-def _kinetic(knudsen: float, added: float) -> Uncertainty:
-    """Entry of the kinetic law, `added` the part of the flow at the tightest place due to slip."""
+def _kinetic(patch: Patch, law: Slip, knudsen: float) -> Uncertainty:
+    """Entry of the kinetic law: its model of the gas, and molecules that fly past the film."""
+    critical = present(patch.film.constriction, "constriction").gap
+    error = KINETIC_ERROR * (1 - 1 / law.mean_gain(critical))
     sentence = (
         "slip of the gas at the walls is that of the linearised BGK equation, and other models of "
         f"the gas differ from it by up to {100 * KINETIC_ERROR:.2g} % of what slip adds; Knudsen "
         f"number {knudsen:.2g} at the tightest place"
     )
-    error = KINETIC_ERROR * added
-    return Uncertainty("slip", "estimated", sentence, 1 / (1 + error), 1 + error)
+    path, length = knudsen * critical, _length(patch)
+    if path <= length:
+        return Uncertainty("slip", "estimated", sentence, 1 / (1 + error), 1 + error)
+    # A path no longer than the film is that of a gas at a higher pressure.
+    t = critical * law.mean_pressure / law.product
+    shorter = float(law.coefficient(t * path / length) / law.coefficient(t))
+    sentence += (
+        f"; the mean free path {with_prefix(path, 'm')} is longer than the film, so that molecules "
+        "which fly along the gap carry less than between endless walls"
+    )
+    lower = min(shorter, 1.0) / (1 + error)
+    return Uncertainty("slip", "estimated", sentence, lower, 1 + error, caution=True)
+
+
+def _length(patch: Patch) -> float:
+    """Longest extent of the film [m]."""
+    if isinstance(patch.film, GridFilm):
+        return max(patch.film.size)
+    return float(np.ptp(patch.film.mesh.xy, axis=0).max())
 
 
 def _without_slip(patch: Patch, knudsen: float) -> Uncertainty:

@@ -82,7 +82,7 @@ def test_gaps_beyond_double_precision(size, solver, show):
 
 
 @pytest.mark.parametrize("law", ["first-order", "kinetic"])
-@pytest.mark.parametrize("p_out", [0.0, 0.5, 0.999], ids="p_out/p_in {:g}".format)
+@pytest.mark.parametrize("p_out", [0.0, 0.999], ids=["into vacuum", "p_out near p_in"])
 @pytest.mark.parametrize("knudsen", [1e-6, 1e-3, 1.0, 1e3, 1e6], ids=lambda kn: f"Kn {kn:g}")
 def test_knudsen_numbers(knudsen, p_out, law, show):
     """Knudsen numbers of the critical constriction from 1e-6 to 1e6, layers across the flow."""
@@ -95,8 +95,8 @@ def test_knudsen_numbers(knudsen, p_out, law, show):
     exact = in_series(slip, (1.0, 0.3), (0.5, 0.5))
     assert leak.lower * (1 - ROUNDING) <= exact <= leak.upper * (1 + ROUNDING)
     assert leak.converged
-    width = max(leak.upper / exact - 1, 1 - leak.lower / exact)
-    show("right", f"the closed form lies inside the bounds, ±{100 * width:.2g} % wide")
+    assert leak.upper / leak.lower < 1.1
+    show("right", "the closed form lies inside the bounds, at most ±5 % wide")
 
 
 # --- contrast ------------------------------------------------------------------------------------
