@@ -105,7 +105,7 @@ def test_mpirun_as_the_readme_says(folder):
     programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     status, out, error = outcome(shlex.split(line), PATH=programs)
     assert status == 0
-    # Open MPI 5 complains where the network's interfaces do not reach each other; it needs none here.
+    # Open MPI 5 complains where network interfaces do not reach each other; it needs none here.
     assert [line for line in error.splitlines() if "mca_btl_tcp_proc" not in line] == []
     # A uniform gap: Q = w g³ Δp / (12 η L), on a square of 1e5 Pa and 1 mPa s.
     [rate] = re.findall(r"leak rate +(\S+) m", out)
