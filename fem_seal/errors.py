@@ -1,5 +1,6 @@
 """The errors that users see. A message names the field, its value, the allowed ones, the remedy."""
 
+from collections.abc import Sequence
 from typing import TypeVar
 
 Value = TypeVar("Value")
@@ -30,11 +31,41 @@ class FemSealError(Exception):
         half = LONGEST_MESSAGE // 2
         return f"{text[:half]} … {text[-half:]}"
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The message in lines for a terminal."""
+        return (str(self),)
+
 
 class InvalidInput(FemSealError):
     """The scene, a file or an argument is invalid (exit status 2)."""
 
     exit_status = 2
+
+
+class InvalidScene(InvalidInput):
+    """A scene has errors (exit status 2).
+
+    Parameters
+    ----------
+    source : str
+        Its file; empty for a scene that is none.
+    errors : sequence of str
+        One sentence each, at least one.
+    """
+
+    def __init__(self, source: str, errors: Sequence[str]) -> None:
+        self.source, self.errors = source, tuple(errors)
+        words = errors[0] if len(errors) == 1 else f"{len(errors)} errors: {'; '.join(errors)}"
+        super().__init__(": ".join(filter(None, (source, words))))
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """A line for each error, if there are several."""
+        if len(self.errors) == 1:
+            return super().lines
+        head = f"{self.source or 'the scene'} has {len(self.errors)} errors:"
+        return (head, *(f"  {InvalidInput(error)}" for error in self.errors))
 
 
 class MissingPackage(InvalidInput):

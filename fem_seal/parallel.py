@@ -3,7 +3,7 @@
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from importlib.util import find_spec
 from types import TracebackType
@@ -141,23 +141,26 @@ def abort_together() -> None:
     sys.excepthook = hook
 
 
-def fail(message: str, status: int) -> int:
+def fail(message: str, status: int, more: Sequence[str] = ()) -> int:
     """Print an error message once and end all processes with an exit status.
 
     Parameters
     ----------
     message : str
     status : int
+    more : sequence of str
+        Further lines of the message.
 
     Returns
     -------
     int, the status, if there is one process; several are ended here.
     """
     # The name of a file in the message may contain line breaks or control characters.
-    message = printable(" ".join(message.splitlines()))
+    lines = (printable(" ".join(line.splitlines())) for line in (message, *more))
+    message = "\n".join(lines)
     world = _world()
     if world is None:
-        print(message, file=sys.stderr)  # noqa: T201 (the one line of a failed command)
+        print(message, file=sys.stderr)  # noqa: T201 (the words of a failed command)
         return status
     _fail_together(world, message, status)
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
+_WORD = re.compile(r"[^\W\d_]+")
 # Example of a quantity of each SI unit, for messages.
 _EXAMPLES = {"m": "5 um", "Pa": "2 MPa", "Pa s": "1 mPa s", "s": "10 min", "byte": "2 GB"}
 _EXAMPLES |= {"K": "20 degC", "kg/mol": "29 g/mol", "rad": "90 deg"}
@@ -68,6 +69,26 @@ def to_si(value: object, unit: str) -> float:
     return _convert(number, text, unit, expected)
 
 
+def _parsed(text: str) -> "pint.Unit":
+    """A unit by pint, which would read "MPas" as the plural of MPa.
+
+    Raises
+    ------
+    ValueError
+        If a word is a symbol with an s behind it.
+    pint.PintError and others
+        If pint does not know the unit.
+    """
+    registry = _registry()
+    unit = registry.parse_units(text)
+    for word in _WORD.findall(text):
+        for _, name, _ in registry.parse_unit_name(word) if word.endswith("s") else ():
+            symbol = registry.get_symbol(name)
+            if symbol != name and len(word) > 1 and word[:-1].endswith(symbol):
+                raise ValueError(word)
+    return unit
+
+
 def _convert(number: str, text: str, unit: str, expected: str) -> float:
     """Number with the unit `text` in an SI unit; the ValueError ends with the expected form."""
     from decimal import Decimal
@@ -78,7 +99,7 @@ def _convert(number: str, text: str, unit: str, expected: str) -> float:
     registry = _registry()
     try:
         # parse_units accepts names and powers only; parse_expression reads "5,0 um" as 50 um.
-        quantity = registry.Quantity(Decimal(number), registry.parse_units(text))
+        quantity = registry.Quantity(Decimal(number), _parsed(text))
         return float(quantity.m_as(unit.replace(" ", "*")))
     except pint.DimensionalityError:
         raise ValueError(f"is not in a unit of {unit}; {expected}") from None
@@ -123,7 +144,7 @@ class RateUnit:
         if not isinstance(text, str) or text.strip()[:1].isdigit():
             raise ValueError(_RATE_EXPECTED)
         try:
-            unit = _registry().parse_units(text)
+            unit = _parsed(text)
         except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError):
             raise ValueError(f"has an unknown unit; it {_RATE_EXPECTED}") from None
         for kind, si in RATES.items():

@@ -13,6 +13,7 @@ import contextlib
 import io
 import json
 import os
+import re
 import sys
 import tempfile
 import time
@@ -235,6 +236,75 @@ def heights(folder, draw):
     return ["run", "scene.toml", "--out", "out"]
 
 
+# A word of a text file becomes one of these.
+ODD_WORDS = [
+    *("", "nan", "inf", "-inf", "***", "BAD", "1e999", "1e-320", "-9999", "1e308", "1_0", "0x1F"),
+    *(
+        "1,5",
+        "1.5",
+        ";",
+        ",",
+        "\t",
+        "\n",
+        "\r",
+        "#",
+        "%",
+        '"',
+        "µm",
+        "nm",
+        "um",
+        "kg",
+        "0",
+        "-1",
+        "\x00",
+    ),
+    *(
+        "Width:",
+        "x-step",
+        "ncols",
+        "NODATA_value 0",
+        "z-unit: um",
+        "x [um]",
+        "\x1b[2J",
+        "\ufeff",
+        "é",
+    ),
+]
+word_edits = st.lists(st.tuples(position, st.sampled_from(ODD_WORDS)), max_size=2)
+
+
+def _texts():
+    """Texts of a map, of points and of profiles as instruments write them."""
+    gap = _gap() * 1e6
+    rows = "\n".join(" ".join(f"{z:.4f}" for z in row) for row in gap)
+    commas = rows.replace(".", ",").replace(" ", ";")
+    points = "\n".join(f"{i} {j} {z:.4f}" for (i, j), z in np.ndenumerate(gap))
+    profile = "\n".join(f"{0.5 * k} {z:.4f}" for k, z in enumerate(np.tile(gap.ravel(), 3)))
+    return [
+        rows,
+        f"# Width: 4 um\n# Height: 6 um\n# Value units: um\n{rows}\n",
+        f"x-step [um];1,0\ny-step [um];1,0\nz-unit;um\n\n{commas}\n",
+        f"ncols 4\nnrows 6\ncellsize 1\nNODATA_value -9999\nunit um\n{rows}\n",
+        f"x [um]  y [um]  z [um]\n{points}\n",
+        f"x [um]  z [um]\n{profile}\n",
+    ]
+
+
+def text_file(folder, draw):
+    """A text of heights with odd words and broken bytes, looked at or made a scene of."""
+    words = re.split(r"(\s+|[;:,#]+)", draw(st.sampled_from(_texts())))
+    for place, word in draw(word_edits):
+        words[place % len(words)] = word
+    encoding = draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le"]))
+    data = "".join(words).encode(encoding)
+    if draw(st.integers(0, 2)) == 0:
+        data = broken_bytes(data, draw(byte_edits))
+    (folder / "a.txt").write_bytes(data)
+    stated = ["--length-unit", "um", "--size", "6 um,4 um"] if draw(st.booleans()) else []
+    new, look = ["new", "a.txt", "--out", "out/a.toml"], ["surface", "a.txt", "--csv", "out/a.csv"]
+    return [*draw(st.sampled_from([new, look])), *stated]
+
+
 @cache
 def _whole_meshes():
     """Content of whole mesh files by name, the last of which only gmsh can read."""
@@ -308,6 +378,7 @@ KINDS = {
     "scenes": scene,
     "gaps": gap_file,
     "heights": heights,
+    "texts": text_file,
     "meshes": mesh_file,
     "results": result,
 }
@@ -345,7 +416,10 @@ def check(kind, draw):
         after = outside(Path(name))
         said = errors.getvalue()
         assert status in STATUSES, (status, said)
-        assert said.count("\n") == (status != 0), said
+        # One line, or one for each error of a scene below it.
+        lines = said.splitlines()
+        assert bool(lines) == (status != 0), said
+        assert all(line.startswith("  ") for line in lines[1:]), said
         assert "Traceback" not in said
         assert (said + output.getvalue()).replace("\n", "").isprintable(), said
         changed = {path for path in {*before, *after} if before.get(path) != after.get(path)}

@@ -560,3 +560,29 @@ def test_reader_of_the_output_may_go(wedge, unbuffered):
     running.stdout.close()
     assert running.stderr.read() == ""
     assert running.wait() == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["rn", "a.toml"], "fem-seal: 'rn' is not a command; did you mean run?"),
+        (["frobnicate"], "'frobnicate' is not a command; choose from new, run, leak"),
+        (["run", "a.toml", "--ouut", "b"], "run: --ouut is no option; did you mean --out?"),
+        (["run", "a.toml", "--over"], "--over is no option; did you mean --overwrite?"),
+        (["leak", "a.npz", "--visc=1"], "--visc is no option; did you mean --viscosity?"),
+        (["study", "exakt"], "'exakt' is not a command; did you mean exact?"),
+    ],
+)
+def test_unknown_commands_and_options(arguments, words, capsys):
+    """The nearest name is suggested, and no abbreviation is taken for one."""
+    assert run(*arguments) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_errors_of_a_scene_have_a_line_each(small_scene, tmp_path, capsys):
+    small_scene["surface"] |= {"shape": [32, 0], "hrust": 1}
+    assert run("run", write_toml(tmp_path / "a.toml", small_scene)) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 3
+    assert lines[0].endswith("a.toml has 2 errors:")
+    assert all(line.startswith("  surface.") for line in lines[1:])

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from fem_seal.contact import METHODS
 from fem_seal.contact.halfspace import BASES, PRECISIONS
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.patch import Patch
 from fem_seal.scene import Contact, Flow, Scene, SelfAffineSurface, Solid
@@ -58,6 +58,47 @@ def test_pound_per_square_inch():
 def test_what_is_no_length(value):
     with pytest.raises(ValueError, match="5 um"):
         to_si(value, "m")
+
+
+@pytest.mark.parametrize(("text", "unit"), [("0.15 MPas", "Pa"), ("1 mPas", "Pa s"), ("3 ss", "s")])
+def test_symbols_have_no_plural(text, unit):
+    """MPas could be MPa or MPa s; names have one."""
+    with pytest.raises(ValueError, match="has an unknown unit"):
+        to_si(text, unit)
+    assert to_si("2 pascals", "Pa") == 2
+    assert to_si("2 hours", "s") == 7200
+    assert to_si("3 inches", "m") == 0.0762
+
+
+def test_all_errors_at_once(small_scene):
+    """A line each, misspelt keys first; of one section as of several."""
+    small_scene["surface"] |= {"hrust": 0.8, "shape": [32, 0]}
+    small_scene["contact"] = {"pressure": "1 MPas"}
+    with pytest.raises(InvalidScene) as caught:
+        Scene.from_mapping(small_scene, source="a.toml")
+    head, *lines = caught.value.lines
+    assert head == "a.toml has 3 errors:"
+    for line, words in zip(lines, ("hrust is not", "shape[1] = 0 should", "MPas"), strict=True):
+        assert line.startswith("  ")
+        assert words in line
+
+
+def test_contradictions_of_several_sections(small_scene):
+    small_scene["limit"] = {"leak_rate": "1 g/h"}
+    small_scene["flow"] |= {"method": "finite-difference"}
+    small_scene["output"] = {"products": ["leak_rate", "mesh"]}
+    del small_scene["solid"]
+    with pytest.raises(InvalidScene) as caught:
+        Scene.from_mapping(small_scene)
+    assert len(caught.value.errors) == 3
+    assert caught.value.lines[0] == "the scene has 3 errors:"
+
+
+def test_one_error_is_one_line(small_scene):
+    small_scene["surface"]["shape"] = [32, 0]
+    with pytest.raises(InvalidScene, match=r"^surface.shape\[1\] = 0 should be") as caught:
+        Scene.from_mapping(small_scene)
+    assert caught.value.lines == (str(caught.value),)
 
 
 def test_scene_is_in_si_units(small_scene):

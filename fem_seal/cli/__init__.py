@@ -9,8 +9,10 @@ with ended_silently():
     import argparse
     import os
     import sys
+    from collections.abc import Iterable, Sequence
+    from difflib import get_close_matches
     from io import TextIOWrapper
-    from typing import NoReturn, TextIO
+    from typing import Any, NoReturn, TextIO
 
     from fem_seal import __version__, parallel
     from fem_seal.cli import (
@@ -39,7 +41,36 @@ INTERRUPTED = 130
 
 
 class _Parser(argparse.ArgumentParser):
-    """Parser that prints one line for a wrong command line, as for any other bad input."""
+    """Parser without abbreviations that prints one line for a wrong command line.
+
+    The line names the command or option that comes nearest to an unknown one.
+    """
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{"allow_abbrev": False, **settings})
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse; an unknown option is an error of the command that it stands behind."""
+        known, others = super().parse_known_args(args, namespace)
+        for word in others:
+            if word.startswith("-"):
+                name = word.partition("=")[0]
+                self.error(f"{name} is no option{self._nearest(name, self._option_string_actions)}")
+        return known, others
+
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        if action.choices is not None and value not in action.choices:
+            names = list(map(str, action.choices))
+            what = "a command" if isinstance(action, argparse._SubParsersAction) else action.metavar
+            nearest = self._nearest(str(value), names) or f"; choose from {', '.join(names)}"
+            self.error(f"{str(value)!r} is not {what or 'a choice'}{nearest}")
+
+    @staticmethod
+    def _nearest(name: str, names: Iterable[str]) -> str:
+        near = get_close_matches(name, list(names), n=1)
+        return f"; did you mean {near[0]}?" if near else ""
 
     def error(self, message: str) -> NoReturn:
         text = printable(" ".join(message.splitlines()))
@@ -82,7 +113,8 @@ def main(arguments: list[str] | None = None) -> int:
             sys.stdout.flush()
             return status
     except FemSealError as error:
-        return parallel.fail(f"fem-seal: {error}", error.exit_status)
+        first, *more = error.lines
+        return parallel.fail(f"fem-seal: {first}", error.exit_status, more)
     except MemoryError as error:
         message = f"not enough memory for this size ({error}); choose a smaller one"
         return parallel.fail(f"fem-seal: {message}", InvalidInput.exit_status)

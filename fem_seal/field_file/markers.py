@@ -55,7 +55,7 @@ def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
         spread = others.max() / 2 - others.min() / 2
         customary = np.isclose(abs(extreme), CUSTOMARY, rtol=SAME, atol=0).any()
         recurs = 1 < count < known.size / 2 and spread > 0
-        if (recurs and distance > FAR * spread) or (customary and distance > spread):
+        if (recurs and distance / FAR > spread) or (customary and distance > spread):
             return float(extreme), int(count)
     return None
 

@@ -7,6 +7,7 @@ titles of columns, `x [mm]; y [mm]; z [µm]`. Words that are not in the tables b
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.length_units import length_in_metres
@@ -169,8 +170,10 @@ def _put(
 
 def _quantities(value: str, unit: str | None) -> Iterator[tuple[float, str | None]]:
     """Numbers of a value with their units, else with that of the key."""
-    for number, name in _QUANTITY.findall(value):
-        yield float(number.replace(",", ".").rstrip(".") or 0), _length_unit(name) or unit
+    for text, name in _QUANTITY.findall(value):
+        number = float(text.replace(",", ".").rstrip("."))
+        if isfinite(number):
+            yield number, _length_unit(name) or unit
 
 
 def _length_unit(name: str) -> str | None:

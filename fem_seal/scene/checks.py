@@ -1,4 +1,4 @@
-"""Checks across the sections of a scene; each raises ContradictionError."""
+"""Checks across the sections of a scene; each raises ContradictionError, `check` one for all."""
 
 from fem_seal.fluid import Drive
 from fem_seal.scene.contents import Contents
@@ -12,22 +12,57 @@ MOST = 1e100  # largest limit [m³/s]; finite in any unit
 
 
 def check(scene: Contents) -> None:
-    """Run all checks, in the order in which a user should see the errors."""
+    """Run all checks, in the order in which a user should see the errors.
+
+    Raises
+    ------
+    ContradictionError
+        With a message of each check that fails.
+    """
+    messages: list[str] = []
+    for each in (
+        check_origin,
+        check_load,
+        check_seal,
+        check_accuracy,
+        check_drive,
+        check_lift_and_ambient,
+        check_tensor,
+        check_mesh,
+    ):
+        try:
+            each(scene)
+        except ContradictionError as error:
+            messages += [text for text in error.args if text not in messages]
+    if messages:
+        raise ContradictionError(*messages)
+
+
+def check_origin(scene: Contents) -> None:
+    """Refuse a gap that the scene defines twice, or not at all."""
     if check_shape(scene):
         check_gap(scene)
-    check_load(scene)
-    check_seal(scene)
-    check_accuracy(scene)
-    if scene.needs_rates:
-        if scene.fluid is None:
-            raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
+
+
+def check_drive(scene: Contents) -> None:
+    """Refuse pressures, units and limits that do not fit the fluid or the products."""
+    if not scene.needs_rates:
+        refuse_rates(scene)
+    elif scene.fluid is None:
+        raise ContradictionError("[fluid] is missing: a leak rate needs fluid.viscosity")
+    else:
         check_rates(scene, scene.drive)
+
+
+def check_lift_and_ambient(scene: Contents) -> None:
+    """Refuse a lift, or an ambient pressure, that does not fit the contact."""
+    if scene.needs_rates and scene.fluid is not None:
         check_ambient(scene)
         check_lift(scene)
-    else:
-        refuse_rates(scene)
-    if "conductivity_tensor" in scene.output.products:
-        check_tensor(scene)
+
+
+def check_mesh(scene: Contents) -> None:
+    """Refuse the product "mesh" of a method that has none."""
     if "mesh" in scene.output.products and scene.flow.method == "finite-difference":
         raise ContradictionError(
             "output.products names 'mesh', but flow.method = 'finite-difference' has none; "
@@ -320,6 +355,8 @@ _PRESSURES = "inlet_pressure", "outlet_pressure"
 
 def check_tensor(scene: Contents) -> None:
     """Refuse a conductivity tensor for which the scene lacks a fluid or the method."""
+    if "conductivity_tensor" not in scene.output.products:
+        return
     if scene.fluid is None:
         raise ContradictionError(
             "[fluid] is missing: a conductivity tensor needs fluid.viscosity"

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class ContradictionError(ValueError):
-    """Fields or sections contradict each other; the message names them."""
+    """Fields or sections contradict each other; each message names some."""
 
 
 # Sections with several kinds: pydantic puts the kind into the path of the error.
@@ -19,13 +19,23 @@ _KINDS = {"self-affine", "file", "profiles"}
 _KINDS |= {"rectangle", "strip", "face-seal", "sector", "plate-with-holes"}
 
 
-def explain(error: ValidationError, root: type[BaseModel]) -> str:
-    """Sentence on the first error, unknown keys first: a misspelt key is also a missing one."""
+def explain(error: ValidationError, root: type[BaseModel]) -> list[str]:
+    """Sentence on each error, unknown keys first: a misspelt key is also a missing one."""
     errors = error.errors(include_url=False)
-    unknown = [e for e in errors if e["type"] == "extra_forbidden"]
-    first = (unknown or errors)[0]
-    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    return _sentence(first, root) + more
+    # A list whose entries are refused is also too short.
+    lists = {each["loc"][:-1] for each in errors}
+    errors = [each for each in errors if each["type"] != "too_short" or each["loc"] not in lists]
+    errors.sort(key=lambda each: each["type"] != "extra_forbidden")
+    return [sentence for each in errors for sentence in _sentences(each, root)]
+
+
+def _sentences(error: "ErrorDetails", root: type[BaseModel]) -> list[str]:
+    """One sentence, but for contradictions, which may be several."""
+    reason = error.get("ctx", {}).get("error")
+    if isinstance(reason, ContradictionError):
+        where = _path(error["loc"])
+        return [f"{where}: {text}" if where else text for text in reason.args]
+    return [_sentence(error, root)]
 
 
 def _sentence(error: "ErrorDetails", root: type[BaseModel]) -> str:
@@ -46,9 +56,6 @@ def _sentence(error: "ErrorDetails", root: type[BaseModel]) -> str:
             return f"{where} = {given!r} is not allowed; choose from {error['ctx']['expected']}"
         case "model_type" | "model_attributes_type":
             return f"{where} = {given!r} should be a table of keys, [{where}]"
-        case "value_error" if isinstance(error["ctx"]["error"], ContradictionError):
-            text = str(error["ctx"]["error"])
-            return f"{where}: {text}" if where else text
         case "value_error":
             return f"{where} = {given!r} {error['ctx']['error']}"
     text = error["msg"].removeprefix("Input ").replace("Tuple should", "should")

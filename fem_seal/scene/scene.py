@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError, model_validator
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.scene.checks import check
 from fem_seal.scene.contents import Contents
 from fem_seal.scene.files import override, read_toml
@@ -34,7 +34,7 @@ class Scene(Contents):
         Raises
         ------
         InvalidInput
-            One sentence that names the file, the field, its value and what is allowed.
+            A sentence for each error: the field, its value and what is allowed.
         """
         path = Path(path)
         data = read_toml(path)
@@ -57,7 +57,7 @@ class Scene(Contents):
         try:
             return cls.model_validate(dict(data), context={"folder": folder or Path()})
         except ValidationError as error:
-            raise InvalidInput(": ".join(filter(None, (source, explain(error, cls))))) from None
+            raise InvalidScene(source, explain(error, cls)) from None
         except UnicodeEncodeError as error:
             text = f"{error.object!r} is not UTF-8 text; result.json could not hold it"
             raise InvalidInput(": ".join(filter(None, (source, text)))) from None
