@@ -40,6 +40,13 @@ def test_example_prints_what_the_readme_says():
     assert_same_leak_rate(numbers(last), numbers(said.splitlines()[-1]))
 
 
+def test_pictures_of_the_readme_load_at_once():
+    """200 kB each at most."""
+    pictures = re.findall(r"!\[[^]]*\]\((.*?)\)", README)
+    assert pictures
+    assert max((ROOT / picture).stat().st_size for picture in pictures) < 200_000
+
+
 def test_first_command_prints_what_the_readme_says(tmp_path):
     """What `make demo` prints, but for its cost and without its pictures."""
     first = ROOT / "demos" / "scenes" / "first.toml"
