@@ -25,6 +25,11 @@ PRESSURE_DROP = 1e5  # [Pa]
 CONTACT_TOLERANCE = 1e-6
 
 
+# Largest ratio of two areas of which the second contact starts from the first. The areas of Fig. 3
+# on 512² take 622 pairs of transforms so, 726 without warm starts, 698 with all of them.
+NEAR = 1.2
+
+
 @dataclass(frozen=True)
 class RoughCase:
     """An ensemble of self-affine surfaces on n x n samples.
@@ -163,8 +168,8 @@ def at_area(
 class PressedSurface:
     """A surface under one model, pressed to one area after the other.
 
-    Each elastic contact starts from what the last two foretell, which saves a quarter of the work
-    over the areas of Fig. 3. The area is reached within the same tolerance from any start.
+    An elastic contact whose area is near the last one starts from what the last two foretell. The
+    area is reached within the same tolerance from any start.
 
     Parameters
     ----------
@@ -182,7 +187,7 @@ class PressedSurface:
         from fem_seal.contact.load_path import Predictor
 
         self.case, self.model, self.seed, self.threads = case, model, seed, threads
-        self._predictor = Predictor()
+        self._predictor, self._last = Predictor(), 0.0
 
     @cached_property
     def surface(self) -> GridField:
@@ -195,10 +200,12 @@ class PressedSurface:
         from fem_seal.contact.state import ContactState
 
         load = Load("area_fraction", area_fraction)
-        start = self._predictor.start(load)
+        near = self._last < area_fraction <= NEAR * self._last
+        start = self._predictor.start(load) if near else None
         state = at_area(self.surface, self.model, area_fraction, self.threads, start)
         if isinstance(state, ContactState) and area_fraction > 0:
             self._predictor.remember(load, state)
+            self._last = area_fraction
         return state
 
 
