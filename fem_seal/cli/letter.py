@@ -144,8 +144,13 @@ def summary(result: "Letter") -> list[str]:
     lines += [
         f"flow density at A/A0 = 0.2, bearing over elastic: 10^{ratios['total']:.2f} in total, "
         f"10^{ratios['body']:.2f} in the 99.9 % quantile, 10^{ratios['peak']:.2f} at the peak",
-        f"currents over {agreement.decades:.1f} decades; finite differences within both bands at "
-        f"{agreement.bands_overlap} of {agreement.compared} points",
+        f"currents over {agreement.decades:.1f} decades"
+        + (
+            f"; finite differences within both bands at {agreement.bands_overlap} of "
+            f"{agreement.compared} points"
+            if agreement.compared
+            else ""
+        ),
         f"up to 0.8 A*: Bruggeman within a factor {agreement.bruggeman_bearing:.2f} (bearing), "
         f"modified within {agreement.modified_elastic:.2f} with A* = 0.42 and "
         f"{agreement.modified_measured_elastic:.2f} with A* measured (elastic)",
