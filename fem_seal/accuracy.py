@@ -169,8 +169,8 @@ def chosen_grid(
         lifted=solved.lifted,
         leak_rate=leak,
         rtol=rtol,
-        contact_error=_relative(part),
-        flow_error=_relative(flow_part(leak)),
+        contact_error=relative_error(part),
+        flow_error=relative_error(flow_part(leak)),
         trials=tuple(trials),
     )
 
@@ -274,12 +274,13 @@ def _change(before: float, after: float) -> float:
     return abs(log(after / before)) if before > 0 and after > 0 else inf
 
 
-def _relative(part: float) -> float:
+def relative_error(part: float) -> float:
+    """Relative error of |ln| of a ratio of leak rates; infinite beyond double precision."""
     return expm1(part) if part < 700 else inf
 
 
 def _missed(total: float, part: float, finest: tuple[int, int]) -> str:
-    told = f"about {100 * _relative(part):.2g} %" if part < inf else "not known"
+    told = f"about {100 * relative_error(part):.2g} %" if part < inf else "not known"
     return (
         f"the contact grid's part of the error is {told} on {finest[0]} x {finest[1]}, the finest "
         f"that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"

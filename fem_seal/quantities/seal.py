@@ -1,6 +1,8 @@
 """Uncertainties and verdict of a whole seal."""
 
-from math import exp, log
+from math import ceil, exp, log
+
+import numpy as np
 
 from fem_seal.digits import with_prefix
 from fem_seal.errors import present
@@ -18,7 +20,15 @@ from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.of_patch import shown_in
 from fem_seal.quantities.verdict import Verdict, verdict
 from fem_seal.scene import SelfAffineSurface
+from fem_seal.surface import map_spectrum
+from fem_seal.upscaling.network import LEAST_LEAKING, may_conduct, patches_for
 from fem_seal.upscaling.seal import SealLeak
+
+# Longest wavelength over the leak path above which, and of the patch over the longest wavelength
+# below which, the user is warned.
+APART, WAVES = 0.1, 4.0
+LONGER = 0.1  # of the mean square height, in waves longer than the longest one that counts
+NARROW = 2.0  # upper over lower end of an interval that is narrow enough
 
 WISH = (
     "more realizations (seal.patches), a smaller seal.rtol with a smaller flow.rtol, or larger "
@@ -52,18 +62,15 @@ def seal_verdict(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> Verdict:
 
 def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
     """List the uncertainties of the leak rate of a seal."""
+    wavelength = longest_wavelength(patch)
     entries = (
         _flow_and_loads(patch, seal),
         _patches(seal),
-        _scales(patch),
+        _contact_grid(seal),
+        _scales(seal, wavelength),
         _network(seal),
-        _size(patch),
+        _size(patch, wavelength),
         isotropy(patch),
-        Uncertainty(
-            CONTACT_GRID,
-            "not covered",
-            "what a finer grid of the contact would change was not computed",
-        ),
         _slip(patch, seal),
         Uncertainty(
             "model",
@@ -79,9 +86,9 @@ def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
     layer = present(patch.scene.solid, "[solid]").layer_thickness is not None
     kind: Kind = "estimated" if layer else "guaranteed"
     sentence = (
-        "bounds of the flow through each patch, and steps of the conductivity from load to load; "
-        "under the hypotheses that the scales are apart, that the conductivity falls with the "
-        "load, and that the patches are those of the seal"
+        "bounds of the flow through each patch, and of its conductivity between two loads; under "
+        "the hypotheses that the scales are apart, that the gap falls with the load and is convex "
+        "in it, as that of a half-space, and that the patches are those of the seal"
     )
     if seal.state != "leaking":
         return Uncertainty(FLOW_AND_LOADS, kind, sentence, 1.0, 1.0)
@@ -90,40 +97,90 @@ def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
     )
 
 
+def longest_wavelength(patch: Patch) -> float:
+    """Longest wavelength of the roughness [m].
+
+    Of a measured map a tenth of the mean square height is in longer waves.
+    """
+    surface = patch.scene.surface
+    if isinstance(surface, SelfAffineSurface):
+        return surface.long_wavelength
+    prepared = patch.prepared
+    heights = present(patch.surface, "surface") if prepared is None else prepared.measured
+    spectrum = map_spectrum(heights)
+    power = np.cumsum(spectrum.density * spectrum.modes)
+    return float(2 * np.pi / spectrum.wavenumber[np.searchsorted(power, LONGER * power[-1])])
+
+
 def _patches(seal: SealLeak) -> Uncertainty:
     number, (share, low, high) = len(seal.patches), seal.share_sealed
+    are = "realization is" if number == 1 else "realizations are"
     sealed = (
-        f"{100 * share:.0f} % of {number} realization(s) are sealed (95 %: {100 * low:.0f} to "
-        f"{100 * high:.0f} %)"
+        f"{100 * share:.0f} % of {number} {are} sealed (95 %: {100 * low:.0f} to {100 * high:.0f} %)"
     )
-    leaking = [one.flow.value for one in seal.patches if one.flow.state == "leaking"]
-    if seal.interval is None or seal.value == 0 or seal.state != "leaking":
-        wish = "three that leak are needed to say how much others differ; raise seal.patches"
-        return Uncertainty("patches", "not covered", f"{sealed}; {wish}", caution=number < 3)
-    logs = [log(value) for value in leaking]
+    if seal.state == "lifted off":
+        return Uncertainty("patches", "not covered", "a seal that lifts off has no contact left")
+    if seal.state == "sealed":
+        return _sealed_patches(seal, sealed)
+    logs = [log(one.flow.value) for one in seal.patches if one.flow.state == "leaking"]
+    if seal.interval is None:
+        wanted = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(len(logs), 1)))
+        sentence = (
+            f"{sealed}; three that leak are needed to say how much others differ: about "
+            f"{wanted} realizations (seal.patches)"
+        )
+        return Uncertainty("patches", "not covered", sentence, caution=True)
     mean = sum(logs) / len(logs)
     scatter = (sum((x - mean) ** 2 for x in logs) / (len(logs) - 1)) ** 0.5
-    lower, upper = seal.interval
+    lower, upper = (end / seal.value for end in seal.interval)
     sentence = (
         f"other patches leak more or less: {sealed}; the others scatter by a factor of "
         f"{exp(scatter):.2g}, taken for log-normal (95 % interval)"
     )
-    return Uncertainty(
-        "patches",
-        "estimated",
-        sentence,
-        min(1.0, lower / seal.value),
-        max(1.0, upper / seal.value),
+    if upper > NARROW * lower:
+        wanted = ceil(patches_for(scatter, NARROW) * number / len(logs))
+        sentence += f"; about {wanted} realizations would know the mean to a factor of {NARROW:g}"
+    return Uncertainty("patches", "estimated", sentence, min(1.0, lower), max(1.0, upper))
+
+
+def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
+    """Whether the patches that were not drawn may open a path."""
+    leaking = 1 - seal.share_sealed[1]
+    if not may_conduct(leaking, seal.count):
+        sentence = (
+            f"{sealed}; even if {100 * leaking:.0f} % of the patches leak, no path of them crosses "
+            f"the {seal.count.along} patches along the path"
+        )
+        return Uncertainty("patches", "estimated", sentence, 1.0, 1.0)
+    sentence = (
+        f"{sealed}; if {100 * leaking:.0f} % of the patches leak, a path of them may cross the "
+        "seal: more realizations (seal.patches) can exclude it"
     )
+    return Uncertainty("patches", "not covered", sentence, 1.0, None, caution=True)
 
 
-def _scales(patch: Patch) -> Uncertainty:
-    surface, seal = patch.scene.surface, present(patch.scene.seal, "[seal]")
-    sentence = "the fluid's pressure varies little over the roughness"
-    if isinstance(surface, SelfAffineSurface) and seal.leak_path is not None:
-        ratio = surface.long_wavelength / seal.leak_path
-        sentence += f"; its longest wavelength is {ratio:.2g} of the leak path"
-    return Uncertainty("scales apart", "not covered", sentence)
+def _contact_grid(seal: SealLeak) -> Uncertainty:
+    error = seal.contact_error
+    if error is None:
+        sentence = (
+            "the patches on half and a quarter of the samples differ too much, or are too coarse, "
+            "to say what a finer grid of the contact would change"
+        )
+        return Uncertainty(CONTACT_GRID, "not covered", sentence)
+    sentence = (
+        "what a finer grid of the contact would change, from every patch on half and a quarter of "
+        "the samples at the load that matters most; the largest of them"
+    )
+    return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
+
+
+def _scales(seal: SealLeak, wavelength: float) -> Uncertainty:
+    ratio = wavelength / seal.leak_path
+    sentence = (
+        "the fluid's pressure varies little over the roughness; its longest wavelength, "
+        f"{with_prefix(wavelength, 'm')}, is {ratio:.2g} of the leak path"
+    )
+    return Uncertainty("scales apart", "not covered", sentence, caution=ratio > APART)
 
 
 def _network(seal: SealLeak) -> Uncertainty | None:
@@ -137,12 +194,14 @@ def _network(seal: SealLeak) -> Uncertainty | None:
     return Uncertainty("network", "not covered", sentence)
 
 
-def _size(patch: Patch) -> Uncertainty:
-    surface, size = patch.scene.surface, min(present(patch.surface, "surface").size)
-    sentence = f"patches {with_prefix(size, 'm')} wide, between straight ends"
-    if isinstance(surface, SelfAffineSurface):
-        sentence += f", are {size / surface.long_wavelength:.2g} of the longest wavelengths"
-    return Uncertainty("size of the patch", "not covered", f"{sentence}; larger ones scatter less")
+def _size(patch: Patch, wavelength: float) -> Uncertainty:
+    size = min(present(patch.surface, "surface").size)
+    ratio = size / wavelength
+    sentence = (
+        f"patches {with_prefix(size, 'm')} wide, between straight ends, are {ratio:.2g} of the "
+        "longest wavelengths; larger ones scatter less"
+    )
+    return Uncertainty("size of the patch", "not covered", sentence, caution=ratio < WAVES)
 
 
 def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:

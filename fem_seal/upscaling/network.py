@@ -236,3 +236,41 @@ def sealed_share(sealed: int, patches: int, *, level: float = LEVEL) -> tuple[fl
 
     interval = binomtest(sealed, patches).proportion_ci(level, method="exact")
     return float(interval.low), float(interval.high)
+
+
+def may_conduct(leaking: float, count: PatchCount, *, draws: int = 100, seed: int = 0) -> bool:
+    """Whether a path of leaking patches may cross a seal; it is drawn again and again.
+
+    Parameters
+    ----------
+    leaking : float
+        Share of the patches that leak.
+    count : PatchCount
+    draws : int
+        Of blocks of patches around the seal.
+    seed : int
+    """
+    rng = np.random.default_rng(seed)
+    shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
+    patches = (lognormal_patches(shape, 0.0, leaking, rng) for _ in range(draws))
+    return any(network_conductivity(K, nodes=1) > 0 for K in patches)
+
+
+def patches_for(sigma: float, factor: float, *, level: float = LEVEL) -> int:
+    """About how many leaking patches narrow the interval of the mean to a factor.
+
+    Of n log-normal patches ln of the estimated mean, ȳ + s²/2, has the variance
+    (σ² + σ⁴/2)/n.
+
+    Parameters
+    ----------
+    sigma : float
+        Scatter of the logarithms.
+    factor : float
+        Upper end of the interval over the lower one.
+    level : float
+    """
+    from scipy.stats import norm
+
+    width = 2 * norm.ppf(0.5 + level / 2) / np.log(factor)
+    return max(LEAST_LEAKING, int(np.ceil(width**2 * (sigma**2 + sigma**4 / 2))))

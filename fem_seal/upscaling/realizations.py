@@ -12,6 +12,7 @@ from fem_seal.progress import Report
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.sections import Section
 
+OF_FLOWS = 0.5  # of seal.rtol; the loads take the rest
 ROUNDING = 1e-6  # of a window, by which a map may be too short for the last one
 
 
@@ -84,8 +85,13 @@ def _places(
 
 
 def patch_of(scene: Scene, report: Report, comm: parallel.Comm) -> Patch:
-    """Patch of a realization without its [seal]; the flows of a chain of loads are not drawn."""
+    """Patch of a realization without its [seal]; the flows of a chain of loads are not drawn.
+
+    Unless the scene names flow.rtol, the flows take a part of seal.rtol.
+    """
     output = scene.output.model_copy(update={"products": ("leak_rate",)})
-    flow = scene.flow.model_copy(update={"lift": "none"})
+    named = "rtol" in scene.flow.model_fields_set
+    rtol = scene.flow.rtol if named else OF_FLOWS * present(scene.seal, "[seal]").rtol
+    flow = scene.flow.model_copy(update={"lift": "none", "rtol": rtol})
     alone = scene.model_copy(update={"output": output, "seal": None, "flow": flow})
     return Patch(alone, report, comm=comm)

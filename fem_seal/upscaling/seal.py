@@ -1,6 +1,6 @@
 """The leak rate of a scene's whole seal, from its patches."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 
@@ -46,8 +46,13 @@ class SealLeak:
     converged : bool
     reason : str
         Why not, else empty.
+    leak_path : float
+        Length from inlet to outlet [m].
     sealing : SealingPart or None
         Where along the path the middling patch seals; None if lifted off.
+    contact_error : float or None
+        Largest estimate of the relative error that the contact's grid leaves in the conductivity of
+        a patch; None if nothing can be said.
     """
 
     state: str
@@ -61,7 +66,9 @@ class SealLeak:
     share_sealed: tuple[float, float, float]
     converged: bool
     reason: str
+    leak_path: float
     sealing: SealingPart | None = None
+    contact_error: float | None = None
 
 
 def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = None) -> SealLeak:
@@ -99,7 +106,10 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
         PatchFlow(one.table, seal_flow(one.table, profile, path, ends), one.converged, one.reason)
         for one in solved
     )
-    return _together(tuple(flows), path, size)
+    errors = [one.contact_error for one in solved if one.upper[-1] > 0 or one.upper[0] > 0]
+    known = [error for error in errors if error is not None]
+    largest = max(known) if known and len(known) == len(errors) else None
+    return replace(_together(tuple(flows), path, size), contact_error=largest)
 
 
 def middling(flows: tuple[PatchFlow, ...]) -> PatchFlow:
@@ -118,7 +128,8 @@ def _together(
     sealed = sum(one.flow.state == "sealed" for one in flows)
     share = sealed / len(flows), *sealed_share(sealed, len(flows))
     reasons = [one.reason for one in flows if not one.converged]
-    rest = not reasons, reasons[0] if reasons else "", middling(flows).flow.sealing
+    reason = reasons[0] if reasons else ""
+    rest = not reasons, reason, path.length, middling(flows).flow.sealing
     if any(one.flow.state == "lifted off" for one in flows):
         return SealLeak("lifted off", inf, inf, inf, flows, count, 0.0, None, share, *rest)
     drawn = drawn_seals(rates, count)

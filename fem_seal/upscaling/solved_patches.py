@@ -7,12 +7,14 @@ which the flow through the seal follows at once.
 import json
 from dataclasses import dataclass
 from hashlib import sha256
+from math import isfinite, sqrt
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 
 from fem_seal import __version__, parallel
+from fem_seal.accuracy import contact_part, grids, relative_error
 from fem_seal.errors import FemSealError, present
 from fem_seal.files import digest
 from fem_seal.parallel import Comm
@@ -21,8 +23,9 @@ from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
 from fem_seal.points.compute import compute_chain
 from fem_seal.progress import Report
 from fem_seal.scene import FileSurface, Scene
+from fem_seal.surface.resampling import resample
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
-from fem_seal.upscaling.patch_conductivity import LoadedPatch, refined
+from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined
 from fem_seal.upscaling.profile import Uniform
 from fem_seal.upscaling.realizations import patch_of
 from fem_seal.upscaling.scene_profile import profile_of
@@ -45,6 +48,9 @@ class SolvedPatch:
         Whether the leak rate of a seal of such patches is known to seal.rtol.
     reason : str
         Why not, else empty.
+    contact_error : float or None
+        Estimated relative error of the conductivity that the contact's grid leaves, at the load
+        that matters most; None if nothing can be said.
     seconds : float
         Time of the computation.
     """
@@ -56,6 +62,7 @@ class SolvedPatch:
     size: tuple[float, float]
     converged: bool
     reason: str
+    contact_error: float | None
     seconds: float
 
     @property
@@ -101,8 +108,9 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
     patch = patch_of(scene, report, comm)
+    loaded = LoadedPatch(patch)
     outcome = refined(
-        LoadedPatch(patch),
+        loaded,
         lambda table: seal_flow(table, profile, path, ends),
         profile.highest,
         ends.inlet,
@@ -120,8 +128,35 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
         present(patch.surface, "surface").size,
         outcome.converged,
         outcome.reason,
+        _contact_error(loaded, outcome),
         perf_counter() - start,
     )
+
+
+def _contact_error(patch: LoadedPatch, outcome: PatchFlow) -> float | None:
+    """Relative error of the contact's grid, from a half and a quarter of the samples.
+
+    At the load of the place that halves the influence on the leak rate.
+    """
+    along, surface = outcome.flow.path, present(patch.patch.surface, "surface")
+    coarser = [shape for shape in grids(surface.shape, 1) if shape != surface.shape]
+    if along is None or len(coarser) < 2:
+        return None
+    net = along.contact_pressure - along.fluid_pressure
+    middle = np.searchsorted(np.cumsum(along.influence), 0.5)
+    load = max(float(net[middle]), 0.0)
+    rates = []
+    for shape in coarser:
+        scene, field = patch.patch.scene, resample(surface, shape)
+        coarse = Patch(scene, patch.patch.report, surface=field, comm=patch.patch.comm)
+        rates.append(_middle(LoadedPatch(coarse).bounds(load)))
+    error = relative_error(contact_part([*rates, _middle(patch.bounds(load))]))
+    return error if isfinite(error) else None
+
+
+def _middle(bounds: tuple[float, float]) -> float:
+    lower, upper = bounds
+    return sqrt(lower) * sqrt(upper)
 
 
 def solved_patches(
