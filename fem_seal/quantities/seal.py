@@ -116,7 +116,8 @@ def _patches(seal: SealLeak) -> Uncertainty:
     number, (share, low, high) = len(seal.patches), seal.share_sealed
     are = "realization is" if number == 1 else "realizations are"
     sealed = (
-        f"{100 * share:.0f} % of {number} {are} sealed (95 %: {100 * low:.0f} to {100 * high:.0f} %)"
+        f"{100 * share:.0f} % of {number} {are} sealed (95 %: {100 * low:.0f} to "
+        f"{100 * high:.0f} %)"
     )
     if seal.state == "lifted off":
         return Uncertainty("patches", "not covered", "a seal that lifts off has no contact left")

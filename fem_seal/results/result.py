@@ -33,10 +33,9 @@ from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.record import Record
 from fem_seal.results.seal import SealRecord
-from fem_seal.scene import FileSurface, Flow, Gap, ProfileSurface, Scene
+from fem_seal.scene import Flow, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain
-from fem_seal.scene.shape import MeshFile
 from fem_seal.tables import html_table
 from fem_seal.upscaling.seal import SealLeak, solve_seal
 
@@ -109,7 +108,7 @@ class Provenance(Record):
         return cls(
             scene=scene.to_mapping(),
             seed=getattr(scene.surface, "seed", None),
-            inputs={str(path): digest(path) for path in input_files(scene)},
+            inputs={str(path): digest(path) for path in scene.input_files},
             versions={"python": python_version()} | dict(_versions()),
             processes=parallel.processes(comm),
             date=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -341,12 +340,3 @@ def _versions() -> Iterator[tuple[str, str]]:
             yield package, version(package)
         except PackageNotFoundError:
             continue  # the contact half works without FEniCSx and PyVista
-
-
-def input_files(scene: Scene) -> list[Path]:
-    """Files that a scene reads."""
-    sections = (scene.surface, scene.gap, scene.shape)
-    paths = [s.path for s in sections if isinstance(s, FileSurface | Gap | MeshFile)]
-    if isinstance(scene.surface, ProfileSurface):
-        paths += scene.surface.path
-    return [*paths, scene.seal.table] if scene.seal and scene.seal.table else paths

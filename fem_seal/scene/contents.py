@@ -1,5 +1,6 @@
 """All sections of a scene, and the quantities that follow from several of them."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -12,7 +13,7 @@ from fem_seal.scene.limit import Limit
 from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffineSurface, Solid
-from fem_seal.scene.shape import AnyShape
+from fem_seal.scene.shape import AnyShape, MeshFile
 
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
@@ -39,6 +40,15 @@ class Contents(Section):
     accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
     limit: Limit | None = Field(None, description="what the leak rate is held against")
     output: Output = Field(Output(), description="what is wanted")
+
+    @property
+    def input_files(self) -> list[Path]:
+        """Files that the scene reads."""
+        sections = (self.surface, self.gap, self.shape)
+        paths = [s.path for s in sections if isinstance(s, FileSurface | Gap | MeshFile)]
+        if isinstance(self.surface, ProfileSurface):
+            paths += self.surface.path
+        return [*paths, self.seal.table] if self.seal and self.seal.table else paths
 
     @property
     def needs_flow(self) -> bool:

@@ -14,7 +14,7 @@ from fem_seal.accuracy import solved
 from fem_seal.errors import InvalidInput, MissingPackage, NotConverged
 from fem_seal.parallel import Comm
 from fem_seal.progress import Report, silent
-from fem_seal.results.result import Result, digest, input_files, summarise
+from fem_seal.results.result import Result, digest, summarise
 from fem_seal.scene import Scene
 from fem_seal.sweep.contact_path import ContactPath
 
@@ -110,7 +110,7 @@ def numbers_only(scene: Scene) -> Scene:
 
 def name_of(scene: Scene) -> str:
     """Name of the file of a point: a hash of its scene, its input files and the version."""
-    inputs = [_digest(path, *_stamp(path)) for path in input_files(scene)]
+    inputs = [_digest(path, *_stamp(path)) for path in scene.input_files]
     what = {"scene": numbers_only(scene).to_mapping(), "inputs": inputs, "version": __version__}
     return sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
 

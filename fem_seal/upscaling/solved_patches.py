@@ -22,7 +22,7 @@ from fem_seal.patch import Patch
 from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
 from fem_seal.points.compute import compute_chain
 from fem_seal.progress import Report
-from fem_seal.scene import FileSurface, Scene
+from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined
@@ -211,9 +211,6 @@ def _name(scene: Scene) -> str:
     """Name of the file of a patch: a hash of its scene, its input files and the version."""
     what = scene.to_mapping()
     what["seal"].pop("patches")
-    surface, table = scene.surface, present(scene.seal, "[seal]").table
-    paths = [surface.path] if isinstance(surface, FileSurface) else []
-    paths += [table] if table is not None else []
-    inputs = [digest(path) for path in paths]
+    inputs = [digest(path) for path in scene.input_files]
     text = json.dumps({"scene": what, "inputs": inputs, "version": __version__}, sort_keys=True)
     return sha256(text.encode()).hexdigest()[:32]
