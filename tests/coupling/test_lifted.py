@@ -138,6 +138,24 @@ def test_lift_off(load, off):
         assert patch.lifted.fluid_load >= load
 
 
+def test_the_solid_keeps_a_tenth_of_its_load_in_each_pass():
+    """A fluid that always carries twice the total load: the solid's load falls step by step, so
+    that each contact starts near the last, until less than a thousandth is left."""
+    problem, loads = problem_of(scene(load := 1.5e5)), []
+
+    def press(heights, pressure, *start):
+        loads.append(pressure)
+        return problem.press(heights, pressure, *start)
+
+    twice = replace(
+        problem, press=press, inlet=2 * load, carried=lambda film, leak: film.samples + 2 * load
+    )
+    state = lifted_from(twice, 0.05, np.full(problem.height.shape, problem.outlet), None)
+    assert state.state == "lifted off"
+    assert loads == pytest.approx(load * 0.1 ** np.arange(len(loads)), rel=1e-9)
+    assert loads[-1] < 1e-3 * load < loads[-2] * (1 + 1e-9)
+
+
 def test_load_below_the_outlet_lifts_off_at_once():
     flow = {"inlet_pressure": 4e5, "outlet_pressure": 3e5, "ambient_pressure": 1e5}
     state = Patch(scene(load=1.9e5, **flow)).lifted

@@ -10,10 +10,11 @@ from fem_seal.scene import Scene
 SIZE = 0.05  # of the mesh, in units of the square's side
 
 
-def film(expression):
-    """Unit square (metres), meshed, with the gap of a formula."""
-    square = {"kind": "rectangle", "length": "1 m", "width": "1 m", "mesh_size": f"{SIZE} m"}
-    scene = {"shape": square | {"gap_expression": expression}, "output": {"products": ["contact"]}}
+def film(expression, length=1):
+    """Rectangle 1 m wide, meshed, with the gap of a formula."""
+    sizes = {"length": f"{length} m", "width": "1 m", "mesh_size": f"{SIZE} m"}
+    rectangle = {"kind": "rectangle", **sizes, "gap_expression": expression}
+    scene = {"shape": rectangle, "output": {"products": ["contact"]}}
     return Patch(Scene.from_mapping(scene)).film
 
 
@@ -22,6 +23,14 @@ def test_area_not_above_a_gap_of_a_plane(gap):
     """g = x + y: the area below g = h is h²/2 up to 1 and 1 - (2 - h)²/2 beyond, to rounding."""
     exact = gap**2 / 2 if gap <= 1 else 1 - (2 - gap) ** 2 / 2
     assert film("x + y").area_not_above(gap) == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize("length", [0.5, 2])
+def test_means_are_over_the_area(length):
+    """g = x + y: its mean is (length + 1)/2, half of the area lies below it, to rounding."""
+    plane = film("x + y", length)
+    assert plane.mean_gap == pytest.approx((length + 1) / 2, rel=1e-12)
+    assert plane.area_not_above((length + 1) / 2) == pytest.approx(0.5, rel=1e-12)
 
 
 def test_contact_is_the_triangles_in_contact():

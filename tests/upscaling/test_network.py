@@ -106,6 +106,16 @@ def test_longer_seals_scatter_less():
     assert short > 0.03
 
 
+def test_scatter_is_that_of_the_values():
+    """However wide the bounds of the patches are, as the network's leak rate is linear in all."""
+    values = lognormal_patches((6, 1), 1.0, 0.8, np.random.default_rng(5))
+    narrow, wide = (
+        drawn_seals(values * bounds, PatchCount(5, 40), draws=5).scatter
+        for bounds in (np.ones(3), np.array([0.1, 1.0, 3.0]))
+    )
+    assert wide == pytest.approx(narrow, rel=1e-10)
+
+
 def test_bounds_of_patches_are_bounds_of_the_seal():
     rates = lognormal_patches((6, 1), 1.0, 0.8, np.random.default_rng(5)) * [0.9, 1.0, 1.2]
     lower, value, upper = drawn_seals(rates, PatchCount(5, 40), draws=5).mean
