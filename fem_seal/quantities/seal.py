@@ -1,6 +1,7 @@
 """Uncertainties and verdict of a whole seal."""
 
 from math import ceil, exp, log
+from statistics import stdev
 
 import numpy as np
 
@@ -131,8 +132,7 @@ def _patches(seal: SealLeak) -> Uncertainty:
             f"{wanted} realizations (seal.patches)"
         )
         return Uncertainty("patches", "not covered", sentence, caution=True)
-    mean = sum(logs) / len(logs)
-    scatter = (sum((x - mean) ** 2 for x in logs) / (len(logs) - 1)) ** 0.5
+    scatter = stdev(logs)
     lower, upper = (end / seal.value for end in seal.interval)
     sentence = (
         f"other patches leak more or less: {sealed}; the others scatter by a factor of "

@@ -97,6 +97,11 @@ def test_verdict_counts_flow_loads_and_patches(outcome):
     for name in ("scales apart", "size of the patch", "contact grid"):
         assert names[name] == "not covered"
     assert "patches (estimated" in result.verdict.sentence
+    # The factor by which patches scatter is the geometric standard deviation of their leak rates.
+    scatter = np.exp(np.std(np.log([one.value for one in result.seal.patches]), ddof=1))
+    (patches,) = (entry for entry in result.error_budget if entry.name == "patches")
+    assert f"scatter by a factor of {scatter:.2g}," in patches.sentence
+    assert scatter > 1.1  # or nothing is shown
 
 
 @pytest.mark.render
