@@ -29,7 +29,7 @@ from fem_seal.results.arrays import (
     write_flow,
     write_mesh,
 )
-from fem_seal.results.result import Provenance
+from fem_seal.results.result import Origin, Provenance
 from fem_seal.results.seal import SealRecord
 from fem_seal.scene import Scene
 from fem_seal.upscaling.scene_profile import profile_of
@@ -48,6 +48,7 @@ def run(
     trust: bool = False,
     comm: parallel.Comm = None,
     work: Work | None = None,
+    origin: Origin | None = None,
 ) -> Result:
     """Compute the products of a scene and write them into a folder.
 
@@ -63,6 +64,7 @@ def run(
         process runs a scene of its own
     work : how the patches of a scene with [seal] are shared out. Each is kept in a file of the
         folder `patches`, so that an interrupted run goes on
+    origin : command and scene file, which result.json keeps
 
     Returns
     -------
@@ -83,7 +85,7 @@ def run(
         )
     with _reserved(scene, out, overwrite, comm) as folder:
         patch, choice = solved(scene, report, trust=trust, comm=comm)
-        return _written(patch, folder, start, choice, work)
+        return _written(patch, folder, start, choice, work, origin)
 
 
 def save(patch: Patch, out: str | Path, *, overwrite: bool = False) -> Result:
@@ -128,6 +130,7 @@ def _written(
     start: float | None,
     choice: Choice | None,
     work: Work | None = None,
+    origin: Origin | None = None,
 ) -> Result:
     """Compute the products of a patch's scene and write them."""
     scene = patch.scene
@@ -140,7 +143,7 @@ def _written(
         with patch.timed("seal"):
             seal = solve_seal(patch, folder.path / PATCHES, work)
     files = parallel.on_root(lambda: _write_products(patch, folder.staged, seal), patch.comm)
-    result = summarise(patch, files, start, choice=choice, seal=seal)
+    result = summarise(patch, files, start, choice=choice, seal=seal, origin=origin)
     parallel.on_root(lambda: folder.commit(result), patch.comm)
     return result
 

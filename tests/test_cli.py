@@ -586,3 +586,48 @@ def test_errors_of_a_scene_have_a_line_each(small_scene, tmp_path, capsys):
     assert len(lines) == 3
     assert lines[0].endswith("a.toml has 2 errors:")
     assert all(line.startswith("  surface.") for line in lines[1:])
+
+
+def test_leak_says_what_it_assumes(wedge, capsys):
+    assert run("leak", wedge) == 0
+    line = capsys.readouterr().out.splitlines()[0]
+    assert line == (
+        "assumed    viscosity 1 mPa s (--viscosity), pressure drop 100 kPa (--pressure-drop)"
+    )
+    assert run("leak", wedge, "--viscosity", "2 mPa s", "--pressure-drop", "1 bar") == 0
+    assert "assumed" not in capsys.readouterr().out
+
+
+def test_json_is_the_result(wedge, tmp_path, capsys):
+    """What is printed is result.json to the last digit, and nothing else."""
+    assert run("leak", wedge, "--out", "out", "--json") == 0
+    assert json.loads(capsys.readouterr().out) == read_result(tmp_path / "out")
+
+
+@pytest.mark.parametrize(("factor", "status"), [(2.0, 0), (0.5, 4), (1.0, 4)])
+def test_strict(wedge, factor, status, capsys):
+    """Within limit, above limit, and a limit between the bounds."""
+    assert run("leak", wedge, "--json") == 0
+    rate = json.loads(capsys.readouterr().out)["leak_rate"]
+    limit = f"{factor * rate['value']!r} m^3/s"
+    assert rate["lower"] < rate["value"] < rate["upper"]
+    assert run("leak", wedge, "--limit", limit, "--strict") == status
+    assert ("(--strict)" in capsys.readouterr().err) == (status != 0)
+    assert run("leak", wedge, "--limit", limit) == 0
+
+
+def test_strict_needs_a_limit(wedge, capsys):
+    assert run("leak", wedge, "--strict") == 2
+    assert "--strict needs a limit" in capsys.readouterr().err
+
+
+def test_result_keeps_scene_and_command_as_written(small_scene, tmp_path):
+    """With comments and spaces of the scene file, and the settings of the command line."""
+    path = write_toml(tmp_path / "a.toml", small_scene)
+    text = "# my seal\n" + path.read_text()
+    path.write_text(text)
+    command = ["run", str(path), "--set", "output.products=['contact']", "--out", "out"]
+    assert run(*command) == 0
+    provenance = read_result(tmp_path / "out")["provenance"]
+    assert provenance["scene_text"] == text
+    assert provenance["command"] == command

@@ -1,6 +1,7 @@
 """The commands. Each is a module with `add(subparsers)`; nothing heavy is imported before it runs.
 
-Exit status: 0 done, 2 bad input (nothing written), 3 not converged, 130 interrupted.
+Exit status: 0 done, 2 bad input (nothing written), 3 not converged, 4 with --strict above the limit
+or undecided, 130 interrupted.
 """
 
 from fem_seal.interrupts import ended_silently, interruptible
@@ -83,7 +84,8 @@ def parser() -> argparse.ArgumentParser:
         prog="fem-seal",
         description="How much leaks through a rough contact, and how sure are we?",
         epilog="Start with fem-seal run demos/scenes/first.toml. Exit status: 0 done, 2 bad "
-        "input, 3 not converged (the best bounds are written), 130 interrupted.",
+        "input, 3 not converged (the best bounds are written), 4 with --strict: above the limit "
+        "or undecided, 130 interrupted.",
     )
     top.add_argument("--version", action="version", version=f"fem-seal {__version__}")
     subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
@@ -108,6 +110,7 @@ def main(arguments: list[str] | None = None) -> int:
         parallel.abort_together()
         with interruptible():
             options = parser().parse_args(arguments)
+            options.command_line = sys.argv[1:] if arguments is None else arguments
             status = options.command(options)
             # Flush now: at the exit of Python a closed pipe could not be handled any more.
             sys.stdout.flush()

@@ -1,6 +1,7 @@
 """Options that commands share, the run of a scene, and its printed result."""
 
 import argparse
+import json
 import re
 from collections.abc import Sequence
 from hashlib import sha256
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 
 MOST_METRES = 1e100  # of a side of a map
+NOT_KEPT = 4  # exit status with --strict
 LONGEST_NAME = 60  # characters of a result folder
 
 
@@ -186,29 +188,66 @@ def add_output(command: argparse.ArgumentParser, default: str) -> None:
     )
 
 
+def add_for_programs(command: argparse.ArgumentParser) -> None:
+    """Take options for programs that read the result or its exit status."""
+    command.add_argument(
+        "--json", action="store_true", help="print the content of result.json in place of words"
+    )
+    command.add_argument(
+        "--strict",
+        action="store_true",
+        help=f"exit status {NOT_KEPT} where the verdict is above limit or undecided",
+    )
+
+
+def require_limit(options: argparse.Namespace, scene: "Scene") -> None:
+    """Refuse --strict without a limit before anything is computed."""
+    if options.strict and scene.limit is None:
+        raise InvalidInput("--strict needs a limit: limit.leak_rate of the scene, such as '1 ml/h'")
+
+
 def run_and_print(
     scene: "Scene",
     out: Path,
-    overwrite: bool,
+    options: argparse.Namespace,
+    *,
     trust: bool = False,
     work: "Work | None" = None,
+    scene_text: str | None = None,
 ) -> int:
     """Run a scene into a folder, print its result and give the exit status."""
     from fem_seal.job import run
     from fem_seal.progress import Display
+    from fem_seal.results.result import Origin
 
+    require_limit(options, scene)
+    origin = Origin(tuple(options.command_line), scene_text)
     with Display(parallel.is_root()) as report:
-        result = run(scene, out, overwrite=overwrite, report=report, trust=trust, work=work)
-    return print_result(result, out)
+        result = run(
+            scene,
+            out,
+            overwrite=options.overwrite,
+            report=report,
+            trust=trust,
+            work=work,
+            origin=origin,
+        )
+    return print_result(result, out, options)
 
 
-def print_result(result: "Result", out: Path | None) -> int:
+def print_result(result: "Result", out: Path | None, options: argparse.Namespace) -> int:
     """Print the numbers a user asked for and give the exit status."""
     if parallel.is_root():
-        say("\n".join(summary(result, out)))
-    if result.converged:
-        return 0
-    return parallel.fail(f"fem-seal: {result.reason}", NotConverged.exit_status)
+        if options.json:
+            say(json.dumps(json.loads(result.to_json()), indent=2))
+        else:
+            say("\n".join(summary(result, out)))
+    if not result.converged:
+        return parallel.fail(f"fem-seal: {result.reason}", NotConverged.exit_status)
+    decision = None if result.verdict is None else result.verdict.decision
+    if options.strict and decision in ("above limit", "undecided", "lifted off"):
+        return parallel.fail(f"fem-seal: {decision} (--strict)", NOT_KEPT)
+    return 0
 
 
 def say(text: str) -> None:

@@ -5,7 +5,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fem_seal.cli.common import add_command, add_output, print_result, run_and_print
+from fem_seal.cli.common import (
+    add_command,
+    add_for_programs,
+    add_output,
+    print_result,
+    require_limit,
+    run_and_print,
+    say,
+)
 
 if TYPE_CHECKING:
     from fem_seal.scene import Scene
@@ -86,6 +94,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         help="of leak_rate, mesh, pictures, constriction, …, with commas between (leak_rate)",
     )
     add_output(command, "none: the result is printed only")
+    add_for_programs(command)
     command.set_defaults(command=_leak)
 
 
@@ -112,23 +121,40 @@ def _number_or_text(value: object) -> object:
         return value
 
 
+def _say_what_is_assumed(scene: "Scene", options: argparse.Namespace) -> None:
+    """Fluid and pressures, which scale the leak rate, where the command does not name them."""
+    from fem_seal.digits import with_prefix
+
+    assumed = []
+    if options.viscosity is None:
+        assumed.append(f"viscosity {with_prefix(scene.viscosity, 'Pa s')} (--viscosity)")
+    if options.pressure_drop is None:
+        drop = with_prefix(scene.drive.pressure_drop, "Pa")
+        assumed.append(f"pressure drop {drop} (--pressure-drop)")
+    if assumed:
+        say(f"assumed    {', '.join(assumed)}")
+
+
 def _leak(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
 
     scene = Scene.from_mapping(scene_of(options))
+    if not options.json:
+        _say_what_is_assumed(scene, options)
     if options.out is not None:
-        return run_and_print(scene, options.out, options.overwrite)
-    return _only_print(scene)
+        return run_and_print(scene, options.out, options)
+    return _only_print(scene, options)
 
 
-def _only_print(scene: "Scene") -> int:
+def _only_print(scene: "Scene", options: argparse.Namespace) -> int:
     from fem_seal import parallel
     from fem_seal.job import require_packages
     from fem_seal.patch import Patch
     from fem_seal.progress import Display
     from fem_seal.results import summarise
 
+    require_limit(options, scene)
     require_packages(scene)
     with Display(parallel.is_root()) as report:
         result = summarise(Patch(scene, report))
-    return print_result(result, None)
+    return print_result(result, None, options)

@@ -4,6 +4,7 @@ import argparse
 
 from fem_seal.cli.common import (
     add_command,
+    add_for_programs,
     add_jobs,
     add_output,
     add_scene,
@@ -26,6 +27,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     add_trust(command)
     add_jobs(command, "processes of this machine, for the patches of a [seal] (1)")
     add_output(command, "results/NAME for NAME.toml, and -KEY=VALUE for each --set")
+    add_for_programs(command)
     command.set_defaults(command=_run)
 
 
@@ -34,4 +36,7 @@ def _run(options: argparse.Namespace) -> int:
 
     scene = Scene.from_file(options.scene, options.overrides)
     out = options.out or default_folder(options.scene, options.overrides)
-    return run_and_print(scene, out, options.overwrite, options.trust, jobs_of(options))
+    text = options.scene.read_text(encoding="utf-8-sig")
+    return run_and_print(
+        scene, out, options, trust=options.trust, work=jobs_of(options), scene_text=text
+    )

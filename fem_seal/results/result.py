@@ -1,6 +1,7 @@
 """Result: the content of result.json."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
@@ -92,6 +93,22 @@ class AccuracyRecord(Record):
         )
 
 
+@dataclass(frozen=True)
+class Origin:
+    """What a user wrote to get a result.
+
+    Parameters
+    ----------
+    command : tuple of str
+        Command line, without the name of the program.
+    scene_text : str, optional
+        The scene file as written; None where there is none.
+    """
+
+    command: tuple[str, ...]
+    scene_text: str | None = None
+
+
 class Provenance(Record):
     """Where a result comes from: the same scene with the same inputs gives it again."""
 
@@ -101,9 +118,13 @@ class Provenance(Record):
     versions: dict[str, str]
     processes: int
     date: str
+    command: tuple[str, ...] | None = None
+    scene_text: str | None = None
 
     @classmethod
-    def of(cls, scene: Scene, comm: parallel.Comm = None) -> "Provenance":
+    def of(
+        cls, scene: Scene, comm: parallel.Comm = None, origin: Origin | None = None
+    ) -> "Provenance":
         """Versions and input files as they are now, and how many processes work together."""
         return cls(
             scene=scene.to_mapping(),
@@ -112,6 +133,8 @@ class Provenance(Record):
             versions={"python": python_version()} | dict(_versions()),
             processes=parallel.processes(comm),
             date=datetime.now(UTC).isoformat(timespec="seconds"),
+            command=None if origin is None else origin.command,
+            scene_text=None if origin is None else origin.scene_text,
         )
 
     def same_scene(self, other: "Provenance") -> bool:
@@ -192,7 +215,8 @@ class Result(Record):
         try:
             return Flow.model_validate(self.provenance.scene.get("flow", {}))
         except ValidationError as error:
-            raise InvalidInput(f"scene of the result: {explain(error, Flow)}") from None
+            reasons = "; ".join(explain(error, Flow))
+            raise InvalidInput(f"scene of the result: {reasons}") from None
 
     def scene(self) -> Scene:
         """Rebuild the scene that gave this result."""
@@ -218,6 +242,7 @@ def summarise(
     *,
     choice: Choice | None = None,
     seal: SealLeak | None = None,
+    origin: Origin | None = None,
 ) -> Result:
     """Collect the numbers of the scene's products.
 
@@ -233,6 +258,8 @@ def summarise(
         Chosen contact grid, for a scene with [accuracy].
     seal : SealLeak or None
         Leak rate of the whole seal, for a scene with [seal]; solved here if left out.
+    origin : Origin or None
+        Command and scene file as the user wrote them.
     """
     leak = patch.leak_rate if patch.scene.needs_flow else None
     sealed = patch.sealed
@@ -270,7 +297,7 @@ def summarise(
         seconds=stages | {"total": total},
         peak_memory_bytes=parallel.total(peak_memory(), patch.comm),
         provenance=Provenance.of(
-            patch.scene if choice is None else choice.asked(patch.scene), patch.comm
+            patch.scene if choice is None else choice.asked(patch.scene), patch.comm, origin
         ),
         **_contact_numbers(patch),
         **_flow_numbers(
