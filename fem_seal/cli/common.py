@@ -214,8 +214,9 @@ def run_and_print(
     trust: bool = False,
     work: "Work | None" = None,
     scene_text: str | None = None,
+    head: Sequence[str] = (),
 ) -> int:
-    """Run a scene into a folder, print its result and give the exit status."""
+    """Run a scene into a folder, print its result below a head and give the exit status."""
     from fem_seal.job import run
     from fem_seal.progress import Display
     from fem_seal.results.result import Origin
@@ -232,16 +233,18 @@ def run_and_print(
             work=work,
             origin=origin,
         )
-    return print_result(result, out, options)
+    return print_result(result, out, options, head)
 
 
-def print_result(result: "Result", out: Path | None, options: argparse.Namespace) -> int:
+def print_result(
+    result: "Result", out: Path | None, options: argparse.Namespace, head: Sequence[str] = ()
+) -> int:
     """Print the numbers a user asked for and give the exit status."""
     if parallel.is_root():
         if options.json:
             say(json.dumps(json.loads(result.to_json()), indent=2))
         else:
-            say("\n".join(summary(result, out)))
+            say("\n".join((*head, *summary(result, out))))
     if not result.converged:
         return parallel.fail(f"fem-seal: {result.reason}", NotConverged.exit_status)
     decision = None if result.verdict is None else result.verdict.decision

@@ -12,7 +12,6 @@ from fem_seal.cli.common import (
     print_result,
     require_limit,
     run_and_print,
-    say,
 )
 
 if TYPE_CHECKING:
@@ -121,8 +120,8 @@ def _number_or_text(value: object) -> object:
         return value
 
 
-def _say_what_is_assumed(scene: "Scene", options: argparse.Namespace) -> None:
-    """Fluid and pressures, which scale the leak rate, where the command does not name them."""
+def _assumed(scene: "Scene", options: argparse.Namespace) -> list[str]:
+    """Line that names viscosity and pressure drop where the command does not."""
     from fem_seal.digits import with_prefix
 
     assumed = []
@@ -131,18 +130,15 @@ def _say_what_is_assumed(scene: "Scene", options: argparse.Namespace) -> None:
     if options.pressure_drop is None:
         drop = with_prefix(scene.drive.pressure_drop, "Pa")
         assumed.append(f"pressure drop {drop} (--pressure-drop)")
-    if assumed:
-        say(f"assumed    {', '.join(assumed)}")
+    return [f"assumed    {', '.join(assumed)}"] if assumed else []
 
 
 def _leak(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
 
     scene = Scene.from_mapping(scene_of(options))
-    if not options.json:
-        _say_what_is_assumed(scene, options)
     if options.out is not None:
-        return run_and_print(scene, options.out, options)
+        return run_and_print(scene, options.out, options, head=_assumed(scene, options))
     return _only_print(scene, options)
 
 
@@ -157,4 +153,4 @@ def _only_print(scene: "Scene", options: argparse.Namespace) -> int:
     require_packages(scene)
     with Display(parallel.is_root()) as report:
         result = summarise(Patch(scene, report))
-    return print_result(result, None, options)
+    return print_result(result, None, options, _assumed(scene, options))
