@@ -224,7 +224,7 @@ def test_nothing_half_written(scene, spy, tmp_path, monkeypatch, failure, existi
         job.run(scene, tmp_path / "out")
     before = content(tmp_path)
 
-    def interrupted(patch, files, started, choice, seal):
+    def interrupted(patch, files, started, choice, seal, **others):
         raise failure
 
     monkeypatch.setattr(job, "summarise", interrupted)  # after the arrays have been written aside
