@@ -160,8 +160,9 @@ class LiftedState:
     def claimed(self) -> float:
         """Error of ln Q of a settled state, estimated.
 
-        It is what may change without notice from pass to pass, and half the width of the flow's
-        bounds: the fluid pressure, too, is only as exact as the flow.
+        It is what may change from pass to pass unnoticed, and half the width of the flow's bounds:
+        the pressure that lifts the solid is only as exact as the flow. Equilibria from different
+        meshes differed by about that half-width.
         """
         half = relative_part(self.leak_rate) / 2 if self.leak_rate is not None else 0.0
         return max(self.change, SETTLED * self.rtol) + half
@@ -333,7 +334,7 @@ def relative_part(leak: LeakRate) -> float:
     """Width ln(upper/lower) of a bracket; 0 without bounds or if sealed."""
     if not leak.lower:
         return 0.0
-    lower, upper = leak.bounds
+    lower, upper = leak.refined_bounds
     return log(upper / lower)
 
 
@@ -470,9 +471,10 @@ class _Passes:
         made = self._made
         return made.value * self.rates[-1] / made.inflow if made and self.rates[-1] else 0.0
 
-    def leave_mesh(self) -> None:
-        """Make a new mesh in the next pass."""
-        self._mesh = inf
+    def go_on_from(self, leak: LeakRate) -> None:
+        """Go on with the mesh of a flow to the tolerance of the result."""
+        self._mesh = inf if leak.state == "sealed" else self.rtol
+        self._made, self.rates, self._mixture = leak, [], _Mixture()
 
 
 def _settled(passes: _Passes, most_passes: int, report: Report) -> LiftedState:
@@ -487,7 +489,6 @@ def _settled(passes: _Passes, most_passes: int, report: Report) -> LiftedState:
             state = _finished(passes, this, passes.rates[-3:], True)
             if state is not None:
                 return state
-            passes.leave_mesh()
         if passes.count >= most_passes:
             seen = passes.values[passes.count // 2 :]
             return present(_finished(passes, this, seen, False), "state")
@@ -585,6 +586,7 @@ def _finished(passes: _Passes, last: _Pass, seen: list[float], settled: bool) ->
     film = problem.film(contact.gap)
     leak = problem.flow(film, None, False)
     if settled and _spread([leak.value, passes.values[-1]]) > rtol:
+        passes.go_on_from(leak)
         return None
     return LiftedState(
         state=leak.state,

@@ -9,7 +9,6 @@ of the stiffness have the wrong sign for the proof. So the factors are called es
 
 from math import exp, isinf
 
-from fem_seal.accuracy import flow_part
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.errors import NotConverged, present
 from fem_seal.leak_rate import LeakRate
@@ -100,10 +99,7 @@ def _resolved(patch: Patch) -> Uncertainty:
         "rate changes from pass to pass through contact and flow, and by the error of the flow "
         "whose pressure lifts the solid"
     )
-    # The flow's error is also that of the pressure that lifts the solid. Equilibria from different
-    # meshes differed by about the half-width of the flow's bounds.
-    leak = patch.leak_rate
-    error = state.change + (flow_part(leak) if leak.lower else 0.0)
+    error = state.claimed
     return Uncertainty(COMPUTED, "estimated", sentence, exp(-error), exp(error))
 
 
