@@ -82,7 +82,9 @@ def inverse_square_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np
     open_, near = low > 0, high < _NEAR * low
     far = open_ & ~near
     v, u = (low[far] - mid[far]) / mid[far], (high[far] - mid[far]) / mid[far]
-    rises = np.where(v < -0.5, np.log(low[far] / mid[far]), np.log1p(v)), np.log1p(u)
+    # 1 + v rounds to 0 where the gaps differ by more than the digits of a number.
+    fall = np.where(v < -0.5, np.log(low[far] / mid[far]), np.log1p(np.maximum(v, -0.5)))
+    rises = fall, np.log1p(u)
     f_v, f_u = (
         np.divide(rise, x, out=np.ones_like(x), where=x != 0)
         for rise, x in zip(rises, (v, u), strict=True)

@@ -314,7 +314,8 @@ class FilmOnMesh(ABC):
     ) -> np.ndarray:
         """Number of each group, equal for groups that edges of small gap join well.
 
-        Flow across an edge passes the two cells at its sides, one after the other.
+        Flow across an edge passes the two cells at its sides, one after the other. A blocked cell
+        is partly in contact and lets none pass.
 
         Parameters
         ----------
@@ -329,7 +330,8 @@ class FilmOnMesh(ABC):
         order = np.argsort(side, kind="stable")
         twice = np.flatnonzero(np.diff(side[order]) == 0)
         first, second = at_edge[order[twice]], at_edge[order[twice + 1]]
-        resistivity = self.data.resistivity[cells, 0]
+        blocked = self.data.blocked[cells]
+        resistivity = np.where(blocked, np.inf, self.data.resistivity[cells, 0])
         conductance = 1 / (resistivity[first] + resistivity[second])
         ends = np.sort(np.stack([group[first], group[second]]), axis=0)
         ends, pair = np.unique(ends, axis=1, return_inverse=True)

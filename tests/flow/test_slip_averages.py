@@ -45,6 +45,14 @@ def test_inverse_square_of_equal_gaps_in_any_order_and_at_contact():
     assert np.isinf(inverse_square_of_corners(0 * a, b, c)).all()
 
 
+def test_inverse_square_of_gaps_beyond_the_digits_of_a_number():
+    """Gaps ε, 1 and 1: ∫ of 1/g² is 2 (ln(1/ε) - 1 + ε)/(1 - ε)², and 1 + (ε - 1) rounds to 0."""
+    least = np.array([1e-15, 1e-17, 1e-40])
+    with np.errstate(all="raise"):
+        found = inverse_square_of_corners(least, np.ones(3), np.ones(3))
+    np.testing.assert_allclose(found, -2 * (np.log(least) + 1), rtol=1e-14)
+
+
 def line(cubic, square):
     """The conductivity α g³ + β g²."""
     return Conductivity(np.array([0.0, 1.0]), np.array([square, square + cubic]))

@@ -85,6 +85,23 @@ def test_low_vertex_between_wide_parts_is_a_joint():
     assert not level_problem(represented(GridField(values, (1, 1)), ceiling=2e-3)).joints(1.0).any()
 
 
+@pytest.mark.parametrize("seed", [295, 297])
+def test_blocked_cells_join_nothing(seed):
+    """Equipotential cells that are partly in contact may let nothing pass: however large the leak
+    rate, an edge between two of them is no good conductor, and a larger leak rate leaves no more
+    groups joined."""
+    rng = np.random.default_rng(seed)
+    values = 10 ** rng.uniform(-6, 0, (9, 9))
+    values[rng.random((9, 9)) < 0.15] = 0
+    gap = GridField(values, (1.0, 1.0))
+    problem = level_problem(represented(gap, cut=1e-8, width=2, ceiling=1e-3), width=2)
+    assert (problem.data.blocked & problem.data.equipotential).any()
+    with np.errstate(divide="raise"):
+        few, many = problem.joints(leak_rate=1e-6), problem.joints(leak_rate=1e30)
+    assert many.any()
+    assert not (few & ~many).any()
+
+
 @pytest.mark.parametrize("axis", [0, 1])
 def test_residuals_of_an_exact_pressure_are_rounding(axis):
     """A linear pressure has no jumps, whether its flow goes along walls or is parted by contact."""

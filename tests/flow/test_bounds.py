@@ -1,0 +1,133 @@
+"""Bounds of a leak rate and of a tensor, and when a refinement ends with them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from fem_seal.fenicsx import MPI
+from fem_seal.flow.bounds import Bounds
+from fem_seal.flow.stopping import Decision, SolvedLevel, Stopping, Tolerance
+from fem_seal.flow.tensor_bounds import MatrixBounds
+from fem_seal.limits import Limits
+
+
+def matrices(lower, upper) -> MatrixBounds:
+    return MatrixBounds(np.array(lower, dtype=float), np.array(upper, dtype=float))
+
+
+def test_a_tensor_of_one_number_has_its_width():
+    """Multiples of one matrix, turned: the same excess and width as their factors."""
+    A = np.array([[2.0, 0.7], [0.7, 1.0]])
+    one, other = Bounds(0.8, 1.1), MatrixBounds(0.8 * A, 1.1 * A)
+    assert other.excess == pytest.approx(one.excess) == pytest.approx(1.1 / 0.8 - 1)
+    assert other.width == pytest.approx(one.width) == pytest.approx(0.3 / np.sqrt(0.88))
+    # The worst direction counts, however little flows there.
+    assert matrices(np.diag([1, 1e-9]), np.diag([1.1, 1.5e-9])).excess == pytest.approx(0.5)
+    assert Bounds().width == Bounds().excess == Bounds(0.0, 1.0).width == np.inf
+    assert matrices(np.diag([1, 0]), np.eye(2)).excess == np.inf
+
+
+def test_the_better_bounds_are_kept():
+    """Of numbers each bound for itself; of matrices the narrowest pair, the new one if none is."""
+    assert Bounds(1.0, 3.0).tightened(Bounds(2.0, 4.0)) == Bounds(2.0, 3.0)
+    old, new = matrices(np.eye(2), 2 * np.eye(2)), matrices(0.9 * np.eye(2), 1.9 * np.eye(2))
+    best = new.tightened(old)
+    np.testing.assert_array_equal(best.lower, old.lower)
+    np.testing.assert_array_equal(best.upper, new.upper)
+    # Neither upper bound is below the other one: that which is narrower with the lower one.
+    crossed = matrices(np.eye(2), np.diag([1.1, 3]))
+    np.testing.assert_array_equal(crossed.tightened(old).upper, old.upper)
+    # Without lower bounds yet, finer meshes are better.
+    none = matrices(np.zeros((2, 2)), 1.5 * np.eye(2))
+    assert none.tightened(matrices(np.zeros((2, 2)), 2 * np.eye(2))).upper is none.upper
+
+
+def test_hardly_better():
+    """Less than 1 %: of both numbers, and of the width of a tensor."""
+    assert Bounds(1.0, 2.0).hardly_better(Bounds(1.0, 2.0))
+    assert not Bounds(1.02, 2.0).hardly_better(Bounds(1.0, 2.0))
+    assert not Bounds(1.0, 1.97).hardly_better(Bounds(1.0, 2.0))
+    wide, narrow = (matrices(np.eye(2), upper * np.eye(2)) for upper in (2.0, 1.9))
+    assert wide.hardly_better(wide)
+    assert not narrow.hardly_better(wide)
+
+
+def test_widened_bounds_hold_what_they_held():
+    bounds = matrices(np.eye(2), np.diag([2, 4])).widened(0.1)
+    np.testing.assert_allclose(bounds.lower, 0.9 * np.eye(2))
+    np.testing.assert_allclose(bounds.upper, np.diag([2.2, 4.4]))
+
+
+# --- the end of a refinement ---------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """A bracket without a mesh; the dual gives the lower bound `least`."""
+
+    level: SolvedLevel
+    stream: object = None
+    slip: Bounds | None = None
+    stalled: str = ""
+    least: float = 0.0
+
+    def certified(self):
+        bounds = Bounds(self.least, self.level.bounds.upper)
+        return replace(self, level=replace(self.level, bounds=bounds), stream=object())
+
+
+def bracket(lower, upper, **options) -> Bracket:
+    return Bracket(SolvedLevel(100, 200, Bounds(lower, upper)), **options)
+
+
+def judged(stopping, *brackets):
+    return [stopping.judged(one, lambda one: one) for one in brackets]
+
+
+def stopping(criterion, **limits) -> Stopping:
+    return Stopping(criterion, Limits(**limits), 2.0, 0.1, MPI.COMM_SELF)
+
+
+def test_the_last_bracket_is_certified():
+    """At a limit the dual is solved, and if its bound meets the tolerance there is no reason."""
+    for least, reached in ((0.5, False), (0.98, True)):
+        course = stopping(Tolerance(0.05), seconds=1e-9)
+        (last,) = judged(course, bracket(0.0, 1.0, least=least))
+        assert last.stream is not None
+        assert course.levels[-1].bounds.lower == least
+        assert course.ended
+        assert course.reached == reached
+        assert bool(course.reason) != reached
+
+
+def test_a_refinement_goes_on_until_the_tolerance_is_met():
+    course = stopping(Tolerance(0.05))
+    first, _ = judged(course, bracket(0.0, 1.0), bracket(0.9, 1.0, stream=object()))
+    assert first.stream is None
+    assert not course.ended
+    judged(course, bracket(0.96, 1.0, stream=object()))
+    assert course.reached
+    assert not course.reason
+    assert len(course.levels) == 3
+
+
+def test_a_stalled_solver_ends_it_where_the_bounds_stay():
+    """Not at once: only if two more meshes have hardly improved them."""
+    course = stopping(Tolerance(0.01))
+    stalled = bracket(0.5, 1.0, stream=object(), stalled="CG has stalled")
+    judged(course, stalled, stalled)
+    assert not course.ended
+    judged(course, stalled)
+    assert course.reason == "CG has stalled"
+
+
+def test_a_decision_looks_at_both_bounds_and_at_the_slip():
+    """Limits in m³/s, bounds in units of 2 m³/s."""
+    decision = Decision(3.0, 2.0)
+    assert decision.reached(bracket(1.0, 1.5))
+    assert decision.reached(bracket(1.6, 2.0))
+    assert not decision.reached(bracket(1.4, 2.0))
+    assert not decision.reached(bracket(1.5, 2.0))
+    assert not decision.reached(bracket(1.0, 1.4, slip=Bounds(0.9, 1.6)))
+    assert decision.out_of_reach(bracket(1.0, 1.6)) == ""

@@ -1,0 +1,178 @@
+"""One mesh of a periodic cell: against the leak rate of a cell that is its own mirror image, and
+against the mesh on which every cell is cut into four."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from gaps import represented
+from sample_gaps import rough_gap
+
+from fem_seal.fenicsx import MPI
+from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
+from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.look_ahead import refined_ahead
+from fem_seal.flow.marking import Marks
+from fem_seal.flow.start import Start
+from fem_seal.grid import GridField
+from fem_seal.mesh.nested import uniform_mesh
+from fem_seal.mesh.torus import uniform_torus
+
+# CG stops at this relative energy error; a solution is then known to its root.
+TOLERANCE = 1e-14
+SOLVER = 1e-6
+EPSILON = 0.1
+
+
+def mirrored(representation, seed=3):
+    """A rough periodic gap with the mirror image of its first half beside it, in contact along a
+    line in x: with pressures that are constant at both ends, and flow along x alone."""
+    half = rough_gap((17, 32), 0.25, seed, 2).values.copy()
+    half[:, :5] = 0.0
+    # Vertices 0 and 16 are their own images; of pixels none is.
+    parts = (half[:16], half[:0:-1]) if representation == "linear" else (half[1:], half[:0:-1])
+    values = np.concatenate(parts)
+    return GridField(values, (1.0, 0.8), periodic=True)
+
+
+def posed(kind, gap, mesh):
+    """Problem and start on a mesh."""
+    start = Start.first(gap, mesh)
+    return kind(gap, mesh, start.values, MPI.COMM_SELF, TOLERANCE), start
+
+
+def solved(kind, gap, mesh, epsilon=None):
+    problem, start = posed(kind, gap, mesh)
+    guess = problem.guess(start)
+    if epsilon is None:
+        return problem, problem.pressure(guess.pressure), problem.stream(guess.stream)
+    dual = problem.regularised_stream(guess.stream, epsilon)
+    return problem, problem.pressure(guess.pressure), dual
+
+
+def both(representation, width, epsilon=None):
+    """The mirror cell as a leak rate from end to end, and as a torus."""
+    gap = represented(mirrored(representation), representation, cut=1e-3, width=width)
+    meshes = uniform_mesh(gap.squares, width, True), uniform_torus(gap.squares, width)
+    kinds = LevelProblem, CellProblem
+    return [solved(kind, gap, mesh, epsilon) for kind, mesh in zip(kinds, meshes, strict=True)]
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("width", [1, 2])
+def test_bounds_of_a_mirror_cell_are_those_of_its_leak_rate(representation, width):
+    """K*_xx Ly/Lx is the leak rate, and so are the bounds, before and after the correction."""
+    (leak, p, psi), (cell, pressures, streams) = both(representation, width)
+    assert cell.difference(pressures, streams) == pytest.approx(leak.difference(p, psi), rel=SOLVER)
+    for bound, matrix in zip(
+        leak.corrected(p, psi), vars(cell.corrected(pressures, streams)).values(), strict=True
+    ):
+        assert matrix[0, 0] == pytest.approx(bound, rel=SOLVER)
+        assert np.abs(matrix[[0, 1, 1], [1, 0, 1]]).max() <= 1e-12 * matrix[0, 0]
+    upper = cell.upper_bound(pressures)
+    assert upper.upper[0, 0] == pytest.approx(leak.upper_bound(p).upper, rel=SOLVER)
+    assert not upper.lower.any()
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_cells_of_a_mirror_cell_are_marked_as_for_its_leak_rate(representation):
+    """Its one flow has the energy 1 in place of Q: indicators, blocked flux and residuals are those
+    of the leak rate over Q."""
+    (leak, *of_leak), (cell, *of_cell) = both(representation, 4, EPSILON)
+    np.testing.assert_array_equal(leak.kept, cell.kept)
+    assert cell.data.blocked.any()
+    (flow,), Q = leak.flows(*of_leak), of_leak[0].energy
+    flows = cell.flows(*of_cell)
+    assert len(flows) == 1
+    assert flows[0].rate * flows[0].drop == pytest.approx(1)
+    # The conductance of the primal, and of the regularised dual.
+    assert flows[0].conductance == pytest.approx(Q, rel=SOLVER)
+    for name in ("indicators", "blocked_flux"):
+        expected = getattr(leak, name)([flow]) / Q
+        # Of a leak rate ψ is scaled to the flux of the dual; of a tensor it is the best flux for p.
+        np.testing.assert_allclose(
+            getattr(cell, name)(flows), expected, atol=1e-5 * expected.sum(), err_msg=name
+        )
+    expected = leak.residuals([flow]) / Q
+    same = max(flow.conductance, flows[0].conductance) < cell.data.K
+    np.testing.assert_allclose(
+        cell.residuals(flows)[same], expected[same], atol=1e-5 * expected.sum()
+    )
+
+
+@pytest.mark.parametrize("contact", [0.0, 0.25])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_the_correction_lies_between_this_mesh_and_the_next(contact, representation):
+    """Bubble functions belong to the mesh on which every cell is cut into four: in every direction
+    the corrected bounds are better than those of this mesh, and no better than those of that."""
+    gap = represented(rough_gap((32, 32), contact, 8, 2), representation, cut=1e-3, width=4)
+    mesh = uniform_torus(gap.squares, 4)
+    twice = np.full(len(mesh.cells), 2, dtype=np.int8)
+    fine = Start.first(gap, mesh).refined(gap, twice)
+    problem, pressures, streams = solved(CellProblem, gap, mesh)
+    finer = CellProblem(gap, fine.mesh, fine.values, MPI.COMM_SELF, TOLERANCE)
+    guess = finer.guess(fine)
+    A, C = upper_matrix(pressures), lower_matrix(streams)
+    A_fine = upper_matrix(finer.pressure(guess.pressure))
+    C_fine = lower_matrix(finer.stream(guess.stream))
+    corrected = problem.corrected(pressures, streams)
+    size = SOLVER * np.trace(A)
+    steps = [C, corrected.lower, C_fine, A_fine, corrected.upper, A]
+    if contact:
+        # Power traces of one mesh are no functions of the next.
+        del steps[:3]
+        assert np.linalg.eigvalsh(corrected.lower - C).min() >= -size
+    for less, more in pairwise(steps):
+        assert np.linalg.eigvalsh(more - less).min() >= -size
+    # Most of what the finer mesh gains, as on rough gaps of a leak rate.
+    assert np.trace(A - corrected.upper) > 0.5 * np.trace(A - A_fine)
+
+
+def test_the_best_flux_of_orthonormal_pressures():
+    """∫ J_a·R·J_b = p_a's jump against the flux of b: with C in place of A the flows are no longer
+    orthonormal, and the sum of their energies is tr(A⁻¹C)."""
+    rough = GridField(rough_gap((16, 16), 0.0, 4).values + 0.05, (1.0, 0.7), periodic=True)
+    gap = represented(rough, width=2)
+    problem, pressures, streams = solved(CellProblem, gap, uniform_torus(gap.squares, 2))
+    A, C = upper_matrix(pressures), lower_matrix(streams)
+    flows = problem.flows(pressures, streams)
+    assert len(flows) == 2
+    total, cells = 0.0, problem.mesh.cells[problem.kept]
+    for flow in flows:
+        # Energy K|∇p|² of the pressure is 1.
+        slope = problem.gradients(flow.pressure(slice(None)))
+        u, v = np.moveaxis(problem.mesh.corners(gap.aspect, cells)[:, 1:], 1, 0)
+        area = np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2
+        assert (area * problem.data.K * (slope**2).sum(axis=1)).sum() == pytest.approx(1, rel=1e-9)
+        s = flow.rate * problem.gradients(flow.stream[cells])
+        total += (area * problem.data.resistivity[:, 0] * (s**2).sum(axis=1)).sum()
+    assert total == pytest.approx(np.trace(np.linalg.solve(A, C)), rel=SOLVER)
+
+
+@pytest.mark.parametrize("contact", [0.0, 0.25])
+def test_looking_ahead_keeps_both_stream_functions_and_the_seams(contact):
+    """New vertices inside take better values of both functions, those on seams the means; what is
+    halved stays a torus."""
+    gap = represented(rough_gap((32, 32), contact, 8, 2), cut=1e-3, width=4)
+    problem, pressures, streams = solved(CellProblem, gap, uniform_torus(gap.squares, 4), EPSILON)
+    flows, start = problem.flows(pressures, streams), problem.start(pressures, streams)
+    times = (np.arange(len(start.mesh.cells)) % 5 == 0).astype(np.int8)
+    plain = start.refined(gap, times)
+    ahead = refined_ahead(start, gap, Marks(times, np.inf, np.inf), flows, 1)
+    rim = plain.mesh.rim
+    np.testing.assert_array_equal(ahead.streams[:, rim], plain.streams[:, rim])
+    for psi, better in zip(plain.streams, ahead.streams, strict=True):
+        assert np.abs(psi - better).max() > 1e-3
+    before, after = (
+        CellProblem(gap, s.mesh, s.values, MPI.COMM_SELF, 1.0) for s in (plain, ahead)
+    )
+    # With CG stopped at once, the energies of both starts: of each function, and so of both.
+    energies = [
+        p.regularised_stream(p.guess(s).stream, EPSILON).energies
+        for p, s in ((before, plain), (after, ahead))
+    ]
+    assert (energies[1].diagonal() < energies[0].diagonal()).all()
+    # Each function that is marked ahead would be marked with the flux of both flows.
+    every = refined_ahead(start, gap, Marks(times, -np.inf, np.inf), flows, 1)
+    assert len(every.mesh.cells) > len(plain.mesh.cells)
+    assert every.mesh.numbered_edges.slots().min() >= 0
