@@ -10,8 +10,9 @@ from sample_gaps import rough_gap
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
+from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.level import LevelProblem
-from fem_seal.flow.look_ahead import refined_ahead
+from fem_seal.flow.look_ahead import least_indicator, refined_ahead
 from fem_seal.flow.marking import Marks
 from fem_seal.flow.start import Start
 from fem_seal.grid import GridField
@@ -151,8 +152,7 @@ def test_the_best_flux_of_orthonormal_pressures():
 
 @pytest.mark.parametrize("contact", [0.0, 0.25])
 def test_looking_ahead_keeps_both_stream_functions_and_the_seams(contact):
-    """New vertices inside take better values of both functions, those on seams the means; what is
-    halved stays a torus."""
+    """New vertices inside take better values of both functions, those on seams the means."""
     gap = represented(rough_gap((32, 32), contact, 8, 2), cut=1e-3, width=4)
     problem, pressures, streams = solved(CellProblem, gap, uniform_torus(gap.squares, 4), EPSILON)
     flows, start = problem.flows(pressures, streams), problem.start(pressures, streams)
@@ -172,7 +172,36 @@ def test_looking_ahead_keeps_both_stream_functions_and_the_seams(contact):
         for p, s in ((before, plain), (after, ahead))
     ]
     assert (energies[1].diagonal() < energies[0].diagonal()).all()
-    # Each function that is marked ahead would be marked with the flux of both flows.
-    every = refined_ahead(start, gap, Marks(times, -np.inf, np.inf), flows, 1)
-    assert len(every.mesh.cells) > len(plain.mesh.cells)
-    assert every.mesh.numbered_edges.slots().min() >= 0
+
+
+@pytest.mark.parametrize("kind", ["indicators", "flux"])
+def test_both_flows_count_in_what_is_halved_ahead(kind):
+    """Every new cell whose sum over both flows, of the least indicators or of the fluxes of blocked
+    cells, is as large as the smallest marked one, and no other."""
+    gap = represented(rough_gap((32, 32), 0.25, 8, 2), cut=1e-3, width=8)
+    problem, pressures, streams = solved(CellProblem, gap, uniform_torus(gap.squares, 8), EPSILON)
+    flows, start = problem.flows(pressures, streams), problem.start(pressures, streams)
+    for flow in flows:
+        np.testing.assert_allclose(flow.weights @ start.streams, flow.stream, atol=1e-12)
+    times = (np.arange(len(start.mesh.cells)) % 5 == 0).astype(np.int8)
+    blind = refined_ahead(start, gap, Marks(times, np.inf, np.inf), flows, 1)
+    mesh, data = blind.mesh, gap.cell_data(blind.mesh, blind.values)
+    slopes, areas = shape_gradients(mesh.corners(gap.aspect, mesh.cells))
+    R = data.regularised(EPSILON, gap.cut)
+    indicators, flux = np.zeros((2, len(mesh.cells)))
+    for flow in flows:
+        J = flow.rate * gradients(slopes, (flow.weights @ blind.streams)[mesh.cells])
+        indicators += areas * least_indicator(J, data.K, R)
+        flux += flow.drop * np.hypot(*J.T) * np.sqrt(2 * areas)
+    sums = indicators if kind == "indicators" else np.where(data.blocked, flux, -np.inf)
+    new = (mesh.cells >= len(start.mesh.xy)).any(axis=1) & (data.K > 0)
+    sums = np.where(new, sums, -np.inf)
+    for rank in (1, 5, 15):
+        least = np.sort(sums)[-rank] * (1 - 1e-9)
+        # A new cell is marked from half the smallest marked indicator on.
+        marks = Marks(times, *((2 * least, np.inf) if kind == "indicators" else (np.inf, least)))
+        ahead = refined_ahead(start, gap, marks, flows, 1)
+        once = (sums >= least).astype(np.int8)
+        assert once.sum() == rank
+        np.testing.assert_array_equal(ahead.mesh.cells, blind.refined(gap, once).mesh.cells)
+        assert ahead.mesh.numbered_edges.slots().min() >= 0
