@@ -25,9 +25,10 @@ import numpy as np
 
 from fem_seal.errors import Inconsistent
 from fem_seal.flow.energy import ROUNDING
-from fem_seal.flow.film_on_mesh import FilmOnMesh
+from fem_seal.flow.film_on_mesh import FilmOnMesh, Flow
+from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.look_ahead import refined_ahead
-from fem_seal.flow.marking import mark, mark_all
+from fem_seal.flow.marking import Marks, mark, mark_all
 from fem_seal.flow.start import Guess, Start
 from fem_seal.flow.stopping import SolvedLevel, Stopping
 from fem_seal.flow.strategy import Strategy
@@ -104,7 +105,8 @@ def refined(
     widen : adds to a bracket the bounds for a gas that slips, before `stopping` judges it
     """
     most = strategy.max_unknowns or np.inf
-    near, narrower, best, log = strategy.uniform or strategy.every_dual, USUAL_GAIN, None, _Log()
+    near, narrower = strategy.uniform or strategy.every_dual, USUAL_GAIN
+    best, log = None, _Log()
     while True:
         problem = pose(start.mesh, start.values)
         if best is not None and problem.unknowns > most:
@@ -114,14 +116,13 @@ def refined(
         log.lap("mesh")
         solution = _solve(problem, guess, strategy, near, narrower, log)
         bounds = problem.upper_bound(solution.pressure)
-        best = bounds if best is None else bounds.tightened(best)
         if solution.stream is not None:
-            corrected = problem.corrected(solution.pressure, solution.stream)
-            best = corrected.tightened(best)
-            if np.isfinite(corrected.excess):
-                difference = problem.difference(solution.pressure, solution.stream)
-                near, narrower = True, gain(corrected.excess, difference)
+            bounds = problem.corrected(solution.pressure, solution.stream).tightened(bounds)
             log.lap("sharpening")
+        if np.isfinite(bounds.excess):
+            difference = problem.difference(solution.pressure, solution.stream)
+            near, narrower = True, gain(bounds.excess, difference)
+        best = bounds if best is None else bounds.tightened(best)
         count = problem.unknowns, problem.space.count
         level = SolvedLevel(*count, best, log.iterations, log.seconds)
         yield stopping.judged(Bracket(level, problem, solution.pressure, solution.stream), widen)
@@ -134,23 +135,18 @@ def refined(
             # midpoint of each side becomes an unknown.
             if 2 * problem.unknowns > most:
                 return stopping.end(TOO_MANY.format(most))
-            marks, flows, ahead = mark_all(problem), [], 0
-            start = problem.start(solution.pressure, solution.stream)
+            step = _uniform_step(problem, solution)
         else:
             solution = _with_regularised_dual(problem, guess, solution, strategy, log)
-            flows = problem.flows(solution.pressure, solution.regularised)
-            expected = narrower * problem.difference(solution.pressure, solution.regularised)
             reached = best.width if solution.stream is not None else np.inf
-            marks = mark(problem, flows, expected, reached, strategy)
-            ahead = strategy.tuning.ahead
-            start = problem.start(solution.pressure, solution.regularised)
+            step = _adaptive_step(problem, solution, narrower, reached, strategy)
         # Free this mesh before the next one is made.
-        gap, flows = problem.gap, [flow.without_functions() for flow in flows]
         del problem, guess, solution
         try:
-            start = refined_ahead(start, gap, marks, flows, ahead)
+            start = refined_ahead(*step)
         except TooFine as limit:
             return stopping.end(str(limit))
+        del step
         log.lap("refine")
 
 
@@ -220,3 +216,34 @@ def _with_regularised_dual(
         raise Inconsistent("contact bars an open gap; please report the gap as a defect")
     log.lap("regularised dual", regularised)
     return replace(solution, regularised=regularised)
+
+
+# Arguments of `refined_ahead`: start, gap, marks, flows, times.
+_Step = tuple[Start, LinearGap | ConstantGap | VertexGap, Marks, list[Flow], int]
+
+
+def _uniform_step(problem: FilmOnMesh, solution: _Solved) -> _Step:
+    """Refine all cells, without looking ahead."""
+    start = problem.start(solution.pressure, solution.stream)
+    return start, problem.gap, mark_all(problem), [], 0
+
+
+def _adaptive_step(
+    problem: FilmOnMesh, solution: _Solved, narrower: float, reached: float, strategy: Strategy
+) -> _Step:
+    """Refine the cells that the regularised dual marks, and look ahead.
+
+    Parameters
+    ----------
+    problem, solution : the mesh and the solutions on it
+    narrower : ratio of the widths of corrected and solved bounds
+    reached : relative width of the best bounds; infinite if the dual was not solved
+    strategy : tolerance and parameters
+    """
+    flows = problem.flows(solution.pressure, solution.regularised)
+    expected = narrower * problem.difference(solution.pressure, solution.regularised)
+    marks = mark(problem, flows, expected, reached, strategy)
+    start = problem.start(solution.pressure, solution.regularised)
+    # Free the functions with the mesh: looking ahead takes them from `start`.
+    numbers = [flow.without_functions() for flow in flows]
+    return start, problem.gap, marks, numbers, strategy.tuning.ahead
