@@ -26,6 +26,7 @@ with ended_silently():
         render,
         report,
         run,
+        schema,
         study,
         surface,
         sweep,
@@ -36,7 +37,7 @@ with ended_silently():
 
 COMMANDS = (
     *(new, run, leak, sweep, report, render, surface, mesh),
-    *(study, percolation, letter, doctor),
+    *(study, percolation, letter, doctor, schema),
 )
 INTERRUPTED = 130
 

@@ -10,7 +10,15 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.field_file.recorded import Stated
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import Coordinate, Count, InputFile, Length, Number, Section
+from fem_seal.scene.sections import (
+    Coordinate,
+    Count,
+    InputFile,
+    Length,
+    Number,
+    Section,
+    one_or_more,
+)
 
 if TYPE_CHECKING:
     from fem_seal.surface.preparation import Preparation
@@ -134,15 +142,11 @@ class FileSurface(FieldFile):
         return self
 
 
-def _one_or_more(value: object) -> object:
-    return value if isinstance(value, list | tuple) else [value]
-
-
 class ProfileSurface(Section):
     """A random isotropic surface with the spectrum of measured profiles."""
 
     kind: Literal["profiles"] = Field(description='"self-affine", "file" or "profiles"')
-    path: Annotated[tuple[InputFile, ...], BeforeValidator(_one_or_more)] = Field(
+    path: Annotated[tuple[InputFile, ...], BeforeValidator(one_or_more)] = Field(
         min_length=1, description="text file of profiles, or a list of them"
     )
     unit: LengthUnit | None = Field(None, description="of heights and x, if the files have none")

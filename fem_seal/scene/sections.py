@@ -153,12 +153,12 @@ class SelfAffineSurface(Section):
         return self
 
 
-def _one_or_two(value: object) -> object:
-    """A single value as a list of one; the counter-face is then rigid."""
+def one_or_more(value: object) -> object:
+    """A single value as a list of one."""
     return value if isinstance(value, list | tuple) else [value]
 
 
-OneOrTwo = BeforeValidator(_one_or_two), Field(min_length=1, max_length=2)
+OneOrTwo = BeforeValidator(one_or_more), Field(min_length=1, max_length=2)
 
 
 class Solid(Section):

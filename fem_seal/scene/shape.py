@@ -27,12 +27,12 @@ Position = Annotated[float, BeforeValidator(partial(to_si, unit="m"))]
 _AXES = {"cartesian": ("m", "m"), "polar": ("m", "rad")}
 
 
-def _along_second_axis(value: object, info: ValidationInfo) -> float:
+def along_second_axis(value: object, info: ValidationInfo) -> float:
     """Length or angle, as the grid that the section names has it."""
     return to_si(value, _AXES[info.data.get("grid", "cartesian")][1])
 
 
-SecondPosition = Annotated[float, BeforeValidator(_along_second_axis)]
+SecondPosition = Annotated[float, BeforeValidator(along_second_axis)]
 Group = Annotated[str, Strict()] | Annotated[int, Strict()]
 
 
