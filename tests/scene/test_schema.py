@@ -109,7 +109,7 @@ def test_one_or_two_solids():
 
 def test_position_on_a_polar_grid():
     """Its second axis is an angle, whose unit depends on another field."""
-    shape = {"kind": "rectangle", "size": ["1 mm", "1 mm"], "mesh_size": "0.1 mm"}
+    shape = {"kind": "rectangle", "length": "1 mm", "width": "1 mm", "mesh_size": "0.1 mm"}
     assert is_valid({"shape": shape | {"grid_origin": ["1 mm", "90 deg"]}})
     assert not is_valid({"shape": shape | {"grid_origin": ["1 mm"]}})
 
