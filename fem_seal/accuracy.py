@@ -14,6 +14,7 @@ from typing import Protocol
 from fem_seal import parallel
 from fem_seal.contact.state import GapState
 from fem_seal.coupling import LiftedState
+from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -280,7 +281,7 @@ def relative_error(part: float) -> float:
 
 
 def _missed(total: float, part: float, finest: tuple[int, int]) -> str:
-    told = f"about {100 * relative_error(part):.2g} %" if part < inf else "not known"
+    told = f"about {per_cent(relative_error(part))}" if part < inf else "not known"
     return (
         f"the contact grid's part of the error is {told} on {finest[0]} x {finest[1]}, the finest "
         f"that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"

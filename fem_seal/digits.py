@@ -56,6 +56,16 @@ def _rounded(number: float, digits: int, rounding: str) -> str:
     return f"{decimal:e}"
 
 
+def in_digits(number: float, digits: int = 4) -> str:
+    """Write a number with so many significant digits, without zeros at its end: "2.5e-9"."""
+    if not math.isfinite(number):
+        return str(number)
+    mantissa, exponent, power = _rounded(number, digits, ROUND_HALF_EVEN).partition("e")
+    if "." in mantissa:
+        mantissa = mantissa.rstrip("0").rstrip(".")
+    return f"{mantissa}{exponent}{power}"
+
+
 def per_cent(fraction: float) -> str:
     """Write a fraction in per cent to two digits, "4.1 %"; from 99 % on to whole per cent."""
     number = 100 * fraction

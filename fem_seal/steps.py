@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal import parallel
+from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
@@ -279,7 +280,7 @@ def _finite_elements(
     flow = scene.flow
 
     def progress(level: Level) -> None:
-        report("flow", f"{level.unknowns} unknowns, ±{100 * level.half_width:.2g} %")
+        report("flow", f"{level.unknowns} unknowns, ±{per_cent(level.half_width)}")
 
     return leak_rate(
         film,

@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fem_seal.digits import bracket_digits, rounded_down, rounded_up, with_error, with_prefix
+from fem_seal.digits import (
+    bracket_digits,
+    in_digits,
+    rounded_down,
+    rounded_up,
+    with_error,
+    with_prefix,
+)
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, rate_text
 
@@ -101,3 +108,16 @@ def test_representation_leaves_the_arrays_out():
     field = GridField(np.linspace(-2e-6, 1e-6, 512 * 256).reshape(512, 256), (1e-6, 5e-7), True)
     shown = "GridField(512 x 256, -2e-06 to 1e-06, spacing=(1e-06, 5e-07), periodic=True)"
     assert repr(field) == shown
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        *((1e-9, "1e-9"), (0.25, "0.25"), (100.0, "100"), (1 / 3, "0.3333"), (2.5e7, "2.5e+7")),
+        *((0.0, "0"), (-1e-12, "-1e-12"), (float("inf"), "inf")),
+    ],
+)
+def test_number_without_zeros(number, text):
+    """No zeros behind the last digit, nor in front of an exponent; it reads back."""
+    assert in_digits(number) == text
+    assert float(text) == pytest.approx(number, rel=5e-4)

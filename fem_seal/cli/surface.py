@@ -203,9 +203,6 @@ def _spectrum_lines(fit: "SpectrumFit | None", why: str) -> list[str]:
 
 
 def _length(metres: float | None) -> str:
-    from fem_seal.digits import readable
+    from fem_seal.digits import with_prefix
 
-    if metres is None:
-        return "none seen"
-    scale, unit = readable(metres, "m")
-    return f"{metres * scale:.4g} {unit}"
+    return "none seen" if metres is None else with_prefix(metres, "m")

@@ -5,7 +5,7 @@ from statistics import stdev
 
 import numpy as np
 
-from fem_seal.digits import with_prefix
+from fem_seal.digits import per_cent, with_prefix
 from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate
@@ -215,7 +215,7 @@ def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:
     aperture = float(12 * viscosity * lowest) ** (1 / 3)
     added = 6 * drive.mean_free_path(viscosity) / aperture
     sentence = (
-        f"slip of the gas at the walls is not computed and adds {100 * added:.2g} % or more to the "
+        f"slip of the gas at the walls is not computed and adds {per_cent(added)} or more to the "
         "flow where the seal is tightest"
     )
     return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)

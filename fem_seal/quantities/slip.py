@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fem_seal.digits import with_prefix
+from fem_seal.digits import per_cent, with_prefix
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.fluid import GasDrive, Slip
@@ -66,7 +66,7 @@ def slip_interval(patch: Patch) -> Uncertainty | None:
     )
     larger = relative_half_width(lower, upper) > relative_half_width(*of_refinement)
     if larger:
-        sentence += f": ±{100 * relative_half_width(lower, upper):.2g} %, the larger part of them"
+        sentence += f": ±{per_cent(relative_half_width(lower, upper))}, the larger part of them"
     return Uncertainty(SLIP_INTERVAL, "guaranteed", sentence, lower, upper)
 
 
@@ -90,7 +90,7 @@ def _kinetic(patch: Patch, law: Slip, knudsen: float) -> Uncertainty:
     error = KINETIC_ERROR * (1 - 1 / law.mean_gain(critical))
     sentence = (
         "slip of the gas at the walls is that of the linearised BGK equation, and other models of "
-        f"the gas differ from it by up to {100 * KINETIC_ERROR:.2g} % of what slip adds; Knudsen "
+        f"the gas differ from it by up to {per_cent(KINETIC_ERROR)} of what slip adds; Knudsen "
         f"number {knudsen:.2g} at the tightest place"
     )
     path, length = knudsen * critical, _length(patch)
@@ -121,7 +121,7 @@ def _without_slip(patch: Patch, knudsen: float) -> Uncertainty:
     sigma = present(scene.fluid, "[fluid]").accommodation or 1.0
     added = 6 * knudsen * (2 - sigma) / sigma
     sentence = (
-        f"slip of the gas at the walls is not computed and adds about {100 * added:.2g} % to the "
+        f"slip of the gas at the walls is not computed and adds about {per_cent(added)} to the "
         f"flow at the tightest place (mean free path {with_prefix(knudsen * critical, 'm')} at the "
         f"mean pressure, gap {with_prefix(critical, 'm')})"
     )

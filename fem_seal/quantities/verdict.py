@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import expm1, log, sinh, sqrt
 
-from fem_seal.digits import bracket_digits, rounded_down, rounded_up
+from fem_seal.digits import bracket_digits, in_digits, rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
@@ -63,7 +63,7 @@ class Shown:
 
     def text(self, solved: float) -> str:
         """A solved leak rate [m³/s] in the unit."""
-        return f"{solved * self.per_solved:.4g} {self.name}"
+        return f"{in_digits(solved * self.per_solved)} {self.name}"
 
     def at_least(self, solved: float) -> str:
         """A lower bound in the unit, rounded down."""
@@ -101,7 +101,7 @@ def verdict(
     budget : uncertainties of the leak rate; its entry "flow" belongs to `leak`
     wish : advice for an undecided verdict; a tolerance of the flow if left out
     """
-    given = None if limit is None else f"{limit.number:g} {limit.unit.name}"
+    given = None if limit is None else f"{in_digits(limit.number, 6)} {limit.unit.name}"
     rest = beside_flow(budget)
     open_points = _not_covered(rest)
     if leak.state == "lifted off":

@@ -1,6 +1,14 @@
 """Verdict, units and quantities of a result in words, for the terminal and for the report."""
 
-from fem_seal.digits import bracket_digits, readable, rounded_down, rounded_up, with_prefix
+from fem_seal.digits import (
+    bracket_digits,
+    in_digits,
+    per_cent,
+    readable,
+    rounded_down,
+    rounded_up,
+    with_prefix,
+)
 from fem_seal.errors import present
 from fem_seal.leak_rate import rate_text
 from fem_seal.quantities.aperture import HydraulicAperture
@@ -92,7 +100,7 @@ def contact_words(result: Result) -> str:
 def accuracy_words(accuracy: AccuracyRecord) -> str:
     """Contact grid and tolerance that were chosen for the total error."""
     contact, flow = (
-        "unknown" if part is None else f"{100 * part:.2g} %"
+        "unknown" if part is None else per_cent(part)
         for part in (accuracy.contact_error, accuracy.flow_error)
     )
     nx, ny = accuracy.samples
@@ -133,7 +141,7 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
     if quantities.hydraulic_aperture:
         lines.append(("aperture", aperture_words(quantities.hydraulic_aperture)))
     if quantities.trapped_volume is not None:
-        lines.append(("trapped", f"{quantities.trapped_volume:.4g} m^3 in closed pockets"))
+        lines.append(("trapped", f"{in_digits(quantities.trapped_volume)} m^3 in closed pockets"))
     if quantities.conductivity_tensor:
         lines.append(("tensor", tensor_words(quantities.conductivity_tensor)))
     return lines
@@ -164,9 +172,9 @@ def gas_words(gas: GasRecord) -> str:
     if gas.knudsen_number is not None:
         path += f", Knudsen number {gas.knudsen_number:.2g} at the tightest place"
     return (
-        f"volume at {gas.reference_temperature:g} K and {gas.reference_pressure:g} Pa; "
-        f"{gas.mass_rate.value:.4g} kg/s, {gas.throughput.value:.4g} Pa m^3/s, "
-        f"{gas.amount_rate.value:.4g} mol/s; {slip}; {path}"
+        f"volume at {gas.reference_temperature:g} K and {in_digits(gas.reference_pressure, 6)} Pa; "
+        f"{in_digits(gas.mass_rate.value)} kg/s, {in_digits(gas.throughput.value)} Pa m^3/s, "
+        f"{in_digits(gas.amount_rate.value)} mol/s; {slip}; {path}"
     )
 
 
@@ -177,7 +185,7 @@ def constriction_words(tightest: Constriction) -> str:
         text += f", {_length(tightest.width)} wide"
     text += f", at x = {_length(tightest.x)}, y = {_length(tightest.y)}"
     if tightest.pressure_share is not None:
-        text += f"; takes {100 * tightest.pressure_share:.2g} % of the pressure drop"
+        text += f"; takes {per_cent(tightest.pressure_share)} of the pressure drop"
     return f"{text}; sealed if the gap were lowered by {_length(tightest.gap)}"
 
 

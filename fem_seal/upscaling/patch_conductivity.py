@@ -28,6 +28,7 @@ from fem_seal import parallel
 from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
+from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.grid import GridField
@@ -225,7 +226,7 @@ class LoadedPatch:
         nearby = film.representation == "linear" and scene.flow.method == "adaptive"
 
         def progress(level: Level) -> None:
-            report("flow", f"{level.unknowns} unknowns, ±{100 * level.half_width:.2g} %")
+            report("flow", f"{level.unknowns} unknowns, ±{per_cent(level.half_width)}")
 
         def keep(flow: "MeshedFlow") -> None:
             self._flows[load] = flow
