@@ -5,23 +5,13 @@ import re
 import numpy as np
 import pytest
 import pyvista as pv
+from project import scene_of_samples
 
 from fem_seal import InvalidInput, LeakRate, Patch, Result, Scene, run, to_pyvista, to_xarray
 from fem_seal.scene.readable import rows_of
 
-SCENE = {
-    "surface": {
-        "kind": "self-affine",
-        "shape": [32, 32],
-        "size": ["50 um", "50 um"],
-        "hurst": 0.8,
-        "long_wavelength": "25 um",
-        "short_wavelength": "5 um",
-        "rms_slope": 0.1,
-    },
-    "solid": {"contact_modulus": "10 MPa"},
+SCENE = scene_of_samples(32) | {
     "contact": {"pressure": "100 kPa"},
-    "fluid": {"viscosity": "1 mPa s"},
     "flow": {"pressure_drop": "10 kPa", "rtol": 0.2},
     "limit": {"leak_rate": "1 ml/h"},
     "output": {"products": ["leak_rate", "mesh"]},
@@ -113,6 +103,7 @@ def test_pyvista_mesh_carries_the_flow(patch):
     area = mesh.compute_cell_sizes(length=False, volume=False).cell_data["Area"]
     through = np.sum(area * mesh.cell_data["flux"][:, 0]) / patch.contact.gap.size[0]
     leak = patch.leak_rate
-    assert leak.lower * (1 - 1e-9) <= through <= leak.inflow * (1 + 1e-9)
+    # CG stops at 1e-8 of the energy: the flux through a line is known to the root of that.
+    assert leak.lower <= through <= leak.inflow * (1 + 1e-4)
     with pytest.raises(InvalidInput, match="add 'mesh' to output"):
         to_pyvista(LeakRate.sealed("adaptive"))

@@ -8,6 +8,7 @@ import unicodedata
 
 import pypdf
 import pytest
+from project import scene_of_samples
 
 from fem_seal import Scene, run
 from fem_seal.render.report import report
@@ -27,26 +28,15 @@ def browser(page, *options):
 
 
 @pytest.fixture(scope="module")
-def result(small_scene_text, tmp_path_factory):
+def result(scene_of_a_seal, tmp_path_factory):
     folder = tmp_path_factory.mktemp("result") / "seal"
-    return run(Scene.from_mapping(small_scene_text), folder), report(folder)
+    return run(Scene.from_mapping(scene_of_a_seal), folder), report(folder)
 
 
 @pytest.fixture(scope="module")
-def small_scene_text():
-    return {
-        "surface": {
-            "kind": "self-affine",
-            "shape": [32, 32],
-            "size": ["50 um", "50 um"],
-            "hurst": 0.8,
-            "long_wavelength": "25 um",
-            "short_wavelength": "5 um",
-            "rms_slope": 0.1,
-        },
-        "solid": {"contact_modulus": "10 MPa"},
+def scene_of_a_seal():
+    return scene_of_samples(32) | {
         "contact": {"pressure": "100 kPa"},
-        "fluid": {"viscosity": "1 mPa s"},
         "flow": {"pressure_drop": "10 kPa", "rtol": 0.2},
         "limit": {"leak_rate": "1 ml/h"},
         "output": {"products": ["contact", "leak_rate", "pictures", "constriction"]},
