@@ -91,9 +91,9 @@ class Problem:
 
         An FFT of N samples in float64 adds noise to the modes of at most ε log2 N times the rms of
         the samples (N. J. Higham, Accuracy and Stability of Numerical Algorithms (2002), theorem
-        24.2, with room for its constants); the compliances turn the noise into a displacement of
-        their rms, and four of those are exceeded nowhere. It reaches 1e-4 of the rms height only
-        under a pressure 1e9 times the one that flattens the surface.
+        24.2, with room for its constants). The compliances turn the noise into a displacement; four
+        times its rms is the bound for all samples. It reaches 1e-4 of the rms height only under a
+        pressure 1e9 times the one that flattens the surface.
         """
         rms = float(np.sqrt(np.mean(pressure**2)))
         noise = np.finfo(float).eps * np.log2(2 * pressure.size) * rms

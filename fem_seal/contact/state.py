@@ -91,7 +91,7 @@ class BearingState(GapState):
 
 @dataclass(frozen=True, eq=False)
 class ContactState(GapState):
-    """An elastic contact in equilibrium, with the measures of how exactly.
+    """An elastic contact in equilibrium, with measures of its accuracy.
 
     Where the pressure is positive the gap is set to exactly 0 (before, it was at most
     `pressed_gap`); elsewhere it is the computed one, clipped at 0, so that samples which overlap
@@ -119,7 +119,7 @@ class ContactState(GapState):
     fft_pairs : float
         Forward and backward transforms spent, start and certificate included.
     residuals : tuple of float
-        Certificate at each iteration looked at (damped and fista look every 20).
+        Certificate at each iteration for which it was computed (damped and fista: every 20).
     solver : str
         Name of the method.
     converged : bool
