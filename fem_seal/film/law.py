@@ -18,6 +18,7 @@ from fem_seal.fluid import Slip
 from fem_seal.rarefied import PoiseuilleCoefficient
 
 Gap = TypeVar("Gap", float, np.float64, np.ndarray)
+_RATIO = 1.05  # of two gaps in a table of extremes, to first order
 Line = tuple[np.ndarray | float, np.ndarray | float]
 
 
@@ -163,22 +164,72 @@ def mean_pressure_law(slip: Slip, highest: float) -> FilmLaw:
     return FilmLaw(known, known)
 
 
-def bounding_law(slip: Slip, highest: float, above: float, below: float, unit: float) -> FilmLaw:
+@dataclass(frozen=True, eq=False)
+class PressureWeight:
+    """w(p) > 0 in φ = ∫ w dp, piecewise linear between the pressures of outlet and inlet.
+
+    Parameters
+    ----------
+    reference : float
+        Gap g₀, in units of the largest one, that w has the shape of, about.
+    pressures, values : (n,) float
+        Kinks of w, the first one p_out, the last one p_in [Pa], and w there.
+    """
+
+    reference: float
+    pressures: np.ndarray
+    values: np.ndarray
+
+    @classmethod
+    def of_gap(cls, slip: Slip, highest: float, reference: float) -> "PressureWeight":
+        """w(p) = c(g₀ p/B), for which κ does not depend on p where the gap is g₀.
+
+        Infinite g₀, w(p) = p, want an outlet pressure above 0.
+        """
+        ends = np.array(slip.pressures)
+        if np.isinf(reference):
+            return cls(reference, ends, ends)
+        per_pascal = highest * reference / slip.product
+        kinks = slip.coefficient.kinks / per_pascal
+        inside = kinks[(kinks > ends[0]) & (kinks < ends[1])]
+        pressures = np.concatenate([ends[:1], inside, ends[1:]])
+        return cls(reference, pressures, slip.coefficient(per_pascal * pressures))
+
+    def times(self, pressures: np.ndarray, logarithm: np.ndarray) -> "PressureWeight":
+        """Multiply by the exponential of a function that is linear between pressures."""
+        kinks = np.union1d(self.pressures, pressures)
+        kinks = kinks[(kinks >= self.pressures[0]) & (kinks <= self.pressures[-1])]
+        factor = np.exp(np.interp(kinks, pressures, logarithm))
+        return PressureWeight(self.reference, kinks, self(kinks) * factor)
+
+    def __call__(self, pressure: np.ndarray) -> np.ndarray:
+        """W of a pressure between the two ends [Pa]."""
+        return np.interp(pressure, self.pressures, self.values)
+
+    @cached_property
+    def mean(self) -> float:
+        """Mean of w over the pressures."""
+        areas = np.diff(self.pressures) * (self.values[1:] + self.values[:-1]) / 2
+        return float(areas.sum() / (self.pressures[-1] - self.pressures[0]))
+
+
+def bounding_law(
+    slip: Slip, highest: float, above: PressureWeight, below: PressureWeight, unit: float
+) -> FilmLaw:
     """Largest and smallest conductivity over all pressures.
 
     With φ(p) = ∫ w dp, w any positive function, the mass flux is -(M/(RT)) κ ∇φ, and
     κ = B g² c(g p/B)/(12 η w(p)). The linear problem with the largest κ has at least the true mass
     rate and that with the smallest κ at most: p lies between the two pressures, and the flow grows
-    with κ (Rayleigh). Here w(p) = c(g₀ p/B), so that κ does not depend on p at the gap g₀.
+    with κ (Rayleigh).
 
     Parameters
     ----------
     slip : Slip
     highest : float
         Largest gap [m].
-    above, below : float
-        g₀ of either bound, in units of the largest gap. Infinite ones, w(p) = p, want an outlet
-        pressure above 0.
+    above, below : PressureWeight
+        w of either bound.
     unit : float
         Coefficient c of the largest gap that is 1.
 
@@ -207,17 +258,18 @@ def _from_right(x: np.ndarray, bends: np.ndarray) -> np.ndarray:
 
 
 def _extremes(
-    slip: Slip, highest: float, reference: float, of: Callable[..., np.ndarray]
+    slip: Slip, highest: float, weight: PressureWeight, of: Callable[..., np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Gaps of a table, and there the largest or the smallest κ/g² over all pressures."""
-    gaps = gap_table(slip, highest, reference)
+    gaps = gap_table(slip, highest, weight.reference)
     kinks = slip.coefficient.kinks * (slip.product / highest)
+    p_out, p_in = slip.pressures
     values = np.empty(len(gaps))
     for k, gap in enumerate(gaps):
-        at = [gap_at for gap_at in (gap, reference) if 0 < gap_at < np.inf]
-        inside = np.concatenate([np.array(slip.pressures), *(kinks / gap_at for gap_at in at)])
-        inside = inside[(inside >= slip.outlet_pressure) & (inside <= slip.inlet_pressure)]
-        values[k] = of(conductivities(slip, highest, reference, gap, inside))
+        of_gap = kinks / gap if gap > 0 else kinks[:0]
+        of_gap = of_gap[(of_gap > p_out) & (of_gap < p_in)]
+        inside = np.concatenate([weight.pressures, of_gap])
+        values[k] = of(conductivities(slip, highest, weight, gap, inside))
     return gaps, values
 
 
@@ -233,6 +285,9 @@ def _sag(c: PoiseuilleCoefficient) -> float:
 def gap_table(slip: Slip, highest: float, reference: float) -> np.ndarray:
     """Gaps from 0 to 1 for a table of extremes, at most one kink of c(g p/B) between two.
 
+    The first one is so small that c has no kink for smaller gaps at any of the pressures; to first
+    order, where c has none at all, it slips a thousand times more than it flows.
+
     Parameters
     ----------
     slip, highest : Slip, float
@@ -240,36 +295,28 @@ def gap_table(slip: Slip, highest: float, reference: float) -> np.ndarray:
         g₀, one of the gaps if it is not above 1.
     """
     kinks = slip.coefficient.kinks
-    first = _first_kink(slip, highest)
+    start, ratio = (kinks[0], kinks[1] / kinks[0]) if len(kinks) else (1e-3, _RATIO)
+    first = start * slip.product / (highest * slip.inlet_pressure)
     gaps = [0.0, 1.0]
     if first < 1:
-        gaps += list(np.geomspace(first, 1.0, 2 + ceil(log(1 / first) / log(kinks[1] / kinks[0]))))
+        gaps += list(np.geomspace(first, 1.0, 2 + ceil(log(1 / first) / log(ratio))))
     return np.unique([*gaps, min(reference, 1.0)])
 
 
-def _first_kink(slip: Slip, highest: float) -> float:
-    """Gap, over the largest, below which c(g p/B) has no kink at any of the pressures."""
-    kinks = slip.coefficient.kinks
-    most = highest * slip.inlet_pressure / slip.product
-    return float(kinks[0] / most) if len(kinks) else 1.0
-
-
 def conductivities(
-    slip: Slip, highest: float, reference: float, gaps: np.ndarray, pressures: np.ndarray
+    slip: Slip,
+    highest: float,
+    weight: PressureWeight,
+    gaps: np.ndarray | float,
+    pressures: np.ndarray,
 ) -> np.ndarray:
-    """κ/g² at gaps and pressures, (φ(p_in) - φ(p_out))/(p_in - p_out) c(g p/B)/w(p).
+    """κ/g² at gaps and pressures, c(g p/B) over w(p), in units of the mean of w.
 
     Parameters
     ----------
-    slip, highest, reference : as of `bounding_law`; g₀ may be infinite
+    slip, highest, weight : Slip, float, PressureWeight
     gaps, pressures : arrays that broadcast
         Gaps in units of the largest one, pressures [Pa].
     """
-    c, per_pascal = slip.coefficient, highest / slip.product
-    difference = slip.inlet_pressure - slip.outlet_pressure
-    if np.isinf(reference):
-        weight, mean = pressures, slip.mean_pressure
-    else:
-        low, high = (slip.potential(p, highest * reference) for p in slip.pressures)
-        weight, mean = c(reference * per_pascal * pressures), (high - low) / difference
-    return c(gaps * per_pascal * pressures) * (mean / weight)
+    t = gaps * (highest / slip.product) * pressures
+    return slip.coefficient(t) * (weight.mean / weight(pressures))

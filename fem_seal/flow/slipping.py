@@ -6,12 +6,18 @@ place does to the slip is enclosed on that mesh: by the pressure of the film wit
 conductivity, and by the stream function of that with the smallest one (`film.law.bounding_law`).
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import minimize
 
 from fem_seal.errors import present
-from fem_seal.film.law import FilmLaw, bounding_law, conductivities, mean_pressure_law
+from fem_seal.film.law import (
+    FilmLaw,
+    PressureWeight,
+    bounding_law,
+    mean_pressure_law,
+)
 from fem_seal.flow.adapt import Bracket
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
@@ -22,7 +28,11 @@ from fem_seal.fluid import Slip
 # pressures. They choose which of many valid bounds is computed.
 _GAPS = np.geomspace(1e-12, 1.0, 1200)
 _FACTORS = 2.0 ** (np.arange(-40, 41) / 4)
-_PRESSURES = 5
+_BIN = 8  # gaps of the table that are taken for one where weights are sought
+_PRESSURES = 24
+_LEAST_PRESSURE = 1e-3  # of these above a vacuum, over the inlet's
+_SHARPNESS = (30.0, 100.0, 300.0, 1000.0)  # of the smooth maxima whose minimum is sought, in turn
+_WORTHWHILE = 1e-3  # least gain of a bound, relative, for which another weight is taken
 
 
 class SlipBounds(Bounds):
@@ -60,15 +70,17 @@ class SlippingFilm:
         candidates = critical / highest * _FACTORS
         if slip.outlet_pressure > 0:
             candidates = np.append(candidates, np.inf)
-        pressures = np.linspace(*slip.pressures, _PRESSURES)[:, None]
-        laws = np.array([conductivities(slip, highest, g, _GAPS, pressures) for g in candidates])
-        self._candidates = candidates
-        per_square = self._unit * self._mean / _GAPS**2
-        self._more = laws.max(axis=1) / per_square
-        self._resists = per_square / laws.min(axis=1)
-        first = self._bounding_law(critical / highest, critical / highest)
+        self._candidates = [PressureWeight.of_gap(slip, highest, g_0) for g_0 in candidates]
+        p_out, p_in = slip.pressures
+        above_vacuum = np.geomspace(max(p_out, _LEAST_PRESSURE * p_in), p_in, _PRESSURES)
+        self._pressures = np.union1d(p_out, above_vacuum)
+        per_pascal = _GAPS[:, None] * (highest / slip.product)
+        self._ratio = np.log(slip.coefficient(per_pascal * self._pressures))
+        self._ratio -= np.log(self._unit * self._mean / _GAPS**2)[:, None]
+        at_constriction = PressureWeight.of_gap(slip, highest, critical / highest)
+        first = self._bounding_law(at_constriction, at_constriction)
         self._largest_ratio = _largest_ratio(first, self.mean_law)
-        self._chosen: tuple[float, float] | None = None
+        self._chosen: tuple[PressureWeight, PressureWeight] | None = None
         self._gap: LinearGap | ConstantGap | VertexGap | None = None
         self._best = SlipBounds()
 
@@ -85,7 +97,7 @@ class SlippingFilm:
         if bracket.stream is None:
             return self._improved(bracket, 0.0, bracket.level.bounds.upper * self._largest_ratio)
         problem = bracket.problem
-        gap = self._under_bounding_law(problem, *self._best_choice(bracket))
+        gap = self._under_bounding_law(bracket)
         wide = LevelProblem(
             gap, problem.mesh, problem.values, problem.space.comm, problem.tolerance
         )
@@ -98,24 +110,23 @@ class SlippingFilm:
             upper = min(upper, sharper)
         return self._improved(bracket, lower, upper)
 
-    def _bounding_law(self, above: float, below: float) -> FilmLaw:
+    def _bounding_law(self, above: PressureWeight, below: PressureWeight) -> FilmLaw:
         return bounding_law(self._slip, self._highest, above, below, self._unit)
 
     def _improved(self, bracket: Bracket, lower: float, upper: float) -> Bracket:
         self._best = SlipBounds(*self._best.tightened(Bounds(lower, upper)))
         return replace(bracket, slip=self._best)
 
-    def _under_bounding_law(
-        self, problem: LevelProblem, above: float, below: float
-    ) -> LinearGap | ConstantGap | VertexGap:
-        """The gap of a problem under the law of two values of g₀, kept for the next mesh."""
-        if self._gap is None or self._chosen != (above, below):
-            law = self._bounding_law(above, below)
-            self._gap, self._chosen = problem.gap.with_law(law), (above, below)
+    def _under_bounding_law(self, bracket: Bracket) -> LinearGap | ConstantGap | VertexGap:
+        """The gap under the law of two weights, kept for the next mesh unless others gain there."""
+        chosen = bracket.problem.space.comm.bcast(self._choice(bracket))
+        if self._gap is None or chosen is not None:
+            self._chosen = present(chosen, "weights")
+            self._gap = bracket.problem.gap.with_law(self._bounding_law(*self._chosen))
         return self._gap
 
-    def _best_choice(self, bracket: Bracket) -> tuple[float, float]:
-        """Values of g₀ with probably the least upper and the greatest lower bound.
+    def _choice(self, bracket: Bracket) -> tuple[PressureWeight, PressureWeight] | None:
+        """Weights with probably the least upper and the greatest lower bound; None: as before.
 
         The functions at the mean pressure have an energy under each law, which is estimated as if
         the gap of each cell were the one that conducts as much at the mean pressure.
@@ -123,16 +134,91 @@ class SlippingFilm:
         problem = bracket.problem
         stream = present(bracket.stream, "stream function")
         primal, dual = problem.cell_energies(bracket.pressure, stream)
-
-        def best(energy: np.ndarray, conductivity: np.ndarray, ratios: np.ndarray) -> float:
-            place = np.searchsorted(self._mean, conductivity).clip(max=len(_GAPS) - 1)
-            held = np.bincount(place, energy, len(_GAPS))
-            return float(self._candidates[np.argmin(ratios @ held)])
-
         xx, _, yy = problem.data.resistivity.T
         conducts = 2 / np.where(problem.data.blocked, np.inf, xx + yy)
-        choice = best(primal, problem.data.K, self._more), best(dual, conducts, self._resists)
-        return problem.space.comm.bcast(choice)
+        above = self._estimate(primal, problem.data.K, 1)
+        below = self._estimate(dual, conducts, -1)
+        weights = self._best_weight(above), self._best_weight(below)
+        if self._chosen is not None:
+            pairs = zip((above, below), weights, self._chosen, strict=True)
+            if all(self._least(e, last) < self._least(e, w) + _WORTHWHILE for e, w, last in pairs):
+                return None
+        return weights
+
+    def _estimate(self, energy: np.ndarray, conductivity: np.ndarray, sign: int) -> "_Estimate":
+        """Estimate of a bound from the energies (C,) of cells and their conductivities (C,)."""
+        place = np.searchsorted(self._mean, conductivity).clip(max=len(_GAPS) - 1)
+        held = np.bincount(place, energy, len(_GAPS))
+        ratio = (held[:, None] * self._ratio).reshape(-1, _BIN, len(self._pressures)).sum(axis=1)
+        of_bin = held.reshape(-1, _BIN).sum(axis=1)
+        used = of_bin > 0
+        ratio = ratio[used] / of_bin[used, None]
+        return _Estimate(self._pressures, ratio, of_bin[used], sign)
+
+    def _least(self, estimate: "_Estimate", weight: PressureWeight) -> float:
+        return estimate.exact(np.log(weight(self._pressures)))
+
+    def _best_weight(self, estimate: "_Estimate") -> PressureWeight:
+        """The best weight of a gap, or one that is better by what is worth while."""
+        best = min(self._candidates, key=lambda weight: self._least(estimate, weight))
+        start = np.log(best(self._pressures))
+        end = estimate.minimised(start)
+        if estimate.exact(end) > estimate.exact(start) - _WORTHWHILE:
+            return best
+        return best.times(self._pressures, end - start)
+
+
+@dataclass(frozen=True, eq=False)
+class _Estimate:
+    """Logarithm of a bound's energy, as a function of ln w at given pressures.
+
+    It is ln Σ E exp(max ±(ln κ₀ - ln w)) ± ln mean(w), the maximum over the pressures, + for the
+    upper and - for the lower bound: the smaller, the better.
+
+    Attributes
+    ----------
+    pressures : (m,) float
+    ratio : (n, m) float
+        Ln κ₀: conductivity of n gaps at the pressures, over that in the law of the mesh.
+    energy : (n,) float
+        E, the energy that cells of about these gaps hold in the law of the mesh.
+    sign : int
+    """
+
+    pressures: np.ndarray
+    ratio: np.ndarray
+    energy: np.ndarray
+    sign: int
+
+    def exact(self, logarithm: np.ndarray) -> float:
+        """The estimate for ln w (m,)."""
+        return self._smooth(logarithm, np.inf)[0]
+
+    def minimised(self, start: np.ndarray) -> np.ndarray:
+        """The ln w of a minimum, from a start; sharper and sharper smooth maxima in turn."""
+        end = start
+        for sharpness in _SHARPNESS:
+            end = minimize(self._smooth, end, (sharpness,), "L-BFGS-B", jac=True).x
+        return end
+
+    def _smooth(self, logarithm: np.ndarray, sharpness: float) -> tuple[float, np.ndarray]:
+        """The estimate with a smooth maximum, and its gradient."""
+        rises = self.sign * (self.ratio - logarithm)
+        most = rises.max(axis=1, keepdims=True)
+        share = np.zeros_like(rises)
+        if np.isfinite(sharpness):
+            share = np.exp(sharpness * (rises - most))
+            total = share.sum(axis=1, keepdims=True)
+            share /= total
+            most = most + np.log(total) / sharpness
+        widths = np.diff(self.pressures)
+        widths = np.append(widths, 0.0) + np.append(0.0, widths)
+        weights = widths * np.exp(logarithm - logarithm.max())
+        mean = np.log(weights.sum() / widths.sum()) + logarithm.max()
+        energies = self.energy * np.exp(most[:, 0] - most.max())
+        value = np.log(energies.sum()) + most.max() + self.sign * mean
+        gradient = weights / weights.sum() - energies @ share / energies.sum()
+        return float(value), self.sign * gradient
 
 
 def _largest_ratio(law: FilmLaw, mean: FilmLaw) -> float:

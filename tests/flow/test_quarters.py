@@ -5,7 +5,7 @@ import pytest
 from gaps import everything, represented
 from sample_gaps import rough_gap
 
-from fem_seal.film.law import bounding_law
+from fem_seal.film.law import PressureWeight, bounding_law
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.quarters import Shape, thrice_centroids
@@ -112,7 +112,8 @@ def test_means_on_the_quarters_of_a_gas_that_slips(width, halved, highest):
     field = rough_gap((16, 16), 0.0, 3, smooth=1)
     raised = (field.values + 0.2) / 1.2
     field = GridField(raised, field.spacing, periodic=True)
-    law = bounding_law(slip, highest, 0.3, 0.3, 1.0)
+    weight = PressureWeight.of_gap(slip, highest, 0.3)
+    law = bounding_law(slip, highest, weight, weight, 1.0)
     gap = represented(field, "linear", width=8).with_law(law)
     mesh = uniform_mesh(gap.squares, width, periodic_sides=False)
     values = gap.vertex_values(mesh)

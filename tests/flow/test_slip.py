@@ -69,8 +69,11 @@ def test_uniform_channel(representation, p_out, B):
 
 
 def test_the_example_of_two_layers():
-    """Air from 2 to 1 bar through 30 nm and 60 nm: bounds of -0.7 and +1.9 % around the root of the
-    quadratic; without slip less than a seventh leaks."""
+    """Air from 2 to 1 bar through 30 nm and 60 nm: bounds around the root of the quadratic, closer
+    than with the weight of one gap, -0.7 to +1.9 %; without slip less than a seventh leaks.
+
+    For the lower bound the best weight is exact: in each layer w/𝒦 is largest at its pressures.
+    """
     gap = np.full((10, 4), 60e-9)
     gap[:2] = 30e-9
     slip, grid = AIR.slip(VISCOSITY, 1.0), GridField(gap, (1e-6, 1e-6))
@@ -83,8 +86,8 @@ def test_the_example_of_two_layers():
     per = AIR.rates["mass"] * 12 * VISCOSITY * GAS_CONSTANT * TEMPERATURE / MOLAR_MASS
     layers = (30e-9, 60e-9), (2e-6, 8e-6), 2e5, 1e5
     exact = 4e-6 * in_series(*layers, slip.product)
-    assert found.lower * per / exact == pytest.approx(1 - 0.007, abs=0.0005)
-    assert found.upper * per / exact == pytest.approx(1 + 0.0195, abs=0.0005)
+    assert 1 - 0.001 < found.lower * per / exact <= 1 + ROUNDING
+    assert 1 - ROUNDING <= found.upper * per / exact < 1 + 0.019
     assert exact / (4e-6 * in_series(*layers, 0.0)) > 7
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_averages import mean_over_triangle
 
-from fem_seal.film.law import Conductivity, bounding_law, mean_pressure_law
+from fem_seal.film.law import Conductivity, PressureWeight, bounding_law, mean_pressure_law
 from fem_seal.flow import averages
 from fem_seal.flow.averages import (
     conductivity_of_corners,
@@ -100,25 +100,35 @@ def of_line(coefficients, gap):
     return cubic * gap**3 + square * gap**2
 
 
+TILT = st.sampled_from([0.0, -2.0, 0.7])
+
+
+def weight_of(slip, g_0, tilt):
+    """w(p) = c(g₀ p/B), or that times the exponential of a kinked function."""
+    weight = PressureWeight.of_gap(slip, 1.0, g_0)
+    if tilt == 0:
+        return weight
+    return weight.times(np.linspace(*slip.pressures, 4), tilt * np.array([0.0, 0.5, 0.6, 1.0]))
+
+
 @settings(max_examples=40, deadline=None)
-@given(COEFFICIENTS, PRESSURES, st.tuples(GAP, GAP, st.floats(0, 1), st.floats(0, 1)))
-def test_bounding_laws_bound_all_pressures(coefficient, pressures, interval):
-    """On an interval of gaps, for all pressures and g₀; from above nowhere wider on a part."""
+@given(COEFFICIENTS, PRESSURES, st.tuples(GAP, GAP, st.floats(0, 1), st.floats(0, 1)), TILT)
+def test_bounding_laws_bound_all_pressures(coefficient, pressures, interval, tilt):
+    """On an interval of gaps, for all pressures and weights; from above nowhere wider on a part."""
     p_out, B, g_0 = pressures[0], 10 ** pressures[1], 10 ** pressures[2]
     low, high, first, second = interval
     low, high = np.array([min(low, high)]), np.array([max(low, high)])
     slip = Slip(1.0, p_out, B, coefficient)
     unit = float(coefficient(slip.mean_pressure / B))
-    law = bounding_law(slip, 1.0, g_0, g_0, unit)
+    weight = weight_of(slip, g_0, tilt)
+    law = bounding_law(slip, 1.0, weight, weight, unit)
     part = np.sort(low + (high - low) * np.array([first, second]))[:, None]
     g = np.linspace(*part, 7)
     above = [of_line(law.above.above(*span), g) for span in ((low, high), part, (g, g))]
     below = [of_line(law.below.below(*span), g) for span in ((low, high), part, (g, g))]
-    potential = slip.potential(1.0, g_0) - slip.potential(p_out, g_0)
     room = 1 + ROUNDING
     for p in np.linspace(p_out, 1.0, 9):
-        weight = coefficient(g_0 * p / B) * unit / potential * (1 - p_out)
-        kappa = g**2 * coefficient(g * p / B) / weight
+        kappa = g**2 * coefficient(g * p / B) * weight.mean / weight(p) / unit
         for bound in above:
             assert (kappa <= bound * room).all()
         for bound in below:
@@ -132,12 +142,13 @@ def test_bounding_laws_bound_all_pressures(coefficient, pressures, interval):
 
 
 @settings(max_examples=40, deadline=None)
-@given(COEFFICIENTS, PRESSURES, st.tuples(GAP, GAP, GAP))
-def test_means_of_bounding_laws(coefficient, pressures, gaps):
+@given(COEFFICIENTS, PRESSURES, st.tuples(GAP, GAP, GAP), TILT)
+def test_means_of_bounding_laws(coefficient, pressures, gaps, tilt):
     """Means on a triangle hold for all pressures; those of its quarters together are no more."""
     p_out, B, g_0 = pressures[0], 10 ** pressures[1], 10 ** pressures[2]
     slip = Slip(1.0, p_out, B, coefficient)
-    law = bounding_law(slip, 1.0, g_0, g_0, 1.0)
+    weight = weight_of(slip, g_0, tilt)
+    law = bounding_law(slip, 1.0, weight, weight, 1.0)
     a, b, c = corners = np.array(gaps)[:, None]
     quarters = [
         np.concatenate(values)
