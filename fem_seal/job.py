@@ -294,7 +294,7 @@ def draw_pictures(
 def draw_details(
     film: GridFilm | MeshFilm, leak: LeakRate | None, levels: Sequence[Level], folder: Path
 ) -> tuple[str, ...]:
-    """Draw pressure and refined mesh, where there is a flow on a grid, and how the bounds closed.
+    """Draw pressure, mesh and relief of a flow on a grid, and how the bounds closed.
 
     Parameters
     ----------
@@ -308,10 +308,12 @@ def draw_details(
     names: list[str] = []
     if isinstance(film, GridFilm) and leak is not None and leak.field is not None:
         from fem_seal.render.flow import mesh_picture, pressure_picture
+        from fem_seal.render.relief import relief_picture
 
-        names += ["pressure.png", "mesh.png"]
+        names += ["pressure.png", "mesh.png", "relief.png"]
         pressure_picture(leak, film, folder / names[0])
         mesh_picture(leak, film, folder / names[1])
+        relief_picture(leak, film, folder / names[2])
     if any(level.upper > 0 for level in levels):
         from fem_seal.render.animation import bounds_animation
         from fem_seal.render.bounds import bounds_plot

@@ -15,6 +15,7 @@ _MODULE_OF = {
     "lift_picture": "pressures",
     "mesh_picture": "flow",
     "pressure_picture": "flow",
+    "relief_picture": "relief",
     "require_gl": "offscreen",
 }
 

@@ -191,6 +191,95 @@ def draw(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) ->
     return np.rint(samples.mean(axis=(1, 3))).astype(np.uint8)
 
 
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """A landscape with a picture on it.
+
+    Parameters
+    ----------
+    points : (mx, my, 3) float
+        Its points in any unit, x and y from 0.
+    picture : (height, width, 3) uint8
+        Picture that covers it, first row at the largest y.
+    edges : ((int, int, int), (int, int, int))
+        Colours of its edges at the smallest and at the largest x.
+    pin : (x, y, z) or None
+        Foot of a black pin.
+    """
+
+    points: np.ndarray
+    picture: np.ndarray
+    edges: tuple[tuple[int, int, int], tuple[int, int, int]]
+    pin: tuple[float, float, float] | None
+
+
+def draw_relief(relief: Relief, long_side: int = LONG_SIDE) -> np.ndarray:
+    """Draw a landscape as seen from above its edge of smallest y, without white margins.
+
+    Parameters
+    ----------
+    relief : Relief
+    long_side : int
+        Width of the picture before its margins are cut off [pixel].
+
+    Returns
+    -------
+    (height, width, 3) uint8
+
+    Raises
+    ------
+    MissingPackage
+        If no OpenGL library is installed.
+    """
+    vista = _import_pyvista()
+    points = relief.points / relief.points[..., :2].max()
+    mx, my = points.shape[:2]
+    corner = np.arange(mx * my).reshape(mx, my)
+    corners = (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:])
+    quads = np.stack([corner.ravel() for corner in corners], axis=1)
+    surface = vista.PolyData.from_regular_faces(points.reshape(-1, 3), quads)
+    x, y, z = surface.points.T
+    surface.active_texture_coordinates = np.column_stack([x / x.max(), y / y.max()])
+    size = SUPERSAMPLING * long_side
+    plotter = vista.Plotter(off_screen=True, window_size=(size, size), lighting="light kit")
+    try:
+        plotter.set_background("white")
+        texture = vista.Texture(np.ascontiguousarray(relief.picture))
+        shading = {"ambient": 0.45, "diffuse": 0.7, "specular": 0.0, "smooth_shading": True}
+        plotter.add_mesh(surface, texture=texture, **shading)
+        plain = {"lighting": False, "line_width": SUPERSAMPLING * 4.0}
+        for colour, row in zip(relief.edges, (points[0], points[-1]), strict=True):
+            raised = vista.lines_from_points(np.add(row, (0.0, 0.0, 0.004)))
+            plotter.add_mesh(raised, color=colour, **plain)
+        if relief.pin is not None:
+            foot = np.array(relief.pin) / relief.points[..., :2].max()
+            head = np.array([*foot[:2], 0.1])
+            plotter.add_mesh(vista.Line(foot, head), color="black", **plain)
+            ball = vista.Sphere(radius=0.012, center=head)
+            plotter.add_mesh(ball, color="black", lighting=False)
+        centre = np.array([x.max() / 2, y.max() / 2, z.mean()])
+        plotter.camera_position = [np.add(centre, (-0.8, -1.5, 1.5)), centre, (0.0, 0.0, 1.0)]
+        plotter.enable_parallel_projection()
+        plotter.reset_camera()
+        plotter.camera.zoom(0.9)  # room for lines and pin
+        fine = plotter.screenshot(return_img=True)
+    finally:
+        plotter.close()
+    samples = fine.reshape(long_side, SUPERSAMPLING, long_side, SUPERSAMPLING, 3)
+    return _without_margins(np.rint(samples.mean(axis=(1, 3))).astype(np.uint8))
+
+
+def _without_margins(pixels: np.ndarray, margin: int = 20) -> np.ndarray:
+    """Cut off all but a few of the white rows and columns around a drawing."""
+    drawn = (pixels < 255).any(axis=2)
+    cut = []
+    for axis in (1, 0):
+        inside = np.flatnonzero(drawn.any(axis=axis))
+        first, last = (inside[0], inside[-1]) if inside.size else (0, drawn.shape[1 - axis] - 1)
+        cut.append(slice(max(first - margin, 0), last + 1 + margin))
+    return pixels[cut[0], cut[1]]
+
+
 @dataclass(frozen=True)
 class _Map:
     """Map from metres in the window to pixels; the depth puts later layers in front."""

@@ -55,6 +55,8 @@ class Panel:
         Whether the left edge is the inlet, and the right edge the outlet.
     constriction : (x, y), optional
         Critical constriction [m], to be marked.
+    axes : bool
+        Whether the drawing has a frame with lengths; else it has a title alone.
     """
 
     pixels: np.ndarray
@@ -64,6 +66,7 @@ class Panel:
     scale: Scale | None = None
     ends: tuple[bool, bool] = (False, False)
     constriction: tuple[float, float] | None = None
+    axes: bool = True
 
     @property
     def marked(self) -> bool:
@@ -76,6 +79,8 @@ class Panel:
     @property
     def heading(self) -> str:
         """Title, with a warning where the drawing is not to scale."""
+        if not self.axes:
+            return self.title
         height, width = self.pixels.shape[:2]
         w = self.window
         stretch = (height / (w.y1 - w.y0)) / (width / (w.x1 - w.x0))
@@ -253,6 +258,11 @@ def _place(figure: "Figure", panel: Panel, box: _Box) -> None:
     # figimage copies the pixels; imshow would resample them by a fraction of a pixel.
     figure.figimage(panel.pixels, box.x, box.y, origin="upper", zorder=-1)
     axes = figure.add_axes(box.fraction(figure), facecolor="none")
+    if panel.heading:
+        axes.set_title(panel.heading, fontsize=FONT_POINTS, pad=5)
+    if not panel.axes:
+        axes.set_axis_off()
+        return
     w = panel.window
     factor, unit = readable(max(w.x1, w.y1), "m")
     axes.set_xlim(w.x0 * factor, w.x1 * factor)
@@ -266,8 +276,6 @@ def _place(figure: "Figure", panel: Panel, box: _Box) -> None:
     _mark_ends(axes, panel.ends)
     if panel.marked and panel.constriction is not None:
         _mark_constriction(axes, *(factor * v for v in panel.constriction))
-    if panel.heading:
-        axes.set_title(panel.heading, fontsize=FONT_POINTS, pad=5)
 
 
 def _mark_ends(axes: "Axes", ends: tuple[bool, bool]) -> None:

@@ -27,6 +27,7 @@ CAPTIONS = {
     "seal": "Pressures and conductivity along the leak path, and of every patch against the load.",
     "shape": "Mesh of the film before refinement, with its inlet, outlet and walls.",
     "pressure": "Pressure in the part of the gap that carries flow.",
+    "relief": "The gap as a landscape, its depth exaggerated, with the flow on it.",
     "mesh": "Mesh of the last solve, and its surroundings of strongest flow.",
     "bounds": "How sure: bounds of the leak rate and half-width of their bracket against unknowns.",
 }

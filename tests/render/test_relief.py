@@ -1,0 +1,67 @@
+"""The landscape of a gap: its depth, what lies on it, and where the pin stands."""
+
+import numpy as np
+import pytest
+from drawn_fields import leaking, structured_flow
+from PIL import Image
+
+from fem_seal.errors import InvalidInput
+from fem_seal.film import GridFilm
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+from fem_seal.render.offscreen import Relief, draw_relief
+from fem_seal.render.page import INLET, OUTLET
+from fem_seal.render.relief import DEPTH, exaggeration, relief_picture
+
+pytestmark = pytest.mark.render
+EDGES = (INLET.colour, OUTLET.colour)
+
+
+def flat(pin=None, colour=(90, 140, 60)):
+    x, y = np.meshgrid(np.linspace(0, 2, 9), np.linspace(0, 1, 5), indexing="ij")
+    picture = np.full((50, 100, 3), colour, np.uint8)
+    return Relief(np.stack([x, y, 0 * x], axis=2), picture, EDGES, pin)
+
+
+@pytest.mark.parametrize("deepest", [1e-9, 3.3e-8, 2e-6])
+def test_depth_is_visible_and_its_factor_a_round_number(deepest):
+    """Between DEPTH and 2.5 times as much of the side: the next 1, 2 or 5."""
+    factor = exaggeration(deepest, 1e-4)
+    assert DEPTH * 1e-4 <= factor * deepest <= 2.5 * DEPTH * 1e-4
+    assert f"{factor:.0e}"[0] in "125"
+
+
+def test_inlet_lies_left_outlet_right_and_the_pin_between():
+    pixels = draw_relief(flat(pin=(1.0, 0.5, 0.0)), 300).astype(int)
+    places = {}
+    for name, colour in (("inlet", EDGES[0]), ("outlet", EDGES[1]), ("pin", (0, 0, 0))):
+        found = np.argwhere(np.abs(pixels - colour).max(axis=2) < 10)
+        assert len(found) > 20, name
+        places[name] = found[:, 1].mean()
+    assert places["inlet"] < places["pin"] < places["outlet"]
+    without = draw_relief(flat(), 300).astype(int)
+    assert (without.max(axis=2) > 10).all()
+    # The foot stands on the plane: nothing black lies below the drawing of the plane alone.
+    assert abs(pixels.shape[1] - without.shape[1]) <= 2
+
+
+def test_margins_are_cut_off_and_the_picture_covers_the_plane():
+    pixels = draw_relief(flat(), 300)
+    white = (pixels == 255).all(axis=2)
+    assert 15 <= np.flatnonzero(~white.all(axis=1))[0] <= 20
+    assert 15 <= np.flatnonzero(~white.all(axis=0))[0] <= 20
+    # Lit from the front, so that the shade differs from the colour, but its hue does not.
+    middle = pixels[pixels.shape[0] // 2, pixels.shape[1] // 2].astype(float)
+    assert middle / middle.max() == pytest.approx(np.array([90, 140, 60]) / 140, abs=0.05)
+
+
+def test_relief_is_written(tmp_path):
+    gap = np.ones((21, 11))
+    gap[5:9, 3:6] = 0.0
+    film = GridFilm(GridField(gap * 1e-7, (1e-6, 1e-6)))
+    field = structured_flow(20, 10, (20e-6, 10e-6), lambda x: 1e-9 * (1 + x))
+    with Image.open(relief_picture(leaking(field), film, tmp_path / "relief.png")) as image:
+        pixels = np.asarray(image.convert("RGB"))
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
+    with pytest.raises(InvalidInput, match="sealed"):
+        relief_picture(LeakRate.sealed("by hand"), film, tmp_path / "other.png")
