@@ -46,7 +46,7 @@ def test_inlet_lies_left_outlet_right_and_the_pin_between():
 
 
 def test_margins_are_cut_off_and_the_picture_covers_the_plane():
-    pixels = draw_relief(flat(), 300)
+    pixels = draw_relief(flat(), 600)
     white = (pixels == 255).all(axis=2)
     assert 15 <= np.flatnonzero(~white.all(axis=1))[0] <= 20
     assert 15 <= np.flatnonzero(~white.all(axis=0))[0] <= 20
