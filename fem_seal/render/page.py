@@ -333,7 +333,7 @@ def _add_bar(figure: "Figure", scale: Scale, beside: _Box) -> None:
 
 def _name_decades(bar: "Colorbar", scale: Scale) -> None:
     """Name both ends of a logarithmic bar, and the decades that are not close to them."""
-    from matplotlib.ticker import FixedFormatter, FixedLocator
+    from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
     first, last = np.ceil(np.log10(scale.low)), np.floor(np.log10(scale.high))
     decades = 10.0 ** np.arange(first, last + 1)
@@ -342,6 +342,7 @@ def _name_decades(bar: "Colorbar", scale: Scale) -> None:
     named = [scale.low, *inner, scale.high]
     plain = scale.low >= 1e-3 and scale.high < 1e4
     bar.ax.yaxis.set_major_locator(FixedLocator(named))
+    bar.ax.yaxis.set_minor_formatter(NullFormatter())
     bar.ax.yaxis.set_major_formatter(FixedFormatter([_number(v, plain) for v in named]))
 
 

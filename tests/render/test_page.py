@@ -93,6 +93,7 @@ def test_limits_of_the_bar_are_those_of_the_scale(log, low, high):
         (0.5, 500.0, ["0.5", "1", "10", "100", "500"]),
         (2e-11, 1e-9, [r"$2 \cdot 10^{-11}$", "$10^{-10}$", "$10^{-9}$"]),
         (0.9, 1000.0, ["0.9", "10", "100", "1000"]),  # 1 is too close to 0.9
+        (1.0, 10.0, ["1", "10"]),
     ],
 )
 def test_logarithmic_bars_name_their_ends_and_the_decades(low, high, names):
@@ -100,6 +101,7 @@ def test_logarithmic_bars_name_their_ends_and_the_decades(low, high, names):
     page._add_bar(figure, Scale("s", low, high, True), page._Box(0, 0, 10, 100))
     (bar,) = figure.axes
     assert [text.get_text() for text in bar.get_yticklabels()] == names
+    assert not any(text.get_text() for text in bar.get_yticklabels(minor=True))
     assert bar.get_yticks()[[0, -1]] == pytest.approx((low, high))
 
 
