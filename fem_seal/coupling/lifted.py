@@ -57,9 +57,12 @@ ENOUGH, NEXT = 1 / 3, 1 / 6
 FAR, PASSES_OF_ONE_MESH = 0.7, 10
 # Above this change of ln Q the last contact is no good start for the next.
 COLD = 0.5
-# Certificate of the contacts while ln Q changes by more than ROUGH, and then: it errs by about 3 %
-# and 0.1 %.
-ROUGH, ROUGHEST_CONTACT, ROUGH_CONTACT = 0.1, 1e-2, 1e-3
+# Certificate of the contacts while ln Q changes by more than ROUGH, where it errs by about 3 %, and
+# then, as a part of rtol. Near closing 1e-3 kept passes from settling.
+ROUGH, ROUGHEST_CONTACT, ROUGH_CONTACT = 0.1, 1e-2, 2e-4
+# Where nothing leaks, ln Q tells nothing: passes have settled if they change p_f by less than this
+# part of the pressure drop (rms), or if nothing has leaked in so many of them.
+STILL, SEALED_PASSES = 1e-3, 15
 SETTLED = 1 / 5  # passes have settled if ln Q changes by less than this part of the flow's rtol
 # The solids separate if the fluid carries the whole load although the contact was solved with
 # hardly any load on the solid: with less than this part of it.
@@ -162,9 +165,14 @@ class LiftedState:
 
         It is what may change from pass to pass unnoticed, and half the width of the flow's bounds:
         the pressure that lifts the solid is only as exact as the flow. Equilibria from different
-        meshes differed by about that half-width.
+        meshes differed by about that half-width, and those of a flow without bounds, whose samples
+        open and close, by half of rtol.
         """
-        half = relative_part(self.leak_rate) / 2 if self.leak_rate is not None else 0.0
+        leak = self.leak_rate
+        if leak is None or leak.state == "sealed":
+            half = 0.0
+        else:
+            half = (self.rtol if leak.lower is None else relative_part(leak)) / 2
         return max(self.change, SETTLED * self.rtol) + half
 
     @property
@@ -407,6 +415,14 @@ class _Passes:
         """p_f of the last flow [Pa]."""
         return self._response
 
+    @property
+    def stays_sealed(self) -> bool:
+        """Whether p_f has settled in a film that does not leak."""
+        drop = self.problem.inlet - self.problem.outlet
+        change = float(np.sqrt(np.mean((self._response - self.pressure) ** 2)))
+        last = self.values[-SEALED_PASSES:]
+        return change < STILL * drop or (len(last) == SEALED_PASSES and max(last) == 0)
+
     def advance(self, report: Report) -> _Pass:
         """Solve one more contact and flow."""
         if self.count:
@@ -419,7 +435,7 @@ class _Passes:
         else:
             moved = _spread(self.values[-2:]) if self.count > 2 else inf
             start = self.contact if self.count <= 2 or moved < COLD else None
-            tolerance = ROUGH_CONTACT if moved < ROUGH else ROUGHEST_CONTACT
+            tolerance = ROUGH_CONTACT * self.rtol if moved < ROUGH else ROUGHEST_CONTACT
             contact = _contact(problem, self.pressure, start, tolerance)
         film = problem.film(contact.gap)
         leak = self._flow(film, fresh)
@@ -484,7 +500,7 @@ def _settled(passes: _Passes, most_passes: int, report: Report) -> LiftedState:
         this = passes.advance(report)
         load = problem.load
         carries = load is not None and _left(load, passes.response) <= 0
-        exact = this.tolerance <= rtol or this.leak.state == "sealed"
+        exact = this.tolerance <= rtol if passes.rates[-1] > 0 else passes.stays_sealed
         if exact and this.plain and not carries and passes.spread < SETTLED * rtol:
             state = _finished(passes, this, passes.rates[-3:], True)
             if state is not None:

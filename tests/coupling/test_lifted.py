@@ -8,7 +8,7 @@ from lifted_scenes import E_STAR, problem_of, scene, wave
 
 from fem_seal.contact import solve
 from fem_seal.coupling import lifted
-from fem_seal.coupling.lifted import _Passes, lifted_from
+from fem_seal.coupling.lifted import _both, _Passes, lifted_from
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -183,7 +183,7 @@ def test_finite_differences_agree_with_finite_elements():
     assert elements.leak_rate.value > 2 * dry_elements
 
 
-@pytest.mark.parametrize("contact", [{"area_fraction": 0.2}, {"mean_gap": 1.5e-7}])
+@pytest.mark.parametrize("contact", [{"area_fraction": 0.2}, {"mean_gap": 2.5e-7}])
 def test_held_area_or_mean_gap(contact):
     """They are kept, and the solid bends: the total load is that of solid and fluid."""
     patch = Patch(scene(contact=contact))
@@ -270,3 +270,24 @@ def test_the_last_pass_begins_with_the_pressure_of_the_flow():
         if this.plain:
             break
     np.testing.assert_array_equal(this.pressure, before)
+
+
+def test_the_gap_is_that_of_both_pressures():
+    """g = S (p_c + p_f) - h + const everywhere, to the certificate: 1e-3 of the rms height."""
+    problem = problem_of(scene())
+    state = Patch(scene()).lifted
+    total = state.contact.pressure.values + state.fluid_pressure.values
+    level = state.contact.gap.values + problem.height.values - problem.displacement(total)
+    slack = 1e-3 * problem.height.values.std()
+    assert np.ptp(level) < slack
+    assert np.ptp(problem.displacement(state.fluid_pressure.values)) > 20 * slack
+
+
+def test_starts_that_differ_have_not_settled():
+    """One lifted off, the other leaking; or leak rates further apart than both claim."""
+    state = Patch(scene()).lifted
+    off = replace(state, state="lifted off", leak_rate=None, lowest=np.inf, highest=np.inf)
+    assert not _both(off, state).converged
+    assert _both(state, state).converged
+    far = replace(state, leak_rate=replace(state.leak_rate, value=1.2 * state.leak_rate.value))
+    assert not _both(far, state).converged
