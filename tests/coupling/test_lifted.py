@@ -87,7 +87,7 @@ OTHERS = (
 )
 
 
-@pytest.mark.parametrize("settings", [*({"seed": seed} for seed in (1, 2, 3, 4)), *OTHERS], ids=str)
+@pytest.mark.parametrize("settings", [*({"seed": seed} for seed in (1, 2, 3, 5)), *OTHERS], ids=str)
 def test_range_encloses_resolved(settings):
     """Dry contacts under P₀ - p_out and P₀ - p_in leak no more and no less than the lifted one."""
     resolved = Patch(scene(**settings))
