@@ -148,7 +148,7 @@ def leak_rate(
             kept.start = bracket.problem.start(bracket.pressure, bracket.stream)
             kept.narrowest = critical
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
-            keep(MeshedFlow(film, bracket))
+            keep(MeshedFlow(film, bracket, gain))
         # Free this mesh before the next one is made.
         del bracket
     reason = stopping.reason

@@ -19,7 +19,9 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.of_patch import shown_in
+from fem_seal.quantities.slip import KINETIC_ERROR, first_order
 from fem_seal.quantities.verdict import Verdict, verdict
+from fem_seal.rarefied import FIRST_ORDER
 from fem_seal.scene import SelfAffineSurface
 from fem_seal.surface import map_spectrum
 from fem_seal.upscaling.network import LEAST_LEAKING, may_conduct, patches_for
@@ -29,6 +31,7 @@ from fem_seal.upscaling.seal import SealLeak
 # below which, the user is warned.
 APART, WAVES = 0.1, 4.0
 LONGER = 0.1  # of the mean square height, in waves longer than the longest one that counts
+PRESSURES = 9  # at which the slip along the path is compared
 NARROW = 2.0  # upper over lower end of an interval that is narrow enough
 
 WISH = (
@@ -73,6 +76,7 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
         _size(patch, wavelength),
         isotropy(patch),
         _slip(patch, seal),
+        _slip_along(patch, seal),
         Uncertainty(
             "model",
             "not covered",
@@ -206,16 +210,43 @@ def _size(patch: Patch, wavelength: float) -> Uncertainty:
 
 
 def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:
-    """Slip of a gas in the narrowest uniform gap that conducts as a patch does; see `slip`."""
-    drive = patch.scene.drive
-    if seal.state != "leaking" or not isinstance(drive, GasDrive):
+    """Error of the law of slip, at the tightest place of the patches."""
+    drive, law = patch.scene.drive, patch.scene.slip
+    if seal.critical_gap is None or not isinstance(drive, GasDrive):
         return None
-    viscosity = patch.scene.viscosity
-    lowest = min(one.flow.path.conductivity.min() for one in seal.patches if one.flow.path)
-    aperture = float(12 * viscosity * lowest) ** (1 / 3)
-    added = 6 * drive.mean_free_path(viscosity) / aperture
+    knudsen = drive.mean_free_path(patch.scene.viscosity) / seal.critical_gap
+    if law is None:
+        sentence = (
+            f"slip of the gas at the walls is not computed and adds about {per_cent(6 * knudsen)} "
+            "to the flow at the tightest place"
+        )
+        return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
+    if law.coefficient is FIRST_ORDER:
+        return first_order(knudsen)
+    error = KINETIC_ERROR * (1 - 1 / law.mean_gain(seal.critical_gap))
     sentence = (
-        f"slip of the gas at the walls is not computed and adds {per_cent(added)} or more to the "
-        "flow where the seal is tightest"
+        "slip of the gas at the walls is that of the linearised BGK equation, and other models of "
+        f"the gas differ from it by up to {per_cent(KINETIC_ERROR)} of what slip adds; Knudsen "
+        f"number {knudsen:.2g} at the tightest place"
     )
-    return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
+    return Uncertainty("slip", "estimated", sentence, 1 / (1 + error), 1 + error)
+
+
+def _slip_along(patch: Patch, seal: SealLeak) -> Uncertainty | None:
+    """Slip at the pressures of both ends, over that at their mean, with which K is computed."""
+    law, gap = patch.scene.slip, seal.critical_gap
+    if law is None or gap is None:
+        return None
+    low, high = law.pressures
+    pressures = np.linspace(low, high, PRESSURES)
+    sentence = (
+        "the gas slips more where its pressure is low; the conductivity of the patches is that at "
+        "the mean pressure, and the factors are those of the tightest place at both ends"
+    )
+    if low == 0:
+        return Uncertainty("slip along the path", "not covered", sentence, 1.0, None, caution=True)
+    t = gap * pressures / law.product
+    gains = law.coefficient(t) / t / law.gain(gap)
+    return Uncertainty(
+        "slip along the path", "estimated", sentence, float(gains.min()), float(gains.max())
+    )

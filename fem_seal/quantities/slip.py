@@ -50,7 +50,7 @@ def slip(patch: Patch) -> Uncertainty | None:
     if law is None:
         return _without_slip(patch, knudsen)
     if law.coefficient is FIRST_ORDER:
-        return _first_order(knudsen)
+        return first_order(knudsen)
     return _kinetic(patch, law, knudsen)
 
 
@@ -70,7 +70,8 @@ def slip_interval(patch: Patch) -> Uncertainty | None:
     return Uncertainty(SLIP_INTERVAL, "guaranteed", sentence, lower, upper)
 
 
-def _first_order(knudsen: float) -> Uncertainty:
+def first_order(knudsen: float) -> Uncertainty:
+    """Entry of first-order slip at a Knudsen number."""
     sentence = (
         "slip of the gas at the walls is computed to first order in the mean free path, which is "
         f"too low; Knudsen number {knudsen:.2g} at the tightest place"

@@ -204,11 +204,6 @@ def check_seal(scene: Contents) -> None:
             f"flow.lift = {scene.flow.lift!r} is for a single patch; [seal] counts the fluid's "
             "pressure along the leak path itself: leave it out"
         )
-    if scene.fluid is not None and scene.fluid.slip:
-        raise ContradictionError(
-            "fluid.slip = true is for a single patch; [seal] names slip in its error budget and "
-            "leaves it out: leave the field out"
-        )
     if scene.flow.method == "finite-difference":
         raise ContradictionError(
             "[seal] needs bounds, and flow.method = 'finite-difference' has none; choose adaptive "

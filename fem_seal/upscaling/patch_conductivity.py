@@ -2,7 +2,8 @@
 
 K is that between straight ends: the leak rate Q of the patch from its inlet to its outlet gives
 K = Q Lx/(Ly Δp). (On a patch 8 long wavelengths wide it is up to a fifth above the component of
-the conductivity tensor, whose current need not cross straight ends.)
+the conductivity tensor, whose current need not cross straight ends.) That of a gas that slips is at
+the mean of the pressures of inlet and outlet.
 
 Between two loads. The gap g(x; w) of a half-space falls with the load w and is convex in it. For
 with the stiffness L, whose kernel is negative off the diagonal, and f = L h of the heights h, it is
@@ -17,7 +18,7 @@ narrower by one power of b - a than the conductivities at a and b themselves.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
 from typing import TYPE_CHECKING
@@ -31,6 +32,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.film import GridFilm, film_conductivity
+from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level, relative_width
 from fem_seal.patch import Patch
@@ -57,6 +59,7 @@ WIDTH = 0.18
 BETWEEN, BEYOND = 2, 0.125
 # Intervals whose steps make less of the error than this part of the tolerance are not enclosed.
 SMALL = 0.02
+NARROW = 1e-6  # relative distance of two pressures that count as one
 # Samples of all flows that are kept; the oldest are given up first.
 KEPT = 1 << 25
 
@@ -152,6 +155,11 @@ class LoadedPatch:
             lower = self._per_square(flow) / resistances[::-1]
         return Enclosure(tuple(lower.tolist()), tuple(upper.tolist()))
 
+    def critical_gap(self, load: float) -> float | None:
+        """Gap [m] of the critical constriction at a net load [Pa]; None if sealed."""
+        constriction = self._film(self._gap(load)).constriction
+        return None if constriction is None else constriction.gap
+
     def _film(self, gap: np.ndarray) -> GridFilm:
         film = self.patch.film_of(GridField(gap, self._spacing, periodic=True))
         return present(film if isinstance(film, GridFilm) else None, "film on a grid")
@@ -166,7 +174,8 @@ class LoadedPatch:
     def _per_square(self, flow: "MeshedFlow") -> float:
         """K [m³/(Pa s)] of a patch that conducts as a square with the largest gap of a flow."""
         length, width = flow.film.size
-        return film_conductivity(flow.film.highest, self.patch.scene.viscosity) * length / width
+        K = film_conductivity(flow.film.highest, self.patch.scene.viscosity)
+        return flow.gain * K * length / width
 
     def _compare(self, load: float) -> None:
         """Compute K at a load, and hold it against the enclosure of the interval that it halves."""
@@ -237,6 +246,7 @@ class LoadedPatch:
             film,
             viscosity=scene.viscosity,
             pressure_drop=scene.drive.pressure_drop,
+            slip=at_mean_pressure(scene.slip),
             method=scene.flow.method,
             rtol=rtol,
             limits=scene.flow.limits,
@@ -254,6 +264,16 @@ class LoadedPatch:
             return KeptMesh()
         below = [known for known in self._flows if known <= load]
         return KeptMesh(self._flows[max(below) if below else min(self._flows)].start)
+
+
+def at_mean_pressure(slip: Slip | None) -> Slip | None:
+    """The law of slip at the mean of both pressures alone."""
+    if slip is None:
+        return None
+    mean = slip.mean_pressure
+    return replace(
+        slip, inlet_pressure=(1 + NARROW) * mean, outlet_pressure=(1 - NARROW) * mean
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,6 +53,8 @@ class SealLeak:
     contact_error : float or None
         Largest estimate of the relative error that the contact's grid leaves in the conductivity of
         a patch; None if nothing can be said.
+    critical_gap : float or None
+        Smallest critical constriction [m] of a leaking patch at the load that matters most.
     """
 
     state: str
@@ -69,6 +71,7 @@ class SealLeak:
     leak_path: float
     sealing: SealingPart | None = None
     contact_error: float | None = None
+    critical_gap: float | None = None
 
 
 def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = None) -> SealLeak:
@@ -109,7 +112,9 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
     errors = [one.contact_error for one in solved if one.upper[-1] > 0 or one.upper[0] > 0]
     known = [error for error in errors if error is not None]
     largest = max(known) if known and len(known) == len(errors) else None
-    return replace(_together(tuple(flows), path, size), contact_error=largest)
+    gaps = [one.critical_gap for one in solved if one.critical_gap]
+    together = _together(tuple(flows), path, size)
+    return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
 
 
 def middling(flows: tuple[PatchFlow, ...]) -> PatchFlow:

@@ -51,6 +51,8 @@ class SolvedPatch:
     contact_error : float or None
         Estimated relative error of the conductivity that the contact's grid leaves, at the load
         that matters most; None if nothing can be said.
+    critical_gap : float or None
+        Gap of the critical constriction at that load [m]; None if sealed.
     seconds : float
         Time of the computation.
     """
@@ -63,6 +65,7 @@ class SolvedPatch:
     converged: bool
     reason: str
     contact_error: float | None
+    critical_gap: float | None
     seconds: float
 
     @property
@@ -119,7 +122,7 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
         tolerance=seal.rtol,
         most_loads=seal.max_loads,
     )
-    table = present(outcome.table, "table of the patch")
+    table, load = present(outcome.table, "table of the patch"), _load_that_matters(outcome)
     return SolvedPatch(
         tuple(table.loads.tolist()),
         tuple(table.lower.tolist()),
@@ -128,23 +131,27 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
         present(patch.surface, "surface").size,
         outcome.converged,
         outcome.reason,
-        _contact_error(loaded, outcome),
+        None if load is None else _contact_error(loaded, load),
+        None if load is None else loaded.critical_gap(load),
         perf_counter() - start,
     )
 
 
-def _contact_error(patch: LoadedPatch, outcome: PatchFlow) -> float | None:
-    """Relative error of the contact's grid, from a half and a quarter of the samples.
-
-    At the load of the place that halves the influence on the leak rate.
-    """
-    along, surface = outcome.flow.path, present(patch.patch.surface, "surface")
-    coarser = [shape for shape in grids(surface.shape, 1) if shape != surface.shape]
-    if along is None or len(coarser) < 2:
+def _load_that_matters(outcome: PatchFlow) -> float | None:
+    """Net load [Pa] of the place that halves the influence on the leak rate; None if sealed."""
+    along = outcome.flow.path
+    if along is None:
         return None
     net = along.contact_pressure - along.fluid_pressure
-    middle = np.searchsorted(np.cumsum(along.influence), 0.5)
-    load = max(float(net[middle]), 0.0)
+    return max(float(net[np.searchsorted(np.cumsum(along.influence), 0.5)]), 0.0)
+
+
+def _contact_error(patch: LoadedPatch, load: float) -> float | None:
+    """Relative error of the contact's grid at a load, from a half and a quarter of the samples."""
+    surface = present(patch.patch.surface, "surface")
+    coarser = [shape for shape in grids(surface.shape, 1) if shape != surface.shape]
+    if len(coarser) < 2:
+        return None
     rates = []
     for shape in coarser:
         scene, field = patch.patch.scene, resample(surface, shape)
