@@ -74,6 +74,7 @@ def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
         ylabel="K [m³/(Pa s)]",
         title="every patch; lines: bounds, dotted: sealed",
     )
+    axes.locator_params(axis="x", nbins=6)
     drawn = False
     for number, one in enumerate(seal.patches):
         if one.conductivity is None:

@@ -12,7 +12,9 @@ from fem_seal.upscaling.network import (
     drawn_seals,
     generalised_interval,
     lognormal_patches,
+    may_conduct,
     network_conductivity,
+    patches_for,
     sealed_share,
 )
 
@@ -182,3 +184,30 @@ def test_share_of_sealed_patches():
     edge = 1 - 0.025 ** (1 / 8)
     assert sealed_share(0, 8) == pytest.approx((0, edge))
     assert sealed_share(8, 8) == pytest.approx((1 - edge, 1))
+
+
+@pytest.mark.parametrize("sigma", [0.4, 0.9])
+def test_patches_for_a_narrow_interval(sigma):
+    """With so many patches the median interval is a factor of 2 wide, or somewhat more.
+
+    At σ = 0.4 they are 6, whose scatter is hardly known: Student's quantile of 5 degrees of freedom
+    is 1.3 times that of the normal distribution, and σ²/2 is uncertain as well.
+    """
+    rng = np.random.default_rng(4)
+    number = patches_for(sigma, 2.0)
+    widths = []
+    for repeat in range(100):
+        sample = lognormal_patches((number, 1), sigma, 1.0, rng).ravel()
+        lower, upper = generalised_interval(sample, draws=1000, seed=repeat)
+        widths.append(np.log(upper / lower))
+    assert np.log(2) * 0.9 < np.median(widths) < np.log(2) * 1.6
+
+
+def test_paths_of_leaking_patches():
+    """Sites of a square lattice percolate at a share of 0.593; one row leaks if any patch does."""
+    long, row = PatchCount(40, 1000), PatchCount(1, 1000)
+    assert may_conduct(1.0, long)
+    assert may_conduct(0.75, long)
+    assert not may_conduct(0.4, long)
+    assert may_conduct(0.1, row)
+    assert not may_conduct(0.0, row)

@@ -451,3 +451,61 @@ def test_where_the_seal_seals(outcome):
     assert (sealing.start, sealing.middle, sealing.end) == pytest.approx(
         (0.05e-4, 0.5e-4, 0.95e-4), abs=1e-3 * 1e-4
     )
+
+
+def test_a_sealed_patch_does_not_make_a_sealed_seal():
+    """From one sealed patch 97.5 % of all may leak: with a limit the verdict is undecided."""
+    asked = scene(
+        contact={"pressure": 2e6}, seal={"patches": 1}, limit={"leak_rate": "1 ml/h"}
+    )
+    result, names = entries(asked)
+    assert result.state == "sealed"
+    assert (names["patches"].lower, names["patches"].upper) == (1.0, None)
+    assert result.verdict.decision == "undecided"
+
+
+@pytest.mark.parametrize("patches", [1, 2])
+def test_too_few_leaking_patches_ask_for_three(patches):
+    _, names = entries(scene(seal={"patches": patches}))
+    assert names["patches"].lower is None
+    assert "about 3 realizations" in names["patches"].sentence
+
+
+def test_error_of_the_contact_grid():
+    """The estimate from coarser grids holds what a grid twice as fine changes."""
+    from fem_seal.surface import resample
+    from fem_seal.upscaling.patch_conductivity import LoadedPatch
+
+    smooth = {"shape": [64, 64], "long_wavelength": "16 um", "short_wavelength": "8 um"}
+    asked = scene(
+        surface=smooth,
+        contact={"pressure": 1e5},
+        seal={"patches": 1, "rtol": 0.2},
+        flow={"rtol": 0.02},
+    )
+    _, names = entries(asked)
+    entry = names["contact grid"]
+    assert entry.kind == "estimated"
+    assert entry.lower == pytest.approx(1 / entry.upper)
+    patch = Patch(realizations(asked)[0])
+    finer = Patch(patch.scene, surface=resample(patch.surface, (128, 128)))
+    load = 0.75e5  # in the middle of the net loads
+    (lower, upper), (low, high) = (LoadedPatch(one).bounds(load) for one in (patch, finer))
+    assert entry.lower < low / upper
+    assert high / lower < entry.upper
+
+
+def test_longest_wavelength_of_a_map(tmp_path):
+    """Of one wave its wavelength; a tenth of the mean square in a longer one does not count yet."""
+    from fem_seal.quantities.seal import longest_wavelength
+
+    x = np.arange(64) * 1e-6
+    wave, longer = (np.cos(2 * np.pi * x / length) for length in (8e-6, 32e-6))
+    data = tomllib.loads(TEXT)
+    data["surface"] = {"kind": "file", "path": str(tmp_path / "map.npz")}
+    for share, expected in ((0.0, 8e-6), (0.25, 8e-6), (0.4, 32e-6)):
+        heights = 1e-7 * np.tile(wave + share * longer, (64, 1))
+        np.savez(tmp_path / "map.npz", heights=heights, spacing=[1e-6, 1e-6], periodic=True)
+        found = longest_wavelength(Patch(Scene.from_mapping(data)))
+        # A ring of the spectrum holds waves of 28 to 42 µm.
+        assert found == pytest.approx(expected, rel=0.1)
