@@ -126,7 +126,8 @@ def test_bounds_of_patches_are_bounds_of_the_seal():
 
 @pytest.mark.parametrize(
     ("sigma", "leaking", "patches"),
-    [(0.4, 1.0, 20), (0.9, 1.0, 20), (1.9, 0.85, 20), (0.9, 1.0, 8)],
+    # In the last case hardly anything but the share of sealed patches scatters.
+    [(0.4, 1.0, 20), (0.9, 1.0, 20), (1.9, 0.85, 20), (0.9, 1.0, 8), (0.1, 0.7, 20)],
 )
 def test_intervals_cover(sigma, leaking, patches):
     """Of 200 intervals of 95 % at least 0.95 - 3 √(0.95 × 0.05/200) = 0.90 hold the mean."""
