@@ -1,7 +1,7 @@
 # make demo   install what is missing and run the first scene
 # make test   install what is missing and run the tests
 # make lint   install what is missing and check style and types
-# make limits install what is missing, try the extremes and write docs/limits.md
+# make limits install what is missing, try the extremes and write docs/measurements/limits.md
 # make docs   install what is missing and build the pages into docs/_build; warnings are errors
 # make setup  install what is missing
 # make debian13, make sid   run demo and tests on that Debian, in a clean root (as root)
@@ -28,7 +28,7 @@ lint: .venv/ready
 	.venv/bin/mypy
 
 limits: .venv/ready
-	.venv/bin/python tests/extremes/limits_page.py docs/limits.md
+	.venv/bin/python tests/extremes/limits_page.py docs/measurements/limits.md
 
 docs: .venv/ready
 	.venv/bin/pip install -q --disable-pip-version-check -c .venv/debian.txt -e '.[docs]'

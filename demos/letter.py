@@ -10,7 +10,7 @@
 #     W. B. Dapp, A. Lücke, B. N. J. Persson, M. H. Müser, Phys. Rev. Lett. 108, 244301 (2012)
 #
 # on 4096 x 4096 samples. Here it is on small ones, with the bracket of every leak rate.
-# `fem-seal letter` draws all of its figures, and docs/letter.md shows the results.
+# `fem-seal letter` draws all of its figures, and docs/theory/letter.md shows the results.
 
 # %%
 from dataclasses import dataclass

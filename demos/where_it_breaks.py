@@ -103,7 +103,7 @@ def draw(answers: list[Answers], path: Path) -> None:
 #
 # Last, three extremes of another kind: layers in series of contrast 1e180 and 1e300, blocks that
 # meet in a point, and a gap whose cube is beyond double precision. Each is answered with bounds
-# that hold the truth, or refused with a sentence (docs/limits.md has many more).
+# that hold the truth, or refused with a sentence (docs/measurements/limits.md has many more).
 
 
 # %%

@@ -253,7 +253,7 @@ def contact_part(leak_rates: Sequence[float]) -> float:
     -----
     1.5 times the last change, which is right if changes fall by 1.67 or more from grid to grid, but
     at least half the change before, since one change may be small by chance. An estimate, not a
-    bound; docs/price.md says how far it was seen to hold.
+    bound; docs/measurements/price.md says how far it was seen to hold.
     """
     if len(leak_rates) < 3:
         return inf

@@ -18,7 +18,7 @@ def load_gap(
     ----------
     path : str or Path
         File with `gap` (nx, ny). An npz file is in metres and has `spacing` (dx, dy) [m] and
-        optionally `periodic` (default false); docs/surfaces.md names the other formats.
+        optionally `periodic` (default false); docs/guide/surfaces.md names the other formats.
     stated : Stated, optional
         Unit, size and other properties that the file does not contain.
     contact_below : float, optional

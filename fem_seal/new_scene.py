@@ -36,7 +36,7 @@ viscosity = "1 mPa s"           # yours: water
 
 [flow]
 pressure_drop = "1 bar"         # yours
-# lift = "resolved"             # where the fluid's pressure lifts the solid; docs/lift.md
+# lift = "resolved"             # where the fluid's pressure lifts the solid; docs/guide/lift.md
 sides = "periodic"
 rtol = 0.1                      # relative width of the bounds of the leak rate
 
@@ -47,7 +47,7 @@ leak_rate_unit = "ml/h"
 # [limit]                       # for a verdict
 # leak_rate = "1 ml/h"          # yours
 
-# [seal]                        # for the whole seal, docs/ring.md; products = ["seal", "pictures"]
+# [seal]                        # whole seal, docs/guide/ring.md; products = ["seal", "pictures"]
 # leak_path = "0.5 mm"          # yours: width of the contact, from inlet to outlet
 # circumference = "150 mm"      # yours
 # pressure_profile = "hertz"    # or "uniform"
@@ -101,7 +101,7 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     else:
         surface, facts, needed = _map(path, name, stated)
     head = [
-        f"# Scene of {printable(path.name)}, written by fem-seal new; docs/scene.md names every",
+        f"# Scene of {printable(path.name)}, by fem-seal new; docs/reference/scene.md names every",
         '# field. Values marked "yours" are examples.',
         "",
     ]

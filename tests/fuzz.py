@@ -1,6 +1,6 @@
 """Broken scenes, gaps, heights, meshes and result folders, by the thousand.
 
-    python tests/fuzz.py 10000      # the whole campaign; docs/limits.md has its figures
+    python tests/fuzz.py 10000      # all of it: figures in docs/measurements/limits.md
 
 Whole files of every format are broken in a few places (bytes changed, cut, inserted, moved; fields
 of a scene or of result.json replaced by values that do not belong there) and handed to a command in

@@ -375,7 +375,7 @@ def test_scene_with_everything(small_scene, tmp_path):
 
 @pytest.mark.render
 def test_reference_scene_runs(tmp_path, capsys):
-    """The scene of docs/scene.md, on fewer samples; its pictures can be drawn again."""
+    """The scene of docs/reference/scene.md, on fewer samples; its pictures can be drawn again."""
     (tmp_path / "reference.toml").write_text(REFERENCE)
     smaller = ("--set", "surface.shape=[64, 64]", "--set", "surface.short_wavelength=6 um")
     products = 'output.products=["contact", "leak_rate", "pictures", "mesh"]'

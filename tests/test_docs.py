@@ -67,7 +67,7 @@ def listings(page):
 
 
 def test_every_key_of_a_scene_is_listed_and_every_key_listed_exists():
-    scene, shapes = listings("docs/scene.md"), listings("docs/shapes.md")
+    scene, shapes = listings("docs/reference/scene.md"), listings("docs/guide/shapes.md")
     assert scene | {"shape": shapes["shape"]} == SECTIONS
 
 
@@ -96,7 +96,7 @@ def leaves(model, path=""):
 
 def test_every_key_of_a_result_is_explained():
     """By its last name, in the row of its first one or of its own path."""
-    table = PAGES["docs/results.md"].partition("## result.json")[2].partition("## ")[0]
+    table = PAGES["docs/reference/results.md"].partition("## result.json")[2].partition("## ")[0]
     rows = re.findall(r"^\| (`.*?) \| (.*) \|$", table, re.MULTILINE)
     for leaf in leaves(Result):
         first, last = leaf.partition(".")[0], leaf.rpartition(".")[2]
@@ -105,7 +105,7 @@ def test_every_key_of_a_result_is_explained():
 
 
 def test_results_page_names_only_keys_that_exist():
-    table = PAGES["docs/results.md"].partition("## result.json")[2].partition("## ")[0]
+    table = PAGES["docs/reference/results.md"].partition("## result.json")[2].partition("## ")[0]
     known = set(leaves(Result))
     for keys in re.findall(r"^\| (`.*?) \|", table, re.MULTILINE):
         first, *more = re.findall(r"`([\w.]+)`", keys)
@@ -115,7 +115,7 @@ def test_results_page_names_only_keys_that_exist():
 
 
 def test_columns_of_a_sweep_are_those_of_its_page():
-    text = PAGES["docs/results.md"].partition("## sweep.csv")[2]
+    text = PAGES["docs/reference/results.md"].partition("## sweep.csv")[2]
     stated = re.findall(r"`(\w+)`", text.partition("in SI units:")[2].partition("What does not")[0])
     assert [name for name in stated if name != "verdict"] == list(COLUMNS)
 
@@ -203,4 +203,4 @@ def test_imports_of_the_pages_work():
 
 def test_every_picture_is_explained():
     for name in set(pictures) - {"require_gl"}:
-        assert f"`{name}(" in PAGES["docs/pictures.md"]
+        assert f"`{name}(" in PAGES["docs/guide/pictures.md"]

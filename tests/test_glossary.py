@@ -6,7 +6,7 @@ import re
 import pytest
 from project import ROOT
 
-PAGE = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs/reference/glossary.md").read_text(encoding="utf-8")
 SYMBOLS = PAGE.partition("## Terms")[0]
 ROWS = [line.split("|")[1:-1] for line in SYMBOLS.splitlines() if line.startswith("| ")]
 IDENTIFIERS = sorted({name for row in ROWS for name in re.findall(r"`([\w.]+)`", row[1])})

@@ -121,7 +121,7 @@ def test_schema(scene, spy, tmp_path):
 def test_result_document_names_every_key():
     from project import ROOT
 
-    document = (ROOT / "docs" / "results.md").read_text()
+    document = (ROOT / "docs/reference/results.md").read_text()
     for name, field in Result.model_fields.items():
         assert f"`{field.alias or name}" in document, name
 

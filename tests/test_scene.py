@@ -18,7 +18,7 @@ from fem_seal.scene import Contact, Flow, Scene, SelfAffineSurface, Solid
 from fem_seal.steps import CONTACTS, FLOWS
 from fem_seal.units import to_si
 
-DOCUMENT = (ROOT / "docs" / "scene.md").read_text()
+DOCUMENT = (ROOT / "docs/reference/scene.md").read_text()
 REFERENCE = re.search(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL).group(1)
 
 

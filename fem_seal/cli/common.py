@@ -36,7 +36,7 @@ def add_command(
 
 
 def add_scene(
-    command: argparse.ArgumentParser, what: str = "the scene file (docs/scene.md)"
+    command: argparse.ArgumentParser, what: str = "the scene file (docs/reference/scene.md)"
 ) -> None:
     """Take a scene file and changes to it."""
     command.add_argument("scene", type=Path, metavar="SCENE.toml", help=what)

@@ -15,7 +15,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "fem-seal new demos/scenes/o-ring-measured.txt --out my-seal.toml",
     )
     command.add_argument(
-        "file", type=Path, metavar="FILE", help="heights or profiles (docs/surfaces.md)"
+        "file", type=Path, metavar="FILE", help="heights or profiles (docs/guide/surfaces.md)"
     )
     command.add_argument(
         "--out", type=Path, metavar="SCENE.toml", help="the new scene (FILE's name, in this folder)"

@@ -26,7 +26,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "show a scene's surface, or a file of heights, before it is pressed",
         "fem-seal surface demos/scenes/blasted.toml --out surface.png",
     )
-    add_scene(command, "SCENE.toml, or a file of heights (docs/surfaces.md)")
+    add_scene(command, "SCENE.toml, or a file of heights (docs/guide/surfaces.md)")
     add_statements(command)
     command.add_argument(
         "--out", type=Path, metavar="FILE.png", help="picture of heights and spectrum (none)"

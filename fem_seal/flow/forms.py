@@ -1,4 +1,4 @@
-"""The weak forms of the flow through a film, by name, in the symbols of docs/glossary.md.
+"""The weak forms of the flow through a film, by name, in the symbols of docs/reference/glossary.md.
 
 The pressure p of the fluid in a film of height g solves the Reynolds equation
 

@@ -29,7 +29,7 @@ LOST = 1e-11
 # After a breakdown of CG, restart only if the last start lowered the energy to this part.
 WORTH = 0.9
 
-# The effect of each option is measured in docs/adaptivity.md.
+# The effect of each option is measured in docs/theory/bounds.md.
 _BOOMERAMG = {
     "pc_hypre_type": "boomeramg",
     "pc_hypre_boomeramg_coarsen_type": "PMIS",

@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Tuning:
-    """Parameters that change the cost of the bounds, never their validity (docs/adaptivity.md).
+    """Parameters that change the cost of the bounds, never their validity (docs/theory/bounds.md).
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from fem_seal.letter.surfaces import (
 # Mean pressures in units of E* h'rms: A/A0 from 0.01 to 0.45, in Persson's theory.
 LOADS = tuple(np.geomspace(0.006, 0.3, 30).tolist())
 # Area at which contact percolates in the continuum, where the theory's area belongs: 0.40 to 0.41
-# here (docs/letter.md), 0.415 according to A. Wang and M. H. Müser, Tribol. Lett. 69, 1 (2021).
+# here (docs/theory/letter.md), 0.415 according to Wang and Müser, Tribol. Lett. 69, 1 (2021).
 CONTINUUM_THRESHOLD = 0.40
 # Rings of wave vectors in every factor of two of the wavenumber.
 RINGS_PER_OCTAVE = 3

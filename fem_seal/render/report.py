@@ -56,7 +56,7 @@ def report(folder: str | Path) -> Path:
     numbers = result.model_dump(mode="json", by_alias=True)
     levels, provenance = numbers.pop("levels"), numbers.pop("provenance")
     # These are fluxes of the pressure before its correction: above the upper bound they would
-    # seem to contradict it (docs/results.md).
+    # seem to contradict it (docs/reference/results.md).
     numbers = {name: value for name, value in numbers.items() if name not in ("inflow", "outflow")}
     scene = provenance.pop("scene")
     provenance["inputs"] = {

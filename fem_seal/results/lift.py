@@ -16,7 +16,7 @@ class DryRecord(Record):
 
 
 class LiftRecord(Record):
-    """Loads, passes and leak rates of a lift; docs/results.md explains each."""
+    """Loads, passes and leak rates of a lift; docs/reference/results.md explains each."""
 
     model: str
     solid_pressure: float | None

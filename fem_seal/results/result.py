@@ -145,7 +145,7 @@ class Provenance(Record):
 
 
 class Result(Record):
-    """The numbers of one run; docs/results.md explains each."""
+    """The numbers of one run; docs/reference/results.md explains each."""
 
     schema_version: Literal[1] = Field(1, alias="schema")
     state: Literal["leaking", "sealed", "lifted off"]

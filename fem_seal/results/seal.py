@@ -77,7 +77,7 @@ class PathRecord(Record):
 
 
 class SealRecord(Record):
-    """The whole seal; docs/results.md explains each."""
+    """The whole seal; docs/reference/results.md explains each."""
 
     leak_rate: RateRecord | None
     patches: tuple[SealPatchRecord, ...]

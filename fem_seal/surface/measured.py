@@ -27,7 +27,7 @@ def measured_surface(
     Parameters
     ----------
     path : of a file with `heights` (nx, ny); npz is in metres and has `spacing` (dx, dy) [m] and
-        optionally `periodic`; docs/surfaces.md names the other formats
+        optionally `periodic`; docs/guide/surfaces.md names the other formats
     stated : unit, size and whatever else the file does not say. Where nobody says whether the
         map repeats, its seam tells
     preparation : steps; none if left out

@@ -1,4 +1,4 @@
-"""Whether a total error that was asked for is kept, for docs/price.md.
+"""Whether a total error that was asked for is kept, for docs/measurements/price.md.
 
     python tests/benchmarks/total_errors.py [--seeds 8] [--finest 512]
 

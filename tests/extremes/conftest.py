@@ -1,4 +1,4 @@
-"""How a case of an extreme shows in docs/limits.md."""
+"""How a case of an extreme shows in docs/measurements/limits.md."""
 
 from collections.abc import Callable
 from inspect import getdoc
@@ -10,7 +10,7 @@ import pytest
 def show(
     request: pytest.FixtureRequest, record_property: Callable[[str, object], None]
 ) -> Callable[[str, str], None]:
-    """Record an outcome (right, refused, limited) and the evidence: a row of docs/limits.md.
+    """Record outcome (right, refused, limited) and evidence, a row of docs/measurements/limits.md.
 
     The part of the page is PART of the test's module, the extreme the first sentence of the
     test's docstring, the case the id of its parameters.

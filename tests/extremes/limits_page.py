@@ -1,4 +1,4 @@
-"""`make limits`: run the extremes and write what they show between two marks of docs/limits.md.
+"""`make limits`: run the extremes and write their rows into docs/measurements/limits.md.
 
 A row of the page stands for all cases of an extreme that end alike: with the same evidence, or
 refused. If any case fails, the page stays as it is.

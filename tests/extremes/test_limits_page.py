@@ -1,4 +1,4 @@
-"""docs/limits.md shows the extremes of this folder, and only passed cases get into it."""
+"""docs/measurements/limits.md shows the extremes, and only passed cases get into it."""
 
 import ast
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 from limits_page import BEGIN, END, Row, tables, with_tables
 from project import ROOT
 
-PAGE = ROOT / "docs" / "limits.md"
+PAGE = ROOT / "docs/measurements/limits.md"
 MODULES = sorted(Path(__file__).parent.glob("test_extreme_*.py"))
 
 

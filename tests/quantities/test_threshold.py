@@ -59,7 +59,8 @@ def test_bearing_threshold_is_that_of_its_cuts(scene, area):
 def test_elastic_threshold_lies_between_contacts_that_leak_and_seal(scene):
     patch = Patch(scene(pressure="0.1 MPa"))
     found = quantities(patch).threshold
-    assert found.pressure_sealed / found.pressure_leaking <= 1.01 * (1 + 1e-9)  # docs/verdict.md
+    # As docs/guide/verdict.md says.
+    assert found.pressure_sealed / found.pressure_leaking <= 1.01 * (1 + 1e-9)
     assert found.area_leaking <= found.area_sealed
     for pressure, state in ((found.pressure_leaking, False), (found.pressure_sealed, True)):
         contact = solve(patch.surface, 1e7, pressure=pressure, tolerance=1e-6)

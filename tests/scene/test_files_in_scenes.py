@@ -1,4 +1,4 @@
-"""The sections that name a file: the listings of docs/scene.md, and what contradicts itself."""
+"""The sections that name a file: listings of docs/reference/scene.md, and contradictions."""
 
 import re
 import tomllib
@@ -10,7 +10,8 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file import Stated
 from fem_seal.scene import FileSurface, Gap, ProfileSurface, Scene
 
-LISTINGS = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "scene.md").read_text(), re.DOTALL)
+PAGE = (ROOT / "docs/reference/scene.md").read_text()
+LISTINGS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 PRESSED = {"contact": {"model": "bearing", "mean_gap": 1e-6}, "output": {"products": ["contact"]}}
 
 

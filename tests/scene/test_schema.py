@@ -12,7 +12,8 @@ from fem_seal.scene.schema import scene_schema
 
 SCHEMA = scene_schema()
 SCENES = sorted((ROOT / "demos" / "scenes").glob("*.toml"))
-LISTINGS = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "scene.md").read_text(), re.DOTALL)
+PAGE = (ROOT / "docs/reference/scene.md").read_text()
+LISTINGS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 TYPES = {
     "string": str,
     "boolean": bool,

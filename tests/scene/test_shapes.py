@@ -454,8 +454,8 @@ def test_mesh_of_a_scene_without_shape(tmp_path, small_scene, capsys):
 
 
 def test_every_field_has_a_line_in_the_document():
-    """docs/shapes.md shows each kind once with all its fields, optional ones commented out."""
-    text = (ROOT / "docs" / "shapes.md").read_text()
+    """docs/guide/shapes.md shows each kind once with all fields, optional ones commented out."""
+    text = (ROOT / "docs/guide/shapes.md").read_text()
     shown = {}
     for block in re.findall(r"```toml\n(\[shape\].*?)```", text, re.DOTALL):
         fields = tomllib.loads(re.sub(r"^# (?=\w+ = )", "", block, flags=re.MULTILINE))["shape"]
