@@ -184,7 +184,7 @@ class PressureWeight:
     def of_gap(cls, slip: Slip, highest: float, reference: float) -> "PressureWeight":
         """w(p) = c(g₀ p/B), for which κ does not depend on p where the gap is g₀.
 
-        Infinite g₀, w(p) = p, want an outlet pressure above 0.
+        For g₀ = ∞, w(p) = p; the outlet pressure must be positive.
         """
         ends = np.array(slip.pressures)
         if np.isinf(reference):
@@ -203,7 +203,7 @@ class PressureWeight:
         return PressureWeight(self.reference, kinks, self(kinks) * factor)
 
     def __call__(self, pressure: np.ndarray) -> np.ndarray:
-        """W of a pressure between the two ends [Pa]."""
+        """Weight w at a pressure [Pa] between the two ends."""
         return np.interp(pressure, self.pressures, self.values)
 
     @cached_property

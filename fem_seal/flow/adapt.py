@@ -87,12 +87,17 @@ class Bracket:
         return replace(self, level=level, stream=stream)
 
 
+def unchanged(bracket: Bracket) -> Bracket:
+    """The same bracket: there are no bounds to add if nothing slips."""
+    return bracket
+
+
 def refined(
     pose: Callable[[NestedMesh | TriangleMesh, np.ndarray], FilmOnMesh],
     start: Start,
     strategy: Strategy,
     stopping: Stopping,
-    widen: Callable[[Bracket], Bracket] = lambda bracket: bracket,
+    widen: Callable[[Bracket], Bracket] = unchanged,
 ) -> Iterator[Bracket]:
     """Yield bounds on finer and finer meshes until `stopping` is met, or says why it is not.
 

@@ -192,7 +192,8 @@ class Pyramid:
         Parameters
         ----------
         pixel_means : of a slice of n columns i the means (2, n, my, 2) on pixel triangles
-        squares : (mx, my), pixels along each axis, multiples of `width`, a power of two
+        squares : (mx, my), pixels along each axis, multiples of `width`
+        width : side of the largest squares in pixels, a power of two
         """
         mx, my = squares
         shapes = [(0, 0), *((mx >> k, my >> k) for k in range(1, width.bit_length()))]
@@ -243,7 +244,7 @@ class Place:
     Attributes
     ----------
     level : (n,) int
-        K of the square, 2^k pixels wide, that contains the cell.
+        Level k of the square, 2^k pixels wide, that contains the cell.
     i, j : (n,) int
         Column and row of this square.
     is_diagonal : (n,) bool

@@ -49,7 +49,7 @@ class Flow:
     pressure : callable
         Corner values (n, 3) of p on a slice of n cells.
     stream : (V,)
-        Stream function ψ of unit flux at the vertices: J is `rate` times its rotated gradient.
+        Stream function ψ of unit flux at the vertices: J = Q (∂ψ/∂y, -∂ψ/∂x), Q the `rate`.
     rate : float
         Flow rate.
     epsilon : float
@@ -293,7 +293,7 @@ class FilmOnMesh(ABC):
         group = components(pairs, count + len(equipotential))[count:]
         group = self._joined_by_edges(equipotential, high, group, enough)[group]
         # Cells on both sides of a contact line have different unknowns and are not joined.
-        pressure = self.primal_numbering.of_corner - self.primal_numbering.lift
+        pressure = self.primal_numbering.of_corner - self.primal_numbering.offset
         key = np.stack([vertex[~high], pressure[equipotential][~high]])
         point, place = np.unique(key, axis=1, return_inverse=True)
         place, low = place.ravel(), np.nonzero(~high)[0]

@@ -124,7 +124,7 @@ class Correction:
     corner_values : callable
         Corner values (n, 3) of each function on n cells.
     coefficient : callable
-        C on the quarters.
+        Coefficient c on the quarters.
     """
 
     count: int
@@ -416,21 +416,21 @@ def _few_steps_of_cg(
     steps : int
         Number of steps.
     """
-    residual, before = start.copy(), np.inf
-    s, direction = np.zeros((2, len(start)))
+    r, rz_before = start.copy(), np.inf
+    s, d = np.zeros((2, len(start)))
     for _ in range(steps):
-        descent = inverse * residual
-        slope = descent @ residual
-        if not slope > 0:
+        z = inverse * r
+        rz = z @ r
+        if not rz > 0:
             break
-        direction *= slope / before
-        direction += descent
-        change = stiffness(direction)
-        step = slope / (direction @ change)
-        s += step * direction
-        residual -= step * change
-        before = slope
-    return s, residual
+        d *= rz / rz_before
+        d += z
+        Ad = stiffness(d)
+        alpha = rz / (d @ Ad)
+        s += alpha * d
+        r -= alpha * Ad
+        rz_before = rz
+    return s, r
 
 
 def _summed(bubble: np.ndarray, of_sides: np.ndarray, count: int) -> np.ndarray:

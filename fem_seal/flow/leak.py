@@ -10,7 +10,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import GridFilm, MeshFilm, film_conductivity
 from fem_seal.film.law import CUBE
-from fem_seal.flow.adapt import Bracket, refined
+from fem_seal.flow.adapt import Bracket, refined, unchanged
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem
@@ -104,8 +104,8 @@ def leak_rate(
     scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
     critical = present(film.constriction, "constriction").gap
     slipping = None if slip is None else SlippingFilm(slip, film.highest, critical)
-    gain = slipping.gain if slipping else 1.0
-    scale *= gain
+    slip_factor = slipping.slip_factor if slipping else 1.0
+    scale *= slip_factor
     criterion = Tolerance(rtol) if decide is None else Decision(decide, scale)
     narrowest = critical / film.highest
     require_conducting("the critical constriction", narrowest)
@@ -136,19 +136,19 @@ def leak_rate(
         return LevelProblem(gap, mesh, values, comm, strategy.tuning.tolerance)
 
     start = Start.first(gap, mesh) if last is None else last.through(gap)
-    widen = {"widen": slipping.widened} if slipping else {}
+    widen = slipping.widened if slipping else unchanged
     levels: list[Level] = []
-    for bracket in refined(pose, start, strategy, stopping, **widen):
+    for bracket in refined(pose, start, strategy, stopping, widen):
         levels.append(_in_si(bracket.level, scale))
         if progress is not None:
             progress(levels[-1])
         result = _result(bracket, levels, method, scale)
-        drawn = _field(bracket, film, viscosity, pressure_drop, gain) if field else None
+        drawn = _field(bracket, film, viscosity, pressure_drop, slip_factor) if field else None
         if kept is not None:
             kept.start = bracket.problem.start(bracket.pressure, bracket.stream)
             kept.narrowest = critical
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
-            keep(MeshedFlow(film, bracket, gain))
+            keep(MeshedFlow(film, bracket, slip_factor))
         # Free this mesh before the next one is made.
         del bracket
     reason = stopping.reason
@@ -186,8 +186,8 @@ def pressure_on_kept(
     start, tuning = present(kept.start, "kept mesh"), Tuning()
     scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
     slipping = None if slip is None else SlippingFilm(slip, film.highest, kept.narrowest)
-    gain = slipping.gain if slipping else 1.0
-    scale *= gain
+    slip_factor = slipping.slip_factor if slipping else 1.0
+    scale *= slip_factor
     narrowest = min(kept.narrowest / film.highest, 1.0)
     gap, _ = _first(film, narrowest, tuning, tuning.coarsest, slipping)
     start = start.through(gap)
@@ -314,7 +314,11 @@ def _pressure_field(bracket: Bracket, film: GridFilm, pressure_drop: float) -> F
 
 
 def _field(
-    bracket: Bracket, film: GridFilm | MeshFilm, viscosity: float, pressure_drop: float, gain: float
+    bracket: Bracket,
+    film: GridFilm | MeshFilm,
+    viscosity: float,
+    pressure_drop: float,
+    slip_factor: float,
 ) -> FlowField:
     """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
     problem, highest = bracket.problem, film.highest
@@ -322,7 +326,7 @@ def _field(
     number, first = problem.parted_points()
     vertex = cells.ravel()[first]
     pressure = bracket.pressure.corner_values * pressure_drop
-    conductivity = gain * film_conductivity(highest, viscosity)
+    conductivity = slip_factor * film_conductivity(highest, viscosity)
     flux = -problem.data.K[:, None] * problem.gradients(bracket.pressure.corner_values)
     if bracket.stream is not None:
         # Where the pressure was taken to be constant, take the flux from the stream function.

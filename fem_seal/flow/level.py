@@ -129,7 +129,7 @@ class LevelProblem(FilmOnMesh):
         """
         numbering = self.primal_numbering
         # Label of the pressure: unknowns count from 2, the outlet has 1, the inlet 0.
-        pressure = numbering.of_corner - numbering.lift + 2
+        pressure = numbering.of_corner - numbering.offset + 2
         key = self._cells.astype(np.int64) * (numbering.count + 2) + pressure
         _, corner, point = np.unique(key.ravel(), return_index=True, return_inverse=True)
         return point.reshape(-1, 3), corner
@@ -221,7 +221,7 @@ class LevelProblem(FilmOnMesh):
         return primal, dual
 
     def flux(self, stream: Stream) -> np.ndarray:
-        """Mean flux J (C, 2) of each cell: the rotated gradient of ψ, scaled to its leak rate."""
+        """Mean of the flux J = Q (∂ψ/∂y, -∂ψ/∂x) on each cell (C, 2), Q the conductance of ψ."""
         psi = stream.psi[self._cells]
         dx, dy = self.gradients(mean_gradient_values(psi, self.data.contact_vertex)).T
         return stream.conductance * np.stack([dy, -dx], axis=1)
@@ -257,7 +257,7 @@ class LevelProblem(FilmOnMesh):
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:
         """Inflow and outflow from the residuals of the discrete equations at inlet and outlet."""
         prescribed = self.primal_numbering.of_corner < 0
-        inlet = self.primal_numbering.lift
+        inlet = self.primal_numbering.offset
         at_ends = np.flatnonzero(prescribed.any(axis=1))
         sides = inlet[at_ends], (prescribed & (inlet == 0))[at_ends]
         slopes, areas = shape_gradients(self._corners(at_ends))

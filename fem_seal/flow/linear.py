@@ -1,10 +1,10 @@
 """Minimisation of energies of functions linear on each cell, by CG with BoomerAMG (PETSc).
 
 A problem is an energy E(v) = ∫ ∇v·T·∇v (`forms.py`) with a constant tensor T on each cell, over
-functions v = lift + P x. P is the 0/1 matrix of the numbering (`numbering.py`); it is never formed.
+functions v = offset + P x. P is the 0/1 matrix of the numbering (`numbering.py`), never formed.
 With the stiffness matrix A of the cells, x solves
 
-    P'A P x = -P'A lift.
+    P'A P x = -P'A offset.
 
 The cells are integrated in batches (`integrals.py`), and the corners of an unknown add up in its
 row. From the solution on the coarser mesh, CG with BoomerAMG needs a handful of iterations at any
@@ -149,7 +149,7 @@ class CellSpace:
         tolerance: float,
         balanced: bool = False,
     ) -> list[Minimum]:
-        """Minimise the same energy over the functions of numberings that differ in their lifts.
+        """Minimise the same energy over the functions of numberings that differ in their offsets.
 
         They share the matrix and its preconditioner, which takes longer to set up than CG to run.
         Parameters as in `minimise`.

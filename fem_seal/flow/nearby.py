@@ -36,13 +36,13 @@ class MeshedFlow:
         On a grid, linear between samples.
     bracket : Bracket
         The last level.
-    gain : float
+    slip_factor : float
         What the largest gap of the film conducts, over what it would without slip.
     """
 
     film: GridFilm
     bracket: Bracket
-    gain: float = 1.0
+    slip_factor: float = 1.0
 
     @property
     def start(self) -> Start:

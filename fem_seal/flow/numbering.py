@@ -3,7 +3,7 @@
 The functions of both problems are linear on each cell and may jump between cells. A numbering
 makes corners one unknown, and prescribes the value of corners without one:
 
-    v at a corner = lift + value of its unknown
+    v at a corner = offset + value of its unknown
 """
 
 from dataclasses import dataclass
@@ -15,31 +15,31 @@ from fem_seal.mesh.grouping import parts
 
 @dataclass(frozen=True, eq=False)
 class Numbering:
-    """A numbering of the corners of C cells: v = lift + value of the unknown of the corner.
+    """A numbering of the corners of C cells: v = offset + value of the unknown of the corner.
 
     Attributes
     ----------
     of_corner : (C, 3) int32
         Unknown of each corner, or -1 where the value is prescribed. Unknowns are numbered in
         the order in which the cells first use them.
-    lift : (C, 3)
+    offset : (C, 3)
         Prescribed values, and jumps that are added to the unknowns.
     count : int
         Number of unknowns.
     """
 
     of_corner: np.ndarray
-    lift: np.ndarray
+    offset: np.ndarray
     count: int
 
     def corners(self, values: np.ndarray, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Corner values (n, 3), on all or given cells, of the function with `values` (count,)."""
-        number, lift = self.of_corner[cells], self.lift[cells]
+        number, offset = self.of_corner[cells], self.offset[cells]
         if not self.count:
-            return lift.astype(float)
+            return offset.astype(float)
         corner_values = values.take(number)
         corner_values[number < 0] = 0.0
-        corner_values += lift
+        corner_values += offset
         return corner_values
 
     def representable(self, values: np.ndarray) -> np.ndarray:
@@ -48,7 +48,7 @@ class Numbering:
         The function is then stored exactly, without rounding errors that a high contrast would
         magnify.
         """
-        jump = np.abs(self.lift[self.of_corner >= 0]).max(initial=0)
+        jump = np.abs(self.offset[self.of_corner >= 0]).max(initial=0)
         if jump == 0 or jump % 1:
             return values
         grid = 2.0 ** np.ceil(np.log2(jump + np.abs(values).max(initial=1.0)) + 1)
@@ -56,18 +56,18 @@ class Numbering:
 
     def constant(self) -> np.ndarray:
         """(C,) bool, cells on which every function of this numbering is constant."""
-        first = self.of_corner[:, 0], self.lift[:, 0]
-        others = ((self.of_corner[:, k], self.lift[:, k]) for k in (1, 2))
-        same = [(number == first[0]) & (lift == first[1]) for number, lift in others]
+        first = self.of_corner[:, 0], self.offset[:, 0]
+        others = ((self.of_corner[:, k], self.offset[:, k]) for k in (1, 2))
+        same = [(number == first[0]) & (offset == first[1]) for number, offset in others]
         return same[0] & same[1]
 
     def from_corners(self, corner_values: np.ndarray) -> np.ndarray:
-        """Values of the unknowns (count,): means over their corners of corner_values - lift."""
+        """Values of the unknowns (count,): means over their corners of corner_values - offset."""
         total, corners = np.zeros((2, self.count + 1))
         for k in range(3):
             # Corners without an unknown are summed in entry 0, which is dropped.
             number = self.of_corner[:, k] + 1
-            total += np.bincount(number, corner_values[:, k] - self.lift[:, k], self.count + 1)
+            total += np.bincount(number, corner_values[:, k] - self.offset[:, k], self.count + 1)
             corners += np.bincount(number, minlength=self.count + 1)
         return total[1:] / corners[1:]
 

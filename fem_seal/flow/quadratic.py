@@ -122,7 +122,7 @@ def _numbered(corners: Numbering, cells: OpenCells) -> _NodeNumbering:
     of_side[np.isnan(given)] = corners.count + number
     return _NodeNumbering(
         np.concatenate([corners.of_corner, of_side], axis=1),
-        np.concatenate([corners.lift, np.nan_to_num(given)], axis=1),
+        np.concatenate([corners.offset, np.nan_to_num(given)], axis=1),
         corners.count + len(free),
     )
 

@@ -56,7 +56,7 @@ class SlippingFilm:
 
     Attributes
     ----------
-    gain : float
+    slip_factor : float
         What the largest gap conducts in the law of the mesh, over what it would without slip.
     """
 
@@ -65,7 +65,7 @@ class SlippingFilm:
         # At the critical constriction the law of the mesh is to let through what the gas does.
         most = highest * slip.mean_pressure / slip.product
         self._unit = float(slip.coefficient(most)) * slip.mean_gain(critical) / slip.gain(critical)
-        self.gain = self._unit / most
+        self.slip_factor = self._unit / most
         self._mean = self.mean_law.above.of_gap(_GAPS)
         candidates = critical / highest * _FACTORS
         if slip.outlet_pressure > 0:

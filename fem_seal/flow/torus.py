@@ -164,7 +164,7 @@ def open_torus(mesh: Torus, data: CellData) -> OpenTorus:
 def pressure_numbering(mesh: Torus, data: CellData, cells: OpenTorus) -> Numbering:
     """Number the periodic part of the pressure, with one unknown per point and side of contact.
 
-    The lift is 0. One corner of each component has no unknown: its pressure is 0.
+    The offset is 0. One corner of each component has no unknown: its pressure is 0.
     """
     vertex = mesh.twin[mesh.cells]
     label, count = continuous_labels(vertex, len(mesh.xy), data.zero_gap, cells.kept, cells.pairs)
@@ -183,7 +183,7 @@ class StreamNumbering:
     Attributes
     ----------
     numbering : Numbering
-        Numbering of the periodic part; its lift is 0.
+        Numbering of the periodic part; its offset is 0.
     seams_crossed : (C, 3, 2)
         N of each corner.
     jumps : (k, 2)

@@ -175,7 +175,7 @@ class LoadedPatch:
         """K [m³/(Pa s)] of a patch that conducts as a square with the largest gap of a flow."""
         length, width = flow.film.size
         K = film_conductivity(flow.film.highest, self.patch.scene.viscosity)
-        return flow.gain * K * length / width
+        return flow.slip_factor * K * length / width
 
     def _compare(self, load: float) -> None:
         """Compute K at a load, and hold it against the enclosure of the interval that it halves."""

@@ -52,16 +52,16 @@ def bounds_by_brute_force(
         ties += [np.stack([wall[1:], wall[:-1]], axis=1) for wall in seam]
     patch = _components(np.concatenate(ties), len(i))
     if sides == "wall":
-        lift = 1.0 * (patch == patch[seam[0][0]])
-        prescribed = (lift == 1) | (patch == patch[seam[1][0]])
+        offset = 1.0 * (patch == patch[seam[0][0]])
+        prescribed = (offset == 1) | (patch == patch[seam[1][0]])
         sealed = patch[seam[0][0]] == patch[seam[1][0]]
     else:
-        patch, lift, sealed = _potentials(patch, *seam)
+        patch, offset, sealed = _potentials(patch, *seam)
         prescribed = patch == patch[0]
     if sealed:
         return 0.0, upper
     dual = local[open_cells] * _mean(g[open_cells] ** -3.0)
-    return 1 / _least_energy(dual, cells[open_cells], patch, lift, prescribed), upper
+    return 1 / _least_energy(dual, cells[open_cells], patch, offset, prescribed), upper
 
 
 def _mean(of_corners: np.ndarray) -> np.ndarray:
@@ -135,14 +135,14 @@ def _potentials(patch: np.ndarray, top: np.ndarray, bottom: np.ndarray):
     return root[patch], height[patch], False
 
 
-def _least_energy(local, cells, node, lift, prescribed) -> float:
-    """Energy of lift + x, x one number for each node that is not prescribed, by a direct solver."""
+def _least_energy(local, cells, node, offset, prescribed) -> float:
+    """Energy of offset + x, by a direct solver; x is a number for each node not prescribed."""
     free = node[~prescribed]
     number = np.full(node.max() + 1, -1)
     used = np.intersect1d(free, node[cells])
     number[used] = np.arange(len(used))
     of_corner = np.where(prescribed, -1, number[node])[cells]
-    v = lift[cells]
+    v = offset[cells]
     push = np.einsum("ckl,cl->ck", local, v)
     rows, columns = np.repeat(of_corner, 3, axis=1).ravel(), np.tile(of_corner, 3).ravel()
     both = (rows >= 0) & (columns >= 0)

@@ -75,9 +75,9 @@ def test_contact_line_from_the_rim(start):
     case = Topology((6, 5), line(start, 4, 2))
     numbering = case.primal()
     assert numbering.count == case.points_inside() + {0: 2, 1: 1}[start]
-    assert (case.at(numbering, 0, 2, "lift") == 1).all()
+    assert (case.at(numbering, 0, 2, "offset") == 1).all()
     assert (case.at(numbering, 0, 2, "of_corner") == -1).all()
-    assert (case.at(numbering, 5, 2, "lift") == 0).all()
+    assert (case.at(numbering, 5, 2, "offset") == 0).all()
     assert (case.at(numbering, 5, 2, "of_corner") == -1).all()
 
 
@@ -97,7 +97,7 @@ def test_stiff_cells_that_touch_have_one_pressure():
     assert numbering.count == 2 * 5 + 1  # those on the lines, and one between them
     for i, pressure in ((0, 1), (1, 1), (2, 1), (7, 0), (8, 0), (9, 0)):
         assert (case.at(numbering, i, 2, "of_corner") == -1).all()
-        assert (case.at(numbering, i, 2, "lift") == pressure).all()
+        assert (case.at(numbering, i, 2, "offset") == pressure).all()
     between = [case.at(numbering, i, j, "of_corner") for i in (4, 5) for j in range(5)]
     assert len(np.unique(np.concatenate(between))) == 1
 
@@ -227,7 +227,7 @@ def test_patch_on_a_wall_has_its_value(wall):
     numbering = case.dual()
     for i, j in patch:
         assert (case.at(numbering, i, j, "of_corner") == -1).all()
-        assert (case.at(numbering, i, j, "lift") == (0 if wall == "bottom" else 1)).all()
+        assert (case.at(numbering, i, j, "offset") == (0 if wall == "bottom" else 1)).all()
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -267,9 +267,9 @@ def test_opened_ring_leaks_through_the_seam():
     numbering = case.dual()
     assert numbering is not None
     assert case.cells.kept.all()
-    # Around the strip ψ rises by one, the flux of the whole: the lift says so on every column.
+    # Around the strip ψ rises by one, the flux of the whole: the offset says so on every column.
     for i in range(11):
-        low, high = (case.at(numbering, i, j, "lift")[0] for j in (0, 8))
+        low, high = (case.at(numbering, i, j, "offset")[0] for j in (0, 8))
         assert high - low == 1
         assert case.at(numbering, i, 0)[0] == case.at(numbering, i, 8)[0]
 
@@ -280,10 +280,10 @@ def test_patch_across_the_seam_keeps_its_value_and_the_jump():
     numbering = case.dual()
     labels = {int(v) for j in (0, 1, 7, 8) for v in case.at(numbering, 4, j)}
     assert len(labels) == 1
-    lift = {j: set(case.at(numbering, 4, j, "lift")) for j in (0, 1, 7, 8)}
-    assert lift[0] == lift[1]
-    assert lift[7] == lift[8]
-    assert lift[8].pop() - lift[0].pop() == 1
+    offset = {j: set(case.at(numbering, 4, j, "offset")) for j in (0, 1, 7, 8)}
+    assert offset[0] == offset[1]
+    assert offset[7] == offset[8]
+    assert offset[8].pop() - offset[0].pop() == 1
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -336,7 +336,7 @@ def test_minima_are_admissible(periodic):
     numbering = dual_numbering(mesh, gap.cell_data(mesh, problem.values), kept, merge_blocked=True)
     for v in np.unique(vertex):
         at = vertex == v
-        assert len(set(zip(numbering.of_corner[at], numbering.lift[at], strict=True))) == 1
+        assert len(set(zip(numbering.of_corner[at], numbering.offset[at], strict=True))) == 1
     patch = (mesh.xy[vertex] // PIXEL == np.array([3, 3])).all(-1)
     other = (mesh.xy[vertex] // PIXEL == np.array([5, 4])).all(-1)
     assert np.ptp(psi[patch | other]) < 1e-12
