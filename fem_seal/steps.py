@@ -202,7 +202,7 @@ def lifting_problem(
     # Every flow must return its pressure field: the product "constriction" makes it do so.
     products = (*scene.output.products, "constriction")
     output = scene.output.model_copy(update={"products": products})
-    whole = scene.model_copy(update={"output": output})
+    scene_with_field = scene.model_copy(update={"output": output})
 
     kept = KeptMesh() if flow.method == "adaptive" else None
 
@@ -217,13 +217,13 @@ def lifting_problem(
         if kept is not None and new:
             kept.start = None
         if tolerance is None:
-            return solve_flow(whole, film, report)
+            return solve_flow(scene_with_field, film, report)
         # The gap of an early pass may have narrows that take very many unknowns to bound. Cap them:
         # the result's gap need not have such narrows. No early flow needs to decide the limit.
         most = max(UNKNOWNS_ON_THE_WAY, film.samples.size)
         most = min(most, flow.max_unknowns or most)
         rough = flow.model_copy(update={"rtol": tolerance, "max_unknowns": most})
-        way = whole.model_copy(update={"flow": rough, "limit": None})
+        way = scene_with_field.model_copy(update={"flow": rough, "limit": None})
         return solve_flow(way, film, silent)
 
     def again(film: GridFilm) -> LeakRate:
@@ -241,10 +241,10 @@ def lifting_problem(
             from fem_seal.finite_difference.node_pressure import node_pressure
             from fem_seal.finite_difference.slipping import film_without_slip
 
-            whole = film
+            unslipped = film
             if scene.slip is not None:
-                whole = film_without_slip(film, scene.slip, flow.links)
-            solved = node_pressure(whole, drive.pressure_drop, flow.links)
+                unslipped = film_without_slip(film, scene.slip, flow.links)
+            solved = node_pressure(unslipped, drive.pressure_drop, flow.links)
         else:
             from fem_seal.coupling.fluid_pressure import on_sites
 

@@ -80,6 +80,9 @@ class HalfSpace:
     Campañá, Müser, Phys. Rev. B 74, 075420 (2006): (1/4) E* q |ũ|² a mode). The mean of every
     displacement is zero: it is determined by the load, not by elasticity.
 
+    Signs: a pressure > 0 is compression; a displacement > 0 moves the solid away from the
+    counter-face and opens the gap.
+
     Parameters
     ----------
     shape, spacing : (nx, ny), (dx, dy)

@@ -1,4 +1,8 @@
-"""Wave vectors of a periodic grid, in the half plane that `rfft2` returns."""
+"""Wave vectors of a periodic grid, in the half plane that `rfft2` returns.
+
+Of heights h on N samples, h(x) = Σ h̃(q) exp(i q·x) over all q, with h̃ = rfft2(h)/N on the half
+plane, and its complex conjugate at -q on the other half.
+"""
 
 import numpy as np
 

@@ -21,7 +21,7 @@ from math import inf, log, pi, sqrt
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fluid import Drive, GasDrive
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.profile import Profile
@@ -30,6 +30,7 @@ CELLS = 1000  # of the leak path
 # Relative error of the leak rate that solves the boundary condition; bounds are widened by it.
 SHOOTING = 1e-9
 ROUNDING = 1e-12  # of a pressure
+WIDENING, MOST_WIDENINGS = 5.0, 100  # of the range of ln Q that is searched, at each end
 PARTS = (0.05, 0.5, 0.95)  # of the influence, at start, middle and end of the sealing part
 # ln of the ratio of two conductivities, at most: a sealed load counts as this.
 MOST_FALL = 20.0
@@ -342,11 +343,27 @@ def _leak_rate(
     finite = steps.conductivity[np.isfinite(steps.conductivity) & (steps.conductivity > 0)]
     scale = ends.drop / lengths.sum()
     low, high = log(finite.min() * scale) - 1, log(finite.max() * scale) + 1
-    while excess(low) > 0:
-        low -= 5
-    while excess(high) < 0:
-        high += 5
+    low, high = _widened(excess, low, -WIDENING), _widened(excess, high, WIDENING)
     return float(np.exp(brentq(excess, low, high, xtol=SHOOTING, rtol=1e-15)))
+
+
+def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> float:
+    """First ln Q, step by step, where the excess [Pa] is 0 or has the sign of the step.
+
+    Raises
+    ------
+    NotConverged
+        If there is none within `MOST_WIDENINGS` steps.
+    """
+    for _ in range(MOST_WIDENINGS):
+        reached = excess(log_rate)
+        if reached * step >= 0:
+            return log_rate
+        log_rate += step
+    raise NotConverged(
+        f"no leak rate gives the fluid the inlet's pressure at the inlet: at ln Q = "
+        f"{log_rate - step:.6g} (Q in m^3/s) it still differs by {reached:.3g} Pa"
+    )
 
 
 def _excess(

@@ -5,6 +5,8 @@ import pytest
 from contact_cases import E_STAR, SLOPE, check_equilibrium, rough_surface
 
 from fem_seal.contact import METHODS, solve
+from fem_seal.contact.halfspace import HalfSpace
+from fem_seal.contact.problem import Problem
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.grid import GridField
 
@@ -138,3 +140,13 @@ def test_refused(rough, change, message):
 def test_surface_that_is_not_periodic_is_refused(rough):
     with pytest.raises(InvalidInput, match="periodic"):
         solve(GridField(rough.values, rough.spacing), E_STAR, pressure=1.0)
+
+
+def test_a_mean_gap_out_of_reach_is_an_error():
+    """Newton's method ends, with what it missed, where the displacement is not finite."""
+    heights = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    problem = Problem(heights, HalfSpace((2, 2), (1.0, 1.0)), mean_gap=0.5)
+    # max(u + s, h) of u = 0 has the mean (1 + s)/2 while s lies between -1 and 1: s = 0.
+    assert problem.rested(np.zeros((2, 2))).tolist() == [[1.0, 0.0], [0.0, 1.0]]
+    with pytest.raises(NotConverged, match=r"mean gap 0\.5.*off by nan"):
+        problem.rested(np.full((2, 2), np.nan))

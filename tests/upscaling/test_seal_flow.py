@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from westergaard import waves_along_the_flow
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fluid import GasDrive, LiquidDrive
 from fem_seal.upscaling import (
     ConductivityTable,
@@ -22,6 +22,7 @@ from fem_seal.upscaling import (
     seal_flow,
 )
 from fem_seal.upscaling.conductivity import Enclosure
+from fem_seal.upscaling.seal_flow import _widened
 
 ETA = 1e-3
 STRIP = StraightPath(2e-3, 0.15)
@@ -377,3 +378,10 @@ def test_a_table_with_enclosures_encloses():
 def test_enclosures_as_many_as_intervals():
     with pytest.raises(InvalidInput, match="of 3 loads needs 2 enclosures"):
         ConductivityTable([0, 1, 2], [3, 2, 1], [3, 2, 1], (None,))
+
+
+def test_the_search_for_a_leak_rate_ends():
+    """Where the pressure at the inlet does not depend on Q, no leak rate gives the inlet's."""
+    for step, excess in ((-5.0, 3.0), (5.0, -3.0), (5.0, np.nan)):
+        with pytest.raises(NotConverged, match="differs by"):
+            _widened(lambda log_rate, excess=excess: excess, -30.0, step)
