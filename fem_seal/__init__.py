@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, NotConverged
 
 if TYPE_CHECKING:
-    from fem_seal.exchange import to_pyvista, to_xarray
+    from fem_seal.exchange import pictures, to_pyvista, to_xarray
     from fem_seal.gap_file import load_gap
     from fem_seal.grid import GridField
     from fem_seal.job import run
@@ -31,6 +31,7 @@ __all__ = [
     "Result",
     "Scene",
     "load_gap",
+    "pictures",
     "run",
     "to_pyvista",
     "to_xarray",
@@ -43,6 +44,7 @@ _HOMES = {
     "Result": "fem_seal.results",
     "Scene": "fem_seal.scene",
     "load_gap": "fem_seal.gap_file",
+    "pictures": "fem_seal.exchange",
     "run": "fem_seal.job",
     "to_pyvista": "fem_seal.exchange",
     "to_xarray": "fem_seal.exchange",

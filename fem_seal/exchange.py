@@ -1,17 +1,70 @@
-"""Fields of a contact or a flow as objects of xarray and PyVista."""
+"""For people at a prompt: pictures of a patch, and its fields as objects of xarray and PyVista."""
 
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput, MissingPackage
+from fem_seal.files import temporary_folder
 from fem_seal.grid import GridField
+from fem_seal.job import draw_patch
 from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 
 if TYPE_CHECKING:
     import pyvista as pv
     import xarray as xr
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture that a notebook shows where it is the value of a cell.
+
+    Parameters
+    ----------
+    name : str
+        Such as "gap".
+    png : bytes
+        The picture as the content of a PNG file.
+    """
+
+    name: str
+    png: bytes
+
+    def __repr__(self) -> str:
+        return f"Picture({self.name!r}, {len(self.png) / 1000:.0f} kB)"
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+    def save(self, path: str | Path) -> Path:
+        """Write the picture into a PNG file; its path is returned."""
+        path = Path(path)
+        path.write_bytes(self.png)
+        return path
+
+
+def pictures(patch: Patch) -> dict[str, Picture]:
+    """Draw the pictures of a patch, as `run` draws those of its scene.
+
+    Parameters
+    ----------
+    patch : Patch
+        Steps that are missing are computed. The flow is drawn if the scene's products need it and
+        contain "pictures" or "mesh", which keep its field.
+
+    Returns
+    -------
+    dict
+        Pictures by name: "contact", "gap", "flow" and so on (docs/guide/pictures.md).
+    """
+    with temporary_folder() as folder:
+        names = draw_patch(patch, folder)
+        drawn = {Path(name).stem: (folder / name).read_bytes() for name in names}
+    return {name: Picture(name, png) for name, png in drawn.items()}
 
 
 def to_xarray(fields: GridField | GapState) -> "xr.Dataset":

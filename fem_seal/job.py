@@ -349,16 +349,21 @@ def require_packages(scene: Scene) -> None:
         require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
 
 
+def draw_patch(patch: Patch, folder: Path) -> tuple[str, ...]:
+    """Draw the pictures of a patch into a folder; see `draw_pictures`."""
+    leak = patch.leak_rate if patch.scene.needs_flow else None
+    pressure = getattr(patch.film_contact, "pressure", None)
+    lift = None if pressure is None else _lift_of(patch)
+    return draw_pictures(patch.film, leak, folder, pressure, lift)
+
+
 def _write_products(patch: Patch, folder: Path, seal: SealLeak | None) -> tuple[str, ...]:
     names: list[str] = []
     leak = patch.leak_rate if patch.scene.needs_flow else None
     film, contact = patch.film, patch.film_contact
     with writing(folder.parent):
-        pressure, lift = None, None
         if contact is not None:
-            lift = _lift_of(patch)
-            names.append(write_contact(folder, contact, lift))
-            pressure = getattr(contact, "pressure", None)
+            names.append(write_contact(folder, contact, _lift_of(patch)))
         if isinstance(film, MeshFilm):
             names.append(write_mesh(folder, film))
         field = None if leak is None else leak.field
@@ -366,7 +371,7 @@ def _write_products(patch: Patch, folder: Path, seal: SealLeak | None) -> tuple[
             names.append(write_flow(folder, field))
         if "pictures" in patch.scene.output.products:
             with patch.timed("pictures"):
-                names.extend(draw_pictures(film, leak, folder, pressure, lift))
+                names.extend(draw_patch(patch, folder))
                 if seal is not None:
                     from fem_seal.render.seal import seal_picture
 

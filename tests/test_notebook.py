@@ -5,9 +5,20 @@ import re
 import numpy as np
 import pytest
 import pyvista as pv
+from PIL import Image
 from project import scene_of_samples
 
-from fem_seal import InvalidInput, LeakRate, Patch, Result, Scene, run, to_pyvista, to_xarray
+from fem_seal import (
+    InvalidInput,
+    LeakRate,
+    Patch,
+    Result,
+    Scene,
+    pictures,
+    run,
+    to_pyvista,
+    to_xarray,
+)
 from fem_seal.scene.readable import rows_of
 
 SCENE = scene_of_samples(32) | {
@@ -107,3 +118,39 @@ def test_pyvista_mesh_carries_the_flow(patch):
     assert leak.lower <= through <= leak.inflow * (1 + 1e-4)
     with pytest.raises(InvalidInput, match="add 'mesh' to output"):
         to_pyvista(LeakRate.sealed("adaptive"))
+
+
+@pytest.mark.render
+def test_pictures_at_a_prompt_are_those_of_a_run(tmp_path):
+    products = {"products": ["contact", "leak_rate", "pictures"]}
+    patch = Patch(Scene.from_mapping(SCENE | {"output": products}))
+    shown = pictures(patch)
+    result = patch.save(tmp_path / "out")
+    assert {f"{name}.png" for name in shown} == {n for n in result.files if n.endswith(".png")}
+    assert {"contact", "contact_pressure", "flow", "gap"} == set(shown)
+    for name, picture in shown.items():
+        assert picture._repr_png_().startswith(b"\x89PNG")
+        assert picture.save(tmp_path / "copy.png").read_bytes() == picture.png
+        ran = Image.open(tmp_path / "out" / f"{name}.png")
+        assert np.array_equal(np.asarray(Image.open(tmp_path / "copy.png")), np.asarray(ran))
+
+
+@pytest.mark.render
+def test_a_notebook_shows_tables_and_pictures(tmp_path):
+    """Run as people run it, by Jupyter's own machine."""
+    nbformat = pytest.importorskip("nbformat", reason="pip install nbconvert ipykernel")
+    preprocessors = pytest.importorskip("nbconvert.preprocessors", reason="pip install nbconvert")
+    pytest.importorskip("ipykernel", reason="pip install ipykernel")
+    cells = [
+        "import fem_seal",
+        f"patch = fem_seal.Patch(fem_seal.Scene.from_mapping({SCENE!r}))\npatch",
+        "patch.leak_rate",
+        "fem_seal.pictures(patch)['gap']",
+    ]
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(c) for c in cells])
+    kernel = preprocessors.ExecutePreprocessor(timeout=300, kernel_name="python3")
+    done, _ = kernel.preprocess(notebook, {"metadata": {"path": str(tmp_path)}})
+    shown = [cell.outputs[0].data if cell.outputs else {} for cell in done.cells]
+    assert "text/html" in shown[1]
+    assert "text/html" in shown[2]
+    assert "image/png" in shown[3]
