@@ -3,12 +3,15 @@
 from dataclasses import dataclass, field
 from enum import IntEnum
 from math import inf
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from fem_seal.digits import bracket_digits, per_cent
-from fem_seal.errors import Inconsistent
+from fem_seal.errors import Inconsistent, InvalidInput
 from fem_seal.tables import html_table
+
+FlowState: TypeAlias = Literal["leaking", "sealed", "lifted off"]
 
 
 def relative_width(lower: float, upper: float) -> float:
@@ -98,6 +101,11 @@ class FlowField:
     facet_tags : (C, 3) int8 or None
         `FacetTag` of the side opposite each corner, INSIDE where another cell shares the side.
         None in files that an earlier version wrote.
+
+    Raises
+    ------
+    InvalidInput
+        If the shapes do not agree.
     """
 
     points: np.ndarray
@@ -106,6 +114,25 @@ class FlowField:
     pressure: np.ndarray
     flux: np.ndarray
     facet_tags: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        points, cells = len(self.points), len(self.cells)
+        shapes = {
+            "points": (points, 2),
+            "cells": (cells, 3),
+            "gap": (points,),
+            "pressure": (points,),
+            "flux": (cells, 2),
+        }
+        if self.facet_tags is not None:
+            shapes["facet_tags"] = (cells, 3)
+        for name, shape in shapes.items():
+            found = np.shape(getattr(self, name))
+            if found != shape:
+                raise InvalidInput(
+                    f"{name} of a flow with {points} points and {cells} cells must have the shape "
+                    f"{shape}, got {found}"
+                )
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +143,8 @@ class LeakRate:
 
     Parameters
     ----------
-    state : "leaking", "sealed" or "lifted off"
+    state : FlowState
+        "leaking", "sealed" or "lifted off".
     method : str
         Name of the method.
     value : float
@@ -150,7 +178,7 @@ class LeakRate:
         If lower > upper.
     """
 
-    state: str
+    state: FlowState
     method: str
     value: float
     lower: float | None = None

@@ -18,7 +18,7 @@ class Limits:
         Largest number of unknowns of a mesh; the first mesh is solved in any case.
     seconds : float or None
         Wall time. The next level must be expected to end before, by the time of the last one.
-    memory_bytes : int or None
+    memory_bytes : float or None
         Memory of one process. The next level must be expected to fit. If left out, the memory
         of the machine is the limit.
     """

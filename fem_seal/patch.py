@@ -80,7 +80,7 @@ class Patch:
     Raises
     ------
     InvalidInput
-        If the scene is none, has [accuracy], or has a geometry that may not be run.
+        If `scene` is not a Scene, has [accuracy], or has a geometry that may not be run.
     """
 
     def __init__(

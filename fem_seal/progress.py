@@ -21,8 +21,8 @@ def silent(stage: str, detail: str) -> None:
 class Display:
     """Context manager that shows stage, detail and elapsed time in a line on standard error.
 
-    The line appears only on a terminal. Calling the object with stage and detail updates it: it is
-    a `Report`.
+    On a terminal, a line that is updated in place; elsewhere, a plain line every 30 s. Calling the
+    object with stage and detail updates it: it is a `Report`.
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """The shape of the package: imports point backwards, heavy libraries stay behind their fences."""
 
 import ast
+import re
 import subprocess
 import sys
 
@@ -115,6 +116,13 @@ def test_imports_point_backwards(path):
 )
 def test_the_rule_catches(source, line):
     assert any(downstream(source, name) for name in imported(ast.parse(line)))
+
+
+def test_the_page_lists_the_packages_in_their_order():
+    page = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
+    section = page.partition("## Packages\n")[2].partition("\n## ")[0]
+    heads = re.findall(r"^\* ([^:]+):", section, re.MULTILINE)
+    assert [name for head in heads for name in re.findall(r"`(\w+)/?`", head)] == ORDER
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)

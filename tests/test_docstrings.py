@@ -19,7 +19,10 @@ FINISHED = [
 ]
 
 SECTION = re.compile(r"^([A-Z]\w+)\n-{3,}\n(.*?)(?=\n\n|\Z)", re.MULTILINE | re.DOTALL)
-ENTRY = re.compile(r"^(\*{0,2}\w+(?:, \*{0,2}\w+)*) : ", re.MULTILINE)
+NAMES = r"\*{0,2}\w+(?:,\s+\*{0,2}\w+)*"
+ENTRY = re.compile(rf"^({NAMES}) : ", re.MULTILINE)
+# Arguments that are described elsewhere, such as "As in `solve`", have no type.
+ARGUMENT = re.compile(rf"^({NAMES})(?: : |\n +\S)", re.MULTILINE)
 
 
 def modules():
@@ -28,11 +31,19 @@ def modules():
         yield from sorted(path.rglob("*.py")) if path.is_dir() else [path]
 
 
-def entries(docstring, *sections):
+def entries(docstring, *sections, entry=ENTRY):
     """Names that the sections of a docstring describe."""
     bodies = [body for title, body in SECTION.findall(docstring) if title in sections]
-    groups = [group for body in bodies for group in ENTRY.findall(body)]
-    return {name for group in groups for name in group.split(", ")}
+    groups = [group for body in bodies for group in entry.findall(body)]
+    return {name.lstrip("*") for group in groups for name in re.split(r",\s+", group)}
+
+
+def arguments(function):
+    """Names of the arguments of a function, without that of the object or class of a method."""
+    of = function.args
+    several = [argument for argument in (of.vararg, of.kwarg) if argument]
+    names = {argument.arg for argument in [*of.posonlyargs, *of.args, *of.kwonlyargs, *several]}
+    return names - {"self", "cls"}
 
 
 def outside_sections(docstring):
@@ -51,6 +62,10 @@ def faults(tree):
         if not isinstance(node, ast.ClassDef | ast.FunctionDef):
             continue
         docstring = ast.get_docstring(node) or ""
+        if isinstance(node, ast.FunctionDef) and "\nParameters\n---" in docstring:
+            described = entries(docstring, "Parameters", entry=ARGUMENT)
+            if other := described ^ arguments(node):
+                yield f"{node.name}: described, or an argument, but not both: {sorted(other)}"
         if lines := outside_sections(docstring):
             yield f"{node.name}: outside a section: {lines}"
         if isinstance(node, ast.ClassDef) and is_dataclass(node) and node.name[0] != "_":
@@ -75,5 +90,15 @@ class Film:
     """
 
     gap: float
+
+
+def mean(gap, weight):
+    """Mean gap.
+
+    Parameters
+    ----------
+    gap : height [m]
+    weights : of each sample
+    """
 '''
-    assert len(list(faults(ast.parse(source)))) == 2
+    assert len(list(faults(ast.parse(source)))) == 3

@@ -4,7 +4,7 @@ from fem_seal.contact.bearing import bearing
 from fem_seal.contact.grid_error import Extrapolation, extrapolate, on_finer_grids
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.load_path import load_path
-from fem_seal.contact.methods import METHODS, Stopping
+from fem_seal.contact.methods import METHODS, ContactStopping
 from fem_seal.contact.settings import Arithmetic, Load, Solid
 from fem_seal.contact.solve import contact_under, solve
 from fem_seal.contact.state import BearingState, ContactState, GapState
@@ -14,12 +14,12 @@ __all__ = [
     "Arithmetic",
     "BearingState",
     "ContactState",
+    "ContactStopping",
     "Extrapolation",
     "GapState",
     "Layer",
     "Load",
     "Solid",
-    "Stopping",
     "bearing",
     "contact_under",
     "extrapolate",

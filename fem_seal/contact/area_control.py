@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
-from fem_seal.contact.methods import Stopping
+from fem_seal.contact.methods import ContactStopping
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import NotConverged
 from fem_seal.surface.statistics import rms_slope
@@ -33,7 +33,7 @@ FIRST_GUESS = 0.7
 def pressure_for_area(
     pair: ContactPair,
     area_fraction: float,
-    stopping: Stopping,
+    stopping: ContactStopping,
     start: np.ndarray | None = None,
 ) -> ContactState:
     """Contact with a prescribed raw area fraction in (0, 1).
@@ -68,7 +68,7 @@ def pressure_for_area(
 def _search(
     pair: ContactPair,
     area_fraction: float,
-    stopping: Stopping,
+    stopping: ContactStopping,
     pressure: float,
     start: np.ndarray | None,
 ) -> ContactState:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
-from fem_seal.contact.methods import Stopping
+from fem_seal.contact.methods import ContactStopping
 from fem_seal.grid import GridField
 
 # Contact area below which a coarse start pays. Measured at 512² and 1024²: it saves a quarter of
@@ -12,7 +12,7 @@ from fem_seal.grid import GridField
 LIGHT = 0.06
 COARSEST = 128  # fewest samples along a side of a coarse grid
 # A more accurate coarse solution does not make a better start.
-ROUGHLY = Stopping(tolerance=0.3, gap_tolerance=float("inf"))
+ROUGHLY = ContactStopping(tolerance=0.3, gap_tolerance=float("inf"))
 
 
 def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:

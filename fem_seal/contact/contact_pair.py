@@ -6,7 +6,7 @@ from numbers import Real
 import numpy as np
 
 from fem_seal.contact.halfspace import HalfSpace, Layer
-from fem_seal.contact.methods import Stopping, converge
+from fem_seal.contact.methods import ContactStopping, converge
 from fem_seal.contact.problem import Problem
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput, present
@@ -118,7 +118,7 @@ class ContactPair:
         )
 
     def under_pressure(
-        self, mean_pressure: float, stopping: Stopping, start: np.ndarray | None = None
+        self, mean_pressure: float, stopping: ContactStopping, start: np.ndarray | None = None
     ) -> ContactState:
         """Contact under a mean pressure [Pa] > 0, from a uniform or another pressure [Pa]."""
         load = mean_pressure / self.unit_pressure
@@ -128,7 +128,7 @@ class ContactPair:
         return self._converged(problem, pressure, stopping)
 
     def at_mean_gap(
-        self, mean_gap: float, stopping: Stopping, start: np.ndarray | None = None
+        self, mean_gap: float, stopping: ContactStopping, start: np.ndarray | None = None
     ) -> ContactState:
         """Contact at a mean gap [m] > 0, from no pressure or another pressure [Pa]."""
         level = mean_gap / self.unit_height
@@ -139,11 +139,11 @@ class ContactPair:
         problem = Problem(self.heights, self.half_space, mean_gap=level)
         return self._converged(problem, pressure, stopping)
 
-    def touching(self, stopping: Stopping) -> ContactState:
+    def touching(self, stopping: ContactStopping) -> ContactState:
         """First touch, without load."""
         return self._open(self.height.values.max() - self.height.values, stopping)
 
-    def _open(self, gap: np.ndarray, stopping: Stopping) -> ContactState:
+    def _open(self, gap: np.ndarray, stopping: ContactStopping) -> ContactState:
         """Exact state of a surface that carries no load."""
         return ContactState(
             gap=self._field(gap),
@@ -161,7 +161,7 @@ class ContactPair:
         )
 
     def _converged(
-        self, problem: Problem, pressure: np.ndarray, stopping: Stopping
+        self, problem: Problem, pressure: np.ndarray, stopping: ContactStopping
     ) -> ContactState:
         """Solve, and make the state of the accepted pressure and the gap that it causes."""
         spent = self.half_space.pairs

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
-from fem_seal.contact.methods import Stopping
+from fem_seal.contact.methods import ContactStopping
 from fem_seal.contact.settings import Load, one_load
 from fem_seal.contact.solve import load_to
 from fem_seal.contact.state import ContactState
@@ -55,7 +55,7 @@ def on_finer_grids(
     shapes = [_shape(height.shape, factor) for factor in factors]
     if any(finer <= coarser for coarser, finer in pairwise(factors)):
         raise InvalidInput(f"factors must increase, got {tuple(factors)}")
-    stopping = Stopping(tolerance=tolerance)
+    stopping = ContactStopping(tolerance=tolerance)
     first = ContactPair.prepared(resample(height, shapes[0]), contact_modulus, threads=threads)
     return _states(height, first, shapes, load, stopping)
 
@@ -65,7 +65,7 @@ def _states(
     pair: ContactPair,
     shapes: list[tuple[int, int]],
     load: Load,
-    stopping: Stopping,
+    stopping: ContactStopping,
 ) -> Iterator[ContactState]:
     state = load_to(pair, load, stopping, None)
     yield state

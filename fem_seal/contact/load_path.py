@@ -7,7 +7,7 @@ import numpy as np
 
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
-from fem_seal.contact.methods import Stopping
+from fem_seal.contact.methods import ContactStopping
 from fem_seal.contact.settings import Load
 from fem_seal.contact.solve import Start, load_to, start_pressure
 from fem_seal.contact.state import ContactState
@@ -49,12 +49,13 @@ def load_path(
     ----------
     height, contact_modulus
         As in `solve`.
-    pressures [Pa], area_fractions, mean_gaps [m] : sequence of float
-        Exactly one of them, in any order; neighbours should be near each other.
+    pressures, mean_gaps, area_fractions : sequence of float or None
+        Mean pressures [Pa], mean gaps [m] or A/A0: exactly one of them, in any order; neighbours
+        should be near each other.
     tolerance, solver, layer, threads, precision, max_iterations
         As in `solve`.
-    start : pressure to start the first load from [Pa]
-        Array, field or state.
+    start : array, GridField or ContactState, optional
+        Pressure [Pa] from which the first load starts.
 
     Returns
     -------
@@ -68,7 +69,7 @@ def load_path(
         While iterating, if a state does not converge.
     """
     loads = _one_sequence(pressure=pressures, area_fraction=area_fractions, mean_gap=mean_gaps)
-    stopping = Stopping(solver, tolerance, max_iterations)
+    stopping = ContactStopping(solver, tolerance, max_iterations)
     first = start_pressure(start, height.shape)
     pair = ContactPair.prepared(height, contact_modulus, layer, threads, precision)
     return _states(pair, loads, stopping, first)
@@ -86,7 +87,7 @@ def _one_sequence(**named_sequences: Sequence[float] | None) -> list[Load]:
 
 
 def _states(
-    pair: ContactPair, loads: list[Load], stopping: Stopping, start: np.ndarray | None
+    pair: ContactPair, loads: list[Load], stopping: ContactStopping, start: np.ndarray | None
 ) -> Iterator[ContactState]:
     predictor = Predictor()
     for load in loads:

@@ -54,7 +54,7 @@ SMALLEST_TOLERANCE = 1e-13
 
 
 @dataclass(frozen=True)
-class Stopping:
+class ContactStopping:
     """When to stop an iterative method.
 
     Parameters
@@ -124,7 +124,7 @@ class Converged:
     residuals: tuple[float, ...]
 
 
-def converge(problem: Problem, pressure: np.ndarray, stopping: Stopping) -> Converged:
+def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) -> Converged:
     """Iterate until the certificate, the contact set and the mean gap meet their limits.
 
     The other measures are computed only once the certificate has met its limit, to save time.

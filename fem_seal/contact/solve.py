@@ -8,7 +8,7 @@ from fem_seal.contact.area_control import pressure_for_area
 from fem_seal.contact.coarse_start import coarse_start
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
-from fem_seal.contact.methods import METHODS, Progress, Stopping
+from fem_seal.contact.methods import METHODS, ContactStopping, Progress
 from fem_seal.contact.settings import Arithmetic, Load, Solid, one_load
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
@@ -82,7 +82,7 @@ def solve(
         overlap by more than 1e-4 of the rms height, or if the mean gap is not the prescribed one.
     """
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
-    stopping = Stopping(solver, tolerance, max_iterations, progress)
+    stopping = ContactStopping(solver, tolerance, max_iterations, progress)
     arithmetic = Arithmetic(threads, precision)
     return contact_under(height, Solid(contact_modulus, layer), load, stopping, arithmetic, start)
 
@@ -91,7 +91,7 @@ def contact_under(
     height: GridField,
     solid: Solid,
     load: Load,
-    stopping: Stopping,
+    stopping: ContactStopping,
     arithmetic: Arithmetic,
     start: Start | None = None,
 ) -> ContactState:
@@ -103,7 +103,7 @@ def contact_under(
         Heights [m].
     solid : Solid
     load : Load
-    stopping : Stopping
+    stopping : ContactStopping
         Method and tolerance.
     arithmetic : Arithmetic
     start : array, GridField or ContactState, optional
@@ -129,7 +129,7 @@ def contact_under(
 
 
 def load_to(
-    pair: ContactPair, load: Load, stopping: Stopping, start: np.ndarray | None
+    pair: ContactPair, load: Load, stopping: ContactStopping, start: np.ndarray | None
 ) -> ContactState:
     """Contact under one load; `fft_pairs` counts all that was spent on it."""
     if load.value == 0:

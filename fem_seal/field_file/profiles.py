@@ -37,8 +37,8 @@ class Profiles:
 def holds_profiles(path: Path) -> bool:
     """Whether a text file has one or two columns, or titles of x and heights without y."""
     table = read_table(path)
-    said = statements(table.header)
-    return table.values.shape[1] <= 2 or said.titled_as_profiles
+    header = statements(table.header)
+    return table.values.shape[1] <= 2 or header.titled_as_profiles
 
 
 def read_profiles(
@@ -85,21 +85,19 @@ def read_profiles(
     return Profiles(heights, read[0].step)
 
 
-def _profiles(
-    path: Path, unit: str | None, step: float | None, missing: float | None
-) -> Profiles:
+def _profiles(path: Path, unit: str | None, step: float | None, missing: float | None) -> Profiles:
     table = read_table(path)
-    said, values = statements(table.header), table.values
-    for mark in (*said.missing, *([] if missing is None else [missing])):
+    header, values = statements(table.header), table.values
+    for mark in (*header.missing, *([] if missing is None else [missing])):
         values = without_marked(values, mark)
     even = _even_step(values[:, 0]) if values.shape[1] > 1 else None
     if even is not None:
         values = values[:, 1:]
-    elif said.titled_as_profiles:
+    elif header.titled_as_profiles:
         raise InvalidInput(f"x in {path} does not rise evenly; resample the profile to even steps")
     refuse_markers(values, str(path))
-    scale = metres_in(said.unit_of_values, unit, f"the heights of {path}")
-    return Profiles(values.T * scale, _step(path, said, even, unit, step))
+    scale = metres_in(header.unit_of_values, unit, f"the heights of {path}")
+    return Profiles(values.T * scale, _step(path, header, even, unit, step))
 
 
 def _even_step(x: np.ndarray) -> float | None:
@@ -112,13 +110,13 @@ def _even_step(x: np.ndarray) -> float | None:
 
 
 def _step(
-    path: Path, said: Statements, even: float | None, unit: str | None, stated: float | None
+    path: Path, header: Statements, even: float | None, unit: str | None, stated: float | None
 ) -> float:
     """Step of the samples [m]: of the column x, the header, or the scene."""
     if even is not None:
-        step: float | None = even * metres_in(said.unit_along("x"), unit, f"x in {path}")
+        step: float | None = even * metres_in(header.unit_along("x"), unit, f"x in {path}")
     else:
-        step = said.metres(said.steps, "x")
+        step = header.metres(header.steps, "x")
     if step is None and stated is None:
         raise InvalidInput(
             f"{path} has no x, and does not say the step of its samples; give it, such as "

@@ -33,26 +33,26 @@ def read_text(path: Path) -> Recorded:
         profile or a list of points that are on no even grid.
     """
     table = read_table(path)
-    said = statements(table.header)
-    if (table.values.shape[1] == 2 or said.titled_as_profiles) and len(table.values) > 3:
+    header = statements(table.header)
+    if (table.values.shape[1] == 2 or header.titled_as_profiles) and len(table.values) > 3:
         raise InvalidInput(
             f"{path} has columns of x and height of a profile: this is a line scan; a map is "
             "wanted (or surface.kind = 'profiles')"
         )
     as_list = table.values.shape[1] == 3 and len(table.values) > 3
-    recorded = _from_points(table, said, path) if as_list else _from_matrix(table, said, path)
+    recorded = _from_points(table, header, path) if as_list else _from_matrix(table, header, path)
     values = recorded.values
-    for mark in said.missing:
+    for mark in header.missing:
         values = without_marked(values, mark)
     return replace(recorded, values=values, header=table.header)
 
 
-def _from_matrix(table: TextTable, said: Statements, path: Path) -> Recorded:
+def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     """Map of a matrix; x runs along its lines if the header names x and y."""
     values = table.values
     lines, columns = values.shape
-    counts, lengths = dict(said.counts), dict(said.lengths)
-    for axis, (number, unit) in said.lengths.items():
+    counts, lengths = dict(header.counts), dict(header.lengths)
+    for axis, (number, unit) in header.lengths.items():
         # "Width 512" is a number of points if there are so many.
         if axis and unit is None and number in (lines, columns):
             counts.setdefault(axis, int(number))
@@ -64,21 +64,21 @@ def _from_matrix(table: TextTable, said: Statements, path: Path) -> Recorded:
             f"{path} holds {lines} lines of {columns} numbers, and its header announces "
             f"{expected[0]} of {expected[1]}; it may be cut off"
         )
-    along_x = bool({"x", "y"} <= said.steps.keys() | lengths.keys()) and not across
+    along_x = bool({"x", "y"} <= header.steps.keys() | lengths.keys()) and not across
     values = np.ascontiguousarray(values.T) if along_x else values
     steps: dict[str, float] = {}
     if lines != columns:
         lengths.pop("", None)  # the length of which side?
     for axis, count in zip("xy", values.shape, strict=True):
-        if (step := said.metres(said.steps, axis)) is not None:
+        if (step := header.metres(header.steps, axis)) is not None:
             steps[axis] = step
-        elif (length := said.metres(lengths, axis)) is not None:
+        elif (length := header.metres(lengths, axis)) is not None:
             steps[axis] = length / count
     spacing = (steps["x"], steps["y"]) if len(steps) == 2 else None
-    return Recorded(values, said.unit_of_values, spacing, "m" if spacing else None)
+    return Recorded(values, header.unit_of_values, spacing, "m" if spacing else None)
 
 
-def _from_points(table: TextTable, said: Statements, path: Path) -> Recorded:
+def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
     """Map of a list of x, y and height on an even grid; points that are not listed are missing."""
     nowhere = ~(np.abs(table.values[:, :2]) < FARTHEST).all(axis=1)
     if nowhere.any():
@@ -103,7 +103,7 @@ def _from_points(table: TextTable, said: Statements, path: Path) -> Recorded:
         )
     values = np.full(shape, np.nan)
     values.flat[site] = table.values[:, 2]
-    units, unit = (said.unit_along("x"), said.unit_along("y")), said.unit_of_values
+    units, unit = (header.unit_along("x"), header.unit_along("y")), header.unit_of_values
     if units[0] is None or units[1] is None:
         return Recorded(values, unit, (dx, dy))
     scale = [length_in_metres(name, f"the lengths of {path}") for name in units if name]

@@ -84,9 +84,7 @@ class Statements:
         """Unit of the coordinates along "x" or "y"."""
         return self.units.get(axis) or self.lateral_unit
 
-    def metres(
-        self, numbers: Mapping[str, tuple[float, str | None]], axis: str
-    ) -> float | None:
+    def metres(self, numbers: Mapping[str, tuple[float, str | None]], axis: str) -> float | None:
         """Length [m] along an axis out of `steps` or `lengths`; None if it is not there."""
         number, unit = numbers.get(axis) or numbers.get("") or (0.0, None)
         unit = unit or self.lateral_unit
@@ -101,28 +99,28 @@ def statements(header: Iterable[str]) -> Statements:
     header : iterable of str
         Lines, with or without the marks of comments.
     """
-    said = Statements()
+    statements = Statements()
     for line in header:
         text = line.strip().lstrip("#%!/*; \t").replace('"', "").rstrip(" ,;\t")
         if match := _SENTENCE.search(text):
-            said.unit = said.unit or _length_unit(match.group(1))
+            statements.unit = statements.unit or _length_unit(match.group(1))
         for part in _SEVERAL.split(text):
-            _read(part, said)
-    return said
+            _read(part, statements)
+    return statements
 
 
-def _read(text: str, said: Statements) -> None:
+def _read(text: str, statements: Statements) -> None:
     """Add what one statement, or one line of titles, says."""
     titles = {name.strip().lower(): unit for name, unit in _TITLE.findall(text)}
     titles = {name: unit for name, unit in titles.items() if _length_unit(unit)}
     match = _PAIR.fullmatch(text) or _BLANK_PAIR.fullmatch(text)
     if match and len(titles) < 2:
-        _understand(match.group(1), match.group(2), said)
+        _understand(match.group(1), match.group(2), statements)
     else:
-        said.units |= titles
+        statements.units |= titles
 
 
-def _understand(key: str, value: str, said: Statements) -> None:
+def _understand(key: str, value: str, statements: Statements) -> None:
     """Add the statement of one key and its value."""
     in_key = _BRACKETS.search(key)
     unit_of_key = _length_unit(in_key.group(1)) if in_key else None
@@ -132,27 +130,30 @@ def _understand(key: str, value: str, said: Statements) -> None:
     if words & UNITS:
         unit = _length_unit(value.strip())
         if words & VALUES:
-            said.unit = said.unit or unit
+            statements.unit = statements.unit or unit
         elif words & LATERAL:
-            said.lateral_unit = said.lateral_unit or unit
+            statements.lateral_unit = statements.lateral_unit or unit
         elif unit:
-            said.unit, said.lateral_unit = said.unit or unit, said.lateral_unit or unit
+            statements.unit, statements.lateral_unit = (
+                statements.unit or unit,
+                statements.lateral_unit or unit,
+            )
         return
     numbers = list(_quantities(value, unit_of_key))
     if not numbers:
         return
     (number, unit), pair = numbers[0], numbers[:2]
     if any(mark <= words for mark in MARKS):
-        said.missing.append(number)
+        statements.missing.append(number)
     elif words & STEPS or any(step <= words for step in STEP_PAIRS):
         # A key such as "Z step" is about the heights.
         if not words & {"z"}:
-            _put(said.steps, axis, pair)
+            _put(statements.steps, axis, pair)
     elif words & COUNTS:
         if axis and unit is None and number == int(number):
-            said.counts[axis] = int(number)
+            statements.counts[axis] = int(number)
     elif words & LENGTHS and not words & {"z", "wave", "focal", "cut"}:
-        _put(said.lengths, axis, pair)
+        _put(statements.lengths, axis, pair)
 
 
 def _put(

@@ -68,6 +68,8 @@ def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int
         include the effect of all nodes before `first`. Rows up to `last` are updated.
     ratios : (batch, width, N) float
         Links c_a over the sum of their star when it was eliminated; these rows are filled in.
+    first, last : int
+        First node of the panel to eliminate, and last one + 1.
     """
     if last - first > FEW:
         middle = (first + last) // 2

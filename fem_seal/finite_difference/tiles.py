@@ -140,7 +140,9 @@ def _merge_in_step(blocks: np.ndarray, size: tuple[int, int], axis: int) -> np.n
     Parameters
     ----------
     blocks : (N, N, batch) float
-        Links between the rim nodes of blocks of `size` pixels.
+        Links between the rim nodes of the blocks.
+    size : (int, int)
+        Pixels of a block along each axis.
     axis : int
         Axis along which the blocks of the second half follow those of the first.
 

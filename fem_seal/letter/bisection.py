@@ -21,7 +21,7 @@ FIRST_CONTACT = 1e-6
 
 
 @dataclass(frozen=True)
-class Bracket:
+class ThresholdBracket:
     """The last computed contact before a criterion is met, and the first one after.
 
     Attributes
@@ -54,7 +54,7 @@ def crossings(
     *,
     threads: int = 1,
     news: Callable[[str], None] = lambda text: None,
-) -> list[Bracket]:
+) -> list[ThresholdBracket]:
     """Bracket the load at which each criterion is met.
 
     Contact only grows with the load, in both models (for the elastic one: J. R. Barber, Q. J.
@@ -74,7 +74,7 @@ def crossings(
 
     Returns
     -------
-    list of Bracket, in the order of the criteria
+    list of ThresholdBracket, in the order of the criteria
 
     Raises
     ------
@@ -99,7 +99,7 @@ def crossings(
         load = 0.5 * (before.snapshot.load + after.snapshot.load)
         visited.append(visit(load, before.pressure))
     return [
-        Bracket(criterion, low.snapshot, high.snapshot)
+        ThresholdBracket(criterion, low.snapshot, high.snapshot)
         for criterion, (low, high) in zip(criteria, ends, strict=True)
     ]
 

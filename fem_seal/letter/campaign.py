@@ -162,8 +162,10 @@ class Figures:
         Gaps of Fig. 1.
     flows : dict[str, pictures.FlowPicture]
         Flows of Fig. 2.
-    currents, persson : list[rows.CurrentRow]
+    currents : list[rows.CurrentRow]
         Rows of Fig. 3.
+    persson : list[rows.PerssonRow]
+        Rows of Persson's prediction in Fig. 3.
     errors : list[rows.ErrorRow]
         Rows of the errors.
     """

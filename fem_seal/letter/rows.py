@@ -18,8 +18,10 @@ class CurrentRow:
 
     Attributes
     ----------
-    model, seed : str
-        Contact model and surface.
+    model : str
+        Contact model.
+    seed : int
+        Seed of the surface.
     area, area_corrected : float
         A/A0, counted in samples and corrected for the perimeter.
     state : "leaking" or "sealed"

@@ -8,7 +8,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.letter.bisection import Bracket, crossings
+from fem_seal.letter.bisection import ThresholdBracket, crossings
 from fem_seal.letter.constriction import ConstrictionShare, constriction_share
 from fem_seal.letter.spanning import PAIRS, Criterion, Snapshot, criteria_of
 from fem_seal.letter.surfaces import MODELS, PITCH, Model, RoughCase
@@ -58,7 +58,7 @@ class SeedThresholds:
         Ensemble, contact model and surface.
     search : Search
         Settings of the search.
-    brackets : tuple[Bracket, ...]
+    brackets : tuple[ThresholdBracket, ...]
         Brackets of every criterion.
     constriction : ConstrictionShare or None
         Constriction of the last computed contact that leaks between side walls, if
@@ -73,7 +73,7 @@ class SeedThresholds:
     model: str
     seed: int
     search: Search
-    brackets: tuple[Bracket, ...]
+    brackets: tuple[ThresholdBracket, ...]
     constriction: ConstrictionShare | None
     seconds: float
     peak_memory_bytes: int
@@ -100,13 +100,13 @@ class SeedThresholds:
         ends = [end for b in self._pair(REFERENCE, edges) for end in (b.before, b.after)]
         return min(ends, key=lambda end: abs(end.area - threshold))
 
-    def _pair(self, pair: str, edges: str) -> tuple[Bracket, Bracket]:
+    def _pair(self, pair: str, edges: str) -> tuple[ThresholdBracket, ThresholdBracket]:
         contact, open_ = choose(PAIRS, pair, "pair")
         of = {bracket.criterion: bracket for bracket in self.brackets}
         return of[Criterion("contact", contact, edges)], of[Criterion("open", open_, edges)]
 
 
-def _area(bracket: Bracket, corrected: bool) -> float:
+def _area(bracket: ThresholdBracket, corrected: bool) -> float:
     name = "area_corrected" if corrected else "area"
     return 0.5 * (getattr(bracket.before, name) + getattr(bracket.after, name))
 

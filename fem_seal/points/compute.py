@@ -90,9 +90,9 @@ def compute_points(
     try:
         if missing and work.jobs == 1 and work.executor is None:
             now_and_then = _Seldom(gather)
-            told = under(f"{len(missing)} points", report)
+            chain_report = under(f"{len(missing)} points", report)
             for chain in mine:
-                failures |= compute_chain(chain, told, after_each=now_and_then)
+                failures |= compute_chain(chain, chain_report, after_each=now_and_then)
         elif missing:
             failures = _in_many(mine, missing, work, report, gather)
     finally:

@@ -33,10 +33,12 @@ class Verdict:
         covered.
     limit : str or None
         Limit of the leak rate as the scene states it; None without one.
-    needed_rtol, needed_unknowns : float or None
-        Estimates of the tolerance and of the unknowns that would decide an undecided verdict,
-        else None. They take √(lower upper) for the true leak rate and assume that the width of
-        the bracket falls as one over the unknowns.
+    needed_rtol : float or None
+        Estimate of the tolerance that would decide an undecided verdict, else None. It takes
+        √(lower upper) for the true leak rate.
+    needed_unknowns : int or None
+        Estimate of the unknowns that reach this tolerance, if the width of the bracket falls as
+        one over the unknowns; else None.
     """
 
     decision: str

@@ -118,7 +118,15 @@ def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
 
     Parameters
     ----------
-    value : nested dicts and lists of JSON; name : path so far
+    value : dict, list, str, float, bool or None
+        Nested dicts and lists of JSON.
+    name : str
+        Path of the value so far.
+
+    Yields
+    ------
+    (str, str)
+        Path and number.
     """
     if isinstance(value, dict):
         for key, inner in value.items():
@@ -180,9 +188,7 @@ def _not_covered(result: Result) -> str:
     entries = [e for e in result.error_budget if e.lower is None or e.upper is None]
     if not entries:
         return "<p>Nothing that the program knows of.</p>"
-    lines = (
-        f"<li><b>{html.escape(e.name)}</b>: {html.escape(e.sentence)}</li>" for e in entries
-    )
+    lines = (f"<li><b>{html.escape(e.name)}</b>: {html.escape(e.sentence)}</li>" for e in entries)
     return "<ul>\n" + "\n".join(lines) + "\n</ul>"
 
 

@@ -137,7 +137,17 @@ class Mosaic:
         return total / number
 
     def tiles(self, colours: np.ndarray) -> Tiles:
-        """Tiles of colours (tiles along x, tiles along y, 3 or 4), 0..255, at their position."""
+        """Round the colours and put them at the position of the tiles.
+
+        Parameters
+        ----------
+        colours : (tiles along x, tiles along y, 3 or 4) float
+            Colours 0..255, the fourth number their opacity.
+
+        Returns
+        -------
+        Tiles
+        """
         (dx, dy), (ox, oy) = self.sites.spacing, self.sites.origin
         x0, y0 = ox + (self.first[0] - 0.5) * dx, oy + (self.first[1] - 0.5) * dy
         nx, ny = colours.shape[:2]

@@ -18,7 +18,7 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.files import digest
 from fem_seal.film import GridFilm
-from fem_seal.leak_rate import LeakRate, Level
+from fem_seal.leak_rate import FlowState, LeakRate, Level
 from fem_seal.memory import peak_memory
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
@@ -61,7 +61,7 @@ def _beside(name: str) -> str:
 FileName = Annotated[str, AfterValidator(_beside)]
 
 
-class Bounds(Record):
+class RateBounds(Record):
     """Leak rate with guaranteed bounds, which finite differences do not have."""
 
     value: float
@@ -148,9 +148,9 @@ class Result(Record):
     """The numbers of one run; docs/reference/results.md explains each."""
 
     schema_version: Literal[1] = Field(1, alias="schema")
-    state: Literal["leaking", "sealed", "lifted off"]
+    state: FlowState
     percolates: bool
-    leak_rate: Bounds | None
+    leak_rate: RateBounds | None
     leak_rate_shown: RateRecord | None = None
     gas: GasRecord | None = None
     verdict: Verdict | None = None
@@ -267,7 +267,7 @@ def summarise(
     budget = error_budget(patch)
     ends: tuple[LeakRate, ...] = patch.lift_range if patch.scene.lift == "range" else ()
     decision, shown = verdict_of(patch, budget), RateRecord.shown(patch)
-    state = "lifted off" if patch.lifted_off else "sealed" if sealed else "leaking"
+    state: FlowState = "lifted off" if patch.lifted_off else "sealed" if sealed else "leaking"
     if patch.scene.seal is not None:
         if seal is None:
             with patch.timed("seal"):
@@ -351,7 +351,7 @@ def _flow_numbers(
         "leak_rate": (
             None
             if leak.state == "lifted off"
-            else Bounds(value=leak.value, lower=leak.lower, upper=leak.upper)
+            else RateBounds(value=leak.value, lower=leak.lower, upper=leak.upper)
         ),
         "method": leak.method,
         "unknowns": leak.unknowns,

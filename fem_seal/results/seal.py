@@ -3,7 +3,7 @@
 import numpy as np
 
 from fem_seal.digits import with_prefix
-from fem_seal.leak_rate import rate_text
+from fem_seal.leak_rate import FlowState, rate_text
 from fem_seal.results.rates import RateRecord
 from fem_seal.results.record import Record
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
@@ -31,7 +31,7 @@ class TableRecord(Record):
 class SealPatchRecord(Record):
     """Leak rate of the seal if all its patches were like one of them [m³/s], and its table."""
 
-    state: str
+    state: FlowState
     value: float | None
     lower: float | None
     upper: float | None

@@ -276,11 +276,13 @@ class Contact(Section):
             pressure=self.pressure, area_fraction=self.area_fraction, mean_gap=self.mean_gap
         )
 
-    def stopping(self, progress: Callable[[int, float], None] | None = None) -> "contact.Stopping":
+    def stopping(
+        self, progress: Callable[[int, float], None] | None = None
+    ) -> "contact.ContactStopping":
         """Method and tolerance of an elastic contact."""
-        from fem_seal.contact import Stopping
+        from fem_seal.contact import ContactStopping
 
-        return Stopping(self.solver, self.tolerance, self.max_iterations, progress)
+        return ContactStopping(self.solver, self.tolerance, self.max_iterations, progress)
 
     @property
     def arithmetic(self) -> "contact.Arithmetic":

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.errors import present
+from fem_seal.leak_rate import FlowState
 from fem_seal.patch import Patch
 from fem_seal.points import Work
 from fem_seal.upscaling.network import (
@@ -28,7 +29,7 @@ class SealLeak:
 
     Parameters
     ----------
-    state : "leaking", "sealed" or "lifted off"
+    state : FlowState
     value, lower, upper : float
         Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off. The
         bounds are those of flow and load table, for the patches at hand.
@@ -57,7 +58,7 @@ class SealLeak:
         Smallest critical constriction [m] of a leaking patch at the load that matters most.
     """
 
-    state: str
+    state: FlowState
     value: float
     lower: float
     upper: float
@@ -122,9 +123,7 @@ def middling(flows: tuple[PatchFlow, ...]) -> PatchFlow:
     return sorted(flows, key=lambda one: one.flow.value)[len(flows) // 2]
 
 
-def _together(
-    flows: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, float]
-) -> SealLeak:
+def _together(flows: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, float]) -> SealLeak:
     """Put the patches of a size [m] into the network of the seal."""
     rates = np.array([(one.flow.lower, one.flow.value, one.flow.upper) for one in flows])
     lengths = [one.flow.path.sealing_length for one in flows if one.flow.path]
@@ -140,7 +139,5 @@ def _together(
     drawn = drawn_seals(rates, count)
     lower, value, upper = map(float, drawn.mean)
     interval = generalised_interval(rates[:, 1], count.along)
-    state = "sealed" if upper == 0 else "leaking"
-    return SealLeak(
-        state, value, lower, upper, flows, count, drawn.scatter, interval, share, *rest
-    )
+    state: FlowState = "sealed" if upper == 0 else "leaking"
+    return SealLeak(state, value, lower, upper, flows, count, drawn.scatter, interval, share, *rest)

@@ -23,6 +23,7 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.fluid import Drive, GasDrive
+from fem_seal.leak_rate import FlowState
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.profile import Profile
 
@@ -231,7 +232,7 @@ class SealFlow:
 
     Parameters
     ----------
-    state : "leaking", "sealed" or "lifted off"
+    state : FlowState
         "lifted off": P <= p_in everywhere, there is no contact left and no leak rate.
     value, lower, upper : float
         Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off.
@@ -241,7 +242,7 @@ class SealFlow:
         Where the seal seals; None if lifted off.
     """
 
-    state: str
+    state: FlowState
     value: float
     lower: float
     upper: float

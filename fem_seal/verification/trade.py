@@ -20,7 +20,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.files import temporary_folder
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import relative_half_width
+from fem_seal.leak_rate import FlowState, relative_half_width
 from fem_seal.memory import peak_memory
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
@@ -37,7 +37,7 @@ LEAST_SAMPLES = 8
 
 
 @dataclass(frozen=True)
-class Choice:
+class FlowMethod:
     """A flow method with its tolerance.
 
     Parameters
@@ -63,10 +63,12 @@ class Point:
     ----------
     samples : (nx, ny)
         Samples of the contact grid.
-    flow : Choice
+    flow : FlowMethod
         Flow method and its tolerance.
-    leak_rate, lower, upper : float
-        Leak rate with its bounds [m^3/s]; finite differences have no bounds.
+    leak_rate : float
+        Leak rate [m^3/s].
+    lower, upper : float or None
+        Its bounds [m^3/s]; None for finite differences, which have none.
     contact_error, flow_error, total_error : float
         Relative errors; the total is the sum of the other two.
     seconds : float
@@ -81,7 +83,7 @@ class Point:
     """
 
     samples: tuple[int, int]
-    flow: Choice
+    flow: FlowMethod
     leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))
     lower: float | None = field(metadata=shown_as("lower [m^3/s]"))
     upper: float | None = field(metadata=shown_as("upper [m^3/s]"))
@@ -107,12 +109,14 @@ class Run:
     ----------
     samples : (nx, ny)
         Samples of the contact grid.
-    flow : Choice
+    flow : FlowMethod
         Flow method and its tolerance.
     state : str
         State of the leak rate, such as "leaking".
-    leak_rate, lower, upper : float
-        Leak rate with its bounds [m³/s]; finite differences have no bounds.
+    leak_rate : float
+        Leak rate [m³/s].
+    lower, upper : float or None
+        Its bounds [m³/s]; None for finite differences, which have none.
     seconds : float
         CPU time [s] of contact and flow.
     contact_seconds : float
@@ -122,8 +126,8 @@ class Run:
     """
 
     samples: tuple[int, int]
-    flow: Choice
-    state: str
+    flow: FlowMethod
+    state: FlowState
     leak_rate: float
     lower: float | None
     upper: float | None
@@ -167,13 +171,13 @@ class RunTask(Task[Run]):
         The scene.
     samples : (nx, ny)
         Samples of the contact grid.
-    flow : Choice
+    flow : FlowMethod
         Flow method and its tolerance.
     """
 
     scene: Scene
     samples: tuple[int, int]
-    flow: Choice
+    flow: FlowMethod
 
     def compute(self, handed_on: _Contact, report: Report, comm: Comm) -> Run:
         """Solve the contact, unless another flow on its grid has, and the flow."""
@@ -341,9 +345,9 @@ def grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, i
     return whole
 
 
-def _choices(tolerances: Sequence[float]) -> list[Choice]:
-    adaptive = [Choice("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
-    return [Choice("finite-difference", None), Choice("uniform", None), *adaptive]
+def _choices(tolerances: Sequence[float]) -> list[FlowMethod]:
+    adaptive = [FlowMethod("adaptive", rtol) for rtol in sorted(tolerances, reverse=True)]
+    return [FlowMethod("finite-difference", None), FlowMethod("uniform", None), *adaptive]
 
 
 def forget_peak() -> None:

@@ -13,7 +13,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.quantities.error_budget import Uncertainty
 from fem_seal.render.report import CAPTIONS, flat, report, verdict
 from fem_seal.results import Result
-from fem_seal.results.result import Bounds
+from fem_seal.results.result import RateBounds
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 
@@ -116,7 +116,7 @@ def test_folders_of_the_sender_are_not_told(small_scene, tmp_path):
 
 
 def test_errors_beyond_the_flow_stand_in_the_first_sentence(folder):
-    leak = Bounds(value=2.0e-15, lower=1.9e-15, upper=2.1e-15)
+    leak = RateBounds(value=2.0e-15, lower=1.9e-15, upper=2.1e-15)
     budget = (
         Uncertainty("flow", "guaranteed", "bounds", 0.95, 1.05),
         Uncertainty("contact grid", "estimated", "a finer grid", 0.5, None),
@@ -148,7 +148,7 @@ def test_bounds_are_drawn_and_listed(small_scene, tmp_path):
 
 
 def test_verdict_names_bounds_and_their_width(folder):
-    bounded = changed(folder, leak_rate=Bounds(value=2.0e-15, lower=1.9e-15, upper=2.1e-15))
+    bounded = changed(folder, leak_rate=RateBounds(value=2.0e-15, lower=1.9e-15, upper=2.1e-15))
     assert verdict(bounded) == "Leaking: 2e-15 m^3/s, within [1.9e-15, 2.1e-15] (±5 %)."  # 0.2/4
     unfinished = bounded.model_copy(update={"converged": False, "reason": "max_seconds"})
     assert verdict(unfinished).endswith("not reached: max_seconds.")
