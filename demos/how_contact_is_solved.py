@@ -95,12 +95,12 @@ def draw(states: dict[str, ContactState], cut: GridField, path: Path) -> None:
     state = states["free-set-cg"]
     maps = ((elastic, state.gap, "elastic"), (plane, cut, "bearing model"))
     for axis, gap, title in maps:
-        closed = np.where(gap.values > 0, gap.values / MICRON, np.nan)
+        open_gap = np.where(gap.values > 0, gap.values / MICRON, np.nan)
         extent = (0, gap.size[0] / MICRON, 0, gap.size[1] / MICRON)
         top = np.quantile(cut.values, 0.999) / MICRON
         axis.set_facecolor(np.array(CONTACT_COLOUR) / 255)
         colours = {"cmap": colour_map("gap"), "vmin": 0, "vmax": top}
-        image = axis.imshow(closed.T, origin="lower", extent=extent, **colours)
+        image = axis.imshow(open_gap.T, origin="lower", extent=extent, **colours)
         axis.set(title=f"{title}: gap, contact grey", xlabel="x [µm]", ylabel="y [µm]")
         figure.colorbar(image, ax=axis, label="gap [µm]", shrink=0.8)
     figure.tight_layout()

@@ -139,7 +139,7 @@ def draw(points: list[Point], path: Path) -> None:
 
 
 # %%
-def main(out: Path = Path("results/when_does_the_fluid_matter"), n: int = 64) -> list[Point]:
+def main(out: Path = Path("out"), n: int = 64) -> list[Point]:
     """Compute, assert, print and draw."""
     points = [point(share, n) for share in SHARES]
     out.mkdir(parents=True, exist_ok=True)
@@ -160,6 +160,6 @@ def main(out: Path = Path("results/when_does_the_fluid_matter"), n: int = 64) ->
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description="When may I forget the fluid's pressure?")
     parser.add_argument("-n", type=int, default=64, help="samples along a side")
-    parser.add_argument("--out", type=Path, default=Path("results/when_does_the_fluid_matter"))
+    parser.add_argument("--out", type=Path, default=Path("out"))
     arguments = parser.parse_args()
     main(arguments.out, arguments.n)

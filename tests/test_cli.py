@@ -21,6 +21,7 @@ from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.gap_file import load_gap
 from fem_seal.steps import FLOWS
+from fem_seal.theory.closed_forms import piecewise_linear_channel
 
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # the defaults of fem-seal leak
 
@@ -59,9 +60,10 @@ def wedge(tmp_path):
 
 
 def wedge_leak_rate():
-    """Q = Ly Δp / (12 η ∫ dx / g^3), and ∫ dx / g^3 = L (a + b) / (2 a² b²) for linear g."""
-    a, b, length, width = 2e-6, 1e-6, 8e-6, 4e-6
-    return width * PRESSURE_DROP / (12 * VISCOSITY * length * (a + b) / (2 * a**2 * b**2))
+    """Q = Ly Δp / (12 η Lx <g⁻³>)."""
+    length, width = 8e-6, 4e-6
+    cube = piecewise_linear_channel(np.array([2e-6, 1e-6]))
+    return width * PRESSURE_DROP * cube / (12 * VISCOSITY * length)
 
 
 @pytest.mark.parametrize("method", ["adaptive", "uniform", "finite-difference"])

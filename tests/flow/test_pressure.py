@@ -1,0 +1,117 @@
+"""The pressure itself, not only the leak rate, where it is a closed form."""
+
+import numpy as np
+import pytest
+from sample_gaps import FLUID, rough_gap
+from triangulations import scattered_square
+
+from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.flow import KeptMesh, Limits, Tuning, leak_rate
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import FlowField
+from fem_seal.verification.exact_cases import vertex_gap
+
+WATER = {"viscosity": 1e-3, "pressure_drop": 2e5}
+WAVE = 0.6  # amplitude of the channel
+
+
+def pressure_of_channel(x: np.ndarray) -> np.ndarray:
+    """1 - I(x)/I(1) with I = ∫ dx/g³ from the inlet, where g = 1 + a cos 2πx and 0 <= x <= 1.
+
+    With Sommerfeld's angle γ, tan(γ/2) = √((1 - a)/(1 + a)) tan(πx), I is proportional to
+    ∫ (1 - a cos γ)² dγ.
+    """
+    a = WAVE
+    γ = 2 * np.arctan2(np.sqrt(1 - a) * np.sin(np.pi * x), np.sqrt(1 + a) * np.cos(np.pi * x))
+    integral = (1 + a**2 / 2) * γ - 2 * a * np.sin(γ) + a**2 / 4 * np.sin(2 * γ)
+    return 1 - integral / (2 * np.pi * (1 + a**2 / 2))
+
+
+def slope_of_channel(x: np.ndarray) -> np.ndarray:
+    """dp/dx = -1/(g³ <g⁻³>)."""
+    a = WAVE
+    return -((1 - a**2) ** 2.5) / (1 + a**2 / 2) / (1 + a * np.cos(2 * np.pi * x)) ** 3
+
+
+def error_norms(field: FlowField) -> dict[str, float]:
+    """‖p_h - p‖ and ‖∇(p_h - p)‖, by the middles of the sides (exact for quadratics)."""
+    corners, p = field.points[field.cells], field.pressure[field.cells]
+    sides = np.stack([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]], axis=1)
+    area = np.abs(np.linalg.det(sides)) / 2
+    slope = np.linalg.solve(sides, (p[:, 1:] - p[:, :1])[..., None])[..., 0]
+    middle = (corners + np.roll(corners, 1, axis=1))[..., 0] / 2
+    error = (p + np.roll(p, 1, axis=1)) / 2 - pressure_of_channel(middle)
+    along = slope[:, :1] - slope_of_channel(middle)
+    squares = {"L2": error**2, "H1": along**2 + slope[:, 1:] ** 2}
+    return {norm: np.sqrt((area * e.mean(axis=1)).sum()) for norm, e in squares.items()}
+
+
+@pytest.fixture(scope="module")
+def errors_of_the_channel() -> list[dict[str, float]]:
+    """On four uniform meshes, each the last one halved; CG goes on until it adds nothing."""
+    norms = []
+    for n in (16, 32, 64, 128):
+        gap = vertex_gap(lambda x, y: 1 + WAVE * np.cos(2 * np.pi * x) + 0 * y, (n, n))
+        flow = leak_rate(
+            GridFilm(gap),
+            method="uniform",
+            limits=Limits(unknowns=1),
+            tuning=Tuning(tolerance=1e-14),
+            field=True,
+            **FLUID,
+        )
+        assert len(flow.levels) == 1
+        norms.append(error_norms(flow.field))
+    return norms
+
+
+@pytest.mark.parametrize(("norm", "order"), [("L2", 2), ("H1", 1)])
+def test_order_of_the_pressure(errors_of_the_channel, norm, order):
+    """Linear elements: errors ∝ h² and h, times 1 + O((h/l)²), where l = min |p'/p''| =
+    min |g/(3 g')| = √(1 - a²)/(6π a) = 1/14: 5 % on the coarser one of the last two meshes."""
+    errors = np.array([norms[norm] for norms in errors_of_the_channel])
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert orders[-1] == pytest.approx(order, abs=0.05)
+    assert (np.diff(np.abs(orders - order)) < 0).all()
+
+
+def assert_linear(field: FlowField, tolerance: float) -> None:
+    """p = Δp (1 - x/Lx): linear functions belong to the elements, so that only CG errs.
+
+    Its relative energy error is at most 2 `tolerance`, hence that of ∇p the root, and a value at a
+    vertex errs by no more than √(1 + ln(Lx/h)) times that of ∇p (discrete Sobolev inequality).
+    """
+    x = field.points[:, 0]
+    shortest = 1 / len(x)  # h/Lx, generously
+    allowed = np.sqrt(2 * tolerance * (1 + np.log(1 / shortest)))
+    exact = WATER["pressure_drop"] * (1 - x / x.max())
+    np.testing.assert_allclose(field.pressure, exact, rtol=0, atol=allowed * WATER["pressure_drop"])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_uniform_gap_on_scattered_points(seed):
+    mesh = scattered_square(400, seed)
+    tuning = Tuning(tolerance=1e-14)
+    flow = leak_rate(
+        MeshFilm(mesh, np.full(len(mesh.xy), 2e-6)[mesh.twin]), field=True, tuning=tuning, **WATER
+    )
+    assert_linear(flow.field, tuning.tolerance)
+
+
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+def test_uniform_gap_on_a_mesh_refined_for_another(representation, sides):
+    """The adaptive mesh of a rough gap, with cells of many sizes."""
+    kept, tuning = KeptMesh(), Tuning(tolerance=1e-14)
+    rough = rough_gap((24, 24), 0.0, seed=2, smooth=2)
+    leak_rate(GridFilm(rough, sides, representation), **WATER, kept=kept, rtol=0.003)
+    uniform = GridFilm(
+        GridField(np.full((24, 24), 2e-6), (1.0, 1.0), periodic=True), sides, representation
+    )
+    flow = leak_rate(uniform, **WATER, kept=kept, tuning=tuning, field=True)
+    assert len(flow.levels) == 1
+    field = flow.field
+    corners = field.points[field.cells]
+    area = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
+    assert area.max() >= 16 * area.min()
+    assert_linear(field, tuning.tolerance)
