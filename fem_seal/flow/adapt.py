@@ -25,7 +25,7 @@ import numpy as np
 
 from fem_seal.errors import Inconsistent
 from fem_seal.flow.energy import ROUNDING
-from fem_seal.flow.film_on_mesh import FilmOnMesh, Flow
+from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Marks, mark, mark_all
@@ -37,14 +37,14 @@ from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
 # Ratio of the bracket's widths after and before the hierarchical correction, until it is measured.
-USUAL_GAIN = 0.4
+USUAL_CORRECTION_RATIO = 0.4
 # Largest growth of the unknowns from level to level: 3.9 was seen on open rough gaps.
 GROWTH = 4.0
 TOO_MANY = "the next mesh would have more than {} unknowns"
 
 
 @dataclass(frozen=True, eq=False)
-class Bracket:
+class LevelSolution:
     """One level of the refinement: the best bounds so far and the solutions on this mesh.
 
     Attributes
@@ -73,8 +73,8 @@ class Bracket:
         """Reason why CG stopped short of its tolerance in a solve behind the bounds, else ""."""
         return self.pressure.stalled or (self.stream.stalled if self.stream else "")
 
-    def certified(self) -> "Bracket":
-        """The same bracket with the dual solved, for the last level."""
+    def certified(self) -> "LevelSolution":
+        """The same level with the dual solved, for the last one."""
         if self.stream is not None:
             return self
         _, guess = self.problem.mesh.first_guess()
@@ -87,64 +87,69 @@ class Bracket:
         return replace(self, level=level, stream=stream)
 
 
-def unchanged(bracket: Bracket) -> Bracket:
-    """The same bracket: there are no bounds to add if nothing slips."""
-    return bracket
+def unchanged(solution: LevelSolution) -> LevelSolution:
+    """The same solution: there are no bounds to add if nothing slips."""
+    return solution
 
 
 def refined(
-    pose: Callable[[NestedMesh | TriangleMesh, np.ndarray], FilmOnMesh],
+    make_problem: Callable[[NestedMesh | TriangleMesh, np.ndarray], FilmOnMesh],
     start: Start,
     strategy: Strategy,
     stopping: Stopping,
-    widen: Callable[[Bracket], Bracket] = unchanged,
-) -> Iterator[Bracket]:
+    widen: Callable[[LevelSolution], LevelSolution] = unchanged,
+) -> Iterator[LevelSolution]:
     """Yield bounds on finer and finer meshes until `stopping` is met, or says why it is not.
 
     Parameters
     ----------
-    pose : the problem on a mesh with the gap at its vertices; all ranks must take the same steps
+    make_problem : makes the problem on a mesh from the gap at its vertices; all ranks must take the
+        same steps
     start : the first mesh, which must leave a path for the flow, and functions to start from
     strategy : how the mesh grows
     stopping : when to end; it keeps the history of the levels
-    widen : adds to a bracket the bounds for a gas that slips, before `stopping` judges it
+    widen : adds to a solution the bounds for a gas that slips, before `stopping` judges it
     """
-    most = strategy.max_unknowns or np.inf
-    near, narrower = strategy.uniform or strategy.every_dual, USUAL_GAIN
+    max_unknowns = strategy.max_unknowns or np.inf
+    solve_true_dual = strategy.uniform or strategy.every_dual
+    correction_ratio = USUAL_CORRECTION_RATIO
     best, log = None, _Log()
     while True:
-        problem = pose(start.mesh, start.values)
-        if best is not None and problem.unknowns > most:
-            return stopping.end(TOO_MANY.format(most))
+        problem = make_problem(start.mesh, start.values)
+        if best is not None and problem.unknowns > max_unknowns:
+            return stopping.end(TOO_MANY.format(max_unknowns))
         guess = problem.guess(start)
         del start
         log.lap("mesh")
-        solution = _solve(problem, guess, strategy, near, narrower, log)
-        bounds = problem.upper_bound(solution.pressure)
-        if solution.stream is not None:
-            bounds = problem.corrected(solution.pressure, solution.stream).tightened(bounds)
-            log.lap("sharpening")
+        # Solve the primal, the regularised dual, and the dual if it may decide.
+        solution = _solve(problem, guess, strategy, solve_true_dual, correction_ratio, log)
+        # Correct the bounds, keep the best so far.
+        bounds = _corrected(problem, solution, log)
         if np.isfinite(bounds.excess):
             difference = problem.difference(solution.pressure, solution.stream)
-            near, narrower = True, gain(bounds.excess, difference)
+            solve_true_dual, correction_ratio = True, width_ratio(bounds.excess, difference)
         best = bounds if best is None else bounds.tightened(best)
+        # Stop if they meet the tolerance or decide a limit, or at a limit.
         count = problem.unknowns, problem.space.count
         level = SolvedLevel(*count, best, log.iterations, log.seconds)
-        yield stopping.judged(Bracket(level, problem, solution.pressure, solution.stream), widen)
+        yield stopping.judged(
+            LevelSolution(level, problem, solution.pressure, solution.stream), widen
+        )
         if stopping.ended:
             return None
+        # Mark, refine, look ahead.
         log = _Log()
         if strategy.uniform:
             # Stop before making a mesh that would exceed the limit. It has at least twice as many
             # unknowns: every unknown has at least two sides, a side has at most two ends, and the
             # midpoint of each side becomes an unknown.
-            if 2 * problem.unknowns > most:
-                return stopping.end(TOO_MANY.format(most))
+            if 2 * problem.unknowns > max_unknowns:
+                return stopping.end(TOO_MANY.format(max_unknowns))
             step = _uniform_step(problem, solution)
         else:
             solution = _with_regularised_dual(problem, guess, solution, strategy, log)
             reached = best.width if solution.stream is not None else np.inf
-            step = _adaptive_step(problem, solution, narrower, reached, strategy)
+            step = _adaptive_step(problem, solution, correction_ratio, reached, strategy)
         # Free this mesh before the next one is made.
         del problem, guess, solution
         try:
@@ -155,7 +160,7 @@ def refined(
         log.lap("refine")
 
 
-def gain(corrected: float, solved: float) -> float:
+def width_ratio(corrected: float, solved: float) -> float:
     """Ratio of the relative widths of the corrected bounds and of the solved ones."""
     return corrected / solved if solved > ROUNDING else 1.0
 
@@ -186,23 +191,38 @@ class _Solved:
 
 
 def _solve(
-    problem: FilmOnMesh, guess: Guess, strategy: Strategy, near: bool, gain: float, log: _Log
+    problem: FilmOnMesh,
+    guess: Guess,
+    strategy: Strategy,
+    solve_true_dual: bool,
+    correction_ratio: float,
+    log: _Log,
 ) -> _Solved:
-    """Solve the primal, the regularised dual unless `near`, and the dual if it may decide."""
+    """Solve the primal, and the dual at once or after the regularised dual, if it may decide."""
     pressure = problem.pressure(guess.pressure)
     log.lap("primal", pressure)
     solution = _Solved(pressure)
     psi = guess.stream
-    if not near:
+    if not solve_true_dual:
         solution = _with_regularised_dual(problem, guess, solution, strategy, log)
         psi = solution.regularised.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
         difference = problem.difference(pressure, solution.regularised)
-        if not last and gain * difference >= 2 * strategy.rtol:
+        if not last and correction_ratio * difference >= 2 * strategy.rtol:
             return solution
     stream = problem.stream(psi)
     log.lap("dual", stream)
     return replace(solution, stream=stream)
+
+
+def _corrected(problem: FilmOnMesh, solution: _Solved, log: _Log) -> Any:
+    """Bounds of this mesh: Bounds, or MatrixBounds of a tensor."""
+    bounds = problem.upper_bound(solution.pressure)
+    if solution.stream is None:
+        return bounds
+    bounds = problem.corrected(solution.pressure, solution.stream).tightened(bounds)
+    log.lap("sharpening")
+    return bounds
 
 
 def _with_regularised_dual(
@@ -224,7 +244,7 @@ def _with_regularised_dual(
 
 
 # Arguments of `refined_ahead`: start, gap, marks, flows, times.
-_Step = tuple[Start, LinearGap | ConstantGap | VertexGap, Marks, list[Flow], int]
+_Step = tuple[Start, LinearGap | ConstantGap | VertexGap, Marks, list[FlowEstimate], int]
 
 
 def _uniform_step(problem: FilmOnMesh, solution: _Solved) -> _Step:
@@ -234,19 +254,23 @@ def _uniform_step(problem: FilmOnMesh, solution: _Solved) -> _Step:
 
 
 def _adaptive_step(
-    problem: FilmOnMesh, solution: _Solved, narrower: float, reached: float, strategy: Strategy
+    problem: FilmOnMesh,
+    solution: _Solved,
+    correction_ratio: float,
+    reached: float,
+    strategy: Strategy,
 ) -> _Step:
     """Refine the cells that the regularised dual marks, and look ahead.
 
     Parameters
     ----------
     problem, solution : the mesh and the solutions on it
-    narrower : ratio of the widths of corrected and solved bounds
+    correction_ratio : ratio of the widths of corrected and solved bounds
     reached : relative width of the best bounds; infinite if the dual was not solved
     strategy : tolerance and parameters
     """
     flows = problem.flows(solution.pressure, solution.regularised)
-    expected = narrower * problem.difference(solution.pressure, solution.regularised)
+    expected = correction_ratio * problem.difference(solution.pressure, solution.regularised)
     marks = mark(problem, flows, expected, reached, strategy)
     start = problem.start(solution.pressure, solution.regularised)
     # Free the functions with the mesh: looking ahead takes them from `start`.

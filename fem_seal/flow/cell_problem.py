@@ -19,7 +19,7 @@ import numpy as np
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.energy import ROUNDING
-from fem_seal.flow.film_on_mesh import CornerValues, FilmOnMesh, Flow
+from fem_seal.flow.film_on_mesh import CornerValues, FilmOnMesh, FlowEstimate
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import AT_ONCE
@@ -242,7 +242,7 @@ class CellProblem(FilmOnMesh):
         lower = lower_matrix(_with_bubbles(stream, raised))
         return MatrixBounds(lower, upper).widened(ROUNDING)
 
-    def flows(self, pressure: Family, stream: StreamFamily) -> list[Flow]:
+    def flows(self, pressure: Family, stream: StreamFamily) -> list[FlowEstimate]:
         """Flows of two pressures that are orthonormal in energy, each with its best flux.
 
         The direction of smallest conductivity thus counts as much as the other one: the error
@@ -255,7 +255,7 @@ class CellProblem(FilmOnMesh):
             # p has the energy rate · drop = 1. Fluid flows down the pressure.
             flux = -(best_flux(stream) @ jump) @ stream.jumps * drop
             flows.append(
-                Flow(
+                FlowEstimate(
                     pressure.combined(weights),
                     flux @ stream.psi,
                     1 / drop,

@@ -93,17 +93,17 @@ def conductivity_tensor(
         rtol=rtol, every_dual=stopping.doubtful, max_unknowns=limits.unknowns, tuning=tuning
     )
 
-    def pose(mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellProblem:
+    def make_problem(mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellProblem:
         assert isinstance(mesh, Torus)  # bisection keeps the kind of a mesh
         return CellProblem(represented, mesh, values, comm, tuning.tolerance)
 
     start = Start.first(represented, uniform_torus(represented.squares, width))
-    for bracket in refined(pose, start, strategy, stopping):
-        bounds = bracket.level.bounds
+    for solution in refined(make_problem, start, strategy, stopping):
+        bounds = solution.level.bounds
         if progress is not None:
-            progress(bracket.level.unknowns, bounds.width)
+            progress(solution.level.unknowns, bounds.width)
         # Free this mesh before the next one is made.
-        del bracket
+        del solution
     Lx, Ly = scaled.size
     # From fluxes per jump to mean flux per gradient: D A* D/(Lx Ly), D = diag(Lx, Ly).
     scale = per_pascal * np.array([[Lx / Ly, 1.0], [1.0, Ly / Lx]])

@@ -41,8 +41,8 @@ CornerValues = Callable[[slice | np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
-class Flow:
-    """One flow through the film: a pressure p, and a flux J that should be -K∇p.
+class FlowEstimate:
+    """Estimates of one flow through the film: a pressure p, and a flux J that should be -K∇p.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Flow:
         """Flow rate at unit pressure drop."""
         return self.rate / self.drop
 
-    def without_functions(self) -> "Flow":
+    def without_functions(self) -> "FlowEstimate":
         """The flow without p and ψ, so that the mesh on which they live can be freed."""
         return replace(self, pressure=_freed, stream=np.empty(0))
 
@@ -170,7 +170,7 @@ class FilmOnMesh(ABC):
         """Bounds after the hierarchical correction."""
 
     @abstractmethod
-    def flows(self, pressure: Any, stream: Any) -> list[Flow]:
+    def flows(self, pressure: Any, stream: Any) -> list[FlowEstimate]:
         """The flows whose errors are to be reduced."""
 
     def start(self, pressure: Any, stream: Any) -> Start:
@@ -202,7 +202,7 @@ class FilmOnMesh(ABC):
             return self.data.resistivity[cells]
         return self.data.part(cells).regularised(epsilon, self.gap.cut)
 
-    def indicators(self, flows: Sequence[Flow]) -> np.ndarray:
+    def indicators(self, flows: Sequence[FlowEstimate]) -> np.ndarray:
         """Error indicators e_T (C,): the part of each cell in upper - lower (Prager and Synge).
 
         e_T = ∫_T K|∇p|² + J·R·J + 2 J·∇p >= 0, summed over the flows. For the true dual of a leak
@@ -225,7 +225,7 @@ class FilmOnMesh(ABC):
                 indicators[cells] += areas * (primal + dual + 2 * Q * (my * px - mx * py))
         return indicators
 
-    def blocked_flux(self, flows: Sequence[Flow]) -> np.ndarray:
+    def blocked_flux(self, flows: Sequence[FlowEstimate]) -> np.ndarray:
         """Σ |J| × width × pressure drop of each blocked cell (C,); zero in all other cells."""
         flux, blocked = np.zeros(self.space.count), np.flatnonzero(self.data.blocked)
         slopes, areas = shape_gradients(self._corners(blocked))
@@ -234,7 +234,7 @@ class FilmOnMesh(ABC):
             flux[blocked] += flow.drop * flow.rate * steepness * np.sqrt(2 * areas)
         return flux
 
-    def residuals(self, flows: Sequence[Flow]) -> np.ndarray:
+    def residuals(self, flows: Sequence[FlowEstimate]) -> np.ndarray:
         """Residual estimate (C,) of the pressures' error: Σ over sides (jump of the flux)²/K.
 
         The flux of the exact pressure is continuous across sides and zero through walls and along

@@ -10,7 +10,7 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import GridFilm, MeshFilm, film_conductivity
 from fem_seal.film.law import CUBE
-from fem_seal.flow.adapt import Bracket, refined, unchanged
+from fem_seal.flow.adapt import LevelSolution, refined, unchanged
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem
@@ -132,25 +132,25 @@ def leak_rate(
     coarsest = None if strategy.uniform else strategy.tuning.coarsest
     gap, mesh = _first(film, narrowest, strategy.tuning, coarsest, slipping)
 
-    def pose(mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> LevelProblem:
+    def make_problem(mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> LevelProblem:
         return LevelProblem(gap, mesh, values, comm, strategy.tuning.tolerance)
 
     start = Start.first(gap, mesh) if last is None else last.through(gap)
     widen = slipping.widened if slipping else unchanged
     levels: list[Level] = []
-    for bracket in refined(pose, start, strategy, stopping, widen):
-        levels.append(_in_si(bracket.level, scale))
+    for solution in refined(make_problem, start, strategy, stopping, widen):
+        levels.append(_in_si(solution.level, scale))
         if progress is not None:
             progress(levels[-1])
-        result = _result(bracket, levels, method, scale)
-        drawn = _field(bracket, film, viscosity, pressure_drop, slip_factor) if field else None
+        result = _result(solution, levels, method, scale)
+        drawn = _field(solution, film, viscosity, pressure_drop, slip_factor) if field else None
         if kept is not None:
-            kept.start = bracket.problem.start(bracket.pressure, bracket.stream)
+            kept.start = solution.problem.start(solution.pressure, solution.stream)
             kept.narrowest = critical
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
-            keep(MeshedFlow(film, bracket, slip_factor))
+            keep(MeshedFlow(film, solution, slip_factor))
         # Free this mesh before the next one is made.
-        del bracket
+        del solution
     reason = stopping.reason
     if reason:
         missed = result.refined_bounds if decide is None else result.bounds
@@ -195,13 +195,13 @@ def pressure_on_kept(
     pressure = problem.pressure(problem.guess(start).pressure)
     kept.start = replace(problem.start(pressure, None), streams=start.streams)
     level = SolvedLevel(problem.unknowns, problem.space.count, problem.upper_bound(pressure))
-    bracket = Bracket(level, problem, pressure, None)
-    result = _result(bracket, [_in_si(level, scale)], "adaptive", scale)
+    solution = LevelSolution(level, problem, pressure, None)
+    result = _result(solution, [_in_si(level, scale)], "adaptive", scale)
     return replace(
         result,
         converged=False,
         reason="the pressure alone was solved, on a mesh of another film",
-        field=_pressure_field(bracket, film, pressure_drop),
+        field=_pressure_field(solution, film, pressure_drop),
     )
 
 
@@ -277,13 +277,13 @@ def _in_si(level: SolvedLevel, scale: float) -> Level:
     )
 
 
-def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) -> LeakRate:
+def _result(solution: LevelSolution, levels: list[Level], method: str, scale: float) -> LeakRate:
     lower, upper = levels[-1].lower, levels[-1].upper
     interval = None
-    if bracket.slip is not None:
-        interval = bracket.slip.interval(bracket.level.bounds)
-        lower, upper = (bound * scale for bound in bracket.slip)
-    inflow, outflow = bracket.problem.boundary_flows(bracket.pressure)
+    if solution.slip is not None:
+        interval = solution.slip.interval(solution.level.bounds)
+        lower, upper = (bound * scale for bound in solution.slip)
+    inflow, outflow = solution.problem.boundary_flows(solution.pressure)
     return LeakRate(
         state="leaking",
         method=method,
@@ -291,7 +291,7 @@ def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) ->
         value=lower * float(np.sqrt(upper / lower)) if lower > 0 else upper,
         lower=lower,
         upper=upper,
-        unknowns=bracket.level.unknowns,
+        unknowns=solution.level.unknowns,
         inflow=inflow * scale,
         outflow=outflow * scale,
         levels=tuple(levels),
@@ -299,39 +299,39 @@ def _result(bracket: Bracket, levels: list[Level], method: str, scale: float) ->
     )
 
 
-def _pressure_field(bracket: Bracket, film: GridFilm, pressure_drop: float) -> FlowField:
-    """Pressure and gap alone on the mesh of a bracket, with a flux of zero."""
-    problem = bracket.problem
+def _pressure_field(solution: LevelSolution, film: GridFilm, pressure_drop: float) -> FlowField:
+    """Pressure and gap alone on the mesh of a solution, with a flux of zero."""
+    problem = solution.problem
     number, first = problem.parted_points()
     vertex = problem.mesh.cells[problem.kept].ravel()[first]
     return FlowField(
         points=points_of(film, problem.mesh)[vertex],
         cells=number,
         gap=film.highest * problem.vertex_gap[vertex],
-        pressure=pressure_drop * bracket.pressure.corner_values.ravel()[first],
+        pressure=pressure_drop * solution.pressure.corner_values.ravel()[first],
         flux=np.zeros((len(number), 2)),
     )
 
 
 def _field(
-    bracket: Bracket,
+    solution: LevelSolution,
     film: GridFilm | MeshFilm,
     viscosity: float,
     pressure_drop: float,
     slip_factor: float,
 ) -> FlowField:
-    """The flow on the mesh of a bracket, its points parted where the pressure jumps."""
-    problem, highest = bracket.problem, film.highest
+    """The flow on the mesh of a solution, its points parted where the pressure jumps."""
+    problem, highest = solution.problem, film.highest
     cells = problem.mesh.cells[problem.kept]
     number, first = problem.parted_points()
     vertex = cells.ravel()[first]
-    pressure = bracket.pressure.corner_values * pressure_drop
+    pressure = solution.pressure.corner_values * pressure_drop
     conductivity = slip_factor * film_conductivity(highest, viscosity)
-    flux = -problem.data.K[:, None] * problem.gradients(bracket.pressure.corner_values)
-    if bracket.stream is not None:
+    flux = -problem.data.K[:, None] * problem.gradients(solution.pressure.corner_values)
+    if solution.stream is not None:
         # Where the pressure was taken to be constant, take the flux from the stream function.
         equipotential = problem.data.equipotential
-        flux[equipotential] = problem.flux(bracket.stream)[equipotential]
+        flux[equipotential] = problem.flux(solution.stream)[equipotential]
     return FlowField(
         points=points_of(film, problem.mesh)[vertex],
         cells=number,

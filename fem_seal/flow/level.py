@@ -17,7 +17,7 @@ import numpy as np
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import Energy
-from fem_seal.flow.film_on_mesh import FilmOnMesh, Flow
+from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
 from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.hierarchical import USUAL_EFFORT, Effort
@@ -250,9 +250,9 @@ class LevelProblem(FilmOnMesh):
         lower = 1 / stream.energy.least_upper(raised.item())
         return Bounds(lower, pressure.total.least_upper(lowered.item()))
 
-    def flows(self, pressure: Minimum, stream: Stream) -> list[Flow]:
+    def flows(self, pressure: Minimum, stream: Stream) -> list[FlowEstimate]:
         """The one flow from inlet to outlet."""
-        return [Flow(pressure.corners, stream.psi, stream.conductance, stream.epsilon)]
+        return [FlowEstimate(pressure.corners, stream.psi, stream.conductance, stream.epsilon)]
 
     def boundary_flows(self, pressure: Minimum) -> tuple[float, float]:
         """Inflow and outflow from the residuals of the discrete equations at inlet and outlet."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.flow.film_on_mesh import Flow
+from fem_seal.flow.film_on_mesh import FlowEstimate
 from fem_seal.flow.gap_on_mesh import CellData, ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import AT_ONCE
@@ -32,7 +32,7 @@ def refined_ahead(
     start: Start,
     gap: LinearGap | ConstantGap | VertexGap,
     marks: Marks,
-    flows: Sequence[Flow],
+    flows: Sequence[FlowEstimate],
     times: int,
 ) -> Start:
     """Refine by marks, and further ahead of the next solve.
@@ -45,7 +45,7 @@ def refined_ahead(
         The gap as represented.
     marks : Marks
         Marked cells of this mesh.
-    flows : sequence of Flow
+    flows : sequence of FlowEstimate
         The flows from which the marks come. Their stream functions are those of `start`, or
         combinations of them.
     times : int
@@ -83,7 +83,7 @@ def least_indicator(J: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndar
     Parameters
     ----------
     J : (n, 2) float
-        Gradient of ψ, not rotated, scaled to its leak rate.
+        Q ∇ψ: the flux (Q ∂ψ/∂y, -Q ∂ψ/∂x) turned by a right angle.
     K : (n,) float
         Mean of g³. Where it is zero, the term with K is left out.
     tensor : (n, 3) float
@@ -143,7 +143,9 @@ class _Look:
         own, slope = (np.bincount(corners, some.ravel(), len(psi)) for some in of_corner)
         return psi - np.divide(slope, own, out=np.zeros_like(psi), where=free & (own > 0))
 
-    def marked(self, streams: np.ndarray, flows: Sequence[Flow], marks: Marks) -> np.ndarray:
+    def marked(
+        self, streams: np.ndarray, flows: Sequence[FlowEstimate], marks: Marks
+    ) -> np.ndarray:
         """Cells (n,) bool that a solve with these stream functions (k, V) would mark."""
         of_flow = [streams[0] if f.weights is None else f.weights @ streams for f in flows]
         again = np.empty(len(self.mesh.cells), dtype=bool)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.flow.film_on_mesh import FilmOnMesh, Flow
+from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
 from fem_seal.flow.strategy import Strategy, part_of_a_step
 
 # Smallest part of a step by indicators while false flow spoils them.
@@ -44,7 +44,11 @@ def mark_all(problem: FilmOnMesh) -> Marks:
 
 
 def mark(
-    problem: FilmOnMesh, flows: Sequence[Flow], expected: float, reached: float, strategy: Strategy
+    problem: FilmOnMesh,
+    flows: Sequence[FlowEstimate],
+    expected: float,
+    reached: float,
+    strategy: Strategy,
 ) -> Marks:
     """Mark the cells of the whole mesh, and say how often to halve each.
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.flow.adapt import Bracket
+from fem_seal.flow.adapt import LevelSolution
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.gap_on_mesh import LinearGap
 from fem_seal.flow.hierarchical import Correction, drops_of_one_function
@@ -34,20 +34,20 @@ class MeshedFlow:
     ----------
     film : GridFilm
         On a grid, linear between samples.
-    bracket : Bracket
+    solution : LevelSolution
         The last level.
     slip_factor : float
         What the largest gap of the film conducts, over what it would without slip.
     """
 
     film: GridFilm
-    bracket: Bracket
+    solution: LevelSolution
     slip_factor: float = 1.0
 
     @property
     def start(self) -> Start:
         """Start for films on the same grid: this mesh, the pressure and the stream function."""
-        return self.bracket.problem.start(self.bracket.pressure, self.bracket.stream)
+        return self.solution.problem.start(self.solution.pressure, self.solution.stream)
 
     def resistances_above(self, films: Sequence[GridFilm]) -> np.ndarray:
         """Upper bounds of the resistances of films with gaps that are nowhere smaller.
@@ -62,12 +62,12 @@ class MeshedFlow:
         (n,) float, in units of the resistance of a square with the largest gap of this film;
         infinite if the stream function is not known.
         """
-        stream = self.bracket.stream
+        stream = self.solution.stream
         if stream is None:
             return np.full(len(films), np.inf)
         problems = self._problems(films)
         others = [problem.energy_of_stream(stream.psi) for problem in problems[1:]]
-        correction = self.bracket.problem.stream_correction([stream.psi])
+        correction = self.solution.problem.stream_correction([stream.psi])
         return self._bounds(problems, [stream.energy, *others], correction)
 
     def conductances_below(self, films: Sequence[GridFilm]) -> np.ndarray:
@@ -82,13 +82,13 @@ class MeshedFlow:
         -------
         (n,) float, in units of the conductance of a square with the largest gap of this film.
         """
-        pressure, problems = self.bracket.pressure, self._problems(films)
+        pressure, problems = self.solution.pressure, self._problems(films)
         others = [problem.energy_of_pressure(pressure) for problem in problems[1:]]
-        correction = self.bracket.problem.pressure_correction([pressure.corners])
+        correction = self.solution.problem.pressure_correction([pressure.corners])
         return self._bounds(problems, [pressure.total, *others], correction)
 
     def _problems(self, films: Sequence[GridFilm]) -> list[LevelProblem]:
-        problem = self.bracket.problem
+        problem = self.solution.problem
         gap = present(problem.gap if isinstance(problem.gap, LinearGap) else None, "linear gap")
         others = []
         for film in films[1:]:

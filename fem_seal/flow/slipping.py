@@ -18,7 +18,7 @@ from fem_seal.film.law import (
     bounding_law,
     mean_pressure_law,
 )
-from fem_seal.flow.adapt import Bracket
+from fem_seal.flow.adapt import LevelSolution
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LevelProblem
@@ -89,51 +89,51 @@ class SlippingFilm:
         """The law for which the mesh is refined: that at the mean pressure."""
         return mean_pressure_law(self._slip, self._highest)
 
-    def widened(self, bracket: Bracket) -> Bracket:
-        """The bracket with the best bounds so far for the gas that slips.
+    def widened(self, solution: LevelSolution) -> LevelSolution:
+        """The solution with the best bounds so far for the gas that slips.
 
         Before the true dual is solved there is an upper bound only, from that at the mean pressure.
         """
-        if bracket.stream is None:
-            return self._improved(bracket, 0.0, bracket.level.bounds.upper * self._largest_ratio)
-        problem = bracket.problem
-        gap = self._under_bounding_law(bracket)
+        if solution.stream is None:
+            return self._improved(solution, 0.0, solution.level.bounds.upper * self._largest_ratio)
+        problem = solution.problem
+        gap = self._under_bounding_law(solution)
         wide = LevelProblem(
             gap, problem.mesh, problem.values, problem.space.comm, problem.tolerance
         )
-        guess = wide.primal_numbering.from_corners(bracket.pressure.corner_values)
+        guess = wide.primal_numbering.from_corners(solution.pressure.corner_values)
         pressure = wide.pressure(guess)
         lower, upper = 0.0, pressure.total.least_upper()
-        stream = wide.stream(bracket.stream.psi)
+        stream = wide.stream(solution.stream.psi)
         if stream is not None:
             lower, sharper = wide.corrected(pressure, stream)
             upper = min(upper, sharper)
-        return self._improved(bracket, lower, upper)
+        return self._improved(solution, lower, upper)
 
     def _bounding_law(self, above: PressureWeight, below: PressureWeight) -> FilmLaw:
         return bounding_law(self._slip, self._highest, above, below, self._unit)
 
-    def _improved(self, bracket: Bracket, lower: float, upper: float) -> Bracket:
+    def _improved(self, solution: LevelSolution, lower: float, upper: float) -> LevelSolution:
         self._best = SlipBounds(*self._best.tightened(Bounds(lower, upper)))
-        return replace(bracket, slip=self._best)
+        return replace(solution, slip=self._best)
 
-    def _under_bounding_law(self, bracket: Bracket) -> LinearGap | ConstantGap | VertexGap:
+    def _under_bounding_law(self, solution: LevelSolution) -> LinearGap | ConstantGap | VertexGap:
         """The gap under the law of two weights, kept for the next mesh unless others gain there."""
-        chosen = bracket.problem.space.comm.bcast(self._choice(bracket))
+        chosen = solution.problem.space.comm.bcast(self._choice(solution))
         if self._gap is None or chosen is not None:
             self._chosen = present(chosen, "weights")
-            self._gap = bracket.problem.gap.with_law(self._bounding_law(*self._chosen))
+            self._gap = solution.problem.gap.with_law(self._bounding_law(*self._chosen))
         return self._gap
 
-    def _choice(self, bracket: Bracket) -> tuple[PressureWeight, PressureWeight] | None:
+    def _choice(self, solution: LevelSolution) -> tuple[PressureWeight, PressureWeight] | None:
         """Weights with probably the least upper and the greatest lower bound; None: as before.
 
         The functions at the mean pressure have an energy under each law, which is estimated as if
         the gap of each cell were the one that conducts as much at the mean pressure.
         """
-        problem = bracket.problem
-        stream = present(bracket.stream, "stream function")
-        primal, dual = problem.cell_energies(bracket.pressure, stream)
+        problem = solution.problem
+        stream = present(solution.stream, "stream function")
+        primal, dual = problem.cell_energies(solution.pressure, stream)
         xx, _, yy = problem.data.resistivity.T
         conducts = 2 / np.where(problem.data.blocked, np.inf, xx + yy)
         above = self._estimate(primal, problem.data.K, 1)

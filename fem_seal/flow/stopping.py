@@ -11,7 +11,7 @@ from fem_seal.leak_rate import relative_width
 from fem_seal.limits import Limits
 
 if TYPE_CHECKING:
-    from fem_seal.flow.adapt import Bracket
+    from fem_seal.flow.adapt import LevelSolution
 
 # Part of the largest gap. If the critical constriction is a line of narrower gaps across the flow,
 # refinement may need more unknowns than PETSc can number: for 5 % about 1e8 at a gap of 1e-6 of the
@@ -55,9 +55,9 @@ class Tolerance:
 
     rtol: float
 
-    def reached(self, bracket: "Bracket") -> bool:
-        """Whether the bounds of a bracket meet the criterion."""
-        return bool(bracket.level.bounds.width <= self.rtol)
+    def reached(self, solution: "LevelSolution") -> bool:
+        """Whether the bounds of a solution meet the criterion."""
+        return bool(solution.level.bounds.width <= self.rtol)
 
     def missed(self, lower: float, upper: float) -> str:
         """Message on the distance of bounds [m³/s] from the criterion."""
@@ -65,7 +65,7 @@ class Tolerance:
         state = f"the bracket is {width:.2g} wide" if lower > 0 else "no lower bound yet"
         return f"{state}, {self.rtol:.2g} was asked for"
 
-    def out_of_reach(self, bracket: "Bracket") -> str:
+    def out_of_reach(self, solution: "LevelSolution") -> str:
         """Always "": every tolerance is met on a mesh that is fine enough."""
         return ""
 
@@ -92,9 +92,9 @@ class Decision:
     # The last steps of a refinement are smaller near a tolerance; a decision may need any width.
     rtol = 0.0
 
-    def reached(self, bracket: "Bracket") -> bool:
-        """Whether the bounds of a bracket meet the criterion, with what slip leaves open."""
-        lower, upper = bracket.slip or bracket.level.bounds
+    def reached(self, solution: "LevelSolution") -> bool:
+        """Whether the bounds of a solution meet the criterion, with what slip leaves open."""
+        lower, upper = solution.slip or solution.level.bounds
         return upper * self.unit <= self.limit or lower * self.unit > self.limit
 
     def missed(self, lower: float, upper: float) -> str:
@@ -102,12 +102,12 @@ class Decision:
         below, above = lower / self.limit, upper / self.limit
         return f"the leak rate is between {below:.4g} and {above:.4g} of the limit, undecided"
 
-    def out_of_reach(self, bracket: "Bracket") -> str:
+    def out_of_reach(self, solution: "LevelSolution") -> str:
         """Message if what slip leaves open holds the limit on any mesh, else ""."""
-        bounds = bracket.level.bounds
-        if bracket.slip is None or bounds.lower == 0:
+        bounds = solution.level.bounds
+        if solution.slip is None or bounds.lower == 0:
             return ""
-        low, high = bracket.slip.interval(bounds)
+        low, high = solution.slip.interval(bounds)
         if bounds.lower * high * self.unit >= self.limit >= bounds.upper * low * self.unit:
             return "what the pressures leave open of the slip holds the limit on any mesh"
         return ""
@@ -173,29 +173,31 @@ class Stopping:
         """End the refinement for a reason."""
         self.reason = reason
 
-    def judged(self, bracket: "Bracket", widen: Callable[["Bracket"], "Bracket"]) -> "Bracket":
-        """Decide whether the refinement ends with this bracket; certify it if it does.
+    def judged(
+        self, solution: "LevelSolution", widen: Callable[["LevelSolution"], "LevelSolution"]
+    ) -> "LevelSolution":
+        """Decide whether the refinement ends with this solution; certify it if it does.
 
         Parameters
         ----------
-        bracket : of the next level
+        solution : of the next level
         widen : as in `adapt.refined`
         """
-        bracket = widen(bracket)
-        self.levels.append(bracket.level)
-        self.reached = self.criterion.reached(bracket)
+        solution = widen(solution)
+        self.levels.append(solution.level)
+        self.reached = self.criterion.reached(solution)
         if not self.reached:
-            self.reason = self._reason(bracket)
-        if self.reason and bracket.stream is None:
-            bracket = widen(bracket.certified())
-            self.levels[-1] = bracket.level
-            self.reached = self.criterion.reached(bracket)
+            self.reason = self._reason(solution)
+        if self.reason and solution.stream is None:
+            solution = widen(solution.certified())
+            self.levels[-1] = solution.level
+            self.reached = self.criterion.reached(solution)
             self.reason = "" if self.reached else self.reason
-        return bracket
+        return solution
 
-    def _reason(self, bracket: "Bracket") -> str:
-        """Reason to end with this bracket, "" to go on."""
-        last = sum(bracket.level.seconds.values())
+    def _reason(self, solution: "LevelSolution") -> str:
+        """Reason to end with this solution, "" to go on."""
+        last = sum(solution.level.seconds.values())
         limit = self.limits.exceeded(self.started, self.growth, last)
         if not limit and self.doubtful:
             # A mesh has half as many vertices as cells. Unknowns would not do as a measure: where
@@ -205,8 +207,8 @@ class Stopping:
             limit = words and words + self.advice
         # Time and memory differ from rank to rank.
         limit = self.comm.bcast(limit)
-        stalled = bracket.stalled if self._no_closer() else ""
-        return limit or stalled or self.criterion.out_of_reach(bracket)
+        stalled = solution.stalled if self._no_closer() else ""
+        return limit or stalled or self.criterion.out_of_reach(solution)
 
     def _no_closer(self) -> bool:
         """Whether the last two meshes have hardly improved the bounds."""

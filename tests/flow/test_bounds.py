@@ -63,8 +63,8 @@ def test_widened_bounds_hold_what_they_held():
 
 
 @dataclass(frozen=True)
-class Bracket:
-    """A bracket without a mesh; the dual gives the lower bound `least`."""
+class Solution:
+    """A solution without a mesh; the dual gives the lower bound `least`."""
 
     level: SolvedLevel
     stream: object = None
@@ -77,23 +77,23 @@ class Bracket:
         return replace(self, level=replace(self.level, bounds=bounds), stream=object())
 
 
-def bracket(lower, upper, **options) -> Bracket:
-    return Bracket(SolvedLevel(100, 200, Bounds(lower, upper)), **options)
+def solution(lower, upper, **options) -> Solution:
+    return Solution(SolvedLevel(100, 200, Bounds(lower, upper)), **options)
 
 
-def judged(stopping, *brackets):
-    return [stopping.judged(one, lambda one: one) for one in brackets]
+def judged(stopping, *solutions):
+    return [stopping.judged(one, lambda one: one) for one in solutions]
 
 
 def stopping(criterion, **limits) -> Stopping:
     return Stopping(criterion, Limits(**limits), 2.0, 0.1, MPI.COMM_SELF)
 
 
-def test_the_last_bracket_is_certified():
+def test_the_last_solution_is_certified():
     """At a limit the dual is solved, and if its bound meets the tolerance there is no reason."""
     for least, reached in ((0.5, False), (0.98, True)):
         course = stopping(Tolerance(0.05), seconds=1e-9)
-        (last,) = judged(course, bracket(0.0, 1.0, least=least))
+        (last,) = judged(course, solution(0.0, 1.0, least=least))
         assert last.stream is not None
         assert course.levels[-1].bounds.lower == least
         assert course.ended
@@ -103,10 +103,10 @@ def test_the_last_bracket_is_certified():
 
 def test_a_refinement_goes_on_until_the_tolerance_is_met():
     course = stopping(Tolerance(0.05))
-    first, _ = judged(course, bracket(0.0, 1.0), bracket(0.9, 1.0, stream=object()))
+    first, _ = judged(course, solution(0.0, 1.0), solution(0.9, 1.0, stream=object()))
     assert first.stream is None
     assert not course.ended
-    judged(course, bracket(0.96, 1.0, stream=object()))
+    judged(course, solution(0.96, 1.0, stream=object()))
     assert course.reached
     assert not course.reason
     assert len(course.levels) == 3
@@ -115,7 +115,7 @@ def test_a_refinement_goes_on_until_the_tolerance_is_met():
 def test_a_stalled_solver_ends_it_where_the_bounds_stay():
     """Not at once: only if two more meshes have hardly improved them."""
     course = stopping(Tolerance(0.01))
-    stalled = bracket(0.5, 1.0, stream=object(), stalled="CG has stalled")
+    stalled = solution(0.5, 1.0, stream=object(), stalled="CG has stalled")
     judged(course, stalled, stalled)
     assert not course.ended
     judged(course, stalled)
@@ -125,9 +125,9 @@ def test_a_stalled_solver_ends_it_where_the_bounds_stay():
 def test_a_decision_looks_at_both_bounds_and_at_the_slip():
     """Limits in m³/s, bounds in units of 2 m³/s."""
     decision = Decision(3.0, 2.0)
-    assert decision.reached(bracket(1.0, 1.5))
-    assert decision.reached(bracket(1.6, 2.0))
-    assert not decision.reached(bracket(1.4, 2.0))
-    assert not decision.reached(bracket(1.5, 2.0))
-    assert not decision.reached(bracket(1.0, 1.4, slip=Bounds(0.9, 1.6)))
-    assert decision.out_of_reach(bracket(1.0, 1.6)) == ""
+    assert decision.reached(solution(1.0, 1.5))
+    assert decision.reached(solution(1.6, 2.0))
+    assert not decision.reached(solution(1.4, 2.0))
+    assert not decision.reached(solution(1.5, 2.0))
+    assert not decision.reached(solution(1.0, 1.4, slip=Bounds(0.9, 1.6)))
+    assert decision.out_of_reach(solution(1.0, 1.6)) == ""

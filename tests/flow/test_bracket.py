@@ -1,4 +1,4 @@
-"""What makes the bracket a certificate: shares, refinement and sloppy solvers."""
+"""What makes the bracket a certificate: indicators, refinement and sloppy solvers."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_both_minima_against_a_direct_solver(seed):
     assert plain_bounds(problem) == pytest.approx([lower, upper], rel=4e-8)
 
 
-# --- shares ------------------------------------------------------------------------------------
+# --- indicators --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
@@ -46,7 +46,7 @@ def test_both_minima_against_a_direct_solver(seed):
 @pytest.mark.parametrize(
     ("tolerance", "spacing"), [(1e-8, (1.0, 1.0)), (1e-1, (1.0, 1.0)), (1e-8, (5.0, 1.0))]
 )
-def test_shares_are_positive_and_sum_to_the_difference(
+def test_indicators_are_positive_and_sum_to_the_difference(
     representation, periodic, contact, tolerance, spacing
 ):
     """Prager and Synge: e_T ≥ 0 and Σ e_T = upper - lower, for any admissible pair, converged or
@@ -57,10 +57,10 @@ def test_shares_are_positive_and_sum_to_the_difference(
     markings = [everything, *([Random(1)] * 5)]
     problem = level_problem(gap, 2, periodic, tolerance, markings)
     pressure, stream = solved(problem)
-    shares = problem.indicators(problem.flows(pressure, stream))
-    assert shares.min() > -1e-12 * pressure.energy
+    indicators = problem.indicators(problem.flows(pressure, stream))
+    assert indicators.min() > -1e-12 * pressure.energy
     difference = pressure.energy - stream.conductance
-    assert shares.sum() == pytest.approx(difference, abs=1e-12 * pressure.energy)
+    assert indicators.sum() == pytest.approx(difference, abs=1e-12 * pressure.energy)
     assert 0 < stream.conductance < pressure.energy
     if contact and representation == "linear":
         number = problem.data.contact_vertex.sum(axis=1)

@@ -9,7 +9,7 @@ from triangulations import square_with_hole
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning, leak_rate
-from fem_seal.flow.film_on_mesh import Flow
+from fem_seal.flow.film_on_mesh import FlowEstimate
 from fem_seal.flow.gap_on_mesh import VertexGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import batch
@@ -33,7 +33,7 @@ def solved(gap, width: int, periodic_sides: bool):
 
 def halved_ahead(start: Start, gap, marks: Marks, regularised: Stream, times: int) -> Start:
     """By the one flow of a leak rate, whose pressure is not looked at."""
-    flow = Flow(None, regularised.psi, regularised.conductance, regularised.epsilon)
+    flow = FlowEstimate(None, regularised.psi, regularised.conductance, regularised.epsilon)
     return refined_ahead(start, gap, marks, [flow], times)
 
 

@@ -6,7 +6,7 @@ from sample_gaps import FLUID, rough_gap
 
 from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
-from fem_seal.flow.adapt import gain
+from fem_seal.flow.adapt import width_ratio
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.strategy import Strategy, part_of_a_step
 from fem_seal.leak_rate import relative_width
@@ -28,11 +28,11 @@ def test_the_part_of_a_step():
         )
 
 
-def test_the_gain_of_bubbles():
+def test_the_ratio_of_widths_by_bubbles():
     """Of bounds 0.2 apart, corrected to 1.04 and 1.12; and none of bounds that agree."""
     solved, corrected = Bounds(1.0, 1.2), Bounds(1.04, 1.12)
-    assert gain(corrected.excess, solved.excess) == pytest.approx((1.12 / 1.04 - 1) / 0.2)
-    assert gain(1e-12, 0.0) == 1
+    assert width_ratio(corrected.excess, solved.excess) == pytest.approx((1.12 / 1.04 - 1) / 0.2)
+    assert width_ratio(1e-12, 0.0) == 1
 
 
 def test_a_step_near_the_tolerance_is_smaller():
