@@ -19,13 +19,19 @@ solve.
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fem_seal.errors import Inconsistent
+from fem_seal.errors import Inconsistent, present
 from fem_seal.flow.energy import ROUNDING
-from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
+from fem_seal.flow.film_on_mesh import (
+    FilmOnMesh,
+    FlowEstimate,
+    PressureSolution,
+    Solution,
+    StreamSolution,
+)
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Marks, mark, mark_all
@@ -35,6 +41,9 @@ from fem_seal.flow.strategy import Strategy
 from fem_seal.mesh.bisection import TooFine
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
+
+if TYPE_CHECKING:
+    from fem_seal.flow.slipping import SlipBounds
 
 # Ratio of the bracket's widths after and before the hierarchical correction, until it is measured.
 USUAL_CORRECTION_RATIO = 0.4
@@ -53,12 +62,12 @@ class LevelSolution:
         Best bounds so far, and the cost of this level.
     problem : LevelProblem or CellProblem
         The mesh with its numberings.
-    pressure : Any
+    pressure : Minimum or Family
         Solution of the primal problem.
-    stream : Any
+    stream : Stream, StreamFamily or None
         Solution of the true dual problem; None if it was not solved, or blocked cells close every
         channel.
-    slip : Any
+    slip : SlipBounds or None
         Bounds for a gas that slips, if a `widen` of the loop has added them.
     """
 
@@ -66,7 +75,7 @@ class LevelSolution:
     problem: Any
     pressure: Any
     stream: Any
-    slip: Any = None
+    slip: "SlipBounds | None" = None
 
     @property
     def stalled(self) -> str:
@@ -173,7 +182,7 @@ class _Log:
         self.iterations: dict[str, int] = {}
         self._last = time.perf_counter()
 
-    def lap(self, name: str, solved: Any = None) -> None:
+    def lap(self, name: str, solved: Solution | None = None) -> None:
         now = time.perf_counter()
         self.seconds[name] = now - self._last
         self._last = now
@@ -185,9 +194,9 @@ class _Log:
 class _Solved:
     """Solutions on one mesh: pressure, regularised and true stream function."""
 
-    pressure: Any
-    regularised: Any = None
-    stream: Any = None
+    pressure: PressureSolution
+    regularised: StreamSolution | None = None
+    stream: StreamSolution | None = None
 
 
 def _solve(
@@ -205,7 +214,7 @@ def _solve(
     psi = guess.stream
     if not solve_true_dual:
         solution = _with_regularised_dual(problem, guess, solution, strategy, log)
-        psi = solution.regularised.psi
+        psi = present(solution.regularised, "regularised dual").psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
         difference = problem.difference(pressure, solution.regularised)
         if not last and correction_ratio * difference >= 2 * strategy.rtol:

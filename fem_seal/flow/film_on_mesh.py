@@ -7,7 +7,7 @@ Both are primal and dual problem of the same film and differ in the functions th
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -38,6 +38,34 @@ MAX_DROP = 0.1
 
 # Corner values (n, 3) of a function on a slice or an array of n cells.
 CornerValues = Callable[[slice | np.ndarray], np.ndarray]
+
+
+class Solution(Protocol):
+    """Solution of a primal or a dual problem, by CG."""
+
+    @property
+    def iterations(self) -> int:
+        """CG iterations."""
+
+    @property
+    def stalled(self) -> str:
+        """Reason why CG stopped short of its tolerance, else ""."""
+
+
+class PressureSolution(Solution, Protocol):
+    """Solution of the primal problem: one pressure, or one for each direction."""
+
+    @property
+    def corner_values(self) -> np.ndarray:
+        """Pressure at the corners, (C, 3) or (2, C, 3)."""
+
+
+class StreamSolution(Solution, Protocol):
+    """Solution of a dual problem: one stream function, or one for each direction."""
+
+    @property
+    def psi(self) -> np.ndarray:
+        """Stream function ψ at the vertices, (V,) or (2, V)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,9 +111,6 @@ def _freed(cells: slice | np.ndarray) -> np.ndarray:
 
 class FilmOnMesh(ABC):
     """A film on one mesh (gap in units of its maximum), and what the adaptive loop asks of it.
-
-    `pressure`, `stream` and `regularised_stream` return solutions with the CG `iterations` and
-    `stalled`, the reason why CG stopped short of its tolerance, else "".
 
     Parameters
     ----------
@@ -146,15 +171,15 @@ class FilmOnMesh(ABC):
         """Initial values of the solves."""
 
     @abstractmethod
-    def pressure(self, guess: np.ndarray) -> Any:
+    def pressure(self, guess: np.ndarray) -> PressureSolution:
         """Solve the primal problem, from a guess."""
 
     @abstractmethod
-    def stream(self, guess: np.ndarray) -> Any:
+    def stream(self, guess: np.ndarray) -> StreamSolution | None:
         """Solve the dual problem; None if blocked cells close every channel."""
 
     @abstractmethod
-    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> Any:
+    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> StreamSolution | None:
         """Solve the regularised dual, in which blocked cells conduct `epsilon` times as much."""
 
     @abstractmethod
@@ -173,7 +198,7 @@ class FilmOnMesh(ABC):
     def flows(self, pressure: Any, stream: Any) -> list[FlowEstimate]:
         """The flows whose errors are to be reduced."""
 
-    def start(self, pressure: Any, stream: Any) -> Start:
+    def start(self, pressure: PressureSolution, stream: StreamSolution | None) -> Start:
         """Start on this mesh from its solutions; where nothing flows the functions are zero.
 
         Parameters
