@@ -273,13 +273,13 @@ def test_a_move_that_is_cut_short_is_finished(scene, small_scene, spy, tmp_path,
         assert whole.provenance.scene["contact"]["area_fraction"] in (0.1, 0.2)
         alike = scene if whole.scene() == scene else other
         written = read_contact(tmp_path / "out")[0]
-        assert np.array_equal(written.values, Patch(alike).film.field.values)
+        assert np.array_equal(written.values, Patch(alike).film.gap.values)
     with ResultFolder(tmp_path / "out", Provenance.of(scene), overwrite=True):
         pass
     after = content(tmp_path / "out")
     assert set(after) == {"contact.npz", "result.json", "notes.txt"}
     kept = scene if Result.from_folder(tmp_path / "out").scene() == scene else other
-    assert np.array_equal(read_contact(tmp_path / "out")[0].values, Patch(kept).film.field.values)
+    assert np.array_equal(read_contact(tmp_path / "out")[0].values, Patch(kept).film.gap.values)
     if ends == "interrupted" and stops > 1:
         assert kept == scene
 

@@ -69,7 +69,7 @@ def test_rows_are_those_of_single_runs(scene_file, tmp_path):
     last = Scene.from_file(scene_file, ["contact.area_fraction=0.15", "flow.links=harmonic"])
     assert float(table[-1]["leak_rate"]) == Patch(last).leak_rate.value
     assert float(table[-1]["mean_gap"]) == pytest.approx(
-        Patch(last).film.field.values.mean(), rel=1e-13, abs=0
+        Patch(last).film.gap.values.mean(), rel=1e-13, abs=0
     )
     # More contact leaks less; harmonic means are below arithmetic ones.
     leak = {pair: float(row["leak_rate"]) for pair, row in zip(pairs, table, strict=True)}

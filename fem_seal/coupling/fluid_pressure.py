@@ -43,7 +43,7 @@ def pressure_on_samples(
         pressure[carrying] = carried[carrying]
     # The rows at the two ends are open to the fluid there, whatever touches beside them.
     pressure[0], pressure[-1] = inlet, outlet
-    nx, ny = film.field.shape
+    nx, ny = film.gap.shape
     low, high = min(inlet, outlet), max(inlet, outlet)
     return np.clip(continued(pressure), low, high)[:nx, :ny]
 

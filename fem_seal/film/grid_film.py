@@ -19,7 +19,7 @@ class GridFilm:
 
     Parameters
     ----------
-    field : GridField
+    gap : GridField
         Gap [m], >= 0 and exactly 0 in contact; inlet at x = 0, outlet at x = Lx.
     sides : "wall" or "periodic"
         No flow through y = 0 and y = Ly, or the two are one line.
@@ -34,14 +34,14 @@ class GridFilm:
         periodic while a linear gap is neither periodic nor has equal first and last columns.
     """
 
-    field: GridField
+    gap: GridField
     sides: str = "wall"
     representation: str = "linear"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.field, GridField):
+        if not isinstance(self.gap, GridField):
             raise InvalidInput(
-                f"the gap is a {type(self.field).__name__}; make it a "
+                f"the gap is a {type(self.gap).__name__}; make it a "
                 "GridField(values, spacing, periodic)"
             )
         # Build the lattice now, so that bad input is refused here and not by a later step.
@@ -55,23 +55,23 @@ class GridFilm:
     @property
     def samples(self) -> np.ndarray:
         """Gap at all vertices (linear) or pixels (constant), (mx, my) [m]."""
-        return self.field.vertices() if self.representation == "linear" else self.field.values
+        return self.gap.vertices() if self.representation == "linear" else self.gap.values
 
     @property
     def size(self) -> tuple[float, float]:
         """Lengths (Lx, Ly) of the film [m]."""
         cells = [n - (self.representation == "linear") for n in self.samples.shape]
-        return cells[0] * self.field.spacing[0], cells[1] * self.field.spacing[1]
+        return cells[0] * self.gap.spacing[0], cells[1] * self.gap.spacing[1]
 
     @cached_property
     def highest(self) -> float:
         """Largest gap [m]."""
-        return float(self.field.values.max())
+        return float(self.gap.values.max())
 
     @cached_property
     def mean_gap(self) -> float:
         """Mean of the gap over all samples, contact included [m]."""
-        return float(self.field.values.mean())
+        return float(self.gap.values.mean())
 
     @cached_property
     def contact_area_fraction(self) -> float:
@@ -125,7 +125,7 @@ class GridFilm:
 
     def area_not_above(self, gap: float) -> float:
         """Part of the samples where the film is not higher than a gap [m]."""
-        values = self.field.values
+        values = self.gap.values
         return float(np.count_nonzero(values <= gap) / values.size)
 
     @cached_property

@@ -107,7 +107,7 @@ def lattice(film: "GridFilm") -> Lattice:
         If a choice is unknown, the gap is negative, or the sides are periodic while a linear gap
         is neither periodic nor has equal first and last columns.
     """
-    gap = film.field
+    gap = film.gap
     periodic_sides = choose(SIDES, film.sides, "sides")
     connectivity = choose(OPEN_CONNECTIVITY, film.representation, "representation")
     lowest = gap.values.min()

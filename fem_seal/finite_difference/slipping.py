@@ -50,7 +50,7 @@ def film_without_slip(
         weight = c(critical * pressure / slip.product)
         cubes = scale * gap**2 * c(gap * pressure / slip.product) / weight
         # Inlet and outlet of a periodic film have the same gap, but not the same pressure.
-        whole = replace(film, field=GridField(np.cbrt(cubes), film.field.spacing))
+        whole = replace(film, gap=GridField(np.cbrt(cubes), film.gap.spacing))
         part = node_pressure(whole, 1.0, links)
         before = pressure
         pressure = slip.pressure(start + (end - start) * np.nan_to_num(part), critical)

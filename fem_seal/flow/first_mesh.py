@@ -20,7 +20,7 @@ def require_area(film: GridFilm | MeshFilm) -> None:
         film.representation == "linear"
     ):
         raise InvalidInput(
-            f"a linear gap needs two samples along each axis, got shape {film.field.shape}; "
+            f"a linear gap needs two samples along each axis, got shape {film.gap.shape}; "
             "use representation = 'constant' for a single row"
         )
 
@@ -66,7 +66,7 @@ def _on_grid(
     squares = scaled.shape[0] - between, scaled.shape[1] - between
     width = 1 if coarsest is None else coarsest_width(squares, coarsest)
     gap_type = REPRESENTATIONS[film.representation]
-    gap = gap_type(GridField(scaled, film.field.spacing), cut, floor, width, ceiling, law)
+    gap = gap_type(GridField(scaled, film.gap.spacing), cut, floor, width, ceiling, law)
     return gap, uniform_mesh(gap.squares, width, film.sides == "periodic")
 
 
@@ -87,10 +87,10 @@ def _on_mesh(
 def length_unit(film: GridFilm | MeshFilm) -> float:
     """Length [m] in which the normalised problem is written."""
     if isinstance(film, GridFilm):
-        return max(film.field.spacing)
+        return max(film.gap.spacing)
     return float(np.ptp(film.mesh.xy, axis=0).max())
 
 
 def points_of(film: GridFilm | MeshFilm, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
     """Vertex coordinates (V, 2) [m] of a mesh that refines the first mesh of a film."""
-    return mesh.points(np.array(film.field.spacing)) if isinstance(film, GridFilm) else mesh.xy
+    return mesh.points(np.array(film.gap.spacing)) if isinstance(film, GridFilm) else mesh.xy

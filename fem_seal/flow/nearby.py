@@ -94,7 +94,7 @@ class MeshedFlow:
         for film in films[1:]:
             # The same set of pockets for all gaps, so that they stay on a straight line.
             scaled = np.where(self.film.carrying, film.samples / self.film.highest, 0.0)
-            others.append(problem.with_gap(gap.with_samples(GridField(scaled, film.field.spacing))))
+            others.append(problem.with_gap(gap.with_samples(GridField(scaled, film.gap.spacing))))
         return [problem, *others]
 
     def _bounds(

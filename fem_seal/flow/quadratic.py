@@ -84,7 +84,7 @@ def quadratic_upper(
     """
     if film.sealed:
         return LeakRate.sealed(METHOD)
-    gap, highest, tuning = film.field, film.highest, Tuning()
+    gap, highest, tuning = film.gap, film.highest, Tuning()
     scaled = GridField(gap.values / highest, gap.spacing, gap.periodic)
     narrowest = present(film.constriction, "constriction").gap / highest
     represented = REPRESENTATIONS[film.representation](

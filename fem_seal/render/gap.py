@@ -133,6 +133,6 @@ def gap_picture(
         If the window extends beyond the seal, or the path cannot be written.
     """
     if scale is None and film.highest > 0:
-        scale = gap_scale(film.field.values)
+        scale = gap_scale(film.gap.values)
     panel = gap_panel(film, scale, window=window)
     return write_page([[panel]], path, scale=scale[0] if scale else None, key=(CONTACT,))

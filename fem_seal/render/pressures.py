@@ -153,7 +153,7 @@ def lift_picture(
     InvalidInput
         If the path cannot be written.
     """
-    gaps = [film.field.values for film in (dry, lifted)]
+    gaps = [film.gap.values for film in (dry, lifted)]
     scale = gap_scale(*gaps) if any(gap.any() for gap in gaps) else None
     gap_panels = [
         gap_panel(film, scale, long_side=long_side, title=f"{name}: {_area(film)}")

@@ -314,8 +314,8 @@ def _grid_numbers(patch: Patch) -> dict[str, Any]:
     if not isinstance(film, GridFilm):
         return {}
     return {
-        "gap_is_periodic": film.field.periodic,
-        "gap_slope": slope_between_samples(film.field),
+        "gap_is_periodic": film.gap.periodic,
+        "gap_slope": slope_between_samples(film.gap),
     }
 
 

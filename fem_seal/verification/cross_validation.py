@@ -200,7 +200,7 @@ def on_film(
     """
     # The gap is the same on every grid, so that one adaptive run is enough.
     tasks = {
-        film.field.shape[0] * 2**times: [
+        film.gap.shape[0] * 2**times: [
             _task((film,), setting, times, name)
             for name in methods
             if times == 0 or name != "adaptive"
@@ -228,11 +228,11 @@ def _task(
     choose(METHODS, method, "method")
     what = sha256(repr((setting, times, method, __version__)).encode())
     for film in films:
-        gap = film.field
+        gap = film.gap
         read = film.sides, film.representation, gap.shape, gap.spacing, gap.periodic
         what.update(repr(read).encode())
         what.update(gap.values.tobytes())
-    squares = films[0].field.shape[0] * 2**times
+    squares = films[0].gap.shape[0] * 2**times
     return StudyTask(
         f"{method}-{squares}-{what.hexdigest()[:24]}",
         f"grid {squares}, {method}",

@@ -103,7 +103,7 @@ def _finite_differences(links: str, cascade: bool) -> Callable[..., Iterator[Ans
     name = f"FD {links}{', cascade' if cascade else ''}"
 
     def answers(film: GridFilm, setting: Setting) -> Iterator[Answer]:
-        samples = film.field.values.size
+        samples = film.gap.values.size
         if cascade and samples > CASCADE_UNKNOWNS:
             return
         start = process_time()

@@ -33,7 +33,7 @@ def refined(film: GridFilm, times: int = 1) -> GridFilm:
     -------
     GridFilm of the same size
     """
-    gap = film.field
+    gap = film.gap
     for _ in range(times):
         gap = _FINER[film.representation](gap)
-    return replace(film, field=gap)
+    return replace(film, gap=gap)

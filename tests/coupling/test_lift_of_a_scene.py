@@ -178,7 +178,7 @@ def test_a_total_error_of_the_lifted_leak_rate():
     patch, choice = solved(Scene.from_mapping(mapping))
     assert patch.leak_rate.value == choice.leak_rate.value
     assert patch.lifted is choice.lifted
-    assert patch.film.field is choice.lifted.contact.gap
+    assert patch.film.gap is choice.lifted.contact.gap
 
 
 def test_threshold_of_a_lifted_contact():

@@ -57,7 +57,7 @@ def test_refining_the_samples_changes_nothing(representation, shape, periodic):
 
 
 def test_refining_keeps_samples_size_and_contact():
-    fine = refined(FILM, 2).field
+    fine = refined(FILM, 2).gap
     assert fine.shape == (64, 64)
     assert fine.size == GAP.size
     assert np.array_equal(fine.values[::4, ::4], GAP.values)
@@ -177,7 +177,7 @@ def test_a_relaxation_that_fails_is_a_row_and_not_the_end(monkeypatch, tmp_path)
     real = methods.solve
 
     def failing(film, *, cascade, **options):
-        if cascade and film.field.shape[0] > 16:
+        if cascade and film.gap.shape[0] > 16:
             raise NotConverged("too few steps")
         return real(film, cascade=cascade, **options)
 
