@@ -226,7 +226,7 @@ def lifting_problem(
         way = scene_with_field.model_copy(update={"flow": rough, "limit": None})
         return solve_flow(way, film, silent)
 
-    def again(film: GridFilm) -> LeakRate:
+    def flow_on_kept_mesh(film: GridFilm) -> LeakRate:
         return pressure_on_kept(
             film,
             present(kept, "kept mesh"),
@@ -236,7 +236,7 @@ def lifting_problem(
             comm=parallel.communicator(comm),
         )
 
-    def carried(film: GridFilm, leak: LeakRate) -> np.ndarray:
+    def fluid_pressure(film: GridFilm, leak: LeakRate) -> np.ndarray:
         if leak.field is None:
             from fem_seal.finite_difference.node_pressure import node_pressure
             from fem_seal.finite_difference.slipping import film_without_slip
@@ -258,8 +258,8 @@ def lifting_problem(
         press=press,
         film=lambda gap: GridFilm(gap, flow.sides, flow.representation),
         flow=solve,
-        again=None if kept is None else again,
-        carried=carried,
+        flow_on_kept_mesh=None if kept is None else flow_on_kept_mesh,
+        fluid_pressure=fluid_pressure,
         inlet=inlet,
         outlet=outlet,
         load=contact.pressure,

@@ -14,7 +14,7 @@ INSIDE = -1e-9  # least barycentric coordinate of a sample that counts as inside
 
 
 def pressure_on_samples(
-    film: GridFilm, inlet: float, outlet: float, carried: np.ndarray | None
+    film: GridFilm, inlet: float, outlet: float, flowing: np.ndarray | None
 ) -> np.ndarray:
     """Fluid pressure on the samples of a film's grid.
 
@@ -27,7 +27,7 @@ def pressure_on_samples(
         The film.
     inlet, outlet : float
         Pressures of the two ends [Pa].
-    carried : (mx, my) float or None
+    flowing : (mx, my) float or None
         Pressure of the flow at the film's samples [Pa], NaN where it is not known; None if the
         film is sealed.
 
@@ -38,9 +38,9 @@ def pressure_on_samples(
     pressure = np.full(film.samples.shape, np.nan)
     pressure[film.joined_to("inlet")] = inlet
     pressure[film.joined_to("outlet")] = outlet
-    if carried is not None:
+    if flowing is not None:
         carrying = film.carrying
-        pressure[carrying] = carried[carrying]
+        pressure[carrying] = flowing[carrying]
     # The rows at the two ends are open to the fluid there, whatever touches beside them.
     pressure[0], pressure[-1] = inlet, outlet
     nx, ny = film.gap.shape

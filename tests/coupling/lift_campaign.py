@@ -24,10 +24,9 @@ from time import process_time, time
 import numpy as np
 from lifted_scenes import problem_of
 
-from fem_seal.coupling.fluid_pressure import pressure_on_samples
-from fem_seal.coupling.lifted import LiftedState, LiftProblem, lifted, lifted_from
+from fem_seal.coupling import LiftedState, LiftProblem, lifted
+from fem_seal.coupling.lifted import lifted_from
 from fem_seal.errors import NotConverged
-from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.steps import every_second
@@ -116,18 +115,13 @@ def drift(problem: LiftProblem, state: LiftedState) -> float:
     """Largest |Δ ln Q| on ten more passes, each going half of the way to the flow's pressure."""
     pressure, contact, far = state.fluid_pressure.values, state.contact, 0.0
     for number in range(MORE):
-        heights = problem.height.values - problem.displacement(pressure)
-        load = None if problem.load is None else problem.load - pressure.mean()
-        if load is not None and load <= 0:
+        if problem.load is not None and pressure.mean() >= problem.load:
             return inf
-        surface = GridField(heights, problem.height.spacing, periodic=True)
-        contact = problem.press(surface, load, contact)
+        contact = problem.contact_under(pressure, contact)
         film = problem.film(contact.gap)
         leak = problem.flow(film, RTOL, number == 0)
         far = max(far, apart(leak.value, state.leak_rate.value))
-        carried = None if leak.state == "sealed" else problem.carried(film, leak)
-        made = pressure_on_samples(film, problem.inlet, problem.outlet, carried)
-        pressure = (pressure + made) / 2
+        pressure = (pressure + problem.pressure_of_flow(film, leak)) / 2
     return far
 
 

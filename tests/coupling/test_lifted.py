@@ -7,8 +7,9 @@ import pytest
 from lifted_scenes import E_STAR, problem_of, scene, wave
 
 from fem_seal.contact import solve
-from fem_seal.coupling import lifted
-from fem_seal.coupling.lifted import _both, _Passes, lifted_from
+from fem_seal.coupling import PassTuning, lifted
+from fem_seal.coupling.lifted import _both, lifted_from
+from fem_seal.coupling.passes import Passes
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
@@ -149,7 +150,10 @@ def test_the_solid_keeps_a_tenth_of_its_load_in_each_pass():
         return problem.press(heights, pressure, *start)
 
     twice = replace(
-        problem, press=press, inlet=2 * load, carried=lambda film, leak: film.samples + 2 * load
+        problem,
+        press=press,
+        inlet=2 * load,
+        fluid_pressure=lambda film, leak: film.samples + 2 * load,
     )
     state = lifted_from(twice, 0.05, np.full(problem.height.shape, problem.outlet), None)
     assert state.state == "lifted off"
@@ -222,7 +226,7 @@ def test_a_gas_carries_more_than_a_liquid():
 
 def test_unsettled_passes_say_so():
     """With two passes nothing can have settled: the range that was seen, and no more."""
-    state = lifted(problem_of(scene()), 0.05, most_passes=2)
+    state = lifted(problem_of(scene()), 0.05, tuning=PassTuning(most_passes=2))
     assert not state.converged
     assert state.lowest <= state.leak_rate.value * 1.05
     assert "have not settled after 2 passes" in state.reason
@@ -234,8 +238,9 @@ def test_passes_on_one_mesh_settle_where_those_on_new_meshes_do():
     problem = problem_of(scene(rtol=0.02))
     start = np.zeros(problem.height.shape)
     kept = lifted_from(problem, 0.02, start)
-    fresh = replace(problem, again=None, flow=lambda *args: problem.flow(*args[:2], True))
-    new = lifted_from(fresh, 0.02, start)
+    anew = {"flow_on_kept_mesh": None, "flow": lambda *args: problem.flow(*args[:2], True)}
+    new_problem = replace(problem, **anew)
+    new = lifted_from(new_problem, 0.02, start)
     assert kept.converged
     assert new.converged
     assert max(kept.change, new.change) < 0.02 / 5
@@ -255,21 +260,21 @@ def test_a_last_flow_that_contradicts_the_passes_is_no_equilibrium():
         return leak
 
     start = np.zeros(problem.height.shape)
-    assert lifted_from(problem, 0.05, start, most_passes=15).converged
-    state = lifted_from(replace(problem, flow=flow), 0.05, start, most_passes=15)
+    tuning = PassTuning(most_passes=15)
+    assert lifted_from(problem, 0.05, start, tuning=tuning).converged
+    state = lifted_from(replace(problem, flow=flow), 0.05, start, tuning=tuning)
     assert not state.converged
     assert state.passes == 15
 
 
 def test_the_last_pass_begins_with_the_pressure_of_the_flow():
     """Whole and unmixed, so that neither small steps nor mixtures pass for an equilibrium."""
-    passes = _Passes(problem_of(scene()), 0.05, np.zeros((32, 32)), None)
-    for _ in range(20):
-        before = passes.response
-        this = passes.advance(silent)
-        if this.plain:
-            break
-    np.testing.assert_array_equal(this.pressure, before)
+    passes = Passes(problem_of(scene()), 0.05, np.zeros((32, 32)))
+    while not passes.plain and passes.count < 20:
+        passes.solve_flow(passes.solve_contact(), silent)
+        passes.go_on()
+    assert passes.plain
+    np.testing.assert_array_equal(passes.pressure, passes.response)
 
 
 def test_the_gap_is_that_of_both_pressures():
@@ -291,3 +296,19 @@ def test_starts_that_differ_have_not_settled():
     assert _both(state, state).converged
     far = replace(state, leak_rate=replace(state.leak_rate, value=1.2 * state.leak_rate.value))
     assert not _both(far, state).converged
+
+
+@pytest.mark.parametrize("load", [0.2e5, 1.5e5, 4e5])
+def test_one_leak_rate_is_kept_of_every_pass(load):
+    """Lifted off, leaking and sealed: the last passes leak what the state says, to its claim."""
+    state = Patch(scene(load)).lifted
+    assert len(state.rates) == state.passes
+    if state.state == "leaking":
+        assert np.ptp(np.log(state.rates[-3:])) == pytest.approx(state.change, rel=1e-9)
+        assert abs(np.log(state.rates[-1] / state.leak_rate.value)) <= state.rtol
+        assert state.rates[0] < state.rates[-1]  # the outlet's pressure everywhere lifts least
+    if state.state == "sealed":
+        assert state.rates[-1] == 0
+    both = _both(state, state)
+    assert both.rates == state.rates * 2
+    assert len(both.rates) == both.passes

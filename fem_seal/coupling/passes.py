@@ -1,0 +1,273 @@
+"""Passes through contact and flow, each from the fluid pressure that the last ones suggest.
+
+Passes share a mesh, since all that a pass needs is p_f. The first flow on a mesh is solved with its
+bounds, the next ones for the pressure alone, until ln Q changes by less than those bounds allow.
+Then a finer mesh follows, down to the tolerance of the result. The leak rates of two films on one
+mesh are compared much more exactly than their bounds are known.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+
+from fem_seal.contact.state import ContactState
+from fem_seal.coupling.anderson import Mixture
+from fem_seal.coupling.problem import LiftProblem, left_of
+from fem_seal.coupling.state import SETTLED, spread
+from fem_seal.film import GridFilm
+from fem_seal.leak_rate import LeakRate
+from fem_seal.progress import Report
+
+
+@dataclass(frozen=True)
+class PassTuning:
+    """What steers the passes, but not the state at which they settle.
+
+    Attributes
+    ----------
+    depth : int
+        Depth of Anderson's acceleration; four is no better.
+    most_passes : int
+        Passes after which a state that has not settled is returned.
+    passes_of_one_step : int
+        So many accelerated passes take the whole step, as many again half of it, and so on.
+    least_step : float
+        Least part of the step.
+    first_tolerance : float
+        Tolerance of the first mesh.
+    coarse_tolerance : float
+        The same on every second sample.
+    tolerance_after_coarse : float
+        The same where a start on every second sample went before.
+    coarse_change : float
+        The start on every second sample ends when ln Q changes by less than this.
+    coarse_passes : int
+        It ends after so many passes in any case.
+    mesh_left : float
+        A mesh is left when ln Q changes by less than this part of its tolerance.
+    next_mesh : float
+        Tolerance of the next mesh, as a part of that of the mesh before.
+    far : float
+        A mesh is no longer fit if ln Q has changed by this much since it was made.
+    passes_of_one_mesh : int
+        Nor is it fit after so many passes that have not settled.
+    cold : float
+        Above this change of ln Q the last contact is no good start for the next.
+    rough : float
+        While ln Q changes by more than this, contacts are solved to `roughest_contact`.
+    roughest_contact : float
+        Certificate of such contacts, with which ln Q errs by about 3 %.
+    rough_contact : float
+        Certificate of later contacts, as a part of rtol. Near closing, 1e-3 kept passes from
+        settling.
+    still : float
+        Where nothing leaks, ln Q tells nothing: passes have settled if they change p_f by less
+        than this part of the pressure drop (rms).
+    sealed_passes : int
+        They have settled as well if nothing has leaked in so many of them.
+    least_left : float
+        The solids separate if the fluid carries the whole load although the contact was solved
+        with less than this part of it on the solid.
+    left_per_pass : float
+        Least part of the solid's load in one pass that remains in the next.
+    """
+
+    depth: int = 2
+    most_passes: int = 40
+    passes_of_one_step: int = 12
+    least_step: float = 0.25
+    first_tolerance: float = 0.3
+    coarse_tolerance: float = 0.6
+    tolerance_after_coarse: float = 0.05
+    coarse_change: float = 0.1
+    coarse_passes: int = 8
+    mesh_left: float = 1 / 3
+    next_mesh: float = 1 / 6
+    far: float = 0.7
+    passes_of_one_mesh: int = 10
+    cold: float = 0.5
+    rough: float = 0.1
+    roughest_contact: float = 1e-2
+    rough_contact: float = 2e-4
+    still: float = 1e-3
+    sealed_passes: int = 15
+    least_left: float = 1e-3
+    left_per_pass: float = 0.1
+
+
+TUNING = PassTuning()
+
+
+@dataclass(eq=False)
+class Passes:
+    """A series of passes from a fluid pressure and a contact.
+
+    One pass is `solve_contact`, then `solve_flow`; `go_on` turns to the fluid pressure of the next.
+
+    Attributes
+    ----------
+    problem : LiftProblem
+    rtol : float
+        Tolerance of the flow of the result.
+    pressure : (nx, ny) float
+        p_f of the present pass [Pa].
+    contact : ContactState, array or None
+        Contact of the last pass, or one to start the first from.
+    known : bool
+        Whether it is the contact under `pressure`, which the first pass then need not solve.
+    tuning : PassTuning
+    next_tolerance : float
+        Tolerance of the next mesh.
+    count : int
+        Passes so far.
+    rates : list of float
+        Leak rates of all passes [m³/s].
+    mesh_rates : list of float
+        Leak rates on the present mesh; they are comparable with each other only.
+    change : float
+        Last change of ln Q from pass to pass on one mesh.
+    mesh_tolerance : float
+        Tolerance to which the present mesh was made; infinite without a mesh.
+    flow_of_mesh : LeakRate or None
+        The flow with which it was made.
+    plain : bool
+        Whether `pressure` is that of the flow of the pass before, whole and unmixed.
+    response : (nx, ny) float
+        p_f of the last flow [Pa]; empty before the first.
+    """
+
+    problem: LiftProblem
+    rtol: float
+    pressure: np.ndarray
+    contact: ContactState | np.ndarray | None = None
+    known: bool = False
+    tuning: PassTuning = TUNING
+    next_tolerance: float = field(init=False)
+    count: int = 0
+    rates: list[float] = field(default_factory=list)
+    mesh_rates: list[float] = field(default_factory=list)
+    change: float = inf
+    mesh_tolerance: float = inf
+    flow_of_mesh: LeakRate | None = None
+    plain: bool = False
+    response: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        self.next_tolerance = self.tuning.first_tolerance
+        self._mixture = Mixture(self.tuning.depth)
+
+    def solve_contact(self) -> ContactState:
+        """Contact under the present fluid pressure: the first half of a pass."""
+        self.count += 1
+        if not (self.known and self.count == 1 and isinstance(self.contact, ContactState)):
+            tuning = self.tuning
+            moved = spread(self.rates[-2:]) if self.count > 2 else inf
+            start = self.contact if self.count <= 2 or moved < tuning.cold else None
+            rough = moved >= tuning.rough
+            tolerance = tuning.roughest_contact if rough else tuning.rough_contact * self.rtol
+            self.contact = self.problem.contact_under(self.pressure, start, tolerance)
+        return self.contact
+
+    def solve_flow(self, contact: ContactState, report: Report) -> LeakRate:
+        """Flow through the gap of a contact: the second half of a pass."""
+        film = self.problem.film(contact.gap)
+        leak = self._flow(film)
+        self.response = self.problem.pressure_of_flow(film, leak)
+        self._mixture.add(self.pressure, self.response)
+        self.rates.append(self._rate)
+        report("lift", f"pass {self.count}, leak rate {self._rate:.3g} m^3/s")
+        if len(self.mesh_rates) > 1:
+            self.change = spread(self.mesh_rates[-2:])
+        if self.change < self.tuning.mesh_left * self.mesh_tolerance < inf:
+            self.next_tolerance = max(self.rtol, self.tuning.next_mesh * self.mesh_tolerance)
+        return leak
+
+    def _flow(self, film: GridFilm) -> LeakRate:
+        """Flow on the present mesh, or on a new one."""
+        problem, far, leak = self.problem, self.tuning.far, None
+        worn = len(self.mesh_rates) >= self.tuning.passes_of_one_mesh
+        fresh = worn or self.mesh_tolerance > self.next_tolerance
+        if film.sealed:
+            leak = problem.flow(film, self.next_tolerance, False)
+        elif problem.flow_on_kept_mesh is not None and not fresh and spread(self.rates[-2:]) < far:
+            leak = problem.flow_on_kept_mesh(film)
+            if spread([leak.inflow, *self.mesh_rates[:1]]) > far:
+                leak = None
+        if leak is None:
+            # Begin with the last mesh where a finer one of a similar film is wanted.
+            finer = fresh and self.next_tolerance < self.mesh_tolerance < inf
+            leak = problem.flow(film, self.next_tolerance, not finer)
+            if problem.flow_on_kept_mesh is None:
+                self.mesh_tolerance, self.flow_of_mesh = self.next_tolerance, leak
+            else:
+                self._begin_mesh(leak, self.next_tolerance)
+        self.mesh_rates.append(leak.inflow)
+        return leak
+
+    def _begin_mesh(self, leak: LeakRate, tolerance: float) -> None:
+        """Begin anew: rates and residuals of another mesh are not comparable."""
+        self.mesh_tolerance, self.flow_of_mesh, self.mesh_rates = tolerance, leak, []
+        self._mixture = Mixture(self.tuning.depth)
+
+    @property
+    def _rate(self) -> float:
+        """Leak rate of the last pass [m³/s], from the change since the mesh was made."""
+        made, last = self.flow_of_mesh, self.mesh_rates[-1]
+        return made.value * last / made.inflow if made and last else 0.0
+
+    def next_pressure(self) -> np.ndarray:
+        """p_f of the next pass [Pa]: that of the last flow near the end, else a mixture."""
+        problem, tuning, target = self.problem, self.tuning, self.response
+        if not self._nearly_settled:
+            step = max(0.5 ** (self.count // tuning.passes_of_one_step), tuning.least_step)
+            target = np.clip(self._mixture.step(step), problem.outlet, problem.inlet)
+        return problem.carriable(self.pressure, target, tuning.left_per_pass)
+
+    def go_on(self) -> None:
+        """Turn to the fluid pressure of the next pass."""
+        self.pressure, self.plain = self.next_pressure(), self._nearly_settled
+
+    def go_on_from(self, leak: LeakRate) -> None:
+        """Go on with the mesh of a flow to the tolerance of the result."""
+        self._begin_mesh(leak, inf if leak.state == "sealed" else self.rtol)
+
+    @property
+    def _nearly_settled(self) -> bool:
+        return self.change < SETTLED * self.rtol
+
+    @property
+    def settled(self) -> bool:
+        """Whether the leak rate has settled on the last mesh, in a pass that was plain."""
+        exact = self.mesh_tolerance <= self.rtol if self.mesh_rates[-1] > 0 else self.stays_sealed
+        still = len(self.mesh_rates) >= 3 and spread(self.last_rates) < SETTLED * self.rtol
+        return exact and still and self.plain and not self.fluid_carries_all
+
+    @property
+    def last_rates(self) -> Sequence[float]:
+        """Leak rates of the last three passes on the present mesh."""
+        return self.mesh_rates[-3:]
+
+    @property
+    def stays_sealed(self) -> bool:
+        """Whether p_f has settled in a film that does not leak."""
+        drop = self.problem.inlet - self.problem.outlet
+        change = float(np.sqrt(np.mean((self.response - self.pressure) ** 2)))
+        most = self.tuning.sealed_passes
+        last = self.rates[-most:]
+        return change < self.tuning.still * drop or (len(last) == most and max(last) == 0)
+
+    @property
+    def fluid_carries_all(self) -> bool:
+        """Whether the fluid pressure of the last flow carries the whole load."""
+        load = self.problem.load
+        return load is not None and left_of(load, self.response) <= 0
+
+    @property
+    def solids_separate(self) -> bool:
+        """Whether the fluid carries all of the load, and carried nearly all before."""
+        load = self.problem.load
+        if load is None or not self.fluid_carries_all:
+            return False
+        return left_of(load, self.pressure) < self.tuning.least_left * load

@@ -1,0 +1,102 @@
+"""The state that passes through contact and flow have come to, and how exact it claims to be."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, log
+
+from fem_seal.contact.state import ContactState
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+
+SETTLED = 1 / 5  # passes have settled if ln Q changes by less than this part of the flow's rtol
+
+
+@dataclass(frozen=True, eq=False)
+class LiftedState:
+    """Contact and flow in one equilibrium.
+
+    Attributes
+    ----------
+    state : "leaking", "sealed" or "lifted off"
+        Lifted off: the fluid carries the whole load, and no equilibrium keeps the solids together.
+    contact : ContactState or None
+        Its pressure is the excess p_c over the fluid's; None if lifted off.
+    fluid_pressure : GridField
+        p_f on the contact's samples [Pa], above ambient.
+    leak_rate : LeakRate or None
+        Through the contact's gap, to the tolerance of the result; None if lifted off.
+    passes : int
+        Contacts and flows solved.
+    change : float
+        Spread of ln Q over the last three passes or, if they have not settled, over the range.
+    converged : bool
+        Whether the passes have settled.
+    lowest, highest : float
+        Least and largest leak rate [m³/s]: of the last three passes if they have settled, else of
+        the second half of all, and from both starts where there were two.
+    rtol : float
+        Tolerance of the flow.
+    rates : tuple of float
+        Leak rates of all passes [m³/s], one per pass; those of both starts one after the other.
+    """
+
+    state: str
+    contact: ContactState | None
+    fluid_pressure: GridField
+    leak_rate: LeakRate | None
+    passes: int
+    change: float
+    converged: bool
+    lowest: float
+    highest: float
+    rtol: float = 0.0
+    rates: tuple[float, ...] = ()
+
+    @property
+    def claimed(self) -> float:
+        """Error of ln Q of a settled state, estimated.
+
+        It is what may change from pass to pass unnoticed, and half the width of the flow's bounds:
+        the pressure that lifts the solid is only as exact as the flow. Equilibria from different
+        meshes differed by about that half-width, and those of a flow without bounds, whose samples
+        open and close, by half of rtol.
+        """
+        leak = self.leak_rate
+        if leak is None or leak.state == "sealed":
+            half = 0.0
+        else:
+            half = (self.rtol if leak.lower is None else relative_part(leak)) / 2
+        return max(self.change, SETTLED * self.rtol) + half
+
+    @property
+    def fluid_load(self) -> float:
+        """Mean of p_f: the part of the load that the fluid carries [Pa]."""
+        return float(self.fluid_pressure.values.mean())
+
+    @property
+    def reason(self) -> str:
+        """Sentence that says why the state is not an equilibrium; empty if it has settled."""
+        if self.converged:
+            return ""
+        seen = self.lowest, self.highest
+        low, high = (f"{rate:.3g}" if rate else "0 (sealed)" for rate in seen)
+        return (
+            f"contact and flow have not settled after {self.passes} passes: the leak rate varies "
+            f"from {low} to {high} m^3/s"
+        )
+
+
+def relative_part(leak: LeakRate) -> float:
+    """Width ln(upper/lower) of a bracket; 0 without bounds or if sealed."""
+    if not leak.lower:
+        return 0.0
+    lower, upper = leak.refined_bounds
+    return log(upper / lower)
+
+
+def spread(rates: Sequence[float]) -> float:
+    """Spread of ln Q; 0 if all are sealed, infinite if only some are."""
+    low, high = min(rates, default=0.0), max(rates, default=0.0)
+    if low == high:
+        return 0.0
+    return log(high / low) if low > 0 else inf
