@@ -560,7 +560,8 @@ def test_reader_of_the_output_may_go(wedge, unbuffered):
         env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
     )
     running.stdout.close()
-    assert running.stderr.read() == ""
+    with running.stderr as stderr:
+        assert stderr.read() == ""
     assert running.wait() == 0
 
 

@@ -54,14 +54,15 @@ def test_pressure_alone_on_the_mesh_of_another_film(representation, slips):
     kept = KeptMesh()
     first = leak_rate(film, **FLUID, slip=slip, kept=kept, field=True)
     same = pressure_on_kept(film, kept, **FLUID, slip=slip)
-    # CG stops at a relative energy error of 1e-8.
-    assert same.inflow == pytest.approx(first.inflow, rel=1e-7)
-    np.testing.assert_allclose(same.field.pressure, first.field.pressure, atol=1e-3)
+    # CG begins with the pressure at which it stopped, and stops again: rounding.
+    assert same.inflow == pytest.approx(first.inflow, rel=1e-13, abs=0)
+    np.testing.assert_allclose(same.field.pressure, first.field.pressure, rtol=0, atol=1e-13)
     wider = pressure_on_kept(other, kept, **FLUID, slip=slip)
     exact = leak_rate(other, **FLUID, slip=slip, rtol=0.01)
     assert not wider.converged
     assert exact.refined_bounds[0] <= wider.refined_bounds[1]
-    # Both inflows err by at most the width of the bounds on the mesh, in the same direction.
+    # Each inflow is at most so much too high, both in the same direction.
+    excess = max(first.inflow / first.lower, wider.inflow / exact.lower) - 1
     ratio, true = wider.inflow / first.inflow, exact.value / first.value
-    assert ratio == pytest.approx(true, rel=0.1)
+    assert ratio == pytest.approx(true, rel=excess, abs=0)
     assert true > 1.1
