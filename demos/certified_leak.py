@@ -16,7 +16,7 @@
 # adaptive mesh, the pixel mesh refined uniformly, and finite differences with four link rules on
 # the same grids, which give a number without an error.
 #
-# Expected: half-width ~ unknowns⁻¹ once all channels are open (the energy of linear elements errs by
+# Expected: half-width ~ unknowns⁻¹ once all channels are open (energy of linear elements errs by
 # h², and adaptive meshes keep that order beside contact), and a number of CG iterations that does
 # not grow with the mesh: multigrid preconditions it, and each mesh starts from the last one.
 
