@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import re
 from collections.abc import Sequence
 from hashlib import sha256
@@ -222,7 +223,9 @@ def run_and_print(
     from fem_seal.results.result import Origin
 
     require_limit(options, scene)
-    origin = Origin(tuple(options.command_line), scene_text)
+    # result.json is UTF-8: bytes of other names become \xe9 and the like.
+    words = (os.fsencode(word).decode("utf-8", "backslashreplace") for word in options.command_line)
+    origin = Origin(tuple(words), scene_text)
     with Display(parallel.is_root()) as report:
         result = run(
             scene,
