@@ -135,7 +135,8 @@ def _patches(seal: SealLeak) -> Uncertainty:
             f"{sealed}; three that leak are needed to say how much others differ: about "
             f"{wanted} realizations (seal.patches)"
         )
-        return Uncertainty("patches", "not covered", sentence, caution=True)
+        # Open above: patches that were not drawn may leak any amount more.
+        return Uncertainty("patches", "not covered", sentence, 0.0, None, caution=True)
     scatter = stdev(logs)
     lower, upper = (end / seal.value for end in seal.interval)
     sentence = (

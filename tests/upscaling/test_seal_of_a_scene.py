@@ -466,8 +466,11 @@ def test_a_sealed_patch_does_not_make_a_sealed_seal():
 
 @pytest.mark.parametrize("patches", [1, 2])
 def test_too_few_leaking_patches_ask_for_three(patches):
-    _, names = entries(scene(seal={"patches": patches}))
-    assert names["patches"].lower is None
+    """Patches that were not drawn may leak any amount more: no limit counts as kept."""
+    asked = scene(seal={"patches": patches}, limit={"leak_rate": "1000 l/h"})
+    result, names = entries(asked)
+    assert (names["patches"].lower, names["patches"].upper) == (0.0, None)
+    assert result.verdict.decision == "undecided"
     assert "about 3 realizations" in names["patches"].sentence
 
 
