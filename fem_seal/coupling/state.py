@@ -33,7 +33,8 @@ class LiftedState:
         Whether the passes have settled.
     lowest, highest : float
         Least and largest leak rate [m³/s]: of the last three passes if they have settled, else of
-        the second half of all, and from both starts where there were two.
+        the second half of all, and from both starts where there were two. Of a sealed state that
+        has not settled: 0, and what leaks if the inlet's pressure reaches further.
     rtol : float
         Tolerance of the flow.
     rates : tuple of float
@@ -78,11 +79,11 @@ class LiftedState:
         """Sentence that says why the state is not an equilibrium; empty if it has settled."""
         if self.converged:
             return ""
-        seen = self.lowest, self.highest
-        low, high = (f"{rate:.3g}" if rate else "0 (sealed)" for rate in seen)
+        low = f"{self.lowest:.3g}" if self.lowest else "0 (sealed)"
+        high = f"{self.highest:.3g} m^3/s" if self.highest < inf else "that of a film lifted off"
         return (
             f"contact and flow have not settled after {self.passes} passes: the leak rate varies "
-            f"from {low} to {high} m^3/s"
+            f"from {low} to {high}"
         )
 
 
