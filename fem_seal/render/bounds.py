@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.files import atomic_write
 from fem_seal.leak_rate import Level
-from fem_seal.render.page import DPI, FONT_POINTS, FORMATS
+from fem_seal.render.plot import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,18 +44,9 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
     InvalidInput
         If no level has a positive upper bound, or the path cannot be written.
     """
-    path = Path(path)
-    if path.suffix not in FORMATS:
-        raise InvalidInput(f"cannot write {path.name!r}: pictures end in {', '.join(FORMATS)}")
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context({"font.size": FONT_POINTS, "svg.fonttype": "path"}):
-        figure = Figure(figsize=(7.5, 3.4), dpi=DPI, facecolor="white", layout="constrained")
+    with new_figure((7.5, 3.4), path) as figure:
         draw_bounds(figure, levels)
-        with atomic_write(path, durable=False) as staged:
-            figure.savefig(staged, dpi=DPI)
-    return path
+    return Path(path)
 
 
 def draw_bounds(figure: "Figure", levels: Sequence[Level], count: int | None = None) -> None:

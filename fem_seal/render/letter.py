@@ -1,25 +1,24 @@
 """Figures of the 2012 letter from the data of `fem_seal.letter`, as PNG and PDF."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.files import atomic_write
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.letter.pictures import FlowPicture
 from fem_seal.letter.rows import CurrentRow, ErrorRow, PerssonRow
 from fem_seal.render.contact import CONTACT_KEY, contact_panel
 from fem_seal.render.flow import CONTACT, FLOW_COLOURS, NO_FLOW, flow_panel
-from fem_seal.render.page import DPI, FONT_POINTS, write_page
+from fem_seal.render.page import write_page
+from fem_seal.render.plot import new_figure
 from fem_seal.render.window import Scale, Window
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 FORMATS = ("png", "pdf")
 PANEL_SIDE = 700  # pixels of the longer side of each panel
@@ -58,7 +57,7 @@ def contact_figure(
         contact_panel(GridFilm(gap, "periodic"), window=_part(gap), long_side=panel_side)
         for gap in contacts.values()
     ]
-    return _pages(folder, "fig1", lambda path: write_page([whole, parts], path, key=CONTACT_KEY))
+    return [write_page([whole, parts], p, key=CONTACT_KEY) for p in _paths(folder, "fig1")]
 
 
 def flow_figure(
@@ -89,9 +88,9 @@ def flow_figure(
         whole.append(flow_panel(field, film, scale, title=title, long_side=panel_side))
         parts.append(flow_panel(field, film, scale, window=part, long_side=panel_side))
     key = (CONTACT, NO_FLOW)
-    return _pages(
-        folder, "fig2", lambda path: write_page([whole, parts], path, scale=scale, key=key)
-    )
+    return [
+        write_page([whole, parts], path, scale=scale, key=key) for path in _paths(folder, "fig2")
+    ]
 
 
 def _title(model: str, gap: GridField) -> str:
@@ -105,9 +104,9 @@ def _part(gap: GridField) -> Window:
     return Window(low * Lx, high * Lx, low * Ly, high * Ly)
 
 
-def _pages(folder: Path, name: str, write: Callable[[Path], Path]) -> list[Path]:
-    """Write a page in every format; return the files."""
-    return [write(folder / f"{name}.{suffix}") for suffix in FORMATS]
+def _paths(folder: Path, name: str) -> list[Path]:
+    """Paths of a figure in every format."""
+    return [folder / f"{name}.{suffix}" for suffix in FORMATS]
 
 
 def current_figure(
@@ -128,8 +127,8 @@ def current_figure(
     -------
     list of Path, the files
     """
-
-    def draw(figure: "Figure") -> None:
+    paths = _paths(folder, "fig3")
+    with new_figure((9.6, 4.6), *paths) as figure:
         counted, corrected = figure.subplots(1, 2, sharey=True)
         for model, colour in (("bearing", BEARING), ("elastic", ELASTIC)):
             rows = [row for row in currents if row.model == model]
@@ -137,8 +136,7 @@ def current_figure(
             medium = "bruggeman" if model == "bearing" else "modified_measured"
             _lines(counted, rows, medium, colour)
         elastic = [row for row in currents if row.model == "elastic" and row.value > 0]
-        for seed, marker in zip(sorted({row.seed for row in elastic}), MARKERS * 9, strict=False):
-            rows = [row for row in elastic if row.seed == seed]
+        for marker, rows in _of_seeds(elastic):
             corrected.plot(
                 [row.area_corrected for row in rows],
                 [row.value for row in rows],
@@ -146,7 +144,9 @@ def current_figure(
                 color=ELASTIC,
                 markersize=5,
                 markerfacecolor="white",
-                label=None if seed > elastic[0].seed else "elastic, certified finite elements",
+                label=None
+                if rows[0].seed > elastic[0].seed
+                else "elastic, certified finite elements",
             )
         for (law, name), style in zip(LAWS.items(), ("-.", "-"), strict=True):
             for seed in sorted({row.seed for row in persson}):
@@ -170,16 +170,21 @@ def current_figure(
         corrected.set(xlabel="contact area A/A0, corrected for the perimeter", xlim=(0, 0.55))
         for axes in (counted, corrected):
             axes.legend(frameon=False, fontsize=7, loc="lower left")
+    return paths
 
-    return _plots(folder, "fig3", (9.6, 4.6), draw)
+
+def _of_seeds(rows: Sequence[CurrentRow]) -> Iterator[tuple[str, list[CurrentRow]]]:
+    """Marker and rows of each seed, in the order of the seeds."""
+    for seed, marker in zip(sorted({row.seed for row in rows}), MARKERS * 9, strict=False):
+        yield marker, [row for row in rows if row.seed == seed]
 
 
 def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -> None:
     """Draw brackets as error bars, finite differences as crosses with the band of their links."""
     label, fd_label = f"{model}, certified finite elements", f"{model}, finite differences"
     first = True
-    for seed, marker in zip(sorted({row.seed for row in rows}), MARKERS * 9, strict=False):
-        points = [row for row in rows if row.seed == seed and row.value > 0]
+    for marker, of_seed in _of_seeds(rows):
+        points = [row for row in of_seed if row.value > 0]
         area = [row.area for row in points]
         value = np.array([row.value for row in points])
         bars = value - [row.lower for row in points], [row.upper for row in points] - value
@@ -244,8 +249,8 @@ def error_figure(errors: Sequence[ErrorRow], folder: Path) -> list[Path]:
     -------
     list of Path, the files
     """
-
-    def draw(figure: "Figure") -> None:
+    paths = _paths(folder, "errors")
+    with new_figure((5.2, 3.8), *paths) as figure:
         axes = figure.subplots()
         area = [row.area for row in errors]
         finest = errors[0].finest_factor
@@ -261,23 +266,4 @@ def error_figure(errors: Sequence[ErrorRow], folder: Path) -> list[Path]:
             axes.semilogy([row.area for row in refined], changes, "^:", color=BEARING)
         axes.legend(names, frameon=False)
         axes.set(xlabel="relative contact area A/A0", ylabel="relative error of the leak rate")
-
-    return _plots(folder, "errors", (5.2, 3.8), draw)
-
-
-def _plots(
-    folder: Path, name: str, size: tuple[float, float], draw: Callable[["Figure"], None]
-) -> list[Path]:
-    """Write a figure of a size [inch] in every format; return the files."""
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    paths = []
-    with matplotlib.rc_context({"font.size": FONT_POINTS, "pdf.fonttype": 42}):
-        figure = Figure(figsize=size, dpi=DPI, facecolor="white", layout="constrained")
-        draw(figure)
-        for suffix in FORMATS:
-            paths.append(folder / f"{name}.{suffix}")
-            with atomic_write(paths[-1], durable=False) as staged:
-                figure.savefig(staged, dpi=DPI)
     return paths

@@ -184,11 +184,9 @@ def draw(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) ->
         plotter.enable_parallel_projection()
         plotter.camera.parallel_scale = height / 2
         plotter.reset_camera_clipping_range()
-        fine = plotter.screenshot(return_img=True)
+        return _pixels_of(plotter, width, height)
     finally:
         plotter.close()
-    samples = fine.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3)
-    return np.rint(samples.mean(axis=(1, 3))).astype(np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,11 +260,16 @@ def draw_relief(relief: Relief, long_side: int = LONG_SIDE) -> np.ndarray:
         plotter.enable_parallel_projection()
         plotter.reset_camera()
         plotter.camera.zoom(0.9)  # room for lines and pin
-        fine = plotter.screenshot(return_img=True)
+        return _without_margins(_pixels_of(plotter, long_side, long_side))
     finally:
         plotter.close()
-    samples = fine.reshape(long_side, SUPERSAMPLING, long_side, SUPERSAMPLING, 3)
-    return _without_margins(np.rint(samples.mean(axis=(1, 3))).astype(np.uint8))
+
+
+def _pixels_of(plotter: "pyvista.Plotter", width: int, height: int) -> np.ndarray:
+    """Pixels (height, width, 3) uint8 of a drawing that is SUPERSAMPLING times as large."""
+    samples = np.asarray(plotter.screenshot(return_img=True))
+    samples = samples.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3)
+    return np.rint(samples.mean(axis=(1, 3))).astype(np.uint8)
 
 
 def _without_margins(pixels: np.ndarray, margin: int = 20) -> np.ndarray:
@@ -296,12 +299,14 @@ class _Map:
         return np.column_stack([x, y, np.full(len(points), float(self.depth))])
 
 
+def _surface(vista: ModuleType, layer: Layer, to_pixels: _Map) -> "pyvista.PolyData":
+    return vista.PolyData.from_regular_faces(to_pixels(layer.points), np.asarray(layer.cells))
+
+
 def _draw_triangles(
     vista: ModuleType, plotter: "pyvista.Plotter", triangles: Triangles, to_pixels: _Map
 ) -> None:
-    surface = vista.PolyData.from_regular_faces(
-        to_pixels(triangles.points), np.asarray(triangles.cells)
-    )
+    surface = _surface(vista, triangles, to_pixels)
     scale = triangles.scale
     plotter.add_mesh(
         surface,
@@ -318,7 +323,7 @@ def _draw_triangles(
 def _draw_isolines(
     vista: ModuleType, plotter: "pyvista.Plotter", lines: Isolines, to_pixels: _Map
 ) -> None:
-    surface = vista.PolyData.from_regular_faces(to_pixels(lines.points), np.asarray(lines.cells))
+    surface = _surface(vista, lines, to_pixels)
     surface.point_data["value"] = np.asarray(lines.values, dtype=float)
     drawn = surface.contour(list(lines.levels), scalars="value")
     if drawn.n_points:
@@ -332,7 +337,7 @@ def _draw_isolines(
 
 
 def _draw_mesh(vista: ModuleType, plotter: "pyvista.Plotter", mesh: Mesh, to_pixels: _Map) -> None:
-    surface = vista.PolyData.from_regular_faces(to_pixels(mesh.points), np.asarray(mesh.cells))
+    surface = _surface(vista, mesh, to_pixels)
     plotter.add_mesh(
         surface,
         style="wireframe" if mesh.line else "surface",

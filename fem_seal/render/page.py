@@ -140,6 +140,14 @@ def panel_of(
     return Panel(pixels, window, title, scale=scale, ends=ends, constriction=place)
 
 
+def picture_path(path: str | Path) -> Path:
+    """Path of a picture; InvalidInput if its suffix is not in FORMATS."""
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise InvalidInput(f"cannot write {path.name!r}: pictures end in {', '.join(FORMATS)}")
+    return path
+
+
 def write_page(
     rows: Sequence[Sequence[Panel]],
     path: str | Path,
@@ -165,9 +173,7 @@ def write_page(
     InvalidInput
         For a suffix other than .png, .pdf, .svg, or a folder that cannot be written to.
     """
-    path = Path(path)
-    if path.suffix not in FORMATS:
-        raise InvalidInput(f"cannot write {path.name!r}: pictures end in {', '.join(FORMATS)}")
+    path = picture_path(path)
     import matplotlib
     from matplotlib.figure import Figure
 

@@ -8,23 +8,16 @@ from typing import TYPE_CHECKING
 from fem_seal.errors import printable
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.letter.saddle import EXPONENT, SaddlePoint, local_exponents
+from fem_seal.render.plot import new_figure
 from fem_seal.verification.cross_validation import EXACT, Reference, Row
 from fem_seal.verification.trade import Point, Trade
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-DPI = 150
 INSIDE = "0.88"
 COLOURS = {"FE": "#b2452b", "P2": "#6b8e23", "adaptive": "#2654a4"}
 MARKERS = {"finite-difference": "s", "uniform": "^", "adaptive": "o"}
-
-
-def _figure(width: float, height: float) -> "Figure":
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(width, height), dpi=DPI, facecolor="white", layout="constrained")
 
 
 def cross_validation_figure(
@@ -49,34 +42,44 @@ def cross_validation_figure(
     """
     from matplotlib.ticker import ScalarFormatter
 
-    figure = _figure(11, 4.6)
-    rates, errors = figure.subplots(1, 2)
-    truth = rows[0].value / (1 + rows[0].error)
-    for number, name in enumerate(dict.fromkeys(row.method for row in rows)):
-        series = [row for row in rows if row.method == name]
-        style = _style(name, number)
-        rates.plot([row.squares for row in series], [row.value / truth for row in series], **style)
-        shown = [row for row in series if abs(row.error) > EXACT]
-        if shown:
-            x, y = [row.unknowns for row in shown], [abs(row.error) for row in shown]
-            errors.plot(x, y, **style)
-    floor = 0.0
-    if reference is not None:
-        floor = relative_half_width(reference.lower, reference.upper)
-        rates.axhspan(reference.lower / truth, reference.upper / truth, color=INSIDE, zorder=0)
-        errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
-    rates.axhline(1, color="0.4", lw=0.8)
-    rates.set_xscale("log", base=2)
-    rates.xaxis.set_major_formatter(ScalarFormatter())
-    rates.set(xlabel="squares along the flow", ylabel="leak rate / reference", title=_plain(title))
-    caption = "certified bracket shaded" if floor else "true error"
-    errors.set(
-        xscale="log", yscale="log", xlabel="unknowns", ylabel="|error| / reference", title=caption
-    )
-    figure.legend(
-        *rates.get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=8
-    )
-    figure.savefig(path)
+    with new_figure((11, 4.6), path) as figure:
+        rates, errors = figure.subplots(1, 2)
+        truth = rows[0].value / (1 + rows[0].error)
+        for number, name in enumerate(dict.fromkeys(row.method for row in rows)):
+            series = [row for row in rows if row.method == name]
+            style = _style(name, number)
+            rates.plot(
+                [row.squares for row in series], [row.value / truth for row in series], **style
+            )
+            shown = [row for row in series if abs(row.error) > EXACT]
+            if shown:
+                x, y = [row.unknowns for row in shown], [abs(row.error) for row in shown]
+                errors.plot(x, y, **style)
+        floor = 0.0
+        if reference is not None:
+            floor = relative_half_width(reference.lower, reference.upper)
+            rates.axhspan(reference.lower / truth, reference.upper / truth, color=INSIDE, zorder=0)
+            errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
+        rates.axhline(1, color="0.4", lw=0.8)
+        rates.set_xscale("log", base=2)
+        rates.xaxis.set_major_formatter(ScalarFormatter())
+        rates.set(
+            xlabel="squares along the flow", ylabel="leak rate / reference", title=_plain(title)
+        )
+        caption = "certified bracket shaded" if floor else "true error"
+        errors.set(
+            xscale="log",
+            yscale="log",
+            xlabel="unknowns",
+            ylabel="|error| / reference",
+            title=caption,
+        )
+        figure.legend(
+            *rates.get_legend_handles_labels(),
+            loc="outside right center",
+            frameon=False,
+            fontsize=8,
+        )
     return path
 
 
@@ -115,29 +118,28 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
     """
     from matplotlib.ticker import LogFormatterSciNotation
 
-    figure = _figure(11, 4.6)
-    time, memory = figure.subplots(1, 2, sharey=True)
-    for certified, dash in ((True, "-"), (False, "--")):
-        front = result.front(certified)
-        seconds, errors = [p.seconds for p in front], [p.total_error for p in front]
-        time.plot(seconds, errors, dash, color="0.75", lw=4)
-    grids = list(dict.fromkeys(point.samples for point in result.points))
-    shades = dict(zip(grids, _shades(len(grids)), strict=True))
-    for point in result.points:
-        colour = shades[point.samples]
-        style = {"marker": MARKERS[point.flow.method], "color": colour, "ls": "", "ms": 6}
-        time.plot(point.seconds, point.total_error, **style)
-        memory.plot(point.memory_bytes / 1e6, point.total_error, **style)
-    for samples in grids:
-        part = next(p.contact_error for p in result.points if p.samples == samples)
-        for axes in (time, memory):
-            axes.axhline(part, color=shades[samples], ls=":", lw=1)
-    time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
-    time.set_title(f"{_plain(title)}: Pareto fronts, dashed without bounds")
-    time.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 0.8)))
-    memory.set(xlabel="resident memory [MB]", title="dotted: the contact grid's part")
-    _keys(memory, shades, result.points)
-    figure.savefig(path)
+    with new_figure((11, 4.6), path) as figure:
+        time, memory = figure.subplots(1, 2, sharey=True)
+        for certified, dash in ((True, "-"), (False, "--")):
+            front = result.front(certified)
+            seconds, errors = [p.seconds for p in front], [p.total_error for p in front]
+            time.plot(seconds, errors, dash, color="0.75", lw=4)
+        grids = list(dict.fromkeys(point.samples for point in result.points))
+        shades = dict(zip(grids, _shades(len(grids)), strict=True))
+        for point in result.points:
+            colour = shades[point.samples]
+            style = {"marker": MARKERS[point.flow.method], "color": colour, "ls": "", "ms": 6}
+            time.plot(point.seconds, point.total_error, **style)
+            memory.plot(point.memory_bytes / 1e6, point.total_error, **style)
+        for samples in grids:
+            part = next(p.contact_error for p in result.points if p.samples == samples)
+            for axes in (time, memory):
+                axes.axhline(part, color=shades[samples], ls=":", lw=1)
+        time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
+        time.set_title(f"{_plain(title)}: Pareto fronts, dashed without bounds")
+        time.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 0.8)))
+        memory.set(xlabel="resident memory [MB]", title="dotted: the contact grid's part")
+        _keys(memory, shades, result.points)
     return path
 
 
@@ -150,9 +152,7 @@ def _shades(number: int) -> list[str]:
     return [to_hex(plasma(0.85 * (1 - k / max(number - 1, 1)))) for k in range(number)]
 
 
-def _keys(
-    axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Point]
-) -> None:
+def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Point]) -> None:
     """Name colours (contact grids) and markers (flow methods) beside the axes."""
     from matplotlib.lines import Line2D
 
@@ -181,28 +181,27 @@ def saddle_figure(series: Sequence[Sequence[SaddlePoint]], path: Path) -> Path:
     -------
     Path of the file.
     """
-    figure = _figure(10, 4.4)
-    rates, slopes = figure.subplots(1, 2)
-    for points, marker in zip(series, cycle("osD^v")):
-        label = f"{points[0].samples} samples a period"
-        distance = [point.distance for point in points]
-        style = {"marker": marker, "ms": 4, "lw": 1}
-        rates.plot(distance, [point.leak_rate for point in points], label=label, **style)
-        local = local_exponents(points)
-        centre, value = [e.distance for e in local], [e.value for e in local]
-        slopes.errorbar(centre, value, [e.error for e in local], capsize=2, **style)
-    last = series[-1][-1]
-    law = [last.leak_rate * (x / last.distance) ** EXPONENT for x in distance]
-    rates.plot(distance, law, "k--", lw=1, label="$(p_c - p)^{69/20}$")
-    slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
-    rates.set(xscale="log", yscale="log", ylabel="leak rate [H³ Δp/(12 η)]")
-    slopes.set(
-        xscale="log",
-        ylabel="$d\\,\\ln Q\\,/\\,d\\,\\ln(p_c - p)$",
-        title="local exponent (dashed: 69/20)",
-    )
-    for axes in (rates, slopes):
-        axes.set_xlabel("distance in load, $(p_c - p)\\,/\\,p_c$")
-    rates.legend(frameon=False, fontsize=8)
-    figure.savefig(path)
+    with new_figure((10, 4.4), path) as figure:
+        rates, slopes = figure.subplots(1, 2)
+        for points, marker in zip(series, cycle("osD^v")):
+            label = f"{points[0].samples} samples a period"
+            distance = [point.distance for point in points]
+            style = {"marker": marker, "ms": 4, "lw": 1}
+            rates.plot(distance, [point.leak_rate for point in points], label=label, **style)
+            local = local_exponents(points)
+            centre, value = [e.distance for e in local], [e.value for e in local]
+            slopes.errorbar(centre, value, [e.error for e in local], capsize=2, **style)
+        last = series[-1][-1]
+        law = [last.leak_rate * (x / last.distance) ** EXPONENT for x in distance]
+        rates.plot(distance, law, "k--", lw=1, label="$(p_c - p)^{69/20}$")
+        slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
+        rates.set(xscale="log", yscale="log", ylabel="leak rate [H³ Δp/(12 η)]")
+        slopes.set(
+            xscale="log",
+            ylabel="$d\\,\\ln Q\\,/\\,d\\,\\ln(p_c - p)$",
+            title="local exponent (dashed: 69/20)",
+        )
+        for axes in (rates, slopes):
+            axes.set_xlabel("distance in load, $(p_c - p)\\,/\\,p_c$")
+        rates.legend(frameon=False, fontsize=8)
     return path

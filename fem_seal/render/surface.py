@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.digits import readable, with_error
-from fem_seal.files import atomic_write
 from fem_seal.grid import GridField
-from fem_seal.render.page import DPI, FONT_POINTS
+from fem_seal.render.plot import new_figure
 from fem_seal.surface import SpectrumFit
 
 if TYPE_CHECKING:
@@ -30,19 +29,12 @@ def surface_figure(field: GridField, fit: SpectrumFit | None, path: str | Path) 
     path : str or Path
         The file; its suffix chooses the format.
     """
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context({"font.size": FONT_POINTS, "pdf.fonttype": 42}):
-        panels = 1 if fit is None else 2
-        size = (5.0 * panels, 3.9)
-        figure = Figure(figsize=size, dpi=DPI, facecolor="white", layout="constrained")
+    panels = 1 if fit is None else 2
+    with new_figure((5.0 * panels, 3.9), path) as figure:
         all_axes = np.ravel(figure.subplots(1, panels))
         draw_heights(figure, all_axes[0], field)
         if fit is not None:
             draw_spectrum(all_axes[1], fit)
-        with atomic_write(path, durable=False) as staged:
-            figure.savefig(staged, dpi=DPI)
 
 
 def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.files import atomic_write
-from fem_seal.render.page import DPI, FONT_POINTS
+from fem_seal.render.page import FONT_POINTS
+from fem_seal.render.plot import new_figure
 from fem_seal.sweep.point import Point
 from fem_seal.sweep.summary import SEEDS, Group, groups
 
@@ -44,8 +44,6 @@ def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) ->
     InvalidInput
         If no point leaks, or there are too many curves.
     """
-    from matplotlib.figure import Figure
-
     others = tuple(key for key in keys if key not in SEEDS)
     curves: dict[tuple[str, ...], list[tuple[str, Group]]] = {}
     if others:
@@ -62,32 +60,30 @@ def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) ->
         )
     along = others[0] if others else keys[0]
     places, unit = _places([value for curve in curves.values() for value, _ in curve])
-    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
-    axes = figure.add_subplot()
-    for number, (values, curve) in enumerate(curves.items()):
-        label = ", ".join(map("{} = {}".format, others[1:], values))
-        _draw(axes, [(places[value], group) for value, group in curve], f"C{number}", label)
-    if (
-        unit is not None
-        and min(places.values()) > 0
-        and max(places.values()) > DECADE * min(places.values())
-    ):
-        axes.set_xscale("log")
-    if unit is None or len(places) <= MOST_TICKS:
-        numbers = [f"{place:g}" for place in places.values()]
-        axes.set_xticks(list(places.values()), list(places) if unit is None else numbers)
-        axes.minorticks_off()
-    low, high = axes.dataLim.intervaly
-    if low > 0 and high > DECADE * low:
-        axes.set_yscale("log")
-    axes.tick_params(labelsize=FONT_POINTS - 1)
-    axes.set_xlabel(f"{along} [{unit}]" if unit else along, fontsize=FONT_POINTS)
-    axes.set_ylabel("leak rate [m³/s]", fontsize=FONT_POINTS)
-    if axes.get_legend_handles_labels()[1] and any(others) and len(keys) > 1:
-        axes.legend(fontsize=FONT_POINTS - 2, frameon=False)
     path = folder / PICTURE_FILE
-    with atomic_write(path) as staged:
-        figure.savefig(staged, dpi=DPI, format="png")
+    with new_figure((6.4, 4.4), path) as figure:
+        axes = figure.add_subplot()
+        for number, (values, curve) in enumerate(curves.items()):
+            label = ", ".join(map("{} = {}".format, others[1:], values))
+            _draw(axes, [(places[value], group) for value, group in curve], f"C{number}", label)
+        if (
+            unit is not None
+            and min(places.values()) > 0
+            and max(places.values()) > DECADE * min(places.values())
+        ):
+            axes.set_xscale("log")
+        if unit is None or len(places) <= MOST_TICKS:
+            numbers = [f"{place:g}" for place in places.values()]
+            axes.set_xticks(list(places.values()), list(places) if unit is None else numbers)
+            axes.minorticks_off()
+        low, high = axes.dataLim.intervaly
+        if low > 0 and high > DECADE * low:
+            axes.set_yscale("log")
+        axes.tick_params(labelsize=FONT_POINTS - 1)
+        axes.set_xlabel(f"{along} [{unit}]" if unit else along, fontsize=FONT_POINTS)
+        axes.set_ylabel("leak rate [m³/s]", fontsize=FONT_POINTS)
+        if axes.get_legend_handles_labels()[1] and any(others) and len(keys) > 1:
+            axes.legend(fontsize=FONT_POINTS - 2, frameon=False)
     return path
 
 

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.files import atomic_write
 from fem_seal.letter.seed_thresholds import REFERENCE
 from fem_seal.letter.threshold_rows import ThresholdRow
-from fem_seal.render.page import DPI, FONT_POINTS
+from fem_seal.render.plot import new_figure
 from fem_seal.theory.bruggeman import ELASTIC_THRESHOLD
 
 if TYPE_CHECKING:
@@ -83,18 +82,9 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
     -------
     list of Path, the files
     """
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    shown = [r for r in rows if (r.pair, r.edges) == (REFERENCE, rows[0].edges)]
-    paths = []
-    with matplotlib.rc_context({"font.size": FONT_POINTS, "pdf.fonttype": 42}):
-        figure = Figure(figsize=(6.6, 4.4), dpi=DPI, facecolor="white", layout="constrained")
-        _draw(figure, shown)
-        for suffix in FORMATS:
-            paths.append(folder / f"thresholds.{suffix}")
-            with atomic_write(paths[-1], durable=False) as staged:
-                figure.savefig(staged, dpi=DPI)
+    paths = [folder / f"thresholds.{suffix}" for suffix in FORMATS]
+    with new_figure((6.6, 4.4), *paths) as figure:
+        _draw(figure, [r for r in rows if (r.pair, r.edges) == (REFERENCE, rows[0].edges)])
     return paths
 
 

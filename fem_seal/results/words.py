@@ -1,5 +1,9 @@
 """Verdict, units and quantities of a result in words, for the terminal and for the report."""
 
+from collections.abc import Callable
+from operator import attrgetter
+from typing import TypeVar
+
 from fem_seal.digits import (
     bracket_digits,
     in_digits,
@@ -21,6 +25,8 @@ from fem_seal.results.preparation import preparation_words
 from fem_seal.results.rates import GasRecord, RateRecord
 from fem_seal.results.result import AccuracyRecord, Result
 from fem_seal.results.seal import seal_words
+
+Part = TypeVar("Part")
 
 WALLS = (
     "walls, though the gap is periodic, and walls make it leak less; --sides periodic (flow.sides "
@@ -117,34 +123,37 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
     ----------
     result : of a run
     """
-    lines: list[tuple[str, str]] = []
-    if result.preparation:
-        lines.append(("surface", preparation_words(result.preparation)))
-    if result.seal:
-        lines.append(("seal", seal_words(result.seal)))
-    if result.leak_rate_shown:
-        lines.append(("in units", rate_words(result.leak_rate_shown)))
-    if result.lift:
-        lines.append(("lift", lift_words(result.lift)))
-    if result.gas:
-        lines.append(("gas", gas_words(result.gas)))
-    if result.provenance.scene.get("limit") and result.verdict is not None:
-        lines.append(("verdict", result.verdict.sentence))
-    lines.extend(("caution", caution) for caution in result.cautions)
+    scene_has_limit = bool(result.provenance.scene.get("limit"))
+    lines = [
+        *_line("surface", preparation_words, result.preparation or None),
+        *_line("seal", seal_words, result.seal),
+        *_line("in units", rate_words, result.leak_rate_shown),
+        *_line("lift", lift_words, result.lift),
+        *_line("gas", gas_words, result.gas),
+        *_line("verdict", attrgetter("sentence"), result.verdict if scene_has_limit else None),
+        *(("caution", caution) for caution in result.cautions),
+    ]
     quantities = result.quantities
     if quantities is None:
         return lines
-    if quantities.constriction:
-        lines.append(("tightest", constriction_words(quantities.constriction)))
-    if quantities.threshold:
-        lines.append(("threshold", threshold_words(quantities.threshold)))
-    if quantities.hydraulic_aperture:
-        lines.append(("aperture", aperture_words(quantities.hydraulic_aperture)))
-    if quantities.trapped_volume is not None:
-        lines.append(("trapped", f"{in_digits(quantities.trapped_volume)} m^3 in closed pockets"))
-    if quantities.conductivity_tensor:
-        lines.append(("tensor", tensor_words(quantities.conductivity_tensor)))
-    return lines
+    return [
+        *lines,
+        *_line("tightest", constriction_words, quantities.constriction),
+        *_line("threshold", threshold_words, quantities.threshold),
+        *_line("aperture", aperture_words, quantities.hydraulic_aperture),
+        *_line("trapped", trapped_words, quantities.trapped_volume),
+        *_line("tensor", tensor_words, quantities.conductivity_tensor),
+    ]
+
+
+def _line(label: str, words: Callable[[Part], str], part: Part | None) -> list[tuple[str, str]]:
+    """One line for a part that the result has, none for one that it lacks."""
+    return [] if part is None else [(label, words(part))]
+
+
+def trapped_words(volume: float) -> str:
+    """Volume of the fluid that no path joins to inlet or outlet."""
+    return f"{in_digits(volume)} m^3 in closed pockets"
 
 
 def tensor_words(tensor: ConductivityTensor) -> str:
