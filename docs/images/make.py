@@ -1,33 +1,63 @@
-"""Draw the pictures of the pages again, small enough for a page: python docs/images/make.py.
+"""Draw the pictures of README and of the guide again: python docs/images/make.py [NAME.png ...].
 
-flow.png is that of `make demo`, lift.png that of the same scene with its fluid's pressure resolved.
-Both are drawn by `fem-seal run`, then made smaller and given fewer colours.
+Each is drawn by the command that stands beside it on its page, then made smaller and given fewer
+colours. Without names all are drawn.
 """
 
+import subprocess
+import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from PIL import Image
 
-from fem_seal import Scene
-from fem_seal.job import run
-
 HERE = Path(__file__).parent
-SCENE = HERE.parents[1] / "demos" / "scenes" / "first.toml"
-SIZES = {"flow.png": (801, 128), "lift.png": (900, 256)}  # width in pixels, colours
+ROOT = HERE.parents[1]
+COLOURS = 128
+FEM_SEAL = "-m fem_seal"
+FIRST = "demos/scenes/first.toml"
+# Width in pixels; arguments of Python, in a folder with demos and meshes; the file that they draw.
+PICTURES = {
+    "flow.png": (801, f"{FEM_SEAL} run {FIRST} --out made", "made/flow.png"),
+    "lift.png": (
+        900,
+        f"{FEM_SEAL} run {FIRST} --set flow.lift=resolved --out made",
+        "made/lift.png",
+    ),
+    "flange.png": (900, f"{FEM_SEAL} run demos/scenes/flange.toml --out made", "made/flow.png"),
+    "surface.png": (
+        1000,
+        f"{FEM_SEAL} surface demos/scenes/blasted.toml --out surface.png",
+        "surface.png",
+    ),
+    "closing.png": (1200, f"{FEM_SEAL} study closing {FIRST} --out made", "made/closing.png"),
+    "when_lift_matters.png": (
+        900,
+        "demos/when_does_the_fluid_matter.py --out made",
+        "made/lift.png",
+    ),
+}
 
 
-def small(picture: Path, width: int, colours: int, path: Path) -> None:
+def small(picture: Path, width: int, path: Path) -> None:
     """Write a picture with fewer pixels and colours."""
     with Image.open(picture) as image:
         whole = image.convert("RGB")
     size = width, round(whole.height * width / whole.width)
     shrunk = whole.resize(size, Image.Resampling.LANCZOS)
-    shrunk.quantize(colours, dither=Image.Dither.NONE).save(path, optimize=True)
+    shrunk.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+def make(name: str) -> None:
+    """Draw one picture in a folder of its own, and put it beside this file."""
+    width, arguments, drawn = PICTURES[name]
+    with TemporaryDirectory() as folder:
+        for needed in ("demos", "meshes"):
+            (Path(folder) / needed).symlink_to(ROOT / needed)
+        subprocess.run([sys.executable, *arguments.split()], cwd=folder, check=True)
+        small(Path(folder) / drawn, width, HERE / name)
 
 
 if __name__ == "__main__":
-    for name, lift in (("flow.png", "none"), ("lift.png", "resolved")):
-        with TemporaryDirectory() as folder:
-            run(Scene.from_file(SCENE, [f"flow.lift={lift}"]), Path(folder) / "result")
-            small(Path(folder) / "result" / name, *SIZES[name], HERE / name)
+    for name in sys.argv[1:] or PICTURES:
+        make(name)

@@ -1,4 +1,4 @@
-"""fem-seal study: methods side by side, what accuracy costs, and how a saddle closes."""
+"""fem-seal study: methods side by side, what accuracy costs, how a saddle or a contact closes."""
 
 import argparse
 from collections.abc import Callable, Iterable
@@ -31,7 +31,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "study",
-        "methods side by side, price of accuracy, a closing saddle",
+        "methods side by side, price of accuracy, a closing saddle or contact",
         "fem-seal study trade demos/scenes/first.toml (fem-seal study trade --help says more)",
     )
     studies = command.add_subparsers(
@@ -67,6 +67,17 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_work(saddle, "grid")
     saddle.set_defaults(command=_shared(_saddle))
+    closing = _study(studies, "closing", "gap and flow as the load rises until the patch is sealed")
+    add_scene(closing)
+    closing.add_argument(
+        "--loads", type=int, default=12, metavar="N", help="frames of the film (12)"
+    )
+    closing.add_argument(
+        "--pressures",
+        metavar="P1,P2,…",
+        help="in place of --loads: mean contact pressures, such as 0.1MPa,0.2MPa",
+    )
+    closing.set_defaults(command=_closing)
 
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
@@ -265,3 +276,45 @@ def _saddle(options: argparse.Namespace) -> int:
     limit = limiting_exponent(exponents[-2], exponents[-1])
     say(f"at closing: {limit.value:.3f} ± {limit.error:.3f}; published {EXPONENT}")
     return 0
+
+
+def _closing(options: argparse.Namespace) -> int:
+    from fem_seal.files import locked_folder
+    from fem_seal.progress import Display
+    from fem_seal.render.closing import closing_animation, closing_strip
+    from fem_seal.render.offscreen import require_gl
+    from fem_seal.scene import Scene
+    from fem_seal.sweep.closing import LoadRow, closing_contact, loads_to_closing
+    from fem_seal.tables import as_csv, as_text
+
+    require_gl()
+    scene = Scene.from_file(options.scene, options.overrides)
+    with locked_folder(options.out), Display() as report:
+        if options.pressures is None:
+            pressures = loads_to_closing(scene, options.loads, report)
+        else:
+            pressures = _pressures(options.pressures)
+        steps = list(closing_contact(scene, pressures, report))
+        rows = [LoadRow.of(step) for step in steps]
+        report("pictures", "")
+        _write(options.out, [("closing.csv", as_csv(rows))])
+        closing_strip(steps, options.out / "closing.png")
+        closing_animation(steps, options.out / "closing.gif")
+    say(as_text(rows))
+    say(f"closing.csv, closing.gif, closing.png in {options.out}")
+    if any(row.reason for row in rows):
+        return parallel.fail(
+            "fem-seal: some flows did not converge; column reason says why",
+            NotConverged.exit_status,
+        )
+    return 0
+
+
+def _pressures(text: str) -> tuple[float, ...]:
+    """Pressures [Pa] with units and commas between."""
+    from fem_seal.units import to_si
+
+    try:
+        return tuple(to_si(part.strip(), "Pa") for part in text.split(","))
+    except ValueError as error:
+        raise InvalidInput(f"--pressures {text}: {error}") from None

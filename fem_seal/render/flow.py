@@ -114,19 +114,19 @@ def _panel(
     # Triangles wider than a pixel extend over contact and pockets, which carry no flow.
     colours = np.array([(*CONTACT.colour, 255), (*NO_FLOW.colour, 255), (*NO_FLOW.colour, 0)])
     classes = np.where(film.carrying, np.uint8(2), np.where(view.samples > 0, np.uint8(1), 0))
-    if isinstance(flow[0], Mesh):
+    with_mesh = any(isinstance(layer, Mesh) for layer in flow)
+    if with_mesh:
         contact = view.mean_colours(np.minimum(classes, 1).astype(np.uint8), colours[:2, :3])
         ground = paint(contact, view.window, long_side)
         # Black lines on white are the opacity of the lines.
         drawn = np.rint(drawn / 255 * ground).astype(np.uint8)
     else:
         drawn = paint(view.mean_colours(classes, colours), view.window, long_side, drawn)
-    marked = not isinstance(flow[0], Mesh)
-    return panel_of(film, drawn, view.window, title, marked=marked)
+    return panel_of(film, drawn, view.window, title, marked=not with_mesh)
 
 
 def flow_panel(
-    field: FlowField,
+    field: FlowField | None,
     film: GridFilm,
     scale: Scale,
     *,
@@ -134,8 +134,12 @@ def flow_panel(
     long_side: int = LONG_SIDE,
     title: str = "",
 ) -> Panel:
-    """Draw the flow density on a scale from `flow_scale`; see `flow_picture`."""
-    return _panel(film, [flow_triangles(field, scale)], window, long_side, title)
+    """Draw the flow density on a scale from `flow_scale`; see `flow_picture`.
+
+    Without a field, as where the film is sealed, nothing flows.
+    """
+    layers = [] if field is None else [flow_triangles(field, scale)]
+    return _panel(film, layers, window, long_side, title)
 
 
 def flow_picture(

@@ -1,6 +1,7 @@
 """The page around the drawings: axes in readable units, colour bar or key, one file."""
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,11 +27,11 @@ FONT_POINTS = 10
 FORMATS = (".png", ".pdf", ".svg")
 
 END_WIDTH = 3.0  # of the lines of inlet and outlet [point]
-NAME_HEIGHT = 0.04  # of a number beside a bar, as part of the bar
+NAME_HEIGHT = 0.2  # of a number beside a bar [inch]
 
 # Margins around each drawing [inch]: they hold the tick labels and axis titles.
 LEFT, RIGHT, BOTTOM, TOP = 0.75, 0.2, 0.52, 0.15
-TITLE, BAR_GAP, BAR, BAR_LABELS = 0.25, 0.05, 0.16, 0.85
+TITLE, BAR_GAP, BAR, BAR_LABELS = 0.25, 0.05, 0.16, 0.95
 # The key: its height with one line, each further line, an entry without its name.
 KEY, KEY_LINE, ENTRY = 0.28, 0.2, 0.5
 
@@ -174,29 +175,46 @@ def write_page(
         For a suffix other than .png, .pdf, .svg, or a folder that cannot be written to.
     """
     path = picture_path(path)
+    with lettering():
+        figure = page_figure(rows, scale=scale, key=key)
+        with atomic_write(path, durable=False) as staged:
+            figure.savefig(staged, dpi=DPI)
+    return path
+
+
+def lettering() -> AbstractContextManager[None]:
+    """Fonts of all pages: while this is open, figures are made and saved."""
     import matplotlib
+
+    return matplotlib.rc_context({"font.size": FONT_POINTS, "svg.fonttype": "path"})
+
+
+def page_figure(
+    rows: Sequence[Sequence[Panel]],
+    *,
+    scale: Scale | None = None,
+    key: Sequence[Swatch] = (),
+) -> "Figure":
+    """Figure of a page, to be made and saved within `lettering`; arguments as of `write_page`."""
     from matplotlib.figure import Figure
 
     if any(panel.marked for row in rows for panel in row):
         key = (*key, CONSTRICTION)
-    with matplotlib.rc_context({"font.size": FONT_POINTS, "svg.fonttype": "path"}):
-        boxes, (width, height) = _layout(rows, bar=scale is not None)
-        width, columns, key_height = _key_layout(key, width)
-        size = (width / DPI, (height + key_height) / DPI)
-        figure = Figure(figsize=size, dpi=DPI, facecolor="white")
-        for row, row_boxes in zip(rows, boxes, strict=True):
-            above_key = [replace(box, y=box.y + key_height) for box in row_boxes]
-            for panel, box in zip(row, above_key, strict=True):
-                _place(figure, panel, box)
-                if panel.scale is not None:
-                    _add_bar(figure, panel.scale, box)
-            if scale is not None:
-                _add_bar(figure, scale, above_key[-1])
-        if key:
-            _add_key(figure, key, columns)
-        with atomic_write(path, durable=False) as staged:
-            figure.savefig(staged, dpi=DPI)
-    return path
+    boxes, (width, height) = _layout(rows, bar=scale is not None)
+    width, columns, key_height = _key_layout(key, width)
+    size = (width / DPI, (height + key_height) / DPI)
+    figure = Figure(figsize=size, dpi=DPI, facecolor="white")
+    for row, row_boxes in zip(rows, boxes, strict=True):
+        above_key = [replace(box, y=box.y + key_height) for box in row_boxes]
+        for panel, box in zip(row, above_key, strict=True):
+            _place(figure, panel, box)
+            if panel.scale is not None:
+                _add_bar(figure, panel.scale, box)
+        if scale is not None:
+            _add_bar(figure, scale, above_key[-1])
+    if key:
+        _add_key(figure, key, columns)
+    return figure
 
 
 @dataclass(frozen=True)
@@ -331,20 +349,28 @@ def _add_bar(figure: "Figure", scale: Scale, beside: _Box) -> None:
     bar.set_label(scale.label)
     bar.ax.spines["outline"].set_linewidth(0.8)
     if scale.logarithmic:
-        _name_decades(bar, scale)
+        _name_decades(bar, scale, NAME_HEIGHT * DPI / box.height)
     else:
         bar.ax.locator_params(axis="y", nbins=6)
     bar.ax.hlines(scale.lines, 0, 1, colors="white", linewidths=0.8)
 
 
-def _name_decades(bar: "Colorbar", scale: Scale) -> None:
-    """Name both ends of a logarithmic bar, and the decades that are not close to them."""
+def _name_decades(bar: "Colorbar", scale: Scale, name_height: float) -> None:
+    """Name both ends of a logarithmic bar, and the decades that are not close to them.
+
+    Parameters
+    ----------
+    bar : Colorbar
+    scale : Scale
+    name_height : float
+        Height of a name, as part of the bar.
+    """
     from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
     first, last = np.ceil(np.log10(scale.low)), np.floor(np.log10(scale.high))
     decades = 10.0 ** np.arange(first, last + 1)
     place = scale.position(decades)
-    inner = decades[(place > NAME_HEIGHT) & (place < 1 - NAME_HEIGHT)]
+    inner = decades[(place > name_height) & (place < 1 - name_height)]
     named = [scale.low, *inner, scale.high]
     plain = scale.low >= 1e-3 and scale.high < 1e4
     bar.ax.yaxis.set_major_locator(FixedLocator(named))

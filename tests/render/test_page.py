@@ -1,5 +1,7 @@
 """The page copies drawings pixel for pixel, is written whole or not at all, and names units."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -81,7 +83,7 @@ def test_axes_and_bar_state_their_units(tmp_path):
 @pytest.mark.parametrize(("log", "low", "high"), [(True, 1e-12, 1e-8), (False, -1.0, 3.0)])
 def test_limits_of_the_bar_are_those_of_the_scale(log, low, high):
     figure = Figure()
-    page._add_bar(figure, Scale("s", low, high, log), page._Box(0, 0, 10, 100))
+    page._add_bar(figure, Scale("s", low, high, log), page._Box(0, 0, 10, 1000))
     (bar,) = figure.axes
     assert bar.get_ylim() == pytest.approx((low, high), rel=1e-9, abs=0)
     assert bar.get_yscale() == ("log" if log else "linear")
@@ -98,11 +100,25 @@ def test_limits_of_the_bar_are_those_of_the_scale(log, low, high):
 )
 def test_logarithmic_bars_name_their_ends_and_the_decades(low, high, names):
     figure = Figure()
-    page._add_bar(figure, Scale("s", low, high, True), page._Box(0, 0, 10, 100))
+    page._add_bar(figure, Scale("s", low, high, True), page._Box(0, 0, 10, 1000))
     (bar,) = figure.axes
     assert [text.get_text() for text in bar.get_yticklabels()] == names
     assert not any(text.get_text() for text in bar.get_yticklabels(minor=True))
     assert bar.get_yticks()[[0, -1]] == pytest.approx((low, high))
+
+
+@pytest.mark.parametrize("height", [240, 480, 1200])
+@pytest.mark.parametrize("low", [1e-15, 2e-15, 5e-15, 8e-15])
+def test_names_beside_a_logarithmic_bar_do_not_collide(low, height):
+    """On one decade up to the five of a bar in a strip of small drawings."""
+    for decades in (1, 2, 5):
+        figure = Figure(figsize=(4, 8), dpi=page.DPI)
+        scale = Scale("s", low, low * 10.0**decades, True)
+        page._add_bar(figure, scale, page._Box(100, 100, 30, height))
+        figure.canvas.draw()
+        boxes = [text.get_window_extent() for text in figure.axes[0].get_yticklabels()]
+        if height / page.DPI > len(boxes) * page.NAME_HEIGHT:
+            assert not any(one.overlaps(next_) for one, next_ in pairwise(boxes))
 
 
 def test_inlet_and_outlet_are_coloured_and_named_where_they_are_shown(tmp_path):

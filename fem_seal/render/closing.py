@@ -1,0 +1,168 @@
+"""Film and strip of a closing contact: gap and flow under rising loads, on common scales."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import ceil, log10
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fem_seal.digits import per_cent, with_prefix
+from fem_seal.errors import InvalidInput
+from fem_seal.files import atomic_write
+from fem_seal.leak_rate import FlowField, LeakRate, relative_half_width
+from fem_seal.render.colours import colour_map
+from fem_seal.render.flow import FLOW_COLOURS, NO_FLOW, flow_density, flow_panel, flow_scale
+from fem_seal.render.gap import CONTACT, GAP_COLOURS, gap_panel, gap_scale
+from fem_seal.render.page import INLET, OUTLET, Panel, lettering, page_figure, write_page
+from fem_seal.sweep.closing import LoadedFilm
+
+if TYPE_CHECKING:
+    from PIL.Image import Image as Pixels
+
+KEY = (CONTACT, NO_FLOW)
+FILM_SIDE = 720  # longer side of each drawing of the film before it is made smaller [pixel]
+SHRUNK = 2  # frames of the film are drawn as many times as large as they are shown
+STRIP_SIDE = 480  # longer side of each drawing of the strip [pixel]
+MOST_COLUMNS = 4
+DECADES = 2  # of the bar below the strongest flow of the tightest contact
+COLOURS, GREYS = 256, 16  # of a GIF
+SECONDS, LAST_SECONDS = 0.5, 2.0  # that a frame, and the last one, is shown
+
+
+def closing_animation(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
+    """Write a GIF with a frame for each load: the gap at the left, the flow at the right.
+
+    All frames share the scales of gap and flow density and one palette. Load, contact area and leak
+    rate stand above the drawings.
+
+    Parameters
+    ----------
+    steps : sequence of LoadedFilm
+        At least one, of which at least one leaks.
+    path : str or Path
+        The file, .gif.
+
+    Returns
+    -------
+    Path of the file.
+
+    Raises
+    ------
+    InvalidInput
+        If no step leaks, or the path does not end in .gif or cannot be written.
+    MissingPackage
+        If no OpenGL library is installed.
+    """
+    path = Path(path)
+    if path.suffix != ".gif":
+        raise InvalidInput(f"cannot write {path.name!r}: animations end in .gif")
+    from PIL import Image
+
+    frames = [_pixels([panels]) for panels in _panels(steps, FILM_SIDE)]
+    palette = _palette()
+    first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+    seconds = [SECONDS] * len(others) + [LAST_SECONDS]
+    with atomic_write(path, durable=False) as staged:
+        first.save(
+            staged,
+            format="GIF",
+            save_all=True,
+            append_images=others,
+            duration=[round(1000 * s) for s in seconds],
+            loop=0,
+        )
+    return path
+
+
+def closing_strip(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
+    """Write up to four of the loads side by side: gaps in the upper row, flows in the lower one.
+
+    Parameters
+    ----------
+    steps : sequence of LoadedFilm
+        As of `closing_animation`; the first and the last are shown.
+    path : str or Path
+        The file, .png, .pdf or .svg.
+
+    Returns
+    -------
+    Path of the file.
+
+    Raises
+    ------
+    InvalidInput
+        If no step leaks or the path cannot be written.
+    MissingPackage
+        If no OpenGL library is installed.
+    """
+    places = np.linspace(0, len(steps) - 1, min(len(steps), MOST_COLUMNS)).round().astype(int)
+    columns = _panels([steps[k] for k in places], STRIP_SIDE)
+    # One bar beside each row.
+    rows = [
+        [*(replace(panel, scale=None) for panel in row[:-1]), row[-1]]
+        for row in zip(*columns, strict=True)
+    ]
+    return write_page(rows, path, key=KEY)
+
+
+def _panels(steps: Sequence[LoadedFilm], long_side: int) -> list[list[Panel]]:
+    """Gap and flow of each load, each with its bar."""
+    fields = [step.leak_rate.field for step in steps]
+    flowing = [field for field in fields if field is not None]
+    if not flowing:
+        raise InvalidInput("no load leaves a flow to draw: begin with a lower one")
+    gaps = gap_scale(*(step.film.gap.values for step in steps))
+    flows = flow_scale(*flowing, decades=_decades(flowing))
+    drawn = []
+    for step, field in zip(steps, fields, strict=True):
+        area = per_cent(step.film.contact_area_fraction)
+        above = f"{with_prefix(step.pressure, 'Pa', 3)}, {area} in contact"
+        gap = gap_panel(step.film, gaps, long_side=long_side, title=above)
+        flow = flow_panel(
+            field, step.film, flows, long_side=long_side, title=_rate_text(step.leak_rate)
+        )
+        drawn.append([replace(gap, scale=gaps[0]), replace(flow, scale=flows)])
+    return drawn
+
+
+def _decades(fields: Sequence[FlowField]) -> int:
+    """Length of a bar on which the strongest flow of each field is seen."""
+    peaks = [float(flow_density(field).max()) for field in fields]
+    return DECADES + ceil(log10(max(peaks) / min(peaks)))
+
+
+def _rate_text(leak: LeakRate) -> str:
+    """Leak rate with the half-width of its bounds."""
+    if leak.state == "sealed":
+        return "sealed"
+    rate = f"{leak.value:.1e} m³/s"
+    if leak.lower is None or leak.upper is None:
+        return rate
+    return f"{rate} ± {per_cent(relative_half_width(leak.lower, leak.upper))}"
+
+
+def _pixels(rows: Sequence[Sequence[Panel]]) -> "Pixels":
+    """Page as an image, made smaller."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    with lettering():
+        canvas = FigureCanvasAgg(page_figure(rows, key=KEY))
+        canvas.draw()
+    whole = Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3])
+    return whole.reduce(SHRUNK)
+
+
+def _palette() -> "Pixels":
+    """Image with the colours of all frames, so that none flickers from a frame to the next."""
+    from PIL import Image
+
+    greys = np.linspace(0, 255, GREYS).round()[:, None].repeat(3, axis=1)
+    fixed = np.vstack([greys, [swatch.colour for swatch in (*KEY, INLET, OUTLET)]])
+    steps = np.linspace(0, 1, (COLOURS - len(fixed)) // 2)
+    maps = [255 * colour_map(name)(steps)[:, :3] for name in (GAP_COLOURS, FLOW_COLOURS)]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(np.vstack([fixed, *maps]).round().astype(np.uint8).tobytes())
+    return palette
