@@ -1,4 +1,4 @@
-"""From a patch to a seal: the leak rate of a whole seal from its patches (docs/theory/scales-apart.md)."""
+"""From a patch to a seal: the leak rate of a whole seal (docs/theory/scales-apart.md)."""
 
 from fem_seal.upscaling.conductivity import ConductivityTable
 from fem_seal.upscaling.network import (
