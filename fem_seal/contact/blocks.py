@@ -1,13 +1,48 @@
-"""Blocks of rows that fit into the processor's cache, for passes over large arrays."""
+"""Passes over large arrays in blocks of rows that fit into the processor's cache."""
 
-from collections.abc import Iterator
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import chain
+from typing import TypeVar
+
+Answer = TypeVar("Answer")
 
 # 256 kB of float64: numpy's temporaries then never reach the main memory.
 SAMPLES = 2**15
+STRIP = 16
 
 
-def row_blocks(shape: tuple[int, ...]) -> Iterator[slice]:
+def row_blocks(shape: tuple[int, ...]) -> list[slice]:
     """Slices of whole rows, of about 32768 samples each."""
     rows = max(1, SAMPLES // shape[1])
-    for first in range(0, shape[0], rows):
-        yield slice(first, min(first + rows, shape[0]))
+    return [slice(first, min(first + rows, shape[0])) for first in range(0, shape[0], rows)]
+
+
+class RowPasses:
+    """Passes over arrays, block by block, in one thread or several.
+
+    numpy computes without Python's lock, so that threads gain where a block is large. The blocks
+    depend on the shape alone and their answers come in order: sums over them have the same digits
+    for every number of threads.
+
+    Parameters
+    ----------
+    threads : int
+        Number of threads.
+    strip : int
+        Blocks that a thread takes at a time.
+    """
+
+    def __init__(self, threads: int = 1, strip: int = STRIP):
+        self.strip = strip
+        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+
+    def over(self, shape: tuple[int, ...], work: Callable[[slice], Answer]) -> list[Answer]:
+        """Call `work` for every block of rows of a shape; return its answers in order."""
+        blocks = row_blocks(shape)
+        if self._pool is None or len(blocks) <= self.strip:
+            return [work(rows) for rows in blocks]
+        firsts = range(0, len(blocks), self.strip)
+        strips = [blocks[first : first + self.strip] for first in firsts]
+        answers = self._pool.map(lambda strip: [work(rows) for rows in strip], strips)
+        return list(chain.from_iterable(answers))

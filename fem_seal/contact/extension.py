@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fem_seal.contact.blocks import RowPasses
 from fem_seal.contact.halving import WHOLE, Halving
 
 # Number of coarser grids, each with a quarter of the samples. With one fewer, 1024² takes one or
@@ -34,14 +35,23 @@ class Extension:
         Number of coarser grids.
     fade : float
         Weight s / (s + fade (1 - s)) of a cell of which a fraction s is free.
+    passes : RowPasses, optional
+        Threads of the passes; one by default.
     """
 
-    def __init__(self, free: np.ndarray, levels: int = LEVELS, fade: float = FADE):
+    def __init__(
+        self,
+        free: np.ndarray,
+        levels: int = LEVELS,
+        fade: float = FADE,
+        passes: RowPasses | None = None,
+    ):
         self.free = free
+        passes = passes or RowPasses()
         self.levels: list[_Level] = []
         nx, ny = free.shape
         while len(self.levels) < levels and max(nx, ny) > 1:
-            self.levels.append(_Level((nx, ny), free.dtype, fade))
+            self.levels.append(_Level((nx, ny), free.dtype, fade, passes))
             nx, ny = self.levels[-1].values.shape
 
     def update(self) -> None:
@@ -87,21 +97,30 @@ class _Level:
         Work array and weights of the means, on the coarser grid.
     """
 
-    def __init__(self, shape: tuple[int, int], dtype: np.dtype, fade: float):
+    def __init__(self, shape: tuple[int, int], dtype: np.dtype, fade: float, passes: RowPasses):
         self.fade = fade
-        self.halving = Halving(shape)
+        self.halving = Halving(shape, passes)
         self.outside = np.empty(shape, dtype)
         self.values = np.empty(self.halving.coarse, dtype)
         self.scale = np.empty_like(self.values)
 
     def update(self, fraction: np.ndarray) -> np.ndarray:
         """Take the free fraction of the finer grid's points; return the coarser grid's (a view)."""
-        np.subtract(1, fraction, out=self.outside)
-        self.outside /= WHOLE
         self.halving.restrict(fraction, self.values)
-        # The restriction of ones is 4 WHOLE: s + fade (1 - s) in units of it.
-        np.multiply(self.values, 1 - self.fade, out=self.scale)
-        self.scale += 4 * WHOLE * self.fade
-        np.reciprocal(self.scale, out=self.scale)
-        self.values *= self.scale
+
+        def fill(rows: slice) -> None:
+            np.subtract(1, fraction[rows], out=self.outside[rows])
+            self.outside[rows] /= WHOLE
+
+        def weigh(rows: slice) -> None:
+            values, scale = self.values[rows], self.scale[rows]
+            # The restriction of ones is 4 WHOLE: s + fade (1 - s) in units of it.
+            np.multiply(values, 1 - self.fade, out=scale)
+            scale += 4 * WHOLE * self.fade
+            np.reciprocal(scale, out=scale)
+            values *= scale
+
+        passes = self.halving.passes
+        passes.over(self.outside.shape, fill)
+        passes.over(self.values.shape, weigh)
         return self.values

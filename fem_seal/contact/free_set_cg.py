@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fem_seal.contact.blocks import row_blocks
+from fem_seal.contact.blocks import RowPasses
 from fem_seal.contact.extension import Extension
 from fem_seal.contact.problem import Iterate, Iterates, Problem
 
@@ -71,24 +71,25 @@ def free_set_cg(
 
     Numbers in comments are the steps of the module's docstring. The gap is stored in the
     half-space's exact work array, z in its steering array. Passes over the arrays go block by
-    block, and steps that read the same arrays are merged.
+    block, in the half-space's threads, and steps that read the same arrays are merged.
     """
     half_space, samples = problem.half_space, pressure.size
+    passes = half_space.passes
     loaded = problem.mean_pressure is not None
     wall = problem.heights if loaded else problem.heights - problem.mean_gap
     p, g, z = pressure, half_space.exact.values, half_space.steer.values
     r, r_old, t, free = (np.zeros(p.shape, z.dtype) for _ in range(4))
-    extension, settling = Extension(free), _Settling.of(rule, samples)
+    extension, settling = Extension(free, passes=passes), _Settling.of(rule, samples)
     scale, total, rz_old, iteration = 1.0, float(p.sum()), np.inf, 0
     uniform = bool(np.ptp(p) == 0)
     while True:
         # 1, with the scaling of step 8.
-        _scale(p, scale, out=g)
+        _scale(passes, p, scale, out=g)
         if uniform:
             g[...] = 0.0  # A uniform pressure displaces uniformly: no transform for a cold start.
         else:
             half_space.displace()
-        work, lowest = _subtract(wall, g, p)
+        work, lowest = _subtract(passes, wall, g, p)
         level = work / total if loaded else 0.0
         error = problem.error_from(total, work, lowest)
         yield Iterate(iteration, p, error, g)
@@ -98,8 +99,8 @@ def free_set_cg(
         extended = settling.settled
         # 2, 3
         r, r_old = r_old, r
-        number, sum_r = _restrict_gap(p, g, level, free, r)
-        mean = _Mean(free, number if loaded else np.inf)
+        number, sum_r = _restrict_gap(passes, p, g, level, free, r)
+        mean = _Mean(passes, free, number if loaded else np.inf)
         mean.take_out(r, sum_r)
         # 4
         if extended:
@@ -110,7 +111,7 @@ def free_set_cg(
         half_space.precondition()
         if extended:
             extension.gather(z)
-        sum_z, rz = _restrict(z, free, r)
+        sum_z, rz = _restrict(passes, z, free, r)
         # 5: with the extension the formula of Polak and Ribière, since samples that join or leave
         # the free set then spoil the directions of Fletcher and Reeves. Before, the latter formula
         # is a little faster.
@@ -118,15 +119,15 @@ def free_set_cg(
         beta = max(rz - r_old_z, 0.0) / rz_old
         rz_old = rz
         # 6
-        slope = mean.take_out(t, _turn(t, beta, free, z), r)
+        slope = mean.take_out(t, _turn(passes, t, beta, free, z), r)
         if slope <= 0:
-            slope = mean.take_out(t, _turn(t, 0.0, free, z), r)
+            slope = mean.take_out(t, _turn(passes, t, 0.0, free, z), r)
         # 7
         z[...] = t
         curvature = half_space.curvature()
         alpha = slope / curvature if curvature > 0 else 0.0
         # 8
-        total = _advance(p, alpha, t)
+        total = _advance(passes, p, alpha, t)
         if problem.mean_pressure is not None:
             load = problem.mean_pressure * samples
             scale, total = load / total, load
@@ -187,87 +188,107 @@ class _Mean:
         Number of free samples; inf where no load is prescribed, so that nothing is subtracted.
     """
 
+    passes: RowPasses
     free: np.ndarray
     number: float
 
     def take_out(self, values: np.ndarray, total: float, other: np.ndarray | None = None) -> float:
         """Subtract the mean from values of this sum, on the free set; return <other, values>."""
-        mean, product = values.dtype.type(total / self.number), 0.0
-        for rows in row_blocks(values.shape):
+        mean = values.dtype.type(total / self.number)
+
+        def subtract(rows: slice) -> float:
             block = values[rows]
             block -= mean * self.free[rows]
-            if other is not None:
-                product += _product(other[rows], block)
-        return product
+            return _product(other[rows], block) if other is not None else 0.0
+
+        return sum(self.passes.over(values.shape, subtract))
 
 
-def _scale(p: np.ndarray, scale: float, out: np.ndarray) -> None:
+def _scale(passes: RowPasses, p: np.ndarray, scale: float, out: np.ndarray) -> None:
     """Multiply p by the scale, in place, and copy it."""
-    for rows in row_blocks(p.shape):
+
+    def multiply(rows: slice) -> None:
         p[rows] *= scale
         out[rows] = p[rows]
 
+    passes.over(p.shape, multiply)
 
-def _subtract(wall: np.ndarray, g: np.ndarray, p: np.ndarray) -> tuple[float, float]:
+
+def _subtract(
+    passes: RowPasses, wall: np.ndarray, g: np.ndarray, p: np.ndarray
+) -> tuple[float, float]:
     """Subtract the wall from the displacement g, in place; return <p, g> and min g."""
-    work, lowest = 0.0, np.inf
-    for rows in row_blocks(g.shape):
+
+    def subtract(rows: slice) -> tuple[float, float]:
         gap = g[rows]
         gap -= wall[rows]
-        work += _product(p[rows], gap)
-        lowest = min(lowest, float(gap.min()))
-    return work, lowest
+        return _product(p[rows], gap), float(gap.min())
+
+    works, lowest = zip(*passes.over(g.shape, subtract), strict=True)
+    return sum(works), min(lowest)
 
 
 def _restrict_gap(
-    p: np.ndarray, g: np.ndarray, level: float, free: np.ndarray, r: np.ndarray
+    passes: RowPasses,
+    p: np.ndarray,
+    g: np.ndarray,
+    level: float,
+    free: np.ndarray,
+    r: np.ndarray,
 ) -> tuple[int, float]:
     """Write the free set, and g - level on it into r; return the numbers of samples and Σ r."""
-    number, total = 0, 0.0
-    for rows in row_blocks(g.shape):
+
+    def restrict(rows: slice) -> tuple[int, float]:
         mask = (p[rows] > 0) | (g[rows] < level)
-        number += np.count_nonzero(mask)
         free[rows] = mask
         residual = r[rows]
         # Subtract in float64, so that the small residuals of pressed samples keep their digits.
         np.subtract(g[rows], level, out=residual, casting="same_kind")
         residual *= free[rows]
-        total += float(residual.sum())
-    return number, total
+        return np.count_nonzero(mask), float(residual.sum())
+
+    numbers, totals = zip(*passes.over(g.shape, restrict), strict=True)
+    return sum(numbers), sum(totals)
 
 
-def _restrict(z: np.ndarray, free: np.ndarray, r: np.ndarray) -> tuple[float, float]:
+def _restrict(
+    passes: RowPasses, z: np.ndarray, free: np.ndarray, r: np.ndarray
+) -> tuple[float, float]:
     """Set z to zero outside the free set, in place; return Σ z and <r, z>."""
-    total = product = 0.0
-    for rows in row_blocks(z.shape):
+
+    def restrict(rows: slice) -> tuple[float, float]:
         block = z[rows]
         block *= free[rows]
-        total += float(block.sum())
-        product += _product(r[rows], block)
-    return total, product
+        return float(block.sum()), _product(r[rows], block)
+
+    totals, products = zip(*passes.over(z.shape, restrict), strict=True)
+    return sum(totals), sum(products)
 
 
-def _turn(t: np.ndarray, beta: float, free: np.ndarray, z: np.ndarray) -> float:
+def _turn(passes: RowPasses, t: np.ndarray, beta: float, free: np.ndarray, z: np.ndarray) -> float:
     """Write z + β t on the free set into t; return its sum."""
-    factor, total = t.dtype.type(beta), 0.0
-    for rows in row_blocks(t.shape):
+    factor = t.dtype.type(beta)
+
+    def turn(rows: slice) -> float:
         block = t[rows]
         block *= factor
         block *= free[rows]
         block += z[rows]
-        total += float(block.sum())
-    return total
+        return float(block.sum())
+
+    return sum(passes.over(t.shape, turn))
 
 
-def _advance(p: np.ndarray, alpha: float, t: np.ndarray) -> float:
+def _advance(passes: RowPasses, p: np.ndarray, alpha: float, t: np.ndarray) -> float:
     """Write max(p - α t, 0) into p; return its sum."""
-    total = 0.0
-    for rows in row_blocks(p.shape):
+
+    def advance(rows: slice) -> float:
         block = p[rows]
         block -= alpha * t[rows]
         np.maximum(block, 0, out=block)
-        total += float(block.sum())
-    return total
+        return float(block.sum())
+
+    return sum(passes.over(p.shape, advance))
 
 
 def _product(one: np.ndarray, other: np.ndarray) -> float:

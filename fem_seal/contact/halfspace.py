@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fem_seal.contact.blocks import row_blocks
+from fem_seal.contact.blocks import RowPasses
 from fem_seal.contact.transform import RealTransform
 from fem_seal.errors import InvalidInput
 from fem_seal.registry import choose, require_known
@@ -90,7 +90,7 @@ class HalfSpace:
     layer : Layer, optional
         None: a half-space.
     threads : int
-        Of the FFTs.
+        Of the FFTs and of the passes over the arrays.
     precision : "mixed" or "double"
         Precision of preconditioner and curvature, which only steer the iteration. Displacements
         are always double.
@@ -99,6 +99,8 @@ class HalfSpace:
     ----------
     exact, steer : RealTransform
         The work arrays, in double and in the steering precision.
+    passes : RowPasses
+        The threads of the passes.
     pairs : float
         FFT pairs (forward and backward) spent so far.
     """
@@ -113,6 +115,7 @@ class HalfSpace:
     ):
         self.shape, self.pairs = shape, 0.0
         self.layer, self.threads, self.precision = layer, threads, precision
+        self.passes = RowPasses(threads)
         self.steering = np.dtype(choose(PRECISIONS, precision, "precision"))
         self.exact = RealTransform(shape, "float64", threads)
         self.steer = RealTransform(shape, self.steering.name, threads)
@@ -175,17 +178,22 @@ class HalfSpace:
         """
         self.steer.forward()
         self.pairs += 0.5
-        modes, total = self.steer.modes, 0.0
-        for rows in row_blocks(modes.shape):
+        modes = self.steer.modes
+
+        def energy(rows: slice) -> float:
             power = modes[rows].real ** 2 + modes[rows].imag ** 2
             power *= self._energy_weights[rows]
-            total += float(power.sum())
-        return total
+            return float(power.sum())
+
+        return sum(self.passes.over(modes.shape, energy))
 
     def _apply(self, work: RealTransform, multiplier: np.ndarray) -> np.ndarray:
         work.forward()
-        for rows in row_blocks(work.modes.shape):
+
+        def multiply(rows: slice) -> None:
             work.modes[rows] *= multiplier[rows]
+
+        self.passes.over(work.modes.shape, multiply)
         work.backward()
         self.pairs += 1
         return work.values

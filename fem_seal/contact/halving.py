@@ -9,7 +9,7 @@ coarse cell and of the nearer neighbouring cell:
 
 import numpy as np
 
-from fem_seal.contact.blocks import row_blocks
+from fem_seal.contact.blocks import RowPasses
 
 WHOLE = 16  # interpolation of ones; the restriction of ones is 4 × 16
 
@@ -24,17 +24,20 @@ class Halving:
     ----------
     shape : (nx, ny)
         Samples of the fine grid.
+    passes : RowPasses, optional
+        Threads of the passes; one by default.
     """
 
-    def __init__(self, shape: tuple[int, int]):
-        self.shape = shape
+    def __init__(self, shape: tuple[int, int], passes: RowPasses | None = None):
+        self.shape, self.passes = shape, passes or RowPasses()
         self.coarse = (shape[0] + 1) // 2, (shape[1] + 1) // 2
 
     def restrict(
         self, fine: np.ndarray, out: np.ndarray, weights: np.ndarray | None = None
     ) -> None:
         """Write the restriction of `fine`, times `weights` of its shape if given, into `out`."""
-        for rows in row_blocks(self.coarse):
+
+        def pass_over(rows: slice) -> None:
             first, last = 2 * rows.start - 1, 2 * rows.stop + 1
             block = _rows(fine, first, last, 2 * self.coarse[0])
             if weights is not None:
@@ -45,11 +48,14 @@ class Halving:
             halved += block[3::2]
             _halve_columns(halved, out[rows])
 
+        self.passes.over(self.coarse, pass_over)
+
     def interpolate(
         self, coarse: np.ndarray, base: np.ndarray, out: np.ndarray, weights: np.ndarray | None
     ) -> None:
         """Write base + weights × interpolation of `coarse` into `out`; no weights: ones."""
-        for rows in row_blocks(self.coarse):
+
+        def pass_over(rows: slice) -> None:
             wide = _double_columns(
                 _rows(coarse, rows.start - 1, rows.stop + 1, len(coarse)), self.shape[1]
             )
@@ -62,6 +68,8 @@ class Halving:
             if weights is not None:
                 fine *= weights[fine_rows]
             np.add(base[fine_rows], fine, out=out[fine_rows])
+
+        self.passes.over(self.coarse, pass_over)
 
 
 def _rows(values: np.ndarray, first: int, last: int, period: int) -> np.ndarray:

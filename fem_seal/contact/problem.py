@@ -73,21 +73,28 @@ class Problem:
 
     def measures(self, pressure: np.ndarray, gap: np.ndarray) -> "Measures":
         """Residuals of a pressure and the gap that it causes."""
-        offset, pressed = self.offset(pressure, gap), pressure > 0
-        total = float(pressure.sum()) or 1.0
-        lowest = float(gap.min())
-        highest_pressed = float(gap.max(initial=offset, where=pressed))
-        lowest_pressed = float(gap.min(initial=offset, where=pressed))
+        offset, total = self.offset(pressure, gap), float(pressure.sum()) or 1.0
+
+        def distances(rows: slice) -> tuple[float, float, float, float]:
+            p, g = pressure[rows], gap[rows]
+            level = g - offset
+            distance = np.abs(level, out=level)
+            pressed = float(distance.max(initial=0.0, where=p > 0))
+            return float(np.vdot(p, g)), float(np.vdot(p, distance)), pressed, float(g.min())
+
+        works, apart, pressed, lows = zip(
+            *self.half_space.passes.over(gap.shape, distances), strict=True
+        )
         mean_gap_error = 0.0
         if self.mean_gap is not None:
             # The state's gap is 0 on pressed samples and where the surfaces overlap.
-            reached = float(gap.sum(where=~pressed & (gap > 0))) / gap.size
+            reached = float(gap.sum(where=(pressure == 0) & (gap > 0))) / gap.size
             mean_gap_error = abs(reached / self.mean_gap - 1)
         return Measures(
-            certificate=max(0.0, float(np.vdot(pressure, gap)) / total - lowest),
-            complementarity=float(np.vdot(pressure, np.abs(gap - offset))) / total,
-            pressed_gap=max(highest_pressed - offset, offset - lowest_pressed),
-            penetration=max(0.0, offset - lowest),
+            certificate=max(0.0, sum(works) / total - min(lows)),
+            complementarity=sum(apart) / total,
+            pressed_gap=max(pressed),
+            penetration=max(0.0, offset - min(lows)),
             mean_gap_error=mean_gap_error,
         )
 
