@@ -64,7 +64,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
             metavar="V1,V2,…",
             help=f"A/A0 of the {model} points of Fig. 3, beside first contact (0.02 to closing)",
         )
-    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
+    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the contact (1)")
     add_work(command, "point")
     command.add_argument(
         "--out",

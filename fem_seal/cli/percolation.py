@@ -38,7 +38,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         )
     command.add_argument("--seeds", type=int, default=4, metavar="N", help="seeds 1 to N (4)")
     add_search(command)
-    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the FFTs (1)")
+    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the contact (1)")
     add_work(command, "surface")
     command.add_argument(
         "--out",

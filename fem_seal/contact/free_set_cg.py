@@ -239,11 +239,12 @@ def _restrict_gap(
     """Write the free set, and g - level on it into r; return the numbers of samples and Σ r."""
 
     def restrict(rows: slice) -> tuple[int, float]:
-        mask = (p[rows] > 0) | (g[rows] < level)
-        free[rows] = mask
-        residual = r[rows]
         # Subtract in float64, so that the small residuals of pressed samples keep their digits.
-        np.subtract(g[rows], level, out=residual, casting="same_kind")
+        above, residual = g[rows] - level, r[rows]
+        mask = above < 0
+        mask |= p[rows] > 0
+        free[rows] = mask
+        residual[...] = above
         residual *= free[rows]
         return np.count_nonzero(mask), float(residual.sum())
 

@@ -31,7 +31,7 @@ class Arithmetic:
     Attributes
     ----------
     threads : int
-        Of the FFTs.
+        Of the FFTs and of the passes over the arrays.
     precision : "mixed" or "double"
         Mixed computes search directions in float32, all else in float64: same iterations.
     """

@@ -61,7 +61,7 @@ def solve(
     layer : Layer
         A solid of finite thickness in place of the half-space.
     threads : int
-        Of the FFTs.
+        Of the FFTs and of the passes over the arrays.
     precision : "mixed" or "double"
         Mixed computes search directions in float32, all else in float64: same iterations.
     max_iterations : int

@@ -69,7 +69,7 @@ def crossings(
     model : bearing or elastic
     criteria : to be bracketed
     resolution : width of the brackets in A/A0
-    threads : of the FFTs
+    threads : of an elastic contact
     news : called with a text on each contact
 
     Returns

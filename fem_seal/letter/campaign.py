@@ -71,7 +71,7 @@ class Plan:
     loads : tuple[float, ...]
         Mean pressures of Persson's curve, in units of E* h'rms.
     threads : int
-        Threads of the FFTs; they change no result.
+        Threads of an elastic contact; they change no result beyond its tolerance.
     """
 
     case: RoughCase

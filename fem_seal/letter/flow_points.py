@@ -161,7 +161,7 @@ def flow_point(
     model : "bearing" or "elastic"
     wanted : prescribed A/A0; 0 is first contact
     rtol : (upper - lower) / √(lower upper) of the certified leak rate
-    threads : of the FFTs
+    threads : of an elastic contact
     differences : whether to compute finite differences as well
     pressed : the surface, with the contacts before this one; a new one if left out
 

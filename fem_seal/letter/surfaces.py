@@ -82,7 +82,7 @@ class Model:
     Attributes
     ----------
     press : Callable[[GridField, float, 'array or None', int], 'GapState']
-        Function (surface, load, initial pressure or None, FFT threads) -> state.
+        Function (surface, load, initial pressure or None, threads) -> state.
     low, high : float
         First guess of a bracket of the percolation load.
     limit : float
@@ -146,7 +146,7 @@ def at_area(
     area_fraction : float
         A/A0.
     threads : int
-        Threads of the FFTs.
+        Threads of an elastic contact.
     start : (n, n) float, optional
         Pressure to start an elastic contact from [Pa].
 
@@ -180,7 +180,7 @@ class PressedSurface:
     seed : int
         Seed of the surface.
     threads : int
-        Threads of the FFTs.
+        Threads of an elastic contact.
     """
 
     def __init__(self, case: RoughCase, model: str, seed: int, threads: int = 1):

@@ -252,7 +252,7 @@ class Contact(Section):
     precision: Literal["mixed", "double"] = Field(
         "mixed", description="of search directions; all else is double"
     )
-    threads: Count = Field(1, le=1024, description="of the FFT")
+    threads: Count = Field(1, le=1024, description="of the contact")
 
     @model_validator(mode="after")
     def _check(self) -> "Contact":
