@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
@@ -197,7 +198,10 @@ def draw(
 def _film_of(result: Result, folder: Path) -> GridFilm | MeshFilm:
     """Film of a result, from its own arrays wherever it has some; nothing is computed or run."""
     if (folder / MESH_FILE).is_file():
-        return read_mesh(folder)
+        from fem_seal.mesh.gap_source import Formula
+
+        text = result.provenance.scene.get("shape", {}).get("gap_expression")
+        return replace(read_mesh(folder), formula=None if text is None else Formula(text))
     if (folder / CONTACT_FILE).is_file():
         flow = result.flow()
         return GridFilm(read_contact(folder)[0], flow.sides, flow.representation)

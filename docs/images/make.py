@@ -13,7 +13,7 @@ from PIL import Image
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-COLOURS = 128
+COLOURS = 256
 FEM_SEAL = "-m fem_seal"
 FIRST = "demos/scenes/first.toml"
 # Width in pixels; arguments of Python, in a folder with demos and meshes; the file that they draw.
@@ -45,7 +45,9 @@ def small(picture: Path, width: int, path: Path) -> None:
         whole = image.convert("RGB")
     size = width, round(whole.height * width / whole.width)
     shrunk = whole.resize(size, Image.Resampling.LANCZOS)
-    shrunk.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+    # MAXCOVERAGE keeps the colours of thin lines, k-means those of smooth ground.
+    few = shrunk.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)
 
 
 def make(name: str) -> None:

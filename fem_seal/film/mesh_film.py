@@ -12,6 +12,7 @@ from fem_seal.film.constriction import CriticalConstriction
 from fem_seal.film.triangulation import VertexGraph
 
 if TYPE_CHECKING:
+    from fem_seal.mesh.gap_source import Formula
     from fem_seal.mesh.triangles import TriangleMesh
 
 
@@ -24,6 +25,9 @@ class MeshFilm:
     mesh : TriangleMesh
     values : (V,) float
         Gap at the vertices [m], >= 0 and exactly 0 in contact, equal at twins.
+    formula : Formula, optional
+        Formula of the gap, if its values are those at the vertices. The film is linear between
+        them all the same; pictures show the contact of the formula.
 
     Raises
     ------
@@ -33,6 +37,7 @@ class MeshFilm:
 
     mesh: "TriangleMesh"
     values: np.ndarray
+    formula: "Formula | None" = None
 
     def __post_init__(self) -> None:
         bad = ~np.isfinite(self.values)

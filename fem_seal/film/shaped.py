@@ -45,7 +45,7 @@ def shaped_film(shape: AnyShape, grid: GridField | None, *, trust: bool = False)
     name = shape.path.name if isinstance(shape, MeshFile) else shape.kind
     reorient = shape.needs_gmsh or (isinstance(shape, MeshFile) and shape.reorient)
     mesh = shape_mesh(*labelled(triangles, name, reorient=reorient))
-    return MeshFilm(mesh, source(mesh.xy))
+    return MeshFilm(mesh, source(mesh.xy), source if isinstance(source, Formula) else None)
 
 
 def gap_source(shape: Shape, grid: GridField | None) -> GapSource:

@@ -1,6 +1,7 @@
 """Pictures of a film of any shape on the triangles of its mesh: mesh, gap and flow."""
 
 from collections.abc import Sequence
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -73,9 +74,9 @@ def flow_picture(leak: LeakRate, film: MeshFilm, path: str | Path) -> Path:
     field: FlowField = flow_of(leak)
     scale = flow_scale(field)
     flow = flow_triangles(field, scale)
-    layers: tuple[Layer, ...] = (*_contact_of(film), flow, *_boundaries(film.mesh))
+    layers: tuple[Layer, ...] = (flow, *_contact_of(film), *_boundaries(film.mesh))
     panel = _panel(layers, film.mesh)
-    key = (*_key(film), NO_FLOW) if scale.beyond == "min" or _pockets(film, field) else _key(film)
+    key = (*_key(film), NO_FLOW) if _pockets(film, field) else _key(film)
     return write_page([[panel]], path, scale=scale, key=key)
 
 
@@ -110,9 +111,36 @@ def _panel(layers: Sequence[Layer], mesh: "TriangleMesh") -> Panel:
 
 
 def _contact_of(film: MeshFilm) -> list[Mesh]:
-    """Layer of the triangles in contact; empty list if there are none."""
-    in_contact = film.mesh.cells[(film.values[film.mesh.cells] == 0).all(axis=1)]
-    return [Mesh(film.mesh.xy, in_contact, CONTACT.colour, 0)] if len(in_contact) else []
+    """Layers of the contact; empty list if there is none.
+
+    Triangles of which all corners touch are in contact. Of triangles with both, open corners and
+    ones that touch, the part where the film's formula is 0 is drawn as well, if it has a formula.
+    """
+    mesh = film.mesh
+    touching = (film.values[mesh.cells] == 0).sum(axis=1)
+    layers = [Mesh(mesh.xy, mesh.cells[touching == 3], CONTACT.colour, 0)]
+    if film.formula is not None:
+        at_rim = mesh.xy[mesh.cells[(touching > 0) & (touching < 3)]]
+        xy = _cut(at_rim, float(np.ptp(mesh.xy, axis=0).max()) / LONG_SIDE)
+        xy = xy[film.formula(xy.mean(axis=1)) == 0]
+        layers.append(
+            Mesh(xy.reshape(-1, 2), np.arange(3 * len(xy)).reshape(-1, 3), CONTACT.colour, 0)
+        )
+    return [layer for layer in layers if len(layer.cells)]
+
+
+def _cut(triangles: np.ndarray, longest: float) -> np.ndarray:
+    """Cut triangles (n, 3, 2) into equal ones (m, 3, 2) with sides of at most a length."""
+    if not len(triangles):
+        return triangles
+    sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
+    parts = ceil(sides.max() / longest)
+    i, j = (k.ravel() for k in np.mgrid[:parts, :parts])
+    upright = np.stack([[i, j], [i + 1, j], [i, j + 1]])[:, :, i + j < parts]
+    turned = np.stack([[i + 1, j], [i + 1, j + 1], [i, j + 1]])[:, :, i + j < parts - 1]
+    steps = np.concatenate([upright, turned], axis=2) / parts
+    origin, along = triangles[:, None, None, 0], triangles[:, 1:] - triangles[:, :1]
+    return (origin + np.einsum("cdk,ndx->nkcx", steps, along)).reshape(-1, 3, 2)
 
 
 def _boundaries(mesh: "TriangleMesh") -> list[Mesh]:
