@@ -35,6 +35,14 @@ def relative_half_width(lower: float, upper: float) -> float:
     return (upper - lower) / (upper + lower) if upper > 0 else 0.0
 
 
+def half_width_of(rtol: float) -> float:
+    """Relative half-width, as `relative_half_width` gives it, of a bracket of relative width rtol.
+
+    With upper/lower = e^(2u), rtol = 2 sinh u and the half-width is tanh u.
+    """
+    return 0.5 * rtol / float(np.hypot(1.0, 0.5 * rtol)) if np.isfinite(rtol) else 1.0
+
+
 @dataclass(frozen=True)
 class Level:
     """One mesh of a refinement, with its bounds and cost.

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from fem_seal import parallel
 from fem_seal.errors import FemSealError, MissingPackage, NotConverged
-from fem_seal.points.farm import WorkerKilledError, farm, watch
+from fem_seal.points.farm import WorkerKilledError, farm, say, watch
 from fem_seal.points.task import Chain, Task, nothing
 from fem_seal.points.work import Work
 from fem_seal.progress import Report, silent
@@ -168,7 +168,7 @@ def compute_alone(chain: Chain) -> Failures:
     """Compute a chain in a worker, which solves without the other processes."""
     comm = parallel.alone()
     parallel.start_petsc(comm)
-    return compute_chain(chain, comm=comm)
+    return compute_chain(chain, say, comm=comm)
 
 
 def under(head: str, report: Report) -> Report:
@@ -186,11 +186,16 @@ def _in_many(
     """Compute chains in workers; errors of the points that failed and left no file."""
     folder_of = {task.name: chain.folder for chain in chains for task in chain.tasks}
     now_and_then = _Seldom(gather)
+    latest = ""
+
+    def hear(news: str) -> None:
+        nonlocal latest
+        latest = news
 
     def look() -> int:
         now_and_then()
         done = sum(folder_of[name].there(name) for name in missing)
-        report(f"{done}/{len(missing)} points", "")
+        report(f"{done}/{len(missing)} points", latest)
         return done
 
     chains = [chain for chain in chains if _not_there([chain])]
@@ -204,7 +209,9 @@ def _in_many(
         # A point whose process is killed twice, the second time alone, has failed.
         batch = chains[:1] if alone else chains
         try:
-            for errors in farm(batch, compute_alone, 1 if alone else work.jobs, look, work.memory):
+            for errors in farm(
+                batch, compute_alone, 1 if alone else work.jobs, look, work.memory, hear
+            ):
                 failures |= errors
         except WorkerKilledError:
             chains = [chain for chain in chains if _not_there([chain])]

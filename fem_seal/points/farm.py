@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from math import inf
 from multiprocessing import forkserver
 from typing import TypeVar
@@ -30,6 +31,16 @@ UNKNOWN_POINT = 4_000_000_000
 
 class WorkerKilledError(Exception):
     """A process of the pool has died, most likely of too little memory."""
+
+
+NEWS_BYTES = 200  # of a chain's latest news
+# Of a worker: memory for the news of all chains, and the number of its chain.
+_news: "ctypes.Array[ctypes.c_ubyte] | None" = None
+_number = 0
+
+
+def _nobody(news: str) -> None:
+    """Hear nothing."""
 
 
 def prepare(modules: Sequence[str]) -> None:
@@ -59,6 +70,7 @@ def farm(
     jobs: int,
     look: Callable[[], int],
     memory: int | None = None,
+    hear: Callable[[str], None] = _nobody,
 ) -> list[Answer]:
     """Compute chains in processes of this machine.
 
@@ -77,6 +89,8 @@ def farm(
         Called every half second and at the end; returns how many points are finished.
     memory : int, optional
         Most memory of all processes together [bytes]; what the machine has if left out.
+    hear : callable
+        Called before each look with the latest news, by `say`, of the first chain that runs.
 
     Returns
     -------
@@ -91,8 +105,13 @@ def farm(
     prepare([compute.__module__])
     with _environment() as environment:
         context = multiprocessing.get_context("forkserver")
-        pool = ProcessPoolExecutor(jobs, context, _begin, (environment,))
+        news = context.RawArray(ctypes.c_ubyte, NEWS_BYTES * len(chains))
+        pool = ProcessPoolExecutor(jobs, context, _begin, (environment, news))
     largest = 0
+
+    def look_and_hear() -> int:
+        hear(_first_news(bytes(memoryview(news))))
+        return look()
 
     def fitting(finished: int) -> int:
         nonlocal largest
@@ -107,7 +126,8 @@ def farm(
 
     done = False
     try:
-        answers = watch(chains, compute, pool, look, fitting)
+        numbered = list(enumerate(chains))
+        answers = watch(numbered, partial(_numbered, compute), pool, look_and_hear, fitting)
         done = True
     except BrokenProcessPool:
         raise WorkerKilledError from None
@@ -192,11 +212,45 @@ def _environment() -> Iterator[dict[str, str]]:
         os.environ.update(before)
 
 
-def _begin(environment: dict[str, str]) -> None:
+def _first_news(news: bytes) -> str:
+    """Text of the first chain that has one."""
+    number = (len(news) - len(news.lstrip(b"\0"))) // NEWS_BYTES
+    text = news[number * NEWS_BYTES : (number + 1) * NEWS_BYTES]
+    return text.rstrip(b"\0").decode("utf-8", "ignore")
+
+
+def say(stage: str, detail: str) -> None:
+    """Give news of the chain that this process computes; a `Report` for workers of `farm`."""
+    if _news is not None:
+        words = f"{stage}: {detail}" if detail else stage
+        _write(words.encode()[:NEWS_BYTES])
+
+
+def _write(text: bytes) -> None:
+    # Each chain has a part of the memory, which one process writes: there is no lock that a killed
+    # process could hold.
+    if _news is not None:
+        start = _number * NEWS_BYTES
+        _news[start : start + NEWS_BYTES] = list(text.ljust(NEWS_BYTES, b"\0"))
+
+
+def _numbered(compute: Callable[[Chain], Answer], numbered: tuple[int, Chain]) -> Answer:
+    """Compute a chain with its number; its news end with it."""
+    global _number
+    _number, chain = numbered
+    try:
+        return compute(chain)
+    finally:
+        _write(b"")
+
+
+def _begin(environment: dict[str, str], news: "ctypes.Array[ctypes.c_ubyte]") -> None:
     """Take the variables of the first process as they are now, and end with it.
 
     The process from which workers are forked has those of the time at which it was started.
     """
+    global _news
+    _news = news
     os.environ.clear()
     os.environ.update(environment)
     prctl = getattr(ctypes.CDLL(None), "prctl", None)

@@ -14,6 +14,7 @@ from fem_seal.scene.sections import (
     LineLoad,
     Number,
     Pressure,
+    Seconds,
     Section,
     readable_file,
 )
@@ -64,9 +65,12 @@ class Seal(Section):
         None, description="[along, across] the flow: patches are windows of the map"
     )
     rtol: Number = Field(
-        0.2, ge=1e-6, description="(upper - lower) / sqrt(lower upper) wanted of each patch"
+        0.2, ge=1e-6, description="(upper - lower) / sqrt(lower upper) wanted of the seal"
     )
     max_loads: Count = Field(40, ge=4, description="most net loads of each patch")
+    max_seconds: Seconds | None = Field(
+        None, description="of each patch; then its bounds so far count"
+    )
 
     @property
     def table(self) -> Path | None:

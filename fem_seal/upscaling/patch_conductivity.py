@@ -21,6 +21,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,12 +30,13 @@ from fem_seal import parallel
 from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
-from fem_seal.digits import per_cent
+from fem_seal.digits import per_cent, with_prefix
 from fem_seal.errors import present
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate, Level, relative_width
+from fem_seal.leak_rate import LeakRate, Level, half_width_of, relative_width
+from fem_seal.limits import Limits
 from fem_seal.patch import Patch
 from fem_seal.steps import elastic_contact
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
@@ -51,6 +53,9 @@ SHARE = 0.5
 # Tolerance of a flow over flow.rtol, until its load turns out to matter; the first flow, on whose
 # mesh the others begin, has flow.rtol.
 LOOSE = 3.0
+# Unknowns of a loose flow over those of the first one, at most: near the load that seals a flow
+# takes many and rarely matters.
+MOST_LOOSE = 4.0
 # Part of the tolerance that the flows may take before those that matter are solved more sharply.
 OF_FLOWS = 0.5
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
@@ -59,9 +64,14 @@ WIDTH = 0.18
 BETWEEN, BEYOND = 2, 0.125
 # Intervals whose steps make less of the error than this part of the tolerance are not enclosed.
 SMALL = 0.02
+SIMPSON = (4, 1, 1)  # weights of the value and of both bounds
 NARROW = 1e-6  # relative distance of two pressures that count as one
 # Samples of all flows that are kept; the oldest are given up first.
 KEPT = 1 << 25
+
+
+def _nothing(words: str) -> None:
+    """Tell nobody."""
 
 
 class LoadedPatch:
@@ -71,10 +81,13 @@ class LoadedPatch:
     ----------
     patch : Patch
         Of a scene with an elastic contact on a grid. Its own load does not count.
+    most_loose : float
+        Unknowns of a flow over those of the first one, at most, until its load turns out to matter.
     """
 
-    def __init__(self, patch: Patch):
+    def __init__(self, patch: Patch, *, most_loose: float = MOST_LOOSE):
         self.patch = patch
+        self._most_loose = most_loose
         self.reasons: list[str] = []
         # Whether all loads so far agree with the enclosures of their intervals.
         self.convex = True
@@ -82,6 +95,7 @@ class LoadedPatch:
         self._bounds: dict[float, tuple[float, float]] = {}
         self._flows: dict[float, MeshedFlow] = {}
         self._loose: set[float] = set()
+        self._first_unknowns = 0
         self._enclosures: dict[tuple[float, float], Enclosure | None] = {}
 
     def bounds(self, load: float) -> tuple[float, float]:
@@ -220,15 +234,25 @@ class LoadedPatch:
         film = self._film(state.gap.values)
         if film.sealed:
             return 0.0, 0.0
-        leak = self._leak_rate(load, film, looseness * self.patch.scene.flow.rtol)
-        if not leak.converged:
-            self.reasons.append(f"at a net load of {state.mean_pressure:g} Pa: {leak.reason}")
+        limits = self.patch.scene.flow.limits
+        if looseness > 1:
+            most = max(1, int(self._most_loose * self._first_unknowns))
+            limits = replace(limits, unknowns=min(most, limits.unknowns or most))
+        leak = self._leak_rate(load, film, looseness * self.patch.scene.flow.rtol, limits)
+        self._first_unknowns = self._first_unknowns or leak.unknowns
+        if looseness == 1 and not leak.converged:
+            load_text = with_prefix(state.mean_pressure, "Pa")
+            # The rest of the reason names the tolerance of this flow, which is not the seal's.
+            why = leak.reason.partition(";")[0]
+            self.reasons.append(f"its flow at a net load of {load_text} ended early, since {why}")
         length, width = state.gap.size
         per_rate = length / (width * self.patch.scene.drive.pressure_drop)
         lower, upper = leak.bounds
         return lower * per_rate, upper * per_rate
 
-    def _leak_rate(self, load: float, film: GridFilm, rtol: float) -> LeakRate:
+    def _leak_rate(
+        self, load: float, film: GridFilm, rtol: float, limits: Limits
+    ) -> LeakRate:
         from fem_seal.flow import leak_rate
 
         scene, report = self.patch.scene, self.patch.report
@@ -249,7 +273,7 @@ class LoadedPatch:
             slip=at_mean_pressure(scene.slip),
             method=scene.flow.method,
             rtol=rtol,
-            limits=scene.flow.limits,
+            limits=limits,
             progress=progress,
             comm=parallel.communicator(self.patch.comm),
             kept=self._nearest(load) if nearby else None,
@@ -288,7 +312,7 @@ class PatchFlow:
     converged : bool
         Whether the bounds are as near each other as asked for.
     reason : str
-        Why not, else empty.
+        What ended the refinement before, and what to change; else empty.
     """
 
     table: ConductivityTable | None
@@ -307,6 +331,8 @@ def refined(
     uniform: bool,
     tolerance: float = TOLERANCE,
     most_loads: int = MOST_LOADS,
+    max_seconds: float | None = None,
+    tell: Callable[[str], None] = _nothing,
 ) -> PatchFlow:
     """Add loads to a patch's table until the leak rate of the seal is known to a tolerance.
 
@@ -329,6 +355,10 @@ def refined(
     tolerance : float
         Of (upper - lower)/√(lower upper).
     most_loads : int
+    max_seconds : float, optional
+        Time at most; the bounds at hand are returned then.
+    tell : callable
+        Called with words on how far the table is.
 
     Returns
     -------
@@ -343,16 +373,23 @@ def refined(
         return PatchFlow(None, SealFlow("lifted off", inf, inf, inf))
     # The highest net load that can let no fluid pass decides whether the seal is sealed.
     decisive = highest - inlet
+    tell("whether it seals")
     if patch.sealed(decisive):
         table = patch.table([decisive])
         return PatchFlow(table, flow_of(table))
+    started = perf_counter()
     # The flows begin at the lowest load, whose open channels are those of all others and more.
     first = [decisive] if uniform else np.linspace(0, decisive, 5).tolist()
+    tell(f"its first {len(first) + 1} net loads")
     table = patch.table([*first, highest - outlet])
     while True:
         flow = flow_of(table)
         if _width(flow) <= tolerance:
             return PatchFlow(table, flow)
+        tell(_progress(table, flow, tolerance, most_loads))
+        if max_seconds is not None and perf_counter() - started > max_seconds:
+            reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
+            return PatchFlow(table, flow, False, reason)
         ends = list(zip(table.loads[:-1].tolist(), table.loads[1:].tolist(), strict=True))
         error = _load_error(table, flow)
         enclosed = np.array([patch.enclosed(*pair) for pair in ends])
@@ -374,9 +411,18 @@ def refined(
         excess = expected.sum() + of_flows - tolerance
         marked = _marked(np.where(large, expected, 0.0), 4 / 3 * max(excess, 0) + 0.1 * tolerance)
         loads = 0.5 * (table.loads[:-1] + table.loads[1:])[marked]
-        if not loads.size or table.loads.size + loads.size > most_loads:
-            return PatchFlow(table, flow, False, _reason(patch, flow, tolerance, most_loads))
+        full = table.loads.size + loads.size > most_loads
+        if not loads.size or full:
+            return PatchFlow(table, flow, False, _reason(patch, full, tolerance, most_loads))
         table = patch.table(loads.tolist())
+
+
+def _progress(
+    table: ConductivityTable, flow: SealFlow, tolerance: float, most_loads: int
+) -> str:
+    """How many loads there are, and what they are to reach."""
+    reached, wanted = per_cent(half_width_of(_width(flow))), per_cent(half_width_of(tolerance))
+    return f"{table.loads.size} of at most {most_loads} net loads, ±{reached}, ±{wanted} wanted"
 
 
 def _width(flow: SealFlow) -> float:
@@ -405,16 +451,24 @@ class _LoadError:
 
 
 def _load_error(table: ConductivityTable, flow: SealFlow) -> _LoadError:
-    """Error of each interval, from the influence of the places that have its loads."""
-    along = present(flow.path, "path of the flow")
-    net = along.contact_pressure - along.fluid_pressure
-    net, count = 0.5 * (net[1:] + net[:-1]), table.loads.size - 1
-    interval = np.searchsorted(table.loads, net) - 1
-    known = (interval >= 0) & (interval < count)
-    interval, net, influence = interval[known], net[known], along.influence[known]
-    fall = _log_ratio(table.highest(net), table.lowest(net))
-    error = np.bincount(interval, influence * fall, count)
-    share = np.bincount(interval, influence, count)
+    """Error of each interval, from the influence of the places that have its loads.
+
+    With ln K_t on the way from the lower bounds to the upper ones, ln(upper/lower) of the leak rate
+    is ∫ Σ influence_t × ln(K_upper/K_lower) dt: Simpson's rule takes the influences of the value
+    and of both bounds, which lie at other loads where the bounds are far apart.
+    """
+    count = table.loads.size - 1
+    error, share = np.zeros(count), np.zeros(count)
+    paths = (present(flow.path, "path of the flow"), *flow.bounding)
+    weights = np.array(SIMPSON[: len(paths)]) / sum(SIMPSON[: len(paths)])
+    for weight, along in zip(weights, paths, strict=True):
+        net, influence = along.net_loads.ravel(), weight * along.influences.ravel()
+        interval = np.searchsorted(table.loads, net) - 1
+        known = (interval >= 0) & (interval < count)
+        interval, net, influence = interval[known], net[known], influence[known]
+        fall = _log_ratio(table.highest(net), table.lowest(net))
+        error += np.bincount(interval, influence * fall, count)
+        share += np.bincount(interval, influence, count)
     of_ends = _log_ratio(table.upper, table.lower)
     own = 0.5 * share * (of_ends[:-1] + of_ends[1:])
     of_flows = 0.5 * of_ends * (np.append(share, 0.0) + np.append(0.0, share))
@@ -446,10 +500,11 @@ def _marked(error: np.ndarray, excess: float) -> np.ndarray:
     return order[: 1 + int(np.searchsorted(np.cumsum(error[order]), part))]
 
 
-def _reason(patch: LoadedPatch, flow: SealFlow, tolerance: float, most_loads: int) -> str:
+def _reason(patch: LoadedPatch, full: bool, tolerance: float, most_loads: int) -> str:
+    """Limit that ended a refinement, and the remedy."""
     if patch.reasons:
-        return patch.reasons[0]
-    return (
-        f"the leak rate of the seal is known to {_width(flow):.2g} with at most {most_loads} "
-        f"loads, {tolerance:.2g} was asked for; raise seal.max_loads or lower flow.rtol"
-    )
+        return f"{patch.reasons[0]}; raise that limit"
+    if full:
+        return f"it may take {most_loads} net loads; raise seal.max_loads"
+    rtol = patch.patch.scene.flow.rtol
+    return f"flow.rtol = {rtol:g} is too wide for it; lower it to {OF_FLOWS * tolerance:.2g}"

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fem_seal.digits import per_cent, rounded_up
 from fem_seal.errors import present
-from fem_seal.leak_rate import FlowState
+from fem_seal.leak_rate import FlowState, half_width_of, relative_half_width, relative_width
 from fem_seal.patch import Patch
 from fem_seal.points import Work
 from fem_seal.upscaling.network import (
@@ -98,13 +99,13 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
     NotConverged
         If a contact is not solved to its tolerance.
     """
-    scene = patch.scene
+    scene, seal = patch.scene, present(patch.scene.seal, "[seal]")
     profile, path = profile_of(scene)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
     size = present(patch.surface, "surface").size
     if profile.highest <= ends.inlet:
         lifted = PatchFlow(None, SealFlow("lifted off", inf, inf, inf))
-        return _together((lifted,) * present(scene.seal, "[seal]").patches, path, size)
+        return _together((lifted,) * seal.patches, path, size, seal.rtol)
     solved = solved_patches(realizations(scene), patch, folder, work or Work())
     flows = (
         PatchFlow(one.table, seal_flow(one.table, profile, path, ends), one.converged, one.reason)
@@ -114,7 +115,7 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
     known = [error for error in errors if error is not None]
     largest = max(known) if known and len(known) == len(errors) else None
     gaps = [one.critical_gap for one in solved if one.critical_gap]
-    together = _together(tuple(flows), path, size)
+    together = _together(tuple(flows), path, size, seal.rtol)
     return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
 
 
@@ -123,7 +124,9 @@ def middling(flows: tuple[PatchFlow, ...]) -> PatchFlow:
     return sorted(flows, key=lambda one: one.flow.value)[len(flows) // 2]
 
 
-def _together(flows: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, float]) -> SealLeak:
+def _together(
+    flows: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, float], rtol: float
+) -> SealLeak:
     """Put the patches of a size [m] into the network of the seal."""
     rates = np.array([(one.flow.lower, one.flow.value, one.flow.upper) for one in flows])
     lengths = [one.flow.path.sealing_length for one in flows if one.flow.path]
@@ -131,13 +134,42 @@ def _together(flows: tuple[PatchFlow, ...], path: LeakPath, size: tuple[float, f
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(one.flow.state == "sealed" for one in flows)
     share = sealed / len(flows), *sealed_share(sealed, len(flows))
-    reasons = [one.reason for one in flows if not one.converged]
-    reason = reasons[0] if reasons else ""
-    rest = not reasons, reason, path.length, middling(flows).flow.sealing
+    sealing = middling(flows).flow.sealing
     if any(one.flow.state == "lifted off" for one in flows):
-        return SealLeak("lifted off", inf, inf, inf, flows, count, 0.0, None, share, *rest)
+        return SealLeak(
+            "lifted off", inf, inf, inf, flows, count, 0.0, None, share, True, "", path.length,
+            sealing,
+        )  # fmt: skip
     drawn = drawn_seals(rates, count)
     lower, value, upper = map(float, drawn.mean)
     interval = generalised_interval(rates[:, 1], count.along)
     state: FlowState = "sealed" if upper == 0 else "leaking"
-    return SealLeak(state, value, lower, upper, flows, count, drawn.scatter, interval, share, *rest)
+    reason = _missed(flows, lower, upper, rtol)
+    return SealLeak(
+        state, value, lower, upper, flows, count, drawn.scatter, interval, share, not reason,
+        reason, path.length, sealing,
+    )  # fmt: skip
+
+
+def _missed(flows: tuple[PatchFlow, ...], lower: float, upper: float, rtol: float) -> str:
+    """Sentence on a tolerance that the bounds of the seal [m³/s] miss, else empty.
+
+    A patch that leaks little may stay wide, as long as the seal is known.
+    """
+    ended = [number for number, one in enumerate(flows) if not one.converged]
+    if not ended or upper == 0 or relative_width(lower, upper) <= rtol:
+        return ""
+    widths = [relative_half_width(flows[k].flow.lower, flows[k].flow.upper) for k in ended]
+    number = ended[int(np.argmax(widths))]
+    reached, asked, worst = map(
+        per_cent, (relative_half_width(lower, upper), half_width_of(rtol), max(widths))
+    )
+    content = ""
+    if lower > 0:
+        width = rounded_up(relative_width(lower, upper), 2)
+        content = f", or be content with seal.rtol = {width}"
+    return (
+        f"the leak rate of the seal is known to ±{reached}, and seal.rtol = {rtol:g} asks for "
+        f"±{asked}: patch {number + 1} of {len(flows)} got to ±{worst}, since "
+        f"{flows[number].reason}{content}"
+    )

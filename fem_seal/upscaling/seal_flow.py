@@ -17,7 +17,8 @@ begins where P = p_in.
 from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf, log, pi, sqrt
+from math import exp, inf, log, pi, sqrt
+from typing import TypeVar
 
 import numpy as np
 
@@ -32,6 +33,10 @@ CELLS = 1000  # of the leak path
 SHOOTING = 1e-9
 ROUNDING = 1e-12  # of a pressure
 WIDENING, MOST_WIDENINGS = 5.0, 100  # of the range of ln Q that is searched, at each end
+# Of the search: halving a range of 1000 fifty times makes it shorter than SHOOTING.
+MOST_ITERATIONS = 100
+RELATIVE = 4 * np.finfo(float).eps  # the least that SciPy takes for the tolerance of ln Q
+PLACES = 8  # of each cell at which the influence is computed
 PARTS = (0.05, 0.5, 0.95)  # of the influence, at start, middle and end of the sealing part
 # ln of the ratio of two conductivities, at most: a sealed load counts as this.
 MOST_FALL = 20.0
@@ -105,6 +110,7 @@ class RingPath:
 
 
 LeakPath = StraightPath | RingPath
+Number = TypeVar("Number", float, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -156,8 +162,8 @@ class EndPressures:
         ambient = drive.outlet_pressure - outlet
         return cls(inlet, outlet, ambient, drive.pressure_drop / squares)
 
-    def potential(self, pressure: float) -> float:
-        """Φ [Pa] of a pressure above ambient [Pa]."""
+    def potential(self, pressure: Number) -> Number:
+        """Φ [Pa] of a pressure above ambient [Pa], or of many."""
         if self.per_square == 0:
             return pressure
         return self.per_square * (pressure + self.ambient) ** 2
@@ -203,15 +209,22 @@ class PathFlow:
         P and p [Pa], p above ambient.
     conductivity : (n,) float
         K(P - p) [m³/(Pa s)]; infinite where the film is open, P <= p.
-    influence : (n - 1,) float
-        Of each cell's ln K on ln Q, d ln Q = Σ influence × d ln K; the sum is 1.
+    net_loads, influences : (n - 1, m) float
+        Net loads [Pa] along each cell, and the influence of ln K at each of them on ln Q: d ln Q =
+        Σ influence × d ln K. The sum is 1.
     """
 
     x: np.ndarray
     contact_pressure: np.ndarray
     fluid_pressure: np.ndarray
     conductivity: np.ndarray
-    influence: np.ndarray
+    net_loads: np.ndarray
+    influences: np.ndarray
+
+    @property
+    def influence(self) -> np.ndarray:
+        """Influence of each cell's ln K on ln Q, (n - 1,) float."""
+        return self.influences.sum(axis=1)
 
     @property
     def sealing_length(self) -> float:
@@ -240,6 +253,8 @@ class SealFlow:
         Pressures and conductivity along the path, of the value; None unless leaking.
     sealing : SealingPart or None
         Where the seal seals; None if lifted off.
+    bounding : tuple of PathFlow
+        As `path`, of the lower and the upper bound, as far as they are positive and finite.
     """
 
     state: FlowState
@@ -248,6 +263,7 @@ class SealFlow:
     upper: float
     path: PathFlow | None = None
     sealing: SealingPart | None = None
+    bounding: tuple[PathFlow, ...] = ()
 
 
 def seal_flow(
@@ -299,8 +315,14 @@ def seal_flow(
     lower = _leak_rate(table.lowest, high, lengths, ends) * (1 - 2 * SHOOTING)
     upper = _leak_rate(table.highest, low, lengths, ends) * (1 + 2 * SHOOTING)
     value = _leak_rate(table.interpolated, middle, lengths, ends)
-    along = _path_flow(table, profile, x, middle, lengths, ends, value)
-    return SealFlow("leaking", value, lower, upper, along, along.sealing)
+    cuts = [(table.interpolated, middle, value), (table.lowest, high, lower)]
+    cuts.append((table.highest, low, upper))
+    along, *bounding = (
+        _path_flow(steps, profile, x, P, lengths, ends, rate)
+        for steps, P, rate in cuts
+        if 0 < rate < inf
+    )
+    return SealFlow("leaking", value, lower, upper, along, along.sealing, tuple(bounding))
 
 
 def _sealed_part(profile: Profile, pressure: float, cells: int) -> SealingPart:
@@ -331,8 +353,6 @@ def _leak_rate(
         P of each cell [Pa], and its Δs.
     ends : EndPressures
     """
-    from scipy.optimize import brentq
-
     net = pressure.max() - ends.inlet
     if net <= 0:
         return inf
@@ -340,16 +360,57 @@ def _leak_rate(
     K = float(steps(np.nextafter(net, inf)))
     if K in (0.0, inf):
         return K
-    excess = _excess(steps, pressure, lengths, ends)
+    march = _March(steps, pressure, lengths, ends)
     finite = steps.conductivity[np.isfinite(steps.conductivity) & (steps.conductivity > 0)]
     scale = ends.drop / lengths.sum()
     low, high = log(finite.min() * scale) - 1, log(finite.max() * scale) + 1
+    return exp(_root(lambda log_rate: march.excess(exp(log_rate)), low, high))
+
+
+def _root(
+    excess: Callable[[float], float],
+    low: float,
+    high: float,
+    *,
+    most: int = MOST_ITERATIONS,
+) -> float:
+    """Root of an excess that grows with ln Q, from two guesses of its bracket.
+
+    Algorithm 748 halves its bracket in each iteration at least (G. E. Alefeld, F. A. Potra and
+    Y. Shi, ACM Trans. Math. Softw. 21, 327 (1995)), so that `MOST_ITERATIONS` are never needed.
+
+    Parameters
+    ----------
+    excess : callable
+        Of ln Q, without unit.
+    low, high : float
+        Guesses of ln Q below and above the root, which are moved until they are.
+    most : int
+        Iterations at most.
+
+    Raises
+    ------
+    NotConverged
+        If no bracket is found, or the iterations end before ln Q is known to `SHOOTING`.
+    """
+    from scipy.optimize import toms748
+
     low, high = _widened(excess, low, -WIDENING), _widened(excess, high, WIDENING)
-    return float(np.exp(brentq(excess, low, high, xtol=SHOOTING, rtol=1e-15)))
+    # A root at an end of the bracket is returned as it is.
+    root, outcome = toms748(
+        excess, low, high, xtol=SHOOTING, rtol=RELATIVE, maxiter=most, full_output=True, disp=False
+    )
+    if not outcome.converged:
+        raise NotConverged(
+            f"the leak rate at which the fluid has the inlet's pressure at the inlet is not known "
+            f"after {outcome.iterations} iterations: ln Q is near {root:.6g} (Q in m^3/s), with "
+            f"{SHOOTING:g} asked for; this is a defect of fem_seal, please report it"
+        )
+    return float(root)
 
 
 def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> float:
-    """First ln Q, step by step, where the excess [Pa] is 0 or has the sign of the step.
+    """First ln Q, step by step, where the excess is 0 or has the sign of the step.
 
     Raises
     ------
@@ -363,65 +424,95 @@ def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> 
         log_rate += step
     raise NotConverged(
         f"no leak rate gives the fluid the inlet's pressure at the inlet: at ln Q = "
-        f"{log_rate - step:.6g} (Q in m^3/s) it still differs by {reached:.3g} Pa"
+        f"{log_rate - step:.6g} (Q in m^3/s) it still differs by {abs(reached):.3g} of the "
+        "pressure drop"
     )
 
 
-def _excess(
-    steps: ConductivitySteps, pressure: np.ndarray, lengths: np.ndarray, ends: EndPressures
-) -> Callable[[float], float]:
-    """Function of ln Q: pressure that it makes at the inlet, minus the inlet's [Pa]."""
-    cells = list(zip(pressure[::-1].tolist(), lengths[::-1].tolist(), strict=True))
-    loads, K = steps.loads.tolist(), steps.conductivity.tolist()
-    # Where the table begins at P - p_in, p stops at p_in for all larger Q: the root is the smallest
-    # one, and what rounding makes of P - (P - p_in) must not hide it.
-    target = ends.inlet - ROUNDING * (ends.inlet - ends.outlet)
-
-    def excess(log_rate: float) -> float:
-        rate, p = np.exp(log_rate), ends.outlet
-        for P, length in cells:
-            p = _across(loads, K, P, p, rate * length, ends)
-            if p >= ends.inlet:
-                break
-        return p - target
-
-    return excess
-
-
-def _across(
-    loads: list[float], K: list[float], P: float, p: float, flux: float, ends: EndPressures
-) -> float:
-    """Pressure [Pa] at the inlet's side of a cell, from the pressure p [Pa] at its outlet's side.
+class _March:
+    """Integration of dΦ/ds = -Q/K from the outlet to the inlet, cell by cell.
 
     Parameters
     ----------
-    loads, K : list of float
-        Of `ConductivitySteps`.
-    P : float
-        Contact pressure of the cell [Pa].
-    p : float
-    flux : float
-        Q Δs [m³/s].
+    steps : ConductivitySteps
+    pressure, lengths : (n,) float
+        P of each cell [Pa], and its Δs; the first cell is at the inlet.
     ends : EndPressures
     """
-    if p >= P:
-        return p
-    for step in range(bisect_left(loads, P - p), -1, -1):
-        # At this step K holds until the net load has fallen to that of the next one.
-        to = P - loads[step - 1] if step else P
-        if K[step] == inf:
-            return p
-        if K[step] > 0:
-            rise = K[step] * (ends.potential(to) - ends.potential(p))
-            if rise >= flux:
-                return min(to, ends.pressure(ends.potential(p) + flux / K[step]))
-            flux -= rise
-        p = to
-    return p
+
+    def __init__(
+        self,
+        steps: ConductivitySteps,
+        pressure: np.ndarray,
+        lengths: np.ndarray,
+        ends: EndPressures,
+    ):
+        self._loads, self._K = steps.loads.tolist(), steps.conductivity.tolist()
+        self._cells = list(zip(pressure[::-1].tolist(), lengths[::-1].tolist(), strict=True))
+        self._ends, self._length = ends, float(lengths.sum())
+        closed = np.flatnonzero(pressure > ends.inlet)
+        # Δs of the cells at the inlet whose film is open.
+        self._open = float(lengths[: closed[0]].sum()) if closed.size else self._length
+
+    def excess(self, rate: float) -> float:
+        """By how much a leak rate Q [m³/s] is too large, without unit; negative if too small.
+
+        Of one that is too small, what the fluid's pressure lacks of p_in at the inlet, over the
+        pressure drop. Of one that is too large, the part of ∫ ds that is left where it reaches
+        p_in. Both vanish at the leak rate, and it is nearly linear in ln Q on either side.
+        """
+        # Where the table begins at P - p_in, p stops at p_in for all larger Q: the root is the
+        # smallest one, and what rounding makes of P - (P - p_in) must not hide it.
+        drop = self._ends.inlet - self._ends.outlet
+        target = self._ends.inlet - ROUNDING * drop
+        p, left = self._marched(rate, target, [])
+        if p < target:
+            return (p - target) / drop
+        return (left - self._open) / self._length
+
+    def pressures(self, rate: float) -> np.ndarray:
+        """Fluid pressure [Pa] at the ends of the cells, the inlet first."""
+        visited = [self._ends.outlet]
+        self._marched(rate, inf, visited)
+        return np.array(visited[::-1])
+
+    def _marched(self, rate: float, target: float, visited: list[float]) -> tuple[float, float]:
+        """Last pressure [Pa], and ∫ ds from there to the inlet.
+
+        The march ends where p reaches the target [Pa]. `visited` takes p at the inlet's side of
+        each cell.
+        """
+        loads, K, per_square, ambient = (
+            self._loads, self._K, self._ends.per_square, self._ends.ambient,
+        )  # fmt: skip
+        p, left = self._ends.outlet, self._length
+        potential = self._ends.potential(p)
+        for P, length in self._cells:
+            flux = rate * length
+            # At step k the load has the conductivity K[k] until it has fallen to loads[k - 1].
+            step = bisect_left(loads, P - p) if p < P else -1
+            while step >= 0 and K[step] != inf:
+                to = min(P - loads[step - 1] if step else P, target)
+                potential_to = per_square * (to + ambient) ** 2 if per_square else to
+                rise = K[step] * (potential_to - potential)
+                if rise >= flux and K[step] > 0:
+                    potential += flux / K[step]
+                    p = sqrt(potential / per_square) - ambient if per_square else potential
+                    p = min(to, p)
+                    flux = 0.0
+                    break
+                flux -= rise
+                p, potential = to, potential_to
+                if p >= target:
+                    return p, left - length * (1 - flux / (rate * length))
+                step -= 1
+            visited.append(p)
+            left -= length
+        return p, left
 
 
 def _path_flow(
-    table: ConductivityTable,
+    steps: ConductivitySteps,
     profile: Profile,
     x: np.ndarray,
     middle: np.ndarray,
@@ -430,39 +521,41 @@ def _path_flow(
     rate: float,
 ) -> PathFlow:
     """Pressures along the path at a leak rate [m³/s]; see `seal_flow`."""
-    steps = table.interpolated
     if len(lengths) == 1:
         # A uniform profile is solved in one cell, and drawn in many.
         x = np.linspace(0, x[-1], CELLS + 1)
         middle, lengths = np.full(CELLS, middle[0]), np.full(CELLS, lengths[0] / CELLS)
-    loads, K = steps.loads.tolist(), steps.conductivity.tolist()
-    p = [ends.outlet]
-    for P, length in zip(middle[::-1].tolist(), lengths[::-1].tolist(), strict=True):
-        p.append(_across(loads, K, P, p[-1], rate * length, ends))
-    fluid = np.array(p[::-1])
+    fluid = _March(steps, middle, lengths, ends).pressures(rate)
     P = profile(x)
-    return PathFlow(x, P, fluid, steps(P - fluid), _influence(table, middle, fluid, ends))
+    net, influences = _influences(steps, middle, fluid, ends)
+    return PathFlow(x, P, fluid, steps(P - fluid), net, influences)
 
 
-def _influence(
-    table: ConductivityTable, middle: np.ndarray, fluid: np.ndarray, ends: EndPressures
-) -> np.ndarray:
-    """Influence of each cell on the leak rate; see `PathFlow`.
+def _influences(
+    steps: ConductivitySteps, middle: np.ndarray, fluid: np.ndarray, ends: EndPressures
+) -> tuple[np.ndarray, np.ndarray]:
+    """Net loads along each cell, and their influence on the leak rate; see `PathFlow`.
 
     A change δ ln K changes p by δp, (δp)' + a δp = -(dp/ds) (δ ln K - δ ln Q), a = d ln K/dp dp/ds
-    at constant P, and δp = 0 at both ends: the influence is -μ dp, μ = exp(∫ a ds).
+    at constant P, and δp = 0 at both ends: the influence is -μ dp, μ = exp(∫ a ds). Each cell has
+    one P, so that μ goes as K there.
     """
-    steps = table.interpolated
     loads, K = 0.5 * (steps.loads[1:] + steps.loads[:-1]), steps.conductivity[1:-1]
     if not K.size:
         loads, K = steps.loads, steps.conductivity[-1:]
-    largest = max(K[0], np.finfo(float).tiny)
-    log_K = np.log(np.maximum(K / largest, np.exp(-MOST_FALL)))
-
-    def at(p: np.ndarray) -> np.ndarray:
-        return np.interp(middle - p, loads, log_K)
-
-    log_factor = np.cumsum(at(fluid[1:]) - at(fluid[:-1]))
-    potentials = np.array([ends.potential(pressure) for pressure in fluid])
-    influence = np.exp(log_factor - log_factor.max()) * -np.diff(potentials)
-    return influence / influence.sum()
+    known = K[(K > 0) & np.isfinite(K)]
+    # Where a load seals, K counts as a small part of the last one that leaks.
+    least = max(known.min(initial=1.0) * np.exp(-MOST_FALL), np.finfo(float).tiny)
+    log_K = np.log(np.clip(K, least, max(known.max(initial=0.0), least)))
+    share = (np.arange(PLACES) + 0.5) / PLACES
+    pressure = fluid[:-1, None] + np.diff(fluid)[:, None] * share
+    net = middle[:, None] - pressure
+    at_inlet, inside, at_outlet = (
+        np.interp(loads_of, loads, log_K)
+        for loads_of in (middle - fluid[:-1], net, middle - fluid[1:])
+    )
+    before = np.append(0.0, np.cumsum(at_outlet - at_inlet)[:-1])
+    log_factor = (before - at_inlet)[:, None] + inside
+    edges = fluid[:-1, None] + np.diff(fluid)[:, None] * np.linspace(0, 1, PLACES + 1)
+    influences = np.exp(log_factor - log_factor.max()) * -np.diff(ends.potential(edges), axis=1)
+    return net, influences / influences.sum()

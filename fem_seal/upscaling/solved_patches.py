@@ -110,7 +110,8 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     start = perf_counter()
     seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
-    patch = patch_of(scene, report, comm)
+    told = _Told(report)
+    patch = patch_of(scene, told, comm)
     loaded = LoadedPatch(patch)
     outcome = refined(
         loaded,
@@ -121,7 +122,10 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
         uniform=isinstance(profile, Uniform),
         tolerance=seal.rtol,
         most_loads=seal.max_loads,
+        max_seconds=seal.max_seconds,
+        tell=told.tell,
     )
+    told.tell("error of the contact's grid")
     table, load = present(outcome.table, "table of the patch"), _load_that_matters(outcome)
     return SolvedPatch(
         tuple(table.loads.tolist()),
@@ -135,6 +139,27 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
         None if load is None else loaded.critical_gap(load),
         perf_counter() - start,
     )
+
+
+class _Told:
+    """A report that says first how far the patch is.
+
+    Parameters
+    ----------
+    report : callable
+    """
+
+    def __init__(self, report: Report):
+        self._report, self._words = report, ""
+
+    def tell(self, words: str) -> None:
+        """Say how far the patch is from now on."""
+        self._words = words
+        self._report(words, "")
+
+    def __call__(self, stage: str, detail: str) -> None:
+        """Report a stage of it."""
+        self._report(": ".join(filter(None, (self._words, stage))), detail)
 
 
 def _load_that_matters(outcome: PatchFlow) -> float | None:

@@ -22,7 +22,7 @@ from fem_seal.upscaling import (
     seal_flow,
 )
 from fem_seal.upscaling.conductivity import Enclosure
-from fem_seal.upscaling.seal_flow import _widened
+from fem_seal.upscaling.seal_flow import _root, _widened
 
 ETA = 1e-3
 STRIP = StraightPath(2e-3, 0.15)
@@ -385,3 +385,27 @@ def test_the_search_for_a_leak_rate_ends():
     for step, excess in ((-5.0, 3.0), (5.0, -3.0), (5.0, np.nan)):
         with pytest.raises(NotConverged, match="differs by"):
             _widened(lambda log_rate, excess=excess: excess, -30.0, step)
+
+
+def test_the_search_ends_after_its_iterations():
+    """An excess with a jump at its root lets only halving help: 2^-44 of the bracket are needed."""
+
+    def jump(log_rate):
+        return -1.0 if log_rate < -30.123 else 1.0
+
+    assert _root(jump, -50.0, -10.0) == pytest.approx(-30.123, abs=1e-9)
+    with pytest.raises(NotConverged, match=r"after 5 iterations: ln Q is near -\d+"):
+        _root(jump, -50.0, -10.0, most=5)
+
+
+def test_influence_where_the_conductivity_falls_by_many_decades():
+    """K falls by e^35 under Hertz's pressure: d ln Q = Σ influence d ln K at all loads together,
+    and what the loads above 5e5 Pa contribute is what their change makes."""
+    table = exponential(2e4, 7e5, 2001)
+    flow = seal_flow(table, Hertz(7e5, 2e-3), STRIP, BAR)
+    for above in (4e5, 5e5, 5.5e5, 5.95e5):
+        change = 0.01 * (table.loads > above)
+        changed = ConductivityTable.exact(table.loads, table.value * np.exp(-change))
+        effect = -np.log(seal_flow(changed, Hertz(7e5, 2e-3), STRIP, BAR).value / flow.value)
+        there = flow.path.net_loads > above
+        assert 0.01 * flow.path.influences[there].sum() == pytest.approx(effect, abs=4e-4)

@@ -1,5 +1,6 @@
 """[seal] in a scene: from the file to result.json, the verdict and the picture."""
 
+import re
 import tomllib
 
 import numpy as np
@@ -13,10 +14,13 @@ from fem_seal.patch import Patch
 from fem_seal.results import Result
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
+from fem_seal.upscaling import StraightPath
+from fem_seal.upscaling.patch_conductivity import PatchFlow
 from fem_seal.upscaling.profile import Hertz, Uniform
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import profile_of, read_profile
-from fem_seal.upscaling.seal import solve_seal
+from fem_seal.upscaling.seal import _together, solve_seal
+from fem_seal.upscaling.seal_flow import SealFlow
 
 TEXT = """
 [surface]
@@ -512,3 +516,50 @@ def test_longest_wavelength_of_a_map(tmp_path):
         found = longest_wavelength(Patch(Scene.from_mapping(data)))
         # A ring of the spectrum holds waves of 28 to 42 µm.
         assert found == pytest.approx(expected, rel=0.1)
+
+
+def test_a_missed_tolerance_is_one_sentence_whose_remedy_helps(tmp_path):
+    """Exit status 3 says what was reached, what was asked for, why, and what to change."""
+    tight = {"patches": 2, "rtol": 0.05, "max_loads": 4}
+    outcome = solve_seal(Patch(scene(seal=tight)), tmp_path)
+    assert not outcome.converged
+    words = re.fullmatch(
+        r"the leak rate of the seal is known to ±(.*) %, and seal\.rtol = 0\.05 asks for ±2\.5 %: "
+        r"patch [12] of 2 got to ±.* %, since it may take 4 net loads; raise seal\.max_loads, or "
+        r"be content with seal\.rtol = (.*)",
+        outcome.reason,
+    )
+    half_width = (outcome.upper - outcome.lower) / (outcome.upper + outcome.lower)
+    assert float(words[1]) == pytest.approx(100 * half_width, rel=0.05)
+    content = tight | {"rtol": float(words[2])}
+    assert solve_seal(Patch(scene(seal=content)), tmp_path).converged
+
+
+def test_time_of_a_patch_is_limited():
+    """Its bounds so far are those of the seal."""
+    outcome = solve_seal(Patch(scene(seal={"patches": 1, "rtol": 0.01, "max_seconds": 1e-3})))
+    assert "since its 0.001 s are used up; raise seal.max_seconds" in outcome.reason
+    assert 0 < outcome.lower < outcome.upper
+
+
+@pytest.mark.parametrize(("share", "converged"), [(1e-9, True), (1.0, False)])
+def test_a_wide_patch_that_leaks_little_does_not_matter(share, converged):
+    """Of two patches of a seal one patch wide, one is known to a factor of 10."""
+    known = PatchFlow(None, SealFlow("leaking", 1.0, 0.99, 1.01))
+    wide = PatchFlow(None, SealFlow("leaking", share, 0.1 * share, share), False, "it is slow")
+    seal = _together((known, wide), StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.1)
+    assert seal.converged == converged
+    assert ("patch 2 of 2 got to ±82 %, since it is slow" in seal.reason) != converged
+
+
+def test_progress_names_the_patch_and_the_load():
+    """Load k of at most n, how far it is, and the stage that it waits for."""
+    heard = []
+
+    def report(stage, detail):
+        heard.append(stage)
+
+    solve_seal(Patch(scene(seal={"patches": 2}), report))
+    for number in (1, 2):
+        pattern = rf"patch {number} of 2: \d+ of at most 40 net loads, ±\d+ %, ±41 % wanted: flow"
+        assert any(re.fullmatch(pattern, stage) for stage in heard)
