@@ -249,7 +249,9 @@ def lifting_problem(
             from fem_seal.coupling.fluid_pressure import on_sites
 
             solved = on_sites(leak.field, film)
-        at = scene.slip, present(film.constriction, "constriction").gap
+        # The search for the constriction takes a while, and only slip needs it.
+        critical = present(film.constriction, "constriction").gap if scene.slip else 0.0
+        at = scene.slip, critical
         return outlet + (drive.pressure(solved, *at) - drive.pressure(zero, *at))
 
     return LiftProblem(

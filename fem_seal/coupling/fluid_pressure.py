@@ -51,9 +51,9 @@ def pressure_on_samples(
 def on_sites(field: FlowField, film: GridFilm) -> np.ndarray:
     """Pressure at the vertices or pixel centres of a film, NaN outside the triangles.
 
-    Every triangle gives its linear pressure to the sites inside it. The sites that a triangle may
-    hold are those of its bounding box, together about twice as many as all sites; triangles with
-    boxes of equal size are computed together.
+    A vertex that is a site gives its pressure. Every triangle that may hold other sites gives its
+    linear pressure to those inside it: the sites to try are those of its bounding box; triangles
+    with boxes of equal size are computed together.
 
     Returns
     -------
@@ -61,35 +61,40 @@ def on_sites(field: FlowField, film: GridFilm) -> np.ndarray:
     """
     shape = film.samples.shape
     pressure = np.full(shape, np.nan)
-    points = (field.points - film.sites.origin) / film.sites.spacing
-    corners = points[field.cells]
-    first = np.ceil(corners.min(axis=1) - 1e-9).astype(np.int64)
-    last = np.floor(corners.max(axis=1) + 1e-9).astype(np.int64)
-    first, last = np.maximum(first, 0), np.minimum(last, np.array(shape) - 1)
-    sizes = np.maximum(last - first + 1, 0)
     flat = pressure.ravel()
-    a, b, c = np.moveaxis(corners, 1, 0)
-    whole = _cross(b - a, c - a)
-    at = field.pressure[field.cells]
-    for size in np.unique(sizes[sizes.all(axis=1)], axis=0):
-        rows, columns = size
-        some = np.flatnonzero((sizes == size).all(axis=1))
+    points = (field.points - film.sites.origin) / film.sites.spacing
+    nearest = np.clip(np.rint(points).astype(np.int64), 0, np.array(shape) - 1)
+    is_site = (np.abs(points - nearest) < 1e-9).all(axis=1)
+    flat[np.ravel_multi_index(nearest[is_site].T, shape)] = field.pressure[is_site]
+
+    corners = [points[column] for column in field.cells.T]
+    low = np.minimum(np.minimum(corners[0], corners[1]), corners[2])
+    high = np.maximum(np.maximum(corners[0], corners[1]), corners[2])
+    first = np.maximum(np.ceil(low - 1e-9).astype(np.int64), 0)
+    last = np.minimum(np.floor(high + 1e-9).astype(np.int64), np.array(shape) - 1)
+    rows, columns = np.maximum(last - first + 1, 0).T
+    # A box of two by two sites, three of them corners, has none inside the triangle.
+    done = (rows <= 2) & (columns <= 2) & is_site[field.cells].all(axis=1)
+    box = np.where(done | (rows == 0) | (columns == 0), 0, rows * (shape[1] + 1) + columns)
+    for kind in np.unique(box[box > 0]):
+        some = np.flatnonzero(box == kind)
+        i, j = (np.arange(size) for size in divmod(int(kind), shape[1] + 1))
+        a, b, c = (corner[some] for corner in corners)
+        whole = _cross(b - a, c - a)
         # The weight of a corner is linear over the box: its value at the first site, and slopes.
         weights = []
         for one, other in ((b, c), (c, a)):
-            at_first = _cross(one[some] - first[some], other[some] - first[some])
-            side = other[some] - one[some]
-            along = np.arange(rows) * side[:, 1, None] * -1.0
-            across = np.arange(columns) * side[:, 0, None]
-            total = at_first[:, None, None] + along[:, :, None] + across[:, None, :]
-            weights.append(total / whole[some, None, None])
+            at_first = _cross(one - first[some], other - first[some]) / whole
+            side = (other - one) / whole[:, None]
+            down = at_first[:, None] - i * side[:, 1, None]
+            across = j * side[:, 0, None]
+            weights.append(down[:, :, None] + across[:, None, :])
         weight_a, weight_b = weights
-        inside = (weight_a >= INSIDE) & (weight_b >= INSIDE)
-        inside &= weight_a + weight_b <= 1 - INSIDE
-        p_a, p_b, p_c = at[some].T[:, :, None, None]
+        inside = (weight_a >= INSIDE) & (weight_b >= INSIDE) & (weight_a + weight_b <= 1 - INSIDE)
+        p_a, p_b, p_c = field.pressure[field.cells[some]].T[:, :, None, None]
         values = p_c + weight_a * (p_a - p_c) + weight_b * (p_b - p_c)
-        i = first[some, 0, None, None] + np.arange(rows)[:, None]
-        site = i * shape[1] + first[some, 1, None, None] + np.arange(columns)
+        row, column = first[some, 0, None] + i, first[some, 1, None] + j
+        site = row[:, :, None] * shape[1] + column[:, None, :]
         flat[site[inside]] = values[inside]
     return pressure
 
