@@ -96,14 +96,14 @@ def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
     shown = ((rates, values[values > 0]), (widths, half_width[half_width > 0]))
     for axes, numbers in shown:
         axes.set(xscale="log", xlim=(unknowns.min() / 1.3, unknowns.max() * 1.3))
-        _label(axes.xaxis)
+        label_axis(axes.xaxis)
         if numbers.size == 0:  # all half-widths are 0: the bounds are equal
             continue
         axes.set(yscale="log", ylim=(numbers.min() / 1.6, numbers.max() * 1.6))
-        _label(axes.yaxis)
+        label_axis(axes.yaxis)
 
 
-def _label(axis: "Axis") -> None:
+def label_axis(axis: "Axis") -> None:
     """Label at least two ticks of a logarithmic axis, on which decades alone may be too few."""
     from matplotlib.ticker import (
         LogFormatterSciNotation,

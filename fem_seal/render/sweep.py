@@ -1,13 +1,17 @@
-"""Picture of a sweep: the leak rate against what varies, its bounds as bars."""
+"""Picture of a sweep: the leak rate against what varies, its bounds as a band."""
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput
+from fem_seal.leak_rate import relative_half_width
+from fem_seal.render.bounds import label_axis
 from fem_seal.render.page import FONT_POINTS
 from fem_seal.render.plot import new_figure
 from fem_seal.sweep.point import Point
@@ -19,17 +23,69 @@ if TYPE_CHECKING:
 PICTURE_FILE = "sweep.png"
 # More curves could not be told apart.
 MOST_CURVES = 10
+MARKERS = "osD^vPX*<>"
 DECADE = 10.0
-MOST_TICKS = 12
+MOST_NAMES = 12  # beside each other under the axis
+LONGEST_NAME = 24  # characters of a name under the axis
+MARGIN = 0.08  # of the axes, in their logarithm; sealed points stand so far below the others
+BAND = 0.2  # opacity
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Leak rates against one field, the other fields fixed.
+
+    Parameters
+    ----------
+    label : str
+        The other fields with their values; empty if there are none.
+    groups : tuple of (float, Group)
+        Place on the axis, ascending, and the points there, which differ by their seed alone.
+    joined : bool
+        Whether a line may join the places: not if they are seeds.
+    """
+
+    label: str
+    groups: tuple[tuple[float, Group], ...]
+    joined: bool
+
+    @property
+    def seeds(self) -> bool:
+        """Whether there are several points at a place."""
+        return any(len(group.points) > 1 for _, group in self.groups)
+
+    def rows(self) -> np.ndarray:
+        """Place, leak rate, lower and upper bound (n, 4) of all points that leak.
+
+        Where there are no bounds both are the leak rate; a lower bound may be 0.
+        """
+        rows = []
+        for place, group in self.groups:
+            for point in group.points:
+                value, lower, upper = (point.number(k) for k in ("leak_rate", "lower", "upper"))
+                if value is not None and 0 < value < np.inf:
+                    bounds = (value, value) if lower is None or upper is None else (lower, upper)
+                    rows.append((place, value, *bounds))
+        return np.array(rows).reshape(-1, 4)
+
+    def sealed(self) -> list[tuple[float, int, int]]:
+        """Place, number of sealed points and of all points, where some are sealed."""
+        counts = []
+        for place, group in self.groups:
+            sealed = sum(point.numbers["state"] == "sealed" for point in group.points)
+            if sealed:
+                counts.append((place, sealed, len(group.points)))
+        return counts
 
 
 def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -> Path:
     """Plot the leak rate of a sweep against the first field that is no seed.
 
-    Bars are the bounds. Where a seed varies, each surface is a pale point, and a line joins the
-    medians over the seeds. Each combination of the other fields is a curve. An axis that spans more
-    than a decade is logarithmic; sealed points, which a logarithmic axis cannot show, are left out.
+    The leak rate has a logarithmic axis, the field one if it spans more than a decade. Each
+    combination of the other fields is a curve with its bounds as a band. Where a seed varies, each
+    surface is a point, a line joins the medians, and the band reaches from the lowest surface that
+    leaks to the highest. Sealed points stand below the axis' decades.
 
     Parameters
     ----------
@@ -45,78 +101,146 @@ def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) ->
         If no point leaks, or there are too many curves.
     """
     others = tuple(key for key in keys if key not in SEEDS)
-    curves: dict[tuple[str, ...], list[tuple[str, Group]]] = {}
-    if others:
-        for group in groups(keys, table):
-            curves.setdefault(group.values[1:], []).append((group.values[0], group))
-    else:
-        seeds = [point for point in table if point.numbers["state"]]
-        curves[()] = [(point.values[0], Group((), (point,))) for point in seeds]
-    if not any(np.any(group.leak_rates > 0) for curve in curves.values() for _, group in curve):
-        raise InvalidInput("no point of the sweep leaks: there is nothing to draw")
-    if len(curves) > MOST_CURVES:
-        raise InvalidInput(
-            f"the picture would have {len(curves)} curves, at most {MOST_CURVES} can be told apart"
-        )
     along = others[0] if others else keys[0]
-    places, unit = _places([value for curve in curves.values() for value, _ in curve])
+    names = list(dict.fromkeys(point.values[keys.index(along)] for point in table))
+    places, unit = _places(names)
+    curves = _curves(keys, table, places)
     path = folder / PICTURE_FILE
     with new_figure((6.4, 4.4), path) as figure:
         axes = figure.add_subplot()
-        for number, (values, curve) in enumerate(curves.items()):
-            label = ", ".join(map("{} = {}".format, others[1:], values))
-            _draw(axes, [(places[value], group) for value, group in curve], f"C{number}", label)
-        if (
-            unit is not None
-            and min(places.values()) > 0
-            and max(places.values()) > DECADE * min(places.values())
-        ):
-            axes.set_xscale("log")
-        if unit is None or len(places) <= MOST_TICKS:
-            numbers = [f"{place:g}" for place in places.values()]
-            axes.set_xticks(list(places.values()), list(places) if unit is None else numbers)
-            axes.minorticks_off()
-        low, high = axes.dataLim.intervaly
-        if low > 0 and high > DECADE * low:
-            axes.set_yscale("log")
-        axes.tick_params(labelsize=FONT_POINTS - 1)
-        axes.set_xlabel(f"{along} [{unit}]" if unit else along, fontsize=FONT_POINTS)
-        axes.set_ylabel("leak rate [m³/s]", fontsize=FONT_POINTS)
-        if axes.get_legend_handles_labels()[1] and any(others) and len(keys) > 1:
+        draw_curves(axes, curves)
+        _name_places(axes, places, unit)
+        axes.set_xlabel(f"{along} [{unit}]" if unit else along)
+        axes.set_ylabel("leak rate [m³/s]")
+        seeds = " and ".join(key for key in keys if key in SEEDS)
+        axes.set_title(_caption(curves, seeds), fontsize=FONT_POINTS - 1)
+        if len(curves) > 1:
             axes.legend(fontsize=FONT_POINTS - 2, frameon=False)
     return path
 
 
-def _draw(axes: "Axes", curve: list[tuple[float, Group]], colour: str, label: str) -> None:
-    """Draw all points with their bounds, and a line through the medians."""
-    several = any(len(group.points) > 1 for _, group in curve)
-    for place, group in curve:
-        for point in group.points:
-            value, lower, upper = (point.numbers[key] for key in ("leak_rate", "lower", "upper"))
-            if not isinstance(value, float) or value <= 0:
-                continue
-            bars = None
-            # A lower bound of 0 has no place on a logarithmic axis.
-            if isinstance(lower, float) and isinstance(upper, float) and lower > 0:
-                bars = [[value - lower], [upper - value]]
-            axes.errorbar(
-                [place],
-                [value],
-                bars,
-                fmt="o",
-                markersize=3 if several else 4,
-                capsize=0 if several else 3,
-                color=colour,
-                alpha=0.35 if several else 1.0,
-            )
-    medians = [(place, float(np.median(group.leak_rates))) for place, group in curve]
-    leaking = sorted((place, median) for place, median in medians if median > 0)
-    if several:
-        axes.plot(
-            *zip(*leaking, strict=True), "s-", color=colour, label=f"median, {label}".strip(", ")
+def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, float]) -> list[Curve]:
+    """Curves of a table; InvalidInput if there is nothing or too much to draw."""
+    others = tuple(key for key in keys if key not in SEEDS)
+    if others:
+        of_values: dict[tuple[str, ...], list[tuple[float, Group]]] = {}
+        for group in groups(keys, table):
+            of_values.setdefault(group.values[1:], []).append((places[group.values[0]], group))
+    else:
+        solved = [point for point in table if point.numbers["state"]]
+        of_values = {(): [(places[point.values[0]], Group((), (point,))) for point in solved]}
+    if len(of_values) > MOST_CURVES:
+        raise InvalidInput(
+            f"the picture would have {len(of_values)} curves, at most {MOST_CURVES} can be told "
+            "apart"
         )
-    elif len(leaking) > 1:
-        axes.plot(*zip(*leaking, strict=True), "-", color=colour, linewidth=1, label=label or "_")
+    curves = [
+        Curve(
+            ", ".join(map("{} = {}".format, others[1:], values)),
+            tuple(sorted(curve, key=lambda at: at[0])),
+            joined=bool(others),
+        )
+        for values, curve in of_values.items()
+    ]
+    if not any(len(curve.rows()) for curve in curves):
+        raise InvalidInput("no point of the sweep leaks: there is nothing to draw")
+    return curves
+
+
+def draw_curves(axes: "Axes", curves: Sequence[Curve]) -> None:
+    """Draw curves with their bands on a logarithmic axis, and sealed points below its decades."""
+    rows = np.concatenate([curve.rows() for curve in curves])
+    low, high = rows[:, 1:][rows[:, 1:] > 0].min(), rows[:, 3].max()
+    margin = (2 * high / low) ** MARGIN
+    axes.set(yscale="log", ylim=(low / margin, high * margin))
+    label_axis(axes.yaxis)
+    sealed_at = low / margin**2
+    if any(curve.sealed() for curve in curves):
+        for minor in (False, True):
+            ticks = axes.get_yticks(minor=minor)
+            axes.set_yticks(ticks[(ticks > low / margin) & (ticks < high * margin)], minor=minor)
+        axes.axhline(low / margin, color="0.7", linewidth=0.8)
+        axes.set_ylim(low / margin**3, high * margin)
+        axes.text(0.01, sealed_at, "sealed", transform=axes.get_yaxis_transform(), va="center")
+    for number, curve in enumerate(curves):
+        _draw(axes, curve, f"C{number}", MARKERS[number], sealed_at)
+
+
+def _draw(axes: "Axes", curve: Curve, colour: str, marker: str, sealed_at: float) -> None:
+    place, value, lower, upper = curve.rows().T
+    if curve.seeds:
+        axes.plot(place, value, marker, color=colour, markersize=3, alpha=0.5)
+        at = np.unique(place)
+        low, high = (np.array([pick(value[place == p]) for p in at]) for pick in (np.min, np.max))
+        axes.fill_between(at, low, high, color=colour, alpha=BAND, linewidth=0)
+        medians = [(p, float(np.median(group.leak_rates))) for p, group in curve.groups]
+        shown = np.array([pair for pair in medians if pair[1] > 0]).reshape(-1, 2)
+        axes.plot(*shown.T, color=colour, label=curve.label)
+    elif curve.joined:
+        bounded = lower > 0
+        axes.fill_between(
+            place[bounded], lower[bounded], upper[bounded], color=colour, alpha=BAND, linewidth=0
+        )
+        axes.plot(place, value, marker, ls="-", color=colour, markersize=4, label=curve.label)
+    if not curve.seeds:
+        # A lower bound of 0 has no place on a logarithmic axis: its bar ends at the leak rate.
+        below = np.where(lower > 0, value - lower, 0.0)
+        ends = "none" if curve.joined else marker
+        axes.errorbar(place, value, [below, upper - value], fmt=ends, color=colour, markersize=4.0)
+    for at, sealed, points in curve.sealed():
+        axes.plot(at, sealed_at, "x", color=colour, markersize=5.0)
+        if points > 1:
+            axes.annotate(
+                f"{sealed} of {points}",
+                (at, sealed_at),
+                (0, 4),
+                textcoords="offset points",
+                ha="center",
+                fontsize=FONT_POINTS - 3,
+                color=colour,
+            )
+
+
+def _caption(curves: Sequence[Curve], seeds: str) -> str:
+    """What lines and bands are."""
+    if any(curve.seeds for curve in curves):
+        return f"points: each {seeds}; line: their median; shaded: all that leak"
+    rows = np.concatenate([curve.rows() for curve in curves])
+    widths = [relative_half_width(lower, upper) for _, _, lower, upper in rows]
+    if not any(widths):
+        return "without bounds"
+    shown = "bounds shaded" if curves[0].joined else "bars: bounds"
+    return f"{shown}, ±{per_cent(max(widths))} at most"
+
+
+def _name_places(axes: "Axes", places: dict[str, float], unit: str | None) -> None:
+    """Choose the scale of the field's axis, and name places that are far enough apart."""
+    from matplotlib.ticker import NullLocator
+
+    at = np.array(list(places.values()))
+    if unit is None:
+        axes.set_xticks(at, [_shortened(name) for name in places])
+        if len(at) * max(map(len, places)) > 5 * MOST_NAMES:
+            axes.tick_params(axis="x", rotation=30)
+            for label in axes.get_xticklabels():
+                label.set_horizontalalignment("right")
+        return
+    low, high = at.min(), at.max()
+    logarithmic = low > 0 and high > DECADE * low
+    if logarithmic:
+        axes.set_xscale("log")
+    shown = np.sort(np.log(at) if logarithmic else at)
+    if len(at) > MOST_NAMES or np.diff(shown).min(initial=np.inf) < np.ptp(shown) / MOST_NAMES:
+        if logarithmic:
+            label_axis(axes.xaxis)
+        return  # matplotlib's own round numbers
+    axes.set_xticks(at, [f"{place:g}" for place in at])
+    axes.xaxis.set_minor_locator(NullLocator())
+
+
+def _shortened(name: str) -> str:
+    """The end of a name, such as that of a path, in at most LONGEST_NAME characters."""
+    return name if len(name) <= LONGEST_NAME else f"…{name[1 - LONGEST_NAME :]}"
 
 
 def _places(values: Sequence[str]) -> tuple[dict[str, float], str | None]:
@@ -124,8 +248,8 @@ def _places(values: Sequence[str]) -> tuple[dict[str, float], str | None]:
 
     Values that are no numbers of one unit stand one after the other; the unit is then None.
     """
-    found = {value: _NUMBER.fullmatch(value.strip("\"' ")) for value in values}
-    units = {match[2].strip() if match else None for match in found.values()}
+    matches = {value: _NUMBER.fullmatch(value.strip("\"' ")) for value in values}
+    units = {match[2].strip() if match else None for match in matches.values()}
     if len(units) == 1 and None not in units:
-        return {value: float(match[1]) for value, match in found.items() if match}, units.pop()
-    return {value: float(i) for i, value in enumerate(found)}, None
+        return {value: float(match[1]) for value, match in matches.items() if match}, units.pop()
+    return {value: float(i) for i, value in enumerate(matches)}, None

@@ -1,0 +1,136 @@
+"""The picture of a sweep: every point is in it, its bounds and names where they can be read."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from fem_seal.errors import InvalidInput
+from fem_seal.render import sweep as picture
+from fem_seal.sweep.point import Point
+
+PRESSURE, SEED, RTOL = "contact.pressure", "surface.seed", "flow.rtol"
+
+
+def point(*values, leak=None, lower=None, upper=None, state=None):
+    state = state or ("leaking" if leak else "sealed")
+    return Point(values, {"state": state, "leak_rate": leak, "lower": lower, "upper": upper})
+
+
+FALLING = tuple(
+    point(f"{p} MPa", leak=10.0**-k, lower=0.8 * 10.0**-k, upper=1.3 * 10.0**-k)
+    for p, k in ((0.1, 14), (0.2, 16), (0.3, 19))
+)
+SEALED = point("0.4 MPa", leak=0.0, lower=0.0, upper=0.0)
+
+
+def drawn(keys, table):
+    """Axes with the curves of a table."""
+    figure = Figure(figsize=(6.4, 4.4), dpi=100)
+    axes = figure.add_subplot()
+    names = list(dict.fromkeys(p.values[0] for p in table))
+    places, unit = picture._places(names)
+    picture.draw_curves(axes, picture._curves(keys, table, places))
+    picture._name_places(axes, places, unit)
+    figure.canvas.draw()
+    return axes
+
+
+def names(axis):
+    return [label for label in axis.get_ticklabels() if label.get_text()]
+
+
+def test_line_and_band_are_leak_rates_and_bounds():
+    axes = drawn((PRESSURE,), FALLING)
+    (line,) = axes.lines
+    np.testing.assert_allclose(line.get_xdata(), [0.1, 0.2, 0.3])
+    np.testing.assert_allclose(line.get_ydata(), [1e-14, 1e-16, 1e-19])
+    band = axes.collections[0].get_paths()[0].vertices
+    for p in FALLING:
+        at = band[np.isclose(band[:, 0], float(p.values[0].split()[0])), 1]
+        assert [at.min(), at.max()] == pytest.approx([p.numbers["lower"], p.numbers["upper"]])
+    assert axes.get_yscale() == "log"
+
+
+def test_a_lower_bound_of_zero_is_left_out_of_the_band_but_not_its_point():
+    unbounded = point("0.4 MPa", leak=1e-20, lower=0.0, upper=1e-20)
+    axes = drawn((PRESSURE,), (*FALLING, unbounded))
+    assert axes.lines[0].get_ydata()[-1] == 1e-20
+    assert axes.collections[0].get_paths()[0].vertices[:, 0].max() == pytest.approx(0.3)
+
+
+def test_sealed_points_stand_below_the_others_under_no_number():
+    axes = drawn((PRESSURE,), (*FALLING, SEALED))
+    cross = next(line for line in axes.lines if line.get_marker() == "x")
+    below = min(p.numbers["lower"] for p in FALLING)
+    assert cross.get_xdata() == [0.4]
+    assert axes.get_ylim()[0] < cross.get_ydata()[0] < below
+    ticks = [*axes.get_yticks(), *axes.get_yticks(minor=True)]
+    assert min(ticks) > cross.get_ydata()[0]
+
+
+def test_over_seeds_the_line_is_the_median_and_the_band_the_range():
+    rates = {"0.1 MPa": (1e-14, 3e-14, 9e-14), "0.2 MPa": (1e-18, 1e-16, 0.0)}
+    table = [
+        point(pressure, str(seed), leak=rate, lower=rate, upper=rate)
+        for pressure, of_seeds in rates.items()
+        for seed, rate in enumerate(of_seeds)
+    ]
+    axes = drawn((PRESSURE, SEED), table)
+    median = next(ln for ln in axes.lines if ln.get_linestyle() == "-" and ln.get_color() == "C0")
+    # The sealed surface counts as 0.
+    np.testing.assert_allclose(median.get_ydata(), [3e-14, 1e-18])
+    band = axes.collections[0].get_paths()[0].vertices[:, 1]
+    assert [band.min(), band.max()] == pytest.approx([1e-18, 9e-14])
+    assert "1 of 3" in [text.get_text() for text in axes.texts]
+
+
+def test_seeds_alone_are_not_joined():
+    table = [point(str(k), leak=k * 1e-16, lower=k * 0.9e-16, upper=k * 1.1e-16) for k in (1, 2, 3)]
+    axes = drawn((SEED,), table)
+    assert [line.get_linestyle() for line in axes.lines] == ["None"]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [f"{k * 0.05:g} MPa" for k in range(1, 30)],
+        ["1 um", "1.01 um", "2 um", "3 um"],
+        ["0.001", "0.0011", "1", "10"],
+        [f"{2**k} nm" for k in range(12)],
+        [f"maps/a-very-long-folder/measured-{k}.npz" for k in range(8)],
+    ],
+)
+def test_names_under_the_axis_do_not_collide(values):
+    table = [point(value, leak=1e-16, lower=0.9e-16, upper=1.1e-16) for value in values]
+    labels = names(drawn((PRESSURE,), table).xaxis)
+    assert len(labels) >= 2
+    if not any(label.get_rotation() for label in labels):
+        boxes = [label.get_window_extent() for label in labels]
+        assert all(one.x1 < other.x0 for one, other in pairwise(boxes))
+    else:
+        # Turned names are parallel: they are apart if their ends are by more than a line's height.
+        ends = [label.get_window_extent().x1 for label in labels]
+        assert min(np.diff(ends)) > 2 * labels[0].get_fontsize()
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ([SEALED], "no point of the sweep leaks"),
+        ([point("1 MPa", str(k), leak=1e-16) for k in range(11)], "would have 11 curves"),
+    ],
+)
+def test_nothing_or_too_much_to_draw_is_refused(table, message, tmp_path):
+    keys = (PRESSURE, RTOL)[: len(table[0].values)]
+    with pytest.raises(InvalidInput, match=message):
+        picture.sweep_figure(keys, table, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_caption_names_the_widest_bounds(tmp_path):
+    curves = picture._curves((PRESSURE,), FALLING, {p.values[0]: k for k, p in enumerate(FALLING)})
+    # Half the width over the mean of 0.8 and 1.3.
+    assert picture._caption(curves, "") == "bounds shaded, ±24 % at most"
+    assert picture.sweep_figure((PRESSURE,), FALLING, tmp_path).stat().st_size > 1000
