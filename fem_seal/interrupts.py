@@ -30,10 +30,12 @@ def interruptible() -> Iterator[None]:
     timers: list[threading.Timer] = []
 
     def again(number: int) -> None:
+        """Raise a signal once more after a pause."""
         timers.append(threading.Timer(_PAUSE, _signal_main_thread, (number,)))
         timers[-1].start()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
+        """Handle a signal."""
         if _importing(frame):
             again(number)
             return
@@ -41,6 +43,7 @@ def interruptible() -> Iterator[None]:
         raise KeyboardInterrupt
 
     def unraisable(error: "sys.UnraisableHookArgs") -> None:
+        """Repeat an interrupt that Python could not raise, as in a destructor."""
         if isinstance(error.exc_value, KeyboardInterrupt) and raised:
             again(raised[-1])
         else:
@@ -49,6 +52,7 @@ def interruptible() -> Iterator[None]:
     def printed(
         kind: type[BaseException], error: BaseException, trace: TracebackType | None
     ) -> None:
+        """Repeat an interrupt that compiled code has printed and swallowed."""
         if issubclass(kind, KeyboardInterrupt) and raised:
             again(raised[-1])
         else:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -178,7 +179,6 @@ def lifting_problem(
 
     contact, flow, drive = present(scene.contact, "[contact]"), scene.flow, scene.drive
     inlet, outlet = scene.gauge_pressures
-    zero = np.zeros(1)
     solid, arithmetic = present(scene.solid, "[solid]").elastic, contact.arithmetic
     half_space = HalfSpace(
         surface.shape, surface.spacing, solid.layer, arithmetic.threads, arithmetic.precision
@@ -186,6 +186,7 @@ def lifting_problem(
     length = (surface.spacing[0] * surface.spacing[1]) ** 0.5
 
     def displacement(pressure: np.ndarray) -> np.ndarray:
+        """Displacement [m] under a pressure [Pa] on the samples."""
         return half_space.displacement(pressure) * (2 * length / solid.contact_modulus)
 
     def press(
@@ -194,6 +195,7 @@ def lifting_problem(
         start: "ContactState | np.ndarray | None",
         tolerance: float = 0.0,
     ) -> "ContactState":
+        """Contact of heights under a load [Pa], or under that of the scene."""
         held = contact.load if load is None else Load("pressure", load)
         return parallel.on_root(
             lambda: elastic_contact(scene, heights, start, held, tolerance=tolerance), comm
@@ -207,11 +209,13 @@ def lifting_problem(
     kept = KeptMesh() if flow.method == "adaptive" else None
 
     def solve_flow(scene: Scene, film: GridFilm, report: Report) -> LeakRate:
+        """Leak rate of a film, begun on the mesh of the flow before it."""
         if kept is not None:
             return _finite_elements(scene, film, report, comm, kept)
         return FLOWS[flow.method](scene, film, report, comm)
 
-    def solve(film: GridFilm, tolerance: float | None, new: bool = False) -> LeakRate:
+    def flow_to(film: GridFilm, tolerance: float | None, new: bool = False) -> LeakRate:
+        """Leak rate to a tolerance of a pass, or to that of the scene; see `LiftProblem.flow`."""
         if film.sealed:
             return LeakRate.sealed(flow.method)
         if kept is not None and new:
@@ -227,6 +231,7 @@ def lifting_problem(
         return solve_flow(way, film, silent)
 
     def flow_on_kept_mesh(film: GridFilm) -> LeakRate:
+        """Leak rate on the mesh of the last flow, which is not refined."""
         return pressure_on_kept(
             film,
             present(kept, "kept mesh"),
@@ -236,38 +241,51 @@ def lifting_problem(
             comm=parallel.communicator(comm),
         )
 
-    def fluid_pressure(film: GridFilm, leak: LeakRate) -> np.ndarray:
-        if leak.field is None:
-            from fem_seal.finite_difference.node_pressure import node_pressure
-            from fem_seal.finite_difference.slipping import film_without_slip
-
-            unslipped = film
-            if scene.slip is not None:
-                unslipped = film_without_slip(film, scene.slip, flow.links)
-            solved = node_pressure(unslipped, drive.pressure_drop, flow.links)
-        else:
-            from fem_seal.coupling.fluid_pressure import on_sites
-
-            solved = on_sites(leak.field, film)
-        # The search for the constriction takes a while, and only slip needs it.
-        critical = present(film.constriction, "constriction").gap if scene.slip else 0.0
-        at = scene.slip, critical
-        return outlet + (drive.pressure(solved, *at) - drive.pressure(zero, *at))
-
     return LiftProblem(
         height=surface,
         displacement=displacement,
         press=press,
         film=lambda gap: GridFilm(gap, flow.sides, flow.representation),
-        flow=solve,
+        flow=flow_to,
         flow_on_kept_mesh=None if kept is None else flow_on_kept_mesh,
-        fluid_pressure=fluid_pressure,
+        fluid_pressure=partial(fluid_pressure, scene),
         inlet=inlet,
         outlet=outlet,
         load=contact.pressure,
         comm=comm,
         decides=scene.deciding_rate is not None,
     )
+
+
+def fluid_pressure(scene: Scene, film: "GridFilm", leak: LeakRate) -> np.ndarray:
+    """Pressure of the fluid above ambient [Pa] on the sites of a film that leaks.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its [fluid] and [flow].
+    film : GridFilm
+    leak : LeakRate
+        Of the film; without a field, as from finite differences, the pressure is solved again.
+    """
+    flow, drive = scene.flow, scene.drive
+    # The search for the constriction takes a while, and only slip needs it.
+    critical = present(film.constriction, "constriction").gap if scene.slip else 0.0
+    if leak.field is None:
+        from fem_seal.finite_difference.node_pressure import node_pressure
+        from fem_seal.finite_difference.slipping import film_without_slip
+
+        if scene.slip is not None:
+            film = film_without_slip(film, scene.slip, flow.links)
+        solved = node_pressure(film, drive.pressure_drop, flow.links)
+    else:
+        from fem_seal.coupling.fluid_pressure import on_sites
+
+        solved = on_sites(leak.field, film)
+    at_sites, at_outlet = (
+        drive.pressure(values, scene.slip, critical) for values in (solved, np.zeros(1))
+    )
+    return scene.gauge_pressures[1] + (at_sites - at_outlet)
 
 
 def _finite_elements(

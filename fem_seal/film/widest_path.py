@@ -47,6 +47,7 @@ def widest_path(sites: Lattice) -> float:
     largest = min(sites.gap[0].max(), sites.gap[-1].max())
 
     def spans(h: float) -> bool:
+        """Whether the sites with a gap >= h join inlet and outlet."""
         return clusters.joins_ends(sites.gap >= h, sites.connectivity, sites.periodic)
 
     gaps = sites.gap[(sites.gap > 0) & (sites.gap <= largest)]
@@ -96,6 +97,7 @@ def _spans_on_graph(sites: Lattice, low: float, high: float) -> Callable[[float]
     inlet, outlet = (np.unique(row[row > 0]) for row in labels[[0, -1]])
 
     def spans(h: float) -> bool:
+        """Whether an inlet and an outlet node lie in one component of the links open at h."""
         first, second = links[:, lowest >= h]
         ones = np.ones(first.size, dtype=np.int8)
         graph = coo_array((ones, (first, second)), shape=2 * (height.size,))

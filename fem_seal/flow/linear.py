@@ -355,6 +355,7 @@ def minimise_by_cg(
     reached = [np.inf]
 
     def converged(ksp: PETSc.KSP, iteration: int, natural_norm: float) -> int:
+        """PETSc's reason to stop; `natural_norm` is (r'Mr)^½."""
         energy = start - (right_side.dot(ksp.buildSolution()) if iteration else 0.0)
         reached[0] = natural_norm**2 / energy if energy > 0 else np.inf
         if energy < least:

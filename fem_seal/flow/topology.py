@@ -257,7 +257,8 @@ def _winding(
     """
     parent, above = list(range(count)), [0] * count
 
-    def find(i: int) -> tuple[int, int]:
+    def root_of(i: int) -> tuple[int, int]:
+        """Root of a patch and its offset; the patches on the way then point to the root."""
         path, total = [], 0
         while parent[i] != i:
             path.append(i)
@@ -268,7 +269,7 @@ def _winding(
         return i, (above[path[0]] if path else 0)
 
     for u, v in zip(low.tolist(), high.tolist(), strict=True):
-        (ru, ou), (rv, ov) = find(u), find(v)
+        (ru, ou), (rv, ov) = root_of(u), root_of(v)
         if ru == rv:
             if ov != ou + 1:
                 return None
@@ -276,5 +277,5 @@ def _winding(
             parent[rv], above[rv] = ru, ou + 1 - ov
     root, offset = np.arange(count, dtype=np.int32), np.zeros(count, dtype=np.int32)
     for i in np.unique(np.concatenate([low, high])).tolist():
-        root[i], offset[i] = find(i)
+        root[i], offset[i] = root_of(i)
     return root, offset

@@ -388,6 +388,7 @@ def _flow_points(plan: Plan, out: Path) -> list[Chain[FlowPoint]]:
     kind = "flow" if plan.differences else "certified"
 
     def task(model: str, seed: int, area: float) -> FlowTask:
+        """One point of Fig. 3."""
         name = f"{kind}-{model}-{case.name}-seed{seed}-A{area:g}"
         return FlowTask(
             name,

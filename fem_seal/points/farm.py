@@ -114,6 +114,7 @@ def farm(
         return look()
 
     def fitting(finished: int) -> int:
+        """Processes that the memory holds, from the largest use of any so far."""
         nonlocal largest
         used = [size for pid in list(pool._processes or ()) if (size := memory_of(pid))]
         largest = max([largest, *(size.peak for size in used)])

@@ -47,21 +47,21 @@ def hydraulic_aperture(
     slip : Slip or None
         Of a gas; None: it does not slip.
     """
-
-    def aperture(rate: float, uniform_rate: float) -> float:
-        ratio = rate / uniform_rate
-        if slip is None or ratio == 0:
-            return height * float(np.cbrt(ratio))
-        # Slip only raises the leak rate: h is at most the height without slip.
-        most = height * float(np.cbrt(ratio * slip.mean_gain(height)))
-        return most * brentq(lambda t: t**3 * slip.mean_gain(t * most) - 1, 1e-50, 1.0, rtol=1e-14)
-
     lower, upper = uniform.bounds
     return HydraulicAperture(
-        aperture(leak.value, uniform.value),
-        None if leak.lower is None else aperture(leak.lower, upper),
-        None if leak.upper is None else aperture(leak.upper, lower),
+        _height_of(leak.value / uniform.value, height, slip),
+        None if leak.lower is None else _height_of(leak.lower / upper, height, slip),
+        None if leak.upper is None else _height_of(leak.upper / lower, height, slip),
     )
+
+
+def _height_of(ratio: float, height: float, slip: Slip | None) -> float:
+    """Height [m] of the film that leaks `ratio` times as much as a film of another height [m]."""
+    if slip is None or ratio == 0:
+        return height * float(np.cbrt(ratio))
+    # Slip only raises the leak rate: h is at most the height without slip.
+    most = height * float(np.cbrt(ratio * slip.mean_gain(height)))
+    return most * brentq(lambda t: t**3 * slip.mean_gain(t * most) - 1, 1e-50, 1.0, rtol=1e-14)
 
 
 def uniform_rectangle(

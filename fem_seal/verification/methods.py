@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from math import nan
 from time import process_time
 
@@ -99,35 +100,33 @@ def _adaptive(film: GridFilm, setting: Setting) -> Iterator[Answer]:
     return _bounds(film, setting, "adaptive", "adaptive")
 
 
-def _finite_differences(links: str, cascade: bool) -> Callable[..., Iterator[Answer]]:
+def _finite_differences(
+    film: GridFilm, setting: Setting, links: str, cascade: bool = False
+) -> Iterator[Answer]:
     name = f"FD {links}{', cascade' if cascade else ''}"
-
-    def answers(film: GridFilm, setting: Setting) -> Iterator[Answer]:
-        samples = film.gap.values.size
-        if cascade and samples > CASCADE_UNKNOWNS:
-            return
-        start = process_time()
-        try:
-            leak = solve(
-                film,
-                viscosity=setting.viscosity,
-                pressure_drop=setting.pressure_drop,
-                links=links,
-                cascade=cascade,
-            )
-        except NotConverged:
-            # Near percolation the relaxation may fail: that is a row of the comparison.
-            yield Answer(name, nan, "", samples, process_time() - start)
-        else:
-            yield Answer(name, leak.value, "", leak.unknowns, process_time() - start)
-
-    return answers
+    samples = film.gap.values.size
+    if cascade and samples > CASCADE_UNKNOWNS:
+        return
+    start = process_time()
+    try:
+        leak = solve(
+            film,
+            viscosity=setting.viscosity,
+            pressure_drop=setting.pressure_drop,
+            links=links,
+            cascade=cascade,
+        )
+    except NotConverged:
+        # Near percolation the relaxation may fail: that is a row of the comparison.
+        yield Answer(name, nan, "", samples, process_time() - start)
+    else:
+        yield Answer(name, leak.value, "", leak.unknowns, process_time() - start)
 
 
 Method = Callable[[GridFilm, Setting], Iterator[Answer]]
 METHODS: dict[str, Method] = {
-    **{links: _finite_differences(links, False) for links in LINKS},
-    "cascade": _finite_differences("linear-gap", True),
+    **{links: partial(_finite_differences, links=links) for links in LINKS},
+    "cascade": partial(_finite_differences, links="linear-gap", cascade=True),
     "uniform": _uniform,
     "quadratic": _quadratic,
     "adaptive": _adaptive,
