@@ -83,7 +83,7 @@ def test_fields_that_a_page_names_exist(page):
 @pytest.mark.parametrize("page", PAGES)
 def test_toml_of_a_page_is_toml(page):
     for block in re.findall(r"```toml\n(.*?)```", PAGES[page], re.DOTALL):
-        tomllib.loads(block)
+        assert tomllib.loads(block), block
 
 
 def leaves(model, path=""):

@@ -98,7 +98,9 @@ def test_one_of_many_creates_a_file(tmp_path):
         "create_text(Path(sys.argv[1]), sys.argv[2] * 100_000)"
     )
     writers = [child(code, tmp_path / "origin", letter) for letter in "abcd"]
-    assert [writer.wait(60) for writer in writers] == 4 * [0]
+    for writer in writers:
+        writer.communicate(timeout=60)
+    assert [writer.returncode for writer in writers] == 4 * [0]
     text = (tmp_path / "origin").read_text()
     assert text == 100_000 * text[0]
     create_text(tmp_path / "origin", "late")

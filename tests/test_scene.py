@@ -433,4 +433,6 @@ def test_alternatives_of_the_reference_scene(line, tmp_path):
     """Each commented line can be switched on where what it stands in place of is taken away."""
     path = tmp_path / "reference.toml"
     path.write_text(REFERENCE.replace(f"# {line}", line))
-    Scene.from_file(path, INSTEAD.get(line.split()[0], []))
+    key = line.split()[0]
+    section = re.findall(r"^\[(\w+)\]", REFERENCE.partition(f"# {line}")[0], re.MULTILINE)[-1]
+    assert key in Scene.from_file(path, INSTEAD.get(key, [])).to_mapping()[section]

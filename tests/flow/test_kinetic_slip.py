@@ -148,5 +148,6 @@ def test_random_gaps_enclose_the_nonlinear_solution(seed):
 
 @pytest.mark.slow
 def test_two_hundred_random_gaps():
+    """The helper asserts each enclosure; the width of what slip leaves open is printed."""
     widths = [50 * np.log(high / low) for low, high in map(check_random, range(200))]
     print(f"slip interval: median ±{np.median(widths):.2g} %, at most ±{max(widths):.2g} %")

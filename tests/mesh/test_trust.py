@@ -162,22 +162,21 @@ def test_interrupted_within_gmsh(number, folder):
     (folder / "stranger.geo").write_text(
         f'SystemCall "echo $$ > {started}.part; mv {started}.part {started}; exec sleep 600";\n'
     )
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-m", "fem_seal", *command("mesh", folder), "--trust"],
         env=os.environ | {"TMPDIR": str(scratch), "PYTHONPATH": str(ROOT)},
         stderr=subprocess.PIPE,
         text=True,
-    )
-    deadline = time.monotonic() + 60
-    while not started.exists():
-        assert time.monotonic() < deadline
-        assert process.poll() is None
-        time.sleep(0.05)
-    process.send_signal(number)
-    assert process.wait(60) == 130
-    assert process.stderr.read().splitlines() == [
-        "fem-seal: interrupted; nothing half-written is left"
-    ]
+    ) as process:
+        deadline = time.monotonic() + 60
+        while not started.exists():
+            assert time.monotonic() < deadline
+            assert process.poll() is None
+            time.sleep(0.05)
+        process.send_signal(number)
+        message = process.communicate(timeout=60)[1]
+    assert process.returncode == 130
+    assert message.splitlines() == ["fem-seal: interrupted; nothing half-written is left"]
     assert list(scratch.iterdir()) == []
     assert not (folder / "out").exists()
     sleeper = int(started.read_text())

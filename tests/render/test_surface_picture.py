@@ -145,4 +145,8 @@ def test_gap_has_no_surface(tmp_path, capsys):
 @pytest.mark.parametrize("shape", [(4, 3), (3, 40)])
 def test_flat_heights_can_be_drawn(shape):
     figure = Figure()
-    draw_heights(figure, figure.subplots(), GridField(np.ones(shape), (1e-6, 1e-6)))
+    axes = figure.subplots()
+    draw_heights(figure, axes, GridField(np.ones(shape), (1e-6, 1e-6)))
+    [image] = axes.images
+    assert image.get_array().shape == shape[::-1]
+    assert not image.get_array().any()

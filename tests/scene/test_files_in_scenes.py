@@ -48,7 +48,7 @@ def test_listing_names_every_field(text, section):
 @pytest.mark.parametrize("line", re.findall(r"^# (\w+ = .*?)$", SURFACE, re.MULTILINE))
 def test_lines_of_the_surface(line, files):
     data = tomllib.loads(SURFACE.replace(f"# {line}", line)) | PRESSED
-    Scene.from_mapping(data, folder=files)
+    assert line.split()[0] in Scene.from_mapping(data, folder=files).to_mapping()["surface"]
 
 
 def test_listed_surface_in_si_units(files):
