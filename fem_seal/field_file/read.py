@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,7 @@ from fem_seal.memory import within_available_memory
 GAP_NAMES = ("gap", "gaps")
 HEIGHT_NAMES = ("heights", "surface")
 
-# Endings of text files, which are those of other formats as well.
+# Files of text and files of instruments have these endings: their content decides.
 TEXT_ENDINGS = (".asc", ".dat", ".prn", ".tsv", ".xyz")
 
 Names = tuple[str, ...]
@@ -38,8 +39,8 @@ def read_map(
         .xyz if they are text; anything else is read by SurfaceTopography
     names : names that the samples may have in a file of many arrays
     stated : statements of the scene about the file
-    heights : whether to refuse a value far from all others unless `stated.missing` explains it.
-        A gap has such values, the zeros of its contact
+    heights : whether the samples are heights. Of these a value that recurs far from all others is
+        refused, unless `stated.missing` explains it; the zeros of a gap's contact are such values
 
     Raises
     ------
@@ -73,13 +74,8 @@ def _reader(path: Path) -> "Callable[[Path, Names], Recorded]":
     return READERS.get(path.suffix.lower(), _instrument)
 
 
-def _named(
-    opener: Callable[[Path, Names], NamedArrays],
-) -> Callable[[Path, Names], Recorded]:
-    def read(path: Path, names: Names) -> Recorded:
-        return interpret(opener(path, names_to_read(names)), names)
-
-    return read
+def _named(read: Callable[[Path, Names], NamedArrays], path: Path, names: Names) -> Recorded:
+    return interpret(read(path, names_to_read(names)), names)
 
 
 def _npy(path: Path, names: Names) -> Recorded:
@@ -104,11 +100,11 @@ def _instrument(path: Path, names: Names) -> Recorded:
 
 
 READERS: dict[str, Callable[[Path, Names], Recorded]] = {
-    ".npz": _named(read_npz),
+    ".npz": partial(_named, read_npz),
     ".npy": _npy,
-    ".nc": _named(read_netcdf),
-    ".h5": _named(read_hdf5),
-    ".hdf5": _named(read_hdf5),
+    ".nc": partial(_named, read_netcdf),
+    ".h5": partial(_named, read_hdf5),
+    ".hdf5": partial(_named, read_hdf5),
     ".txt": _text,
     ".csv": _text,
 }

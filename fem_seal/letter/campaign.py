@@ -38,7 +38,7 @@ AREAS = {
 }
 # Contact areas at which the contact grid is refined, for the first seed.
 REFINED_AREAS = (0.05, 0.1, 0.2, 0.3, 0.35, 0.4)
-# Measures of the flow density of which the models are compared.
+# Measures of the flow density by which the models are compared.
 MEASURED = ("total", "body", "peak", "participation", "half")
 # Contact area at which the start of the cascade is measured, beside first contact.
 CASCADE_AREA = 0.2
@@ -181,8 +181,8 @@ class Figures:
 class Points:
     """Chains of all points of a plan, by kind.
 
-    The elastic points of Fig. 3 of one surface are a chain, in which each contact starts from those
-    before; every other point is a chain of its own.
+    The elastic points of Fig. 3 of one surface form a chain, in which each contact starts from the
+    contacts before it; every other point is a chain of its own.
 
     Attributes
     ----------
@@ -268,8 +268,8 @@ def letter(
     Raises
     ------
     InvalidInput
-        If the folder holds points of other settings or cannot be written, or points are missing
-        that are to be computed elsewhere.
+        If the folder holds points of other settings or cannot be written, or lacks points that
+        are computed elsewhere.
     NotConverged
         If a contact or a flow does not converge; the other points are computed all the same.
     """
@@ -294,13 +294,7 @@ def letter(
         for row in rows.persson_rows(law, seed, _curve(plan, law, seed), first[seed])
     ]
     measures = {model: pictures.FlowMeasures.of(picture) for model, picture in flows.items()}
-    figures = Figures(
-        contacts,
-        flows,
-        currents,
-        persson,
-        rows.error_rows(refined, first),
-    )
+    figures = Figures(contacts, flows, currents, persson, rows.error_rows(refined, first))
     result = Letter(
         plan=plan,
         finished=datetime.now(UTC),
@@ -318,13 +312,18 @@ def letter(
         errors=figures.errors,
         theory=rows.theory_rows(points, persson),
     )
-    write_table(out / "fig3.csv", currents)
+    _write(result, figures, out)
+    return result, figures
+
+
+def _write(result: Letter, figures: Figures, out: Path) -> None:
+    """Write letter.json and the tables of the figures."""
+    write_table(out / "fig3.csv", figures.currents)
     write_table(out / "fig3-persson.csv", figures.persson)
     write_table(out / "theory.csv", result.theory)
     if figures.errors:
         write_table(out / "errors.csv", figures.errors)
     write_json(out / "letter.json", result)
-    return result, figures
 
 
 def _curve(plan: Plan, law: str, seed: int) -> list[PerssonPoint]:
@@ -340,7 +339,7 @@ def _threshold(thresholds: list[ThresholdRow], plan: Plan, model: str) -> float:
 
 
 def _read(chains: list[Chain[Point]]) -> list[Point]:
-    """Read points that are there."""
+    """Read the points of some chains, all of which have been computed."""
     return [
         chain.folder.load(chain.folder.path_of(task.name))
         for chain in chains
@@ -349,6 +348,7 @@ def _read(chains: list[Chain[Point]]) -> list[Point]:
 
 
 def _thresholds(plan: Plan, out: Path) -> list[Chain[SeedThresholds]]:
+    """Thresholds of each model and seed."""
     folder = RecordFolder(out / "points", SeedThresholds)
     return [
         chain_of(folder, threshold_task(plan.case, model, seed, plan.search, plan.threads))
@@ -384,7 +384,7 @@ def _flow_points(plan: Plan, out: Path) -> list[Chain[FlowPoint]]:
     """Points of Fig. 3; first contact is the same for both models and computed once."""
     folder = RecordFolder(out / "points", FlowPoint)
     case, rtol = plan.case, plan.rtol
-    # Points without finite differences go by another name: those with them are other points.
+    # Points with finite differences and points without them must not share a file.
     kind = "flow" if plan.differences else "certified"
 
     def task(model: str, seed: int, area: float) -> FlowTask:
@@ -421,7 +421,7 @@ def _flow_points(plan: Plan, out: Path) -> list[Chain[FlowPoint]]:
 
 
 class FlowTask(StudyTask[FlowPoint]):
-    """A point of Fig. 3; its contact starts from those before in its chain."""
+    """A point of Fig. 3; its contact starts from the contacts before it in its chain."""
 
     def compute(self, handed_on: PressedSurface, report: Report, comm: Comm) -> FlowPoint:
         """Press the surface and compute its leak rates."""
@@ -430,6 +430,7 @@ class FlowTask(StudyTask[FlowPoint]):
 
 
 def _grid_points(plan: Plan, out: Path) -> list[Chain[GridPoint]]:
+    """Leak rates on refined contact grids, for the first seed."""
     folder = RecordFolder(out / "points", GridPoint)
     case, rtol, factors = plan.case, plan.rtol, plan.grid_factors
     names = {area: f"grid-{case.name}-seed1-A{area:g}" for area in plan.refined}
@@ -450,6 +451,7 @@ def _grid_points(plan: Plan, out: Path) -> list[Chain[GridPoint]]:
 
 
 def _cascade(plan: Plan, out: Path) -> list[Chain[CascadeStart]]:
+    """Starts of the cascade, at first contact and for a contact of each model."""
     folder = RecordFolder(out / "points", CascadeStart)
     case = plan.case
     contacts = (("elastic", 0.0), *((model, CASCADE_AREA) for model in MODELS))

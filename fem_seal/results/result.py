@@ -26,7 +26,6 @@ from fem_seal.quantities.of_patch import Quantities, quantities, verdict_of
 from fem_seal.quantities.remarks import cautions
 from fem_seal.quantities.seal import leak_rate_of, seal_budget, seal_verdict
 from fem_seal.quantities.slope import slope_between_samples
-from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.lift import LiftRecord
@@ -68,6 +67,13 @@ class RateBounds(Record):
     lower: float | None
     upper: float | None
     unit: Literal["m^3/s"] = "m^3/s"
+
+    @classmethod
+    def of(cls, leak: LeakRate) -> "RateBounds | None":
+        """Value and bounds of a leak rate; None if it has no limit (lifted off)."""
+        if leak.state == "lifted off":
+            return None
+        return cls(value=leak.value, lower=leak.lower, upper=leak.upper)
 
 
 class AccuracyRecord(Record):
@@ -275,6 +281,11 @@ def summarise(
         budget, state = seal_budget(patch, seal), seal.state
         decision, ends = seal_verdict(patch, seal, budget), (leak_rate_of(patch, seal),)
         shown = RateRecord.in_unit(patch, ends[0])
+    film, contact = patch.film, patch.film_contact
+    grid = film if isinstance(film, GridFilm) else None
+    elastic = contact if isinstance(contact, ContactState) else None
+    tensor = None if named is None else named.conductivity_tensor
+    flows = [flow for flow in (leak, tensor, *ends) if flow is not None]
     stages = dict(patch.seconds)
     total = sum(stages.values()) if started is None else perf_counter() - started
     return Result(
@@ -282,9 +293,23 @@ def summarise(
         lift=LiftRecord.of(patch),
         seal=None if seal is None else SealRecord.of(seal),
         percolates=not sealed,
-        contact_area_fraction=patch.film.contact_area_fraction,
-        mean_gap=patch.film.mean_gap,
-        **_grid_numbers(patch),
+        leak_rate=None if leak is None else RateBounds.of(leak),
+        method=None if leak is None else leak.method,
+        unknowns=0 if leak is None else leak.unknowns,
+        inflow=None if leak is None else leak.inflow,
+        outflow=None if leak is None else leak.outflow,
+        levels=() if leak is None else leak.levels,
+        converged=all(flow.converged for flow in flows),
+        reason="; ".join(dict.fromkeys(flow.reason for flow in flows if flow.reason)),
+        contact_area_fraction=film.contact_area_fraction,
+        mean_gap=film.mean_gap,
+        gap_is_periodic=None if grid is None else grid.gap.periodic,
+        gap_slope=None if grid is None else slope_between_samples(grid.gap),
+        mean_pressure=None if elastic is None else patch.mean_pressure,
+        kkt_residual=None if elastic is None else elastic.kkt_residual,
+        pressed_gap=None if elastic is None else elastic.pressed_gap,
+        penetration=None if elastic is None else elastic.penetration,
+        contact_iterations=None if elastic is None else elastic.iterations,
         accuracy=None if choice is None else AccuracyRecord.of(choice),
         preparation=StepRecord.all_of(patch),
         gas=GasRecord.of(patch),
@@ -299,66 +324,7 @@ def summarise(
         provenance=Provenance.of(
             patch.scene if choice is None else choice.asked(patch.scene), patch.comm, origin
         ),
-        **_contact_numbers(patch),
-        **_flow_numbers(
-            leak,
-            None if named is None else named.conductivity_tensor,
-            ends,
-        ),
     )
-
-
-def _grid_numbers(patch: Patch) -> dict[str, Any]:
-    """Fields of Result that only a gap on a grid has."""
-    film = patch.film
-    if not isinstance(film, GridFilm):
-        return {}
-    return {
-        "gap_is_periodic": film.gap.periodic,
-        "gap_slope": slope_between_samples(film.gap),
-    }
-
-
-def _contact_numbers(patch: Patch) -> dict[str, Any]:
-    """Fields of Result that only an elastic contact has."""
-    contact = patch.film_contact
-    if not isinstance(contact, ContactState):
-        return dict.fromkeys(
-            ("mean_pressure", "kkt_residual", "pressed_gap", "penetration", "contact_iterations")
-        )
-    return {
-        "mean_pressure": patch.mean_pressure,
-        "kkt_residual": contact.kkt_residual,
-        "pressed_gap": contact.pressed_gap,
-        "penetration": contact.penetration,
-        "contact_iterations": contact.iterations,
-    }
-
-
-def _flow_numbers(
-    leak: LeakRate | None, tensor: ConductivityTensor | None, ends: tuple[LeakRate, ...]
-) -> dict[str, Any]:
-    """Fields of Result that come from the flow, the tensor and the ends of a range."""
-    solved = [flow for flow in (leak, tensor, *ends) if flow is not None]
-    reached = {
-        "converged": all(flow.converged for flow in solved),
-        "reason": "; ".join(dict.fromkeys(flow.reason for flow in solved if flow.reason)),
-    }
-    if leak is None:
-        nothing = dict.fromkeys(("leak_rate", "method", "inflow", "outflow"))
-        return nothing | reached | {"unknowns": 0, "levels": ()}
-    return reached | {
-        "leak_rate": (
-            None
-            if leak.state == "lifted off"
-            else RateBounds(value=leak.value, lower=leak.lower, upper=leak.upper)
-        ),
-        "method": leak.method,
-        "unknowns": leak.unknowns,
-        "inflow": leak.inflow,
-        "outflow": leak.outflow,
-        "levels": leak.levels,
-    }
 
 
 def _versions() -> Iterator[tuple[str, str]]:

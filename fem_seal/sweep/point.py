@@ -48,7 +48,7 @@ class Point:
     version : str
         Version of fem_seal.
     again : bool
-        Whether the next sweep tries again, since the cause of the failure may have gone.
+        Whether the next sweep computes the point again, since the cause of its failure may be gone.
     finished : str
         Date and time of the computation.
     """
@@ -65,7 +65,7 @@ class Point:
         return value if isinstance(value, int | float) else None
 
     def to_json(self) -> str:
-        """Text of its file; floats in full."""
+        """Text of its file, with all digits of floats."""
         return json.dumps(vars(self), indent=1) + "\n"
 
     @classmethod
@@ -81,14 +81,14 @@ class Point:
         if not isinstance(data, dict) or set(data) != set(cls.__dataclass_fields__):
             raise ValueError("not a point of a sweep")
         values, numbers = data["values"], data["numbers"]
-        whole = (
+        valid = (
             isinstance(values, list)
             and all(isinstance(value, str) for value in values)
             and isinstance(numbers, dict)
             and all(isinstance(number, Number) for number in numbers.values())
             and set(COLUMNS) <= set(numbers)
         )
-        if not whole:
+        if not valid:
             raise ValueError("not a point of a sweep")
         version, again, finished = str(data["version"]), bool(data["again"]), str(data["finished"])
         return cls(tuple(values), numbers, version, again, finished)
@@ -111,12 +111,12 @@ def numbers_only(scene: Scene) -> Scene:
 def name_of(scene: Scene) -> str:
     """Name of the file of a point: a hash of its scene, its input files and the version."""
     inputs = [_digest(path, *_stamp(path)) for path in scene.input_files]
-    what = {"scene": numbers_only(scene).to_mapping(), "inputs": inputs, "version": __version__}
-    return sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
+    point = {"scene": numbers_only(scene).to_mapping(), "inputs": inputs, "version": __version__}
+    return sha256(json.dumps(point, sort_keys=True).encode()).hexdigest()[:32]
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Size and time of a file; (-1, 0) if it is missing, an error that its point will report."""
+    """Size and time of a file; (-1, 0) for a missing one, which the point reports as its error."""
     try:
         status = path.stat()
     except OSError:
@@ -126,6 +126,7 @@ def _stamp(path: Path) -> tuple[int, int]:
 
 @lru_cache
 def _digest(path: Path, size: int, time: int) -> str:
+    """Digest of a file, computed once until its size or time changes."""
     try:
         return digest(path)
     except OSError:
@@ -189,6 +190,7 @@ def _failed(reason: str) -> dict[str, Number]:
 
 
 def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
+    """Columns of a result: those of COLUMNS, then all other numbers and texts that it has."""
     leak = result.leak_rate
     own = {
         "decision": result.verdict.decision if result.verdict else None,
