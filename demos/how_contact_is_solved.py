@@ -25,6 +25,7 @@ import numpy as np
 from fem_seal.contact import METHODS, ContactState, bearing, solve
 from fem_seal.grid import GridField
 from fem_seal.render.colours import CONTACT_COLOUR, colour_map
+from fem_seal.render.plot import new_figure
 from fem_seal.surface import Spectrum, rms_height, self_affine
 
 E_STAR = 10e6  # Pa
@@ -80,32 +81,25 @@ def energy_excess(surface: GridField, state: ContactState, best: ContactState) -
 # %%
 def draw(states: dict[str, ContactState], cut: GridField, path: Path) -> None:
     """Left: convergence; middle and right: elastic and bearing contact of one area."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, (history, elastic, plane) = plt.subplots(1, 3, figsize=(13, 4.2))
-    for (name, state), dash in zip(states.items(), ("-", "--", "-.", ":"), strict=True):
-        steps = np.linspace(0, state.iterations, len(state.residuals))
-        history.loglog(steps + 1, np.maximum(state.residuals, 1e-9), dash, label=name)
-    history.axhline(1e-6, color="0.6", lw=0.8)
-    history.set(xlabel="iterations + 1", ylabel="certificate ε", title="one surface, one load")
-    history.legend(frameon=False)
-    state = states["free-set-cg"]
-    maps = ((elastic, state.gap, "elastic"), (plane, cut, "bearing model"))
-    for axis, gap, title in maps:
-        open_gap = np.where(gap.values > 0, gap.values / MICRON, np.nan)
-        extent = (0, gap.size[0] / MICRON, 0, gap.size[1] / MICRON)
-        top = np.quantile(cut.values, 0.999) / MICRON
-        axis.set_facecolor(np.array(CONTACT_COLOUR) / 255)
-        colours = {"cmap": colour_map("gap"), "vmin": 0, "vmax": top}
-        image = axis.imshow(open_gap.T, origin="lower", extent=extent, **colours)
-        axis.set(title=f"{title}: gap, contact grey", xlabel="x [µm]", ylabel="y [µm]")
-        figure.colorbar(image, ax=axis, label="gap [µm]", shrink=0.8)
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
+    with new_figure((13, 4.2), path) as figure:
+        history, elastic, plane = figure.subplots(1, 3)
+        for (name, state), dash in zip(states.items(), ("-", "--", "-.", ":"), strict=True):
+            steps = np.linspace(0, state.iterations, len(state.residuals))
+            history.loglog(steps + 1, np.maximum(state.residuals, 1e-9), dash, label=name)
+        history.axhline(1e-6, color="0.6", lw=0.8)
+        history.set(xlabel="iterations + 1", ylabel="certificate ε", title="one surface, one load")
+        history.legend(frameon=False)
+        state = states["free-set-cg"]
+        maps = ((elastic, state.gap, "elastic"), (plane, cut, "bearing model"))
+        for axis, gap, title in maps:
+            open_gap = np.where(gap.values > 0, gap.values / MICRON, np.nan)
+            extent = (0, gap.size[0] / MICRON, 0, gap.size[1] / MICRON)
+            top = np.quantile(cut.values, 0.999) / MICRON
+            axis.set_facecolor(np.array(CONTACT_COLOUR) / 255)
+            colours = {"cmap": colour_map("gap"), "vmin": 0, "vmax": top}
+            image = axis.imshow(open_gap.T, origin="lower", extent=extent, **colours)
+            axis.set(title=f"{title}: gap, contact grey", xlabel="x [µm]", ylabel="y [µm]")
+            figure.colorbar(image, ax=axis, label="gap [µm]", shrink=0.8)
 
 
 # %%

@@ -16,16 +16,11 @@
 #
 # The leak rate is Q = energy(p, K) / Δp, energy(p, K) = ∫ K |∇p|² dx. Any other p has more energy:
 # that of a finite-element p lies above Q Δp, and above fem_seal's guaranteed lower bound.
+# `mpirun -n 2 python demos/ordinary_dolfinx.py` shares both solves between two processes.
 
 # %%
-import argparse
-from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import LineCollection
 
@@ -36,6 +31,7 @@ from fem_seal.flow import FlowFunctions, Tuning, flow_functions, leak_rate
 from fem_seal.flow.forms import energy, film_conductivity, reynolds
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FacetTag, FlowField, LeakRate
+from fem_seal.render.plot import new_figure
 from fem_seal.surface import Spectrum, self_affine
 
 ETA, DROP = 1e-3, 1e5  # water [Pa s], 1 bar [Pa]
@@ -109,39 +105,30 @@ def solved(A: PETSc.Mat, b: PETSc.Vec) -> np.ndarray:
 
 
 # %%
-@dataclass(frozen=True)
-class Comparison:
-    """Bounds of fem_seal, and the leak rates [m³/s] of ordinary elements by degree."""
-
-    bounds: LeakRate
-    ordinary: dict[int, float]
-
-
 def draw(field: FlowField, path: Path) -> None:
     """Mesh with the pressure, and the boundary in a colour for each tag."""
-    figure, axes = plt.subplots(figsize=(7, 6), layout="constrained")
-    x, y = 1e6 * field.points.T
-    shown = axes.tripcolor(x, y, field.cells, field.pressure / 1e5, shading="gouraud")
-    axes.triplot(x, y, field.cells, color="w", lw=0.15)
-    ends = field.cells[:, [[1, 2], [2, 0], [0, 1]]]
-    for tag, colour in zip(list(FacetTag)[1:5], ("blue", "cyan", "black", "red"), strict=True):
-        lines = np.stack([x, y], axis=-1)[ends[field.facet_tags == tag]]
-        axes.add_collection(LineCollection(lines, colors=colour, lw=1.5, label=tag.name.lower()))
-    axes.set(xlabel="x [µm]", ylabel="y [µm]", aspect="equal")
-    figure.colorbar(shown, label="pressure [bar]")
-    figure.legend(loc="outside upper center", ncols=4)
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
+    with new_figure((7, 6), path) as figure:
+        axes = figure.subplots()
+        x, y = 1e6 * field.points.T
+        shown = axes.tripcolor(x, y, field.cells, field.pressure / 1e5, shading="gouraud")
+        axes.triplot(x, y, field.cells, color="w", lw=0.15)
+        ends = field.cells[:, [[1, 2], [2, 0], [0, 1]]]
+        for tag, colour in zip(list(FacetTag)[1:5], ("blue", "cyan", "black", "red"), strict=True):
+            lines = np.stack([x, y], axis=-1)[ends[field.facet_tags == tag]]
+            style = {"colors": colour, "lw": 1.5, "label": tag.name.lower()}
+            axes.add_collection(LineCollection(lines, **style))
+        axes.set(xlabel="x [µm]", ylabel="y [µm]", aspect="equal")
+        figure.colorbar(shown, label="pressure [bar]")
+        figure.legend(loc="outside upper center", ncols=4)
 
 
-def main(out: Path = Path("out"), n: int = 64, rtol: float = 0.03) -> Comparison:
-    """Solve both ways, draw `ordinary_dolfinx.png` into `out` and check the claims above."""
+def main(out: Path = Path("out"), n: int = 64) -> tuple[LeakRate, dict[int, float]]:
+    """Draw `ordinary_dolfinx.png`; return bounds, and leak rates [m³/s] by degree of elements."""
     out.mkdir(parents=True, exist_ok=True)
     from_samples = Tuning(coarsest=n)  # begin with the mesh of the samples
     gap = rough_contact(n)
-    leak = leak_rate(
-        GridFilm(gap), viscosity=ETA, pressure_drop=DROP, rtol=rtol, field=True, tuning=from_samples
-    )
+    setting = {"viscosity": ETA, "pressure_drop": DROP, "rtol": 0.03, "tuning": from_samples}
+    leak = leak_rate(GridFilm(gap), field=True, **setting)
     draw(leak.field, out / "ordinary_dolfinx.png")
     flow = flow_functions(leak.field)
     ordinary = {degree: ordinary_energy(flow, degree) / DROP for degree in (1, 2)}
@@ -152,12 +139,8 @@ def main(out: Path = Path("out"), n: int = 64, rtol: float = 0.03) -> Comparison
     print(f"fem_seal, {leak.unknowns} unknowns: {leak.lower:.5e} to {leak.upper:.5e} m³/s")
     for degree, value in ordinary.items():
         print(f"DOLFINx, elements of degree {degree}: {value:.5e} m³/s")
-    return Comparison(leak, ordinary)
+    return leak, ordinary
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="the flow as an ordinary DOLFINx problem")
-    parser.add_argument("--out", type=Path, default=Path("out"))
-    parser.add_argument("--n", type=int, default=64)
-    arguments = parser.parse_args()
-    main(arguments.out, arguments.n)
+    main()

@@ -16,18 +16,14 @@
 # * resolved: both lines solved together.
 
 # %%
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 
 from fem_seal import Scene
 from fem_seal.patch import Patch
+from fem_seal.render.plot import new_figure
 
 SCENE = Path(__file__).parent / "scenes" / "first.toml"
 LOAD = 0.15e6  # Pa, of that scene
@@ -73,13 +69,8 @@ def point(share: float, n: int) -> Point:
     # The theorem is about exact flows: the bounds of the computed ones must not contradict it.
     assert low.lower <= lifted.leak_rate.upper
     assert lifted.leak_rate.lower <= high.upper
-    return Point(
-        share,
-        range_.leak_rate.value / inlet,
-        low.lower / inlet,
-        high.upper / inlet,
-        lifted.leak_rate.value / inlet,
-    )
+    rates = range_.leak_rate.value, low.lower, high.upper, lifted.leak_rate.value
+    return Point(share, *(rate / inlet for rate in rates))
 
 
 # %% [markdown]
@@ -91,9 +82,8 @@ def point(share: float, n: int) -> Point:
 # %%
 def forgettable_share(points: list[Point]) -> float:
     """p_in/P₀ at which the resolved leak rate leaves the dry one by the tolerance."""
-    excess = np.log([p.factor for p in points])
-    limit = np.interp(np.log(1 + TOLERANCE), excess, np.log([p.share for p in points]))
-    return float(np.exp(limit))
+    factors, shares = (np.log([getattr(p, name) for p in points]) for name in ("factor", "share"))
+    return float(np.exp(np.interp(np.log(1 + TOLERANCE), factors, shares)))
 
 
 def draw(points: list[Point], path: Path) -> None:
@@ -102,32 +92,31 @@ def draw(points: list[Point], path: Path) -> None:
     low, high = (np.array([getattr(p, end) / p.dry for p in points]) for end in ("low", "high"))
     factors = [p.factor for p in points]
     share = forgettable_share(points)
-    figure, axes = plt.subplots(figsize=(7, 4.6), layout="constrained")
-    axes.axvspan(shares[0] / 1.3, share, color="#d9ecd0", lw=0)
-    axes.axvline(1, color="C3", lw=2)
-    axes.fill_between(shares, low, high, color="0.8")
-    axes.axhline(1, color="k", ls="--", lw=1.2)
-    axes.plot(shares, factors, "o-", color="C0")
-    axes.set(xscale="log", yscale="log", xlim=(shares[0] / 1.3, 1.3), ylim=(0.7, 2 * high[-1]))
-    axes.set(xlabel="inlet pressure / load,  p$_{in}$ / P$_0$", ylabel="leak rate / dry leak rate")
-    axes.set_title(f"Up to p$_{{in}}$ = {share:.2g} P$_0$ the fluid's pressure may be forgotten")
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_major_formatter("{x:g}")
-    for p in points[3:]:
-        # The last number stands to the left, before the line of lift-off.
-        beside, side = ((-6, 0), "right") if p is points[-1] else ((4, -13), "left")
-        text, place = f"{p.factor:.2g}", (p.share, p.factor)
-        axes.annotate(text, place, beside, textcoords="offset points", ha=side, color="C0")
-    middle = np.sqrt(shares[0] / 1.3 * share)
-    axes.text(middle, 3.5, "less than\n5 % more", ha="center", color="#38761d")
-    axes.text(0.0165, 0.77, "dry")
-    line = {"arrowstyle": "-", "color": "0.3", "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("resolved", (0.25, 2.7), (0.2, 9), arrowprops=line, ha="right", color="C0")
-    enclosed = "range: any fluid pressure\nbetween those of the ends"
-    axes.annotate(enclosed, (0.6, 35), (0.3, 60), arrowprops=line, ha="right", color="0.3")
-    axes.text(0.94, 0.77, "p$_{in}$ = P$_0$: may lift off", color="C3", ha="right")
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
+    with new_figure((7, 4.6), path) as figure:
+        axes = figure.subplots()
+        axes.axvspan(shares[0] / 1.3, share, color="#d9ecd0", lw=0)
+        axes.axvline(1, color="C3", lw=2)
+        axes.fill_between(shares, low, high, color="0.8")
+        axes.axhline(1, color="k", ls="--", lw=1.2)
+        axes.plot(shares, factors, "o-", color="C0")
+        axes.set(xscale="log", yscale="log", xlim=(shares[0] / 1.3, 1.3), ylim=(0.7, 2 * high[-1]))
+        axes.set(xlabel="inlet pressure / load,  p$_{in}$ / P$_0$", ylabel="leak rate / dry one")
+        axes.set_title(f"Up to p$_{{in}}$ = {share:.2g} P$_0$ the fluid may be forgotten")
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_major_formatter("{x:g}")
+        for p in points[3:]:
+            # The last number stands to the left, before the line of lift-off.
+            beside, side = ((-6, 0), "right") if p is points[-1] else ((4, -13), "left")
+            style = {"textcoords": "offset points", "ha": side, "color": "C0"}
+            axes.annotate(f"{p.factor:.2g}", (p.share, p.factor), beside, **style)
+        middle = np.sqrt(shares[0] / 1.3 * share)
+        axes.text(middle, 3.5, "less than\n5 % more", ha="center", color="#38761d")
+        axes.text(0.0165, 0.77, "dry")
+        line = {"arrowstyle": "-", "color": "0.3", "shrinkA": 0, "shrinkB": 0}
+        axes.annotate("resolved", (0.25, 2.7), (0.2, 9), arrowprops=line, ha="right", color="C0")
+        enclosed = "range: any fluid pressure\nbetween those of the ends"
+        axes.annotate(enclosed, (0.6, 35), (0.3, 60), arrowprops=line, ha="right", color="0.3")
+        axes.text(0.94, 0.77, "p$_{in}$ = P$_0$: may lift off", color="C3", ha="right")
 
 
 # %% [markdown]
@@ -158,8 +147,4 @@ def main(out: Path = Path("out"), n: int = 64) -> list[Point]:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="When may I forget the fluid's pressure?")
-    parser.add_argument("-n", type=int, default=64, help="samples along a side")
-    parser.add_argument("--out", type=Path, default=Path("out"))
-    arguments = parser.parse_args()
-    main(arguments.out, arguments.n)
+    main()
