@@ -33,6 +33,7 @@ from fem_seal.results.arrays import (
 from fem_seal.results.result import Origin, Provenance
 from fem_seal.results.seal import SealRecord
 from fem_seal.scene import Scene
+from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal import SealLeak, solve_seal
 
@@ -117,7 +118,9 @@ def _reserved(
     """Check scene and folder before any work, and hold the folder until the result is written."""
     require_packages(scene)
     if scene.seal is not None:
-        profile_of(scene)  # a table that cannot be read is refused before the work
+        # A table that cannot be read, and windows that do not fit, are refused before the work.
+        profile_of(scene)
+        realizations(scene)
     folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, _names(scene))
     with ExitStack() as held:
         # `and None`: the folder, open in the first process, is nothing to send to the others.

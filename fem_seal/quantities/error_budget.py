@@ -9,10 +9,16 @@ from dataclasses import dataclass
 from math import prod, sqrt
 from typing import Literal
 
+from fem_seal.digits import rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate
 
 FLOW, CONTACT_GRID, SLIP_INTERVAL = "flow", "contact grid", "slip interval"
 FLOW_AND_LOADS = "flow and load table"
+ONE_PATCH = "one patch"
+# Said of a patch that is sealed, in place of the seal.
+NOT_THE_SEAL = "this patch is sealed, others of the seal may leak: [seal] judges the seal"
+# Factors beyond this one, or its inverse, bound nothing that is of use.
+USELESS = 1e6
 # Entries that the bounds of a leak rate contain.
 IN_BOUNDS = (FLOW, SLIP_INTERVAL, FLOW_AND_LOADS)
 
@@ -83,6 +89,24 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
         prod(lowers) if len(lowers) == len(counted) else None,
         prod(uppers) if len(uppers) == len(counted) else None,
     )
+
+
+def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> str:
+    """Text of a lower and an upper factor, rounded outwards; None, or too far away, is unbounded.
+
+    Parameters
+    ----------
+    lower, upper : float or None
+    digits : int
+        Significant digits.
+    """
+    low = None if lower is None or lower < 1 / USELESS else rounded_down(lower, digits)
+    high = None if upper is None or upper > USELESS else rounded_up(upper, digits)
+    if low is None and high is None:
+        return "anything"
+    if low is None:
+        return f"{high} or less"
+    return f"{low} or more" if high is None else f"{low} to {high}"
 
 
 def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:

@@ -56,16 +56,19 @@ def fluid_pressure(patch: Patch) -> Uncertainty | None:
         words.append(
             f"the fluid's pressure, up to {_pressure(inlet)} above ambient, is "
             f"{_ratio(inlet, load)} the contact pressure, carries that part of the load and opens "
-            "the film: more leaks than through the dry contact"
+            "the film"
         )
         if load <= inlet:
             upper = None
+            words[-1] += ": more leaks than through the dry contact"
             words.append(
                 "the seal would lift off, since the fluid's pressure is no less than the contact "
                 f"pressure of {_pressure(load)}"
             )
         else:
             opened, more = _when_opened(patch, load - inlet)
+            if opened is None or opened.state != "sealed":
+                words[-1] += ": more leaks than through the dry contact"
             words.extend(more)
             upper = _upper_factor(patch.leak_rate, opened)
             upper_rate = None if opened is None else opened.upper
@@ -139,6 +142,8 @@ def _when_opened(patch: Patch, pressure: float) -> tuple[LeakRate | None, list[s
     if leak is None:
         return None, [_failed(pressure)]
     left = f"under the {_pressure(pressure)} that are left for the solid"
+    if leak.state == "sealed":
+        return leak, [f"{left} the contact is sealed all the same"]
     return leak, [f"{left}, at most {rounded_up(leak.bounds[1])} m^3/s"]
 
 

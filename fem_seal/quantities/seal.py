@@ -22,7 +22,7 @@ from fem_seal.quantities.of_patch import shown_in
 from fem_seal.quantities.slip import KINETIC_ERROR, first_order
 from fem_seal.quantities.verdict import Verdict, verdict
 from fem_seal.rarefied import FIRST_ORDER
-from fem_seal.scene import SelfAffineSurface
+from fem_seal.scene import FileSurface, SelfAffineSurface
 from fem_seal.surface import map_spectrum
 from fem_seal.upscaling.network import LEAST_LEAKING, may_conduct, patches_for
 from fem_seal.upscaling.seal import SealLeak
@@ -32,11 +32,11 @@ from fem_seal.upscaling.seal import SealLeak
 APART, WAVES = 0.1, 4.0
 LONGER = 0.1  # of the mean square height, in waves longer than the longest one that counts
 PRESSURES = 9  # at which the slip along the path is compared
+MOST_PATCHES = 1000  # that a scene may have
 NARROW = 2.0  # upper over lower end of an interval that is narrow enough
 
 WISH = (
-    "more realizations (seal.patches), a smaller seal.rtol with a smaller flow.rtol, or larger "
-    "patches might decide"
+    "more realizations (seal.patches), larger patches, or a smaller seal.rtol might decide"
 )
 
 
@@ -140,13 +140,22 @@ def _patches(seal: SealLeak) -> Uncertainty:
     scatter = stdev(logs)
     lower, upper = (end / seal.value for end in seal.interval)
     sentence = (
-        f"other patches leak more or less: {sealed}; the others scatter by a factor of "
-        f"{exp(scatter):.2g}, taken for log-normal (95 % interval)"
+        f"other patches leak more or less: {sealed}; the others scatter by {_factor(scatter)}, "
+        "taken for log-normal (95 % interval)"
     )
     if upper > NARROW * lower:
         wanted = ceil(patches_for(scatter, NARROW) * number / len(logs))
-        sentence += f"; about {wanted} realizations would know the mean to a factor of {NARROW:g}"
+        many = f"about {wanted}" if wanted <= MOST_PATCHES else f"more than {MOST_PATCHES}"
+        sentence += f"; {many} realizations would know the mean to a factor of {NARROW:g}"
+        if wanted > MOST_PATCHES:
+            sentence += ", larger patches scatter less"
     return Uncertainty("patches", "estimated", sentence, min(1.0, lower), max(1.0, upper))
+
+
+def _factor(scatter: float) -> str:
+    """Words for exp(scatter)."""
+    decades = scatter / log(10)
+    return f"a factor of {exp(scatter):.2g}" if decades < 3 else f"{decades:.0f} powers of ten"
 
 
 def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
@@ -202,11 +211,17 @@ def _network(seal: SealLeak) -> Uncertainty | None:
 
 def _size(patch: Patch, wavelength: float) -> Uncertainty:
     size = min(present(patch.surface, "surface").size)
+    wide = f"patches {with_prefix(size, 'm')} wide, between straight ends,"
+    surface = patch.scene.surface
+    if isinstance(surface, FileSurface) and surface.make_periodic == "mirror":
+        # The mirror images tell nothing new of the surface.
+        cell, size = size, min(present(patch.prepared, "prepared map").measured.size)
+        wide = (
+            f"patches made of {with_prefix(size, 'm')} of the map and its mirror images, which "
+            f"make {with_prefix(cell, 'm')} of them,"
+        )
     ratio = size / wavelength
-    sentence = (
-        f"patches {with_prefix(size, 'm')} wide, between straight ends, are {ratio:.2g} of the "
-        "longest wavelengths; larger ones scatter less"
-    )
+    sentence = f"{wide} are {ratio:.2g} of the longest wavelengths wide; larger ones scatter less"
     return Uncertainty("size of the patch", "not covered", sentence, caution=ratio < WAVES)
 
 

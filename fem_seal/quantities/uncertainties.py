@@ -7,7 +7,13 @@ from collections.abc import Callable
 from math import isfinite
 
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import CONTACT_GRID, ErrorBudget, Uncertainty, of_flow
+from fem_seal.quantities.error_budget import (
+    CONTACT_GRID,
+    ONE_PATCH,
+    ErrorBudget,
+    Uncertainty,
+    of_flow,
+)
 from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.lift import fluid_pressure
 from fem_seal.quantities.slip import slip, slip_interval
@@ -56,7 +62,7 @@ def _one_patch(patch: Patch) -> Uncertainty | None:
     if patch.scene.shape is not None and patch.scene.shape.own_gap:
         return None
     sentence = "this is one piece of one rough surface; others leak more or less"
-    return Uncertainty("one patch", "not covered", sentence)
+    return Uncertainty(ONE_PATCH, "not covered", sentence)
 
 
 def _model(patch: Patch) -> Uncertainty:

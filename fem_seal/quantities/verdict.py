@@ -7,11 +7,14 @@ from fem_seal.digits import bracket_digits, in_digits, rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
+    NOT_THE_SEAL,
+    ONE_PATCH,
     SLIP_INTERVAL,
     ErrorBudget,
     Uncertainty,
     beside_flow,
     combined,
+    factor_words,
 )
 from fem_seal.units import Rate
 
@@ -180,6 +183,8 @@ def _of_sealed(shown: Shown, given: str | None, limit: float | None, rest: Error
     """Verdict on a sealed gap; an entry of the budget may still open a path."""
     opened = [entry for entry in rest if entry.counted and entry.upper is None]
     sentence = "no open path joins inlet and outlet"
+    if any(entry.name == ONE_PATCH for entry in rest):
+        sentence += f" of this patch ({NOT_THE_SEAL})"
     if limit is None or not opened:
         return Verdict("sealed", f"sealed: {sentence}{_not_covered(rest)}", given)
     rate = opened[0].upper_rate if len(opened) == 1 else None
@@ -229,7 +234,7 @@ def _counting(rest: ErrorBudget) -> str:
     if not both:
         return ""
     words = (
-        f"{entry.name} ({entry.kind}, {entry.lower:.3g} to {entry.upper:.3g} times)"
+        f"{entry.name} ({entry.kind}, {factor_words(entry.lower, entry.upper, 3)} times)"
         for entry in both
     )
     return f", counting {' and '.join(words)}"

@@ -10,10 +10,16 @@ from fem_seal.digits import per_cent, rounded_down, rounded_up
 from fem_seal.errors import printable
 from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.leak_rate import rate_text, relative_half_width
-from fem_seal.quantities.error_budget import IN_BOUNDS, combined
+from fem_seal.quantities.error_budget import (
+    IN_BOUNDS,
+    NOT_THE_SEAL,
+    ONE_PATCH,
+    combined,
+    factor_words,
+)
 from fem_seal.render.report_page import PAGE
 from fem_seal.results import Result
-from fem_seal.results.words import factor_words, summary_of
+from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
 from fem_seal.tables import html_table
@@ -97,6 +103,8 @@ def verdict(result: Result) -> str:
         sentence = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact."
     elif result.state == "sealed":
         sentence = "Sealed: no open path joins inlet and outlet, the leak rate is zero."
+        if any(entry.name == ONE_PATCH for entry in result.error_budget or ()):
+            sentence += f" Of the seal, {NOT_THE_SEAL}."
     else:
         sentence = f"Leaking: {rate_text(leak.value, leak.lower, leak.upper, leak.unit)}."
         budget = result.error_budget or ()

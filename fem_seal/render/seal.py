@@ -9,14 +9,15 @@ from fem_seal.results.seal import SealRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 def seal_picture(seal: SealRecord, path: str | Path) -> Path:
     """Draw P(x), p(x) and K(x) of the patch of median leak rate, and K against the net load.
 
     The part of the path that decides the leak rate is shaded: the one with 90 % of the influence
-    of ln K on ln Q, or all of it that is sealed. It lies before the steepest fall of the fluid's
-    pressure, which lowers the net load of all places behind it.
+    of ln K on ln Q, or all of it that is known to be sealed. It lies before the steepest fall of
+    the fluid's pressure, which lowers the net load of all places behind it.
 
     Parameters
     ----------
@@ -29,6 +30,14 @@ def seal_picture(seal: SealRecord, path: str | Path) -> Path:
     -------
     Path
     """
+    figure = seal_figure(seal)
+    path = Path(path)
+    figure.savefig(path, dpi=120)
+    return path
+
+
+def seal_figure(seal: SealRecord) -> "Figure":
+    """Draw the figure of `seal_picture`."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11, 7), layout="constrained")
@@ -37,23 +46,24 @@ def seal_picture(seal: SealRecord, path: str | Path) -> Path:
     conductivity = figure.add_subplot(grid[1, 0], sharex=pressures)
     _draw_path(seal, pressures, conductivity)
     _draw_loads(seal, figure.add_subplot(grid[:, 1]))
-    path = Path(path)
-    figure.savefig(path, dpi=120)
-    return path
+    return figure
 
 
 def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> None:
     pressures.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
     conductivity.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]")
     pressures.tick_params(labelbottom=False)
+    sealed = seal.sealing is not None and seal.leak_rate is not None and seal.leak_rate.upper == 0
     if seal.sealing is not None:
         for axes in (pressures, conductivity):
+            # As wide as a line at least: a seal may be known to be sealed at one place alone.
             axes.axvspan(
                 1e3 * seal.sealing.start,
                 1e3 * seal.sealing.end,
-                color="tab:green",
-                alpha=0.12,
-                label="90 % of d ln Q/d ln K" if seal.path else "sealed",
+                facecolor="tab:green",
+                edgecolor="tab:green",
+                alpha=0.4 if sealed else 0.12,
+                label="sealed: K = 0" if sealed else "90 % of d ln Q/d ln K",
             )
     if seal.path is not None:
         x, P, p = (
@@ -63,9 +73,19 @@ def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> Non
         pressures.plot(1e3 * x, 1e-6 * P, "k", label="contact pressure P")
         pressures.plot(1e3 * x, 1e-6 * p, "tab:blue", label="fluid pressure p, above ambient")
         K = np.array([value or np.nan for value in seal.path.conductivity])
-        conductivity.semilogy(1e3 * x, K, "tab:red")
+        if np.nanmax(K, initial=0.0) > 0:
+            conductivity.semilogy(1e3 * x, K, "tab:red")
+        else:
+            _say(conductivity, "no fluid passes the sealed place:\nK elsewhere was not computed")
     if seal.sealing is not None:
         pressures.legend(fontsize=8)
+
+
+def _say(axes: "Axes", words: str) -> None:
+    """Write words into axes that would be empty."""
+    axes.set_yticks([])
+    box = {"facecolor": "white", "edgecolor": "none"}
+    axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes, bbox=box)
 
 
 def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
@@ -95,3 +115,5 @@ def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
     if drawn:
         axes.set_yscale("log")
         axes.legend(fontsize=8)
+    else:
+        _say(axes, "every patch is sealed" if seal.patches[0].conductivity else "lifted off")

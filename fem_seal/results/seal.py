@@ -143,12 +143,17 @@ def seal_words(seal: SealRecord) -> str:
     sealed = sum(patch.state == "sealed" for patch in seal.patches)
     made = f"{seal.patches_along} x {seal.patches_around} patches (along the path x around it)"
     words = f"{text}; {made}, from {number}, {sealed} sealed"
-    if seal.loads:
+    if len(seal.loads) == 1:
+        words += f"; 1 net load, {with_prefix(seal.loads[0], 'Pa')}"
+    elif seal.loads:
         ends = f"{with_prefix(seal.loads[0], 'Pa')} to {with_prefix(seal.loads[-1], 'Pa')}"
         words += f"; {len(seal.loads)} net loads from {ends}"
-    if seal.sealing is not None:
-        start, middle, end = (
-            with_prefix(x, "m") for x in (seal.sealing.start, seal.sealing.middle, seal.sealing.end)
-        )
-        words += f"; seals from {start} to {end} behind the inlet, half of it before {middle}"
-    return words
+    if seal.sealing is None:
+        return words
+    start, middle, end = (
+        with_prefix(x, "m") for x in (seal.sealing.start, seal.sealing.middle, seal.sealing.end)
+    )
+    if start == end:
+        return f"{words}; seals where the contact pressure is highest, {start} behind the inlet"
+    words += f"; seals from {start} to {end} behind the inlet"
+    return words if rate.upper == 0 else f"{words}, half of it before {middle}"

@@ -9,15 +9,19 @@ from fem_seal.digits import (
     in_digits,
     per_cent,
     readable,
-    rounded_down,
-    rounded_up,
     with_prefix,
 )
 from fem_seal.errors import present
 from fem_seal.leak_rate import rate_text
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
-from fem_seal.quantities.error_budget import ErrorBudget, combined
+from fem_seal.quantities.error_budget import (
+    NOT_THE_SEAL,
+    ONE_PATCH,
+    ErrorBudget,
+    combined,
+    factor_words,
+)
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold
 from fem_seal.results.lift import lift_words
@@ -46,6 +50,8 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
         leak = result.leak_rate
         sealed = result.state == "sealed"
         rate = "0 m^3/s: no open path joins inlet and outlet"
+        if sealed and any(entry.name == ONE_PATCH for entry in result.error_budget or ()):
+            rate += f"; {NOT_THE_SEAL}"
         if not sealed:
             rate = rate_text(leak.value, leak.lower, leak.upper, leak.unit)
         lines.append(("leak rate", rate))
@@ -74,17 +80,6 @@ def budget_words(budget: ErrorBudget) -> str:
     named = ", ".join(entry.name for entry in budget if entry.kind == "not covered")
     words = f"{', '.join(parts)} times the value" if parts else ""
     return "; ".join(filter(None, (words, named and f"not covered: {named}")))
-
-
-def factor_words(lower: float | None, upper: float | None) -> str:
-    """Text of a lower and an upper factor, rounded outwards; None is unbounded."""
-    if lower is None and upper is None:
-        return "anything"
-    if lower is None:
-        return f"{rounded_up(present(upper, 'upper factor'))} or less"
-    if upper is None:
-        return f"{rounded_down(lower)} or more"
-    return f"{rounded_down(lower)} to {rounded_up(upper)}"
 
 
 def flow_words(result: Result) -> str:

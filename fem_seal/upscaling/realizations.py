@@ -1,10 +1,12 @@
 """The patches of a seal: seeds of a random surface, twins of a measured map, or windows of it."""
 
 from collections.abc import Sequence
+from math import prod
 
 import numpy as np
 
 from fem_seal import parallel
+from fem_seal.digits import rounded_down
 from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file import HEIGHT_NAMES, read_map
 from fem_seal.patch import Patch
@@ -76,12 +78,53 @@ def _places(
         int(side / part + ROUNDING) for side, part in zip(sides, window, strict=True)
     )
     if along * across < patches:
-        raise InvalidInput(
-            f"seal.patches = {patches}, but {surface.path} holds {along} x {across} windows of "
-            f"{window[0]:g} m by {window[1]:g} m; lower seal.patches or seal.window"
-        )
+        raise InvalidInput(_too_few(surface, sides, window, patches, (along, across)))
     chosen = np.linspace(0, along * across - 1, patches).round().astype(int)
     return [(int(number) // across, int(number) % across) for number in chosen]
+
+
+def _too_few(
+    surface: FileSurface,
+    sides: Sequence[float],
+    window: tuple[float, float],
+    patches: int,
+    held: tuple[int, int],
+) -> str:
+    """Message on windows that do not fit, with the largest that would."""
+    whole = surface.path if surface.crop is None else f"surface.crop of {surface.path}"
+    scale = largest_scale(sides, window, patches)
+    # Rounded down, so that they fit, but not for the sake of a rounding error.
+    fitting = [float(rounded_down(1e6 * scale * side * (1 + 1e-9), 3)) for side in window]
+    return (
+        f"seal.patches = {patches}, but {whole}, {_by(sides)} um, holds {held[0]} x {held[1]} "
+        f"windows of {_by(window)} um (seal.window); as many fit with seal.window = "
+        f'["{fitting[0]:g} um", "{fitting[1]:g} um"], or leave seal.window out: the patches are '
+        "then the map and random twins with its spectrum"
+    )
+
+
+def _by(sides: Sequence[float]) -> str:
+    """Two lengths in um, "150 x 150"."""
+    return " x ".join(f"{1e6 * side:.4g}" for side in sides)
+
+
+def largest_scale(sides: Sequence[float], window: Sequence[float], patches: int) -> float:
+    """Largest multiple of a window of which a map holds so many.
+
+    Parameters
+    ----------
+    sides, window : (2,) sequence of float
+        Of the map and of the window, in one unit.
+    patches : int
+    """
+    ratios = [side / part for side, part in zip(sides, window, strict=True)]
+    # A side is used up by a whole number of windows; of these multiples take the largest.
+    scales = sorted((ratio / n for ratio in ratios for n in range(1, patches + 1)), reverse=True)
+    return next(
+        scale
+        for scale in scales
+        if prod(int(ratio / scale + ROUNDING) for ratio in ratios) >= patches
+    )
 
 
 def patch_of(scene: Scene, report: Report, comm: parallel.Comm) -> Patch:

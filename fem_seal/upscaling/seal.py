@@ -129,7 +129,11 @@ def _together(
 ) -> SealLeak:
     """Put the patches of a size [m] into the network of the seal."""
     rates = np.array([(one.flow.lower, one.flow.value, one.flow.upper) for one in flows])
-    lengths = [one.flow.path.sealing_length for one in flows if one.flow.path]
+    lengths = [
+        one.flow.path.sealing_length
+        for one in flows
+        if one.flow.path and one.flow.state == "leaking"
+    ]
     length = float(np.median(lengths)) if lengths else path.length
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(one.flow.state == "sealed" for one in flows)

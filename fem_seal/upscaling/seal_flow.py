@@ -250,7 +250,8 @@ class SealFlow:
     value, lower, upper : float
         Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off.
     path : PathFlow or None
-        Pressures and conductivity along the path, of the value; None unless leaking.
+        Pressures and conductivity along the path, of the value; None if lifted off. If sealed, no
+        place has an influence.
     sealing : SealingPart or None
         Where the seal seals; None if lifted off.
     bounding : tuple of PathFlow
@@ -306,7 +307,8 @@ def seal_flow(
         return SealFlow("lifted off", inf, inf, inf)
     if profile.highest - ends.inlet >= table.sealing_load:
         sealing = _sealed_part(profile, ends.inlet + table.sealing_load, cells)
-        return SealFlow("sealed", 0.0, 0.0, 0.0, sealing=sealing)
+        along = _sealed_path(table, profile, sealing, ends, cells)
+        return SealFlow("sealed", 0.0, 0.0, 0.0, along, sealing)
     x = _cell_ends(profile, cells)
     P, s = profile(x), path.resistance(x)
     low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
@@ -331,6 +333,20 @@ def _sealed_part(profile: Profile, pressure: float, cells: int) -> SealingPart:
     sealed = x[profile(x) >= pressure]
     start, end = float(sealed.min()), float(sealed.max())
     return SealingPart(start, 0.5 * (start + end), end)
+
+
+def _sealed_path(
+    table: ConductivityTable,
+    profile: Profile,
+    sealing: SealingPart,
+    ends: EndPressures,
+    cells: int,
+) -> PathFlow:
+    """Pressures along a sealed path: p_in before the part that seals, p_out behind it."""
+    x = np.unique(np.append(np.linspace(0, profile.length, cells + 1), profile.nodes))
+    P, none = profile(x), np.empty((x.size - 1, 0))
+    fluid = np.where(x <= sealing.middle, ends.inlet, ends.outlet)
+    return PathFlow(x, P, fluid, table.interpolated(P - fluid), none, none)
 
 
 def _cell_ends(profile: Profile, cells: int) -> np.ndarray:

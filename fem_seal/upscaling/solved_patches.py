@@ -165,7 +165,7 @@ class _Told:
 def _load_that_matters(outcome: PatchFlow) -> float | None:
     """Net load [Pa] of the place that halves the influence on the leak rate; None if sealed."""
     along = outcome.flow.path
-    if along is None:
+    if along is None or outcome.flow.state != "leaking":
         return None
     net = along.contact_pressure - along.fluid_pressure
     return max(float(net[np.searchsorted(np.cumsum(along.influence), 0.5)]), 0.0)

@@ -9,6 +9,7 @@ from fem_seal.accuracy import solved
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.results import Result, summarise
+from fem_seal.results.words import summary_of
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
 
@@ -115,6 +116,15 @@ def test_a_sealed_contact_that_the_fluid_opens():
     slight = summarise(Patch(scene(opened.lower, load, {"pressure_drop": 1e6})))
     assert slight.verdict.decision == "sealed"
     assert (entry(slight).lower, entry(slight).upper) == (1.0, 1.0)
+    # Its caution does not speak of more leaks where nothing leaks.
+    assert entry(slight).sentence.endswith("the contact is sealed all the same")
+    assert "more leaks" not in entry(slight).sentence
+    assert "more leaks" in entry(within).sentence
+    # No patch speaks for the seal.
+    for result in (free, slight):
+        words = "of this patch (this patch is sealed, others of the seal may leak: [seal] judges"
+        assert words in result.verdict.sentence
+        assert "[seal] judges the seal" in dict(summary_of(result))["leak rate"]
 
 
 def test_an_outlet_below_ambient_closes_the_film():

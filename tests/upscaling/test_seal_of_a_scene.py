@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from math import prod
 
 import numpy as np
 import pytest
@@ -11,13 +12,16 @@ from hypothesis import strategies as st
 from fem_seal import job
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
+from fem_seal.quantities.error_budget import factor_words
+from fem_seal.quantities.seal import _patches, _size
+from fem_seal.render.seal import seal_figure
 from fem_seal.results import Result
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
 from fem_seal.upscaling import StraightPath
 from fem_seal.upscaling.patch_conductivity import PatchFlow
 from fem_seal.upscaling.profile import Hertz, Uniform
-from fem_seal.upscaling.realizations import realizations
+from fem_seal.upscaling.realizations import largest_scale, realizations
 from fem_seal.upscaling.scene_profile import profile_of, read_profile
 from fem_seal.upscaling.seal import _together, solve_seal
 from fem_seal.upscaling.seal_flow import SealFlow
@@ -385,8 +389,15 @@ def test_windows_begin_at_the_crop(measured):
 def test_too_few_windows(measured):
     data, _ = measured
     data["seal"]["patches"] = 7
-    with pytest.raises(InvalidInput, match=r"holds 2 x 3 windows of 3\.2e-05 m by 3\.2e-05 m"):
+    words = (
+        r"map\.npz, 64 x 96 um, holds 2 x 3 windows of 32 x 32 um \(seal\.window\); as many fit "
+        r'with seal\.window = \["24 um", "24 um"\], or leave seal\.window out: the patches are '
+        "then the map and random twins"
+    )
+    with pytest.raises(InvalidInput, match=words):
         realizations(Scene.from_mapping(data))
+    data["seal"]["window"] = ["24 um", "24 um"]
+    assert len(realizations(Scene.from_mapping(data))) == 7
     data["surface"]["twin_seed"] = 1
     with pytest.raises(InvalidInput, match=r"seal\.window makes patches of parts of the map"):
         Scene.from_mapping(data)
@@ -563,3 +574,92 @@ def test_progress_names_the_patch_and_the_load():
     for number in (1, 2):
         pattern = rf"patch {number} of 2: \d+ of at most 40 net loads, ±\d+ %, ±41 % wanted: flow"
         assert any(re.fullmatch(pattern, stage) for stage in heard)
+
+
+@given(
+    st.tuples(st.floats(0.5, 20), st.floats(0.5, 20)),
+    st.tuples(st.floats(0.1, 5), st.floats(0.1, 5)),
+    st.integers(1, 30),
+)
+def test_largest_windows_that_fit(sides, window, patches):
+    """So many fit at that scale, and fewer at one that is larger by a thousandth."""
+
+    def held(scale):
+        return prod(int(a / (scale * b) + 1e-6) for a, b in zip(sides, window, strict=True))
+
+    scale = largest_scale(sides, window, patches)
+    assert held(scale) >= patches > held(1.001 * scale)
+
+
+@pytest.mark.parametrize("twin_seed", [None, 1])
+def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
+    """Mirror images double the cell, and tell nothing new of the surface."""
+    heights = 1e-7 * np.random.default_rng(1).random((16, 16))
+    np.savez(tmp_path / "map.npz", heights=heights, spacing=[1e-6, 1e-6], periodic=False)
+    data = tomllib.loads(TEXT)
+    data["surface"] = {
+        "kind": "file", "path": str(tmp_path / "map.npz"), "make_periodic": "mirror",
+    }  # fmt: skip
+    if twin_seed is not None:
+        data["surface"]["twin_seed"] = twin_seed
+    entry = _size(Patch(Scene.from_mapping(data)), 3e-6)
+    # From the first of 16 samples to the last one, and back.
+    words = "patches made of 15 um of the map and its mirror images, which make 30 um of them,"
+    assert words in entry.sentence
+    assert "are 5 of the longest wavelengths wide" in entry.sentence
+    assert not entry.caution
+
+
+@pytest.mark.parametrize("profile", ["uniform", "hertz"])
+def test_a_sealed_seal_has_pressures_and_words(profile):
+    """The fluid has the inlet's pressure up to where it is sealed."""
+    asked = scene(contact={"pressure": 2e6}, seal={"patches": 1, "pressure_profile": profile})
+    result, _ = entries(asked)
+    path = result.seal.path
+    p, P = np.array(path.fluid_pressure), np.array(path.contact_pressure)
+    assert set(p) == {0.5e5, 0.0}
+    assert (np.diff(p) <= 0).all()
+    assert P.max() == pytest.approx(2e6 * (1 if profile == "uniform" else 4 / np.pi), rel=1e-5)
+    (words,) = (text for label, text in lines_of(result) if label == "seal")
+    assert "; 1 net load, " in words
+    if profile == "hertz":
+        assert words.endswith("seals where the contact pressure is highest, 50 um behind the inlet")
+    else:
+        assert words.endswith("seals from 0 m to 100 um behind the inlet")
+
+
+def test_picture_of_a_sealed_seal_says_why_it_is_empty(tmp_path):
+    asked = scene(contact={"pressure": 2e6}, seal={"patches": 1, "pressure_profile": "hertz"})
+    result, _ = entries(asked)
+    drawn = seal_figure(result.seal)
+    texts = [text.get_text() for axes in drawn.axes for text in axes.texts]
+    assert texts == ["no fluid passes the sealed place:\nK elsewhere was not computed",
+                     "every patch is sealed"]  # fmt: skip
+    pressures = drawn.axes[0]
+    assert len(pressures.lines) == 2
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "words"),
+    [
+        (0.5, 2.0, "0.5 to 2"),
+        (0.5, 2.4e51, "0.5 or more"),
+        (1e-40, 3.0, "3 or less"),
+        (0.0, 2.4e51, "anything"),
+        (None, None, "anything"),
+        (1 / 3, None, "0.3333 or more"),
+    ],
+)
+def test_factors_that_bound_nothing_are_words(lower, upper, words):
+    assert factor_words(lower, upper) == words
+
+
+def test_a_scatter_of_many_decades_is_words():
+    flows = tuple(
+        PatchFlow(None, SealFlow("leaking", rate, 0.9 * rate, 1.1 * rate))
+        for rate in (1.0, 1e-30, 1e-60)
+    )
+    seal = _together(flows, StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.5)
+    entry = _patches(seal)
+    assert "scatter by 30 powers of ten" in entry.sentence
+    assert "more than 1000 realizations would know the mean" in entry.sentence
