@@ -9,8 +9,7 @@ from fem_seal.accuracy import solved
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.results import Result, summarise
-from fem_seal.results.words import summary_of
-from fem_seal.results.words import lines_of
+from fem_seal.results.words import lines_of, summary_of
 from fem_seal.scene import Scene
 
 LOAD = 9e6  # Pa
