@@ -3,9 +3,10 @@
 # make lint   install what is missing and check style and types
 # make limits install what is missing, try the extremes and write docs/measurements/limits.md
 # make docs   install what is missing and build the pages into docs/_build; warnings are errors
+# make links  the same, and ask the other end of every external link; needs the internet
 # make setup  install what is missing
 # make debian13, make sid   run demo and tests on that Debian, in a clean root (as root)
-.PHONY: demo test lint limits docs setup clean debian13 sid
+.PHONY: demo test lint limits docs links setup clean debian13 sid
 
 # One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
 export OMP_NUM_THREADS ?= 1
@@ -33,6 +34,9 @@ limits: .venv/ready
 docs: .venv/ready
 	.venv/bin/pip install -q --disable-pip-version-check -c .venv/debian.txt -e '.[docs]'
 	.venv/bin/python -m sphinx -W --keep-going -b html docs docs/_build
+
+links: docs
+	.venv/bin/python -m sphinx -b linkcheck docs docs/_build/links
 
 setup: .venv/ready
 

@@ -2,6 +2,7 @@
 
 import argparse
 import re
+import runpy
 import tomllib
 from importlib import import_module
 from types import UnionType
@@ -199,6 +200,20 @@ def test_imports_of_the_pages_work():
     for module, names in found:
         for name in names.split(", "):
             assert hasattr(import_module(module), name), (module, name)
+
+
+def test_every_picture_of_the_pages_has_its_command():
+    """Those of docs/images in make.py, which is named beside them; others by a command of ours."""
+    made = runpy.run_path(str(ROOT / "docs/images/make.py"))["PICTURES"]
+    assert made.keys() == {path.name for path in (ROOT / "docs/images").glob("*.png")}
+    drawn = {"fig1", "fig2", "fig3", "errors", "thresholds", "saddle"}
+    for page, text in PAGES.items():
+        for name in re.findall(r"images/(\w+)\.png", text):
+            arguments = made[f"{name}.png"][1].removeprefix("-m fem_seal").split()
+            assert "images/make.py" in text or " ".join(arguments[:2]) in text, (page, name)
+        for name in re.findall(r"letter/(\w+)\.png", text):
+            assert name in drawn
+            assert re.search(r"fem-seal (letter|percolation|study saddle) -", text), (page, name)
 
 
 def test_every_picture_is_explained():
