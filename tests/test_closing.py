@@ -78,9 +78,10 @@ def test_film_has_a_frame_for_each_load_in_common_colours(steps, tmp_path):
 
 @pytest.mark.render
 def test_strip_shows_at_most_four_loads(steps, tmp_path):
-    whole = Image.open(closing_strip(steps, tmp_path / "whole.png"))
-    doubled = Image.open(closing_strip([*steps, *steps], tmp_path / "doubled.png"))
-    assert whole.size == doubled.size
+    whole = closing_strip(steps, tmp_path / "whole.png")
+    doubled = closing_strip([*steps, *steps], tmp_path / "doubled.png")
+    with Image.open(whole) as one, Image.open(doubled) as other:
+        assert one.size == other.size
 
 
 def test_nothing_to_draw_is_refused(steps, tmp_path):
