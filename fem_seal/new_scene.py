@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.digits import with_prefix
+from fem_seal.digits import rounded_down, with_prefix
 from fem_seal.errors import InvalidInput, printable
 from fem_seal.field_file.markers import suspected_mark, without_marked
 from fem_seal.field_file.profiles import holds_profiles, read_profiles
@@ -38,21 +38,26 @@ viscosity = "1 mPa s"           # yours: water
 pressure_drop = "1 bar"         # yours
 # lift = "resolved"             # where the fluid's pressure lifts the solid; docs/guide/lift.md
 sides = "periodic"
-rtol = 0.1                      # relative width of the bounds of the leak rate
+rtol = 0.1                      # relative width of the bounds of the leak rate; out with [seal]
 
 [output]
 products = ["contact", "leak_rate", "pictures"]
+# products = ["seal", "pictures"] # in its place, with [seal]
 leak_rate_unit = "ml/h"
 
 # [limit]                       # for a verdict
 # leak_rate = "1 ml/h"          # yours
 
-# [seal]                        # whole seal, docs/guide/ring.md; products = ["seal", "pictures"]
+# [seal]                        # the whole seal, docs/guide/ring.md; without a crop
 # leak_path = "0.5 mm"          # yours: width of the contact, from inlet to outlet
 # circumference = "150 mm"      # yours
-# pressure_profile = "hertz"    # or "uniform"
-# patches = 8
+# pressure_profile = "hertz"    # or "uniform"; contact.pressure is the mean of either
+# patches = 8                   # {patches}
+# rtol = 0.5                    # relative width of the bounds for each patch: ±24 %
 """
+WINDOWS = 3  # of a map in each direction, in the comment of [seal]
+TWINS = "the map and seven random twins with its spectrum"
+SEEDS = "seeds of the random surface"
 
 
 @dataclass(frozen=True)
@@ -98,14 +103,17 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False)
     if path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path):
         surface, facts, needed = _profiles(path, name, stated)
+        others = OTHER_SECTIONS.format(patches=SEEDS)
     else:
-        surface, facts, needed = _map(path, name, stated)
+        surface, facts, needed, windows = _map(path, name, stated)
+        patches = f"{TWINS}, or" if windows else TWINS
+        others = OTHER_SECTIONS.format(patches=patches) + windows
     head = [
         f"# Scene of {printable(path.name)}, by fem-seal new; docs/reference/scene.md names every",
         '# field. Values marked "yours" are examples.',
         "",
     ]
-    text = "\n".join([*head, *surface]) + "\n" + OTHER_SECTIONS
+    text = "\n".join([*head, *surface]) + "\n" + others
     if not needed:
         # Read it back, so that no scene is written that is refused.
         Scene.from_mapping(tomllib.loads(text), folder=folder)
@@ -115,8 +123,8 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
 Parts = tuple[list[str], list[str], list[str]]
 
 
-def _map(path: Path, name: str, stated: Stated) -> Parts:
-    """Lines of [surface] for a map, facts, and open fields."""
+def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], list[str], str]:
+    """Lines of [surface] for a map, facts, open fields, and the line of [seal] for its windows."""
     recorded = read_recorded(path, HEIGHT_NAMES)
     values = recorded.values
     mark = suspected_mark(values)
@@ -144,7 +152,7 @@ def _map(path: Path, name: str, stated: Stated) -> Parts:
         comment = "a measured map does not repeat; the contact needs a cell that does"
         lines.append(_line("make_periodic", '"mirror"', comment))
     if needed:
-        return lines, facts, needed
+        return lines, facts, needed, ""
     field = in_metres(recorded, stated, path)
     (dx, dy), sides = field.spacing, [n * d for n, d in zip((nx, ny), field.spacing, strict=True)]
     facts.append(f"{with_prefix(dx, 'm', 6)} by {with_prefix(dy, 'm', 6)} apart")
@@ -152,7 +160,11 @@ def _map(path: Path, name: str, stated: Stated) -> Parts:
         ends = ", ".join(f'["0 um", "{1e6 * side / 2:.6g} um"]' for side in sides)
         lines.append(f"# crop = [{ends}]   # a part of the map; a large contact takes long")
     lines.append("# transpose = true              # the flow runs along x; this sends it along y")
-    return lines, facts, needed
+    if recorded.periodic:
+        return lines, facts, needed, ""
+    window = ", ".join(f'"{rounded_down(1e6 * side / WINDOWS, 3)} um"' for side in sides)
+    windows = _line("# window", f"[{window}]", "windows of the map, of which it holds nine")
+    return lines, facts, needed, f"{windows}\n"
 
 
 def _unit_and_size(path: Path, recorded: Recorded, stated: Stated) -> tuple[list[str], list[str]]:
