@@ -77,7 +77,9 @@ def test_fields_that_a_page_names_exist(page):
     """`flow.rtol`, in the text as in --set."""
     sections = "|".join(SECTIONS)
     for section, key in re.findall(rf"(?<![\w./-])({sections})\.([a-z]\w+)\b(?![/(])", PAGES[page]):
-        if key not in ENDINGS:
+        # `seal` is a section of a scene and of a result.
+        of_result = page.endswith("results.md") and f"{section}.{key}" in set(leaves(Result))
+        if key not in ENDINGS and not of_result:
             assert key in SECTIONS[section], f"{section}.{key}"
 
 
@@ -117,7 +119,8 @@ def test_results_page_names_only_keys_that_exist():
 
 def test_columns_of_a_sweep_are_those_of_its_page():
     text = PAGES["docs/reference/results.md"].partition("## sweep.csv")[2]
-    stated = re.findall(r"`(\w+)`", text.partition("in SI units:")[2].partition("What does not")[0])
+    named = re.split(r"A\s+number\s+that", text.partition("in SI units:")[2])[0]
+    stated = re.findall(r"`(\w+)`", named)
     assert [name for name in stated if name != "verdict"] == list(COLUMNS)
 
 
