@@ -19,18 +19,19 @@ solve.
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic
 
 import numpy as np
 
 from fem_seal.errors import Inconsistent, present
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.film_on_mesh import (
+    B,
     FilmOnMesh,
     FlowEstimate,
-    PressureSolution,
+    P,
+    S,
     Solution,
-    StreamSolution,
 )
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.look_ahead import refined_ahead
@@ -53,7 +54,7 @@ TOO_MANY = "the next mesh would have more than {} unknowns"
 
 
 @dataclass(frozen=True, eq=False)
-class LevelSolution:
+class LevelSolution(Generic[P, S, B]):
     """One level of the refinement: the best bounds so far and the solutions on this mesh.
 
     Attributes
@@ -71,10 +72,10 @@ class LevelSolution:
         Bounds for a gas that slips, if a `widen` of the loop has added them.
     """
 
-    level: SolvedLevel
-    problem: Any
-    pressure: Any
-    stream: Any
+    level: SolvedLevel[B]
+    problem: Any  # a LevelProblem of a leak rate, a CellProblem of a tensor
+    pressure: P
+    stream: S | None
     slip: "SlipBounds | None" = None
 
     @property
@@ -82,7 +83,7 @@ class LevelSolution:
         """Reason why CG stopped short of its tolerance in a solve behind the bounds, else ""."""
         return self.pressure.stalled or (self.stream.stalled if self.stream else "")
 
-    def certified(self) -> "LevelSolution":
+    def certified(self) -> "LevelSolution[P, S, B]":
         """The same level with the dual solved, for the last one."""
         if self.stream is not None:
             return self
@@ -96,18 +97,20 @@ class LevelSolution:
         return replace(self, level=level, stream=stream)
 
 
-def unchanged(solution: LevelSolution) -> LevelSolution:
+def unchanged(
+    solution: LevelSolution[P, S, B],
+) -> LevelSolution[P, S, B]:
     """The same solution: there are no bounds to add if nothing slips."""
     return solution
 
 
 def refined(
-    make_problem: Callable[[NestedMesh | TriangleMesh, np.ndarray], FilmOnMesh],
+    make_problem: Callable[[NestedMesh | TriangleMesh, np.ndarray], FilmOnMesh[P, S, B]],
     start: Start,
     strategy: Strategy,
     stopping: Stopping,
-    widen: Callable[[LevelSolution], LevelSolution] = unchanged,
-) -> Iterator[LevelSolution]:
+    widen: Callable[[LevelSolution[P, S, B]], LevelSolution[P, S, B]] = unchanged,
+) -> Iterator[LevelSolution[P, S, B]]:
     """Yield bounds on finer and finer meshes until `stopping` is met, or says why it is not.
 
     Parameters
@@ -135,8 +138,7 @@ def refined(
         # Correct the bounds, keep the best so far.
         bounds = _corrected(problem, solution, log)
         if np.isfinite(bounds.excess):
-            difference = problem.difference(solution.pressure, solution.stream)
-            solve_true_dual, correction_ratio = True, width_ratio(bounds.excess, difference)
+            solve_true_dual, correction_ratio = True, _correction_ratio(problem, solution, bounds)
         best = bounds if best is None else bounds.tightened(best)
         # Stop if they meet the tolerance or decide a limit, or at a limit.
         count = problem.unknowns, problem.space.count
@@ -191,32 +193,33 @@ class _Log:
 
 
 @dataclass(frozen=True, eq=False)
-class _Solved:
+class _Solved(Generic[P, S]):
     """Solutions on one mesh: pressure, regularised and true stream function."""
 
-    pressure: PressureSolution
-    regularised: StreamSolution | None = None
-    stream: StreamSolution | None = None
+    pressure: P
+    regularised: S | None = None
+    stream: S | None = None
 
 
 def _solve(
-    problem: FilmOnMesh,
+    problem: FilmOnMesh[P, S, B],
     guess: Guess,
     strategy: Strategy,
     solve_true_dual: bool,
     correction_ratio: float,
     log: _Log,
-) -> _Solved:
+) -> _Solved[P, S]:
     """Solve the primal, and the dual at once or after the regularised dual, if it may decide."""
     pressure = problem.pressure(guess.pressure)
     log.lap("primal", pressure)
-    solution = _Solved(pressure)
+    solution: _Solved[P, S] = _Solved(pressure)
     psi = guess.stream
     if not solve_true_dual:
         solution = _with_regularised_dual(problem, guess, solution, strategy, log)
-        psi = present(solution.regularised, "regularised dual").psi
+        regularised = present(solution.regularised, "regularised dual")
+        psi = regularised.psi
         last = GROWTH * problem.unknowns > (strategy.max_unknowns or np.inf)
-        difference = problem.difference(pressure, solution.regularised)
+        difference = problem.difference(pressure, regularised)
         if not last and correction_ratio * difference >= 2 * strategy.rtol:
             return solution
     stream = problem.stream(psi)
@@ -224,7 +227,7 @@ def _solve(
     return replace(solution, stream=stream)
 
 
-def _corrected(problem: FilmOnMesh, solution: _Solved, log: _Log) -> Any:
+def _corrected(problem: FilmOnMesh[P, S, B], solution: _Solved[P, S], log: _Log) -> B:
     """Bounds of this mesh: Bounds, or MatrixBounds of a tensor."""
     bounds = problem.upper_bound(solution.pressure)
     if solution.stream is None:
@@ -234,9 +237,19 @@ def _corrected(problem: FilmOnMesh, solution: _Solved, log: _Log) -> Any:
     return bounds
 
 
+def _correction_ratio(problem: FilmOnMesh[P, S, B], solution: _Solved[P, S], corrected: B) -> float:
+    """Ratio of the relative widths of the corrected bounds and of the solved ones."""
+    stream = present(solution.stream, "stream function")
+    return width_ratio(corrected.excess, problem.difference(solution.pressure, stream))
+
+
 def _with_regularised_dual(
-    problem: FilmOnMesh, guess: Guess, solution: _Solved, strategy: Strategy, log: _Log
-) -> _Solved:
+    problem: FilmOnMesh[P, S, B],
+    guess: Guess,
+    solution: _Solved[P, S],
+    strategy: Strategy,
+    log: _Log,
+) -> _Solved[P, S]:
     """Solve the regularised dual unless that has been done.
 
     Where the dual has been solved first, this solve belongs to the refinement, and its time to
@@ -256,15 +269,15 @@ def _with_regularised_dual(
 _Step = tuple[Start, LinearGap | ConstantGap | VertexGap, Marks, list[FlowEstimate], int]
 
 
-def _uniform_step(problem: FilmOnMesh, solution: _Solved) -> _Step:
+def _uniform_step(problem: FilmOnMesh[P, S, B], solution: _Solved) -> _Step:
     """Refine all cells, without looking ahead."""
     start = problem.start(solution.pressure, solution.stream)
     return start, problem.gap, mark_all(problem), [], 0
 
 
 def _adaptive_step(
-    problem: FilmOnMesh,
-    solution: _Solved,
+    problem: FilmOnMesh[P, S, B],
+    solution: _Solved[P, S],
     correction_ratio: float,
     reached: float,
     strategy: Strategy,
@@ -278,10 +291,11 @@ def _adaptive_step(
     reached : relative width of the best bounds; infinite if the dual was not solved
     strategy : tolerance and parameters
     """
-    flows = problem.flows(solution.pressure, solution.regularised)
-    expected = correction_ratio * problem.difference(solution.pressure, solution.regularised)
+    regularised = present(solution.regularised, "regularised dual")
+    flows = problem.flows(solution.pressure, regularised)
+    expected = correction_ratio * problem.difference(solution.pressure, regularised)
     marks = mark(problem, flows, expected, reached, strategy)
-    start = problem.start(solution.pressure, solution.regularised)
+    start = problem.start(solution.pressure, regularised)
     # Free the functions with the mesh: looking ahead takes them from `start`.
     numbers = [flow.without_functions() for flow in flows]
     return start, problem.gap, marks, numbers, strategy.tuning.ahead

@@ -117,7 +117,7 @@ def lower_matrix(streams: Family) -> np.ndarray:
     return (streams.jumps @ _CROSS.T).T @ best_flux(streams)
 
 
-class CellProblem(FilmOnMesh):
+class CellProblem(FilmOnMesh[Family, StreamFamily, MatrixBounds]):
     """The periodic cell on one mesh, K = g³ (gap in units of its maximum).
 
     Parameters

@@ -7,7 +7,7 @@ Both are primal and dual problem of the same film and differ in the functions th
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
@@ -68,6 +68,30 @@ class StreamSolution(Solution, Protocol):
         """Stream function ψ at the vertices, (V,) or (2, V)."""
 
 
+class LevelBounds(Protocol):
+    """Bounds of what is refined: of a leak rate, or of a tensor."""
+
+    @property
+    def excess(self) -> float:
+        """(upper - lower)/lower, the largest of all directions; infinite without a lower bound."""
+
+    @property
+    def width(self) -> float:
+        """Relative width, the largest of all directions."""
+
+    def tightened(self, other: Self) -> Self:
+        """The best of both."""
+
+    def hardly_better(self, before: Self) -> bool:
+        """Whether they have improved by less than 1 %."""
+
+
+# Solutions of the primal and of the dual problem, and bounds, as a problem makes them.
+P = TypeVar("P", bound=PressureSolution)
+S = TypeVar("S", bound=StreamSolution)
+B = TypeVar("B", bound=LevelBounds)
+
+
 @dataclass(frozen=True, eq=False)
 class FlowEstimate:
     """Estimates of one flow through the film: a pressure p, and a flux J that should be -K∇p.
@@ -109,7 +133,7 @@ def _freed(cells: slice | np.ndarray) -> np.ndarray:
     raise AssertionError("the mesh of this flow has been freed")
 
 
-class FilmOnMesh(ABC):
+class FilmOnMesh(ABC, Generic[P, S, B]):
     """A film on one mesh (gap in units of its maximum), and what the adaptive loop asks of it.
 
     Parameters
@@ -171,31 +195,31 @@ class FilmOnMesh(ABC):
         """Initial values of the solves."""
 
     @abstractmethod
-    def pressure(self, guess: np.ndarray) -> PressureSolution:
+    def pressure(self, guess: np.ndarray) -> P:
         """Solve the primal problem, from a guess."""
 
     @abstractmethod
-    def stream(self, guess: np.ndarray) -> StreamSolution | None:
+    def stream(self, guess: np.ndarray) -> S | None:
         """Solve the dual problem; None if blocked cells close every channel."""
 
     @abstractmethod
-    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> StreamSolution | None:
+    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> S | None:
         """Solve the regularised dual, in which blocked cells conduct `epsilon` times as much."""
 
     @abstractmethod
-    def upper_bound(self, pressure: Any) -> Any:
+    def upper_bound(self, pressure: P) -> B:
         """Bounds from the primal solution alone."""
 
     @abstractmethod
-    def difference(self, pressure: Any, stream: Any) -> float:
+    def difference(self, pressure: P, stream: S) -> float:
         """Relative difference of both energies before the hierarchical correction."""
 
     @abstractmethod
-    def corrected(self, pressure: Any, stream: Any) -> Any:
+    def corrected(self, pressure: P, stream: S) -> B:
         """Bounds after the hierarchical correction."""
 
     @abstractmethod
-    def flows(self, pressure: Any, stream: Any) -> list[FlowEstimate]:
+    def flows(self, pressure: P, stream: S) -> list[FlowEstimate]:
         """The flows whose errors are to be reduced."""
 
     def start(self, pressure: PressureSolution, stream: StreamSolution | None) -> Start:

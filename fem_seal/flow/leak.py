@@ -10,10 +10,10 @@ from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import GridFilm, MeshFilm, film_conductivity
 from fem_seal.film.law import CUBE
-from fem_seal.flow.adapt import LevelSolution, refined, unchanged
+from fem_seal.flow.adapt import refined, unchanged
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
-from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.level import LeakSolution, LevelProblem
 from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
 from fem_seal.flow.start import KeptMesh, Start
@@ -195,7 +195,7 @@ def pressure_on_kept(
     pressure = problem.pressure(problem.guess(start).pressure)
     kept.start = replace(problem.start(pressure, None), streams=start.streams)
     level = SolvedLevel(problem.unknowns, problem.space.count, problem.upper_bound(pressure))
-    solution = LevelSolution(level, problem, pressure, None)
+    solution = LeakSolution(level, problem, pressure, None)
     result = _result(solution, [_in_si(level, scale)], "adaptive", scale)
     return replace(
         result,
@@ -277,7 +277,7 @@ def _in_si(level: SolvedLevel, scale: float) -> Level:
     )
 
 
-def _result(solution: LevelSolution, levels: list[Level], method: str, scale: float) -> LeakRate:
+def _result(solution: LeakSolution, levels: list[Level], method: str, scale: float) -> LeakRate:
     lower, upper = levels[-1].lower, levels[-1].upper
     interval = None
     if solution.slip is not None:
@@ -299,7 +299,7 @@ def _result(solution: LevelSolution, levels: list[Level], method: str, scale: fl
     )
 
 
-def _pressure_field(solution: LevelSolution, film: GridFilm, pressure_drop: float) -> FlowField:
+def _pressure_field(solution: LeakSolution, film: GridFilm, pressure_drop: float) -> FlowField:
     """Pressure and gap alone on the mesh of a solution, with a flux of zero."""
     problem = solution.problem
     number, first = problem.parted_points()
@@ -314,7 +314,7 @@ def _pressure_field(solution: LevelSolution, film: GridFilm, pressure_drop: floa
 
 
 def _field(
-    solution: LevelSolution,
+    solution: LeakSolution,
     film: GridFilm | MeshFilm,
     viscosity: float,
     pressure_drop: float,

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.fenicsx import MPI
+from fem_seal.flow.adapt import LevelSolution
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
@@ -64,7 +65,10 @@ class Stream:
         return 1 / self.energy.value
 
 
-class LevelProblem(FilmOnMesh):
+LeakSolution = LevelSolution[Minimum, Stream, Bounds]
+
+
+class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
     """Flow of unit pressure drop from inlet to outlet on one mesh (gap in units of its maximum).
 
     Parameters

@@ -17,11 +17,10 @@ import numpy as np
 
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
-from fem_seal.flow.adapt import LevelSolution
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.gap_on_mesh import LinearGap
 from fem_seal.flow.hierarchical import Correction, drops_of_one_function
-from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.level import LeakSolution, LevelProblem
 from fem_seal.flow.start import Start
 from fem_seal.grid import GridField
 
@@ -34,14 +33,14 @@ class MeshedFlow:
     ----------
     film : GridFilm
         On a grid, linear between samples.
-    solution : LevelSolution
+    solution : LeakSolution
         The last level.
     slip_factor : float
         What the largest gap of the film conducts, over what it would without slip.
     """
 
     film: GridFilm
-    solution: LevelSolution
+    solution: LeakSolution
     slip_factor: float = 1.0
 
     @property

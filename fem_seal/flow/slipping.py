@@ -18,10 +18,9 @@ from fem_seal.film.law import (
     bounding_law,
     mean_pressure_law,
 )
-from fem_seal.flow.adapt import LevelSolution
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
-from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.level import LeakSolution, LevelProblem
 from fem_seal.fluid import Slip
 
 # Gaps of a table in units of the largest one, gaps g₀ in units of the critical one, and a number of
@@ -89,7 +88,7 @@ class SlippingFilm:
         """The law for which the mesh is refined: that at the mean pressure."""
         return mean_pressure_law(self._slip, self._highest)
 
-    def widened(self, solution: LevelSolution) -> LevelSolution:
+    def widened(self, solution: LeakSolution) -> LeakSolution:
         """The solution with the best bounds so far for the gas that slips.
 
         Before the true dual is solved there is an upper bound only, from that at the mean pressure.
@@ -113,11 +112,11 @@ class SlippingFilm:
     def _bounding_law(self, above: PressureWeight, below: PressureWeight) -> FilmLaw:
         return bounding_law(self._slip, self._highest, above, below, self._unit)
 
-    def _improved(self, solution: LevelSolution, lower: float, upper: float) -> LevelSolution:
+    def _improved(self, solution: LeakSolution, lower: float, upper: float) -> LeakSolution:
         self._best = SlipBounds(*self._best.tightened(Bounds(lower, upper)))
         return replace(solution, slip=self._best)
 
-    def _under_bounding_law(self, solution: LevelSolution) -> LinearGap | ConstantGap | VertexGap:
+    def _under_bounding_law(self, solution: LeakSolution) -> LinearGap | ConstantGap | VertexGap:
         """The gap under the law of two weights, kept for the next mesh unless others gain there."""
         chosen = solution.problem.space.comm.bcast(self._choice(solution))
         if self._gap is None or chosen is not None:
@@ -125,7 +124,7 @@ class SlippingFilm:
             self._gap = solution.problem.gap.with_law(self._bounding_law(*self._chosen))
         return self._gap
 
-    def _choice(self, solution: LevelSolution) -> tuple[PressureWeight, PressureWeight] | None:
+    def _choice(self, solution: LeakSolution) -> tuple[PressureWeight, PressureWeight] | None:
         """Weights with probably the least upper and the greatest lower bound; None: as before.
 
         The functions at the mean pressure have an energy under each law, which is estimated as if

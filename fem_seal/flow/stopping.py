@@ -3,10 +3,11 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Generic
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.convergence import ConvergenceHistory, out_of_reach
+from fem_seal.flow.film_on_mesh import B
 from fem_seal.leak_rate import relative_width
 from fem_seal.limits import Limits
 
@@ -20,7 +21,7 @@ DOUBTFUL = 1e-6
 
 
 @dataclass(frozen=True)
-class SolvedLevel:
+class SolvedLevel(Generic[B]):
     """One mesh of a refinement in the units of the problem, with its bounds and cost.
 
     Attributes
@@ -37,7 +38,7 @@ class SolvedLevel:
 
     unknowns: int
     cells: int
-    bounds: Any
+    bounds: B
     iterations: dict[str, int] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
 
