@@ -1,7 +1,8 @@
 """Draw the pictures of README and of the guide again: python docs/images/make.py [NAME.png ...].
 
 Each is drawn by the command that stands beside it on its page, then made smaller and given fewer
-colours. Without names all are drawn.
+colours. Without names all are drawn, and the figures of the letter's page, which take three CPU
+minutes.
 """
 
 import subprocess
@@ -44,6 +45,11 @@ PICTURES = {
         "made/lift.png",
     ),
 }
+LETTER = "letter --size 1024 --seeds 1 --edges open --no-flow --skip grids cascade differences"
+PICTURES |= {
+    f"../letter/{name}.png": (width, f"{FEM_SEAL} {LETTER} --out made", f"made/{name}.png")
+    for name, width in (("fig1", 1100), ("fig2", 1200), ("fig3", 1300))
+}
 
 
 def small(picture: Path, width: int, path: Path) -> None:
@@ -57,16 +63,18 @@ def small(picture: Path, width: int, path: Path) -> None:
     few.save(path, optimize=True)
 
 
-def make(name: str) -> None:
-    """Draw one picture in a folder of its own, and put it beside this file."""
-    width, arguments, drawn = PICTURES[name]
+def make(arguments: str, names: list[str]) -> None:
+    """Draw the pictures of one command in a folder of its own, and put them into their places."""
     with TemporaryDirectory() as folder:
         for needed in ("demos", "meshes"):
             (Path(folder) / needed).symlink_to(ROOT / needed)
         subprocess.run([sys.executable, *arguments.split()], cwd=folder, check=True)
-        small(Path(folder) / drawn, width, HERE / name)
+        for name in names:
+            width, _, drawn = PICTURES[name]
+            small(Path(folder) / drawn, width, HERE / name)
 
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or PICTURES:
-        make(name)
+    wanted = sys.argv[1:] or list(PICTURES)
+    for arguments in dict.fromkeys(PICTURES[name][1] for name in wanted):
+        make(arguments, [name for name in wanted if PICTURES[name][1] == arguments])
