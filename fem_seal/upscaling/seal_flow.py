@@ -168,12 +168,6 @@ class EndPressures:
             return pressure
         return self.per_square * (pressure + self.ambient) ** 2
 
-    def pressure(self, potential: float) -> float:
-        """Pressure above ambient [Pa] of Φ [Pa]."""
-        if self.per_square == 0:
-            return potential
-        return sqrt(max(potential, 0.0) / self.per_square) - self.ambient
-
     @property
     def drop(self) -> float:
         """Φ(p_in) - Φ(p_out) [Pa]."""

@@ -9,6 +9,7 @@ from fem_seal.finite_difference.node_pressure import node_pressure
 from fem_seal.finite_difference.solver import solve
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
+from fem_seal.leak_rate import FlowField
 
 DROP = 3.0
 
@@ -50,6 +51,24 @@ def test_every_vertex_of_a_refined_mesh_is_read_as_it_is():
     i, j = np.rint(field.points[on_grid]).astype(int).T
     read = on_sites(field, film)
     np.testing.assert_allclose(read[i, j], field.pressure[on_grid], atol=1e-9 * DROP)
+
+
+@pytest.mark.parametrize("turn", range(3))
+@pytest.mark.parametrize("first", [True, False])
+def test_sites_belong_to_the_triangle_that_holds_them(turn, first):
+    """A square of two triangles with p = min(x, y), which has a kink at their common side.
+
+    Whichever corner comes first and whichever triangle is read last, neither value may be continued
+    beyond its triangle.
+    """
+    n = 9
+    film = GridFilm(GridField(np.ones((n, n)), (1.0, 1.0)), "wall")
+    last = film.samples.shape[0] - 1
+    corners = last * np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
+    cells = np.roll([[0, 1, 2], [0, 2, 3]], turn, axis=1)[:: 1 if first else -1]
+    field = FlowField(corners, cells, np.ones(4), corners.min(axis=1), np.zeros((2, 2)))
+    exact = np.minimum(*np.indices(film.samples.shape))
+    np.testing.assert_allclose(on_sites(field, film), exact, atol=1e-12)
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
