@@ -281,8 +281,8 @@ def relative_error(part: float) -> float:
 
 
 def _missed(total: float, part: float, finest: tuple[int, int]) -> str:
-    told = f"about {per_cent(relative_error(part))}" if part < inf else "not known"
+    size = f"about {per_cent(relative_error(part))}" if part < inf else "not known"
     return (
-        f"the contact grid's part of the error is {told} on {finest[0]} x {finest[1]}, the finest "
+        f"the contact grid's part of the error is {size} on {finest[0]} x {finest[1]}, the finest "
         f"that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"
     )

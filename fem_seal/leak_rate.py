@@ -135,11 +135,11 @@ class FlowField:
         if self.facet_tags is not None:
             shapes["facet_tags"] = (cells, 3)
         for name, shape in shapes.items():
-            found = np.shape(getattr(self, name))
-            if found != shape:
+            actual = np.shape(getattr(self, name))
+            if actual != shape:
                 raise InvalidInput(
                     f"{name} of a flow with {points} points and {cells} cells must have the shape "
-                    f"{shape}, got {found}"
+                    f"{shape}, got {actual}"
                 )
 
 

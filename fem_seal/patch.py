@@ -319,8 +319,8 @@ class Patch:
         load: float | None = getattr(self.film_contact, "mean_pressure", None)
         if self.lifted is None or load is None:
             return load
-        given = present(self.scene.contact, "[contact]").pressure
-        return load + self.lifted.fluid_load if given is None else given
+        prescribed = present(self.scene.contact, "[contact]").pressure
+        return load + self.lifted.fluid_load if prescribed is None else prescribed
 
     @cached_property
     def film(self) -> "GridFilm | MeshFilm":
@@ -355,10 +355,10 @@ class Patch:
         contact = self.film_contact
         if contact is not None:
             return contact.gap
-        given = present(self.scene.gap, "[gap]")
+        source = present(self.scene.gap, "[gap]")
         with self.timed("gap"):
             return parallel.on_root(
-                lambda: load_gap(given.path, given.stated, given.contact_below), self.comm
+                lambda: load_gap(source.path, source.stated, source.contact_below), self.comm
             )
 
     @cached_property

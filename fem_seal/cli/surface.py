@@ -82,12 +82,12 @@ def _scene(options: argparse.Namespace) -> "Scene":
             raise InvalidInput("--length-unit and --size are for a file of heights; use --set")
         return Scene.from_file(options.scene, options.overrides)
     stated = stated_of(options)
-    said = {"unit": stated.unit, "size": stated.size}
+    statements = {"unit": stated.unit, "size": stated.size}
     heights = {"kind": "file", "path": str(options.scene), "detrend": "mean", "fill": "harmonic"}
     data: dict[str, dict[str, object]] = {
         "surface": heights
         | {"max_missing": 0.99}
-        | {name: value for name, value in said.items() if value is not None},
+        | {name: value for name, value in statements.items() if value is not None},
         # Nothing is pressed: any contact that takes a map that does not repeat will do.
         "contact": {"model": "bearing", "mean_gap": 1.0},
         "output": {"products": ["contact"]},

@@ -114,15 +114,15 @@ def _numbered(corners: Numbering, cells: OpenCells) -> _NodeNumbering:
     """Add an unknown for each side; the two cells at a zero-gap side have one each."""
     slots = np.arange(3 * len(cells.kept))
     slots[cells.pairs[:, 1]] = cells.pairs[:, 0]
-    given = np.full(len(slots), np.nan)
-    given[cells.inlet], given[cells.outlet] = 1.0, 0.0
-    slots, given = (array.reshape(-1, 3)[cells.kept] for array in (slots, given))
+    prescribed = np.full(len(slots), np.nan)
+    prescribed[cells.inlet], prescribed[cells.outlet] = 1.0, 0.0
+    slots, prescribed = (array.reshape(-1, 3)[cells.kept] for array in (slots, prescribed))
     of_side = np.full(slots.shape, -1)
-    free, number = np.unique(slots[np.isnan(given)], return_inverse=True)
-    of_side[np.isnan(given)] = corners.count + number
+    free, number = np.unique(slots[np.isnan(prescribed)], return_inverse=True)
+    of_side[np.isnan(prescribed)] = corners.count + number
     return _NodeNumbering(
         np.concatenate([corners.of_corner, of_side], axis=1),
-        np.concatenate([corners.offset, np.nan_to_num(given)], axis=1),
+        np.concatenate([corners.offset, np.nan_to_num(prescribed)], axis=1),
         corners.count + len(free),
     )
 

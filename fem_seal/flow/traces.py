@@ -210,11 +210,11 @@ def _from_contact(law: Conductivity, highest: np.ndarray) -> tuple[np.ndarray, n
 
 def _edge_resistivity(highest: np.ndarray, law: Conductivity) -> np.ndarray:
     """`contact_edge_resistivity` under a law; `highest` (n,) is the gap at the third vertex."""
-    found = contact_edge_resistivity(highest)
+    cubic_law = contact_edge_resistivity(highest)
     if law.is_cube:
-        return found
+        return cubic_law
     cubic, square = _from_contact(law, highest)
-    return 1 / (cubic / found + square / contact_edge_resistivity(highest, power=2))
+    return 1 / (cubic / cubic_law + square / contact_edge_resistivity(highest, power=2))
 
 
 def mean_gradient_values(psi: np.ndarray, contact: np.ndarray) -> np.ndarray:

@@ -206,16 +206,16 @@ def _cells(tag: str, texts: Iterable[str]) -> str:
 
 def _figures(folder: Path, result: Result) -> Iterator[str]:
     """The pictures of the folder, those with captions first and in their order, and the bounds."""
-    found = {
+    images = {
         path.name: path.read_bytes()
         for path in folder.iterdir()
         if path.suffix in PICTURES and _is_picture(path)
     }
     if any(level.upper > 0 for level in result.levels):
-        found.setdefault("bounds.png", _bounds(result))
+        images.setdefault("bounds.png", _bounds(result))
     order = {name: k for k, name in enumerate(CAPTIONS)}
-    for name in sorted(found, key=lambda name: (order.get(Path(name).stem, len(order)), name)):
-        yield _figure(Path(name), found[name])
+    for name in sorted(images, key=lambda name: (order.get(Path(name).stem, len(order)), name)):
+        yield _figure(Path(name), images[name])
 
 
 def _is_picture(path: Path) -> bool:

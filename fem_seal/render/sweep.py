@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PICTURE_FILE = "sweep.png"
-# More curves could not be told apart.
+# Nobody could distinguish more curves.
 MOST_CURVES = 10
 MARKERS = "osD^vPX*<>"
 DECADE = 10.0

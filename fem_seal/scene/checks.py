@@ -298,31 +298,32 @@ def check_lift(scene: Contents) -> None:
     lift, contact = scene.flow.lift, scene.contact
     if lift in (None, "none"):
         return
-    given = f"flow.lift = {lift!r}"
+    setting = f"flow.lift = {lift!r}"
     if scene.shape is not None:
         raise ContradictionError(
-            f"{given} needs a contact on its own grid, and [shape] has its own mesh; leave one out"
+            f"{setting} needs a contact on its own grid, and [shape] has its own mesh; leave one "
+            "out"
         )
     if contact is None:
         raise ContradictionError(
-            f"{given} has nothing to lift: [gap] is given, and no solid is bent; leave it out"
+            f"{setting} has nothing to lift: [gap] is given, and no solid is bent; leave it out"
         )
     if contact.model != "gfmd":
         raise ContradictionError(
-            f"{given} has nothing to lift: contact.model = {contact.model!r} knows no elasticity; "
-            "leave it out, or choose gfmd"
+            f"{setting} has nothing to lift: contact.model = {contact.model!r} knows no "
+            "elasticity; leave it out, or choose gfmd"
         )
     if lift == "resolved":
         return
     if contact.pressure is None:
         held = "area_fraction" if contact.mean_gap is None else "mean_gap"
         raise ContradictionError(
-            f"{given} needs contact.pressure: the two ends of the range are dry contacts under "
+            f"{setting} needs contact.pressure: the two ends of the range are dry contacts under "
             f"what the fluid leaves of a load, and contact.{held} is none; choose 'resolved'"
         )
     if scene.solid is not None and scene.solid.layer_thickness is not None:
         raise ContradictionError(
-            f"{given} holds for a half-space: a layer sinks at one place where it is pressed at "
+            f"{setting} holds for a half-space: a layer sinks at one place where it is pressed at "
             "another, so that more fluid pressure need not open the gap everywhere; choose "
             "'resolved', or leave out solid.layer_thickness"
         )

@@ -66,9 +66,9 @@ class Fluid(Section):
 
     @model_validator(mode="after")
     def _check(self) -> "Fluid":
-        given = [name for name in _OF_GAS if getattr(self, name) is not None]
-        if self.kind == "liquid" and given:
-            raise ContradictionError(f"{given[0]} is for kind = 'gas' only; this is a liquid")
+        of_gas = [name for name in _OF_GAS if getattr(self, name) is not None]
+        if self.kind == "liquid" and of_gas:
+            raise ContradictionError(f"{of_gas[0]} is for kind = 'gas' only; this is a liquid")
         missing = [name for name in _NEEDED_BY_GAS if getattr(self, name) is None]
         if self.kind == "gas" and missing:
             raise ContradictionError(f"{missing[0]} is missing: kind = 'gas' needs it")

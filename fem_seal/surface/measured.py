@@ -28,8 +28,8 @@ def measured_surface(
     ----------
     path : of a file with `heights` (nx, ny); npz is in metres and has `spacing` (dx, dy) [m] and
         optionally `periodic`; docs/guide/surfaces.md names the other formats
-    stated : unit, size and whatever else the file does not say. Where nobody says whether the
-        map repeats, its seam tells
+    stated : unit, size and whatever else the file lacks. If neither file nor scene says whether
+        the map repeats, its seam decides
     preparation : steps; none if left out
 
     Raises
@@ -38,14 +38,14 @@ def measured_surface(
         If the file is missing or cannot be read, the unit or size is nowhere said or contradicts
         the file, heights are beyond 1e100 m, or a step cannot be taken.
     """
-    found = read_map(path, HEIGHT_NAMES, stated, heights=True)
-    highest = np.abs(found.values[~np.isnan(found.values)]).max(initial=0.0)
+    field = read_map(path, HEIGHT_NAMES, stated, heights=True)
+    highest = np.abs(field.values[~np.isnan(field.values)]).max(initial=0.0)
     if highest > HIGHEST:
         raise InvalidInput(
             f"heights in {path} reach {highest:.1e} m, whose squares are beyond double precision; "
             "check their unit, or cut out what is not a height"
         )
     try:
-        return prepare(found, preparation or Preparation())
+        return prepare(field, preparation or Preparation())
     except InvalidInput as error:
         raise InvalidInput(f"heights in {path}: {error}") from None

@@ -104,13 +104,13 @@ class PreparedSurface:
         )
 
 
-def prepare(found: FieldMap, preparation: Preparation) -> PreparedSurface:
+def prepare(field_map: FieldMap, preparation: Preparation) -> PreparedSurface:
     """Take the steps that are named.
 
     Parameters
     ----------
-    found : heights as read, NaN where missing. Where nobody has said whether the map repeats, it
-        is taken to if its seam is at most `LARGEST_SEAM`
+    field_map : heights as read, NaN where missing. If neither file nor scene says whether the map
+        repeats, it counts as periodic if its seam is at most `LARGEST_SEAM`
     preparation : the steps
 
     Raises
@@ -118,22 +118,22 @@ def prepare(found: FieldMap, preparation: Preparation) -> PreparedSurface:
     InvalidInput
         If a step cannot be taken, or points are missing at the end.
     """
-    steps = [Step("read", MapStatistics.of(found))]
-    for name, prepared in _on_maps(found, preparation):
-        found = prepared
-        steps.append(Step(name, MapStatistics.of(found)))
-    if found.missing:
+    steps = [Step("read", MapStatistics.of(field_map))]
+    for name, prepared in _on_maps(field_map, preparation):
+        field_map = prepared
+        steps.append(Step(name, MapStatistics.of(field_map)))
+    if field_map.missing:
         raise InvalidInput(
-            f"{found.missing} of {found.values.size} points are missing; say how to fill them "
-            "(fill = 'harmonic' or 'linear'), or crop to where there are none"
+            f"{field_map.missing} of {field_map.values.size} points are missing; say how to fill "
+            "them (fill = 'harmonic' or 'linear'), or crop to where there are none"
         )
-    if found.periodic and preparation.make_periodic is not None:
+    if field_map.periodic and preparation.make_periodic is not None:
         raise InvalidInput("the map repeats already; leave make_periodic out")
-    repeats = found.periodic
+    repeats = field_map.periodic
     if repeats is None:
         repeats = steps[-1].statistics.seam <= LARGEST_SEAM
     repeats = repeats and preparation.make_periodic is None
-    field = measured = GridField(found.values, found.spacing, repeats)
+    field = measured = GridField(field_map.values, field_map.spacing, repeats)
     for name, cell in _on_fields(field, preparation):
         field = cell
         steps.append(Step(name, MapStatistics.of(field)))

@@ -66,7 +66,7 @@ class ContactPath:
 
 
 def _load(scene: Scene) -> Load | None:
-    """Load of a contact whose start may be foretold."""
+    """Load of a contact whose start can be extrapolated; None for other contacts."""
     load = None if scene.contact is None else scene.load
     return load if load is not None and load.kind in FORETOLD else None
 

@@ -226,15 +226,15 @@ def _task(
 ) -> StudyTask[Answers]:
     """Task of one method on films whose spacing is halved a number of times."""
     choose(METHODS, method, "method")
-    what = sha256(repr((setting, times, method, __version__)).encode())
+    inputs = sha256(repr((setting, times, method, __version__)).encode())
     for film in films:
         gap = film.gap
         read = film.sides, film.representation, gap.shape, gap.spacing, gap.periodic
-        what.update(repr(read).encode())
-        what.update(gap.values.tobytes())
+        inputs.update(repr(read).encode())
+        inputs.update(gap.values.tobytes())
     squares = films[0].gap.shape[0] * 2**times
     return StudyTask(
-        f"{method}-{squares}-{what.hexdigest()[:24]}",
+        f"{method}-{squares}-{inputs.hexdigest()[:24]}",
         f"grid {squares}, {method}",
         answers_on,
         (films, setting, times, method),
