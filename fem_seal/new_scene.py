@@ -36,7 +36,7 @@ viscosity = "1 mPa s"           # yours: water
 
 [flow]
 pressure_drop = "1 bar"         # yours
-# lift = "resolved"             # where the fluid's pressure lifts the solid; docs/guide/lift.md
+# lift = "none"                 # the contact as if dry; docs/guide/lift.md
 sides = "periodic"
 rtol = 0.1                      # relative width of the bounds of the leak rate; out with [seal]
 

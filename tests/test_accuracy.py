@@ -48,6 +48,7 @@ def on_grid_of(error, asked=None):
 def accurate_scene(small_scene):
     small_scene["flow"]["method"] = "adaptive"
     small_scene["contact"] = {"pressure": "0.1 MPa"}
+    small_scene["flow"]["lift"] = "none"
     return small_scene | {"accuracy": {"total": 0.2}}
 
 

@@ -382,7 +382,7 @@ def test_reference_scene_runs(tmp_path, capsys):
     smaller = ("--set", "surface.shape=[64, 64]", "--set", "surface.short_wavelength=6 um")
     products = 'output.products=["contact", "leak_rate", "pictures", "mesh"]'
     assert run("run", "reference.toml", *smaller, "--set", products, "--out", "out") == 0
-    pictures = ["contact.png", "contact_pressure.png", "flow.png", "gap.png"]
+    pictures = ["contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png"]
     files = ["contact.npz", "flow.vtu", "result.json", *pictures]
     assert below(tmp_path / "out") == sorted(files)
     result = read_result(tmp_path / "out")

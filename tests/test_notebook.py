@@ -127,7 +127,7 @@ def test_pictures_at_a_prompt_are_those_of_a_run(tmp_path):
     shown = pictures(patch)
     result = patch.save(tmp_path / "out")
     assert {f"{name}.png" for name in shown} == {n for n in result.files if n.endswith(".png")}
-    assert {"contact", "contact_pressure", "flow", "gap"} == set(shown)
+    assert {"contact", "contact_pressure", "flow", "gap", "lift"} == set(shown)
     for name, picture in shown.items():
         assert picture._repr_png_().startswith(b"\x89PNG")
         assert picture.save(tmp_path / "copy.png").read_bytes() == picture.png

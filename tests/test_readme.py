@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 
+import pytest
 from project import ROOT
 
 from fem_seal.job import run
@@ -28,6 +29,15 @@ def assert_same_leak_rate(printed, stated):
     assert max(printed[3], stated[3]) <= 2.5
 
 
+def assert_same_lifted_contact(printed, stated):
+    """Area and mean gap to 1 %.
+
+    The leak rates of two equilibria may differ by 6 %. Lifting made it 18 times as large, halved
+    the area and doubled the gap: 6 % of it go with 1 % of these.
+    """
+    assert printed == pytest.approx(stated, rel=0.01)
+
+
 def test_example_prints_what_the_readme_says():
     [code] = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     [said] = re.findall(r"```\n(contact.*?)```", README, re.DOTALL)
@@ -35,8 +45,9 @@ def test_example_prints_what_the_readme_says():
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert re.sub(NUMBER, "#", done.stdout) == re.sub(NUMBER, "#", said)
-    *contact, last = done.stdout.splitlines()
-    assert contact == said.splitlines()[:-1]  # to the digits shown
+    dry, lifted, last = done.stdout.splitlines()
+    assert dry == said.splitlines()[0]  # to the digits shown
+    assert_same_lifted_contact(numbers(lifted), numbers(said.splitlines()[1]))
     assert_same_leak_rate(numbers(last), numbers(said.splitlines()[-1]))
 
 
@@ -56,6 +67,6 @@ def test_first_command_prints_what_the_readme_says(tmp_path):
     assert {k: re.sub(NUMBER, "#", v) for k, v in printed.items()} == {
         k: re.sub(NUMBER, "#", v) for k, v in said.items()
     }
-    assert printed["contact"] == said["contact"]
+    assert_same_lifted_contact(numbers(printed["contact"]), numbers(said["contact"]))
     assert_same_leak_rate(numbers(printed["leak rate"]), numbers(said["leak rate"]))
     assert "fem-seal run demos/scenes/first.toml" in (ROOT / "Makefile").read_text()

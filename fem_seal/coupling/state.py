@@ -57,17 +57,17 @@ class LiftedState:
     def claimed(self) -> float:
         """Error of ln Q of a settled state, estimated.
 
-        It is what may change from pass to pass unnoticed, and half the width of the flow's bounds:
-        the pressure that lifts the solid is only as exact as the flow. Equilibria from different
-        meshes differed by about that half-width, and those of a flow without bounds, whose samples
-        open and close, by half of rtol.
+        It is what may change from pass to pass unnoticed, and the width of the flow's bounds: the
+        pressure that lifts the solid is only as exact as the flow. Equilibria from different meshes
+        differed by up to half of that width, and a little more where single samples open and
+        close; those of a flow without bounds by half of rtol, which stands for the width there.
         """
         leak = self.leak_rate
         if leak is None or leak.state == "sealed":
-            half = 0.0
+            width = 0.0
         else:
-            half = (self.rtol if leak.lower is None else relative_part(leak)) / 2
-        return max(self.change, SETTLED * self.rtol) + half
+            width = self.rtol if leak.lower is None else relative_part(leak)
+        return max(self.change, SETTLED * self.rtol) + width
 
     @property
     def fluid_load(self) -> float:

@@ -78,7 +78,7 @@ def lift_words(lift: LiftRecord) -> str:
     kept = with_prefix(lift.solid_pressure, "Pa")
     passes = f"{lift.steps} passes"
     if lift.change is not None:
-        passes += f", leak rate to {100 * lift.change:.2g} %"
+        passes += f", the last three within {100 * lift.change:.2g} %"
     return f"the fluid carries {carried}, the solid {kept}; {dry}; {passes}"
 
 

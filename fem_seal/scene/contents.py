@@ -104,9 +104,16 @@ class Contents(Section):
     def lift(self) -> str:
         """Model of the fluid's pressure on the solid: "none", "range" or "resolved".
 
-        "none" where no product needs the flow.
+        "none" where no product needs the flow. Where the scene leaves it out: "resolved" for a
+        patch of elastic contact under a pressure, else "none".
         """
-        return (self.flow.lift or "none") if self.needs_flow else "none"
+        if not self.needs_flow:
+            return "none"
+        if self.flow.lift is not None:
+            return self.flow.lift
+        contact = self.contact
+        elastic = contact is not None and contact.model == "gfmd" and bool(contact.pressure)
+        return "resolved" if elastic and self.shape is None and self.seal is None else "none"
 
     @property
     def deciding_rate(self) -> float | None:

@@ -302,7 +302,7 @@ class Flow(Section):
         None, description="absolute, on the back of the solid; the outlet's if left out"
     )
     lift: Literal["none", "range", "resolved"] | None = Field(
-        None, description="what the fluid's pressure does to the solid; none if left out"
+        None, description="what the fluid's pressure does; resolved under a contact.pressure"
     )
     sides: Literal["wall", "periodic"] = Field("wall", description="at y = 0 and y = Ly")
     # Not below 1e-9: the energies are accurate to the solver's tolerance, 1e-8.

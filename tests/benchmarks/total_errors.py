@@ -35,7 +35,7 @@ def scene(seed: int, pressure: str) -> Scene:
             "solid": {"contact_modulus": "10 MPa"},
             "contact": {"pressure": pressure},
             "fluid": {"viscosity": "1 mPa s"},
-            "flow": {"pressure_drop": "1 bar", "sides": "periodic"},
+            "flow": {"pressure_drop": "1 bar", "sides": "periodic", "lift": "none"},
             "output": {"products": ["leak_rate"]},
         }
     )

@@ -27,7 +27,10 @@ def scene(limit=None, load=None, flow=None, products=("leak_rate",), **solid):
         "solid": {"contact_modulus": 6e8, **solid},
         "contact": {"pressure": LOAD} if load is None else load,
         "fluid": {"viscosity": 1e-3},
-        "flow": {"sides": "periodic", "rtol": 0.2, **(flow or {"pressure_drop": DROP})},
+        "flow": {
+            **{"sides": "periodic", "rtol": 0.2, "lift": "none"},
+            **(flow or {"pressure_drop": DROP}),
+        },
         "output": {"products": list(products)},
     }
     if limit:
