@@ -40,6 +40,8 @@ PICTURES = {
         "demos/when_does_the_fluid_matter.py --out made",
         "made/lift.png",
     ),
+    "gas.png": (800, "demos/gas_that_slips.py", "out/gas_that_slips.png"),
+    "price.png": (1100, "demos/price_of_accuracy.py", "out/price_of_accuracy.png"),
 }
 LETTER = "letter --size 1024 --seeds 1 --edges open --no-flow --skip grids cascade differences"
 PICTURES |= {

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from fem_seal.errors import printable
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.letter.saddle import EXPONENT, SaddlePoint, local_exponents
+from fem_seal.render.bounds import label_axis
 from fem_seal.render.plot import new_figure
 from fem_seal.verification.cross_validation import EXACT, Reference, Row
 from fem_seal.verification.trade import Point, Trade
@@ -116,8 +117,6 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
     -------
     Path of the file.
     """
-    from matplotlib.ticker import LogFormatterSciNotation
-
     with new_figure((11, 4.6), path) as figure:
         time, memory = figure.subplots(1, 2, sharey=True)
         for certified, dash in ((True, "-"), (False, "--")):
@@ -137,7 +136,8 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
                 axes.axhline(part, color=shades[samples], ls=":", lw=1)
         time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
         time.set_title(f"{_plain(title)}: Pareto fronts, dashed without bounds")
-        time.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 0.8)))
+        label_axis(time.xaxis)
+        label_axis(time.yaxis)
         memory.set(xlabel="resident memory [MB]", title="dotted: the contact grid's part")
         _keys(memory, shades, result.points)
     return path
