@@ -27,6 +27,8 @@ from fem_seal.upscaling.seal_flow import _root, _widened
 ETA = 1e-3
 STRIP = StraightPath(2e-3, 0.15)
 BAR = EndPressures(1e5)
+GAS_DRIVE = GasDrive(3e5, 1e5, 300.0, 0.029, 273.15, 101325.0)
+GAS = EndPressures.of(GAS_DRIVE, (2e5, 0.0))
 SMOOTH = (1e-6) ** 3 / (12 * ETA)
 
 
@@ -100,10 +102,8 @@ def test_value_of_a_coarse_table():
 
 def test_gas():
     """K constant: Q = K W/L T0/(2 T p0) (p_in² - p_out²), the LiquidDrive of a gas."""
-    drive = GasDrive(3e5, 1e5, 300.0, 0.029, 273.15, 101325.0)
-    ends = EndPressures.of(drive, (2e5, 0.0))
-    flow = seal_flow(constant(), Uniform(1e6, 2e-3), STRIP, ends)
-    encloses(flow, SMOOTH * 0.15 * drive.pressure_drop / 2e-3, 1e-8)
+    flow = seal_flow(constant(), Uniform(1e6, 2e-3), STRIP, GAS)
+    encloses(flow, SMOOTH * 0.15 * GAS_DRIVE.pressure_drop / 2e-3, 1e-8)
     # Half-way p_abs² is half-way: the pressure falls faster towards the outlet.
     middle = np.interp(1e-3, flow.path.x, flow.path.fluid_pressure)
     assert middle == pytest.approx(np.sqrt(5e10) - 1e5, rel=1e-3)
@@ -111,11 +111,8 @@ def test_gas():
 
 def test_gas_whose_conductivity_falls():
     """Quadrature of ∫ K(P - p) T0 p_abs/(T p0) dp."""
-    drive = GasDrive(3e5, 1e5, 300.0, 0.029, 273.15, 101325.0)
     e_fold, P = 5e4, 6e5
-    flow = seal_flow(
-        exponential(e_fold, 1e6, 4001), Uniform(P, 2e-3), STRIP, EndPressures.of(drive, (2e5, 0))
-    )
+    flow = seal_flow(exponential(e_fold, 1e6, 4001), Uniform(P, 2e-3), STRIP, GAS)
     per_pascal = 273.15 / (300 * 101325)
     exact, _ = quad(lambda p: np.exp(-(P - p) / e_fold) * (p + 1e5) * per_pascal, 0, 2e5)
     encloses(flow, SMOOTH * exact * 75, 0.011)
@@ -234,17 +231,18 @@ def test_sealed_if_the_highest_net_load_passes_the_sealing_load(profile):
     assert leaking.lower == 0 < leaking.value < leaking.upper
 
 
+@pytest.mark.parametrize(("ends", "above"), [(BAR, 5.2e5), (GAS, 4.2e5)], ids=["liquid", "gas"])
 @pytest.mark.parametrize("profile", [Uniform(6e5, 2e-3), Hertz(6e5, 2e-3)])
-def test_influence(profile):
-    """Of the loads above 5.2e5 Pa: by how much ln Q changes when ln K does there."""
+def test_influence(profile, ends, above):
+    """Of the loads above one [Pa]: by how much ln Q changes when ln K does there."""
     table = exponential(5e4, 1e6, 2001)
-    flow = seal_flow(table, profile, STRIP, BAR)
-    change = 0.01 * (table.loads > 5.2e5)
+    flow = seal_flow(table, profile, STRIP, ends)
+    change = 0.01 * (table.loads > above)
     changed = ConductivityTable.exact(table.loads, table.value * np.exp(-change))
-    effect = -np.log(seal_flow(changed, profile, STRIP, BAR).value / flow.value)
+    effect = -np.log(seal_flow(changed, profile, STRIP, ends).value / flow.value)
     along = flow.path
     net = along.contact_pressure - along.fluid_pressure
-    there = 0.5 * (net[1:] + net[:-1]) > 5.2e5
+    there = 0.5 * (net[1:] + net[:-1]) > above
     # A cell or two of 1000 at the load itself, and second order in the change of 1 %.
     assert 0.01 * along.influence[there].sum() == pytest.approx(effect, rel=0.02)
     assert along.sealing_length <= 2e-3 * (1 + 1e-9)
