@@ -222,13 +222,7 @@ def lifting_problem(
             kept.start = None
         if tolerance is None:
             return solve_flow(scene_with_field, film, report)
-        # The gap of an early pass may have narrows that take very many unknowns to bound. Cap them:
-        # the result's gap need not have such narrows. No early flow needs to decide the limit.
-        most = max(UNKNOWNS_ON_THE_WAY, film.samples.size)
-        most = min(most, flow.max_unknowns or most)
-        rough = flow.model_copy(update={"rtol": tolerance, "max_unknowns": most})
-        way = scene_with_field.model_copy(update={"flow": rough, "limit": None})
-        return solve_flow(way, film, silent)
+        return solve_flow(_on_the_way(scene_with_field, film, tolerance), film, silent)
 
     def flow_on_kept_mesh(film: GridFilm) -> LeakRate:
         """Leak rate on the mesh of the last flow, which is not refined."""
@@ -255,6 +249,18 @@ def lifting_problem(
         comm=comm,
         decides=scene.deciding_rate is not None,
     )
+
+
+def _on_the_way(scene: Scene, film: "GridFilm", tolerance: float) -> Scene:
+    """The scene for the flow of a pass, which need not decide its limit.
+
+    The gap of an early pass may have narrows that take very many unknowns to bound, and the gap of
+    the result need not have them: the unknowns are capped.
+    """
+    most = max(UNKNOWNS_ON_THE_WAY, film.samples.size)
+    most = min(most, scene.flow.max_unknowns or most)
+    flow = scene.flow.model_copy(update={"rtol": tolerance, "max_unknowns": most})
+    return scene.model_copy(update={"flow": flow, "limit": None})
 
 
 def fluid_pressure(scene: Scene, film: "GridFilm", leak: LeakRate) -> np.ndarray:
