@@ -11,7 +11,7 @@ from fem_seal.errors import InvalidInput
 # Steps of the interpolated conductivity between two loads of a table.
 STEPS = 16
 # Steps of an enclosure: each lets K fall by about this part, and there are at most so many.
-FALL, MOST_STEPS = 0.01, 200
+FALL, MOST_STEPS = 0.002, 500
 
 
 @dataclass(frozen=True)

@@ -56,10 +56,10 @@ LOOSE = 3.0
 # Unknowns of a loose flow over those of the first one, at most: near the load that seals a flow
 # takes many and rarely matters.
 MOST_LOOSE = 4.0
-# Part of the tolerance that the flows may take before those that matter are solved more sharply.
+# Part of the tolerance for the flows, as advised.
 OF_FLOWS = 0.5
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
-WIDTH = 0.18
+WIDTH = 0.22
 # Places of an enclosure, beside its ends; and distance c - b of its last line over b - a.
 BETWEEN, BEYOND = 2, 0.125
 # Intervals whose steps make less of the error than this part of the tolerance are not enclosed.
@@ -217,16 +217,17 @@ class LoadedPatch:
         surface = present(patch.surface, "surface")
         return elastic_contact(patch.scene, surface, predictor.start(wanted), wanted, patch.report)
 
-    def sharpen(self, load: float) -> bool:
-        """Solve the flow at a load [Pa] of the table to flow.rtol; False if that has been done."""
-        if load not in self._loose:
-            return False
-        self._loose.remove(load)
-        lower, upper = self._bounds[load]
-        if relative_width(lower, upper) <= self.patch.scene.flow.rtol:
-            return False
-        self._bounds[load] = self._conductivity(load, 1.0)
-        return True
+    def gain_of_sharpening(self, load: float) -> float:
+        """Part of the width of the bounds at a load [Pa] that `sharpen` takes away, from 0 to 1."""
+        width = relative_width(*self._bounds[load]) if self._bounds[load][1] > 0 else 0.0
+        rtol = self.patch.scene.flow.rtol
+        return 1 - rtol / width if load in self._loose and width > rtol else 0.0
+
+    def sharpen(self, load: float) -> None:
+        """Solve the flow at a load [Pa] of the table to flow.rtol, if that has not been done."""
+        if self.gain_of_sharpening(load) > 0:
+            self._bounds[load] = self._conductivity(load, 1.0)
+        self._loose.discard(load)
 
     def _conductivity(self, load: float, looseness: float) -> tuple[float, float]:
         """Bounds of K at a load [Pa] with a multiple of the tolerance of the scene."""
@@ -395,12 +396,14 @@ def refined(
         enclosed = np.array([patch.enclosed(*pair) for pair in ends])
         expected = np.where(enclosed, error.of_loads, error.expected)
         of_flows = error.of_flows.sum()
-        if of_flows > OF_FLOWS * tolerance and expected.sum() <= tolerance:
-            order = np.argsort(error.of_flows)[::-1]
-            if any(patch.sharpen(float(table.loads[k])) for k in order):
-                table = patch.table()
-                continue
         large = error.of_loads > SMALL * tolerance
+        # A sharper flow costs about as much as another load: take what narrows the bounds more.
+        gains = error.of_flows * [patch.gain_of_sharpening(load) for load in table.loads.tolist()]
+        best, halving = int(np.argmax(gains)), np.max(np.where(large, expected, 0.0), initial=0.0)
+        if expected.sum() + of_flows > tolerance and gains[best] > 0.75 * halving:
+            patch.sharpen(float(table.loads[best]))
+            table = patch.table()
+            continue
         to_enclose = np.flatnonzero(large & ~enclosed)
         if expected.sum() + of_flows <= tolerance and to_enclose.size:
             for number in to_enclose:
