@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from PIL import Image
-from project import scene_of_samples
+from project import ROOT, scene_of_samples, write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
@@ -103,6 +103,16 @@ def test_a_contact_without_a_pressure_is_refused(contact, match):
         loads_to_closing(scene(contact=contact), COUNT)
 
 
+def test_a_scene_without_a_fluid_is_refused():
+    sections = scene_of_samples(32) | {
+        "contact": {"pressure": "0.1 MPa"},
+        "output": {"products": ["contact"]},
+    }
+    del sections["fluid"], sections["flow"]
+    with pytest.raises(InvalidInput, match=r"needs \[fluid\]"):
+        loads_to_closing(Scene.from_mapping(sections), COUNT)
+
+
 def test_wrong_loads_are_refused_before_any_work():
     with pytest.raises(InvalidInput, match="2 to 200 loads, got 1"):
         loads_to_closing(scene(), 1)
@@ -111,9 +121,17 @@ def test_wrong_loads_are_refused_before_any_work():
 
 
 def test_pressures_of_the_command_need_units(tmp_path, capsys):
-    from project import ROOT
-
     command = ["study", "closing", str(ROOT / "demos/scenes/first.toml"), "--out", str(tmp_path)]
     assert cli.main([*command, "--pressures", "0.1MPa,2"]) == 2
     assert "has no unit" in capsys.readouterr().err
     assert not list(tmp_path.glob("closing*"))
+
+
+def test_the_command_leaves_nothing_where_all_loads_seal(tmp_path, capsys):
+    sections = scene_of_samples(32)
+    sections["contact"] = {"pressure": "0.1 MPa"}
+    path = write_toml(tmp_path / "scene.toml", sections)
+    command = ["study", "closing", str(path), "--out", str(tmp_path / "out"), "--pressures", "1GPa"]
+    assert cli.main(command) == 2
+    assert "no load leaves a flow" in capsys.readouterr().err
+    assert not list((tmp_path / "out").glob("closing*"))

@@ -297,9 +297,9 @@ def _closing(options: argparse.Namespace) -> int:
         steps = list(closing_contact(scene, pressures, report))
         rows = [LoadRow.of(step) for step in steps]
         report("pictures", "")
-        _write(options.out, [("closing.csv", as_csv(rows))])
         closing_strip(steps, options.out / "closing.png")
         closing_animation(steps, options.out / "closing.gif")
+        _write(options.out, [("closing.csv", as_csv(rows))])
     say(as_text(rows))
     say(f"closing.csv, closing.gif, closing.png in {options.out}")
     if any(row.reason for row in rows):

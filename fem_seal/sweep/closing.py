@@ -95,8 +95,7 @@ def loads_to_closing(scene: Scene, count: int, report: Report = silent) -> tuple
     """
     if not 2 <= count <= MOST_LOADS:
         raise InvalidInput(f"a closing contact needs 2 to {MOST_LOADS} loads, got {count}")
-    output = scene.output.model_copy(update={"products": ("threshold",)})
-    patch = _dry(scene.model_copy(update={"output": output}), report)
+    patch = _dry(scene, ("threshold",), report)
     threshold = present(present(quantities(patch), "quantities").threshold, "threshold")
     closing = present(threshold.pressure_sealed, "pressure that seals")
     left = np.linspace(1.0, 0.0, count)
@@ -132,10 +131,7 @@ def closing_contact(
     """
     if not all(0 < pressure < np.inf for pressure in pressures):
         raise InvalidInput(f"the loads must be positive pressures, got {list(pressures)} Pa")
-    products = ("contact", "leak_rate", "pictures")
-    output = scene.output.model_copy(update={"products": products})
-    # A limit would end the refinement of the flow as soon as it is kept or exceeded.
-    patch = _dry(scene.model_copy(update={"output": output, "limit": None}), report)
+    patch = _dry(scene, ("contact", "leak_rate", "pictures"), report)
     for pressure in pressures:
         patch = patch.pressed_by(pressure)
         film = patch.film
@@ -143,8 +139,11 @@ def closing_contact(
         yield LoadedFilm(pressure, film, patch.leak_rate)
 
 
-def _dry(scene: Scene, report: Report) -> Patch:
-    """Patch of a scene without lift and seal; InvalidInput if its load cannot rise."""
+def _dry(scene: Scene, products: tuple[str, ...], report: Report) -> Patch:
+    """Patch of a scene with other products, without lift, seal and limit.
+
+    InvalidInput if its load cannot rise, or nothing flows.
+    """
     contact = scene.contact
     elastic = contact is not None and contact.model == "gfmd" and contact.pressure is not None
     if not elastic or scene.shape is not None or scene.accuracy is not None:
@@ -153,5 +152,13 @@ def _dry(scene: Scene, report: Report) -> Patch:
             "[surface], [solid] and [contact] with contact.model = 'gfmd' and contact.pressure, "
             "without [shape] and [accuracy]"
         )
-    flow = scene.flow.model_copy(update={"lift": "none"})
-    return Patch(scene.model_copy(update={"flow": flow, "seal": None}), report)
+    if scene.fluid is None:
+        raise InvalidInput("a closing contact needs [fluid] and the pressures of [flow]")
+    changes = {
+        "output": scene.output.model_copy(update={"products": products}),
+        "flow": scene.flow.model_copy(update={"lift": "none"}),
+        "seal": None,
+        # A limit would end the refinement of the flow as soon as it is kept or exceeded.
+        "limit": None,
+    }
+    return Patch(scene.model_copy(update=changes), report)
