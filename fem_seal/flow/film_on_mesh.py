@@ -69,7 +69,7 @@ class StreamSolution(Solution, Protocol):
 
 
 class LevelBounds(Protocol):
-    """Bounds of what is refined: of a leak rate, or of a tensor."""
+    """Bounds of a leak rate or of a tensor."""
 
     @property
     def excess(self) -> float:

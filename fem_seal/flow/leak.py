@@ -213,7 +213,7 @@ def require_positive(values: Mapping[str, float]) -> None:
 
 
 def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) -> float:
-    """Leak rate [m³/s] of a square as high as the largest gap; what is solved is relative to it.
+    """Leak rate [m³/s] of a square as high as the largest gap: the unit of the solved problem.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Refine the marked cells, and without a solve those of their parts that would be marked next.
+"""Refine the marked cells, and at once those parts of them that the next solves would mark.
 
 A solve marks cells, but does not show where inside them fluid will flow. Near percolation the next
 solve would mark one half of a marked blocked cell, the solve after it one half of that, and so on

@@ -24,7 +24,7 @@ from fem_seal.flow.level import LeakSolution, LevelProblem
 from fem_seal.fluid import Slip
 
 # Gaps of a table in units of the largest one, gaps g₀ in units of the critical one, and a number of
-# pressures. They choose which of many valid bounds is computed.
+# pressures. Every choice gives valid bounds; these give narrow ones.
 _GAPS = np.geomspace(1e-12, 1.0, 1200)
 _FACTORS = 2.0 ** (np.arange(-40, 41) / 4)
 _BIN = 8  # gaps of the table that are taken for one where weights are sought
@@ -158,7 +158,7 @@ class SlippingFilm:
         return estimate.exact(np.log(weight(self._pressures)))
 
     def _best_weight(self, estimate: "_Estimate") -> PressureWeight:
-        """The best weight of a gap, or one that is better by what is worth while."""
+        """The best candidate, or a computed weight if its bound is narrower by `_WORTHWHILE`."""
         best = min(self._candidates, key=lambda weight: self._least(estimate, weight))
         start = np.log(best(self._pressures))
         end = estimate.minimised(start)

@@ -86,7 +86,7 @@ def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) 
 
 
 def jumps_along(windings: np.ndarray) -> np.ndarray:
-    """Jumps (k, 2) of the pressures to solve for: a basis of those that drive different flows.
+    """Jumps (k, 2) of the pressures to solve for: a basis of the jumps that drive different flows.
 
     With two independent windings every jump drives a flow. With a single primitive winding w only
     J·w matters, and one jump with J·w = 1 is enough.

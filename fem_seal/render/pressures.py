@@ -187,7 +187,7 @@ def _mean(pressure: GridField) -> str:
 
 
 def _on_samples(film: GridFilm, field: GridField) -> np.ndarray:
-    """Field on the film's samples, which repeat those of a periodic one at its ends."""
+    """Field on the film's samples; a linear periodic film repeats its first samples at the end."""
     return field.vertices() if film.representation == "linear" else field.values
 
 

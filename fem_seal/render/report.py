@@ -122,7 +122,7 @@ def verdict(result: Result) -> str:
 
 
 def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
-    """Name every number of nested results by its path, "leak_rate.lower"; leave out what is null.
+    """Name every number of nested results by its path, "leak_rate.lower"; leave out nulls.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from fem_seal.units import to_si
 
 
 def own_names(model: BaseModel) -> list[str]:
-    """Names that a model has beyond those of pydantic, which a user who completes a name sees."""
+    """Names of a model without pydantic's own, for the completion of names at a prompt."""
     return sorted(set(object.__dir__(model)) - set(dir(BaseModel)))
 
 

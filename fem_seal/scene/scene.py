@@ -63,7 +63,7 @@ class Scene(Contents):
             raise InvalidInput(": ".join(filter(None, (source, text)))) from None
 
     def to_mapping(self) -> dict[str, Any]:
-        """Nested plain dicts of what is set, in SI units; `from_mapping` gives the scene back."""
+        """All fields as nested plain dicts, in SI units; `from_mapping` gives the scene back."""
         # Leave out flow.rtol beside a total error: reading both again would be a contradiction.
         chosen = {"flow": {"rtol"}} if self.accuracy else None
         return self.model_dump(mode="json", exclude_none=True, exclude=chosen)

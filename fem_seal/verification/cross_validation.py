@@ -263,7 +263,7 @@ def _computed(
     work: Work | None,
     report: Report,
 ) -> list[Series] | None:
-    """Compute tasks by grid; None if other parts compute some of them."""
+    """Compute tasks by grid; None if some are left to other parts of the work."""
     with ExitStack() as held:
         if out is None:
             out = held.enter_context(temporary_folder())
