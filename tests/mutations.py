@@ -35,6 +35,7 @@ OPPOSITES = (
 OPERATORS: dict[type[ast.AST], tuple[str, str]] = {ast.Pow: ("**", "*"), ast.FloorDiv: ("//", "*")}
 for _one, _text, _other, _other_text in OPPOSITES:
     OPERATORS |= {_one: (_text, _other_text), _other: (_other_text, _text)}
+NO_CODE = ("annotation", "returns", "decorator_list")
 LEFT_OUT = (".git", ".*cache", ".venv", "__pycache__", "*.egg-info")
 
 
@@ -95,11 +96,11 @@ def mutations(path: Path, source: bytes) -> Iterator[Mutation]:
 
 
 def _of_code(node: ast.AST) -> Iterator[ast.AST]:
-    """Nodes below a node, without annotations, messages, and texts with values in them."""
+    """Nodes below a node, without annotations, decorators, messages, texts with values in them."""
     for name, child in ast.iter_fields(node):
         for each in child if isinstance(child, list) else [child]:
             message = isinstance(each, ast.JoinedStr | ast.Raise)
-            if isinstance(each, ast.AST) and not message and name not in ("annotation", "returns"):
+            if isinstance(each, ast.AST) and not message and name not in NO_CODE:
                 yield each
                 yield from _of_code(each)
 
@@ -130,11 +131,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, "project")
         shutil.copytree(ROOT, copy, symlinks=True, ignore=shutil.ignore_patterns(*LEFT_OUT))
-        began = time.monotonic()
+        survivors, began = 0, time.monotonic()
         if not pass_in(copy, tests, None):
             sys.exit(f"{' '.join(tests)} must pass before anything is broken")
         longest = 60 + 3 * (time.monotonic() - began)
-        survivors = 0
         for mutation in sorted(chosen):
             source = (copy / mutation.path).read_bytes()
             (copy / mutation.path).write_bytes(mutation.apply(source))
