@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Iterable
+from contextlib import nullcontext
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -289,17 +290,20 @@ def _closing(options: argparse.Namespace) -> int:
 
     require_gl()
     scene = Scene.from_file(options.scene, options.overrides)
-    with locked_folder(options.out), Display() as report:
+    root = parallel.is_root()
+    # Under mpirun all processes solve the flows, and the first one writes.
+    with locked_folder(options.out) if root else nullcontext(), Display(root) as report:
         if options.pressures is None:
             pressures = loads_to_closing(scene, options.loads, report)
         else:
             pressures = _pressures(options.pressures)
         steps = list(closing_contact(scene, pressures, report))
         rows = [LoadRow.of(step) for step in steps]
-        report("pictures", "")
-        closing_strip(steps, options.out / "closing.png")
-        closing_animation(steps, options.out / "closing.gif")
-        _write(options.out, [("closing.csv", as_csv(rows))])
+        if root:
+            report("pictures", "")
+            closing_strip(steps, options.out / "closing.png")
+            closing_animation(steps, options.out / "closing.gif")
+            _write(options.out, [("closing.csv", as_csv(rows))])
     say(as_text(rows))
     say(f"closing.csv, closing.gif, closing.png in {options.out}")
     if any(row.reason for row in rows):

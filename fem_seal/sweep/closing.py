@@ -96,6 +96,8 @@ def loads_to_closing(scene: Scene, count: int, report: Report = silent) -> tuple
     if not 2 <= count <= MOST_LOADS:
         raise InvalidInput(f"a closing contact needs 2 to {MOST_LOADS} loads, got {count}")
     patch = _dry(scene, ("threshold",), report)
+    # All processes read the contact before the first one searches for the threshold.
+    patch.film  # noqa: B018
     threshold = present(present(quantities(patch), "quantities").threshold, "threshold")
     closing = present(threshold.pressure_sealed, "pressure that seals")
     left = np.linspace(1.0, 0.0, count)
