@@ -259,6 +259,10 @@ def _slip_along(patch: Patch, seal: SealLeak) -> Uncertainty | None:
         "the gas slips more where its pressure is low; the conductivity of the patches is that at "
         "the mean pressure, and the factors are those of the tightest place at both ends"
     )
+    if law.coefficient is FIRST_ORDER and low > 0:
+        # (1 + c/(g p))/(1 + c/(g p_mean)) lies between 1 and p_mean/p for any gap g.
+        least, most = law.mean_pressure / high, law.mean_pressure / low
+        sentence += f"; of no gap can they be beyond {least:.3g} and {most:.3g}"
     if low == 0:
         return Uncertainty("slip along the path", "not covered", sentence, 1.0, None, caution=True)
     t = gap * pressures / law.product
