@@ -10,13 +10,14 @@ from fem_seal.leak_rate import relative_width
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.upscaling import (
+    ConductivityTable,
     EndPressures,
     Hertz,
     StraightPath,
     Uniform,
     seal_flow,
 )
-from fem_seal.upscaling.patch_conductivity import LoadedPatch, refined
+from fem_seal.upscaling.patch_conductivity import LoadedPatch, _load_error, refined
 
 AMPLITUDE, WAVELENGTH, E_STAR = 1e-6, 64e-6, 1e7
 FULL = np.pi * E_STAR * AMPLITUDE / WAVELENGTH
@@ -125,6 +126,17 @@ def test_a_seal_that_is_sealed_needs_one_contact():
     )
     assert outcome.flow.state == "sealed"
     assert outcome.table.loads.tolist() == [P - 1e5]
+
+
+@pytest.mark.parametrize("profile", [Uniform(3.99e5, 2e-3), Hertz(3.99e5, 2e-3)])
+def test_without_a_lower_bound_the_sealing_load_is_sought(profile):
+    """Net loads up to 2.99e5 Pa leak, 3e5 Pa seal: nothing but a load in between gives a bound."""
+    table = ConductivityTable.exact([0, 1e5, 2e5, 3e5, 5e5], [1e-15, 1e-16, 1e-18, 0, 0])
+    flow = seal_flow(table, profile, STRIP, EndPressures(1e5))
+    assert flow.lower == 0 < flow.upper
+    error = _load_error(table, flow)
+    for parts in (error.of_loads, error.expected):
+        assert parts[2] > 100 * np.delete(parts, 2).max()
 
 
 def test_too_few_loads_are_said():
