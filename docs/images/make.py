@@ -31,8 +31,8 @@ PICTURES = {
     "sweep.png": (
         900,
         f"{FEM_SEAL} sweep {FIRST} --set surface.shape=[128,128] --vary "
-        "contact.pressure=0.05MPa,0.1MPa,0.15MPa,0.2MPa,0.25MPa,0.3MPa --vary surface.seed=1..8 "
-        "--picture --out made",
+        "contact.pressure=0.05MPa,0.1MPa,0.15MPa,0.2MPa,0.25MPa,0.3MPa,0.35MPa "
+        "--vary surface.seed=1..8 --picture --out made",
         "made/sweep.png",
     ),
     "when_lift_matters.png": (

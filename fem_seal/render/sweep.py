@@ -27,7 +27,9 @@ MARKERS = "osD^vPX*<>"
 DECADE = 10.0
 MOST_NAMES = 12  # beside each other under the axis
 LONGEST_NAME = 24  # characters of a name under the axis
-MARGIN = 0.08  # of the axes, in their logarithm; sealed points stand so far below the others
+MARGIN = 0.08  # of the axes, in their logarithm
+# Strips beyond the decades of the axis, for points without a leak rate, and the marks there.
+STRIPS = {"sealed": "x", "lifted off": "^"}
 BAND = 0.2  # opacity
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 
@@ -69,13 +71,13 @@ class Curve:
                     rows.append((place, value, *bounds))
         return np.array(rows).reshape(-1, 4)
 
-    def sealed(self) -> list[tuple[float, int, int]]:
-        """Place, number of sealed points and of all points, where some are sealed."""
+    def counts(self, state: str) -> list[tuple[float, int, int]]:
+        """Place, number of points in a state and of all points, where some are in it."""
         counts = []
         for place, group in self.groups:
-            sealed = sum(point.numbers["state"] == "sealed" for point in group.points)
-            if sealed:
-                counts.append((place, sealed, len(group.points)))
+            some = sum(point.numbers["state"] == state for point in group.points)
+            if some:
+                counts.append((place, some, len(group.points)))
         return counts
 
 
@@ -85,7 +87,7 @@ def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) ->
     The leak rate has a logarithmic axis, the field one if it spans more than a decade. Each
     combination of the other fields is a curve with its bounds as a band. Where a seed varies, each
     surface is a point, a line joins the medians, and the band reaches from the lowest surface that
-    leaks to the highest. Sealed points stand below the axis' decades.
+    leaks to the highest. Sealed points stand below the axis' decades, those lifted off above.
 
     Parameters
     ----------
@@ -148,33 +150,41 @@ def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, flo
 
 
 def draw_curves(axes: "Axes", curves: Sequence[Curve]) -> None:
-    """Draw curves with their bands on a logarithmic axis, and sealed points below its decades."""
+    """Draw curves with their bands on a logarithmic axis, other points beyond its decades."""
     rows = np.concatenate([curve.rows() for curve in curves])
     low, high = rows[:, 1:][rows[:, 1:] > 0].min(), rows[:, 3].max()
     margin = (2 * high / low) ** MARGIN
-    axes.set(yscale="log", ylim=(low / margin, high * margin))
+    ends = [low / margin, high * margin]
+    axes.set(yscale="log", ylim=ends)
     label_axis(axes.yaxis)
-    sealed_at = low / margin**2
-    if any(curve.sealed() for curve in curves):
-        for minor in (False, True):
-            ticks = axes.get_yticks(minor=minor)
-            axes.set_yticks(ticks[(ticks > low / margin) & (ticks < high * margin)], minor=minor)
-        axes.axhline(low / margin, color="0.7", linewidth=0.8)
-        axes.set_ylim(low / margin**3, high * margin)
-        axes.text(0.01, sealed_at, "sealed", transform=axes.get_yaxis_transform(), va="center")
+    for minor in (False, True):
+        ticks = axes.get_yticks(minor=minor)
+        axes.set_yticks(ticks[(ticks > ends[0]) & (ticks < ends[1])], minor=minor)
+    strips = {}
+    for end, (state, outwards) in enumerate(zip(STRIPS, (1 / margin, margin), strict=True)):
+        if any(curve.counts(state) for curve in curves):
+            axes.axhline(ends[end], color="0.7", linewidth=0.8)
+            strips[state] = ends[end] * outwards
+            beside = {"transform": axes.get_yaxis_transform(), "ha": "right", "va": "center"}
+            axes.text(-0.01, strips[state], state.replace(" ", "\n"), **beside)
+            ends[end] *= outwards**2
+    axes.set_ylim(ends)
     for number, curve in enumerate(curves):
-        _draw(axes, curve, f"C{number}", MARKERS[number], sealed_at)
+        _draw(axes, curve, f"C{number}", MARKERS[number])
+        for state, at in strips.items():
+            _draw_counts(axes, curve.counts(state), f"C{number}", STRIPS[state], at)
 
 
-def _draw(axes: "Axes", curve: Curve, colour: str, marker: str, sealed_at: float) -> None:
+def _draw(axes: "Axes", curve: Curve, colour: str, marker: str) -> None:
     place, value, lower, upper = curve.rows().T
     if curve.seeds:
         axes.plot(place, value, marker, color=colour, markersize=3, alpha=0.5)
         at = np.unique(place)
         low, high = (np.array([pick(value[place == p]) for p in at]) for pick in (np.min, np.max))
         axes.fill_between(at, low, high, color=colour, alpha=BAND, linewidth=0)
-        medians = [(p, float(np.median(group.leak_rates))) for p, group in curve.groups]
-        shown = np.array([pair for pair in medians if pair[1] > 0]).reshape(-1, 2)
+        rates = [(p, group.leak_rates) for p, group in curve.groups]
+        medians = [(p, float(np.median(some))) for p, some in rates if some.size]
+        shown = np.array([pair for pair in medians if 0 < pair[1] < np.inf]).reshape(-1, 2)
         axes.plot(*shown.T, color=colour, label=curve.label)
     elif curve.joined:
         bounded = lower > 0
@@ -187,12 +197,18 @@ def _draw(axes: "Axes", curve: Curve, colour: str, marker: str, sealed_at: float
         below = np.where(lower > 0, value - lower, 0.0)
         ends = "none" if curve.joined else marker
         axes.errorbar(place, value, [below, upper - value], fmt=ends, color=colour, markersize=4.0)
-    for at, sealed, points in curve.sealed():
-        axes.plot(at, sealed_at, "x", color=colour, markersize=5.0)
+
+
+def _draw_counts(
+    axes: "Axes", counts: Sequence[tuple[float, int, int]], colour: str, mark: str, height: float
+) -> None:
+    """Mark places with points in a state at a height of the axes, and how many they are."""
+    for place, some, points in counts:
+        axes.plot(place, height, mark, color=colour, markersize=5.0)
         if points > 1:
             axes.annotate(
-                f"{sealed} of {points}",
-                (at, sealed_at),
+                f"{some} of {points}",
+                (place, height),
                 (0, 4),
                 textcoords="offset points",
                 ha="center",

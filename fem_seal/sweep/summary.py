@@ -12,7 +12,7 @@ from fem_seal.tables import csv_text
 
 SUMMARY_FILE = "summary.csv"
 SEEDS = ("surface.seed", "surface.twin_seed")
-COLUMNS = ("points", "leaking", "sealed", "median", "lowest", "highest", "decades")
+COLUMNS = ("points", "leaking", "sealed", "lifted_off", "median", "lowest", "highest", "decades")
 
 
 @dataclass(frozen=True)
@@ -32,25 +32,25 @@ class Group:
 
     @property
     def leak_rates(self) -> np.ndarray:
-        """Leak rates of the points that have one [m³/s]; 0 where sealed."""
-        rates = [point.numbers["leak_rate"] for point in self.points]
+        """Leak rates of the points [m³/s]: 0 where sealed, infinite where lifted off."""
+        off = {"lifted off": np.inf}
+        rates = [off.get(str(p.numbers["state"]), p.numbers["leak_rate"]) for p in self.points]
         return np.array([rate for rate in rates if isinstance(rate, float | int)], dtype=float)
 
     def row(self) -> tuple[str | float | int | None, ...]:
-        """Cells of COLUMNS; `decades` is the standard deviation of log10 of the leaking ones."""
+        """Cells of COLUMNS; `decades` is the standard deviation of log10 of the leaking ones.
+
+        Median, lowest and highest are left out where they are those of points lifted off.
+        """
         rates = self.leak_rates
+        leaking = rates[(rates > 0) & np.isfinite(rates)]
+        sealed, lifted_off = int(np.sum(rates == 0)), int(np.sum(np.isinf(rates)))
+        counts = len(self.points), leaking.size, sealed, lifted_off
         if rates.size == 0:
-            return len(self.points), 0, 0, None, None, None, None
-        leaking = rates[rates > 0]
-        return (
-            len(self.points),
-            leaking.size,
-            rates.size - leaking.size,
-            float(np.median(rates)),
-            float(rates.min()),
-            float(rates.max()),
-            float(np.std(np.log10(leaking), ddof=1)) if leaking.size > 1 else None,
-        )
+            return *counts, None, None, None, None
+        spread = float(np.std(np.log10(leaking), ddof=1)) if leaking.size > 1 else None
+        marks = (float(mark) for mark in (np.median(rates), rates.min(), rates.max()))
+        return *counts, *(mark if np.isfinite(mark) else None for mark in marks), spread
 
 
 def groups(keys: tuple[str, ...], table: Sequence[Point]) -> list[Group]:

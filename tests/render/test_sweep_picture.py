@@ -70,6 +70,17 @@ def test_sealed_points_stand_below_the_others_under_no_number():
     assert min(ticks) > cross.get_ydata()[0]
 
 
+def test_points_lifted_off_stand_above_the_others_under_no_number():
+    off = [point("0.05 MPa", str(k), state="lifted off") for k in (1, 2)]
+    table = [Point((*p.values, str(k)), p.numbers) for p in FALLING for k in (1, 2)]
+    axes = drawn((PRESSURE, SEED), [*off, *table])
+    mark = next(line for line in axes.lines if line.get_marker() == "^")
+    assert mark.get_xdata() == [0.05]
+    assert max(p.numbers["upper"] for p in FALLING) < mark.get_ydata()[0] < axes.get_ylim()[1]
+    assert max([*axes.get_yticks(), *axes.get_yticks(minor=True)]) < mark.get_ydata()[0]
+    assert {"lifted\noff", "2 of 2"} <= {text.get_text() for text in axes.texts}
+
+
 def test_over_seeds_the_line_is_the_median_and_the_band_the_range():
     rates = {"0.1 MPa": (1e-14, 3e-14, 9e-14), "0.2 MPa": (1e-18, 1e-16, 0.0)}
     table = [
