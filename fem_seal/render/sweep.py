@@ -165,10 +165,10 @@ def draw_curves(axes: "Axes", curves: Sequence[Curve]) -> None:
         if any(curve.counts(state) for curve in curves):
             axes.axhline(ends[end], color="0.7", linewidth=0.8)
             strips[state] = ends[end] * outwards
-            beside = {"transform": axes.get_yaxis_transform(), "ha": "right", "va": "center"}
-            axes.text(-0.01, strips[state], state.replace(" ", "\n"), **beside)
+            words, beside = state.replace(" ", "\n"), axes.get_yaxis_transform()
+            axes.text(-0.01, strips[state], words, transform=beside, ha="right", va="center")
             ends[end] *= outwards**2
-    axes.set_ylim(ends)
+    axes.set_ylim(*ends)
     for number, curve in enumerate(curves):
         _draw(axes, curve, f"C{number}", MARKERS[number])
         for state, at in strips.items():
