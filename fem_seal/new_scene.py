@@ -53,7 +53,7 @@ leak_rate_unit = "ml/h"
 # circumference = "150 mm"      # yours
 # pressure_profile = "hertz"    # or "uniform"; contact.pressure is the mean of either
 # patches = 8                   # {patches}
-# rtol = 0.5                    # relative width of the bounds for each patch: ±24 %
+{windows}# rtol = 0.5                    # relative width of the bounds for each patch: ±24 %
 """
 WINDOWS = 3  # of a map in each direction, in the comment of [seal]
 TWINS = "the map and seven random twins with its spectrum"
@@ -103,11 +103,11 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False)
     if path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path):
         surface, facts, needed = _profiles(path, name, stated)
-        others = OTHER_SECTIONS.format(patches=SEEDS)
+        others = OTHER_SECTIONS.format(patches=SEEDS, windows="")
     else:
         surface, facts, needed, windows = _map(path, name, stated)
         patches = f"{TWINS}, or" if windows else TWINS
-        others = OTHER_SECTIONS.format(patches=patches) + windows
+        others = OTHER_SECTIONS.format(patches=patches, windows=windows)
     head = [
         f"# Scene of {printable(path.name)}, by fem-seal new; docs/reference/scene.md names every",
         '# field. Values marked "yours" are examples.',

@@ -1,5 +1,6 @@
 """fem-seal new: the scene that it writes is read, and says what the file says."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from project import ROOT
 from fem_seal import cli
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
+from fem_seal.upscaling.realizations import realizations
 
 HEIGHTS = 1e-6 * np.random.default_rng(1).normal(size=(24, 16))
 STATED = ["--length-unit", "um", "--size", "24 um,16 um"]
@@ -128,3 +130,20 @@ def test_surface_of_a_file_without_a_scene(capsys):
     assert "detrend plane" in capsys.readouterr().out
     assert cli.main(["surface", "map.toml", "--length-unit", "um"]) == 2
     assert "are for a file of heights" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("windows", [True, False])
+def test_commented_lines_of_a_seal_make_one(windows):
+    """Without their signs they are a scene of eight patches: windows, or the map and twins."""
+    np.savetxt("map.txt", HEIGHTS * 1e6)
+    new("map.txt", *STATED)
+    text = Path("map.toml").read_text(encoding="utf-8")
+    head, seal = text.split("# [seal]")
+    lines = ["[seal]", *(line.removeprefix("# ") for line in seal.splitlines()[1:])]
+    kept = [line for line in lines if windows or not line.startswith("window")]
+    head = re.sub(r"^products.*\n# products", "products", head, flags=re.MULTILINE)
+    scene = Scene.from_mapping(tomllib.loads(head + "\n".join(kept)), folder=Path.cwd())
+    assert (scene.seal.window is not None) == windows
+    surfaces = [one.surface for one in realizations(scene)]
+    assert len({str(surface) for surface in surfaces}) == 8
+    assert {surface.crop is None for surface in surfaces} == {not windows}

@@ -20,7 +20,7 @@ from fem_seal.quantities.error_budget import (
 from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.of_patch import shown_in
 from fem_seal.quantities.slip import KINETIC_ERROR, first_order
-from fem_seal.quantities.verdict import Verdict, verdict
+from fem_seal.quantities.verdict import Verdict, open_entries, verdict
 from fem_seal.rarefied import FIRST_ORDER
 from fem_seal.scene import FileSurface, SelfAffineSurface
 from fem_seal.surface import map_spectrum
@@ -61,7 +61,9 @@ def seal_verdict(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> Verdict:
     if limit is None:
         return verdict(leak, shown_in(patch), None, None, budget)
     allowed = limit.volume_rate(patch.scene.drive)
-    return verdict(leak, shown_in(patch), limit.leak_rate, allowed, budget, WISH)
+    # No tolerance helps where an entry is open on a side.
+    wish = "; ".join(entry.sentence for entry in open_entries(budget)) or WISH
+    return verdict(leak, shown_in(patch), limit.leak_rate, allowed, budget, wish)
 
 
 def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:

@@ -216,15 +216,20 @@ def _wish(
             return f"accuracy.total = {total:.2g} might decide"
     if rtol is not None and unknowns is not None:
         return f"flow.rtol = {rtol:.2g} might decide, with about {float(unknowns):.2g} unknowns"
-    if _open(rest):
-        return _sentences(_open(rest))
+    if open_entries(rest):
+        return _sentences(open_entries(rest))
     if counted:
         return f"no flow.rtol decides it while {_names(counted)} may change the leak rate so much"
     return "the best estimate is the limit itself"
 
 
-def _open(rest: ErrorBudget) -> list[Uncertainty]:
-    """Entries that leave a side unbounded."""
+def open_entries(rest: ErrorBudget) -> list[Uncertainty]:
+    """List the entries that leave a side unbounded.
+
+    Parameters
+    ----------
+    rest : entries beside the flow
+    """
     return [entry for entry in rest if entry.counted and None in (entry.lower, entry.upper)]
 
 
