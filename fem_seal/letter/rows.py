@@ -211,7 +211,7 @@ def persson_rows(
 
 
 def theory_rows(points: Sequence[FlowPoint], curves: Sequence[PerssonRow]) -> list[TheoryRow]:
-    """Elastic contacts beside the curve of their surface, for each law of the area.
+    """Elastic contacts that leak beside the curve of their surface, for each law of the area.
 
     Parameters
     ----------
@@ -219,7 +219,9 @@ def theory_rows(points: Sequence[FlowPoint], curves: Sequence[PerssonRow]) -> li
     curves : with loads in increasing order
     """
     first = first_contacts(points)
-    pressed = [point for point in points if point.model == "elastic" and point.wanted > 0]
+    elastic = [point for point in points if point.model == "elastic" and point.wanted > 0]
+    # A sealed contact has no leak rate to compare the theory with.
+    pressed = [point for point in elastic if point.value > 0]
     rows = []
     for law in dict.fromkeys(row.law for row in curves):
         for point in pressed:

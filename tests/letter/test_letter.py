@@ -234,6 +234,15 @@ def test_persson_leaks_on_the_corrected_area_what_the_flow_does():
     assert ratio(state.contact_area_fraction) < 1 / 4
 
 
+def test_a_sealed_contact_is_compared_with_no_theory():
+    first, leaking, sealed = (point("elastic", area) for area in (0.0, 0.2, 0.8))
+    assert sealed.state == "sealed"
+    curve = persson_curve(SampledSpectrum.of(SMOOTH, SMOOTH.surface(1)), loads=(0.05, 0.2))
+    ratios = rows.persson_rows("persson", 1, curve, first.value)
+    compared = rows.theory_rows([first, leaking, sealed], ratios)
+    assert [row.area for row in compared] == [leaking.area]
+
+
 def test_relative_to_its_mean_the_theory_has_the_broader_gaps():
     """Coefficient of variation of the open gaps, theory against simulation, load 0.06."""
     case = RoughCase(256)
