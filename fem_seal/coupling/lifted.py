@@ -253,7 +253,8 @@ def _most_through_sealed(passes: Passes, film: GridFilm, contact: ContactState) 
     if problem.load is not None and left_of(problem.load, highest) <= 0:
         return inf
     opened = problem.film(problem.contact_under(highest, contact).gap)
-    return problem.flow(opened, passes.tuning.first_tolerance, True).value
+    leak = problem.flow(opened, passes.tuning.first_tolerance, True)
+    return leak.value if leak.upper is None else leak.upper
 
 
 def _lifted_off(problem: LiftProblem, pressure: np.ndarray, rates: Sequence[float]) -> LiftedState:

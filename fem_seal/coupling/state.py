@@ -62,12 +62,15 @@ class LiftedState:
         differed by up to half of that width, and a little more where single samples open and
         close; those of a flow without bounds by half of rtol, which stands for the width there.
         """
+        return max(self.change, SETTLED * self.rtol) + self.flow_width
+
+    @property
+    def flow_width(self) -> float:
+        """ln(upper/lower) of the flow; its rtol if it has no bounds, 0 where nothing leaks."""
         leak = self.leak_rate
         if leak is None or leak.state == "sealed":
-            width = 0.0
-        else:
-            width = self.rtol if leak.lower is None else relative_part(leak)
-        return max(self.change, SETTLED * self.rtol) + width
+            return 0.0
+        return self.rtol if leak.lower is None else relative_part(leak)
 
     @property
     def fluid_load(self) -> float:

@@ -93,8 +93,10 @@ def _resolved(patch: Patch) -> Uncertainty:
         )
         return Uncertainty(COMPUTED, "estimated", sentence, 1.0, 1.0, caution=True)
     if not state.converged:
-        lower = min(1.0, state.lowest / value) if value else 1.0
-        upper = max(1.0, state.highest / value) if value else None
+        # What was seen, and beyond it the error of the flow whose pressure lifts the solid.
+        beyond = exp(state.flow_width)
+        lower = min(1.0, state.lowest / value) / beyond if value else 1.0
+        upper = max(1.0, state.highest / value) * beyond if value else None
         rate = state.highest if upper is None else None
         return Uncertainty(COMPUTED, "estimated", state.reason, lower, upper, True, rate)
     sentence = (

@@ -26,6 +26,7 @@ class LiftRecord(Record):
     lowest: float | None
     highest: float | None
     dry: DryRecord
+    settled: bool = True
 
     @classmethod
     def of(cls, patch: Patch) -> "LiftRecord | None":
@@ -59,6 +60,7 @@ class LiftRecord(Record):
             lowest=_finite(state.lowest),
             highest=_finite(state.highest),
             dry=dry,
+            settled=state.converged,
         )
 
 
@@ -77,7 +79,9 @@ def lift_words(lift: LiftRecord) -> str:
     carried = with_prefix(present(lift.fluid_pressure, "fluid pressure"), "Pa")
     kept = with_prefix(lift.solid_pressure, "Pa")
     passes = f"{lift.steps} passes"
-    if lift.change is not None:
+    if not lift.settled:
+        passes += ", not settled"
+    elif lift.change is not None:
         passes += f", the last three within {100 * lift.change:.2g} %"
     return f"the fluid carries {carried}, the solid {kept}; {dry}; {passes}"
 

@@ -1,6 +1,7 @@
 """flow.lift from the scene to the result: refusals, folders, verdicts, budgets, two processes."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -141,6 +142,22 @@ def test_budget_and_verdict_count_the_lift():
     assert decision(1.01 * leak.upper * lift.upper) == "within limit"
     assert decision(0.99 * leak.lower * lift.lower) == "above limit"
     assert decision((leak.upper * (1 + lift.upper)) / 2) == "undecided"
+
+
+def test_budget_of_passes_that_have_not_settled():
+    """All leak rates seen, and the bounds of each: a limit among these is not kept."""
+    patch = Patch(scene())
+    settled = patch.lifted
+    seen = {"lowest": 0.7 * settled.lowest, "highest": 1.2 * settled.highest}
+    state = patch.__dict__["lifted"] = replace(settled, converged=False, **seen)
+    result = summarise(patch)
+    assert not result.lift.settled
+    assert "passes, not settled" in dict(summary_of(result))["lift"]
+    lift = next(entry for entry in result.error_budget if entry.name == "lift")
+    lower, upper = patch.leak_rate.bounds
+    value = patch.leak_rate.value
+    assert value * lift.lower <= state.lowest * lower / value * (1 + 1e-9)
+    assert value * lift.upper >= state.highest * upper / value * (1 - 1e-9)
 
 
 def test_range_in_the_result():
