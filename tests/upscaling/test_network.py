@@ -4,6 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.special import ndtr
 
 from fem_seal.errors import InvalidInput
 from fem_seal.theory.closed_forms import lognormal, parallel, series
@@ -139,6 +141,31 @@ def test_intervals_cover(sigma, leaking, patches):
         lower, upper = generalised_interval(sample, draws=2000, seed=repeat)
         covered.append(lower <= exact <= upper)
     assert np.mean(covered) >= 0.90
+
+
+@pytest.mark.parametrize("patches", [3, 6])
+def test_interval_is_that_of_the_likelihood(patches):
+    """Without a network its ends are quantiles under p(μ, σ) ∝ likelihood/σ, here by quadrature.
+
+    The ends come from 20 000 draws: their probability is off by √(0.025 × 0.975/20000) = 0.0011.
+    """
+    rates = np.exp(0.5 * np.random.default_rng(4).standard_normal(patches))
+    logs = np.log(rates)
+    squares = ((logs - logs.mean()) ** 2).sum()
+
+    def density(log_sigma):  # of σ dσ/σ, μ integrated out
+        return np.exp(-(patches - 1) * log_sigma - squares / (2 * np.exp(2 * log_sigma)))
+
+    def below(q):
+        def part(t):
+            z = (np.log(q) - np.exp(2 * t) / 2 - logs.mean()) * np.sqrt(patches) / np.exp(t)
+            return density(t) * ndtr(z)
+
+        return quad(part, -6, 6, limit=400)[0] / quad(density, -6, 6, limit=400)[0]
+
+    lower, upper = generalised_interval(rates)
+    assert below(lower) == pytest.approx(0.025, abs=0.0045)
+    assert below(upper) == pytest.approx(0.975, abs=0.0045)
 
 
 @pytest.mark.slow
