@@ -1,5 +1,6 @@
 """What all tests share."""
 
+import signal
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +14,11 @@ TESTS = Path(__file__).parent
 sys.path[:0] = [str(TESTS), *sorted(str(path) for path in TESTS.iterdir() if path.is_dir())]
 
 from project import scene_of_samples  # noqa: E402
+
+# A shell starts what runs in the background with interrupts ignored, and a process passes that on:
+# the commands that tests interrupt would not notice, and the tests would wait for ever.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # An example may compile a form or solve a contact. How long that takes says how busy the machine
 # is, and nothing about the code.

@@ -111,6 +111,7 @@ def _constriction(patch: Patch) -> Constriction | None:
 
 
 def _threshold(patch: Patch) -> Threshold | None:
+    patch.contact, patch.film  # noqa: B018 - all processes solve them, the first one searches
     return parallel.on_root(lambda: _THRESHOLDS[_model(patch)](patch), patch.comm)
 
 
@@ -171,7 +172,8 @@ def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
 
 
 def _trapped_volume(patch: Patch) -> float:
-    return parallel.on_root(lambda: patch.film.trapped_volume, patch.comm)
+    film = patch.film
+    return parallel.on_root(lambda: film.trapped_volume, patch.comm)
 
 
 def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
