@@ -96,7 +96,7 @@ def test_a_ring_seals_at_first_touch():
 @pytest.mark.mpi
 @pytest.mark.parametrize("product", ["threshold", "trapped_volume"])
 def test_two_processes_ask_for_nothing_else(product, scene, tmp_path):
-    """Both press, the first one searches: no contact or flow was needed before."""
+    """No contact or flow was needed before: both solve what they need, the first one searches."""
     mapping = scene(pressure=1e5).to_mapping()
     mapping["output"]["products"] = [product]
     write_toml(tmp_path / "scene.toml", mapping)
