@@ -35,11 +35,7 @@ PICTURES = {
         "--vary surface.seed=1..8 --picture --out made",
         "made/sweep.png",
     ),
-    "when_lift_matters.png": (
-        900,
-        "demos/when_does_the_fluid_matter.py --out made",
-        "made/lift.png",
-    ),
+    "when_lift_matters.png": (900, "demos/when_does_the_fluid_matter.py", "out/lift.png"),
     "gas.png": (800, "demos/gas_that_slips.py", "out/gas_that_slips.png"),
     "price.png": (1100, "demos/price_of_accuracy.py", "out/price_of_accuracy.png"),
 }
