@@ -56,6 +56,8 @@ LOOSE = 3.0
 # Unknowns of a loose flow over those of the first one, at most: near the load that seals a flow
 # takes many and rarely matters.
 MOST_LOOSE = 4.0
+# But no limit is below this: the first flow may need hardly any, where all is open.
+LEAST_LIMIT = 20_000
 # Part of the tolerance for the flows, as advised.
 OF_FLOWS = 0.5
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
@@ -83,11 +85,15 @@ class LoadedPatch:
         Of a scene with an elastic contact on a grid. Its own load does not count.
     most_loose : float
         Unknowns of a flow over those of the first one, at most, until its load turns out to matter.
+    least_limit : int
+        No such limit is below this.
     """
 
-    def __init__(self, patch: Patch, *, most_loose: float = MOST_LOOSE):
+    def __init__(
+        self, patch: Patch, *, most_loose: float = MOST_LOOSE, least_limit: int = LEAST_LIMIT
+    ):
         self.patch = patch
-        self._most_loose = most_loose
+        self._most_loose, self._least_limit = most_loose, least_limit
         self.reasons: list[str] = []
         # Whether all loads so far agree with the enclosures of their intervals.
         self.convex = True
@@ -223,6 +229,11 @@ class LoadedPatch:
         rtol = self.patch.scene.flow.rtol
         return 1 - rtol / width if load in self._loose and width > rtol else 0.0
 
+    def without_lower_bound(self, table: ConductivityTable) -> list[float]:
+        """Loads [Pa] of a table that leak, but whose flow was too loose for a lower bound."""
+        open_below = table.loads[(table.lower == 0) & (table.upper > 0)].tolist()
+        return [load for load in open_below if self.gain_of_sharpening(load) > 0]
+
     def sharpen(self, load: float) -> None:
         """Solve the flow at a load [Pa] of the table to flow.rtol, if that has not been done."""
         if self.gain_of_sharpening(load) > 0:
@@ -237,7 +248,7 @@ class LoadedPatch:
             return 0.0, 0.0
         limits = self.patch.scene.flow.limits
         if looseness > 1:
-            most = max(1, int(self._most_loose * self._first_unknowns))
+            most = max(self._least_limit, int(self._most_loose * self._first_unknowns))
             limits = replace(limits, unknowns=min(most, limits.unknowns or most))
         leak = self._leak_rate(load, film, looseness * self.patch.scene.flow.rtol, limits)
         self._first_unknowns = self._first_unknowns or leak.unknowns
@@ -391,6 +402,12 @@ def refined(
         if max_seconds is not None and perf_counter() - started > max_seconds:
             reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
             return PatchFlow(table, flow, False, reason)
+        unbounded = patch.without_lower_bound(table)
+        if flow.lower == 0 and unbounded:
+            # A load without a lower bound must not pass for one that seals.
+            patch.sharpen(min(unbounded))
+            table = patch.table()
+            continue
         ends = list(zip(table.loads[:-1].tolist(), table.loads[1:].tolist(), strict=True))
         error = _load_error(table, flow)
         enclosed = np.array([patch.enclosed(*pair) for pair in ends])

@@ -51,14 +51,13 @@ def test_leak_rate_below_the_sealing_pressure(inlet, outlet):
     assert state.leak_rate.value == pytest.approx(leak_rate(load, inlet, outlet), rel=0.05)
 
 
-@pytest.mark.parametrize("outlet", [0.0, 0.1, 0.25])
-def test_not_sealed_for_the_samples_before_the_outlet(outlet):
+def test_not_sealed_for_the_samples_before_the_outlet():
     """Closed under the outlet's pressure alone, open under the inlet's: the integral leaks.
 
     The last samples before the outlet would have to hold the whole pressure drop. Whatever the
     passes come to, they must not call it sealed and settled.
     """
-    load, inlet = 1.3, 0.5
+    load, inlet, outlet = 1.3, 0.5, 0.0
     assert load - outlet > 1 > load - inlet
     assert leak_rate(load, inlet, outlet) > 0
     state = state_at(load, inlet, outlet)

@@ -108,4 +108,4 @@ def test_two_processes_ask_for_nothing_else(product, scene, tmp_path):
     )
     status, printed, error = mpirun("-c", code)
     assert status == 0, error
-    assert printed.split() == ["False", "False"]
+    assert printed.count("False") == 2

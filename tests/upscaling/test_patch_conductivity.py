@@ -139,6 +139,29 @@ def test_without_a_lower_bound_the_sealing_load_is_sought(profile):
         assert parts[2] > 100 * np.delete(parts, 2).max()
 
 
+def test_a_load_without_a_lower_bound_is_solved_again():
+    """Few unknowns give no lower bound near sealing; loads in between could not help."""
+    mapping = scene().to_mapping()
+    mapping["surface"] |= {"shape": [64, 64], "short_wavelength": 2e-6}
+    mapping["flow"]["rtol"] = 0.25
+    patch = Patch(Scene.from_mapping(mapping))
+    limited, free = LoadedPatch(patch, most_loose=0.5, least_limit=1), LoadedPatch(patch)
+    highest = 3e5
+    profile, ends = Hertz(highest, 2e-3), EndPressures(1e5)
+    flows = []
+    for patch in (limited, free):
+
+        def flow_of(table):
+            return seal_flow(table, profile, STRIP, ends)
+
+        outcome = refined(patch, flow_of, highest, 1e5, 0.0, uniform=False, tolerance=0.5)
+        assert outcome.converged
+        flows.append(outcome.flow)
+    assert min(flow.lower for flow in flows) > 0
+    # Both enclose the leak rate of the same patch.
+    assert max(flow.lower for flow in flows) <= min(flow.upper for flow in flows)
+
+
 def test_too_few_loads_are_said():
     ends = EndPressures(1e5)
     outcome = refined(
@@ -265,7 +288,7 @@ def test_unknowns_at_a_load_that_nearly_seals_are_limited():
         if stage == "flow" and "unknowns" in detail:
             counts.append(int(detail.split()[0]))
 
-    patch = LoadedPatch(Patch(scene(), report), most_loose=0.1)
+    patch = LoadedPatch(Patch(scene(), report), most_loose=0.1, least_limit=1)
     patch.bounds(1e5)
     most = 0.1 * counts[-1]
     leaks, seals = 1e5, 9e6
