@@ -31,7 +31,7 @@ def _new(options: argparse.Namespace) -> int:
 
     out = options.out or Path(f"{options.file.stem}.toml")
     if out.exists():
-        raise InvalidInput(f"{out} is there already; name another one by --out")
+        raise InvalidInput(f"{out} is there already; delete it, or name another one by --out")
     new = new_scene(options.file, out.parent, stated_of(options))
     write_text(out, new.text)
     lines = [f"{options.file}: {'; '.join(new.facts)}"]

@@ -24,7 +24,12 @@ from fem_seal.quantities.verdict import Verdict, open_entries, verdict
 from fem_seal.rarefied import FIRST_ORDER
 from fem_seal.scene import FileSurface, SelfAffineSurface
 from fem_seal.surface import map_spectrum
-from fem_seal.upscaling.network import LEAST_LEAKING, may_conduct, patches_for
+from fem_seal.upscaling.network import (
+    LEAST_LEAKING,
+    may_conduct,
+    patches_for,
+    sealed_share,
+)
 from fem_seal.upscaling.seal import SealLeak
 
 # Longest wavelength over the leak path above which, and of the patch over the longest wavelength
@@ -169,11 +174,22 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
             f"the {seal.count.along} patches along the path"
         )
         return Uncertainty("patches", "estimated", sentence, 1.0, 1.0)
+    many = _patches_that_exclude_a_path(seal)
     sentence = (
         f"{sealed}; if {100 * leaking:.0f} % of the patches leak, a path of them may cross the "
-        "seal: more realizations (seal.patches) can exclude it"
+        f"seal: {many} realizations (seal.patches) that are all sealed exclude it"
     )
     return Uncertainty("patches", "not covered", sentence, 1.0, None, caution=True)
+
+
+def _patches_that_exclude_a_path(seal: SealLeak) -> str:
+    """So many sealed patches, in words, that no path of the others may cross the seal."""
+    number = 2 * len(seal.patches)
+    while number <= MOST_PATCHES:
+        if not may_conduct(1 - sealed_share(number, number)[0], seal.count):
+            return f"about {number}"
+        number *= 2
+    return f"more than {MOST_PATCHES}"
 
 
 def _contact_grid(seal: SealLeak) -> Uncertainty:

@@ -154,9 +154,9 @@ def _shown(value: object) -> str:
 
 
 def _levels(levels: list[dict]) -> str:
-    """The refinement, one mesh a line, bounds rounded outwards."""
+    """The refinement, one mesh a line, bounds rounded outwards; empty for a seal or a shut film."""
     if not levels:
-        return "<p>No bounds were computed.</p>"
+        return ""
     head = ("mesh", "unknowns", "at least [m³/s]", "at most [m³/s]", "half-width", "time [s]")
     rows = [_cells("th", head)]
     for k, level in enumerate(levels, 1):
@@ -166,7 +166,9 @@ def _levels(levels: list[dict]) -> str:
         bounds = rounded_down(lower), rounded_up(upper)
         texts = (str(k), str(level["unknowns"]), *bounds, half_width, seconds)
         rows.append(_cells("td", texts))
-    return '<div class="wide"><table class="levels">\n' + "\n".join(rows) + "\n</table></div>"
+    table = '<div class="wide"><table class="levels">\n' + "\n".join(rows) + "\n</table></div>"
+    title = "How the bounds closed, mesh by mesh"
+    return f"<details>\n<summary>{title}</summary>\n{table}\n</details>"
 
 
 # Without a leak rate, or in results of versions that wrote none.

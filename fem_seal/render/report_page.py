@@ -61,10 +61,7 @@ $pictures
 $summary
 <h2>The scene</h2>
 $scene
-<details>
-<summary>How the bounds closed, mesh by mesh</summary>
 $levels
-</details>
 <details>
 <summary>All numbers of result.json, in SI units</summary>
 $numbers

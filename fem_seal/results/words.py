@@ -93,9 +93,9 @@ def contact_words(result: Result) -> str:
     """Area, mean gap and mean pressure."""
     area = 100 * result.contact_area_fraction
     text = f"{area:.4g} % of the area, mean gap {_length(result.mean_gap)}"
-    if result.mean_pressure is None:
-        return text
-    return f"{text}, mean pressure {with_prefix(result.mean_pressure, 'Pa')}"
+    if result.mean_pressure is not None:
+        text += f", mean pressure {with_prefix(result.mean_pressure, 'Pa')}"
+    return text if result.seal is None else f"{text}; of the first patch, dry"
 
 
 def accuracy_words(accuracy: AccuracyRecord) -> str:

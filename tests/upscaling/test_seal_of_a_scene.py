@@ -475,14 +475,20 @@ def test_where_the_seal_seals(outcome):
 
 
 def test_a_sealed_patch_does_not_make_a_sealed_seal():
-    """From one sealed patch 97.5 % of all may leak: with a limit the verdict is undecided."""
-    asked = scene(
-        contact={"pressure": 2e6}, seal={"patches": 1}, limit={"leak_rate": "1 ml/h"}
-    )
-    result, names = entries(asked)
+    """From one sealed patch 97.5 % of all may leak: with a limit the verdict is undecided.
+
+    As many sealed patches as the message asks for decide it.
+    """
+    pressed = {"contact": {"pressure": 2e6}, "limit": {"leak_rate": "1 ml/h"}}
+    result, names = entries(scene(seal={"patches": 1}, **pressed))
     assert result.state == "sealed"
     assert (names["patches"].lower, names["patches"].upper) == (1.0, None)
     assert result.verdict.decision == "undecided"
+    wanted = re.search(r"about (\d+) realizations", names["patches"].sentence)
+    result, names = entries(scene(seal={"patches": int(wanted[1])}, **pressed))
+    assert result.state == "sealed"
+    assert names["patches"].upper == 1.0
+    assert result.verdict.decision == "sealed"
 
 
 @pytest.mark.parametrize("patches", [1, 2])
