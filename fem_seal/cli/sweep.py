@@ -112,6 +112,8 @@ def _words(point: "Point") -> str:
     part = present(point.number("contact_area_fraction"), "contact area")
     area = f"{100 * part:.3g} % in contact"
     leak_rate = point.number("leak_rate")
+    if not numbers["converged"]:
+        area += ", not converged"
     if numbers["state"] == "sealed" or leak_rate is None:
         return f"{numbers['state']}, {area}"
     rate = rate_text(leak_rate, point.number("lower"), point.number("upper"), "m^3/s")

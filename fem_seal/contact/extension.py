@@ -109,10 +109,12 @@ class _Level:
         self.halving.restrict(fraction, self.values)
 
         def fill(rows: slice) -> None:
+            """Write the weights of the samples outside the free set."""
             np.subtract(1, fraction[rows], out=self.outside[rows])
             self.outside[rows] /= WHOLE
 
         def weigh(rows: slice) -> None:
+            """Write the weights of the means, and turn sums into free fractions."""
             values, scale = self.values[rows], self.scale[rows]
             # The restriction of ones is 4 WHOLE: s + fade (1 - s) in units of it.
             np.multiply(values, 1 - self.fade, out=scale)

@@ -239,6 +239,7 @@ def _restrict_gap(
     """Write the free set, and g - level on it into r; return the numbers of samples and Σ r."""
 
     def restrict(rows: slice) -> tuple[int, float]:
+        """Number of free samples and Σ r of some rows, which are written."""
         # Subtract in float64, so that the small residuals of pressed samples keep their digits.
         above, residual = g[rows] - level, r[rows]
         mask = above < 0

@@ -190,9 +190,8 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
         agree = (
             spread([one.value, other.value]) <= relative_part(other) + first.change + second.change
         )
-    if agree:
-        settled = first.converged and second.converged
-        return replace(second, passes=passes, rates=rates, converged=settled)
+    if agree and first.converged and second.converged:
+        return replace(second, passes=passes, rates=rates)
     lowest, highest = min(first.lowest, second.lowest), max(first.highest, second.highest)
     return replace(
         second,

@@ -336,6 +336,13 @@ def test_starts_that_differ_have_not_settled():
     assert _both(state, state).converged
     far = replace(state, leak_rate=replace(state.leak_rate, value=1.2 * state.leak_rate.value))
     assert not _both(far, state).converged
+    # A start that has not settled agrees with nothing, and its range counts.
+    sealed = replace(
+        state, state="sealed", converged=False, change=np.inf, lowest=0.0, highest=9 * state.highest
+    )
+    both = _both(sealed, state)
+    assert not both.converged
+    assert (both.lowest, both.highest) == (0.0, sealed.highest)
 
 
 @pytest.mark.parametrize("load", [0.2e5, 1.5e5, 4e5])
