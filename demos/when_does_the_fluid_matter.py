@@ -8,7 +8,7 @@
 #     g = S (p_c + p_f) - h + const >= 0,   p_c g = 0,   mean(p_c + p_f) = P₀,
 #     ∇·(g³/(12 η) ∇p_f) = 0.
 #
-# Three answers, from cheap to dear, for one scene and rising inlet pressures (docs/guide/lift.md):
+# Three answers, from cheap to dear, for one scene and rising inlet pressures (docs/theory/lift.md):
 #
 # * dry: p_f = 0 in the first line;
 # * range: the dry contacts under P₀ - p_in and P₀ - p_out, whose leak rates enclose that of any

@@ -1,7 +1,7 @@
 """Waves along the flow, far longer than wide: the film sees one fluid pressure p(x) at each x.
 
 It conducts K(P₀ - p), K from Westergaard's gap under the load that p leaves to the solid, so that
-K(P₀ - p) p' is constant and Q = (W/L) ∫ K(P₀ - p) dp (docs/guide/lift.md).
+K(P₀ - p) p' is constant and Q = (W/L) ∫ K(P₀ - p) dp (docs/theory/lift.md).
 """
 
 import numpy as np
