@@ -89,6 +89,8 @@ class Recorded:
         Samples where the solids touch.
     header : tuple of str
         Lines before the numbers of a text file.
+    lengths_said : str
+        Words for the message that asks for the lengths: what the file says of them.
     """
 
     values: np.ndarray
@@ -98,6 +100,7 @@ class Recorded:
     periodic: bool | None = None
     contact: np.ndarray | None = None
     header: tuple[str, ...] = ()
+    lengths_said: str = ""
 
 
 @dataclass(frozen=True)
@@ -183,8 +186,9 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
     if recorded.spacing is None:
         if stated.size is None:
             raise InvalidInput(
-                f'{path} does not say its lengths; give its size, such as size = ["1 mm", "1 mm"], '
-                'or by --size "1 mm,1 mm"'
+                f'{path} does not say its lengths; give its size, such as size = ["1 mm", "1 mm"] '
+                f'(number of points times their distance), or by --size "1 mm,1 mm"'
+                f"{recorded.lengths_said}"
             )
         return stated.size[0] / nx, stated.size[1] / ny
     unit = stated.unit if recorded.length_unit is None else None

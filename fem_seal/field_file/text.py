@@ -13,6 +13,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.field_file.markers import without_marked
+from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
 from fem_seal.field_file.recorded import Recorded
 from fem_seal.field_file.text_header import Statements, statements
 from fem_seal.field_file.text_table import TextTable, read_table
@@ -20,6 +21,7 @@ from fem_seal.field_file.text_table import TextTable, read_table
 # Coordinates in a list may be off an even grid by this part of its step, as rounded numbers are.
 OFF_GRID = 0.05
 FARTHEST = 1e100  # largest coordinate; sums of a few are finite
+UNCALIBRATED = "; its header says that the camera's resolution is 0: it was not calibrated"
 FEWEST_OF_GRID = 0.25  # least part of the points of a grid that a list must have
 
 
@@ -32,6 +34,9 @@ def read_text(path: Path) -> Recorded:
         If the file is missing, cannot be read (`read_table`), contradicts its header, or is a
         profile or a list of points that are on no even grid.
     """
+    in_own_layout = read_own_layout(path)
+    if in_own_layout is not None:
+        return in_own_layout
     table = read_table(path)
     header = statements(table.header)
     if (table.values.shape[1] == 2 or header.titled_as_profiles) and len(table.values) > 3:
@@ -64,7 +69,8 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
             f"{path} holds {lines} lines of {columns} numbers, and its header announces "
             f"{expected[0]} of {expected[1]}; it may be cut off"
         )
-    along_x = bool({"x", "y"} <= header.steps.keys() | lengths.keys()) and not across
+    named = header.steps.keys() | lengths.keys() | counts.keys()
+    along_x = bool({"x", "y"} <= named) and not across
     values = np.ascontiguousarray(values.T) if along_x else values
     steps: dict[str, float] = {}
     if lines != columns:
@@ -75,7 +81,9 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
         elif (length := header.metres(lengths, axis)) is not None:
             steps[axis] = length / count
     spacing = (steps["x"], steps["y"]) if len(steps) == 2 else None
-    return Recorded(values, header.unit_of_values, spacing, "m" if spacing else None)
+    if spacing is None:
+        return Recorded(values, header.unit_of_values, lengths_said=header.not_understood)
+    return Recorded(values, header.unit_of_values, spacing, "m")
 
 
 def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
@@ -103,6 +111,10 @@ def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
         )
     values = np.full(shape, np.nan)
     values.flat[site] = table.values[:, 2]
+    pixel = zygo_resolution(table.header, path)
+    if pixel is not None:
+        step = (dx * pixel, dy * pixel) if pixel else None
+        return Recorded(values, "um", step, "m", lengths_said=UNCALIBRATED)
     units, unit = (header.unit_along("x"), header.unit_along("y")), header.unit_of_values
     if units[0] is None or units[1] is None:
         return Recorded(values, unit, (dx, dy))

@@ -14,24 +14,32 @@ from fem_seal.field_file.length_units import length_in_metres
 
 # Words of a key, in lower case. German ones are those of instruments sold with German software.
 STEPS = {"step", "spacing", "increment", "pitch", "cellsize", "sampling", "calibration", "dx", "dy"}
-STEPS |= {"interval", "delta", "schrittweite", "punktabstand", "xstep", "ystep"}
+STEPS |= {"interval", "delta", "xstep", "ystep", "schritt", "schrittweite", "punktabstand"}
+STEPS |= {"pixelgröße", "justierung", "pas"}
 STEP_PAIRS = [{"pixel", "size"}, {"pixel", "width"}, {"pixel", "height"}, {"point", "distance"}]
 STEP_PAIRS += [{"lateral", "resolution"}, {"cell", "size"}, {"x", "resolution"}]
-STEP_PAIRS += [{"y", "resolution"}]
+STEP_PAIRS += [{"y", "resolution"}, {"distance", "points"}, {"distance", "lines"}]
 LENGTHS = {"width", "height", "length", "range", "size", "extent", "breite", "höhe", "länge"}
+LENGTHS |= {"fov", "view"}
 COUNTS = {"pixels", "points", "samples", "columns", "rows", "lines", "cols", "ncols", "nrows"}
 COUNTS |= {"spalten", "zeilen", "punkte"}
-UNITS = {"unit", "units", "einheit"}
+AXES = {"axis", "achse", "axe"}
+# These are numbers of points only if they are the whole key, as in files of Keyence.
+DIRECTIONS = {"horizontal", "vertical", "horizont", "vertikal"}
+UNITS = {"unit", "units", "einheit", "unité"}
 ALONG_LINE = {"x", "dx", "xstep", "width", "breite", "horizontal", "columns", "cols", "ncols"}
-ALONG_LINE |= {"spalten"}
+ALONG_LINE |= {"spalten", "horizont"}
 ACROSS_LINES = {"y", "dy", "ystep", "height", "höhe", "vertical", "rows", "nrows", "lines"}
-ACROSS_LINES |= {"zeilen"}
+ACROSS_LINES |= {"zeilen", "vertikal"}
 LATERAL = {"xy", "lateral", "horizontal", "x", "y"}
 VALUES = {"z", "value", "values", "height", "heights", "data", "gap", "wert"}
+# Lengths of anything but a side of the map.
+NO_LENGTHS = {"z", "wave", "wavelength", "focal", "cut", "file", "tip"}
 MARKS = [{"nodata"}, {"no", "data"}, {"missing"}, {"bad"}, {"invalid"}, {"undefined"}]
 
 _NUMBER = r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
-_QUANTITY = re.compile(rf"({_NUMBER})[\s;,\t]*([A-Za-zµμÅ~]*)")
+_QUANTITY = re.compile(rf"({_NUMBER})[\s;,\t\[(]*([A-Za-zµμÅ~]*)")
+_NAME = re.compile(r"[A-Za-zµÅ~]+")
 _BRACKETS = re.compile(r"[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
 _TITLE = re.compile(r"([A-Za-z][\w ]*?)\s*[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
 # "dx = 1", "Width: 10", "Unit,um"; or words and a number with blanks between, "cellsize 30".
@@ -40,8 +48,12 @@ _BLANK_PAIR = re.compile(r"\s*([A-Za-z][\w\- ]*?)\s+([-+\d.].*)")
 _CAMEL = re.compile(r"(?<=[a-zäöü])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 # Several statements on a line, with commas or semicolons between.
 _SEVERAL = re.compile(r"[,;]\s*(?=[A-Za-z][\w ]*\s*[=:])")
-# Headers of ContactMechanics (CommandLineInterface/HardWall.py) end with this.
-_SENTENCE = re.compile(r"in units of (\S+?)\.?$")
+# "Heights in um"; headers of ContactMechanics (CommandLineInterface/HardWall.py) end with "they are
+# reported in units of m.".
+_SENTENCE = re.compile(r"(?:\bin units of|\bz in|\bheights? in) (\S+?)\.?$", re.IGNORECASE)
+# "Spacing (X, Y)": its comma is not the one between key and value.
+_BOTH = re.compile(r"[\[(]\s*x\s*[,;/]\s*y\s*[\])]", re.IGNORECASE)
+QUOTED = 3  # lines about lengths, at most, that a message quotes
 
 
 @dataclass
@@ -60,6 +72,8 @@ class Statements:
         Unit of each titled column by its name in lower case.
     missing : list of float
         Numbers that mark missing points.
+    about_lengths : list of str
+        Lines that name a step or a length, whether or not they are understood.
     """
 
     steps: dict[str, tuple[float, str | None]] = field(default_factory=dict)
@@ -69,6 +83,7 @@ class Statements:
     lateral_unit: str | None = None
     units: dict[str, str] = field(default_factory=dict)
     missing: list[float] = field(default_factory=list)
+    about_lengths: list[str] = field(default_factory=list)
 
     @property
     def unit_of_values(self) -> str | None:
@@ -90,6 +105,14 @@ class Statements:
         unit = unit or self.lateral_unit
         return None if unit is None or not number else number * length_in_metres(unit, "lengths")
 
+    @property
+    def not_understood(self) -> str:
+        """Quote of the lines about lengths, for a message that asks for them; "" without any."""
+        if not self.about_lengths:
+            return ""
+        lines = " and ".join(f"{line!r}" for line in self.about_lengths[:QUOTED])
+        return f"; its header says {lines}, but no lengths of both sides with their unit"
+
 
 def statements(header: Iterable[str]) -> Statements:
     """Read the lines of a header.
@@ -104,7 +127,9 @@ def statements(header: Iterable[str]) -> Statements:
         text = line.strip().lstrip("#%!/*; \t").replace('"', "").rstrip(" ,;\t")
         if match := _SENTENCE.search(text):
             statements.unit = statements.unit or _length_unit(match.group(1))
-        for part in _SEVERAL.split(text):
+        if _about_lengths(text):
+            statements.about_lengths.append(text)
+        for part in _SEVERAL.split(_BOTH.sub(" x y ", text)):
             _read(part, statements)
     return statements
 
@@ -124,11 +149,10 @@ def _understand(key: str, value: str, statements: Statements) -> None:
     """Add the statement of one key and its value."""
     in_key = _BRACKETS.search(key)
     unit_of_key = _length_unit(in_key.group(1)) if in_key else None
-    bare = _BRACKETS.sub(" ", key)
-    words = set(re.findall(r"[a-zäöüß]+", _CAMEL.sub(" ", bare).lower()))
-    axis = "x" if words & ALONG_LINE else "y" if words & ACROSS_LINES else ""
-    if words & UNITS:
-        unit = _length_unit(value.strip())
+    words = _words(_BRACKETS.sub(" ", key))
+    axes = _axes(words)
+    unit = _length_unit(value.strip())
+    if words & UNITS or (unit and words & VALUES):
         if words & VALUES:
             statements.unit = statements.unit or unit
         elif words & LATERAL:
@@ -145,28 +169,57 @@ def _understand(key: str, value: str, statements: Statements) -> None:
     (number, unit), pair = numbers[0], numbers[:2]
     if any(mark <= words for mark in MARKS):
         statements.missing.append(number)
-    elif words & STEPS or any(step <= words for step in STEP_PAIRS):
+    elif _names_steps(words):
         # A key such as "Z step" is about the heights.
         if not words & {"z"}:
-            _put(statements.steps, axis, pair)
-    elif words & COUNTS:
-        if axis and unit is None and number == int(number):
-            statements.counts[axis] = int(number)
-    elif words & LENGTHS and not words & {"z", "wave", "focal", "cut"}:
-        _put(statements.lengths, axis, pair)
+            _put(statements.steps, axes, pair)
+    elif words & COUNTS or words <= DIRECTIONS:
+        if len(axes) == 1 and unit is None and number == int(number):
+            statements.counts[axes] = int(number)
+    elif words & LENGTHS and not words & NO_LENGTHS:
+        _put(statements.lengths, axes, pair)
+
+
+def _words(text: str) -> set[str]:
+    """Words of a text in lower case."""
+    return set(re.findall(r"[a-zäöüßé]+", _CAMEL.sub(" ", text).lower()))
+
+
+def _axes(words: set[str]) -> str:
+    """Axes that a key names: "x", "y", both as "xy", or none as ""."""
+    if words & {"distance"} and words & {"points"}:
+        return "x"
+    # "Field width X" and "pixel height Y" are about one axis each.
+    along, across = words & {"x", "dx"}, words & {"y", "dy"}
+    if not along and not across:
+        along, across = words & ALONG_LINE, words & ACROSS_LINES
+    return "x" * bool(along) + "y" * bool(across)
+
+
+def _names_steps(words: set[str]) -> bool:
+    return bool(words & STEPS) or any(step <= words for step in STEP_PAIRS)
+
+
+def _about_lengths(line: str) -> bool:
+    """Whether a line names a step, or a length with a number, of the map and not of its heights."""
+    words = _words(line)
+    if words & NO_LENGTHS and not words & {"x", "y", "xy"}:
+        return False
+    return _names_steps(words) or bool(words & (LENGTHS | AXES) and re.search(r"\d", line))
 
 
 def _put(
     lengths: dict[str, tuple[float, str | None]],
-    axis: str,
+    axes: str,
     pair: list[tuple[float, str | None]],
 ) -> None:
     """Keep one length, or "10 µm x 8 µm" as those of both axes."""
-    if len(pair) == 2 and not axis:
+    if len(pair) == 2 and axes in ("", "xy"):
         unit = pair[1][1]
         lengths["x"], lengths["y"] = (pair[0][0], pair[0][1] or unit), pair[1]
     elif pair[0][0] > 0:
-        lengths.setdefault(axis, pair[0])
+        for axis in axes or [""]:
+            lengths.setdefault(axis, pair[0])
 
 
 def _quantities(value: str, unit: str | None) -> Iterator[tuple[float, str | None]]:
@@ -182,6 +235,8 @@ def _length_unit(name: str) -> str | None:
     name = name.replace("μ", "µ")
     if name in ("micron", "microns"):
         return "um"
+    if not _NAME.fullmatch(name):
+        return None
     try:
         length_in_metres(name, "")
     except InvalidInput:

@@ -75,6 +75,33 @@ FILES = {
         + matrix(",", missing="", values=HEIGHTS.T),
         Stated(),
     ),
+    "two steps in a cell": (
+        "Instrument\tX-200\nStep X / Y [um]\t0.5 / 0.25\nUnit Z\tum\n"
+        + matrix("\t", values=HEIGHTS.T),
+        Stated(),
+    ),
+    "two steps in a cell, their unit in the next": (
+        "Step X/Y;0,5/0,25;µm\nZ;µm\n" + matrix(";", ",", values=HEIGHTS.T),
+        Stated(),
+    ),
+    "two steps, a comma between the axes": (
+        "Spacing (X, Y): 0.5 µm, 0.25 µm\nHeights in µm\n" + matrix(values=HEIGHTS.T),
+        Stated(),
+    ),
+    "distances in words": (
+        "Distance between points : 0.5 [um]\nDistance between lines : 0.25 [um]\nZ unit: um\n"
+        + matrix(values=HEIGHTS.T),
+        Stated(),
+    ),
+    "field of view": (
+        "Field of view [µm];3 x 1\nZ [µm]\n" + matrix(";", values=HEIGHTS.T),
+        Stated(),
+    ),
+    "units for a pixel": (
+        "X resolution: 0.5 um/pixel\nY resolution: 0.25 um/pixel\nheights in um\n"
+        + matrix(values=HEIGHTS.T),
+        Stated(),
+    ),
     "points": (points(), UNIT),
     "points with titles": (f"x [um]; y [um]; z [um]\n{points(';', ',', '')}", Stated()),
     "points in other units": (
@@ -98,6 +125,86 @@ def test_same_map(name, encoding, tmp_path):
     # One rounding of the number and one of its unit.
     np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-15)
     np.testing.assert_allclose(field.spacing, (DX * 1e-6, DY * 1e-6), rtol=1e-14)
+
+
+ZYGO = "\n".join(
+    [
+        "Zygo XYZ Data File - Format 1",
+        '0 0 0 0 "Mon Jan  1"',
+        "0 0 0 0 0 0",
+        "0 0 6 4",
+        *['"  "'] * 3,
+        "0 0.5 6.328e-07 0 1 0 5e-07 1700000000",
+        '6 4 0 0 0 0 "  "',
+        "#\n",
+    ]
+)
+WYKO = (
+    "Wyko ASCII Data File Format 0\t1\t1\nX Size\t6\nY Size\t4\nBlock Name\tType\tLength\tValue\n"
+    "Wavelength\t7\t4\t0.640\nAspect\t7\t4\t1.0\nPixel_size\t7\t4\t0.0005\nRAW_DATA\t3\t96\n"
+)
+KEYENCE = (
+    '"Model","VK-X1000 Series"\n"XY Calibration","500.0","nm"\n"Output image data","Height"\n'
+    '"Horizontal","6"\n"Vertical","4"\n"Minimum value","-3"\n"Unit","um"\n\n"Height"\n'
+)
+KEYENCE_DE = (
+    '"XY-Justierung";"500,0";"nm"\n"Horizont.";"6"\n"Vertikal";"4"\n"Einheit";"um"\n\n"Höhe"\n'
+)
+SQUARE = {
+    "one step for both": "Step X / Y [um]\t0.5\nZ unit\tum\n" + matrix("\t", values=HEIGHTS.T),
+    "Keyence": KEYENCE + matrix(",", missing="", values=HEIGHTS.T),
+    "Keyence in German": KEYENCE_DE + matrix(";", ",", missing="", values=HEIGHTS.T),
+    "Zygo": ZYGO
+    + "".join(
+        f"{i} {j} {'No Data' if np.isnan(z) else z}\n" for (i, j), z in np.ndenumerate(HEIGHTS)
+    )
+    + "#\n",
+    # Each line is one x, heights are in nm; a second map follows.
+    "Wyko": WYKO
+    + matrix("\t", missing="Bad", values=HEIGHTS * 1e3)
+    + "Intensity\t3\t96\n"
+    + matrix("\t", missing="Bad"),
+}
+
+
+@pytest.mark.parametrize("name", SQUARE)
+def test_same_map_of_square_pixels(name, tmp_path):
+    """One step is that of both axes; x runs as the header of the instrument says."""
+    (tmp_path / "a.asc").write_text(SQUARE[name], encoding="utf-8")
+    field = read_map(tmp_path / "a.asc", HEIGHT_NAMES)
+    np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-14)
+    np.testing.assert_allclose(field.spacing, (5e-7, 5e-7), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["Step width: see protocol"],
+        ["Step X: 0.5", "Step Y: 0.25"],
+        ["X axis;6 points;0.5 um", "Y axis;4 points;0.25 um"],
+    ],
+)
+def test_lines_that_are_not_understood_are_quoted(lines, tmp_path):
+    (tmp_path / "a.txt").write_text("\n".join(["Z unit: um", "Z step: 1 nm", *lines, matrix()]))
+    with pytest.raises(InvalidInput, match="does not say its lengths") as refusal:
+        read_map(tmp_path / "a.txt", HEIGHT_NAMES)
+    assert all(repr(line) in str(refusal.value) for line in lines)
+    assert "Z step" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (WYKO.replace("0\t1\t1", "0\t0\t1", 1) + matrix("\t"), "in wavelengths"),
+        ("Zygo ASCII Data File - Format 2\n1 2 3 4\n", "phases"),
+        (ZYGO.replace("5e-07", "0") + points(), "it was not calibrated"),
+        ("Zygo XYZ Data File - Format 1\n#\n" + points(), "camera's resolution"),
+    ],
+)
+def test_layouts_that_would_be_misread(text, reason, tmp_path):
+    (tmp_path / "a.asc").write_text(text)
+    with pytest.raises(InvalidInput, match=reason):
+        read_map(tmp_path / "a.asc", HEIGHT_NAMES)
 
 
 @pytest.mark.parametrize("ending", ["txt", "csv", "asc", "dat", "xyz", "tsv", "prn"])
