@@ -16,17 +16,19 @@ from fem_seal.surface.statistics import rms_slope
 
 # Relative tolerance of the area; half a sample is accepted in any case.
 AREA_TOLERANCE = 1e-3
-# Certificate of the solves during the search, for which gaps under pressure need not be small. With
-# 1e-4 the contacts named below take an eighth more transforms; with 1e-2 the search is misled.
+# Tolerance of the certificate during the search, which sets no limit on gaps under pressure. With
+# 1e-4 the contacts of FIRST_GUESS take an eighth more transforms; 1e-2 misleads the search.
 SEARCH_TOLERANCE = 1e-3
 # Relative width of the pressure bracket at which the area is taken to jump over the target.
 SMALLEST_STEP = 1e-6
-# Part of the first guess below which an area that is too large is taken to be that of first touch.
+# If the area is too large even at this part of the first guess, it is taken to be that of first
+# touch.
 LEAST_PRESSURE = 1e-12
 MAX_SOLVES = 100
-# First guess of the pressure over that of Persson's area law. At light load its area is 1.6 times
-# p/(E* h'rms), the simulated one 2.1 to 2.2 times, the one counted in samples up to 3 times. On
-# 256² and 512² samples, λ_s = 1 to 8, 2 to 40 % of contact: 7 to 39 % fewer transforms than with 1.
+# First guess of the pressure over that of Persson's area law. At light load the law's area is 1.6
+# times p/(E* h'rms), the simulated area 2.1 to 2.2 times, the one counted in samples up to 3 times.
+# On 256² and 512² samples with λ_s of 1 to 8 samples and 2 to 40 % of contact, 0.7 takes 7 to 39 %
+# fewer transforms than 1.
 FIRST_GUESS = 0.7
 
 
@@ -108,7 +110,7 @@ def _reached(state: ContactState, area_fraction: float) -> bool:
 
 
 def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | None) -> float:
-    """Pressure [Pa] of the start, else `FIRST_GUESS` times that of Persson's area law."""
+    """Mean pressure [Pa] of the start; without one `FIRST_GUESS` times that of Persson's law."""
     from scipy.special import erfinv
 
     if start is not None and start.any():

@@ -25,7 +25,7 @@ def bearing(
     Raises
     ------
     InvalidInput
-        If not exactly one of the two is given or it is out of range.
+        Unless exactly one of the two is not None and it is in its range.
     """
     if (area_fraction is None) == (mean_gap is None):
         raise InvalidInput("the bearing model needs either area_fraction or mean_gap")
@@ -46,7 +46,8 @@ def bearing(
 def _plane_at_mean_gap(heights: np.ndarray, mean_gap: float) -> float:
     """Height of the plane at which the mean of max(0, plane - h) is the mean gap.
 
-    Convex, increasing and piecewise linear in the plane: Newton's method from above ends exactly.
+    This mean is convex, increasing and piecewise linear in the height of the plane: Newton's method
+    from above reaches the solution exactly.
     """
     plane = heights.mean() + mean_gap
     if plane >= heights.max():

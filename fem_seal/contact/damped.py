@@ -34,7 +34,7 @@ def damped(problem: Problem, pressure: np.ndarray) -> Iterates:
         for _ in range(STEPS_PER_CHECK):
             force = -(problem.mean_pressure or 0.0) - half_space.pressure(u)
             u_new = (2 * u - (1 - drag) * u_old + step**2 * force) / (1 + drag)
-            u_old, u = u, problem.rested(u_new)
+            u_old, u = u, problem.projected(u_new)
         iteration += STEPS_PER_CHECK
 
 
@@ -52,7 +52,7 @@ def fista(problem: Problem, pressure: np.ndarray) -> Iterates:
         yield _check(problem, u, iteration)
         for _ in range(STEPS_PER_CHECK):
             force = -(problem.mean_pressure or 0.0) - half_space.pressure(v)
-            u_new = problem.rested(v + force / half_space.stiffest)
+            u_new = problem.projected(v + force / half_space.stiffest)
             if np.vdot(v - u_new, u_new - u) > 0:
                 momentum = 1.0
             next_momentum = (1 + (1 + 4 * momentum**2) ** 0.5) / 2
@@ -62,13 +62,13 @@ def fista(problem: Problem, pressure: np.ndarray) -> Iterates:
 
 
 def _start(problem: Problem, pressure: np.ndarray) -> np.ndarray:
-    """Displacement caused by the pressure, moved until it touches."""
+    """Displacement caused by the pressure, moved as a whole until it touches the counter-face."""
     gap = problem.gap(pressure)
-    return problem.rested(gap - gap.min() + problem.heights)
+    return problem.projected(gap - gap.min() + problem.heights)
 
 
 def _check(problem: Problem, displacement: np.ndarray, iteration: int) -> Iterate:
-    """Pressure on the touching points and its certificate."""
+    """Pressure on the points that touch, with its certificate."""
     touching = displacement == problem.heights
     pressure = problem.half_space.pressure(displacement) + (problem.mean_pressure or 0.0)
     if problem.mean_gap is not None:
@@ -77,6 +77,6 @@ def _check(problem: Problem, displacement: np.ndarray, iteration: int) -> Iterat
     pressure = np.maximum(pressure, 0) * touching
     if not pressure.any():
         return Iterate(iteration, pressure, np.inf)
-    problem.admissible(pressure)
+    problem.make_admissible(pressure)
     gap = problem.gap(pressure)
     return Iterate(iteration, pressure, problem.error(pressure, gap), gap)

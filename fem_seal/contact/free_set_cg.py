@@ -112,9 +112,9 @@ def free_set_cg(
         if extended:
             extension.gather(z)
         sum_z, rz = _restrict(passes, z, free, r)
-        # 5: with the extension the formula of Polak and Ribière, since samples that join or leave
-        # the free set then spoil the directions of Fletcher and Reeves. Before, the latter formula
-        # is a little faster.
+        # 5: with the extension, the formula of Polak and Ribière: samples that join or leave the
+        # free set would spoil the directions of Fletcher and Reeves. Without it, the formula of
+        # Fletcher and Reeves is a little faster.
         r_old_z = mean.take_out(z, sum_z, r_old if extended else None)
         beta = max(rz - r_old_z, 0.0) / rz_old
         rz_old = rz
@@ -139,8 +139,17 @@ class _Settling:
 
     Attributes
     ----------
+    rule : ExtensionRule
     below : float
         Certificate below which the free set next counts as settled.
+    later : float
+        Largest value of `below` once the free set has settled for the first time.
+    settled : bool
+        Whether the free set counts as settled: the extension is then in use.
+    least, least_at : float, int
+        Smallest certificate since then, and its iteration.
+    halved, halved_at : float, int
+        The certificate when it last had fallen by half, and the iteration.
     """
 
     rule: ExtensionRule
@@ -193,7 +202,7 @@ class _Mean:
     number: float
 
     def take_out(self, values: np.ndarray, total: float, other: np.ndarray | None = None) -> float:
-        """Subtract the mean from values of this sum, on the free set; return <other, values>."""
+        """Subtract the mean of values of sum `total` on the free set; return <other, values>."""
         mean = values.dtype.type(total / self.number)
 
         def subtract(rows: slice) -> float:
@@ -236,10 +245,10 @@ def _restrict_gap(
     free: np.ndarray,
     r: np.ndarray,
 ) -> tuple[int, float]:
-    """Write the free set, and g - level on it into r; return the numbers of samples and Σ r."""
+    """Write the free set into `free`, and g - level on it into r; return its size and Σ r."""
 
     def restrict(rows: slice) -> tuple[int, float]:
-        """Number of free samples and Σ r of some rows, which are written."""
+        """Write these rows; return their number of free samples and Σ r."""
         # Subtract in float64, so that the small residuals of pressed samples keep their digits.
         above, residual = g[rows] - level, r[rows]
         mask = above < 0

@@ -124,8 +124,9 @@ class HalfSpace:
         self.stiffest = float(stiffness.max())
         samples = shape[0] * shape[1]
         self._steering_stiffness = (stiffness / samples).astype(self.steering)
-        # Met only under mean-gap control, where the mean pressure is free and costs no energy:
-        # its stiffness has to be large, and the iterations change little around this value.
+        # Stiffness of the mean, used only under mean-gap control. The mean pressure is then free
+        # and costs no energy, so its stiffness must be large; around this value the number of
+        # iterations changes little.
         self._steering_stiffness[0, 0] = self.stiffest / (2 * samples)
         waves = stiffness > 0
         self._compliance = np.divide(1 / samples, stiffness, out=stiffness, where=waves)
@@ -147,7 +148,7 @@ class HalfSpace:
 
     @cached_property
     def _stiffness(self) -> np.ndarray:
-        """Inverse of the compliance, in double; only methods that move the surface need it."""
+        """Inverse of the compliance, in double; only damped and FISTA need it."""
         waves = self._compliance > 0
         samples = self.shape[0] * self.shape[1]
         inverse = np.zeros_like(self._compliance)

@@ -35,7 +35,7 @@ class Halving:
     def restrict(
         self, fine: np.ndarray, out: np.ndarray, weights: np.ndarray | None = None
     ) -> None:
-        """Write the restriction of `fine`, times `weights` of its shape if given, into `out`."""
+        """Write the restriction of `fine`, multiplied by `weights` if not None, into `out`."""
 
         def pass_over(rows: slice) -> None:
             """Write these rows of the coarser grid."""
@@ -57,7 +57,7 @@ class Halving:
         """Write base + weights × interpolation of `coarse` into `out`; no weights: ones."""
 
         def pass_over(rows: slice) -> None:
-            """Write the rows of the finer grid that lie in these of the coarser one."""
+            """Write the rows of the finer grid that lie in these rows of the coarser one."""
             wide = _double_columns(
                 _rows(coarse, rows.start - 1, rows.stop + 1, len(coarse)), self.shape[1]
             )

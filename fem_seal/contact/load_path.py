@@ -14,11 +14,11 @@ from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
-# Largest extrapolation, in steps: further, no extrapolation makes a better start.
+# Largest extrapolation, in steps between the last two loads. A longer one makes no better start.
 FURTHEST = 2.0
-# Pressure that an open sample lacks for contact, in units of E* × gap / spacing; it is near half
-# the stiffness of one sample. With 0.5 and 1.5 times this value paths take longer, over wide ranges
-# by a tenth.
+# Pressure that an open sample lacks for contact, in units of E* × gap / spacing; about half the
+# stiffness of one sample. With 0.5 or 1.5 times this value paths take longer; paths over wide
+# ranges of load, by a tenth.
 LACKING = 0.4
 
 
@@ -39,11 +39,11 @@ def load_path(
 ) -> Iterator[ContactState]:
     """Yield the contact under one load after the other.
 
-    The start of each is extrapolated linearly from the last two states, where open samples count
-    with a negative pressure proportional to their gap: the extrapolation thus predicts which open
-    samples will touch, and which pressed ones will open. The states are those of `solve` (there is
-    no memory in an elastic contact); only the work is less. To resume a path, give the remaining
-    loads and the last state as `start`.
+    Each load starts from a linear extrapolation of the last two states. In it open samples have a
+    negative pressure proportional to their gap, so that it predicts which open samples will touch
+    and which pressed samples will open. The states are those of `solve`, since an elastic contact
+    has no memory; only the work is less. To resume a path, pass the remaining loads, and the last
+    state as `start`.
 
     Parameters
     ----------

@@ -44,8 +44,8 @@ METHODS = {
 # Give up if no measure has fallen by a tenth in this many iterates: rounding has been reached.
 PATIENCE = 300
 
-# Limits that hold at every tolerance. They are needed since the certificate weights the gap with
-# the pressure: samples of tiny pressure could be far from contact and still count as touching.
+# Limits that hold at every tolerance. The certificate weights the gap with the pressure, so that
+# without them samples of tiny pressure could be far from contact and still count as touching.
 GAP_TOLERANCE = 1e-4
 MEAN_GAP_TOLERANCE = 1e-4
 

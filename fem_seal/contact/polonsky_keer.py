@@ -1,4 +1,4 @@
-"""The constrained conjugate gradients of Polonsky and Keer, as the field knows them."""
+"""The constrained conjugate gradients of Polonsky and Keer, as published."""
 
 import numpy as np
 
@@ -30,11 +30,12 @@ def polonsky_keer(problem: Problem, pressure: np.ndarray) -> Iterates:
         if problem.mean_pressure is not None:
             response = response - response.mean(where=contact)
         curvature = float(np.vdot(response, direction))
-        # Nothing is pressed yet, and there is no curvature: a small step, by the softest mode.
+        # Before any sample is pressed there is no curvature: take a small step, that of the softest
+        # mode.
         step = float(np.vdot(gap, direction)) / curvature if curvature > 0 else half_space.softest
         pressure -= step * direction
         np.maximum(pressure, 0, out=pressure)
         overlap = (pressure == 0) & (gap < 0)
         conjugate = not overlap.any()
         pressure -= step * gap * overlap
-        problem.admissible(pressure)
+        problem.make_admissible(pressure)

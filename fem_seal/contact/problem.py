@@ -8,8 +8,8 @@ import numpy as np
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.errors import NotConverged
 
-# Of Newton's method to a mean gap. Each step but the last lays more samples on the counter-face,
-# for good; a few steps lay nearly all of them.
+# Largest number of Newton steps of `Problem.projected`. Each step but the last puts more samples
+# onto the counter-face, where they stay; a few steps put nearly all of them there.
 MOST_STEPS = 200
 
 
@@ -44,7 +44,7 @@ class Problem:
         return gap
 
     def error(self, pressure: np.ndarray, gap: np.ndarray) -> float:
-        """`error_from` of arrays."""
+        """`error_from` for arrays of pressure and gap."""
         return self.error_from(
             float(pressure.sum()), float(np.vdot(pressure, gap)), float(gap.min())
         )
@@ -52,9 +52,9 @@ class Problem:
     def error_from(self, total: float, work: float, lowest: float) -> float:
         """Duality gap in units of the rms height, from Σp, Σ p gap and min gap.
 
-        With the offset taken from the lowest point, F(p) - F* <= error × Σp for the energy
-        F = p·Sp/2 - p·h: the certificate of every method. A prescribed mean gap fixes the
-        offset, and a gap that is too small or too large as a whole counts too.
+        It is the certificate of every method: for the energy F = p·Sp/2 - p·h, with the offset at
+        the lowest point, F(p) - F* <= error × Σp. A prescribed mean gap fixes the offset; then a
+        gap that is too small or too large as a whole counts as an error too.
         """
         if total == 0:
             return max(-lowest, 0.0)
@@ -111,14 +111,14 @@ class Problem:
         noise = np.finfo(float).eps * np.log2(2 * pressure.size) * rms
         return float(4 * noise * self.half_space.rms_compliance)
 
-    def admissible(self, pressure: np.ndarray) -> None:
-        """Clip tension away and restore the mean pressure, in place."""
+    def make_admissible(self, pressure: np.ndarray) -> None:
+        """Set tensile pressures to zero and restore the mean pressure, in place."""
         np.maximum(pressure, 0, out=pressure)
         if self.mean_pressure is not None:
             pressure *= self.mean_pressure / pressure.mean()
 
-    def rested(self, displacement: np.ndarray) -> np.ndarray:
-        """Nearest displacement (least squares) outside the counter-face, at a prescribed mean gap.
+    def projected(self, displacement: np.ndarray) -> np.ndarray:
+        """Project a displacement: the nearest one (least squares) outside the counter-face.
 
         Under pressure control that is max(u, h), the letter's hard wall. Under mean-gap control
         it is max(u + s, h) with the shift s that gives the mean: a piecewise linear equation,
@@ -134,11 +134,11 @@ class Problem:
             return np.maximum(displacement, self.heights)
         shift = self.mean_gap - displacement.mean()
         for _ in range(MOST_STEPS):
-            rested = np.maximum(displacement + shift, self.heights)
-            excess = rested.mean() - self.mean_gap
+            outside = np.maximum(displacement + shift, self.heights)
+            excess = outside.mean() - self.mean_gap
             if excess < 1e-14 * (self.mean_gap + 1):
-                return rested
-            shift -= excess / np.mean(rested > self.heights)
+                return outside
+            shift -= excess / np.mean(outside > self.heights)
         raise NotConverged(
             f"mean gap {self.mean_gap:.6g} (in rms heights) not reached in {MOST_STEPS} steps; the "
             f"last is off by {excess:.3g}"

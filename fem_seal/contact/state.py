@@ -50,8 +50,8 @@ class GapState:
     def contact_area_corrected(self) -> float:
         """A/A0 less the area that pixels add along the contact's edge: A - (π - 1 + ln 2)/24 S dx.
 
-        S is the perimeter as the grid has it (Yastrebov, Anciaux, Molinari, Tribol. Int. 114, 161
-        (2017), arXiv:1701.02727).
+        S is the perimeter, counted along the edges of the pixels (Yastrebov, Anciaux, Molinari,
+        Tribol. Int. 114, 161 (2017), arXiv:1701.02727).
         """
         edges = sum(
             np.count_nonzero(self.contact != np.roll(self.contact, 1, axis)) for axis in (0, 1)
@@ -93,10 +93,10 @@ class BearingState(GapState):
 class ContactState(GapState):
     """An elastic contact in equilibrium, with measures of its accuracy.
 
-    Where the pressure is positive the gap is set to exactly 0 (before, it was at most
-    `pressed_gap`); elsewhere it is the computed one, clipped at 0, so that samples which overlap
-    (by at most `penetration`) touch as well. The computed gap is g = S p - h less its mean
-    weighted with the pressure, or at the prescribed mean gap.
+    The computed gap is g = S p - h, less its mean weighted with the pressure, or at the prescribed
+    mean gap. Where the pressure is positive, |g| is at most `pressed_gap`, and the gap of the state
+    is exactly 0. Elsewhere the gap is g, clipped at 0: samples that overlap, by at most
+    `penetration`, touch as well.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ class RealTransform:
 
 
 def wisdom_path() -> Path:
-    """Where the plans are kept: fem_seal/fftw-wisdom.json in the user's cache folder."""
+    """File of the plans: fem_seal/fftw-wisdom.json in the user's cache folder."""
     cache_home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(cache_home) / "fem_seal" / "fftw-wisdom.json"
 

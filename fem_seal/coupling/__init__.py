@@ -1,4 +1,4 @@
-"""The fluid lifts the solid: contact and flow that hold each other, as one state."""
+"""The fluid lifts the solid: contact and flow in one equilibrium."""
 
 from fem_seal.coupling.lifted import lifted
 from fem_seal.coupling.passes import PassTuning

@@ -4,9 +4,10 @@ import numpy as np
 
 
 class Mixture:
-    """The last passes of an iteration, from which a mixture with the least residual is made.
+    """The last passes of an iteration, and the mixture of them with the least residual.
 
-    The arrays are kept in single precision, to save memory; single samples flip by more.
+    The arrays are kept in single precision, to save memory: samples that open or close change the
+    pressure by far more than the rounding.
 
     Parameters
     ----------
@@ -26,7 +27,7 @@ class Mixture:
         self._residuals = [*self._residuals[-self.depth :], residual]
 
     def step(self, part: float) -> np.ndarray:
-        """Mixture of the pressures, and this part of a step along that of the residuals."""
+        """Mixture of the pressures plus `part` times the mixture of the residuals [Pa]."""
         pressure, residual = self._pressures[-1], self._residuals[-1]
         differences = [residual - other for other in self._residuals[:-1]]
         if differences:

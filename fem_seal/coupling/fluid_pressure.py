@@ -1,8 +1,8 @@
 """The fluid's pressure on the samples of the contact's grid: read from the flow, then continued.
 
-The flow knows the pressure only where it flows. Under contact and in pockets the pressure is
-continued smoothly between its values around them: the contact pressure is the excess over it, so
-that contact opens where the total pressure falls below that of the fluid beside it.
+The flow has a pressure only where fluid flows. Under contact and in pockets it is continued
+smoothly from the values around them. The contact pressure is the excess of the total pressure over
+the fluid's: contact opens where the total pressure falls below that of the fluid beside it.
 """
 
 import numpy as np
@@ -18,8 +18,8 @@ def pressure_on_samples(
 ) -> np.ndarray:
     """Fluid pressure on the samples of a film's grid.
 
-    That of the flow in the channels that join inlet and outlet; that of the end in what is joined
-    to one end alone; continued under contact and in pockets.
+    In channels, which join inlet and outlet, it is the pressure of the flow; in open regions joined
+    to one end alone, the pressure of that end. Under contact and in pockets it is continued.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def pressure_on_samples(
     if flowing is not None:
         carrying = film.carrying
         pressure[carrying] = flowing[carrying]
-    # The rows at the two ends are open to the fluid there, whatever touches beside them.
+    # The first and the last row, in contact or not, have the pressure of the fluid outside.
     pressure[0], pressure[-1] = inlet, outlet
     nx, ny = film.gap.shape
     low, high = min(inlet, outlet), max(inlet, outlet)
@@ -51,9 +51,9 @@ def pressure_on_samples(
 def on_sites(field: FlowField, film: GridFilm) -> np.ndarray:
     """Pressure at the vertices or pixel centres of a film, NaN outside the triangles.
 
-    A vertex that is a site gives its pressure. Every triangle that may hold other sites gives its
-    linear pressure to those inside it: the sites to try are those of its bounding box; triangles
-    with boxes of equal size are computed together.
+    A site at a vertex of the mesh has the pressure of the vertex. Every other site has the linear
+    pressure of the triangle that contains it: each triangle is tested against the sites in its
+    bounding box. Triangles whose boxes have the same size are computed together.
 
     Returns
     -------
@@ -73,37 +73,38 @@ def on_sites(field: FlowField, film: GridFilm) -> np.ndarray:
     first = np.maximum(np.ceil(low - 1e-9).astype(np.int64), 0)
     last = np.minimum(np.floor(high + 1e-9).astype(np.int64), np.array(shape) - 1)
     rows, columns = np.maximum(last - first + 1, 0).T
-    # A box of two by two sites, three of them corners, has none inside the triangle.
+    # If the corners are sites and the box has two by two, no other site lies inside the triangle.
     done = (rows <= 2) & (columns <= 2) & is_site[field.cells].all(axis=1)
     box = np.where(done | (rows == 0) | (columns == 0), 0, rows * (shape[1] + 1) + columns)
     for kind in np.unique(box[box > 0]):
-        some = np.flatnonzero(box == kind)
+        triangles = np.flatnonzero(box == kind)
         i, j = (np.arange(size) for size in divmod(int(kind), shape[1] + 1))
-        a, b, c = (corner[some] for corner in corners)
+        a, b, c = (corner[triangles] for corner in corners)
         whole = _cross(b - a, c - a)
         # The weight of a corner is linear over the box: its value at the first site, and slopes.
         weights = []
         for one, other in ((b, c), (c, a)):
-            at_first = _cross(one - first[some], other - first[some]) / whole
+            at_first = _cross(one - first[triangles], other - first[triangles]) / whole
             side = (other - one) / whole[:, None]
             down = at_first[:, None] - i * side[:, 1, None]
             across = j * side[:, 0, None]
             weights.append(down[:, :, None] + across[:, None, :])
         weight_a, weight_b = weights
         inside = (weight_a >= INSIDE) & (weight_b >= INSIDE) & (weight_a + weight_b <= 1 - INSIDE)
-        p_a, p_b, p_c = field.pressure[field.cells[some]].T[:, :, None, None]
+        p_a, p_b, p_c = field.pressure[field.cells[triangles]].T[:, :, None, None]
         values = p_c + weight_a * (p_a - p_c) + weight_b * (p_b - p_c)
-        row, column = first[some, 0, None] + i, first[some, 1, None] + j
+        row, column = first[triangles, 0, None] + i, first[triangles, 1, None] + j
         site = row[:, :, None] * shape[1] + column[:, None, :]
         flat[site[inside]] = values[inside]
     return pressure
 
 
 def continued(values: np.ndarray) -> np.ndarray:
-    """Fill the NaN of an array by means of the values around them, from near to far.
+    """Replace the NaN of an array by averages of the values around them, the nearest first.
 
-    Grids of half the samples take the mean of the known values of each square of four, down to a
-    grid that knows all its values; the unknown ones are read back from coarse to fine.
+    Each coarser grid holds the mean of the known values of every square of four samples, until all
+    values of a grid are known. From coarse to fine, unknown values are then copied from the coarser
+    grid and smoothed.
     """
     known = np.isfinite(values)
     if known.all() or not known.any():

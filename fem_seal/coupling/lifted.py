@@ -56,13 +56,13 @@ def lifted(
     ----------
     problem : LiftProblem
     rtol : float
-        Tolerance of the last flow; a fifth of it is allowed to the change of ln Q.
+        Tolerance of the last flow. The passes have settled when ln Q changes by less than a fifth.
     dry : ContactState, optional
         Contact under the outlet's pressure everywhere, if it is known.
     coarse : LiftProblem, optional
         The problem on every second sample, for a start that saves passes.
     tuning : PassTuning
-        What steers the passes. After its `most_passes` a state that has not settled is returned
+        Parameters of the passes. If the state has not settled after `most_passes`, it is returned
         with `converged` False.
     report : callable
         Called with each pass.
@@ -145,8 +145,8 @@ def _settled(passes: Passes, report: Report) -> LiftedState:
 def _coarse_start(coarse: LiftProblem, tuning: PassTuning, report: Report) -> np.ndarray | None:
     """Fluid pressure (nx, ny) [Pa] of a roughly settled state on every second sample.
 
-    None unless that state leaks. The solid keeps a load on the finer grid as well: the mean of the
-    fluid pressure is the same there.
+    None unless that state leaks. The mean of this pressure on the finer grid is the same, so that
+    the solid keeps a load there too.
     """
     low = np.full(coarse.height.shape, coarse.outlet)
     falling = np.linspace(coarse.inlet, coarse.outlet, len(low))[:, None]
@@ -207,10 +207,10 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
 def _finished(
     passes: Passes, last: ContactState, seen: Sequence[float], settled: bool
 ) -> LiftedState | None:
-    """State of the present pass, with contact and flow as exact as the result is to have them.
+    """State of the present pass, its contact and flow solved to the tolerance of the result.
 
-    None if that flow contradicts the flows on the last mesh; another mesh is needed then. A sealed
-    film that a higher pressure under its contact would open has not settled.
+    None if that flow contradicts the flows on the last mesh: the passes then go on with the mesh of
+    that flow. A sealed film that a higher pressure under its contact would open has not settled.
     """
     problem, rtol = passes.problem, passes.rtol
     contact = problem.contact_under(passes.pressure, last)
@@ -242,9 +242,10 @@ def _finished(
 def _most_through_sealed(passes: Passes, film: GridFilm, contact: ContactState) -> float:
     """Leak rate [m³/s] with the inlet's pressure wherever open paths do not lead to the outlet.
 
-    0 if it stays sealed then. On a half-space a higher p_f nowhere makes the gap smaller, so such a
-    film stays sealed under any p_f. The continued p_f cannot decide that: where a few samples of
-    contact hold the whole pressure drop, it is too low on them and keeps them shut.
+    It is 0 if the film stays sealed under this pressure. On a half-space a higher p_f nowhere makes
+    the gap smaller, so the film then stays sealed under any p_f. The continued p_f cannot decide
+    that: where a few samples of contact hold the whole pressure drop, it is too low on them and
+    keeps them closed.
     """
     problem, (nx, ny) = passes.problem, film.gap.shape
     joined = film.joined_to("outlet")[:nx, :ny]

@@ -1,9 +1,9 @@
 """Passes through contact and flow, each from the fluid pressure that the last ones suggest.
 
-Passes share a mesh, since all that a pass needs is p_f. The first flow on a mesh is solved with its
-bounds, the next ones for the pressure alone, until ln Q changes by less than those bounds allow.
-Then a finer mesh follows, down to the tolerance of the result. The leak rates of two films on one
-mesh are compared much more exactly than their bounds are known.
+Several passes share a mesh, since a pass needs only the p_f of its flow. The first flow on a mesh
+is solved with its bounds, the next flows for the pressure alone, until ln Q changes by less than a
+part of the mesh's tolerance. Then a finer mesh follows, down to the tolerance of the result. The
+change of the leak rate from film to film on one mesh is much more exact than the bounds.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ WINDOWS = 16  # windows along each side over which the local load is averaged
 
 @dataclass(frozen=True)
 class PassTuning:
-    """What steers the passes, but not the state at which they settle.
+    """Parameters that change the number and the cost of the passes, not the equilibrium.
 
     Attributes
     ----------
@@ -35,44 +35,44 @@ class PassTuning:
     most_passes : int
         Passes after which a state that has not settled is returned.
     passes_of_one_step : int
-        So many accelerated passes take the whole step, as many again half of it, and so on.
+        This many accelerated passes take the whole step, as many again half of it, and so on.
     least_step : float
         Least part of the step.
     first_tolerance : float
         Tolerance of the first mesh.
     coarse_tolerance : float
-        The same on every second sample.
+        Tolerance of the first mesh of a start on every second sample.
     tolerance_after_coarse : float
-        The same where a start on every second sample went before.
+        Tolerance of the first mesh after such a start.
     coarse_change : float
         The start on every second sample ends when ln Q changes by less than this.
     coarse_passes : int
-        It ends after so many passes in any case.
+        Largest number of passes of that start.
     mesh_left : float
-        A mesh is left when ln Q changes by less than this part of its tolerance.
+        A finer mesh follows when ln Q changes by less than this part of the mesh's tolerance.
     next_mesh : float
         Tolerance of the next mesh, as a part of that of the mesh before.
     far : float
-        A mesh is no longer fit if ln Q has changed by this much since it was made.
+        A new mesh is made if ln Q has changed by this much since the present one was made.
     passes_of_one_mesh : int
-        Nor is it fit after so many passes that have not settled.
+        A new mesh is made, too, after this many passes on one mesh that have not settled.
     cold : float
-        Above this change of ln Q the last contact is no good start for the next.
+        If ln Q changes by more than this, the next contact does not start from the last one.
     rough : float
         While ln Q changes by more than this, contacts are solved to `roughest_contact`.
     roughest_contact : float
-        Certificate of such contacts, with which ln Q errs by about 3 %.
+        Certificate of such contacts, whose ln Q errs by about 0.03.
     rough_contact : float
         Certificate of later contacts, as a part of rtol. Near closing, 1e-3 kept passes from
         settling.
     still : float
-        Where nothing leaks, ln Q tells nothing: passes have settled if they change p_f by less
-        than this part of the pressure drop (rms).
+        A sealed film has no ln Q. Its passes have settled if they change p_f by less than this part
+        of the pressure drop (rms).
     sealed_passes : int
-        They have settled as well if nothing has leaked in so many of them.
+        The passes of a sealed film have settled as well if this many in a row leaked nothing.
     least_left : float
-        The solids separate if the fluid carries the whole load although the contact was solved
-        with less than this part of it on the solid.
+        The solids separate if the fluid carries the whole load, although less than this part of it
+        was left to the solid when the contact was solved.
     left_per_pass : float
         Least part of the solid's load in one pass that remains in the next.
     """
@@ -176,7 +176,7 @@ class Passes:
         return self.contact
 
     def _start(self) -> ContactState | np.ndarray | None:
-        """Start of the present contact: the last one, its pressure scaled with the local load."""
+        """Pressure to start from: that of the last contact, scaled with the local load."""
         last, before = self.contact, self._pressure_of_contact
         if before is None or not isinstance(last, ContactState):
             return last
@@ -221,7 +221,7 @@ class Passes:
         return leak
 
     def _begin_mesh(self, leak: LeakRate, tolerance: float) -> None:
-        """Begin anew: rates and residuals of another mesh are not comparable."""
+        """Forget rates and residuals: those of another mesh are not comparable."""
         self.mesh_tolerance, self.flow_of_mesh, self.mesh_rates = tolerance, leak, []
         self._mixture = Mixture(self.tuning.depth)
 
@@ -288,10 +288,10 @@ class Passes:
 
 
 def scale_of_local_load(pressure: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Factor by which contact pressures change where the fluid pressure does.
+    """Factor by which contact pressures change where the fluid pressure changes.
 
-    Solid and fluid carry the same load together, also on average over a window: what the fluid
-    takes more of, the solid loses. A start scaled so saves a quarter of the transforms.
+    On average over a window, solid and fluid together carry the same load as before: the solid
+    loses what the fluid gains. A start scaled by this factor saves a quarter of the transforms.
 
     Parameters
     ----------

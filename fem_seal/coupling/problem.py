@@ -25,27 +25,27 @@ class LiftProblem:
         (nx, ny) pressure [Pa] -> displacement S p [m], up to a constant.
     press : callable
         (heights, load left to the solid [Pa] or None, start, tolerance) -> ContactState. The load
-        is None where an area or a mean gap is held, which the fluid does not change; the tolerance
-        counts where it is above that of the result.
+        is None where an area or a mean gap is prescribed, which the fluid does not change. The
+        larger one of this tolerance and that of the result holds.
     film : callable
         gap -> GridFilm
     flow : callable
-        (film, tolerance, whether from a new mesh) -> LeakRate with its field. Without a new mesh
-        it begins with that of the last film. The tolerance None stands for that of the result.
+        (film, tolerance, whether to begin with a new mesh) -> LeakRate with its field. Otherwise it
+        begins with the mesh of the last film. Tolerance None: that of the result.
     flow_on_kept_mesh : callable or None
-        film -> LeakRate with its field, by the pressure alone on the mesh of the last flow. None
-        for a flow without a mesh, which is the same at every tolerance.
+        film -> LeakRate with its field: one solve for the pressure on the mesh of the last flow.
+        None for a method without a mesh, whose flow is the same at every tolerance.
     fluid_pressure : callable
         (film, leak rate) -> pressure above ambient [Pa] on the film's samples, NaN where the flow
         has none (contact, pockets).
     inlet, outlet : float
         Fluid pressures above ambient [Pa], the higher one at the inlet.
     load : float or None
-        P₀ [Pa], which solid and fluid carry together; None for a held area or mean gap.
+        P₀ [Pa], which solid and fluid carry together; None if area or mean gap is prescribed.
     comm : MPI.Comm or None
         The processes that solve together; all of this run if None.
     decides : bool
-        Whether the result's flow stops when a limit is decided, not at `rtol`.
+        Whether the flow of the result stops at a decision against a limit instead of at `rtol`.
     """
 
     height: GridField
@@ -86,7 +86,7 @@ class LiftProblem:
         return parallel.on_root(read, self.comm)
 
     def carriable(self, pressure: np.ndarray, target: np.ndarray, least_part: float) -> np.ndarray:
-        """Target fluid pressure, or one on the way to it from which the solid keeps a load.
+        """Target fluid pressure, or one on the way to it that leaves a load to the solid.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""The state that passes through contact and flow have come to, and how exact it claims to be."""
+"""The state at which the passes through contact and flow ended, and its estimated error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,8 +33,8 @@ class LiftedState:
         Whether the passes have settled.
     lowest, highest : float
         Least and largest leak rate [m³/s]: of the last three passes if they have settled, else of
-        the second half of all, and from both starts where there were two. Of a sealed state that
-        has not settled: 0, and what leaks if the inlet's pressure reaches further.
+        the second half of all, and of both starts where there were two. Of a sealed state that has
+        not settled: 0, and the leak rate with the inlet's pressure under its contact.
     rtol : float
         Tolerance of the flow.
     rates : tuple of float
@@ -57,10 +57,11 @@ class LiftedState:
     def claimed(self) -> float:
         """Error of ln Q of a settled state, estimated.
 
-        It is what may change from pass to pass unnoticed, and the width of the flow's bounds: the
-        pressure that lifts the solid is only as exact as the flow. Equilibria from different meshes
-        differed by up to half of that width, and a little more where single samples open and
-        close; those of a flow without bounds by half of rtol, which stands for the width there.
+        It is the change from pass to pass at which they count as settled, plus the width of the
+        flow's bounds: the pressure that lifts the solid is only as exact as the flow. Equilibria
+        from different meshes differed by up to half of that width, and a little more where single
+        samples open and close. For a flow without bounds rtol stands for the width; such equilibria
+        differed by half of it.
         """
         return max(self.change, SETTLED * self.rtol) + self.flow_width
 

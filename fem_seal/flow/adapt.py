@@ -80,11 +80,11 @@ class LevelSolution(Generic[P, S, B]):
 
     @property
     def stalled(self) -> str:
-        """Reason why CG stopped short of its tolerance in a solve behind the bounds, else ""."""
+        """Reason why CG stopped short of its tolerance in the primal or the dual, else ""."""
         return self.pressure.stalled or (self.stream.stalled if self.stream else "")
 
     def certified(self) -> "LevelSolution[P, S, B]":
-        """The same level with the dual solved, for the last one."""
+        """The same level with the dual solved: the last level must have a lower bound."""
         if self.stream is not None:
             return self
         _, guess = self.problem.mesh.first_guess()
@@ -100,7 +100,7 @@ class LevelSolution(Generic[P, S, B]):
 def unchanged(
     solution: LevelSolution[P, S, B],
 ) -> LevelSolution[P, S, B]:
-    """The same solution: there are no bounds to add if nothing slips."""
+    """Return the solution as it is: without slip there are no bounds to add."""
     return solution
 
 
@@ -111,7 +111,7 @@ def refined(
     stopping: Stopping,
     widen: Callable[[LevelSolution[P, S, B]], LevelSolution[P, S, B]] = unchanged,
 ) -> Iterator[LevelSolution[P, S, B]]:
-    """Yield bounds on finer and finer meshes until `stopping` is met, or says why it is not.
+    """Yield a solution on each finer mesh, until `stopping` ends the refinement.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def refined(
         if np.isfinite(bounds.excess):
             solve_true_dual, correction_ratio = True, _correction_ratio(problem, solution, bounds)
         best = bounds if best is None else bounds.tightened(best)
-        # Stop if they meet the tolerance or decide a limit, or at a limit.
+        # Stop if the bounds meet the criterion, or if unknowns, time or memory reach their limit.
         count = problem.unknowns, problem.space.count
         level = SolvedLevel(*count, best, log.iterations, log.seconds)
         yield stopping.judged(
@@ -209,7 +209,11 @@ def _solve(
     correction_ratio: float,
     log: _Log,
 ) -> _Solved[P, S]:
-    """Solve the primal, and the dual at once or after the regularised dual, if it may decide."""
+    """Solve the primal and, if it may end the refinement, the true dual.
+
+    Unless `solve_true_dual`, the regularised dual is solved before it: the true dual then follows
+    if the expected width is close to the tolerance, or if the next mesh would be too large.
+    """
     pressure = problem.pressure(guess.pressure)
     log.lap("primal", pressure)
     solution: _Solved[P, S] = _Solved(pressure)
@@ -228,7 +232,7 @@ def _solve(
 
 
 def _corrected(problem: FilmOnMesh[P, S, B], solution: _Solved[P, S], log: _Log) -> B:
-    """Bounds of this mesh: Bounds, or MatrixBounds of a tensor."""
+    """Corrected bounds of this mesh; only the upper bound if the dual was not solved."""
     bounds = problem.upper_bound(solution.pressure)
     if solution.stream is None:
         return bounds
@@ -252,8 +256,7 @@ def _with_regularised_dual(
 ) -> _Solved[P, S]:
     """Solve the regularised dual unless that has been done.
 
-    Where the dual has been solved first, this solve belongs to the refinement, and its time to
-    the next level.
+    If the true dual came first, this solve serves the refinement, and the next level logs its time.
     """
     if solution.regularised is not None:
         return solution

@@ -71,11 +71,12 @@ def square_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray
 def inverse_square_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Mean of 1/g² for gaps at the corners; infinite at contact.
 
-    Minus twice the divided difference of ln g (Hermite-Genocchi). With the middle one of the gaps
-    as the unit, and u, v the highest and the lowest less 1, it is 2 (f(v) - f(u))/(u - v),
-    f(x) = ln(1 + x)/x. That cancels where the gaps are nearly the same. There the mean is
-    integrated from one corner outwards, which leaves ∫ 2 t dt/(g_b(t) g_c(t)), the gap on the two
-    sides from that corner; the pole is four intervals away, and six Gauss points err by 1e-15.
+    By Hermite-Genocchi it is minus twice the second divided difference of ln g. In units of the
+    middle gap let the highest gap be 1 + u and the lowest 1 + v: the mean is
+    2 (f(v) - f(u))/(u - v) with f(x) = ln(1 + x)/x. This formula cancels where the gaps are nearly
+    the same. There six Gauss points integrate ∫ 2 t dt/(g_1(t) g_2(t)) over 0 ≤ t ≤ 1, where g_1
+    and g_2 are the gaps along the two sides that leave the corner of the lowest gap. The pole of
+    the integrand is four intervals away, so that the error is 1e-15.
     """
     low, mid, high = np.sort(np.stack(np.broadcast_arrays(a, b, c)), axis=0)
     mean = np.full(low.shape, np.inf)
@@ -99,7 +100,7 @@ def inverse_square_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np
 def conductivity_of_corners(
     law: Conductivity, a: np.ndarray, b: np.ndarray, c: np.ndarray
 ) -> np.ndarray:
-    """Mean of the conductivity from above, exact where it has no kink inside the triangle."""
+    """Upper bound of the mean conductivity, exact where the law has no kink inside the triangle."""
     if law.is_cube:
         return cube_of_corners(a, b, c)
     cubic, square = law.above(*extremes(a, b, c))
@@ -113,11 +114,11 @@ def resistivity_of_corners(
     c: np.ndarray,
     span: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> np.ndarray:
-    """Mean of 1/conductivity from above.
+    """Upper bound of the mean of 1/conductivity on a triangle.
 
-    For a conductivity of at least g² (α g + β), α >= 0, it is 1/(α a b c + β/m), m the mean of
-    1/g². For α < 0 the convex function 1/(α g + β) is at most its chord A + D g, and the mean of
-    1/g at most √m: together A m + D √m.
+    Let m be the mean of 1/g². For a conductivity of at least g² (α g + β), α >= 0, the bound is
+    1/(α a b c + β/m). For α < 0 the convex function 1/(α g + β) is at most its chord A + D g,
+    and the mean of 1/g is at most √m: together A m + D √m.
 
     Parameters
     ----------
@@ -125,8 +126,9 @@ def resistivity_of_corners(
     a, b, c : arrays
         Gaps at the corners.
     span : pair of arrays or None
-        Least and largest gap of a triangle around, whose α and β are used: means over its parts
-        then add up to no more than the mean over it. None: the triangle itself.
+        Least and largest gap of a larger triangle that contains this one; α and β are taken from
+        it, so that the means over its parts add up to no more than the mean over the whole. None:
+        α and β of the triangle itself.
     """
     if law.is_cube:
         return inverse_cube_of_corners(a, b, c)
@@ -294,7 +296,7 @@ def _measured(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def extent(xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Width (n,) of the squares that contain cells with corners (3, n, 2); diagonal or axial.
+    """Width (n,) of the squares that contain cells with corners (3, n, 2); which are diagonal.
 
     The hypotenuse of a diagonal cell is a diagonal of the square, that of an axial cell a side.
     """

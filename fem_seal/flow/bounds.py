@@ -24,7 +24,7 @@ class Bounds(NamedTuple):
         return relative_width(self.lower, self.upper)
 
     def tightened(self, other: "Bounds") -> "Bounds":
-        """The better of both lower bounds and of both upper ones."""
+        """The larger lower bound and the smaller upper bound of the two."""
         return Bounds(max(self.lower, other.lower), min(self.upper, other.upper))
 
     def hardly_better(self, before: "Bounds") -> bool:

@@ -90,7 +90,8 @@ class CellData(CellContact):
         most = law.above.of_gap(ceiling)
         limited = np.maximum(inverse_cube, 1 / most)
         tensor = traces.resistivity(xy, aspect, lowered, contact, limited, law.below)
-        # At contact vertices the resistivity is that of the power traces; add the smallest one.
+        # Elsewhere the resistivity R has become max(R, 1/most). Cells at contact vertices have a
+        # tensor, that of the power traces: add 1/most, since max(R, 1/most) <= R + 1/most.
         tensor[contact.any(axis=0) & ~blocked] += ISOTROPIC / most
         return cls(zero_gap.T, blocked, contact.T, most < cube, cube, tensor)
 
@@ -98,7 +99,7 @@ class CellData(CellContact):
     def joined(
         cls,
         mesh: NestedMesh | TriangleMesh,
-        some: Callable[[np.ndarray, np.ndarray], "CellData"],
+        data_of: Callable[[np.ndarray, np.ndarray], "CellData"],
     ) -> "CellData":
         """Data of all cells of a mesh, computed in batches that fit into the cache.
 
@@ -106,7 +107,7 @@ class CellData(CellContact):
         ----------
         mesh : NestedMesh or TriangleMesh
             The mesh.
-        some : callable
+        data_of : callable
             Data of n cells from their vertices (3, n) and their coordinates (3, n, 2).
         """
         count = len(mesh.cells)
@@ -115,7 +116,7 @@ class CellData(CellContact):
         whole = cls(*(np.empty(*kind) for kind in kinds))
         for cells in parts(0, count, _AT_ONCE):
             vertices = mesh.cells[cells].T
-            batch = some(vertices, mesh.xy.take(vertices, axis=0))
+            batch = data_of(vertices, mesh.xy.take(vertices, axis=0))
             for name in cls.__dataclass_fields__:
                 getattr(whole, name)[cells] = getattr(batch, name)
         return whole

@@ -93,21 +93,23 @@ class StreamFamily(Family):
     Attributes
     ----------
     psi : (2, V)
-        Those of unit jumps at the vertices; zero where nothing flows.
+        Values at the vertices of the stream functions of unit jumps across x and across y; zero
+        where nothing flows.
     """
 
     psi: np.ndarray = field(kw_only=True)
 
 
 def upper_matrix(pressures: Family) -> np.ndarray:
-    """A (2, 2): energies of pressures with jumps in the span of the family's dual basis."""
-    # Along a single winding w a jump J has the effect of (J·w) times the basis; w = J/|J|².
+    """A (2, 2): energies of the pressures of unit jumps across x and across y."""
+    # With a single winding w the family has one pressure, of the jump w/|w|². A jump J drives J·w
+    # times its flow; w is the pseudo-inverse of that jump.
     basis = np.linalg.pinv(pressures.jumps)
     return basis @ pressures.energies @ basis.T
 
 
 def best_flux(streams: Family) -> np.ndarray:
-    """Weights (k, 2) of the maximising G in the family, as a linear function of J."""
+    """Weights (k, 2) of the stream functions whose jumps G attain the maximum of C, linear in J."""
     crossing = streams.jumps @ _CROSS.T  # (k, 2): J×G_a = crossing[a]·J
     return np.linalg.solve(streams.energies, crossing) if len(streams.jumps) else crossing
 
@@ -279,9 +281,10 @@ def _raised(energies: np.ndarray, errors: Sequence[float]) -> np.ndarray:
 def _with_bubbles(family: Family, drops: np.ndarray) -> Family:
     """The family after bubble functions have lowered its energies by `drops` (k, k).
 
-    Of a combination with weights J the residuals of all functions meet the bubble functions of all,
-    and their rounding errors add up to Σ |J_a| |J_b| times that of √(terms_a drop_b). With the
-    largest ratio of drop to terms this is at most twice the diagonal part.
+    In a combination with weights J the residual of each function a acts on the bubble functions of
+    each function b. The rounding errors add up to a multiple of Σ |J_a| |J_b| √(terms_a drop_b)
+    (`Energy.error_of_drop`). With the largest ratio of drop to terms in place of each one, this is
+    at most twice its diagonal part.
     """
     totals, energies = [minimum.total for minimum in family.minima], family.energies - drops
     ratio = max((d / t.terms for d, t in zip(drops.diagonal(), totals, strict=True)), default=0.0)

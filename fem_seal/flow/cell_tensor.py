@@ -44,9 +44,9 @@ def conductivity_tensor(
     """Effective conductivity tensor K* of a gap that is periodic in both directions.
 
     The mean flux under a mean pressure gradient is -K*·gradient, K* in m³/(Pa s); a smooth channel
-    of height h has h³/(12 η). With slip it is that at the mean of the two pressures, since the
-    pressure changes little across one cell: to first order (h³ + B h²/p)/(12 η). Bounds as in
-    `cell_problem`, for the gap as represented.
+    of height h has h³/(12 η). With slip K* is taken at the mean of the two pressures, since the
+    pressure changes little across one cell: to first order (h³ + B h²/p)/(12 η). The bounds are
+    those of `cell_problem`, for the gap as represented.
 
     Parameters
     ----------
@@ -55,9 +55,9 @@ def conductivity_tensor(
     slip : of a gas; None: it does not slip
     representation : "linear" or "constant"
     rtol : stop when upper - lower <= rtol √(lower upper) in every direction
-    limits : where to stop before that
+    limits : limits on unknowns, time and memory, at which to stop before that
     progress : called with unknowns and relative width of each mesh
-    tuning : cost of the bounds, never their truth
+    tuning : parameters that change the cost of the bounds, never their validity
     comm : all its ranks must call this together, with the same gap
 
     Returns

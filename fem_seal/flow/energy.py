@@ -34,7 +34,7 @@ class Energy:
     error : float
         Bound of the rounding errors of its terms.
     terms : float
-        Sum with the absolute values of all terms of each gradient.
+        Energy with every term of each gradient replaced by its absolute value.
     """
 
     value: float

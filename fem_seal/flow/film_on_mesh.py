@@ -1,7 +1,7 @@
 """The film on one mesh: its averages, the error indicators, and the hierarchical correction.
 
-What follows holds for the leak rate (`level.py`) and for a periodic cell (`cell_problem.py`) alike.
-Both are primal and dual problem of the same film and differ in the functions that they admit.
+The leak rate (`level.py`) and the periodic cell (`cell_problem.py`) share this module: both solve a
+primal and a dual problem of the same form, and differ in the functions that they admit.
 """
 
 from abc import ABC, abstractmethod
@@ -80,13 +80,13 @@ class LevelBounds(Protocol):
         """Relative width, the largest of all directions."""
 
     def tightened(self, other: Self) -> Self:
-        """The best of both."""
+        """The better lower bound and the better upper bound of the two."""
 
     def hardly_better(self, before: Self) -> bool:
         """Whether they have improved by less than 1 %."""
 
 
-# Solutions of the primal and of the dual problem, and bounds, as a problem makes them.
+# Types of a problem: its primal solution, its dual solution and its bounds.
 P = TypeVar("P", bound=PressureSolution)
 S = TypeVar("S", bound=StreamSolution)
 B = TypeVar("B", bound=LevelBounds)
@@ -134,7 +134,7 @@ def _freed(cells: slice | np.ndarray) -> np.ndarray:
 
 
 class FilmOnMesh(ABC, Generic[P, S, B]):
-    """A film on one mesh (gap in units of its maximum), and what the adaptive loop asks of it.
+    """A film on one mesh (gap in units of its maximum), and the steps of the adaptive loop on it.
 
     Parameters
     ----------
@@ -399,7 +399,7 @@ class FilmOnMesh(ABC, Generic[P, S, B]):
         return Correction(
             len(pressures),
             pressure_bubbles(self.mesh, self._cell_contact, self.kept),
-            lambda some: [pressure(place[some]) for pressure in pressures],
+            lambda cells: [pressure(place[cells]) for pressure in pressures],
             lambda data: data.K,
         )
 
@@ -408,7 +408,7 @@ class FilmOnMesh(ABC, Generic[P, S, B]):
         return Correction(
             len(streams),
             stream_bubbles(self.mesh, self._cell_contact, self.kept),
-            lambda some: [psi.take(self.mesh.cells.take(some, axis=0)) for psi in streams],
+            lambda cells: [psi.take(self.mesh.cells.take(cells, axis=0)) for psi in streams],
             lambda data: data.resistivity[:, 0],
         )
 

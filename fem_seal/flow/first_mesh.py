@@ -45,7 +45,7 @@ def first_mesh(
         Squares along the shorter side of the first mesh on a grid; None: the grid's pixels. A
         shape begins with the mesh that it has.
     law : FilmLaw
-        What a gap conducts.
+        Conductivity of a gap.
     """
     raise TypeError(type(film).__name__)
 
@@ -62,8 +62,9 @@ def _on_grid(
     # Treat pockets as contact: nothing flows in them, but a coarse cell that covers parts of a
     # pocket and of a channel would seem to conduct.
     scaled = np.where(film.carrying, film.samples / film.highest, 0.0)
-    between = film.representation == "linear"
-    squares = scaled.shape[0] - between, scaled.shape[1] - between
+    # Linear gaps live on the pixels between samples, one fewer along each axis.
+    linear = film.representation == "linear"
+    squares = scaled.shape[0] - linear, scaled.shape[1] - linear
     width = 1 if coarsest is None else coarsest_width(squares, coarsest)
     gap_type = REPRESENTATIONS[film.representation]
     gap = gap_type(GridField(scaled, film.gap.spacing), cut, floor, width, ceiling, law)

@@ -52,10 +52,10 @@ def film_from_dolfinx(
     ------
     InvalidInput
         If the mesh is not of straight triangles in a plane, the gap is not P1 on it or negative, an
-        edge of the boundary has no tag, inlet or outlet have no edge, or the shape is none that
-        `shape_mesh` can take.
+        edge of the boundary has no tag, inlet or outlet have no edge, or `shape_mesh` rejects the
+        shape.
     """
-    # Only who hands in a mesh needs the modules that check and cut one.
+    # Imported here: no other film needs the modules that check and cut a mesh.
     from fem_seal.mesh.checks import labelled
     from fem_seal.mesh.files import FLAT, Triangles
     from fem_seal.mesh.shape import shape_mesh_with_values
@@ -132,7 +132,8 @@ def _gathered(msh: mesh.Mesh, facet_tags: MeshTags, gap: fem.Function) -> list[n
     tagged = np.isin(facets, facet_tags.indices)
     tags = facet_tags.values[np.searchsorted(facet_tags.indices, facets[tagged])]
     edges = np.sort(vertices[:, [[1, 2], [2, 0], [0, 1]]][tagged], axis=1)
-    # Ghost cells are other ranks' own, but only one of the ranks may know the tag of an edge.
+    # Send each cell once, from the rank that owns it, but the tagged edges of ghost cells too:
+    # perhaps only one of the ranks knows the tag.
     own = slice(msh.topology.index_map(2).size_local)
     cells = vertices[own], msh.geometry.x[geometry_dofs(msh)[own]], gap.x.array[dofs[own]]
     parts = msh.comm.allgather((*cells, np.column_stack([edges, tags])))

@@ -34,7 +34,7 @@ Span = tuple[np.ndarray, np.ndarray]
 
 
 class _GapOnMesh(ABC):
-    """What the three kinds of gap share.
+    """Base class of the three kinds of gap.
 
     Attributes
     ----------
@@ -67,11 +67,11 @@ class _GapOnMesh(ABC):
         values : (V, 2) or (V, 0) float
             Gap at its vertices, raised and lowered; nothing for a gap that jumps there.
         """
-        return CellData.joined(mesh, partial(self._some, values))
+        return CellData.joined(mesh, partial(self._data_of, values))
 
     @abstractmethod
-    def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
-        """Data of some cells with vertices (3, n) at xy (3, n, 2); values as for `cell_data`."""
+    def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+        """Data of n cells with vertices (3, n) at xy (3, n, 2); values as for `cell_data`."""
 
 
 class LinearGap(_GapOnMesh):
@@ -159,8 +159,9 @@ class LinearGap(_GapOnMesh):
     def values_at(self, mesh: NestedMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of any mesh of the nested family."""
         (i, j), (x, y) = (mesh.xy >> DEPTH).T, (mesh.xy & (PIXEL - 1)).T / PIXEL
-        # Mirror the pixels whose diagonal does not begin at their first vertex. Then the vertex
-        # lies between that one, the opposite one and a third; its weights are exact.
+        # Mirror the pixels whose diagonal does not begin at their first vertex. Each point then
+        # lies in the triangle of the first vertex, the opposite one and a third. Its weights are
+        # exact.
         mirrored = (i + j) % 2 == 1
         x = np.where(mirrored, 1 - x, x)
         last = np.array(self.squares)
@@ -194,7 +195,7 @@ class LinearGap(_GapOnMesh):
         linear[on_pixel] = samples.take(i * self._samples.shape[1] + j, axis=0)
         return linear
 
-    def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+    def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
         linear = averages.extent(xy)[0] <= PIXEL
         cube, inverse_cube = _linear_means(gaps, self.law)
@@ -219,7 +220,8 @@ class LinearGap(_GapOnMesh):
         six[:, 3:, two] = self._sampled(x, y, linear).T.reshape(2, 3, -1)
         cube, inverse_cube = _quarter_means(six, self.law)
         if not self.law.below.is_cube:
-            # The mean is that of pixel triangles: the quarters, or the halves of axial triangles.
+            # The mean of such a cell is the mean over pixel triangles: its quarters if the cell is
+            # diagonal, its halves if it is axial. Bound the law on the same triangles.
             for cells, span in (
                 (two[is_diagonal[two]], lambda gaps: None),
                 (two[~is_diagonal[two]], _span_of_halves),
@@ -270,7 +272,7 @@ class VertexGap(_GapOnMesh):
         """
         return np.concatenate([values, (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2])
 
-    def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+    def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         gaps = values.take(vertices, axis=0)
         means, linear = _linear_means(gaps, self.law), np.True_
         return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling, self.law)
@@ -303,10 +305,11 @@ def _span_of_halves(gaps: np.ndarray) -> Span:
 def _quarter_means(
     six: np.ndarray, law: FilmLaw, span: Callable[[np.ndarray], Span | None] = _span
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same means (4, n) on the quarters, for gaps (2, 6, n) at corners and midpoints.
+    """Means (4, n) as of `_linear_means` on the quarters, for gaps (2, 6, n) of `with_middles`.
 
-    The hierarchical correction needs means that add up to no more than that of the whole. So the
-    law is bounded as it was there: on the triangles whose least and largest gap `span` returns.
+    The hierarchical correction needs means on the quarters that add up to no more than the mean of
+    the cell. So the law is bounded on the same triangles as there; `span` returns their least and
+    largest gaps.
     """
     raised, lowered = (on_quarters(gaps) for gaps in six)
     cube, inverse_cube = (
@@ -363,7 +366,7 @@ class ConstantGap(_GapOnMesh):
         i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
         return self._raised[i, j]
 
-    def _some(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
+    def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         # Contact consists of whole pixels: there are no zero-gap sides.
         i, j = np.moveaxis(xy.sum(axis=0), -1, 0) // (3 * PIXEL)
         cube, inverse_cube = self._means[:, i, j]

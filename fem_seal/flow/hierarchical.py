@@ -33,7 +33,7 @@ from fem_seal.mesh.triangles import TriangleMesh
 
 @dataclass(frozen=True)
 class Effort:
-    """Work and memory of a correction; the bounds hold for any.
+    """Work and memory of a correction; the bounds are valid for any values.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def energy_drops(
     sides = _Sides.of([energy.bubbles for energy in energies], effort.block)
     drops = [np.zeros((energy.count, energy.count)) for energy in energies]
     # Process the cells in blocks: the data of all bubble functions at once would take more memory
-    # than anything else. To leave bubble functions out, those on the rim of a block, is admissible.
+    # than anything else. Leaving out the bubble functions on the rim of a block is admissible.
     for block in range(comm.rank, len(sides.blocks), comm.size):
         bubble, free = sides.of_block(block)
         cells = _energies_with_bubbles(
@@ -227,8 +227,8 @@ def _energies_with_bubbles(
         vertices = mesh.cells.take(cells, axis=0).T.astype(np.intp, order="C")
         xy = mesh.xy.take(vertices, axis=0)
         data = gap.quarter_data(xy, values.take(vertices, axis=0))
-        seen = xy - xy[0]
-        shape = Shape.of(seen[..., 0] * aspect_x, seen[..., 1] * aspect_y)
+        relative = xy - xy[0]
+        shape = Shape.of(relative[..., 0] * aspect_x, relative[..., 1] * aspect_y)
         for energy, form in zip(energies, forms, strict=True):
             form.fill(part, shape, energy.coefficient(data), energy.corner_values(cells))
     return forms

@@ -67,16 +67,16 @@ def leak_rate(
     rtol : stop when upper - lower ≤ rtol √(lower upper); of a gas that slips at the mean pressure,
         since no mesh closes the rest
     decide : in place of rtol, a leak rate [m³/s]: stop when it does not lie between the bounds
-    limits : where to stop before that; the result then has `converged` False and says why
+    limits : on unknowns, time and memory; the result then has `converged` False and says why
     progress : called with every Level, in m³/s
     field : keep the flow on the last mesh
     every_dual : bounds from both sides on every level, for watching them close
-    tuning : cost of the bounds, never their truth
-    kept : begin with the mesh of the last flow, if it holds one, and keep the last mesh there; for
-        films on one grid and the adaptive method
+    tuning : parameters that change the cost of the bounds, never their validity
+    kept : mesh of the last flow, if any, on which to begin; it receives the last mesh of this one.
+        For films on one grid and the adaptive method
     comm : all its ranks must call this together, with the same film
-    keep : called with the flow on the last mesh, for bounds of other films on the same grid; it is
-        not if a limit ends the refinement between two meshes
+    keep : called with the flow on the last mesh, for bounds of other films on the same grid; not
+        called if a limit ends the refinement between two meshes
 
     Returns
     -------
@@ -85,7 +85,7 @@ def leak_rate(
     Raises
     ------
     InvalidInput
-        For values out of range, or an argument that is no film.
+        If a value is out of range, or `film` is not a film.
     Inconsistent
         If the bounds cross, which would be a defect.
 
@@ -167,11 +167,11 @@ def pressure_on_kept(
     slip: Slip | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> LeakRate:
-    """Pressure in a film on the mesh that the flow through another one has left.
+    """Pressure in a film, solved once on the mesh kept from the flow through another film.
 
-    One solve, neither refinement nor lower bound: for the pressure, and for the change of the leak
-    rate from film to film. The inflow of the result is comparable with that of `leak_rate`, whose
-    mesh this is.
+    There is no refinement and no lower bound. The solve yields the pressure, and the change of the
+    leak rate from film to film: compare the inflow of the result with that of the `leak_rate` that
+    made the mesh.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def require_positive(values: Mapping[str, float]) -> None:
 
 
 def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) -> float:
-    """Leak rate [m³/s] of a square as high as the largest gap: the unit of the solved problem.
+    """Leak rate [m³/s] of a square film of the largest gap: the unit of the solved problem.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) ->
     Raises
     ------
     InvalidInput
-        If it is beyond double precision.
+        If this leak rate is beyond double precision.
     """
     with np.errstate(over="ignore", under="ignore"):
         unit = film_conductivity(np.float64(highest), viscosity) * pressure_drop
@@ -300,7 +300,7 @@ def _result(solution: LeakSolution, levels: list[Level], method: str, scale: flo
 
 
 def _pressure_field(solution: LeakSolution, film: GridFilm, pressure_drop: float) -> FlowField:
-    """Pressure and gap alone on the mesh of a solution, with a flux of zero."""
+    """Pressure and gap on the mesh of a solution; the flux is set to zero."""
     problem = solution.problem
     number, first = problem.parted_points()
     vertex = problem.mesh.cells[problem.kept].ravel()[first]

@@ -94,7 +94,7 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
         super().__init__(gap, mesh, values, data, cells.kept, numbering, comm, tolerance)
 
     def with_gap(self, gap: LinearGap) -> "LevelProblem":
-        """Another gap on the same mesh, for energies of functions that are admissible here."""
+        """The same problem with another gap, for the energies of its functions in that gap."""
         if not isinstance(self.mesh, NestedMesh):
             raise TypeError("only films on a grid share a mesh")
         other = copy(self)
@@ -213,7 +213,7 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
         return Stream(psi, minimum.total, minimum.iterations, epsilon, minimum.stalled)
 
     def cell_energies(self, pressure: Minimum, stream: Stream) -> tuple[np.ndarray, np.ndarray]:
-        """What each cell (C,) adds to ∫K|∇p|², and to ∫∇ψ·R·∇ψ of the true dual."""
+        """Energy of each cell (C,): its part of ∫K|∇p|², and of ∫∇ψ·R·∇ψ of the true dual."""
         primal, dual = np.empty((2, self.space.count))
         for cells in parts(0, len(primal), AT_ONCE):
             slopes, areas = shape_gradients(self._corners(cells))

@@ -26,7 +26,8 @@ MAX_ITERATIONS = 100
 # CG computes its energy as that of its start minus a decrease. Where less than this part of the
 # start is left, cancellation has spoilt it: restart from the energy summed cell by cell.
 LOST = 1e-11
-# After a breakdown of CG, restart only if the last start lowered the energy to this part.
+# After a breakdown of CG, restart only if the last run lowered the energy below this part of its
+# start.
 WORTH = 0.9
 
 # The effect of each option is measured in docs/theory/bounds.md.
@@ -289,14 +290,14 @@ class CellSpace:
 
 @dataclass(frozen=True)
 class Iterations:
-    """End of a CG iteration.
+    """How a run of CG ended.
 
     Attributes
     ----------
     iterations : int
         Number of iterations.
     stalled : str
-        Reason why it stopped short of its tolerance, else "".
+        Reason why CG stopped short of its tolerance, else "".
     """
 
     iterations: int
@@ -333,7 +334,7 @@ def minimise_by_cg(
     Parameters
     ----------
     solver, right_side : PETSc.KSP, PETSc.Vec
-        CG for A, and b, of the correction x to a start.
+        CG for A, and the right side b; x is the correction of a start.
     x : PETSc.Vec
         Receives the solution.
     start : float
@@ -343,7 +344,7 @@ def minimise_by_cg(
     least : float
         Stop as well if the energy falls below this value.
     max_iterations : int
-        CG has stalled after so many.
+        Largest number of iterations, after which CG counts as stalled.
 
     Notes
     -----
@@ -375,7 +376,8 @@ def minimise_by_cg(
     reason, iterations = solver.getConvergedReason(), solver.getIterationNumber()
     if reason > 0:
         return Iterations(iterations, "")
-    what = "where rounding hides what is left of the residuals"
+    state = "where rounding hides what is left of the residuals"
     if not reached[0] <= tolerance:
-        what = f"at a relative energy error of {reached[0]:.1e}, wanted {tolerance:.0e}"
-    return Iterations(iterations, f"CG with BoomerAMG stopped after {iterations} iterations {what}")
+        state = f"at a relative energy error of {reached[0]:.1e}, wanted {tolerance:.0e}"
+    stopped = f"CG with BoomerAMG stopped after {iterations} iterations {state}"
+    return Iterations(iterations, stopped)

@@ -140,7 +140,7 @@ class _Look:
             gx, gy = gradients(slopes, psi[cells]).T[:, :, None]
             of_corner[:, part] = jx * sx + jy * sy, jx * gx + jy * gy
         corners = self.mesh.cells.ravel()
-        own, slope = (np.bincount(corners, some.ravel(), len(psi)) for some in of_corner)
+        own, slope = (np.bincount(corners, part.ravel(), len(psi)) for part in of_corner)
         return psi - np.divide(slope, own, out=np.zeros_like(psi), where=free & (own > 0))
 
     def marked(

@@ -1,10 +1,12 @@
 """Marking: the choice of cells to refine.
 
-Four sets of cells are marked. By Dörfler's rule: those with the largest error indicators e_T; the
-blocked cells with the largest flux, since a channel that a few blocked cells close has small e_T
-although all its flux is missing from the lower bound; and, where the residuals of the pressure
-exceed Σ e_T, those with the largest jumps of its flux. And the equipotential cells that meet only
-at vertices of small gap (`FilmOnMesh.joints`).
+Four sets of cells are marked, the first three by Dörfler's rule:
+
+* the cells with the largest error indicators e_T;
+* the blocked cells with the largest flux: a channel that a few blocked cells close has small e_T,
+  although all its flux is missing from the lower bound;
+* where the residuals of the pressure exceed Σ e_T, the cells with the largest jumps of its flux;
+* the equipotential cells that meet only at vertices of small gap (`FilmOnMesh.joints`).
 """
 
 from collections.abc import Sequence
@@ -15,7 +17,8 @@ import numpy as np
 from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
 from fem_seal.flow.strategy import Strategy, part_of_a_step
 
-# Smallest part of a step by indicators while false flow spoils them.
+# Least size of a step by the error indicators, as a part of a full step, while flow through leaking
+# vertices or wrongly joined cells falsifies them.
 LEAST_STEP = 0.3
 
 
@@ -85,7 +88,8 @@ def mark(
     large = halvings(indicators, large)
     times = np.zeros(len(problem.kept), dtype=np.int8)
     times[problem.kept] = np.max([large, through, 2 * leaks, 4 * joints], axis=0)
-    # The last step has a measured size: do not look ahead by indicators then.
+    # A step smaller than a full one (part < 1) is the last and has the size that is needed: do not
+    # look ahead by indicators.
     least_indicator = indicators[large > 0].min(initial=np.inf) if part == 1 else np.inf
     return Marks(times, float(least_indicator), float(blocked_flux[through].min(initial=np.inf)))
 

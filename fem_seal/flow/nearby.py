@@ -36,7 +36,7 @@ class MeshedFlow:
     solution : LeakSolution
         The last level.
     slip_factor : float
-        What the largest gap of the film conducts, over what it would without slip.
+        Conductivity of the film's largest gap, over its conductivity without slip.
     """
 
     film: GridFilm
@@ -91,7 +91,7 @@ class MeshedFlow:
         gap = present(problem.gap if isinstance(problem.gap, LinearGap) else None, "linear gap")
         others = []
         for film in films[1:]:
-            # The same set of pockets for all gaps, so that they stay on a straight line.
+            # Fill the pockets of this film in all gaps, so that the gaps stay on a straight line.
             scaled = np.where(self.film.carrying, film.samples / self.film.highest, 0.0)
             others.append(problem.with_gap(gap.with_samples(GridField(scaled, film.gap.spacing))))
         return [problem, *others]
@@ -103,8 +103,8 @@ class MeshedFlow:
         own = problems[0]
         gaps = [(problem.gap, problem.values) for problem in problems]
         drops = drops_of_one_function(gaps, own.mesh, correction, own.space.comm)  # type: ignore[arg-type]
-        # The rounding error grows with the energy of the bubble functions, which is largest for the
-        # film itself, and its drop there.
+        # The rounding error of a drop grows with the energy of the bubble functions. That energy is
+        # largest in the film itself, and the drop there is at least as large: use it for all films.
         return np.array(
             [
                 energy.least_upper() - drop + energy.error_of_drop(drops[0])

@@ -109,10 +109,10 @@ class Numbering:
 
 
 def numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
-    """Number what the corners of some cells belong to.
+    """Number the free labels in the order in which the cells first use them.
 
-    Cells that are near each other in the mesh are near each other in its array, and so will be
-    the unknowns in memory.
+    Cells that are near each other in the mesh are near each other in its array. This order keeps
+    their unknowns near each other in memory.
 
     Parameters
     ----------

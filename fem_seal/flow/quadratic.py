@@ -3,7 +3,9 @@
 ∫K|∇p|² of a continuous piecewise quadratic p, K = g³. UFL chooses the degree of the quadrature, 3
 for K and 1 for each of the gradients, so that it is exact. Where the gap is smooth this energy
 converges at order 4 in the spacing, that of linear elements at order 2.
-For one process, and for gaps whose conductivity spans what double precision can hold.
+
+It runs in one process, and needs gaps whose conductivities do not differ by more than the digits of
+double precision.
 """
 
 from dataclasses import dataclass
@@ -45,14 +47,14 @@ class _NodeNumbering:
     ----------
     of_node : (C, 6) int
         Unknown of each node, or -1 where the pressure is prescribed.
-    given : (C, 6)
-        Prescribed pressure.
+    prescribed : (C, 6)
+        Prescribed pressure; 0 at nodes with an unknown.
     count : int
         Number of unknowns.
     """
 
     of_node: np.ndarray
-    given: np.ndarray
+    prescribed: np.ndarray
     count: int
 
 
@@ -154,7 +156,7 @@ def _least_energy(
     ones = np.ones(np.count_nonzero(free))
     places = nodes[free], numbering.of_node[own][free]
     P = csr_array((ones, places), shape=(size, numbering.count))
-    p.x.array[nodes] = numbering.given[own]
+    p.x.array[nodes] = numbering.prescribed[own]
     start = fem.assemble_scalar(form)
     load = -(P.T @ (matrix @ p.x.array))
     p.x.array[:] += P @ _solved(csr_array(P.T @ matrix @ P), load, start, tolerance, max_iterations)

@@ -1,9 +1,10 @@
 """Bounds of the leak rate of a gas that slips, on the mesh of a refinement.
 
-The mesh is refined for the film at the mean pressure, one linear problem, in a unit in which the
-critical constriction lets through what it does under both pressures. What the pressure at each
-place does to the slip is enclosed on that mesh: by the pressure of the film with the largest
-conductivity, and by the stream function of that with the smallest one (`film.law.bounding_law`).
+Slip depends on the local pressure, so that the flow of a gas is a nonlinear problem. The mesh is
+refined for a linear one, with the slip at the mean pressure. Its unit makes the conductance of the
+critical constriction exact. Two more linear problems on that mesh enclose the effect of the local
+pressure: the pressure in a film of the largest conductivities gives the upper bound, the stream
+function in a film of the smallest ones the lower bound (`film.law.bounding_law`).
 """
 
 from dataclasses import dataclass, replace
@@ -23,22 +24,21 @@ from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
 from fem_seal.flow.level import LeakSolution, LevelProblem
 from fem_seal.fluid import Slip
 
-# Gaps of a table in units of the largest one, gaps g₀ in units of the critical one, and a number of
-# pressures. Every choice gives valid bounds; these give narrow ones.
-_GAPS = np.geomspace(1e-12, 1.0, 1200)
-_FACTORS = 2.0 ** (np.arange(-40, 41) / 4)
-_BIN = 8  # gaps of the table that are taken for one where weights are sought
-_PRESSURES = 24
-_LEAST_PRESSURE = 1e-3  # of these above a vacuum, over the inlet's
-_SHARPNESS = (30.0, 100.0, 300.0, 1000.0)  # of the smooth maxima whose minimum is sought, in turn
-_WORTHWHILE = 1e-3  # least gain of a bound, relative, for which another weight is taken
+# Parameters of the choice of a weight. Every choice gives valid bounds; these give narrow ones.
+_GAPS = np.geomspace(1e-12, 1.0, 1200)  # gaps of the table, in units of the largest gap
+_FACTORS = 2.0 ** (np.arange(-40, 41) / 4)  # candidates for g₀, in units of the critical gap
+_BIN = 8  # neighbouring gaps of the table that count as one in an estimate
+_PRESSURES = 24  # number of pressures from outlet to inlet
+_LEAST_PRESSURE = 1e-3  # lowest of these above a vacuum at the outlet, over that at the inlet
+_SHARPNESS = (30.0, 100.0, 300.0, 1000.0)  # of the smooth maxima that are minimised one by one
+_WORTHWHILE = 1e-3  # smallest relative gain of a bound for which the weight is changed
 
 
 class SlipBounds(Bounds):
     """Bounds of the conductance, in the units of the film at the mean pressure."""
 
     def interval(self, mean: Bounds) -> tuple[float, float]:
-        """Factors <= 1 and >= 1 by which they are wider than bounds at the mean pressure."""
+        """Factors <= 1 and >= 1 by which these bounds exceed those at the mean pressure."""
         lower = min(self.lower / mean.lower, 1.0) if mean.lower > 0 else 1.0
         return lower, max(self.upper / mean.upper, 1.0)
 
@@ -56,12 +56,12 @@ class SlippingFilm:
     Attributes
     ----------
     slip_factor : float
-        What the largest gap conducts in the law of the mesh, over what it would without slip.
+        Conductivity of the largest gap in the law of the mesh, over that without slip.
     """
 
     def __init__(self, slip: Slip, highest: float, critical: float):
         self._slip, self._highest = slip, highest
-        # At the critical constriction the law of the mesh is to let through what the gas does.
+        # The unit makes the conductance of the critical constriction exact in the law of the mesh.
         most = highest * slip.mean_pressure / slip.product
         self._unit = float(slip.coefficient(most)) * slip.mean_gain(critical) / slip.gain(critical)
         self.slip_factor = self._unit / most
@@ -125,10 +125,10 @@ class SlippingFilm:
         return self._gap
 
     def _choice(self, solution: LeakSolution) -> tuple[PressureWeight, PressureWeight] | None:
-        """Weights with probably the least upper and the greatest lower bound; None: as before.
+        """Weights with probably the least upper and the greatest lower bound; None: the last ones.
 
-        The functions at the mean pressure have an energy under each law, which is estimated as if
-        the gap of each cell were the one that conducts as much at the mean pressure.
+        The energies of the solution at the mean pressure are estimated under each law. For this the
+        gap of each cell counts as the uniform gap that conducts as much at the mean pressure.
         """
         problem = solution.problem
         stream = present(solution.stream, "stream function")
@@ -223,7 +223,7 @@ class _Estimate:
 def _largest_ratio(law: FilmLaw, mean: FilmLaw) -> float:
     """Largest ratio of the largest conductivity to that at the mean pressure, over all gaps.
 
-    Between the kinks of either the ratio is monotone in the gap.
+    Between the kinks of both laws the ratio is monotone in the gap, so the kinks suffice.
     """
     gaps = np.union1d(law.above.gaps, mean.above.gaps)
     return float(np.max(law.above.per_square(gaps) / mean.above.per_square(gaps)))

@@ -83,7 +83,7 @@ class KeptMesh:
     start : Start or None
         Mesh and solutions of the last flow; None before the first.
     narrowest : float
-        Critical constriction of its film [m].
+        Gap of the critical constriction of its film [m].
     """
 
     start: Start | None = None

@@ -1,4 +1,4 @@
-"""When a refinement ends: bounds near to each other or on one side of a limit; limits."""
+"""When a refinement ends: its bounds agree or decide against a limit, or it costs too much."""
 
 import time
 from collections.abc import Callable
@@ -14,9 +14,9 @@ from fem_seal.limits import Limits
 if TYPE_CHECKING:
     from fem_seal.flow.adapt import LevelSolution
 
-# Part of the largest gap. If the critical constriction is a line of narrower gaps across the flow,
-# refinement may need more unknowns than PETSc can number: for 5 % about 1e8 at a gap of 1e-6 of the
-# largest, about 1e10 at 1e-9 (sixteen pixels).
+# Critical constriction over the largest gap, below which a tolerance may be out of reach. If a line
+# of such small gaps lies across the flow, refinement may need more unknowns than PETSc can number:
+# for 5 % about 1e8 at a ratio of 1e-6, about 1e10 at 1e-9 (sixteen pixels).
 DOUBTFUL = 1e-6
 
 
@@ -90,11 +90,11 @@ class Decision:
     limit: float
     unit: float
 
-    # The last steps of a refinement are smaller near a tolerance; a decision may need any width.
+    # Near a tolerance the steps of a refinement become smaller. A decision may need any width.
     rtol = 0.0
 
     def reached(self, solution: "LevelSolution") -> bool:
-        """Whether the bounds of a solution meet the criterion, with what slip leaves open."""
+        """Whether both bounds, widened by the uncertainty of slip, lie on one side of the limit."""
         lower, upper = solution.slip or solution.level.bounds
         return upper * self.unit <= self.limit or lower * self.unit > self.limit
 
@@ -104,13 +104,13 @@ class Decision:
         return f"the leak rate is between {below:.4g} and {above:.4g} of the limit, undecided"
 
     def out_of_reach(self, solution: "LevelSolution") -> str:
-        """Message if what slip leaves open holds the limit on any mesh, else ""."""
+        """Message if no mesh can decide because slip leaves the limit undecided, else ""."""
         bounds = solution.level.bounds
         if solution.slip is None or bounds.lower == 0:
             return ""
         low, high = solution.slip.interval(bounds)
         if bounds.lower * high * self.unit >= self.limit >= bounds.upper * low * self.unit:
-            return "what the pressures leave open of the slip holds the limit on any mesh"
+            return "the limit lies within the uncertainty of the slip, which no mesh can reduce"
         return ""
 
     def too_slow(self, history: ConvergenceHistory, growth: float) -> str:
@@ -120,7 +120,7 @@ class Decision:
 
 @dataclass(eq=False)
 class Stopping:
-    """Decides when a refinement ends: its criterion is met, or a limit, or it is out of reach.
+    """Decides when a refinement ends: its criterion is met or out of reach, or a limit is reached.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ class Stopping:
 
     @property
     def doubtful(self) -> bool:
-        """Whether the criterion may be out of reach, so that both bounds have to be watched."""
+        """Whether the criterion may be out of reach; both bounds are then solved on every mesh."""
         return self.narrowest < DOUBTFUL
 
     @property

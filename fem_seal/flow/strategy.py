@@ -32,7 +32,7 @@ class Tuning:
         equipotential; none are in a periodic cell. `cut`, `floor` and `ceiling` keep the contrast
         within the range of double precision.
     tolerance : float
-        Relative error of the energy at which CG stops; the flux then has an error of its root.
+        Relative error of the energy at which CG stops; that of the flux is its square root.
     coarsest : int
         Squares along the shorter side of the first mesh.
     """

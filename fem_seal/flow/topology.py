@@ -247,7 +247,7 @@ def _winding(
 
     Parameters
     ----------
-    low, high : (n,) patches that are one point, at y = 0 and at y = Ly: ψ(high) = ψ(low) + 1
+    low, high : (n,) patches of the same point at y = 0 and at y = Ly: ψ(high) = ψ(low) + 1
     count : number of patches
 
     Returns

@@ -185,7 +185,7 @@ class StreamNumbering:
     numbering : Numbering
         Numbering of the periodic part; its offset is 0.
     seams_crossed : (C, 3, 2)
-        N of each corner.
+        Number n of seams crossed at each corner.
     jumps : (k, 2)
         Basis of the jumps J that the contact patches admit; empty if they block every
         direction.

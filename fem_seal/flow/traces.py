@@ -137,7 +137,7 @@ def _side_by_side(
 ) -> np.ndarray:
     """Resistivity (3, n) for α g³ + β g² from those for g³ and for g².
 
-    1/(u + v) ≤ τ²/u + (1 - τ)²/v for any τ; here the one that makes the trace least.
+    1/(u + v) ≤ τ²/u + (1 - τ)²/v for any τ; τ is chosen such that the trace is least.
     """
     ease = np.stack(
         [
@@ -194,11 +194,11 @@ def resistivity(
     first, *others = xy[turned, one]
     # Subtract before scaling: differences of integers are exact, products with the aspect are not.
     e_b, e_c = (((other - first) * aspect).T for other in others)
-    found = one_contact_tensor(e_b, e_c, b, c)
+    of_traces = one_contact_tensor(e_b, e_c, b, c)
     if not law.is_cube:
         square = one_contact_tensor(e_b, e_c, b, c, power=2)
-        found = _side_by_side(found, square, *_from_contact(law, np.maximum(b, c)))
-    tensor[one] = found.T
+        of_traces = _side_by_side(of_traces, square, *_from_contact(law, np.maximum(b, c)))
+    tensor[one] = of_traces.T
     return tensor
 
 
@@ -231,8 +231,8 @@ def mean_gradient_values(psi: np.ndarray, contact: np.ndarray) -> np.ndarray:
 
     Notes
     -----
-    By parts: on an edge from a contact vertex 0 to an open one ∫ψ = |e| (m ψ_0 + ψ_1)/(m + 1),
-    on other edges ψ is linear.
+    Integrate by parts: on an edge from a contact vertex 0 to an open vertex 1 the integral of ψ is
+    |e| (m ψ_0 + ψ_1)/(m + 1); on other edges ψ is linear.
     """
     values = psi.copy()
     count = contact.sum(axis=1)

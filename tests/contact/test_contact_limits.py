@@ -147,6 +147,6 @@ def test_a_mean_gap_out_of_reach_is_an_error():
     heights = np.array([[1.0, -1.0], [-1.0, 1.0]])
     problem = Problem(heights, HalfSpace((2, 2), (1.0, 1.0)), mean_gap=0.5)
     # max(u + s, h) of u = 0 has the mean (1 + s)/2 while s lies between -1 and 1: s = 0.
-    assert problem.rested(np.zeros((2, 2))).tolist() == [[1.0, 0.0], [0.0, 1.0]]
+    assert problem.projected(np.zeros((2, 2))).tolist() == [[1.0, 0.0], [0.0, 1.0]]
     with pytest.raises(NotConverged, match=r"mean gap 0\.5.*off by nan"):
-        problem.rested(np.full((2, 2), np.nan))
+        problem.projected(np.full((2, 2), np.nan))

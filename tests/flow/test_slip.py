@@ -253,7 +253,7 @@ def test_decision(part):
     found, *_ = mass_bounds(gap, slip, decide=part * free.value)
     assert found.converged is (part != 1.0)
     if part == 1.0:
-        assert "what the pressures leave open of the slip" in found.reason
+        assert "within the uncertainty of the slip" in found.reason
     else:
         assert (found.lower > part * free.value) if part < 1 else found.upper <= part * free.value
 
