@@ -19,6 +19,7 @@ SMALL = {
     "ordinary_dolfinx": {"n": 32},
     "price_of_accuracy": {"n": 32},
     "when_does_the_fluid_matter": {"n": 64},
+    "when_is_a_limit_kept": {"n": 128},
     "where_it_breaks": {"unknowns": 800},
 }
 # A demo that draws takes the folder `out`.

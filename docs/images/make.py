@@ -21,6 +21,7 @@ FIRST = "demos/scenes/first.toml"
 PICTURES = {
     "flow.png": (801, f"{FEM_SEAL} run {FIRST} --out made", "made/flow.png"),
     "lift.png": (900, f"{FEM_SEAL} run {FIRST} --out made", "made/lift.png"),
+    "limit.png": (800, "demos/when_is_a_limit_kept.py", "out/limit.png"),
     "flange.png": (900, f"{FEM_SEAL} run demos/scenes/flange.toml --out made", "made/flow.png"),
     "surface.png": (
         1000,

@@ -1,0 +1,121 @@
+# %% [markdown]
+# # When is a limit kept?
+#
+# A verdict compares the limit L with an interval, never with the computed leak rate Q alone:
+#
+#     Π f_lower · Q_lower <= true leak rate <= Π f_upper · Q_upper,
+#
+# where Q_lower and Q_upper are the guaranteed bounds of the flow, and the factors f are those of
+# all other entries of the error budget that have a number, such as the fluid's pressure, which
+# lifts the solid (docs/guide/verdict.md).
+#
+# * within limit: the upper end is at most L;
+# * above limit: the lower end is above L;
+# * undecided: L lies in between, or on a side without an end.
+#
+# One seal is pressed less and less. The last one is computed as if dry: how far the fluid opens it
+# is not known, so its leak rate has no upper end.
+
+# %%
+from dataclasses import dataclass
+from pathlib import Path
+
+from fem_seal import Patch, Scene
+from fem_seal.quantities.error_budget import beside_flow, combined
+from fem_seal.quantities.uncertainties import error_budget
+from fem_seal.render.plot import new_figure
+
+SCENE = Path(__file__).parent / "scenes" / "verdict.toml"
+LIMIT = 0.0025  # ml/h, of that scene
+ML_PER_HOUR = 1e-6 / 3600  # m³/s
+COLOURS = {"within limit": "#38761d", "undecided": "#b45f06", "above limit": "#cc0000"}
+
+
+@dataclass(frozen=True)
+class Point:
+    """Leak rates [ml/h]: the bounds of the flow, and those that the verdict counts."""
+
+    name: str
+    lower: float
+    upper: float
+    counted_lower: float
+    counted_upper: float | None
+    decision: str
+
+
+# %% [markdown]
+# ## One verdict
+
+
+# %%
+def point(n: int, pressure: float, lift: str) -> Point:
+    """Verdict under a contact pressure [MPa]."""
+    settings = [f"surface.shape=[{n}, {n}]", f'contact.pressure="{pressure} MPa"']
+    settings += [f"flow.lift={lift}", 'output.products=["leak_rate"]']
+    patch = Patch(Scene.from_file(SCENE, settings))
+    leak, verdict = patch.leak_rate, patch.verdict
+    low, high = combined(beside_flow(error_budget(patch)))
+    assert low is not None
+    bounds = leak.lower / ML_PER_HOUR, leak.upper / ML_PER_HOUR
+    name = f"{pressure} MPa" + (", dry" if lift == "none" else "")
+    most = None if high is None else high * bounds[1]
+    return Point(name, *bounds, low * bounds[0], most, verdict.decision)
+
+
+# %% [markdown]
+# ## The picture
+# Dark: the bounds of the flow. Light: with all other factors that have a number. Arrow: no upper
+# end.
+
+
+# %%
+def draw(points: list[Point], path: Path) -> None:
+    """Intervals of all points beside the limit."""
+    farthest = 1.04 * max(p.counted_upper or p.upper for p in points)
+    with new_figure((7, 0.8 + 0.6 * len(points)), path) as figure:
+        axes = figure.subplots()
+        for row, p in enumerate(points):
+            colour = COLOURS[p.decision]
+            most = p.counted_upper or farthest
+            axes.barh(row, most - p.counted_lower, 0.5, p.counted_lower, color=colour, alpha=0.3)
+            axes.barh(row, p.upper - p.lower, 0.5, p.lower, color=colour)
+            if p.counted_upper is None:
+                axes.plot(most, row, ">", color=colour, markersize=12, clip_on=False)
+        axes.axvline(LIMIT, color="k", lw=1.5)
+        axes.text(LIMIT, -0.6, "limit ", ha="right")
+        axes.bar(0, 0, color="0.3", label="bounds of the flow")
+        axes.bar(0, 0, color="0.3", alpha=0.3, label="with all factors of the budget")
+        axes.legend(loc="upper right")
+        axes.locator_params(axis="x", nbins=6)
+        axes.set(xlabel="leak rate [ml/h]", ylim=(len(points) - 0.5, -0.9))
+        axes.set_xlim(0.97 * min(p.counted_lower for p in points), farthest)
+        axes.set_yticks(range(len(points)), [f"{p.name}:\n{p.decision}" for p in points])
+
+
+# %%
+def main(out: Path = Path("out"), n: int = 256) -> list[Point]:
+    """Compute, assert, print and draw."""
+    cases = [(9.0, "resolved"), (8.8, "resolved"), (8.6, "resolved"), (8.6, "none")]
+    points = [point(n, *case) for case in cases]
+    out.mkdir(parents=True, exist_ok=True)
+    draw(points, out / "limit.png")
+    for p in points:
+        most = "any leak rate" if p.counted_upper is None else f"{p.counted_upper:.6f}"
+        print(f"{p.name}: {p.decision}, {p.counted_lower:.6f} to {most} ml/h")
+    # A limit that is kept or exceeded lies outside the interval, and an undecided one inside.
+    for p in points:
+        most = p.counted_upper
+        inside = p.counted_lower <= LIMIT and (most is None or most > LIMIT)
+        assert inside == (p.decision == "undecided")
+    # Less pressure leaks more, and more than all uncertainties together.
+    strong, middle, weak, dry = points
+    assert strong.counted_upper < middle.counted_lower
+    assert middle.counted_upper < weak.counted_lower
+    # The contact that the fluid lifts leaks more than the dry one.
+    assert dry.lower < weak.upper
+    assert dry.counted_upper is None
+    return points
+
+
+if __name__ == "__main__":
+    main()
