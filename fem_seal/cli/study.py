@@ -116,7 +116,7 @@ def _shared(command: Command) -> Command:
 
 def _unfinished(work: "Work") -> int:
     """Say that other parts of a study are missing; with --gather that is a failure."""
-    message = "points of the study are not computed yet"
+    message = "some points of the study are not computed yet"
     if work.gather:
         return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
     say(f"{message}; the same command without --part, or with --gather, makes the table")
@@ -214,12 +214,16 @@ def _trade(options: argparse.Namespace) -> int:
     from fem_seal.render.studies import trade_figure
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.advice import recommend
+    from fem_seal.verification.lift_price import LiftRow, lift_price
     from fem_seal.verification.trade import trade
 
     scene = _scene(options)
     work = work_of(options)
     result = _with_progress(partial(trade, scene, out=options.out, work=work))
-    if result is None:
+    lifts: list[LiftRow] | None = []
+    if options.lift:
+        lifts = _with_progress(partial(lift_price, scene, out=options.out, work=work))
+    if result is None or lifts is None:
         return _unfinished(work)
     advice = "\n".join(recommend(result))
     texts = [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")]
@@ -228,19 +232,9 @@ def _trade(options: argparse.Namespace) -> int:
     say(as_text(result.points))
     say(f"extrapolated: {result.reference:.4e} m^3/s ± {100 * result.uncertainty:.2g} %")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
-    return _trade_of_lift(options, scene, work) if options.lift else 0
-
-
-def _trade_of_lift(options: argparse.Namespace, scene: "Scene", work: "Work") -> int:
-    """Table of the answers to the fluid's pressure."""
-    from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.lift_price import lift_price
-
-    rows = _with_progress(partial(lift_price, scene, out=options.out, work=work))
-    if rows is None:
-        return _unfinished(work)
-    _write(options.out, [("trade-lift.csv", as_csv(rows))])
-    say(f"\nthe fluid's pressure:\n{as_text(rows)}")
+    if lifts:
+        _write(options.out, [("trade-lift.csv", as_csv(lifts))])
+        say(f"\nthe fluid's pressure:\n{as_text(lifts)}")
     return 0
 
 

@@ -162,7 +162,7 @@ def lift_price(
             out = held.enter_context(temporary_folder())
         folder = RecordFolder(out / "points", LiftRun)
         chains = [
-            Chain(folder, tuple(_task(one, samples) for one in scenes), lambda: None)
+            Chain(folder, tuple(_task(one, samples) for one in scenes))
             for samples in grids(surface_of(scene, None).shape, factors)
         ]
         outcome = compute_points(chains, work or Work(), report=report)

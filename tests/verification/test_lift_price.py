@@ -64,10 +64,16 @@ def test_what_has_no_price():
         lift_price(Scene.from_mapping(plain))
 
 
-def test_command_writes_the_table(tmp_path, capsys):
+def test_parts_and_jobs_compute_the_table_together(tmp_path, capsys):
+    """Each part computes its grids in two processes; --gather then writes both tables."""
     path = write_toml(tmp_path / "scene.toml", SCENE)
     out = tmp_path / "trade"
-    assert cli.main(["study", "trade", str(path), "--lift", "--out", str(out)]) == 0
+    command = ["study", "trade", str(path), "--lift", "--out", str(out)]
+    assert cli.main([*command, "--part", "1/2", "--jobs", "2"]) == 0
+    assert "not computed yet" in capsys.readouterr().out
+    assert not (out / "trade-lift.csv").exists()
+    assert cli.main([*command, "--part", "2/2", "--jobs", "2"]) == 0
+    assert cli.main([*command, "--gather"]) == 0
     text = capsys.readouterr().out
     assert "the fluid's pressure:" in text
     table = (out / "trade-lift.csv").read_text().splitlines()
