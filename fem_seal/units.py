@@ -11,6 +11,11 @@ if TYPE_CHECKING:
 
 _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
+# Volumes per time at standard conditions, "slm", "sccm", "Nl/min". Pint's "slm" is a pressure times
+# volume, right for a gas of 0 degC only.
+_STANDARD_VOLUME = re.compile(
+    r"\b(s(lp?|cc|cf)[hms]|standard_liter_per_minute|std|N(ml|l|L|cm|m\W?[3³]))(?![^\W\d_])"
+)
 _WORD = re.compile(r"[^\W\d_]+")
 # Example of a quantity of each SI unit, for messages.
 _EXAMPLES = {"m": "5 um", "Pa": "2 MPa", "Pa s": "1 mPa s", "s": "10 min", "byte": "2 GB"}
@@ -143,6 +148,12 @@ class RateUnit:
 
         if not isinstance(text, str) or text.strip()[:1].isdigit():
             raise ValueError(_RATE_EXPECTED)
+        if _STANDARD_VOLUME.search(text):
+            raise ValueError(
+                "is a volume at standard conditions, on which users do not agree; write 'cm^3/min' "
+                "or 'l/min': the volume of a gas is that at fluid.reference_temperature and "
+                "fluid.reference_pressure (0 degC and 1 atm, if the scene names no others)"
+            )
         try:
             unit = _parsed(text)
         except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError):

@@ -40,6 +40,14 @@ def test_bad_units_of_a_leak_rate_are_refused(unit):
         RateUnit.parse(unit)
 
 
+@pytest.mark.parametrize("unit", ["slm", "slpm", "sccm", "Nl/min", "std cm^3/min"])
+def test_units_of_standard_conditions_are_refused(unit):
+    """Pint's slm is 1.68875 Pa m³/s: with the pressure times volume of a gas of 20 degC, a mass
+    flow of 1 slm would count as 1.073."""
+    with pytest.raises(ValueError, match=r"fluid\.reference_temperature"):
+        RateUnit.parse(unit)
+
+
 @pytest.mark.parametrize(
     "rate", ["1", "ml/h", "0 ml/h", "-1 ml/h", "1 m", "1e999 ml/h", True, None]
 )
