@@ -46,7 +46,7 @@ PI = np.float64(np.pi)
 LONGEST = 1000  # most characters of a formula, so that it cannot exhaust the parser
 
 
-def evaluate(text: str, points: np.ndarray) -> np.ndarray:
+def evaluate(text: str, points: np.ndarray, middle: float = 0.0) -> np.ndarray:
     """Values of a formula at points.
 
     Parameters
@@ -54,7 +54,9 @@ def evaluate(text: str, points: np.ndarray) -> np.ndarray:
     text : str
         The formula, such as "5e-6 * (1 + 0.2 * cos(3 * theta))", with lengths in metres.
     points : (n, 2) float
-        Coordinates x, y [m]; r and theta in (-π, π] are the polar coordinates.
+        Coordinates x, y [m]; r and theta are the polar coordinates.
+    middle : float
+        theta [rad] lies within π of this angle, in (-π, π] if left out.
 
     Returns
     -------
@@ -67,7 +69,10 @@ def evaluate(text: str, points: np.ndarray) -> np.ndarray:
     """
     tree = _parsed(text)
     x, y = points.T
-    values: tuple[Value, ...] = (x, y, np.hypot(x, y), np.arctan2(y, x), PI)
+    theta = np.arctan2(y, x)
+    if middle != 0:
+        theta += 2 * PI * np.rint((middle - theta) / (2 * PI))
+    values: tuple[Value, ...] = (x, y, np.hypot(x, y), theta, PI)
     names = dict(zip(VARIABLES, values, strict=True))
     try:
         with np.errstate(all="ignore"):

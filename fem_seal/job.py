@@ -203,8 +203,9 @@ def _film_of(result: Result, folder: Path) -> GridFilm | MeshFilm:
     if (folder / MESH_FILE).is_file():
         from fem_seal.mesh.gap_source import Formula
 
-        text = result.provenance.scene.get("shape", {}).get("gap_expression")
-        return replace(read_mesh(folder), formula=None if text is None else Formula(text))
+        shape = result.provenance.scene.get("shape", {})
+        text, middle = shape.get("gap_expression"), shape.get("angle", 0.0) / 2
+        return replace(read_mesh(folder), formula=None if text is None else Formula(text, middle))
     if (folder / CONTACT_FILE).is_file():
         flow = result.flow()
         return GridFilm(read_contact(folder)[0], flow.sides, flow.representation)

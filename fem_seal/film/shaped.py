@@ -53,7 +53,7 @@ def gap_source(shape: Shape, grid: GridField | None) -> GapSource:
     if shape.gap is not None:
         return Uniform(shape.gap)
     if shape.gap_expression is not None:
-        return Formula(shape.gap_expression)
+        return Formula(shape.gap_expression, shape.middle_angle)
     return GRIDS[shape.grid](present(grid, "grid of the gap"), shape.grid_origin)
 
 

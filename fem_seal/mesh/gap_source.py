@@ -44,13 +44,16 @@ class Formula:
     ----------
     text : str
         The formula, see `expression.evaluate`.
+    middle : float
+        theta lies within π of this angle [rad].
     """
 
     text: str
+    middle: float = 0.0
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Gap (n,) [m] at points (n, 2) [m]."""
-        return evaluate(self.text, points)
+        return evaluate(self.text, points, self.middle)
 
     anywhere = __call__
 

@@ -81,6 +81,11 @@ class Shape(Section):
         """Whether there is no mesh yet."""
         return True
 
+    @property
+    def middle_angle(self) -> float:
+        """Angle [rad] within π of which theta of `gap_expression` lies."""
+        return 0.0
+
     def numbers(self) -> Mapping[str, float]:
         """Values of the geometry's constants [m]."""
         return {}
@@ -207,6 +212,11 @@ class Sector(_Ring):
     kind: Literal["sector"] = Field(description="name of the shape")
     angle: Angle = Field(description="opening, below a full turn")
     source: ClassVar[str] = "sector.geo"
+
+    @property
+    def middle_angle(self) -> float:
+        """Middle of the sector, so that theta does not jump inside it [rad]."""
+        return self.angle / 2
 
     def numbers(self) -> Mapping[str, float]:
         """Values of the geometry's constants [m]; the angle in radians."""

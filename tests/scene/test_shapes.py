@@ -88,6 +88,21 @@ def test_sector(angle):
     assert flow.lower * (1 - slack) <= exact <= flow.upper * (1 + slack)
 
 
+@pytest.mark.parametrize("angle", [1.5, 5.0])
+def test_gap_of_a_sector_that_grows_with_the_angle(angle):
+    """The flow is radial if the gap depends on theta alone: Q = ∫ g³ dtheta / ln(r_out/r_in).
+
+    Theta runs from 0 to the angle of the sector, beyond π as well.
+    """
+    shape = RING | {"kind": "sector", "angle": angle, "mesh_size": 0.1}
+    flow = solved({**shape, "gap_expression": "1 + theta"}, rtol=0.01)
+    exact = ((1 + angle) ** 4 - 1) / 4 / np.log(2)
+    # The chords as in `test_sector`; theta bends by at most 1/r² <= 1, so that its interpolation
+    # is off by at most h²/8, and g³ by three times that of g >= 1.
+    slack = (0.1**2 / 8) * (1 + 1 / 4) / np.log(2) + 3 * 0.1**2 / 8
+    assert flow.lower * (1 - slack) <= exact <= flow.upper * (1 + slack)
+
+
 @pytest.mark.parametrize("holes", [[2, 1], [1, 2]])
 def test_plate_with_holes_is_the_array_of_discs(holes):
     """Perrins, McKenzie and McPhedran (1979); polygons with n corners on a circle lie between it
