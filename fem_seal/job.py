@@ -30,6 +30,7 @@ from fem_seal.results.arrays import (
     write_flow,
     write_mesh,
 )
+from fem_seal.results.folder import PATCHES
 from fem_seal.results.result import Origin, Provenance
 from fem_seal.results.seal import SealRecord
 from fem_seal.scene import Scene
@@ -38,7 +39,6 @@ from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal import SealLeak, solve_seal
 
 SEAL_PICTURE = "seal.png"
-PATCHES = "patches"  # folder of the solved patches of a seal, beside result.json
 
 
 def run(

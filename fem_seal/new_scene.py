@@ -199,7 +199,7 @@ def _profiles(path: Path, name: str, stated: Stated) -> Parts:
         'kind = "profiles"',
         f"path = {name}",
         *unit,
-        _line("detrend", '"line"', "the tilt; or \"mean\", \"quadratic\""),
+        _line("detrend", '"line"', 'the tilt; or "mean", "quadratic"'),
         _line("shape", "[256, 256]", "of a random surface with the spectrum of the profiles"),
         _line("size", f'["{1e6 * side:.6g} um", "{1e6 * side:.6g} um"]', "yours: of its cell"),
         "seed = 1",

@@ -168,9 +168,7 @@ def work_of(options: argparse.Namespace) -> "Work":
     """Distribution of points over processes, from the options of `add_work`."""
     from fem_seal.points import Work
 
-    return Work(
-        options.jobs, options.part, gather=options.gather, memory=_bytes(options.memory)
-    )
+    return Work(options.jobs, options.part, gather=options.gather, memory=_bytes(options.memory))
 
 
 def prepare_workers(options: argparse.Namespace, module: str) -> None:

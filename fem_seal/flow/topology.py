@@ -240,9 +240,7 @@ def patch_ties(
     return pairs + [cells[:, [k, (k + 1) % 3]] for cells, k in edges]
 
 
-def _winding(
-    low: np.ndarray, high: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray] | None:
+def _winding(low: np.ndarray, high: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
     """Join patches across a periodic side on which the stream function jumps by one.
 
     Parameters

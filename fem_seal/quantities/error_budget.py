@@ -63,6 +63,11 @@ class Uncertainty:
         return self.lower is not None or self.upper is not None
 
 
+def may_open(entry: Uncertainty) -> bool:
+    """Whether an entry may let a sealed contact leak."""
+    return entry.counted and entry.upper is None
+
+
 ErrorBudget = tuple[Uncertainty, ...]
 
 

@@ -1,6 +1,6 @@
 """Uncertainties and verdict of a whole seal."""
 
-from math import ceil, exp, log
+from math import ceil, exp, inf, log
 from statistics import stdev
 
 import numpy as np
@@ -40,9 +40,12 @@ PRESSURES = 9  # at which the slip along the path is compared
 MOST_PATCHES = 1000  # that a scene may have
 NARROW = 2.0  # upper over lower end of an interval that is narrow enough
 
-WISH = (
-    "more realizations (seal.patches), larger patches, or a smaller seal.rtol might decide"
-)
+# What narrows an entry of the budget of a seal.
+REMEDIES = {
+    FLOW_AND_LOADS: "a smaller seal.rtol",
+    "patches": "more realizations (seal.patches) or larger ones",
+    CONTACT_GRID: "a finer grid of the contact (surface.shape, or a map in smaller steps)",
+}
 
 
 def leak_rate_of(patch: Patch, seal: SealLeak) -> LeakRate:
@@ -67,8 +70,21 @@ def seal_verdict(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> Verdict:
         return verdict(leak, shown_in(patch), None, None, budget)
     allowed = limit.volume_rate(patch.scene.drive)
     # No tolerance helps where an entry is open on a side.
-    wish = "; ".join(entry.sentence for entry in open_entries(budget)) or WISH
+    wish = "; ".join(entry.sentence for entry in open_entries(budget)) or _wish(budget)
     return verdict(leak, shown_in(patch), limit.leak_rate, allowed, budget, wish)
+
+
+def _wish(budget: ErrorBudget) -> str:
+    """Advice for an undecided verdict: what narrows the widest entry of the budget."""
+    widths = {
+        entry.name: log(entry.upper / entry.lower) if entry.lower else inf
+        for entry in budget
+        if entry.lower is not None and entry.upper is not None
+    }
+    widest = max(widths, key=lambda name: widths[name])
+    if widest not in REMEDIES:
+        return f"no setting narrows {widest}, the widest of them"
+    return f"{REMEDIES[widest]} might decide"
 
 
 def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:

@@ -15,6 +15,7 @@ from fem_seal.quantities.error_budget import (
     beside_flow,
     combined,
     factor_words,
+    may_open,
 )
 from fem_seal.units import Rate
 
@@ -111,6 +112,8 @@ def verdict(
     open_points = _not_covered(rest)
     if leak.state == "lifted off":
         sentence = "the fluid carries the whole load, and nothing limits the leak rate"
+        if given is not None:
+            sentence += f"; {given} allowed"
         decision = "lifted off" if limit is None else "above limit"
         return Verdict(decision, f"{decision}: {sentence}", given)
     if leak.state == "sealed":
@@ -136,8 +139,25 @@ def verdict(
         others = (*(entry for entry in budget if entry.name == SLIP_INTERVAL), *rest)
         rtol, unknowns = what_would_decide(leak, limit_solved, *combined(others))
         wish = _wish(leak, rtol, unknowns, limit_solved, others)
-    sentence = f"undecided: {shown.between(leak)}, {allowed}{counting}; {wish}{open_points}"
+    ends = _ends(low, high, shown, limit_solved)
+    sentence = f"undecided: {ends} the {allowed}{counting}; {wish}{open_points}"
     return Verdict("undecided", sentence, given, rtol, unknowns)
+
+
+def _ends(low: float | None, high: float | None, shown: Shown, limit: float) -> str:
+    """Text of the range that is held against a limit, in the unit and as shares of the limit."""
+    least = "" if low is None else shown.at_least(low)
+    most = "" if high is None else shown.at_most(high)
+    percents = [
+        f"{rounded(100 * rate / limit)} %"
+        for rate, rounded in ((low, rounded_down), (high, rounded_up))
+        if rate is not None
+    ]
+    if least and most:
+        ends = f"between {least.removesuffix(shown.name).strip()} and {most}"
+    else:
+        ends = f"at least {least}, no upper end" if least else f"at most {most}"
+    return f"{ends}, {' to '.join(percents)} of"
 
 
 def what_would_decide(
@@ -181,7 +201,7 @@ def _range(leak: LeakRate, rest: ErrorBudget) -> tuple[float | None, float | Non
 
 def _of_sealed(shown: Shown, given: str | None, limit: float | None, rest: ErrorBudget) -> Verdict:
     """Verdict on a sealed gap; an entry of the budget may still open a path."""
-    opened = [entry for entry in rest if entry.counted and entry.upper is None]
+    opened = [entry for entry in rest if may_open(entry)]
     sentence = "no open path joins inlet and outlet"
     if any(entry.name == ONE_PATCH for entry in rest):
         sentence += f" of this patch ({NOT_THE_SEAL})"
@@ -194,7 +214,9 @@ def _of_sealed(shown: Shown, given: str | None, limit: float | None, rest: Error
         sentence = f"within limit: {most} with {_names(opened)}, {shown.text(limit)} allowed"
         return Verdict("within limit", sentence + _not_covered(rest), given)
     sentence = f"undecided: {sentence} as computed, but {_sentences(opened)}"
-    return Verdict("undecided", sentence + _not_covered(rest), given)
+    return Verdict(
+        "undecided", f"{sentence}; {shown.text(limit)} allowed{_not_covered(rest)}", given
+    )
 
 
 def _wish(
@@ -207,7 +229,10 @@ def _wish(
     """Advice for an undecided verdict: a setting that might decide it, or why none can."""
     low, high = leak.bounds
     if low == 0:
-        return "there is no lower bound yet, allow more unknowns, time or memory"
+        return (
+            "there is no lower bound yet, allow more unknowns, time or memory (flow.max_unknowns, "
+            "max_seconds, max_memory)"
+        )
     counted = [entry for entry in rest if entry.counted]
     if [entry.name for entry in counted] == [CONTACT_GRID]:
         # A total error chooses flow.rtol itself.

@@ -14,8 +14,10 @@ from fem_seal.quantities.error_budget import (
     IN_BOUNDS,
     NOT_THE_SEAL,
     ONE_PATCH,
+    Uncertainty,
     combined,
     factor_words,
+    may_open,
 )
 from fem_seal.render.report_page import PAGE
 from fem_seal.results import Result
@@ -179,6 +181,11 @@ def _counted(result: Result) -> str:
     """The part of the error budget that has numbers, one entry a line."""
     if result.error_budget is None:
         return NO_BUDGET
+    if result.state in ("sealed", "lifted off"):
+        opening = [entry for entry in result.error_budget if may_open(entry)]
+        if result.state == "lifted off" or not opening:
+            return f"<p>None: a seal that is {result.state} has no leak rate to multiply.</p>"
+        return _list_of(opening)
     counted = [entry for entry in result.error_budget if entry.counted]
     if not counted:
         return "<p>This result has no numbers about its errors.</p>"
@@ -198,6 +205,10 @@ def _not_covered(result: Result) -> str:
     entries = [e for e in result.error_budget if e.lower is None or e.upper is None]
     if not entries:
         return "<p>Nothing that the program knows of.</p>"
+    return _list_of(entries)
+
+
+def _list_of(entries: Iterable[Uncertainty]) -> str:
     lines = (f"<li><b>{html.escape(e.name)}</b>: {html.escape(e.sentence)}</li>" for e in entries)
     return "<ul>\n" + "\n".join(lines) + "\n</ul>"
 

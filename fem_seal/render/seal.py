@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fem_seal.results.seal import SealRecord
+from fem_seal.results.seal import SealRecord, lifted_words
+from fem_seal.upscaling.conductivity import ConductivityTable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,10 +38,14 @@ def seal_picture(seal: SealRecord, path: str | Path) -> Path:
 
 
 def seal_figure(seal: SealRecord) -> "Figure":
-    """Draw the figure of `seal_picture`."""
+    """Draw the figure of `seal_picture`; of a seal that is lifted off, both pressures alone."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11, 7), layout="constrained")
+    if seal.leak_rate is None:
+        figure = Figure(figsize=(7, 5), layout="constrained")
+        _draw_lifted(seal, figure.add_subplot())
+        return figure
+    figure = Figure(figsize=(11, 7.5), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(1.2, 1))
     pressures = figure.add_subplot(grid[0, 0])
     conductivity = figure.add_subplot(grid[1, 0], sharex=pressures)
@@ -49,11 +54,42 @@ def seal_figure(seal: SealRecord) -> "Figure":
     return figure
 
 
+def _draw_lifted(seal: SealRecord, axes: "Axes") -> None:
+    """Draw contact pressure and fluid pressure, which is nowhere below it."""
+    axes.set(xlabel="x [mm]", ylabel="pressure [MPa]")
+    axes.set_title(lifted_words(seal).replace(", is", ",\nis"), fontsize=11)
+    if seal.path is None:
+        _say(axes, "this result has no pressures: run it again")
+        return
+    x = 1e3 * np.array(seal.path.x)
+    axes.plot(x, 1e-6 * np.array(seal.path.contact_pressure), "k", label="contact pressure P")
+    inlet = 1e-6 * np.array(seal.path.fluid_pressure)
+    axes.plot(x, inlet, "tab:blue", label="fluid pressure at the inlet, above ambient")
+    axes.set_ylim(bottom=0)
+    _legend_below(axes)
+
+
+def _legend_below(axes: "Axes", room: float = 0.12) -> None:
+    """Put the legend below the axes, where it hides no data."""
+    handles, labels = axes.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    axes.legend(
+        list(once.values()),
+        list(once),
+        fontsize=9,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -room),
+        frameon=False,
+        ncols=2,
+    )
+
+
 def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> None:
-    pressures.set(ylabel="pressure [MPa]", title="along the leak path, from inlet to outlet")
+    title = "along the leak path, from inlet to outlet"
+    pressures.set(ylabel="pressure [MPa]", title=title)
     conductivity.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]")
     pressures.tick_params(labelbottom=False)
-    sealed = seal.sealing is not None and seal.leak_rate is not None and seal.leak_rate.upper == 0
+    sealed = seal.leak_rate is not None and seal.leak_rate.upper == 0
     if seal.sealing is not None:
         for axes in (pressures, conductivity):
             # As wide as a line at least: a seal may be known to be sealed at one place alone.
@@ -63,7 +99,7 @@ def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> Non
                 facecolor="tab:green",
                 edgecolor="tab:green",
                 alpha=0.4 if sealed else 0.12,
-                label="sealed: K = 0" if sealed else "90 % of d ln Q/d ln K",
+                label="sealed: K = 0" if sealed else "decides the leak rate (90 %)",
             )
     if seal.path is not None:
         x, P, p = (
@@ -77,8 +113,7 @@ def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> Non
             conductivity.semilogy(1e3 * x, K, "tab:red")
         else:
             _say(conductivity, "no fluid passes the sealed place:\nK elsewhere was not computed")
-    if seal.sealing is not None:
-        pressures.legend(fontsize=8)
+    _legend_below(pressures, room=0.02)
 
 
 def _say(axes: "Axes", words: str) -> None:
@@ -89,31 +124,44 @@ def _say(axes: "Axes", words: str) -> None:
 
 
 def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
-    axes.set(
-        xlabel="net load P - p [MPa]",
-        ylabel="K [m³/(Pa s)]",
-        title="every patch; lines: bounds, dotted: sealed",
-    )
+    """Draw K of every patch against the net load: grey, but for the one drawn along the path."""
+    axes.set(xlabel="net load P - p [MPa]", ylabel="K [m³/(Pa s)]", title="every patch")
     axes.locator_params(axis="x", nbins=6)
+    order = sorted(range(len(seal.patches)), key=lambda k: seal.patches[k].value or 0.0)
+    median = order[len(order) // 2]
     drawn = False
     for number, one in enumerate(seal.patches):
         if one.conductivity is None:
             continue
-        table, colour = one.conductivity.table, f"C{number % 10}"
+        table, is_median = one.conductivity.table, number == median
+        colour, layer = ("tab:red", 3) if is_median else ("0.6", 2)
         open_ = table.upper > 0
         w = 1e-6 * table.loads
-        for steps in (table.lowest, table.highest):
-            between = np.repeat(1e-6 * steps.loads, 2)[1:-1]
-            inside = np.repeat(steps.conductivity[1:-1], 2)
-            inside[inside == 0] = np.nan
-            axes.plot(between, inside, color=colour, alpha=0.5, lw=0.5)
-        value = table.value[open_]
-        axes.plot(w[open_], value, ".", color=colour, label=f"patch {number + 1}")
+        label = "patch of median leak rate, at the left" if is_median else "other patches"
+        axes.plot(
+            w[open_], table.value[open_], ".-", color=colour, lw=0.8, zorder=layer, label=label
+        )
         drawn = drawn or bool(open_.any())
+        if is_median and open_.any():
+            _draw_bounds(table, axes)
         if not open_.all():
-            axes.axvline(w[np.argmin(open_)], color=colour, ls=":", lw=0.8)
+            at = float(w[np.argmin(open_)])
+            axes.axvline(at, color=colour, ls=":", lw=1, zorder=layer, label="sealed from here on")
     if drawn:
         axes.set_yscale("log")
-        axes.legend(fontsize=8)
+        _legend_below(axes, room=0.08)
     else:
-        _say(axes, "every patch is sealed" if seal.patches[0].conductivity else "lifted off")
+        _say(axes, "every patch is sealed")
+
+
+def _draw_bounds(table: ConductivityTable, axes: "Axes") -> None:
+    """Shade what K may be at and between the loads of a table."""
+    w = np.repeat(1e-6 * table.lowest.loads, 2)[1:-1]
+    lower, upper = (
+        np.repeat(steps.conductivity[1:-1], 2) for steps in (table.lowest, table.highest)
+    )
+    # A logarithmic axis has no place for a lower bound of 0.
+    least = 0.1 * table.value[table.value > 0].min()
+    lower[upper == 0] = upper[upper == 0] = np.nan
+    lower = np.maximum(lower, least)
+    axes.fill_between(w, lower, upper, facecolor="tab:red", alpha=0.2, lw=0, label="its bounds")

@@ -14,6 +14,7 @@ from fem_seal.results.result import RESULT_FILE, Provenance, Result
 # Folder with the staged files of a finished run, which are moved out of it one by one. If a run is
 # killed meanwhile, the next run moves the rest.
 MOVING = ".fem-seal.moving"
+PATCHES = "patches"  # folder of the solved patches of a seal, beside result.json
 _OLD_RESULT = "replaced-result.json"
 
 
@@ -136,9 +137,10 @@ class ResultFolder:
             return
         if has_result:
             if not Result.from_folder(self.path).provenance.same_scene(self._provenance):
+                kept = "; patches of the seal that fit are kept" * (self.path / PATCHES).is_dir()
                 raise InvalidInput(
                     f"{self.path} holds the result of another scene; "
-                    "choose another --out, or replace it with --overwrite"
+                    f"choose another --out, or replace it with --overwrite{kept}"
                 )
             return
         # Pictures and a mesh without a result come from `fem-seal mesh`, and may be replaced.

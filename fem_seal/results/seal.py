@@ -133,16 +133,28 @@ def _table(table: ConductivityTable | None) -> TableRecord | None:
     )
 
 
+def lifted_words(seal: SealRecord) -> str:
+    """Why a seal is lifted off, with both pressures."""
+    if seal.path is None:
+        return "lifted off: the contact pressure is nowhere above the fluid's at the inlet"
+    P, inlet = max(seal.path.contact_pressure), seal.path.fluid_pressure[0]
+    return (
+        f"lifted off: the contact pressure, at most {with_prefix(P, 'Pa')}, is nowhere above the "
+        f"fluid's at the inlet, {with_prefix(inlet, 'Pa')}; press harder"
+    )
+
+
 def seal_words(seal: SealRecord) -> str:
     """Leak rate of the seal, of how many patches it is made, and where it seals."""
     if seal.leak_rate is None:
-        return "lifted off: the fluid's pressure is nowhere below the contact pressure"
+        return lifted_words(seal)
     rate = seal.leak_rate
     text = rate_text(rate.value, rate.lower, rate.upper, rate.unit)
     number = "1 realization" if len(seal.patches) == 1 else f"{len(seal.patches)} realizations"
     sealed = sum(patch.state == "sealed" for patch in seal.patches)
-    made = f"{seal.patches_along} x {seal.patches_around} patches (along the path x around it)"
-    words = f"{text}; {made}, from {number}, {sealed} sealed"
+    where = "along the path" if rate.upper == 0 else "along the part of the path that seals"
+    made = f"{seal.patches_along} patches {where}, {seal.patches_around} around the seal"
+    words = f"{text}; {made}, drawn from {number}, {sealed} sealed"
     if len(seal.loads) == 1:
         words += f"; 1 net load, {with_prefix(seal.loads[0], 'Pa')}"
     elif seal.loads:

@@ -12,7 +12,7 @@ from fem_seal.digits import (
     with_prefix,
 )
 from fem_seal.errors import present
-from fem_seal.leak_rate import rate_text
+from fem_seal.leak_rate import FlowState, rate_text
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
 from fem_seal.quantities.error_budget import (
@@ -21,6 +21,7 @@ from fem_seal.quantities.error_budget import (
     ErrorBudget,
     combined,
     factor_words,
+    may_open,
 )
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold
@@ -64,21 +65,29 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
     if result.accuracy:
         lines.append(("accuracy", accuracy_words(result.accuracy)))
     if result.error_budget:
-        lines.append(("errors", budget_words(result.error_budget)))
+        lines.append(("errors", budget_words(result.error_budget, result.state)))
     lines.append(("contact", contact_words(result)))
     memory = result.peak_memory_bytes / 1e6
     lines.append(("cost", f"{result.seconds['total']:.1f} s, {memory:.0f} MB"))
     return lines
 
 
-def budget_words(budget: ErrorBudget) -> str:
-    """Factors of the counted entries, single and combined, and names of entries not covered."""
-    counted = [entry for entry in budget if entry.counted]
+def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> str:
+    """Factors of the counted entries, single and combined, and names of entries not covered.
+
+    Without a leak rate there is nothing to multiply: of a sealed seal the entries that may open a
+    path are named.
+    """
+    counted = [entry for entry in budget if entry.counted and state == "leaking"]
+    opening = [entry.name for entry in budget if state == "sealed" and may_open(entry)]
     parts = [f"{e.name} {factor_words(e.lower, e.upper)} ({e.kind})" for e in counted]
     if len(counted) > 1:
         parts.append(f"together {factor_words(*combined(budget))}")
-    named = ", ".join(entry.name for entry in budget if entry.kind == "not covered")
+    not_covered = [entry.name for entry in budget if entry.kind == "not covered"]
+    named = ", ".join(name for name in not_covered if name not in opening)
     words = f"{', '.join(parts)} times the value" if parts else ""
+    if opening:
+        words = f"may leak all the same: {', '.join(opening)}"
     return "; ".join(filter(None, (words, named and f"not covered: {named}")))
 
 

@@ -123,9 +123,7 @@ def check_gap(scene: Contents) -> None:
     if scene.gap is not None:
         for name in ("surface", "solid", "contact"):
             if getattr(scene, name) is not None:
-                raise ContradictionError(
-                    f"[gap] stands in place of [{name}]; give one of the two"
-                )
+                raise ContradictionError(f"[gap] stands in place of [{name}]; give one of the two")
         return
     if scene.surface is None or scene.contact is None:
         name = "surface" if scene.surface is None else "contact"
@@ -150,9 +148,7 @@ def check_load(scene: Contents) -> None:
                 "one of them out"
             )
     elif not loads:
-        raise ContradictionError(
-            f"contact: give exactly one of {', '.join(LOADS)}; got none"
-        )
+        raise ContradictionError(f"contact: give exactly one of {', '.join(LOADS)}; got none")
 
 
 def check_seal(scene: Contents) -> None:
@@ -354,9 +350,7 @@ def check_tensor(scene: Contents) -> None:
     if "conductivity_tensor" not in scene.output.products:
         return
     if scene.fluid is None:
-        raise ContradictionError(
-            "[fluid] is missing: a conductivity tensor needs fluid.viscosity"
-        )
+        raise ContradictionError("[fluid] is missing: a conductivity tensor needs fluid.viscosity")
     if scene.fluid.kind == "gas" and scene.fluid.slip is not False:
         missing = [name for name in _PRESSURES if getattr(scene.flow, name) is None]
         if missing:

@@ -18,9 +18,7 @@ from fem_seal.scene.shape import AnyShape, MeshFile
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
 
-Surface = Annotated[
-    SelfAffineSurface | FileSurface | ProfileSurface, Field(discriminator="kind")
-]
+Surface = Annotated[SelfAffineSurface | FileSurface | ProfileSurface, Field(discriminator="kind")]
 
 
 class Contents(Section):

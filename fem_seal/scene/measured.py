@@ -105,9 +105,7 @@ class FileSurface(FieldFile):
         """The steps that prepare the map."""
         from fem_seal.surface.preparation import Preparation
 
-        return Preparation(
-            **{step.name: getattr(self, step.name) for step in fields(Preparation)}
-        )
+        return Preparation(**{step.name: getattr(self, step.name) for step in fields(Preparation)})
 
     @property
     def stated(self) -> Stated:

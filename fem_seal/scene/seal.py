@@ -33,15 +33,16 @@ def _profile(value: object, info: ValidationInfo) -> Any:
     return readable_file(value, info)
 
 
+OF_FLOWS = 0.5  # of seal.rtol for the flows, unless the scene has a flow.rtol; loads take the rest
+
+
 class Seal(Section):
     """The seal that the patch is a part of; scales apart."""
 
     leak_path: Length | None = Field(
         None, description="length from inlet to outlet, the width of the contact"
     )
-    circumference: Length | None = Field(
-        None, description="length of the seal across the flow"
-    )
+    circumference: Length | None = Field(None, description="length of the seal across the flow")
     inlet_radius: Length | None = Field(
         None, description="of a flat ring, in place of leak_path and circumference"
     )

@@ -266,7 +266,6 @@ class Contact(Section):
             )
         return self
 
-
     @property
     def load(self) -> "contact.Load":
         """The one load that is set; see `Contents.load` for a scene whose [seal] gives it."""

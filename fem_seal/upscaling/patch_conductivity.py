@@ -38,6 +38,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level, half_width_of, relative_width
 from fem_seal.limits import Limits
 from fem_seal.patch import Patch
+from fem_seal.scene.seal import OF_FLOWS
 from fem_seal.steps import elastic_contact
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow
@@ -58,8 +59,6 @@ LOOSE = 3.0
 MOST_LOOSE = 4.0
 # But no limit is below this: the first flow may need hardly any, where all is open.
 LEAST_LIMIT = 20_000
-# Part of the tolerance for the flows, as advised.
-OF_FLOWS = 0.5
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
 WIDTH = 0.22
 # Places of an enclosure, beside its ends; and distance c - b of its last line over b - a.
@@ -262,9 +261,7 @@ class LoadedPatch:
         lower, upper = leak.bounds
         return lower * per_rate, upper * per_rate
 
-    def _leak_rate(
-        self, load: float, film: GridFilm, rtol: float, limits: Limits
-    ) -> LeakRate:
+    def _leak_rate(self, load: float, film: GridFilm, rtol: float, limits: Limits) -> LeakRate:
         from fem_seal.flow import leak_rate
 
         scene, report = self.patch.scene, self.patch.report
@@ -307,9 +304,7 @@ def at_mean_pressure(slip: Slip | None) -> Slip | None:
     if slip is None:
         return None
     mean = slip.mean_pressure
-    return replace(
-        slip, inlet_pressure=(1 + NARROW) * mean, outlet_pressure=(1 - NARROW) * mean
-    )
+    return replace(slip, inlet_pressure=(1 + NARROW) * mean, outlet_pressure=(1 - NARROW) * mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -437,9 +432,7 @@ def refined(
         table = patch.table(loads.tolist())
 
 
-def _progress(
-    table: ConductivityTable, flow: SealFlow, tolerance: float, most_loads: int
-) -> str:
+def _progress(table: ConductivityTable, flow: SealFlow, tolerance: float, most_loads: int) -> str:
     """How many loads there are, and what they are to reach."""
     reached, wanted = per_cent(half_width_of(_width(flow))), per_cent(half_width_of(tolerance))
     return f"{table.loads.size} of at most {most_loads} net loads, ±{reached}, ±{wanted} wanted"

@@ -14,7 +14,6 @@ from fem_seal.progress import Report
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.sections import Section
 
-OF_FLOWS = 0.5  # of seal.rtol; the loads take the rest
 ROUNDING = 1e-6  # of a window, by which a map may be too short for the last one
 
 
@@ -50,9 +49,7 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
     output = scene.output.model_copy(update={"products": ("seal",), "leak_rate_unit": None})
     patch = seal.model_copy(update={"window": None})
     return tuple(
-        scene.model_copy(
-            update={"surface": one, "seal": patch, "output": output, "limit": None}
-        )
+        scene.model_copy(update={"surface": one, "seal": patch, "output": output, "limit": None})
         for one in surfaces
     )
 
@@ -74,9 +71,7 @@ def _places(
         sides = [n * d for n, d in zip(field.values.shape, field.spacing, strict=True)]
     else:
         sides = [end - start for start, end in surface.crop]
-    along, across = (
-        int(side / part + ROUNDING) for side, part in zip(sides, window, strict=True)
-    )
+    along, across = (int(side / part + ROUNDING) for side, part in zip(sides, window, strict=True))
     if along * across < patches:
         raise InvalidInput(_too_few(surface, sides, window, patches, (along, across)))
     chosen = np.linspace(0, along * across - 1, patches).round().astype(int)
@@ -128,13 +123,8 @@ def largest_scale(sides: Sequence[float], window: Sequence[float], patches: int)
 
 
 def patch_of(scene: Scene, report: Report, comm: parallel.Comm) -> Patch:
-    """Patch of a realization without its [seal]; the flows of a chain of loads are not drawn.
-
-    Unless the scene names flow.rtol, the flows take a part of seal.rtol.
-    """
+    """Patch of a realization without its [seal]; the flows of a chain of loads are not drawn."""
     output = scene.output.model_copy(update={"products": ("leak_rate",)})
-    named = "rtol" in scene.flow.model_fields_set
-    rtol = scene.flow.rtol if named else OF_FLOWS * present(scene.seal, "[seal]").rtol
-    flow = scene.flow.model_copy(update={"lift": "none", "rtol": rtol})
+    flow = scene.flow.model_copy(update={"lift": "none"})
     alone = scene.model_copy(update={"output": output, "seal": None, "flow": flow})
     return Patch(alone, report, comm=comm)

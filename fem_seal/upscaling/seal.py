@@ -20,7 +20,13 @@ from fem_seal.upscaling.network import (
 from fem_seal.upscaling.patch_conductivity import PatchFlow
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import profile_of
-from fem_seal.upscaling.seal_flow import EndPressures, LeakPath, SealFlow, SealingPart, seal_flow
+from fem_seal.upscaling.seal_flow import (
+    EndPressures,
+    LeakPath,
+    SealingPart,
+    lifted_off,
+    seal_flow,
+)
 from fem_seal.upscaling.solved_patches import solved_patches
 
 
@@ -104,7 +110,7 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
     size = present(patch.surface, "surface").size
     if profile.highest <= ends.inlet:
-        lifted = PatchFlow(None, SealFlow("lifted off", inf, inf, inf))
+        lifted = PatchFlow(None, lifted_off(profile, ends))
         return _together((lifted,) * seal.patches, path, size, seal.rtol)
     solved = solved_patches(realizations(scene), patch, folder, work or Work())
     flows = (

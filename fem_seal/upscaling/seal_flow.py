@@ -244,8 +244,8 @@ class SealFlow:
     value, lower, upper : float
         Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off.
     path : PathFlow or None
-        Pressures and conductivity along the path, of the value; None if lifted off. If sealed, no
-        place has an influence.
+        Pressures and conductivity along the path, of the value. If sealed, no place has an
+        influence; if lifted off, the fluid has the pressure of the inlet everywhere.
     sealing : SealingPart or None
         Where the seal seals; None if lifted off.
     bounding : tuple of PathFlow
@@ -298,7 +298,7 @@ def seal_flow(
             f"the pressure profile is {profile.length:g} m long and the leak path {path.length:g} m"
         )
     if profile.highest <= ends.inlet:
-        return SealFlow("lifted off", inf, inf, inf)
+        return lifted_off(profile, ends, cells)
     if profile.highest - ends.inlet >= table.sealing_load:
         sealing = _sealed_part(profile, ends.inlet + table.sealing_load, cells)
         along = _sealed_path(table, profile, sealing, ends, cells)
@@ -319,6 +319,14 @@ def seal_flow(
         if 0 < rate < inf
     )
     return SealFlow("leaking", value, lower, upper, along, along.sealing, tuple(bounding))
+
+
+def lifted_off(profile: Profile, ends: EndPressures, cells: int = CELLS) -> SealFlow:
+    """Flow of a seal whose contact pressure is nowhere above the pressure of the inlet."""
+    x = np.union1d(np.linspace(0, profile.length, cells + 1), profile.nodes)
+    none = np.zeros((len(x) - 1, 0))
+    along = PathFlow(x, profile(x), np.full_like(x, ends.inlet), np.full_like(x, inf), none, none)
+    return SealFlow("lifted off", inf, inf, inf, along)
 
 
 def _sealed_part(profile: Profile, pressure: float, cells: int) -> SealingPart:

@@ -163,9 +163,7 @@ def test_looking_ahead_keeps_both_stream_functions_and_the_seams(contact):
     np.testing.assert_array_equal(ahead.streams[:, rim], plain.streams[:, rim])
     for psi, better in zip(plain.streams, ahead.streams, strict=True):
         assert np.abs(psi - better).max() > 1e-3
-    before, after = (
-        CellProblem(gap, s.mesh, s.values, MPI.COMM_SELF, 1.0) for s in (plain, ahead)
-    )
+    before, after = (CellProblem(gap, s.mesh, s.values, MPI.COMM_SELF, 1.0) for s in (plain, ahead))
     # With CG stopped at once, the energies of both starts: of each function, and so of both.
     energies = [
         p.regularised_stream(p.guess(s).stream, EPSILON).energies

@@ -114,4 +114,3 @@ def test_start_from_a_nearby_flow():
     assert len(warm.levels) < len(cold.levels)
     assert max(cold.lower, warm.lower) <= min(cold.upper, warm.upper)
     assert warm.converged
-

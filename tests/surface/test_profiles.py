@@ -84,9 +84,7 @@ def test_scatter_is_that_of_the_errors(periodic):
     ratios = []
     low, _, high = SPECTRUM.wavenumbers
     for seed in range(12):
-        surface = self_affine(
-            SPECTRUM, (N, N), SIZE, rms_slope=0.1, scaling="ensemble", seed=seed
-        )
+        surface = self_affine(SPECTRUM, (N, N), SIZE, rms_slope=0.1, scaling="ensemble", seed=seed)
         # One profile a long wavelength: their heights are next to independent.
         rows = surface.values[:, :: N // 8].T
         rows = rows if periodic else rows[:, : N // 2]

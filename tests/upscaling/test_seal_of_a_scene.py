@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from fem_seal import job
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import factor_words
+from fem_seal.quantities.error_budget import combined, factor_words
 from fem_seal.quantities.seal import _patches, _size
 from fem_seal.render.seal import seal_figure
 from fem_seal.results import Result
-from fem_seal.results.words import lines_of
+from fem_seal.results.seal import SealRecord
+from fem_seal.results.words import lines_of, summary_of
 from fem_seal.scene import Scene
 from fem_seal.upscaling import StraightPath
 from fem_seal.upscaling.patch_conductivity import PatchFlow
@@ -133,6 +134,42 @@ def test_a_limit_between_the_ends_is_undecided():
     assert "1.0e+02" not in result.verdict.sentence
 
 
+def test_undecided_names_the_range_that_is_held_against_the_limit():
+    """The range of the budget encloses the limit, and the sentence says what to change."""
+    from fem_seal.results import summarise
+
+    leak = solve_seal(Patch(scene())).value * 3.6e9
+    result = summarise(Patch(scene(limit={"leak_rate": f"{leak} ml/h"})))
+    assert result.verdict.decision == "undecided"
+    lower, upper = combined(result.error_budget)
+    words = re.match(
+        r"undecided: between (\S+) and (\S+) ml/h, (\S+) % to (\S+) % of the \S+ ml/h allowed, "
+        r"counting patches .*; more realizations \(seal.patches\) or larger ones might decide",
+        result.verdict.sentence,
+    )
+    # Rounded outwards to four digits.
+    ends = [float(word) for word in words.groups()]
+    assert ends == pytest.approx([leak * lower, leak * upper, 100 * lower, 100 * upper], rel=1e-3)
+
+
+def test_a_result_names_the_tolerance_that_was_used():
+    """Half of seal.rtol, unless the scene names another one; read again it is the same."""
+    assert scene(seal={"rtol": 0.3}).to_mapping()["flow"]["rtol"] == 0.15
+    named = scene(seal={"rtol": 0.3}, flow={"rtol": 0.02})
+    assert named.to_mapping()["flow"]["rtol"] == 0.02
+    unnamed = scene()
+    assert Scene.from_mapping(unnamed.to_mapping()) == unnamed
+
+
+def test_picture_of_a_seal_that_is_lifted_off_has_both_pressures():
+    lifted = SealRecord.of(solve_seal(Patch(scene(contact={"pressure": 4e4}))))
+    (axes,) = seal_figure(lifted).axes
+    assert "at most 40 kPa,\nis nowhere above the fluid's at the inlet, 50 kPa" in axes.get_title()
+    P, inlet = (line.get_ydata() for line in axes.lines)
+    assert pytest.approx(0.04) == P
+    assert pytest.approx(0.05) == inlet
+
+
 def test_sealed_and_lifted_off():
     from fem_seal.results import summarise
 
@@ -141,6 +178,11 @@ def test_sealed_and_lifted_off():
     assert sealed.verdict.decision == "sealed"
     lifted = summarise(Patch(scene(contact={"pressure": 4e4}, seal={"patches": 1})))
     assert (lifted.state, lifted.seal.leak_rate) == ("lifted off", None)
+    # No value: there is nothing to multiply.
+    for result in (sealed, lifted):
+        words = dict(summary_of(result))
+        assert "times the value" not in words["errors"]
+        assert words["errors"].count("patches") == 1
 
 
 def test_realizations_are_seeds():
