@@ -42,6 +42,8 @@ GAMMA = 0.45
 # Steps of magnification in which less than this part of A0 opens get u1 = 0, since Δ(A ū)/ΔA is 0/0
 # to rounding there. (Towards ζ = 1, u1 diverges, but the area that opens vanishes faster.)
 SMALLEST_AREA = 1e-12
+# Gauss-Legendre rule of the inner integral of the mean gap.
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 
 
 class IsotropicSpectrum(Protocol):
@@ -252,11 +254,10 @@ def inner_integral(x: np.ndarray, gamma: float = GAMMA) -> np.ndarray:
     from scipy.special import erf, exp1
 
     far = 7.0  # upper limit: exp(-7²) is below rounding
-    t, weights = np.polynomial.legendre.leggauss(40)
     near = np.minimum(x, far)[..., None]
-    t = near + 0.5 * (t + 1) * (far - near)
+    t = near + 0.5 * (NODES + 1) * (far - near)
     smooth = erf(t) ** 2 * np.exp(-(t**2)) / t * (0.5 * (far - near))
-    return 0.5 * gamma * exp1(x**2) + 3 * (1 - gamma) * (smooth @ weights)
+    return 0.5 * gamma * exp1(x**2) + 3 * (1 - gamma) * (smooth @ WEIGHTS)
 
 
 def _almqvist(opened_gap: np.ndarray, unseen_rms: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from fem_seal.errors import InvalidInput
 
 # Quadrature points in each cell: exact for polynomials of degree 7 in ln q.
 POINTS = 4
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 # Halvings of a cell towards an integrable singularity at its lower edge.
 HALVINGS = 60
 
@@ -114,8 +115,7 @@ def graded_cell(start: float, stop: float) -> tuple[np.ndarray, np.ndarray, np.n
     inner : (m, POINTS, 2) float
         Points [..., 0] and weights [..., 1] of the integrals from `start` to each node.
     """
-    t, gauss = np.polynomial.legendre.leggauss(POINTS)
-    t, gauss = 0.5 * (t + 1), 0.5 * gauss
+    t, gauss = 0.5 * (NODES + 1), 0.5 * WEIGHTS
     halves = np.log(stop / start) * 0.5 ** np.arange(HALVINGS)
     low, span = 0.5 * halves[:, None], 0.5 * halves[:, None]
     low[-1], span[-1] = 0.0, halves[-1]
@@ -128,7 +128,6 @@ def graded_cell(start: float, stop: float) -> tuple[np.ndarray, np.ndarray, np.n
 
 def _gauss(start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points and weights (..., POINTS) of ∫ f dq from start to stop, by the Gauss rule in ln q."""
-    t, weights = np.polynomial.legendre.leggauss(POINTS)
     span = np.log(stop / start)[..., None]
-    nodes = start[..., None] * np.exp(0.5 * (t + 1) * span)
-    return nodes, 0.5 * span * weights * nodes
+    nodes = start[..., None] * np.exp(0.5 * (NODES + 1) * span)
+    return nodes, 0.5 * span * WEIGHTS * nodes
