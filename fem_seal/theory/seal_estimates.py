@@ -14,9 +14,12 @@ from fem_seal.theory.bruggeman import (
 )
 from fem_seal.theory.persson import PerssonState, scatter_width
 
-# Samples of each normal distribution in Bruggeman's integral, and its extent in widths s.
-SAMPLES = 65
+# Bruggeman's integral over a normal distribution: its extent in widths s, and its points
+# z = z0 ± FINEST sinh v, with STEPS equal steps of v on either side of the gap u = 0. Near closing
+# the narrowest gaps decide: of points at equal distances 65 erred by a factor of 3, 257 by a tenth.
 SPREAD = 8.0
+FINEST = 1e-6
+STEPS = 100
 
 
 def effective_film_conductivity(
@@ -52,10 +55,9 @@ def effective_film_conductivity(
     dimension = effective_dimension(contact, threshold)
     s = scatter_width(state, scatter)
     # With z standard normal, |u1 + s z| has the density of the two bells of P(u) together.
-    z = np.linspace(-SPREAD, SPREAD, SAMPLES)
+    z, normal = _normal(-state.opened_gap / np.maximum(s, np.finfo(float).tiny))
     u = np.abs(state.opened_gap[:, None] + s[:, None] * z)
-    normal = np.exp(-0.5 * z**2)
-    weights = state.opened_area[:, None] * normal / normal.sum()
+    weights = state.opened_area[:, None] * normal
     if contact >= threshold or not (weights > 0).any():
         return 0.0
     K = effective_conductivity(
@@ -66,3 +68,12 @@ def effective_film_conductivity(
         rtol=1e-9,
     )
     return float(K)
+
+
+def _normal(centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points z and weights of the standard normal distribution, graded towards a centre each."""
+    z0 = np.clip(centre, -SPREAD, SPREAD)[:, None]
+    v = np.linspace(-1, 1, 2 * STEPS + 1) * np.arcsinh(2 * SPREAD / FINEST)
+    z = z0 + FINEST * np.sinh(v)
+    weights = np.exp(-0.5 * z**2) * np.cosh(v)
+    return z, weights / weights.sum(axis=1, keepdims=True)

@@ -6,10 +6,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 from scipy.special import erf
 
 from fem_seal.errors import InvalidInput
 from fem_seal.surface.spectrum import Spectrum
+from fem_seal.theory.bruggeman import effective_dimension
 from fem_seal.theory.persson import (
     GAMMA,
     contact_area,
@@ -246,6 +248,40 @@ def test_leak_rate_falls_with_load_to_zero_at_the_threshold():
     assert K[-2] > 0
     assert K[-1] == 0
     assert effective_film_conductivity(states[-1], viscosity=1e-3, threshold=0.5) > 0
+
+
+@pytest.mark.parametrize("area", ["persson", "wang-mueser"])
+@pytest.mark.parametrize("part", [0.5, 0.9, 0.99])
+def test_the_narrowest_gaps_are_resolved(area, part):
+    """K solves Bruggeman's equation, integrated adaptively over each bell, to 1e-5 up to closing.
+
+    Gaps whose conductivity is near K, far below the mean, decide next to the threshold.
+    """
+    threshold = 0.42
+    strain = brentq(lambda s: state_at(s, area=area).area[-1] - part * threshold, 1e-4, 0.1)
+    state = state_at(strain, area=area)
+    K = effective_film_conductivity(state, viscosity=1 / 12, threshold=threshold)
+    contact = state.area[-1]
+    n = effective_dimension(contact, threshold)
+
+    def bell(mean, width, K):
+        """Mean of (k - K)/(k + (n-1) K) over k = |u1 + s z|³."""
+
+        def integrand(z):
+            k = abs(mean + width * z) ** 3
+            return np.exp(-(z**2) / 2) * (k - K) / (k + (n - 1) * K)
+
+        closed, near = -mean / width, K ** (1 / 3) / width * np.array([0.1, 0.5, 1, 2, 10])
+        marks = np.concatenate([closed - near, [closed], closed + near])
+        inside = marks[abs(marks) < 8]
+        whole = quad(integrand, -8, 8, points=inside if inside.size else None, epsrel=1e-9)[0]
+        return whole / np.sqrt(2 * np.pi)
+
+    def excess(K):
+        bells = zip(state.opened_area, state.opened_gap, state.unseen_rms, strict=True)
+        return sum(a * bell(u, s, K) for a, u, s in bells) - contact / (n - 1)
+
+    assert excess(K * (1 - 1e-5)) > 0 > excess(K * (1 + 1e-5))
 
 
 def test_bad_input():
