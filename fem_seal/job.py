@@ -60,7 +60,7 @@ def run(
     out : result folder: result.json, contact.npz where a contact was solved, the pictures and
         the mesh where they are products
     overwrite : whether another scene's result may be replaced
-    report : called with the stage and its latest news
+    report : called with stage and detail
     trust : whether gmsh may run a .geo file that is not the package's own, with your rights
     comm : processes that call this together, all of this run if left out; with MPI.COMM_SELF each
         process runs a scene of its own
@@ -160,7 +160,7 @@ def draw(
     Parameters
     ----------
     folder : of `run`; the flow is drawn if it holds the mesh
-    report : called with the stage and its latest news
+    report : called with stage and detail
     everything : whether `draw_details` follows
 
     Returns
@@ -223,7 +223,7 @@ def mesh(
     ----------
     scene : with a shape
     out : folder of mesh.vtu, shape.png and gap.png
-    report : called with the stage and its latest news
+    report : called with stage and detail
     trust : whether gmsh may run a .geo file that is not the package's own, with your rights
 
     Returns

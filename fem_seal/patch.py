@@ -57,7 +57,7 @@ class Patch:
         The scene, without [accuracy]; for a scene with it `accuracy.solved` chooses the contact
         grid and makes the Patch.
     report : callable
-        Called with the stage and its latest news.
+        Called with stage and detail.
     trust : bool
         Whether gmsh may run a .geo file that is not the package's own, with your rights.
     surface : GridField, optional

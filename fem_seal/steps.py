@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fem_seal.flow import KeptMesh
     from fem_seal.surface import IsotropicSpectrum, PreparedSurface
 
-UNKNOWNS_ON_THE_WAY = 20000  # at least, of the flows on the way to a lifted state
+UNKNOWNS_ON_THE_WAY = 20000  # smallest limit for the flows on the way to a lifted state
 # Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
 # measured at 1024 x 1024 samples: 60, and 106 to 138 with the solver and its arithmetic.
 SURFACE_BYTES, CONTACT_BYTES = 60, 106
@@ -102,7 +102,7 @@ def elastic_contact(
     report : callable
         Called with the iteration and its residual.
     tolerance : float
-        Of a contact on the way to another; it counts where it is above that of the scene.
+        Tolerance of a contact on the way to another, if it is above that of the scene.
 
     Raises
     ------
@@ -124,10 +124,10 @@ def elastic_contact(
             "precision; check their unit, or surface.rms_height or rms_slope"
         )
     nx, ny = surface.shape
-    what = f"the contact of {nx} x {ny} samples"
-    refuse_too_large((CONTACT_BYTES - SURFACE_BYTES) * nx * ny, what)
+    subject = f"the contact of {nx} x {ny} samples"
+    refuse_too_large((CONTACT_BYTES - SURFACE_BYTES) * nx * ny, subject)
     if scene.flow is not None and scene.flow.max_memory is not None:
-        refuse_too_large(CONTACT_BYTES * nx * ny, what, scene.flow.max_memory)
+        refuse_too_large(CONTACT_BYTES * nx * ny, subject, scene.flow.max_memory)
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
     stopping = contact.stopping(progress)
     if tolerance > stopping.tolerance:
@@ -196,9 +196,9 @@ def lifting_problem(
         tolerance: float = 0.0,
     ) -> "ContactState":
         """Contact of heights under a load [Pa], or under that of the scene."""
-        held = contact.load if load is None else Load("pressure", load)
+        target = contact.load if load is None else Load("pressure", load)
         return parallel.on_root(
-            lambda: elastic_contact(scene, heights, start, held, tolerance=tolerance), comm
+            lambda: elastic_contact(scene, heights, start, target, tolerance=tolerance), comm
         )
 
     # Every flow must return its pressure field: the product "constriction" makes it do so.
@@ -254,8 +254,8 @@ def lifting_problem(
 def _on_the_way(scene: Scene, film: "GridFilm", tolerance: float) -> Scene:
     """The scene for the flow of a pass, which need not decide its limit.
 
-    The gap of an early pass may have narrows that take very many unknowns to bound, and the gap of
-    the result need not have them: the unknowns are capped.
+    The unknowns are capped: the gap of an early pass may have constrictions that take very many
+    unknowns to resolve, and that the gap of the result does not have.
     """
     most = max(UNKNOWNS_ON_THE_WAY, film.samples.size)
     most = min(most, scene.flow.max_unknowns or most)

@@ -17,7 +17,13 @@ from project import MPI_ENVIRONMENT, alone, write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.memory import available_memory
-from fem_seal.points.farm import UNKNOWN_POINT, WorkerKilledError, farm, processes_that_fit, say
+from fem_seal.points.farm import (
+    UNKNOWN_POINT,
+    WorkerKilledError,
+    farm,
+    processes_that_fit,
+    report_to_farm,
+)
 from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 
 VARY = ("--vary", "surface.seed=1..3", "--vary", "contact.area_fraction=0.1,0.2")
@@ -296,20 +302,20 @@ def test_workers_have_the_variables_of_now(tmp_path, monkeypatch):
         assert f"FEM_SEAL_TEST={value}" in (tmp_path / value).read_text().splitlines()
 
 
-def speak(name):
-    """Give news, a few of which are longer than the memory for them, and wait to be heard."""
-    say(f"point {name}", "µ" * 200 if name == "b" else "net load 3")
+def reporting(name):
+    """Report, for "b" a text longer than the memory for it, and wait until it is shown."""
+    report_to_farm(f"point {name}", "µ" * 200 if name == "b" else "net load 3")
     time.sleep(1.2)
     return name
 
 
-def test_news_of_workers_are_heard():
+def test_reports_of_workers_are_shown():
     """Those of the first point that runs; none when all have ended."""
-    heard = []
-    farm(["a", "b"], speak, 1, lambda: 0, hear=heard.append)
-    assert "point a: net load 3" in heard
-    assert any(news.startswith("point b: µµµ") and len(news) < 200 for news in heard)
-    assert heard[-1] == ""
+    shown = []
+    farm(["a", "b"], reporting, 1, lambda: 0, show=shown.append)
+    assert "point a: net load 3" in shown
+    assert any(text.startswith("point b: µµµ") and len(text) < 200 for text in shown)
+    assert shown[-1] == ""
 
 
 def hold_memory(folder):

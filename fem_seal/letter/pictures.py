@@ -71,7 +71,7 @@ class GapFolder(PointFolder[GridField]):
 
     def finished(self, name: str) -> bool:
         """Whether there is a file; pictures are large, and read once, for the figures."""
-        return self.there(name)
+        return self.exists(name)
 
 
 class FlowFolder(PointFolder[FlowPicture]):
@@ -89,7 +89,7 @@ class FlowFolder(PointFolder[FlowPicture]):
 
     def finished(self, name: str) -> bool:
         """Whether there is a file; pictures are large, and read once, for the figures."""
-        return self.there(name)
+        return self.exists(name)
 
 
 def save_gap(path: Path, gap: GridField) -> None:

@@ -8,27 +8,27 @@ from typing import TypeAlias
 
 from fem_seal import parallel
 from fem_seal.errors import FemSealError, MissingPackage, NotConverged
-from fem_seal.points.farm import WorkerKilledError, farm, say, watch
+from fem_seal.points.farm import WorkerKilledError, farm, report_to_farm, watch
 from fem_seal.points.task import Chain, Task, nothing
 from fem_seal.points.work import Work
 from fem_seal.progress import Report, silent
 
 Failures: TypeAlias = dict[str, FemSealError]
 KILLED = "the process that computed it was killed; most likely it ran out of memory"
-# Wait at least this many times as long as the last look at the table took.
+# `_Seldom` waits at least this many times as long as its last call took.
 SELDOM = 50
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What `compute_points` has done.
+    """Result of `compute_points`.
 
     Attributes
     ----------
     computed : int
-        How many points were computed, by whatever process.
+        Number of points that any process has computed meanwhile.
     missing : int
-        How many of all points have no file, those of other parts as well.
+        Number of points without a file, those of other parts included.
     failures : dict of str to FemSealError
         Errors by label, of points that failed and left no file.
     """
@@ -64,13 +64,14 @@ def compute_points(
     Parameters
     ----------
     chains : sequence of Chain
-        Of all parts.
+        Chains of all parts.
     work : Work
         How they are shared out.
     report : callable
-        Called with the point and its latest news.
+        Called with point and stage, and with a detail.
     gather : callable
-        Makes a table of what is there; called now and then by the first process, and at the end.
+        Makes a table of the finished points; the first process calls it now and then, and at the
+        end.
 
     Returns
     -------
@@ -94,11 +95,13 @@ def compute_points(
             for chain in mine:
                 failures |= compute_chain(chain, chain_report, after_each=now_and_then)
         elif missing:
-            failures = _in_many(mine, missing, work, report, gather)
+            failures = _by_workers(mine, missing, work, report, gather)
     finally:
         if parallel.is_root(work.comm):
             gather()
-    left, all_left = parallel.on_root(lambda: (_not_there(mine), _not_there(chains)), work.comm)
+    left, all_left = parallel.on_root(
+        lambda: (_without_file(mine), _without_file(chains)), work.comm
+    )
     return Outcome(len(missing) - len(left), len(all_left), failures)
 
 
@@ -113,10 +116,10 @@ def _cleared(chains: Sequence[Chain]) -> list[str]:
     return missing
 
 
-def _not_there(chains: Sequence[Chain]) -> list[str]:
+def _without_file(chains: Sequence[Chain]) -> list[str]:
     """Names of the points that have no file."""
     return [
-        task.name for chain in chains for task in chain.tasks if not chain.folder.there(task.name)
+        task.name for chain in chains for task in chain.tasks if not chain.folder.exists(task.name)
     ]
 
 
@@ -133,7 +136,7 @@ def compute_chain(
     ----------
     chain : Chain
     report : callable
-        Called with the point and its latest news.
+        Called with point and stage, and with a detail.
     comm : MPI.Comm, optional
         The processes that compute the chain together; all of this run if left out.
     after_each : callable
@@ -168,40 +171,40 @@ def compute_alone(chain: Chain) -> Failures:
     """Compute a chain in a worker, which solves without the other processes."""
     comm = parallel.alone()
     parallel.start_petsc(comm)
-    return compute_chain(chain, say, comm=comm)
+    return compute_chain(chain, report_to_farm, comm=comm)
 
 
 def under(head: str, report: Report) -> Report:
-    """Name the point before each stage."""
+    """Report with a heading, such as the label of a point, before each stage."""
     return lambda stage, detail: report(f"{head}: {stage}", detail)
 
 
-def _in_many(
+def _by_workers(
     chains: list[Chain],
     missing: Sequence[str],
     work: Work,
     report: Report,
     gather: Callable[[], object],
 ) -> Failures:
-    """Compute chains in workers; errors of the points that failed and left no file."""
+    """Compute chains in workers; return the errors of points that failed and left no file."""
     folder_of = {task.name: chain.folder for chain in chains for task in chain.tasks}
     now_and_then = _Seldom(gather)
     latest = ""
 
-    def hear(news: str) -> None:
+    def show(text: str) -> None:
         nonlocal latest
-        latest = news
+        latest = text
 
-    def look() -> int:
+    def poll() -> int:
         now_and_then()
-        done = sum(folder_of[name].there(name) for name in missing)
+        done = sum(folder_of[name].exists(name) for name in missing)
         report(f"{done}/{len(missing)} points", latest)
         return done
 
-    chains = [chain for chain in chains if _not_there([chain])]
+    chains = [chain for chain in chains if _without_file([chain])]
     failures: Failures = {}
     if work.executor is not None:
-        for errors in watch(chains, compute_alone, work.executor, look):
+        for errors in watch(chains, compute_alone, work.executor, poll):
             failures |= errors
         return failures
     alone = False
@@ -210,11 +213,11 @@ def _in_many(
         batch = chains[:1] if alone else chains
         try:
             for errors in farm(
-                batch, compute_alone, 1 if alone else work.jobs, look, work.memory, hear
+                batch, compute_alone, 1 if alone else work.jobs, poll, work.memory, show
             ):
                 failures |= errors
         except WorkerKilledError:
-            chains = [chain for chain in chains if _not_there([chain])]
+            chains = [chain for chain in chains if _without_file([chain])]
             if not chains:
                 break
             if alone:
@@ -227,7 +230,7 @@ def _in_many(
 
 def _without_killer(chain: Chain, failures: Failures) -> Chain:
     """Record the failure of the point that killed its process; the points after it go on."""
-    killer = next(task for task in chain.tasks if not chain.folder.there(task.name))
+    killer = next(task for task in chain.tasks if not chain.folder.exists(task.name))
     point = killer.failed(KILLED)
     if point is None:
         failures[killer.label] = NotConverged(KILLED)

@@ -20,10 +20,10 @@ from fem_seal.parallel import OF_MPI
 Chain = TypeVar("Chain")
 Answer = TypeVar("Answer")
 
-_POLL = 0.5  # between two looks at what has finished [s]
+_POLL = 0.5  # between two looks at the chains that have ended [s]
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-_SPARE = 1.2  # times the largest point so far is kept free for each process
+_SPARE = 1.2  # memory kept free for each process, over that of the largest point so far
 # Memory kept free for each process until a point is finished: what a contact on 4096 x 4096
 # samples and its flow take [bytes].
 UNKNOWN_POINT = 4_000_000_000
@@ -33,14 +33,14 @@ class WorkerKilledError(Exception):
     """A process of the pool has died, most likely of too little memory."""
 
 
-NEWS_BYTES = 200  # of a chain's latest news
-# Of a worker: memory for the news of all chains, and the number of its chain.
-_news: "ctypes.Array[ctypes.c_ubyte] | None" = None
+REPORT_BYTES = 200  # length of the latest report of a chain
+# In a worker: memory for the latest reports of all chains, and the number of its chain.
+_reports: "ctypes.Array[ctypes.c_ubyte] | None" = None
 _number = 0
 
 
-def _nobody(news: str) -> None:
-    """Hear nothing."""
+def _ignore(report: str) -> None:
+    """Show nothing."""
 
 
 def prepare(modules: Sequence[str]) -> None:
@@ -52,10 +52,10 @@ def prepare(modules: Sequence[str]) -> None:
     Parameters
     ----------
     modules : sequence of str
-        None of them may start MPI, which does not survive a fork.
+        Modules to import; none of them may start MPI, which does not survive a fork.
     """
     multiprocessing.set_forkserver_preload(list(modules))
-    # The process and its workers inherit that Ctrl-C is left to this one.
+    # The fork server and its workers inherit this mask: only the present process handles Ctrl-C.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         with _environment():
@@ -68,14 +68,14 @@ def farm(
     chains: Sequence[Chain],
     compute: Callable[[Chain], Answer],
     jobs: int,
-    look: Callable[[], int],
+    poll: Callable[[], int],
     memory: int | None = None,
-    hear: Callable[[str], None] = _nobody,
+    show: Callable[[str], None] = _ignore,
 ) -> list[Answer]:
     """Compute chains in processes of this machine.
 
-    As many processes are started as were asked for and as the memory holds. Until a point is
-    finished, and shows how much memory it takes, each counts as `UNKNOWN_POINT`.
+    At most `jobs` processes are started, and no more than the memory holds. Until a point is
+    finished and shows how much memory it takes, each process counts as `UNKNOWN_POINT`.
 
     Parameters
     ----------
@@ -85,12 +85,13 @@ def farm(
         Computes a chain in a process of its own; a function of a module.
     jobs : int
         Most processes at a time.
-    look : callable
+    poll : callable
         Called every half second and at the end; returns how many points are finished.
     memory : int, optional
         Most memory of all processes together [bytes]; what the machine has if left out.
-    hear : callable
-        Called before each look with the latest news, by `say`, of the first chain that runs.
+    show : callable
+        Called before each poll with the latest report, by `report_to_farm`, of the first chain that
+        runs; "" if there is none.
 
     Returns
     -------
@@ -100,18 +101,18 @@ def farm(
     Raises
     ------
     WorkerKilledError
-        If a process has died; chains that it kept from being computed are not computed.
+        If a process has died; the chains that were not finished are then not computed.
     """
     prepare([compute.__module__])
     with _environment() as environment:
         context = multiprocessing.get_context("forkserver")
-        news = context.RawArray(ctypes.c_ubyte, NEWS_BYTES * len(chains))
-        pool = ProcessPoolExecutor(jobs, context, _begin, (environment, news))
+        reports = context.RawArray(ctypes.c_ubyte, REPORT_BYTES * len(chains))
+        pool = ProcessPoolExecutor(jobs, context, _begin, (environment, reports))
     largest = 0
 
-    def look_and_hear() -> int:
-        hear(_first_news(bytes(memoryview(news))))
-        return look()
+    def poll_and_show() -> int:
+        show(_first_report(bytes(memoryview(reports))))
+        return poll()
 
     def fitting(finished: int) -> int:
         """Processes that the memory holds, from the largest use of any so far."""
@@ -128,13 +129,13 @@ def farm(
     done = False
     try:
         numbered = list(enumerate(chains))
-        answers = watch(numbered, partial(_numbered, compute), pool, look_and_hear, fitting)
+        answers = watch(numbered, partial(_numbered, compute), pool, poll_and_show, fitting)
         done = True
     except BrokenProcessPool:
         raise WorkerKilledError from None
     finally:
         if not done:
-            # After an interrupt, or an error of one chain, the others would run on for long.
+            # After an interrupt or an error of one chain, the others would go on for long.
             for process in list((pool._processes or {}).values()):
                 process.terminate()
         pool.shutdown(cancel_futures=True)
@@ -163,18 +164,18 @@ def watch(
     chains: Sequence[Chain],
     compute: Callable[[Chain], Answer],
     executor: Executor,
-    look: Callable[[], int],
-    room: Callable[[int], float] | None = None,
+    poll: Callable[[], int],
+    most_running: Callable[[int], float] | None = None,
 ) -> list[Answer]:
     """Compute chains by an executor, such as that of a Dask cluster.
 
     Parameters
     ----------
-    chains, compute, look : as in `farm`
+    chains, compute, poll : as in `farm`
     executor : concurrent.futures.Executor
-    room : callable, optional
-        How many chains may run at a time, from the number of finished points. All chains are
-        handed over at once if left out.
+    most_running : callable, optional
+        Largest number of chains that run at a time, from the number of finished points. If left
+        out, all chains are submitted at once.
 
     Returns
     -------
@@ -184,23 +185,23 @@ def watch(
     waiting = deque(chains)
     running: set[Future[Answer]] = set()
     answers: list[Answer] = []
-    most = inf if room is None else room(0)
+    most = inf if most_running is None else most_running(0)
     while waiting or running:
         while waiting and len(running) < most:
             running.add(executor.submit(compute, waiting.popleft()))
-        # Now that all workers are busy there is time for the table.
-        finished_points = look()
-        if room is not None:
-            most = room(finished_points)
+        # All workers are busy now: the time of the poll, which may write a table, is not lost.
+        finished_points = poll()
+        if most_running is not None:
+            most = most_running(finished_points)
         finished, running = wait(running, _POLL, FIRST_COMPLETED)
         answers += [future.result() for future in finished]
-    look()
+    poll()
     return answers
 
 
 @contextmanager
 def _environment() -> Iterator[dict[str, str]]:
-    """Variables as the workers are to find them."""
+    """Set the environment variables of the workers; restore those of this process at the end."""
     before = dict(os.environ)
     for name in before:
         if name.startswith(OF_MPI) and not name.startswith("OMPI_MCA_"):
@@ -213,30 +214,30 @@ def _environment() -> Iterator[dict[str, str]]:
         os.environ.update(before)
 
 
-def _first_news(news: bytes) -> str:
-    """Text of the first chain that has one."""
-    number = (len(news) - len(news.lstrip(b"\0"))) // NEWS_BYTES
-    text = news[number * NEWS_BYTES : (number + 1) * NEWS_BYTES]
+def _first_report(reports: bytes) -> str:
+    """Report of the first chain that has one."""
+    number = (len(reports) - len(reports.lstrip(b"\0"))) // REPORT_BYTES
+    text = reports[number * REPORT_BYTES : (number + 1) * REPORT_BYTES]
     return text.rstrip(b"\0").decode("utf-8", "ignore")
 
 
-def say(stage: str, detail: str) -> None:
-    """Give news of the chain that this process computes; a `Report` for workers of `farm`."""
-    if _news is not None:
-        words = f"{stage}: {detail}" if detail else stage
-        _write(words.encode()[:NEWS_BYTES])
+def report_to_farm(stage: str, detail: str) -> None:
+    """Report on the chain that this worker of `farm` computes; a `Report`."""
+    if _reports is not None:
+        text = f"{stage}: {detail}" if detail else stage
+        _write(text.encode()[:REPORT_BYTES])
 
 
 def _write(text: bytes) -> None:
     # Each chain has a part of the memory, which one process writes: there is no lock that a killed
     # process could hold.
-    if _news is not None:
-        start = _number * NEWS_BYTES
-        _news[start : start + NEWS_BYTES] = list(text.ljust(NEWS_BYTES, b"\0"))
+    if _reports is not None:
+        start = _number * REPORT_BYTES
+        _reports[start : start + REPORT_BYTES] = list(text.ljust(REPORT_BYTES, b"\0"))
 
 
 def _numbered(compute: Callable[[Chain], Answer], numbered: tuple[int, Chain]) -> Answer:
-    """Compute a chain with its number; its news end with it."""
+    """Compute a chain with its number; clear its report at the end."""
     global _number
     _number, chain = numbered
     try:
@@ -245,15 +246,15 @@ def _numbered(compute: Callable[[Chain], Answer], numbered: tuple[int, Chain]) -
         _write(b"")
 
 
-def _begin(environment: dict[str, str], news: "ctypes.Array[ctypes.c_ubyte]") -> None:
-    """Take the variables of the first process as they are now, and end with it.
+def _begin(environment: dict[str, str], reports: "ctypes.Array[ctypes.c_ubyte]") -> None:
+    """Begin a worker: take the present variables of the first process, and die with it.
 
-    The process from which workers are forked has those of the time at which it was started.
+    The fork server only has the variables of the time at which it was started.
     """
-    global _news
-    _news = news
+    global _reports
+    _reports = reports
     os.environ.clear()
     os.environ.update(environment)
     prctl = getattr(ctypes.CDLL(None), "prctl", None)
-    if prctl is not None:  # Linux alone has it
+    if prctl is not None:  # only Linux has it
         prctl(_DIE_WITH_PARENT, signal.SIGKILL)

@@ -28,7 +28,7 @@ class PointFolder(ABC, Generic[Point]):
         self._read: dict[str, Point] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        """Send no points along to the process that computes others."""
+        """Leave out the points that were read: a worker does not need them."""
         return vars(self) | {"_read": {}}
 
     @abstractmethod
@@ -64,7 +64,7 @@ class PointFolder(ABC, Generic[Point]):
         """Whether a point need not be computed any more."""
         return self.point(name) is not None
 
-    def there(self, name: str) -> bool:
+    def exists(self, name: str) -> bool:
         """Whether a point has a file, damaged or not."""
         return self.path_of(name).exists()
 
@@ -99,7 +99,7 @@ class RecordFolder(PointFolder[Point]):
         self.kind: type = kind
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave the reader and writer behind, which cannot be pickled."""
+        """Leave out pydantic's adapter, which cannot be pickled."""
         return {key: value for key, value in super().__getstate__().items() if key != "_json"}
 
     @cached_property

@@ -22,12 +22,12 @@ class StudyTask(Task[Point]):
     Attributes
     ----------
     function : callable
-        Of a module, so that workers can import it.
+        A function of a module, so that workers can import it.
     arguments : tuple
     options : mapping of str to Any
-        Of the function, by keyword.
+        Keyword arguments of the function.
     settings : mapping of str to Any
-        Values by attribute that a stored point must have; its name does not tell them.
+        Attributes that a stored point must have; they are not part of its name.
     """
 
     function: Callable[..., Point]
@@ -41,12 +41,12 @@ class StudyTask(Task[Point]):
         return self.function(*self.arguments, **self.options)
 
     def require_same(self, folder: PointFolder[Point]) -> None:
-        """Refuse a folder whose point has other settings.
+        """Raise InvalidInput if the folder holds this point with other settings.
 
         Raises
         ------
         InvalidInput
-            If it has.
+            If the stored point has other settings.
         """
         point = folder.point(self.name) if self.settings else None
         if point is None:
@@ -67,7 +67,7 @@ def compute_study(
     Parameters
     ----------
     chains : sequence of Chain
-        Of `StudyTask`.
+        Chains of `StudyTask`.
     work, report, gather : as of `compute_points`; one after the other if `work` is None
 
     Raises

@@ -1,4 +1,4 @@
-"""What is computed: points, and chains of points that hand something on."""
+"""Tasks, each of which computes a point, and chains of tasks that share objects."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -14,14 +14,14 @@ Point = TypeVar("Point")
 
 @dataclass(frozen=True)
 class Task(ABC, Generic[Point]):
-    """A point to compute; pickled for the process that does it.
+    """A point to compute; pickled for the process that computes it.
 
     Attributes
     ----------
     name : str
-        Of the point's file, without suffix.
+        Name of the point's file, without suffix.
     label : str
-        For people.
+        Name of the point in messages.
     """
 
     name: str
@@ -34,9 +34,9 @@ class Task(ABC, Generic[Point]):
         Parameters
         ----------
         handed_on : Any
-            What the points of the chain share; see `Chain.begin`.
+            The object that the points of the chain share; see `Chain.begin`.
         report : callable
-            Called with the stage and its latest news.
+            Called with stage and detail.
         comm : MPI.Comm or None
             The processes that solve together.
 
@@ -52,7 +52,7 @@ class Task(ABC, Generic[Point]):
 
 
 def nothing() -> None:
-    """Hand nothing on from point to point."""
+    """Do nothing; as `Chain.begin`, hand nothing on from point to point."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ class Chain(Generic[Point]):
     Attributes
     ----------
     folder : PointFolder
-        Where the points go.
+        Folder of the finished points.
     tasks : tuple of Task
     begin : callable
-        Makes what the points hand on to each other, such as the contact under the last load.
+        Makes the object that the points hand on to each other, such as the last contact.
     """
 
     folder: PointFolder[Point]

@@ -7,7 +7,7 @@ from fem_seal.leak_rate import FlowState, rate_text
 from fem_seal.results.rates import RateRecord
 from fem_seal.results.record import Record
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
-from fem_seal.upscaling.seal import SealLeak, middling
+from fem_seal.upscaling.seal import SealLeak, median_patch
 from fem_seal.upscaling.seal_flow import PathFlow
 
 POINTS = 400  # of the path at most, in the record
@@ -97,7 +97,7 @@ class SealRecord(Record):
         share, low, high = seal.share_sealed
         bounds = {"value": seal.value, "lower": seal.lower, "upper": seal.upper}
         tables = [one.table for one in seal.patches if one.table is not None]
-        along = middling(seal.patches).flow.path
+        along = median_patch(seal.patches).flow.path
         sealing = seal.sealing
         return cls(
             leak_rate=None if lifted else RateRecord(**bounds, unit="m^3/s"),

@@ -53,7 +53,7 @@ class LoadRow:
     lower, upper : float or None
         Bounds [m³/s]; None for finite differences.
     reason : str
-        Why the flow did not reach its tolerance, else empty.
+        Why the flow has not reached its tolerance, else empty.
     """
 
     pressure: float
@@ -72,10 +72,10 @@ class LoadRow:
 
 
 def loads_to_closing(scene: Scene, count: int, report: Report = silent) -> tuple[float, ...]:
-    """Mean pressures [Pa] from a tenth of the one that seals up to it, ever closer to each other.
+    """Mean pressures [Pa] from a tenth of the pressure that seals up to it, ever closer.
 
-    The distance from the last one falls as the square of the loads that are left, since near
-    closing the leak rate falls as a power of this distance.
+    The distance from the last load is proportional to the square of the number of loads left, since
+    near closing the leak rate falls as a power of this distance.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def loads_to_closing(scene: Scene, count: int, report: Report = silent) -> tuple
     count : int
         Number of loads, 2 to MOST_LOADS.
     report : callable
-        Called with the stage and its latest news.
+        Called with stage and detail.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def closing_contact(
     pressures : sequence of float
         Mean contact pressures [Pa], > 0.
     report : callable
-        Called with the stage and its latest news.
+        Called with stage and detail.
 
     Yields
     ------

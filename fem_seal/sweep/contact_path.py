@@ -12,17 +12,18 @@ from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 
-# Where the area is prescribed the pressure is found by a search that may end elsewhere within its
-# tolerance when it starts elsewhere: such contacts start as single runs do.
-FORETOLD = ("pressure", "mean_gap")
+# Loads whose contacts start from an extrapolation. The search for a prescribed area would end,
+# within its tolerance, at another pressure than in a single run: it starts as single runs do.
+EXTRAPOLATED = ("pressure", "mean_gap")
 
 
 class ContactPath:
-    """The last point of a sweep, and what its contacts foretell about the next.
+    """Hands surface and contact on from one point of a sweep to the next.
 
-    A point with the surface of the last one takes it over; with its solid and contact, the contact
-    too. Where only the value of a pressure or a mean gap is another, the contact starts from what
-    the states before foretell, and is that of a single run within its certificate.
+    A point with the same surface as the last one takes it over; if its solid and contact are the
+    same too, it takes over the contact. If only the value of a pressure or a mean gap differs, the
+    contact starts from an extrapolation of the last states. It agrees with that of a single run
+    within its certificate.
     """
 
     def __init__(self) -> None:
@@ -37,7 +38,7 @@ class ContactPath:
         trust: bool = False,
         comm: Comm = None,
     ) -> Patch:
-        """Patch of the next point, with what the last one hands on."""
+        """Patch of the next point, with surface and contact of the last one where they fit."""
         known: dict[str, Any] = {}
         if self._last is not None:
             last, surface, contact = self._last
@@ -53,7 +54,7 @@ class ContactPath:
         return Patch(scene, report, trust=trust, comm=comm, **known)
 
     def follow(self, patch: Patch) -> None:
-        """Take note of a patch that has been computed."""
+        """Keep surface and contact of a patch that has been computed, for the next point."""
         scene = patch.scene
         if patch.surface is None or patch.contact is None:
             return
@@ -68,16 +69,16 @@ class ContactPath:
 def _load(scene: Scene) -> Load | None:
     """Load of a contact whose start can be extrapolated; None for other contacts."""
     load = None if scene.contact is None else scene.load
-    return load if load is not None and load.kind in FORETOLD else None
+    return load if load is not None and load.kind in EXTRAPOLATED else None
 
 
 def _one_path(one: Scene, other: Scene) -> bool:
-    """Whether nothing that shapes the elastic contact differs but the value of the load."""
+    """Whether two elastic contacts differ in nothing but the value of their load."""
     load, other_load, contact, other_contact = _load(one), _load(other), one.contact, other.contact
     if load is None or other_load is None or contact is None or other_contact is None:
         return False
     if load.kind != other_load.kind or contact.model != "gfmd":
         return False
-    unloaded = dict.fromkeys(FORETOLD)
+    unloaded = dict.fromkeys(EXTRAPOLATED)
     same = contact.model_copy(update=unloaded) == other_contact.model_copy(update=unloaded)
     return same and (one.surface, one.solid) == (other.surface, other.solid)

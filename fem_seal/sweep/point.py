@@ -95,7 +95,7 @@ class Point:
 
     @property
     def converged(self) -> bool:
-        """Whether it has a result that no limit has cut short."""
+        """Whether the point has a result, and no limit cut its computation short."""
         return self.numbers["converged"] is True
 
 

@@ -1,4 +1,4 @@
-"""What the seeds of a sweep have in common: medians and spreads of the leak rate."""
+"""Statistics of the leak rate over the seeds of a sweep: median and spread."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,9 +22,9 @@ class Group:
     Attributes
     ----------
     values : tuple of str
-        Of the fields that are no seed.
+        Values of the fields other than the seed.
     points : tuple of Point
-        Those that have a result.
+        The points that have a result.
     """
 
     values: tuple[str, ...]
@@ -38,9 +38,9 @@ class Group:
         return np.array([rate for rate in rates if isinstance(rate, float | int)], dtype=float)
 
     def row(self) -> tuple[str | float | int | None, ...]:
-        """Cells of COLUMNS; `decades` is the standard deviation of log10 of the leaking ones.
+        """Cells of COLUMNS; `decades` is the standard deviation of log10 of the rates that leak.
 
-        Median, lowest and highest are left out where they are those of points lifted off.
+        Median, lowest and highest are left out where they belong to points that are lifted off.
         """
         rates = self.leak_rates
         leaking = rates[(rates > 0) & np.isfinite(rates)]
@@ -49,19 +49,19 @@ class Group:
         if rates.size == 0:
             return *counts, None, None, None, None
         spread = float(np.std(np.log10(leaking), ddof=1)) if leaking.size > 1 else None
-        marks = (float(mark) for mark in (np.median(rates), rates.min(), rates.max()))
-        return *counts, *(mark if np.isfinite(mark) else None for mark in marks), spread
+        ranks = (float(rate) for rate in (np.median(rates), rates.min(), rates.max()))
+        return *counts, *(rate if np.isfinite(rate) else None for rate in ranks), spread
 
 
 def groups(keys: tuple[str, ...], table: Sequence[Point]) -> list[Group]:
     """Group the points of a table by all values but the seed, in the order of the table."""
     kept = [i for i, key in enumerate(keys) if key not in SEEDS]
-    found: dict[tuple[str, ...], list[Point]] = {}
+    points_of: dict[tuple[str, ...], list[Point]] = {}
     for point in table:
-        points = found.setdefault(tuple(point.values[i] for i in kept), [])
+        points = points_of.setdefault(tuple(point.values[i] for i in kept), [])
         if point.numbers["state"]:
             points.append(point)
-    return [Group(values, tuple(points)) for values, points in found.items()]
+    return [Group(values, tuple(points)) for values, points in points_of.items()]
 
 
 def write_summary(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -> Path | None:
@@ -70,7 +70,7 @@ def write_summary(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -
     Parameters
     ----------
     keys : tuple of str
-        What varies.
+        Fields that vary.
     table : sequence of Point
     folder : pathlib.Path
     """

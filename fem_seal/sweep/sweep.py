@@ -64,7 +64,7 @@ class ScenePoint(Task[Point]):
     trust: bool
 
     def compute(self, handed_on: ContactPath, report: Report, comm: Comm) -> Point:
-        """Compute the point; `handed_on` has surface and contact of the one before."""
+        """Compute the point; `handed_on` holds surface and contact of the last point."""
         scene = numbers_only(self.scene)
         return compute(scene, self.values, handed_on, report, trust=self.trust, comm=comm)
 
@@ -95,7 +95,7 @@ def sweep(
         all points that are there; any number of sweeps may write into it at once
     overrides : of the scene, for all points
     overwrite : whether another sweep may be replaced
-    report : called with the point and its latest news
+    report : called with point and stage, and with a detail
     trust : whether gmsh may run a .geo file that is not the package's own
     work : how the points are shared out; one after the other if left out. The rows are the same
         whatever the number of jobs or parts
@@ -103,13 +103,13 @@ def sweep(
     Returns
     -------
     Tally. A point that fails has a row that says why, and the sweep goes on. A point that did not
-    converge is kept; one that failed otherwise, by a damaged file say, is tried again next time.
+    converge is kept; one that failed otherwise, as by a damaged file, is tried again next time.
 
     Raises
     ------
     InvalidInput
-        If any point is no scene, which is found before the first one is computed, or the folder
-        holds another sweep or cannot be written.
+        If a point is not a valid scene (all are checked before the first is computed), or the
+        folder holds another sweep or cannot be written.
     """
     work = work or Work()
     keys, points = axes if isinstance(axes, tuple) else combinations(list(axes))
@@ -144,7 +144,7 @@ def _open(held: ExitStack, folder: SweepFolder, origin: Provenance, overwrite: b
 
 
 def _origin(scene: Scene, keys: tuple[str, ...]) -> Provenance:
-    """What all points share: the scene without the fields that vary."""
+    """The part that all points share: the scene without the fields that vary."""
     origin = Provenance.of(scene)
     shared = {
         section: {name: value for name, value in fields.items() if f"{section}.{name}" not in keys}

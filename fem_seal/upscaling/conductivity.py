@@ -1,4 +1,4 @@
-"""K(w): what a patch of rough contact conducts at the net load w = P - p that its solid carries."""
+"""K(w): conductivity of a patch of rough contact whose solid carries the net load w = P - p."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,16 +10,16 @@ from fem_seal.errors import InvalidInput
 
 # Steps of the interpolated conductivity between two loads of a table.
 STEPS = 16
-# Steps of an enclosure: each lets K fall by about this part, and there are at most so many.
+# Steps inside an enclosure: K falls by about the part FALL in each; there are at most MOST_STEPS.
 FALL, MOST_STEPS = 0.002, 500
 
 
 @dataclass(frozen=True)
 class Enclosure:
-    """Bounds of K between two loads that narrow as the square of their distance.
+    """Bounds of K between two loads, whose width falls as the square of the loads' distance.
 
-    Between two neighbouring places K is at most on the chord of `upper`, and 1/K on that of
-    1/`lower` (see `patch_conductivity`).
+    Between two neighbouring places the chord of `upper` is an upper bound of K, and the chord of
+    1/`lower` an upper bound of 1/K (see `patch_conductivity`).
 
     Parameters
     ----------
@@ -76,9 +76,10 @@ class ConductivitySteps:
 class ConductivityTable:
     """Bounds of the effective conductivity of a patch at a list of net loads.
 
-    K falls with the load. Where the bounds of a higher load exceed those of a lower one (the
-    contact's grid can do that), the bounds are widened until they fall: the upper bound to the
-    largest one at this load and above, the lower bound to the smallest one at this load and below.
+    K falls with the load. Where the bounds of a higher load exceed those of a lower one, which the
+    grid of the contact may cause, the bounds are widened until they do not rise: the upper bound to
+    the largest one at this load and above, the lower bound to the smallest one at this load and
+    below.
 
     Parameters
     ----------
@@ -139,19 +140,22 @@ class ConductivityTable:
 
     @cached_property
     def highest(self) -> ConductivitySteps:
-        """Upper bound of K: between two loads the upper bound of the lower load, or less."""
+        """Upper bound of K: between two loads that of the lower load, less inside an enclosure."""
         loads, _, upper = self._rows
         return ConductivitySteps(loads, np.concatenate([[np.inf], upper]))
 
     @cached_property
     def lowest(self) -> ConductivitySteps:
-        """Lower bound of K: between two loads that of the higher load, or more; above all 0."""
+        """Lower bound of K: between two loads that of the higher load, more inside an enclosure.
+
+        Above the last load it is 0.
+        """
         loads, lower, _ = self._rows
         return ConductivitySteps(loads, np.concatenate([lower, [0.0]]))
 
     @cached_property
     def _rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Loads and bounds, with those inside the enclosures; both bounds fall."""
+        """Loads and bounds of the table and of the steps inside the enclosures; no bound rises."""
         rows = [(self.loads[:1], self.lower[:1], self.upper[:1])]
         for k, enclosure in enumerate(self.between):
             a, b = self.loads[k : k + 2]
@@ -188,7 +192,7 @@ class ConductivityTable:
         slope = 0.0
         if loads.size > 1 and K[1] > 0:
             slope = np.log(K[0] / K[1]) / (loads[1] - loads[0])
-        # Extrapolate over many e-folds of K at most: beyond them only the size matters, not K.
+        # Extrapolate K by a factor of exp(50) at most: so large a K hardly resists the flow.
         rise = min(slope * loads[0], 50.0)
         nodes, values = np.append(0.0, loads), np.append(K[0] * np.exp(rise), K)
         if loads[0] == 0:
@@ -198,7 +202,7 @@ class ConductivityTable:
         inside = np.empty_like(places)
         leaking = max(1, int(np.count_nonzero(values)))
         inside[: leaking - 1] = _interpolated(nodes[:leaking], values[:leaking], places)
-        # In the one interval towards a sealed load, and in those behind it, whose K is zero.
+        # K falls linearly to 0 at the first sealed load, and stays 0 in the intervals behind it.
         inside[leaking - 1 :] = values[leaking - 1 : -1, None] * (1 - share)
         inside = np.clip(inside, self.lowest(places), self.highest(places))
         edges = nodes[:-1, None] + np.diff(nodes)[:, None] * (np.arange(STEPS) + 1) / STEPS

@@ -1,11 +1,11 @@
-"""Many patches of rough contact as a network: what they conduct together, and how it scatters.
+"""Many patches of rough contact as a network: its conductivity, and the scatter of it.
 
-The mean over patches is right only where one patch spans the leak path. With m patches along it
-and n across, a sealed patch blocks those before and behind it, and leaking patches give way to each
-other. Each patch is a square of constant conductivity, cut into nodes; elimination gives what the
-network conducts. Of many log-normal patches none of which is sealed, exp<ln K> is exact
-(G. Matheron 1967); with the 2 × 2 nodes of a patch that are usual here the network stays below it
-by 4 % at a scatter of ln K of 1 and by 17 % at 1.9.
+The mean over patches is right only where one patch spans the leak path. With m patches along it and
+n across, a sealed patch blocks the patches before and behind it, and the fluid flows around patches
+that leak little. Each patch is a square of constant conductivity, cut into nodes; elimination
+yields the conductance of the network. For many log-normal patches, none of them sealed, exp<ln K>
+is exact (G. Matheron 1967). With the default of 2 × 2 nodes a patch, the conductivity of the
+network is below it by 4 % at a scatter of ln K of 1, and by 17 % at 1.9.
 """
 
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ from fem_seal.finite_difference.elimination import conductance
 from fem_seal.finite_difference.links import harmonic
 from fem_seal.finite_difference.stencil import Network
 
-NODES = 2  # along a side of a patch
-# More patches along the path than this change the conductivity by little; blocks across are
-# independent of each other, and averages of them.
+NODES = 2  # nodes along a side of a patch
+# Most patches of a drawn network along the path and across it. More patches along the path change
+# the conductivity little; a wider seal is an average of independent blocks of this width.
 MOST_ALONG, BLOCK = 40, 16
-DRAWS = 24
-LEVEL = 0.95
-# Fewer leaking patches say nothing of how their logarithms scatter.
+DRAWS = 24  # networks that are drawn for a seal
+LEVEL = 0.95  # probability of a confidence interval
+# Fewest leaking patches from which the scatter of their logarithms is estimated.
 LEAST_LEAKING = 3
 
 
@@ -36,7 +36,7 @@ def network_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> flo
     conductivity : (m, n) float
         K of the patches, m along the flow and n across, in any unit; 0 where sealed.
     nodes : int
-        Along a side of each patch.
+        Nodes along a side of each patch.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def network_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> flo
     largest = K.max()
     if largest == 0:
         return 0.0
-    # The rule of two halves in series takes gaps, whose third powers are the conductivities.
+    # `harmonic` takes gaps, whose cubes are the conductivities.
     gap = np.cbrt(K / largest)
     along = np.concatenate([2 * gap[:1] ** 3, harmonic(gap[:-1], gap[1:]), 2 * gap[-1:] ** 3])
     across = np.zeros((m + 2, n))
@@ -57,12 +57,12 @@ def network_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> flo
 
 @dataclass(frozen=True)
 class PatchCount:
-    """How many patches a seal is made of.
+    """Number of patches of a seal.
 
     Parameters
     ----------
     along, across : int
-        Along the part of the leak path that seals, and around the seal; at least 1.
+        Patches along the part of the leak path that seals, and around the seal; at least 1.
     """
 
     along: int
@@ -110,7 +110,7 @@ def drawn_seals(
 
     Returns
     -------
-    DrawnSeals; one realization, and one patch along the path, need no draws for the mean.
+    DrawnSeals; with one realization, or one patch along the path, the mean needs no draws.
     """
     rates = np.asarray(rates, dtype=float)
     if len(rates) == 1:
@@ -141,30 +141,30 @@ def generalised_interval(
 ) -> tuple[float, float] | None:
     """Confidence interval of the leak rate of a seal of many patches, from a few of them.
 
-    Leaking patches are taken to be log-normal, and a share of the patches to be sealed. With ȳ, s²
-    of the logarithms of n leaking ones out of N, generalised pivots are (K. Krishnamoorthy and T.
-    Mathew, J. Stat. Plan. Inference 115, 103 (2003); L. Tian, Stat. Med. 24, 3223 (2005))
+    The leak rates of leaking patches are taken to be log-normal. Let ȳ and s² be mean and variance
+    of the logarithms of the n leaking patches out of N. Generalised pivots are (K. Krishnamoorthy
+    and T. Mathew, J. Stat. Plan. Inference 115, 103 (2003); L. Tian, Stat. Med. 24, 3223 (2005))
 
-        σ² = s² (n - 1)/χ²(n - 1),  μ = ȳ + Z σ/√n,  leaking share δ ~ Beta(n + 1/2, N - n + 1/2),
+        σ² = s² (n - 1)/χ²(n - 1),  μ = ȳ + Z σ/√n,  leaking share δ ~ Beta(n + 1/2, N - n + 1/2).
 
-    and the interval is that of the quantiles of δ exp(μ + σ²/2), the mean over patches, or of the
-    network of patches drawn with μ, σ, δ.
+    The interval lies between quantiles of δ exp(μ + σ²/2), the mean over patches, or of the
+    conductivity of networks of patches drawn with μ, σ and δ.
 
     Parameters
     ----------
     rates : (N,) float
-        Of the patches, 0 if sealed.
+        Leak rates of the patches, 0 if sealed.
     along : int
         Patches along the leak path.
     level : float
         Probability that the interval holds the truth.
     draws : int, optional
-        Of the pivots: 20 000 for one patch along the path, 200 for a network.
+        Draws of the pivots: 20 000 for one patch along the path, 200 for a network.
     seed : int
 
     Returns
     -------
-    (lower, upper), or None with fewer than three leaking patches, which say nothing of the scatter.
+    (lower, upper); None with fewer than three leaking patches, too few to estimate the scatter.
 
     Raises
     ------
@@ -201,7 +201,7 @@ def generalised_interval(
 def lognormal_patches(
     shape: tuple[int, int], sigma: float, leaking: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Conductivities exp(σ Z) of patches, of which a share is sealed, 0.
+    """Conductivities exp(σ Z) of patches; 0 for the share of them that is sealed.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def sealed_share(sealed: int, patches: int, *, level: float = LEVEL) -> tuple[fl
 
 
 def may_conduct(leaking: float, count: PatchCount, *, draws: int = 100, seed: int = 0) -> bool:
-    """Whether a path of leaking patches may cross a seal; it is drawn again and again.
+    """Whether a path of leaking patches crosses at least one of many drawn blocks of a seal.
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ def may_conduct(leaking: float, count: PatchCount, *, draws: int = 100, seed: in
         Share of the patches that leak.
     count : PatchCount
     draws : int
-        Of blocks of patches around the seal.
+        Number of blocks.
     seed : int
     """
     rng = np.random.default_rng(seed)
@@ -257,9 +257,9 @@ def may_conduct(leaking: float, count: PatchCount, *, draws: int = 100, seed: in
 
 
 def patches_for(sigma: float, factor: float, *, level: float = LEVEL) -> int:
-    """About how many leaking patches narrow the interval of the mean to a factor.
+    """Estimate how many leaking patches narrow the confidence interval of the mean to a factor.
 
-    Of n log-normal patches ln of the estimated mean, ȳ + s²/2, has the variance
+    With n log-normal patches the logarithm of the estimated mean, ȳ + s²/2, has the variance
     (σ² + σ⁴/2)/n.
 
     Parameters

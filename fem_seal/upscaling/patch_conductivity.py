@@ -1,20 +1,21 @@
 """K(w) of a scene's patch: a chain of dry contacts and flows, refined in load where it matters.
 
-K is that between straight ends: the leak rate Q of the patch from its inlet to its outlet gives
-K = Q Lx/(Ly Δp). (On a patch 8 long wavelengths wide it is up to a fifth above the component of
-the conductivity tensor, whose current need not cross straight ends.) That of a gas that slips is at
-the mean of the pressures of inlet and outlet.
+K is the conductivity between straight ends: K = Q Lx/(Ly Δp), with the leak rate Q of the patch
+from its inlet to its outlet. (On a patch 8 long wavelengths wide it is up to a fifth above the
+component of the conductivity tensor, whose current need not cross straight ends.) For a gas that
+slips, K is taken at the mean of the pressures of inlet and outlet.
 
-Between two loads. The gap g(x; w) of a half-space falls with the load w and is convex in it. For
-with the stiffness L, whose kernel is negative off the diagonal, and f = L h of the heights h, it is
-the least element of the set {g >= 0, L g + f + w >= 0} (R. W. Cottle and A. F. Veinott, Math.
-Program. 3, 238 (1972)). If g_1 and g_2 are in the sets of w_1 and w_2, their mean is in that of the
-mean load, and so at least the least element there. Hence for a < w < b < c
+Bounds between two loads. The gap g(x; w) of a half-space falls with the load w and is convex in it.
+Proof: let L be the stiffness, whose kernel is negative off the diagonal, and f = L h for the
+heights h. Then g(w) is the least element of the set {g >= 0, L g + f + w >= 0} (R. W. Cottle and
+A. F. Veinott, Math. Program. 3, 238 (1972)). If g_1 and g_2 are in the sets of w_1 and w_2, their
+mean is in the set of the mean load, and so at least as large as the least element there. Hence for
+a < w < b < c
 
-    g_b + (b - w)/(c - b) (g_b - g_c)  <=  g(w)  <=  ((b - w) g_a + (w - a) g_b)/(b - a),
+    g_b + (b - w)/(c - b) (g_b - g_c)  <=  g(w)  <=  ((b - w) g_a + (w - a) g_b)/(b - a).
 
-and the flow through either gap has bounds from the flows at b and at a (`flow.nearby`), which are
-narrower by one power of b - a than the conductivities at a and b themselves.
+The flows at b and at a bound the flow through either gap (`flow.nearby`). These bounds are narrower
+by one power of b - a than the conductivities at a and b themselves.
 """
 
 from collections.abc import Callable, Sequence
@@ -51,28 +52,28 @@ TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
 MOST_LOADS = 40
 # Part of the error of the load table that is refined at a time (Dörfler).
 SHARE = 0.5
-# Tolerance of a flow over flow.rtol, until its load turns out to matter; the first flow, on whose
-# mesh the others begin, has flow.rtol.
+# Tolerance of a loose flow over flow.rtol. A flow is loose until its load turns out to matter. The
+# first flow, on whose mesh the others begin, has flow.rtol.
 LOOSE = 3.0
-# Unknowns of a loose flow over those of the first one, at most: near the load that seals a flow
-# takes many and rarely matters.
+# Most unknowns of a loose flow, over those of the first flow: a flow near the load that seals takes
+# many unknowns and rarely matters.
 MOST_LOOSE = 4.0
-# But no limit is below this: the first flow may need hardly any, where all is open.
+# Smallest limit on the unknowns of a loose flow: the first flow may need hardly any.
 LEAST_LIMIT = 20_000
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
 WIDTH = 0.22
-# Places of an enclosure, beside its ends; and distance c - b of its last line over b - a.
+# Intervals between the places of an enclosure, and (c - b)/(b - a) of the line beyond b.
 BETWEEN, BEYOND = 2, 0.125
-# Intervals whose steps make less of the error than this part of the tolerance are not enclosed.
+# Intervals that make less of the error than this part of the tolerance are left as they are.
 SMALL = 0.02
 SIMPSON = (4, 1, 1)  # weights of the value and of both bounds
 NARROW = 1e-6  # relative distance of two pressures that count as one
-# Samples of all flows that are kept; the oldest are given up first.
+# Most samples of all flows that are kept; the oldest flows are dropped first.
 KEPT = 1 << 25
 
 
-def _nothing(words: str) -> None:
-    """Tell nobody."""
+def _ignore(text: str) -> None:
+    """Show nothing."""
 
 
 class LoadedPatch:
@@ -83,9 +84,9 @@ class LoadedPatch:
     patch : Patch
         Of a scene with an elastic contact on a grid. Its own load does not count.
     most_loose : float
-        Unknowns of a flow over those of the first one, at most, until its load turns out to matter.
+        Most unknowns of a flow whose load does not matter yet, over those of the first flow.
     least_limit : int
-        No such limit is below this.
+        Smallest such limit on the unknowns.
     """
 
     def __init__(
@@ -127,7 +128,7 @@ class LoadedPatch:
         return self._bounds[load]
 
     def table(self, loads: Sequence[float] = ()) -> ConductivityTable:
-        """Table of all loads computed so far, and of these [Pa], with the enclosures."""
+        """Compute `loads` [Pa]; table of these and all earlier loads, with the enclosures."""
         for load in sorted(loads):
             if load not in self._bounds:
                 self._compare(load)
@@ -148,7 +149,7 @@ class LoadedPatch:
             self._enclosures[a, b] = self._enclosure(a, b)
 
     def enclosed(self, a: float, b: float) -> bool:
-        """Whether `enclose` has been called for an interval, and could be."""
+        """Whether an interval needs no `enclose`: it has been called, or enclosures do not hold."""
         return not self.convex or (a, b) in self._enclosures
 
     def sealed(self, load: float) -> bool:
@@ -191,13 +192,13 @@ class LoadedPatch:
         return present(self.patch.surface, "surface").spacing
 
     def _per_square(self, flow: "MeshedFlow") -> float:
-        """K [m³/(Pa s)] of a patch that conducts as a square with the largest gap of a flow."""
+        """K [m³/(Pa s)] of the patch if its conductance is that of a square of the largest gap."""
         length, width = flow.film.size
         K = film_conductivity(flow.film.highest, self.patch.scene.viscosity)
         return flow.slip_factor * K * length / width
 
     def _compare(self, load: float) -> None:
-        """Compute K at a load, and hold it against the enclosure of the interval that it halves."""
+        """Compute K at a load, and compare it with the enclosure of the interval that it halves."""
         lower, upper = self.bounds(load)
         for (a, b), enclosure in self._enclosures.items():
             if enclosure is None or not a < load < b:
@@ -217,13 +218,13 @@ class LoadedPatch:
         predictor = Predictor()
         for known in reversed(nearest):
             predictor.remember(Load("pressure", known), self._states[known])
-        wanted = Load("pressure", load)
+        target = Load("pressure", load)
         patch = self.patch
         surface = present(patch.surface, "surface")
-        return elastic_contact(patch.scene, surface, predictor.start(wanted), wanted, patch.report)
+        return elastic_contact(patch.scene, surface, predictor.start(target), target, patch.report)
 
     def gain_of_sharpening(self, load: float) -> float:
-        """Part of the width of the bounds at a load [Pa] that `sharpen` takes away, from 0 to 1."""
+        """Part, 0 to 1, by which `sharpen` reduces the width of the bounds at a load [Pa]."""
         width = relative_width(*self._bounds[load]) if self._bounds[load][1] > 0 else 0.0
         rtol = self.patch.scene.flow.rtol
         return 1 - rtol / width if load in self._loose and width > rtol else 0.0
@@ -240,7 +241,7 @@ class LoadedPatch:
         self._loose.discard(load)
 
     def _conductivity(self, load: float, looseness: float) -> tuple[float, float]:
-        """Bounds of K at a load [Pa] with a multiple of the tolerance of the scene."""
+        """Bounds of K at a load [Pa], with `looseness` times the tolerance of the scene."""
         state = self._state(load)
         film = self._film(state.gap.values)
         if film.sealed:
@@ -254,8 +255,8 @@ class LoadedPatch:
         if looseness == 1 and not leak.converged:
             load_text = with_prefix(state.mean_pressure, "Pa")
             # The rest of the reason names the tolerance of this flow, which is not the seal's.
-            why = leak.reason.partition(";")[0]
-            self.reasons.append(f"its flow at a net load of {load_text} ended early, since {why}")
+            cause = leak.reason.partition(";")[0]
+            self.reasons.append(f"its flow at a net load of {load_text} ended early, since {cause}")
         length, width = state.gap.size
         per_rate = length / (width * self.patch.scene.drive.pressure_drop)
         lower, upper = leak.bounds
@@ -300,7 +301,7 @@ class LoadedPatch:
 
 
 def at_mean_pressure(slip: Slip | None) -> Slip | None:
-    """The law of slip at the mean of both pressures alone."""
+    """The law of slip with both pressures at their mean."""
     if slip is None:
         return None
     mean = slip.mean_pressure
@@ -309,7 +310,7 @@ def at_mean_pressure(slip: Slip | None) -> Slip | None:
 
 @dataclass(frozen=True, eq=False)
 class PatchFlow:
-    """A patch's table, and what a seal leaks all of whose patches are like it.
+    """Conductivity table of a patch, and the leak rate of a seal that consists of such patches.
 
     Parameters
     ----------
@@ -317,9 +318,9 @@ class PatchFlow:
         None if the seal lifts off.
     flow : SealFlow
     converged : bool
-        Whether the bounds are as near each other as asked for.
+        Whether the bounds of the leak rate meet the tolerance.
     reason : str
-        What ended the refinement before, and what to change; else empty.
+        Why they do not, and what to change; else empty.
     """
 
     table: ConductivityTable | None
@@ -339,19 +340,20 @@ def refined(
     tolerance: float = TOLERANCE,
     most_loads: int = MOST_LOADS,
     max_seconds: float | None = None,
-    tell: Callable[[str], None] = _nothing,
+    progress: Callable[[str], None] = _ignore,
 ) -> PatchFlow:
     """Add loads to a patch's table until the leak rate of the seal is known to a tolerance.
 
-    Intervals of the table are halved where K changes most, weighted with the influence on the leak
-    rate of the places that have their loads, until enclosures of all of them together should be
-    narrow enough; then those that matter are enclosed, and the widest ones halved again.
+    First the intervals of the table are halved where K changes most, weighted with the influence of
+    their net loads on the leak rate, until enclosures of all intervals should be narrow enough.
+    Then the intervals that matter are enclosed. If the bounds are still too wide, the intervals
+    with the widest enclosures are halved.
 
     Parameters
     ----------
     patch : LoadedPatch
     flow_of : callable
-        The seal's leak rate from a table.
+        Table -> leak rate of the seal, a SealFlow.
     highest : float
         Largest contact pressure of the profile [Pa].
     inlet, outlet : float
@@ -360,12 +362,12 @@ def refined(
         Whether the contact pressure is the same everywhere; then the seal has no net load below
         highest - inlet.
     tolerance : float
-        Of (upper - lower)/√(lower upper).
+        Largest (upper - lower)/√(lower upper) of the leak rate.
     most_loads : int
     max_seconds : float, optional
-        Time at most; the bounds at hand are returned then.
-    tell : callable
-        Called with words on how far the table is.
+        Limit of the time; the bounds that have been reached are returned then.
+    progress : callable
+        Called with a text on the state of the table.
 
     Returns
     -------
@@ -378,22 +380,23 @@ def refined(
     """
     if highest <= inlet:
         return PatchFlow(None, SealFlow("lifted off", inf, inf, inf))
-    # The highest net load that can let no fluid pass decides whether the seal is sealed.
+    # The place of the highest contact pressure has this net load when fluid of the inlet's pressure
+    # reaches it. No fluid passes the place if the patch is sealed then.
     decisive = highest - inlet
-    tell("whether it seals")
+    progress("whether it seals")
     if patch.sealed(decisive):
         table = patch.table([decisive])
         return PatchFlow(table, flow_of(table))
     started = perf_counter()
-    # The flows begin at the lowest load, whose open channels are those of all others and more.
+    # Begin with the lowest load: its open channels contain those of all higher loads.
     first = [decisive] if uniform else np.linspace(0, decisive, 5).tolist()
-    tell(f"its first {len(first) + 1} net loads")
+    progress(f"its first {len(first) + 1} net loads")
     table = patch.table([*first, highest - outlet])
     while True:
         flow = flow_of(table)
         if _width(flow) <= tolerance:
             return PatchFlow(table, flow)
-        tell(_progress(table, flow, tolerance, most_loads))
+        progress(_state_of_table(table, flow, tolerance, most_loads))
         if max_seconds is not None and perf_counter() - started > max_seconds:
             reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
             return PatchFlow(table, flow, False, reason)
@@ -409,7 +412,7 @@ def refined(
         expected = np.where(enclosed, error.of_loads, error.expected)
         of_flows = error.of_flows.sum()
         large = error.of_loads > SMALL * tolerance
-        # A sharper flow costs about as much as another load: take what narrows the bounds more.
+        # A sharper flow costs about as much as another load: do what narrows the bounds more.
         gains = error.of_flows * [patch.gain_of_sharpening(load) for load in table.loads.tolist()]
         best, halving = int(np.argmax(gains)), np.max(np.where(large, expected, 0.0), initial=0.0)
         if expected.sum() + of_flows > tolerance and gains[best] > 0.75 * halving:
@@ -422,7 +425,7 @@ def refined(
                 patch.enclose(*ends[number])
             table = patch.table()
             continue
-        # An interval in halves makes a quarter of its error.
+        # Halving an interval leaves a quarter of its error.
         excess = expected.sum() + of_flows - tolerance
         marked = _marked(np.where(large, expected, 0.0), 4 / 3 * max(excess, 0) + 0.1 * tolerance)
         loads = 0.5 * (table.loads[:-1] + table.loads[1:])[marked]
@@ -432,10 +435,12 @@ def refined(
         table = patch.table(loads.tolist())
 
 
-def _progress(table: ConductivityTable, flow: SealFlow, tolerance: float, most_loads: int) -> str:
-    """How many loads there are, and what they are to reach."""
-    reached, wanted = per_cent(half_width_of(_width(flow))), per_cent(half_width_of(tolerance))
-    return f"{table.loads.size} of at most {most_loads} net loads, ±{reached}, ±{wanted} wanted"
+def _state_of_table(
+    table: ConductivityTable, flow: SealFlow, tolerance: float, most_loads: int
+) -> str:
+    """Text on the number of loads and the width of the bounds, reached and asked for."""
+    reached, target = per_cent(half_width_of(_width(flow))), per_cent(half_width_of(tolerance))
+    return f"{table.loads.size} of at most {most_loads} net loads, ±{reached}, ±{target} wanted"
 
 
 def _width(flow: SealFlow) -> float:
@@ -446,16 +451,16 @@ def _width(flow: SealFlow) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _LoadError:
-    """Parts of ln(upper/lower) of the leak rate that n loads and the intervals between them make.
+    """Parts of ln(upper/lower) of the leak rate due to n loads and to the intervals between them.
 
     Parameters
     ----------
     of_loads : (n - 1,) float
-        By the distance of the loads, with the enclosures that there are.
+        Error of each interval due to the distance of its loads, with the present enclosures.
     expected : (n - 1,) float
-        The same, if the interval was enclosed.
+        The same, as estimated for the interval with an enclosure.
     of_flows : (n,) float
-        By the bounds of the flow at each load.
+        Error of each load due to the bounds of its flow.
     """
 
     of_loads: np.ndarray
@@ -464,11 +469,12 @@ class _LoadError:
 
 
 def _load_error(table: ConductivityTable, flow: SealFlow) -> _LoadError:
-    """Error of each interval, from the influence of the places that have its loads.
+    """Error of each interval, weighted with the influence of its net loads on the leak rate.
 
-    With ln K_t on the way from the lower bounds to the upper ones, ln(upper/lower) of the leak rate
-    is ∫ Σ influence_t × ln(K_upper/K_lower) dt: Simpson's rule takes the influences of the value
-    and of both bounds, which lie at other loads where the bounds are far apart.
+    Let ln K_t go linearly from the lower bounds at t = 0 to the upper ones at t = 1. Then
+    ln(upper/lower) of the leak rate is ∫ Σ influence_t × ln(K_upper/K_lower) dt. Simpson's rule
+    takes the influences of the value and of both bounds. Where the bounds are far apart, these have
+    different net loads.
     """
     count = table.loads.size - 1
     error, share = np.zeros(count), np.zeros(count)
@@ -488,7 +494,7 @@ def _load_error(table: ConductivityTable, flow: SealFlow) -> _LoadError:
     falls = _log_ratio(table.value[:-1], table.value[1:])
     expected = share * WIDTH * falls**2
     if flow.lower == 0 and table.lower[-1] == 0:
-        # Only the load that lets no fluid pass is wanted.
+        # Without a lower bound, refine only towards the load that seals.
         sealing = np.argmax(table.lower[1:] == 0)
         error[sealing] = expected[sealing] = MOST_FALL
     error = np.maximum(error - own, 0.0)
@@ -504,7 +510,7 @@ def _log_ratio(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
 
 
 def _marked(error: np.ndarray, excess: float) -> np.ndarray:
-    """Intervals with the largest errors that make an excess, or a part of all errors (Dörfler)."""
+    """Fewest intervals whose errors add up to `excess`, or to SHARE of all errors (Dörfler)."""
     total = error.sum()
     if total == 0:
         return np.zeros(0, dtype=int)

@@ -14,11 +14,11 @@ from fem_seal.progress import Report
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.sections import Section
 
-ROUNDING = 1e-6  # of a window, by which a map may be too short for the last one
+ROUNDING = 1e-6  # part of a window by which a map may be too short for the last one
 
 
 def realizations(scene: Scene) -> tuple[Scene, ...]:
-    """Scenes of the patches of a seal; the first one is that of the scene itself.
+    """Scenes of the patches of a seal; the first patch is that of the scene itself.
 
     The patches have no output but the seal, and no limit.
 
@@ -85,7 +85,7 @@ def _too_few(
     patches: int,
     held: tuple[int, int],
 ) -> str:
-    """Message on windows that do not fit, with the largest that would."""
+    """Message on windows that do not fit, with the largest windows that fit."""
     whole = surface.path if surface.crop is None else f"surface.crop of {surface.path}"
     scale = largest_scale(sides, window, patches)
     # Rounded down, so that they fit, but not for the sake of a rounding error.
@@ -104,16 +104,16 @@ def _by(sides: Sequence[float]) -> str:
 
 
 def largest_scale(sides: Sequence[float], window: Sequence[float], patches: int) -> float:
-    """Largest multiple of a window of which a map holds so many.
+    """Largest factor by which a window can be scaled so that a map holds `patches` of them.
 
     Parameters
     ----------
     sides, window : (2,) sequence of float
-        Of the map and of the window, in one unit.
+        Sides of the map and of the window, in one unit.
     patches : int
     """
     ratios = [side / part for side, part in zip(sides, window, strict=True)]
-    # A side is used up by a whole number of windows; of these multiples take the largest.
+    # At the largest factor a whole number of windows fills one side of the map.
     scales = sorted((ratio / n for ratio in ratios for n in range(1, patches + 1)), reverse=True)
     return next(
         scale

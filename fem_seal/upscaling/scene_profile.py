@@ -48,7 +48,7 @@ def profile_of(scene: Scene) -> tuple[Profile, LeakPath]:
 
 
 def _profile(scene: Scene, width: float | None) -> Profile:
-    """Contact pressure over a width [m]; a table and a line load give the width themselves."""
+    """Contact pressure over a width [m]; a table and a line load have their own width."""
     seal = present(scene.seal, "[seal]")
     if seal.table is not None:
         return read_profile(seal.table)
@@ -79,7 +79,7 @@ def read_profile(path: Path) -> TabulatedProfile:
     Raises
     ------
     InvalidInput
-        If the file is no such table.
+        If the file cannot be read as such a table.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")

@@ -32,7 +32,7 @@ from fem_seal.upscaling.solved_patches import solved_patches
 
 @dataclass(frozen=True, eq=False)
 class SealLeak:
-    """Leak rate of a seal, and what it comes from.
+    """Leak rate of a seal, and the patches from which it is computed.
 
     Parameters
     ----------
@@ -41,26 +41,27 @@ class SealLeak:
         Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off. The
         bounds are those of flow and load table, for the patches at hand.
     patches : tuple of PatchFlow
-        What the seal would leak if all its patches were like one of the realizations.
+        For each realization, the leak rate that the seal would have if all its patches were like
+        it.
     count : PatchCount
         Patches along the part of the path that seals, and around the seal.
     scatter : float
         Standard deviation of the leak rate of such seals over its mean.
     interval : (float, float) or None
-        Confidence interval [m³/s] of the leak rate, as far as patches scatter; None where the
-        realizations say too little.
+        Confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
+        few realizations leak to estimate it.
     share_sealed : (float, float, float)
         Share of sealed realizations, and its confidence interval (Clopper and Pearson).
     converged : bool
     reason : str
-        Why not, else empty.
+        Why it has not converged, else empty.
     leak_path : float
         Length from inlet to outlet [m].
     sealing : SealingPart or None
-        Where along the path the middling patch seals; None if lifted off.
+        Part of the path that seals, with the median patch; None if lifted off.
     contact_error : float or None
-        Largest estimate of the relative error that the contact's grid leaves in the conductivity of
-        a patch; None if nothing can be said.
+        Largest estimated relative error of a patch's conductivity due to the grid of its contact;
+        None if there is no estimate for one of the leaking patches.
     critical_gap : float or None
         Smallest critical constriction [m] of a leaking patch at the load that matters most.
     """
@@ -90,7 +91,7 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
     patch : Patch
         First of the realizations.
     folder : Path, optional
-        Keeps a file for each patch, so that an interrupted run goes on.
+        Folder of a file for each patch, from which an interrupted run goes on.
     work : Work, optional
         How the patches are shared out; one after the other if left out.
 
@@ -125,7 +126,7 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
     return replace(together, contact_error=largest, critical_gap=min(gaps, default=None))
 
 
-def middling(flows: tuple[PatchFlow, ...]) -> PatchFlow:
+def median_patch(flows: tuple[PatchFlow, ...]) -> PatchFlow:
     """The patch of the median leak rate; of an even number the one that leaks more."""
     return sorted(flows, key=lambda one: one.flow.value)[len(flows) // 2]
 
@@ -144,7 +145,7 @@ def _together(
     count = PatchCount.of(length, path.circumference, size)
     sealed = sum(one.flow.state == "sealed" for one in flows)
     share = sealed / len(flows), *sealed_share(sealed, len(flows))
-    sealing = middling(flows).flow.sealing
+    sealing = median_patch(flows).flow.sealing
     if any(one.flow.state == "lifted off" for one in flows):
         return SealLeak(
             "lifted off", inf, inf, inf, flows, count, 0.0, None, share, True, "", path.length,
@@ -162,9 +163,9 @@ def _together(
 
 
 def _missed(flows: tuple[PatchFlow, ...], lower: float, upper: float, rtol: float) -> str:
-    """Sentence on a tolerance that the bounds of the seal [m³/s] miss, else empty.
+    """Sentence on the tolerance that the bounds of the seal [m³/s] miss, else empty.
 
-    A patch that leaks little may stay wide, as long as the seal is known.
+    The bounds of a patch that leaks little may be wide if those of the seal are narrow enough.
     """
     ended = [number for number, one in enumerate(flows) if not one.converged]
     if not ended or upper == 0 or relative_width(lower, upper) <= rtol:

@@ -5,13 +5,13 @@ conducts what a patch does at the net load P(x) - p. With s = ∫ dx/width(x) al
 
     K(P(x) - p) dΦ/ds = -Q,    Φ = p of a liquid, T0 p_abs²/(2 T p0) of a gas (`fluid`).
 
-It is integrated from the outlet backwards. In each cell P takes its smallest or largest value and K
-is a step function of the load, so that every cell is solved exactly: Φ rises by Q Δs/K(w) until w =
-P - p reaches the next step. 1/K(P - p) falls with p and grows with P; solutions of dΦ/ds = -Q/K
-compare (larger 1/K everywhere gives larger p at the inlet), and p at the inlet grows with Q. So the
-upper steps of K with the smallest P of each cell enclose Q from above, the lower steps with the
-largest P from below. Where P <= p the film is open, K is infinite and p constant: the seal
-begins where P = p_in.
+The equation is integrated from the outlet backwards. In each cell P takes its smallest or largest
+value and K is a step function of the load, so that every cell is solved exactly: Φ rises by
+Q Δs/K(w) until w = P - p reaches the next step. The resistance 1/K(P - p) falls with p and grows
+with P. A larger resistance everywhere makes p at the inlet larger, and so does a larger Q. So the
+upper steps of K with the smallest P of each cell bound Q from above, the lower steps with the
+largest P from below. Where P <= p the film is open, K is infinite and p constant: the seal begins
+where P = p_in.
 """
 
 from bisect import bisect_left
@@ -28,17 +28,18 @@ from fem_seal.leak_rate import FlowState
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.profile import Profile
 
-CELLS = 1000  # of the leak path
+CELLS = 1000  # least number of cells of the leak path
 # Relative error of the leak rate that solves the boundary condition; bounds are widened by it.
 SHOOTING = 1e-9
-ROUNDING = 1e-12  # of a pressure
-WIDENING, MOST_WIDENINGS = 5.0, 100  # of the range of ln Q that is searched, at each end
-# Of the search: halving a range of 1000 fifty times makes it shorter than SHOOTING.
+ROUNDING = 1e-12  # relative rounding error of a pressure
+# Length of a step in ln Q by which an end of the searched range is moved, and most such steps.
+WIDENING, MOST_WIDENINGS = 5.0, 100
+# Most iterations of the search: fifty halvings of a range of 1000 make it shorter than SHOOTING.
 MOST_ITERATIONS = 100
-RELATIVE = 4 * np.finfo(float).eps  # the least that SciPy takes for the tolerance of ln Q
-PLACES = 8  # of each cell at which the influence is computed
-PARTS = (0.05, 0.5, 0.95)  # of the influence, at start, middle and end of the sealing part
-# ln of the ratio of two conductivities, at most: a sealed load counts as this.
+RELATIVE = 4 * np.finfo(float).eps  # smallest relative tolerance that SciPy accepts
+PLACES = 8  # places in each cell at which the influence is computed
+PARTS = (0.05, 0.5, 0.95)  # of the influence before start, middle and end of the sealing part
+# Largest ln of the ratio of two conductivities; a sealed load counts as so much less conductive.
 MOST_FALL = 20.0
 
 
@@ -122,7 +123,7 @@ class EndPressures:
     inlet, outlet : float
         p_in > p_out [Pa], above the pressure on the back of the solid.
     ambient : float
-        Absolute pressure on the back of the solid [Pa]; counts for a gas.
+        Absolute pressure on the back of the solid [Pa]; used for a gas only.
     per_square : float
         0 for a liquid, Φ = p. For a gas T0/(2 T p0) [1/Pa], Φ = per_square × p_abs²: volumes count
         at T0 and p0.
@@ -176,7 +177,7 @@ class EndPressures:
 
 @dataclass(frozen=True)
 class SealingPart:
-    """Where along the path the seal seals.
+    """The part of the leak path that seals.
 
     Parameters
     ----------
@@ -244,12 +245,12 @@ class SealFlow:
     value, lower, upper : float
         Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off.
     path : PathFlow or None
-        Pressures and conductivity along the path, of the value. If sealed, no place has an
+        Pressures and conductivity along the path at the value. If sealed, no place has an
         influence; if lifted off, the fluid has the pressure of the inlet everywhere.
     sealing : SealingPart or None
-        Where the seal seals; None if lifted off.
+        Part of the path that seals; None if lifted off.
     bounding : tuple of PathFlow
-        As `path`, of the lower and the upper bound, as far as they are positive and finite.
+        The same at the lower and at the upper bound, if they are positive and finite.
     """
 
     state: FlowState
@@ -269,7 +270,7 @@ def seal_flow(
     *,
     cells: int = CELLS,
 ) -> SealFlow:
-    """Leak rate of a seal whose patches all conduct as a table says.
+    """Leak rate of a seal all of whose patches have the conductivity of a table.
 
     Parameters
     ----------
@@ -281,8 +282,8 @@ def seal_flow(
         Of the profile's length.
     ends : EndPressures
     cells : int
-        Cells of the leak path, at least; each spans an equal part of it. The bounds hold for any
-        number.
+        Least number of cells of the leak path, which are equally long but for the nodes of the
+        profile. The bounds hold for any number.
 
     Returns
     -------
@@ -352,7 +353,7 @@ def _sealed_path(
 
 
 def _cell_ends(profile: Profile, cells: int) -> np.ndarray:
-    """Ends of at least so many cells [m], nodes of the profile among them."""
+    """Ends [m] of at least `cells` cells, with the nodes of the profile; one cell if uniform."""
     if len(profile.nodes) == 2 and np.ptp(profile(profile.nodes)) == 0:
         return profile.nodes
     even = np.linspace(0, profile.length, cells + 1)
@@ -374,7 +375,7 @@ def _leak_rate(
     net = pressure.max() - ends.inlet
     if net <= 0:
         return inf
-    # Where the load is highest decides whether any fluid passes, and whether the film stays closed.
+    # The place of the highest load decides: K is 0 there if the seal is sealed, infinite if open.
     K = float(steps(np.nextafter(net, inf)))
     if K in (0.0, inf):
         return K
@@ -402,9 +403,9 @@ def _root(
     excess : callable
         Of ln Q, without unit.
     low, high : float
-        Guesses of ln Q below and above the root, which are moved until they are.
+        Guesses of ln Q, moved until one is below the root and the other above.
     most : int
-        Iterations at most.
+        Largest number of iterations.
 
     Raises
     ------
@@ -428,12 +429,12 @@ def _root(
 
 
 def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> float:
-    """First ln Q, step by step, where the excess is 0 or has the sign of the step.
+    """Move ln Q in steps until the excess is 0 or has the sign of the step.
 
     Raises
     ------
     NotConverged
-        If there is none within `MOST_WIDENINGS` steps.
+        If `MOST_WIDENINGS` steps are not enough.
     """
     for _ in range(MOST_WIDENINGS):
         reached = excess(log_rate)
@@ -475,12 +476,14 @@ class _March:
     def excess(self, rate: float) -> float:
         """By how much a leak rate Q [m³/s] is too large, without unit; negative if too small.
 
-        Of one that is too small, what the fluid's pressure lacks of p_in at the inlet, over the
-        pressure drop. Of one that is too large, the part of ∫ ds that is left where it reaches
-        p_in. Both vanish at the leak rate, and it is nearly linear in ln Q on either side.
+        If Q is too small, the pressure at the inlet is below p_in: the excess is the difference
+        over the pressure drop. If Q is too large, the pressure reaches p_in before the inlet: the
+        excess is the part of ∫ ds that is left. It is nearly linear in ln Q on either side of the
+        leak rate.
         """
-        # Where the table begins at P - p_in, p stops at p_in for all larger Q: the root is the
-        # smallest one, and what rounding makes of P - (P - p_in) must not hide it.
+        # If the first load of the table is P - p_in, p stops at p_in for all larger Q, and the leak
+        # rate is the smallest root. Rounding of P - (P - p_in) must not hide it: aim a little below
+        # p_in.
         drop = self._ends.inlet - self._ends.outlet
         target = self._ends.inlet - ROUNDING * drop
         p, left = self._marched(rate, target, [])
@@ -497,8 +500,8 @@ class _March:
     def _marched(self, rate: float, target: float, visited: list[float]) -> tuple[float, float]:
         """Last pressure [Pa], and ∫ ds from there to the inlet.
 
-        The march ends where p reaches the target [Pa]. `visited` takes p at the inlet's side of
-        each cell.
+        The march ends where p reaches the target [Pa]. The pressure at the inlet's side of each
+        cell is appended to `visited`.
         """
         loads, K, per_square, ambient = (
             self._loads, self._K, self._ends.per_square, self._ends.ambient,
@@ -510,17 +513,17 @@ class _March:
             # At step k the load has the conductivity K[k] until it has fallen to loads[k - 1].
             step = bisect_left(loads, P - p) if p < P else -1
             while step >= 0 and K[step] != inf:
-                to = min(P - loads[step - 1] if step else P, target)
-                potential_to = per_square * (to + ambient) ** 2 if per_square else to
-                rise = K[step] * (potential_to - potential)
+                next_p = min(P - loads[step - 1] if step else P, target)
+                next_potential = per_square * (next_p + ambient) ** 2 if per_square else next_p
+                rise = K[step] * (next_potential - potential)
                 if rise >= flux and K[step] > 0:
                     potential += flux / K[step]
                     p = sqrt(potential / per_square) - ambient if per_square else potential
-                    p = min(to, p)
+                    p = min(next_p, p)
                     flux = 0.0
                     break
                 flux -= rise
-                p, potential = to, potential_to
+                p, potential = next_p, next_potential
                 if p >= target:
                     return p, left - length * (1 - flux / (rate * length))
                 step -= 1
@@ -554,15 +557,15 @@ def _influences(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Net loads along each cell, and their influence on the leak rate; see `PathFlow`.
 
-    A change δ ln K changes p by δp, (δp)' + a δp = -(dp/ds) (δ ln K - δ ln Q), a = d ln K/dp dp/ds
-    at constant P, and δp = 0 at both ends: the influence is -μ dp, μ = exp(∫ a ds). Each cell has
-    one P, so that μ goes as K there.
+    A change δ ln K changes p by δp with (δp)' + a δp = -(dp/ds) (δ ln K - δ ln Q), where
+    a = d ln K/dp dp/ds at constant P, and δp = 0 at both ends. Hence the influence is -μ dp with
+    μ = exp(∫ a ds). Each cell has one P, so that μ is proportional to K in it.
     """
     loads, K = 0.5 * (steps.loads[1:] + steps.loads[:-1]), steps.conductivity[1:-1]
     if not K.size:
         loads, K = steps.loads, steps.conductivity[-1:]
     known = K[(K > 0) & np.isfinite(K)]
-    # Where a load seals, K counts as a small part of the last one that leaks.
+    # At loads that seal, K counts as exp(-MOST_FALL) of the smallest K that leaks.
     least = max(known.min(initial=1.0) * np.exp(-MOST_FALL), np.finfo(float).tiny)
     log_K = np.log(np.clip(K, least, max(known.max(initial=0.0), least)))
     share = (np.arange(PLACES) + 0.5) / PLACES

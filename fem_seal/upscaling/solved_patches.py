@@ -1,7 +1,7 @@
 """The patches of a seal as independent points: a file for each patch, computed by many processes.
 
-A point is the chain of loads of one patch. What is kept is the table of its conductivity, from
-which the flow through the seal follows at once.
+A point is the chain of loads of one patch. Its file keeps the conductivity table of the patch, from
+which the flow through the seal follows quickly.
 """
 
 import json
@@ -20,7 +20,7 @@ from fem_seal.files import digest
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
 from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
-from fem_seal.points.compute import compute_chain
+from fem_seal.points.compute import compute_chain, under
 from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
@@ -47,10 +47,10 @@ class SolvedPatch:
     converged : bool
         Whether the leak rate of a seal of such patches is known to seal.rtol.
     reason : str
-        Why not, else empty.
+        Why it is not, else empty.
     contact_error : float or None
-        Estimated relative error of the conductivity that the contact's grid leaves, at the load
-        that matters most; None if nothing can be said.
+        Estimated relative error of the conductivity due to the grid of the contact, at the load
+        that matters most; None if there is no estimate.
     critical_gap : float or None
         Gap of the critical constriction at that load [m]; None if sealed.
     seconds : float
@@ -82,7 +82,7 @@ class PatchTask(Task[SolvedPatch]):
     Parameters
     ----------
     scene : Scene
-        Of the realization, with its [seal].
+        Scene of the realization, with its [seal].
     """
 
     scene: Scene
@@ -110,8 +110,8 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     start = perf_counter()
     seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
-    told = _Told(report)
-    patch = patch_of(scene, told, comm)
+    table_report = _TableReport(report)
+    patch = patch_of(scene, table_report, comm)
     loaded = LoadedPatch(patch)
     outcome = refined(
         loaded,
@@ -123,9 +123,9 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
         tolerance=seal.rtol,
         most_loads=seal.max_loads,
         max_seconds=seal.max_seconds,
-        tell=told.tell,
+        progress=table_report.begin,
     )
-    told.tell("error of the contact's grid")
+    table_report.begin("error of the contact's grid")
     table, load = present(outcome.table, "table of the patch"), _load_that_matters(outcome)
     return SolvedPatch(
         tuple(table.loads.tolist()),
@@ -141,8 +141,8 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     )
 
 
-class _Told:
-    """A report that says first how far the patch is.
+class _TableReport:
+    """A `Report` that puts the state of the conductivity table before each stage.
 
     Parameters
     ----------
@@ -150,16 +150,16 @@ class _Told:
     """
 
     def __init__(self, report: Report):
-        self._report, self._words = report, ""
+        self._report, self._state = report, ""
 
-    def tell(self, words: str) -> None:
-        """Say how far the patch is from now on."""
-        self._words = words
-        self._report(words, "")
+    def begin(self, state: str) -> None:
+        """Take and report a new state."""
+        self._state = state
+        self._report(state, "")
 
     def __call__(self, stage: str, detail: str) -> None:
-        """Report a stage of it."""
-        self._report(": ".join(filter(None, (self._words, stage))), detail)
+        """Report a stage, such as a contact or a flow."""
+        self._report(": ".join(filter(None, (self._state, stage))), detail)
 
 
 def _load_that_matters(outcome: PatchFlow) -> float | None:
@@ -199,12 +199,12 @@ def solved_patches(
     Parameters
     ----------
     scenes : tuple of Scene
-        Of the realizations.
+        Scenes of the realizations.
     like : Patch
-        Whose report and processes are used.
+        The patch whose report and processes are used.
     folder : Path or None
-        Keeps a file for each patch, so that an interrupted run goes on; None: nothing is kept, and
-        this process computes all patches.
+        Folder of a file for each patch, from which an interrupted run goes on; None: nothing is
+        kept, and this process computes all patches.
     work : Work
         How the patches are shared out.
 
@@ -219,7 +219,9 @@ def solved_patches(
         for k, scene in enumerate(scenes)
     ]
     if folder is None:
-        return tuple(task.compute(None, _under(task, like.report), like.comm) for task in tasks)
+        return tuple(
+            task.compute(None, under(task.label, like.report), like.comm) for task in tasks
+        )
     points = RecordFolder(folder, SolvedPatch)
     chains: list[Chain[SolvedPatch]] = [Chain(points, (task,)) for task in tasks]
     if work.jobs == 1 and work.executor is None:
@@ -235,14 +237,11 @@ def solved_patches(
     )
 
 
-def _under(task: PatchTask, report: Report) -> Report:
-    return lambda stage, detail: report(f"{task.label}: {stage}", detail)
-
 
 def _name(scene: Scene) -> str:
     """Name of the file of a patch: a hash of its scene, its input files and the version."""
-    what = scene.to_mapping()
-    what["seal"].pop("patches")
+    mapping = scene.to_mapping()
+    mapping["seal"].pop("patches")
     inputs = [digest(path) for path in scene.input_files]
-    text = json.dumps({"scene": what, "inputs": inputs, "version": __version__}, sort_keys=True)
+    text = json.dumps({"scene": mapping, "inputs": inputs, "version": __version__}, sort_keys=True)
     return sha256(text.encode()).hexdigest()[:32]
