@@ -1,4 +1,4 @@
-"""Film: the domain of the fluid, a gap with the way it is read between its values and its sides."""
+"""The film, the domain of the fluid: a gap, its interpolation between values, and its sides."""
 
 from fem_seal.film.film import Film, require_film
 from fem_seal.film.grid_film import GridFilm

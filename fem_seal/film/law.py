@@ -1,8 +1,8 @@
-"""The law of the film: what the fluid makes of a gap.
+"""The law of the film: its conductivity as a function of the gap.
 
-The volume flux per width [m²/s] through a gap g under a pressure gradient is j = -K ∇p. The K of a
-gas that slips at the walls depends on its pressure as well, which is known only to lie between
-those of outlet and inlet. What the bounds of the flow need is the largest and the smallest K over
+The volume flux per width [m²/s] through a gap g under a pressure gradient is j = -K ∇p. For a gas
+that slips at the walls, K also depends on the local pressure, which is only known to lie between
+the pressures of outlet and inlet. The bounds of the flow take the largest and the smallest K over
 that interval (`FilmLaw`).
 """
 
@@ -18,7 +18,7 @@ from fem_seal.fluid import Slip
 from fem_seal.rarefied import PoiseuilleCoefficient
 
 Gap = TypeVar("Gap", float, np.float64, np.ndarray)
-_RATIO = 1.05  # of two gaps in a table of extremes, to first order
+_RATIO = 1.05  # ratio of neighbouring gaps in a table of extremes if c has no kinks
 Line = tuple[np.ndarray | float, np.ndarray | float]
 
 
@@ -42,15 +42,15 @@ def film_conductivity(gap: Gap, viscosity: float) -> Gap:
 class Conductivity:
     """κ(g) = g² m(g), where m is the sum of a convex and a concave piecewise linear function.
 
-    The gap is in units of the largest one, κ in units of that of the film as a whole. Without slip
+    The gap is in units of the largest one, κ in the unit of the normalised problem. Without slip
     m = g. On an interval of gaps a convex function is at most its chord and at least its tangent in
-    the middle, a concave one the other way round. That bounds κ by forms α g³ + β g², whose means
-    over a triangle are known.
+    the middle; for a concave function it is the other way round. That bounds κ by forms
+    α g³ + β g², whose means over a triangle are known.
 
     Parameters
     ----------
     gaps : (n,) float
-        From 0 to 1, the kinks of m between them.
+        0, the kinks of m in ascending order, and 1.
     convex : (n,) float
         Convex part of m at these gaps.
     concave : (n,) float or None
@@ -67,16 +67,16 @@ class Conductivity:
         return len(self.gaps) == 2 and self.concave is None and self.convex[0] == 0
 
     def above(self, low: Gap, high: Gap) -> Line:
-        """α and β of an upper bound for gaps between `low` and `high`, nowhere wider on a part.
+        """α and β of an upper bound for gaps between `low` and `high`.
 
-        For conductivities without a concave part.
+        For a part of the interval the bound is nowhere larger. κ must have no concave part.
         """
         return _chord(self.gaps, self.convex, low, high)
 
     def below(self, low: Gap, high: Gap) -> Line:
         """α and β >= 0 of a positive lower bound for gaps between `low` and `high`.
 
-        Where tangent and chord together are not positive, the least of m takes their place.
+        Where the sum of tangent and chord is not positive, the smallest m replaces it.
         """
         slope, start = _tangent(self.gaps, self.convex, low, high)
         if self.concave is not None:
@@ -114,14 +114,14 @@ def _chord(x: np.ndarray, y: np.ndarray, low: Gap, high: Gap) -> Line:
     last = np.clip(np.searchsorted(x, high, "left") - 1, first, len(slopes) - 1)
     start, end = (y[k] + slopes[k] * (at - x[k]) for k, at in ((first, low), (last, high)))
     width = np.where(last > first, high - low, 1.0)
-    # Between the slopes at both ends also where rounding spoils the difference of near values.
+    # Keep it between the slopes at both ends: rounding spoils differences of nearly equal values.
     ends = np.sort(np.stack(np.broadcast_arrays(slopes[first], slopes[last])), axis=0)
     slope = np.clip((end - start) / width, *ends)
     return slope, start - slope * low
 
 
 def _tangent(x: np.ndarray, y: np.ndarray, low: Gap, high: Gap) -> Line:
-    """Slope of its tangent in the middle of `low` and `high`, and the tangent's value at 0."""
+    """Slope of the function's tangent midway between `low` and `high`, and its value at 0."""
     slopes = np.diff(y) / np.diff(x)
     if len(slopes) == 1:
         return slopes[0], y[0]
@@ -131,12 +131,12 @@ def _tangent(x: np.ndarray, y: np.ndarray, low: Gap, high: Gap) -> Line:
 
 @dataclass(frozen=True)
 class FilmLaw:
-    """Conductivities that bound that of the film: one from above, and one from below.
+    """Upper and lower bound of the conductivity of the film.
 
     Parameters
     ----------
     above, below : Conductivity
-        The same if the conductivity is known.
+        The same object if the conductivity is known exactly.
     """
 
     above: Conductivity
@@ -171,7 +171,7 @@ class PressureWeight:
     Parameters
     ----------
     reference : float
-        Gap g₀, in units of the largest one, that w has the shape of, about.
+        Gap g₀, in units of the largest one; w is proportional to c(g₀ p/B), or close to it.
     pressures, values : (n,) float
         Kinks of w, the first one p_out, the last one p_in [Pa], and w there.
     """
@@ -182,9 +182,9 @@ class PressureWeight:
 
     @classmethod
     def of_gap(cls, slip: Slip, highest: float, reference: float) -> "PressureWeight":
-        """w(p) = c(g₀ p/B), for which κ does not depend on p where the gap is g₀.
+        """w(p) = c(g₀ p/B): where the gap is g₀, κ then does not depend on p.
 
-        For g₀ = ∞, w(p) = p; the outlet pressure must be positive.
+        g₀ = ∞ stands for w(p) = p; the outlet pressure must then be positive.
         """
         ends = np.array(slip.pressures)
         if np.isinf(reference):
@@ -218,10 +218,10 @@ def bounding_law(
 ) -> FilmLaw:
     """Largest and smallest conductivity over all pressures.
 
-    With φ(p) = ∫ w dp, w any positive function, the mass flux is -(M/(RT)) κ ∇φ, and
-    κ = B g² c(g p/B)/(12 η w(p)). The linear problem with the largest κ has at least the true mass
-    rate and that with the smallest κ at most: p lies between the two pressures, and the flow grows
-    with κ (Rayleigh).
+    With φ(p) = ∫ w dp for any positive function w, the mass flux is -(M/(RT)) κ ∇φ with
+    κ = B g² c(g p/B)/(12 η w(p)). Since p lies between the pressures of inlet and outlet and the
+    flow grows with κ (Rayleigh), the linear problem with the largest κ has at least the true mass
+    rate, and the one with the smallest κ at most.
 
     Parameters
     ----------
@@ -229,16 +229,16 @@ def bounding_law(
     highest : float
         Largest gap [m].
     above, below : PressureWeight
-        w of either bound.
+        Weights w of the upper and of the lower bound.
     unit : float
-        Coefficient c of the largest gap that is 1.
+        Value of κ/g² that becomes 1.
 
     Notes
     -----
     For each gap c(g p/B)/w(p) is a ratio of two piecewise linear functions of p, monotone between
-    their kinks. So its extremes over p lie at kinks or at the two pressures. The largest is convex
-    in g, as c is, and at most its chords between the gaps of the table. The smallest is at least
-    its chords, divided by 1 + `_sag` for the kink that c may have between two of these gaps.
+    their kinks. So its extremes over p lie at kinks or at the two pressures. The largest one is
+    convex in g, as c is, and so at most its chords between the gaps of the table. The smallest one
+    is at least its chords divided by 1 + `_sag`, since c may have a kink between two gaps.
     """
     gaps, values = _extremes(slip, highest, above, np.max)
     largest = Conductivity(gaps, values / unit)
@@ -260,7 +260,7 @@ def _from_right(x: np.ndarray, bends: np.ndarray) -> np.ndarray:
 def _extremes(
     slip: Slip, highest: float, weight: PressureWeight, of: Callable[..., np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Gaps of a table, and there the largest or the smallest κ/g² over all pressures."""
+    """Gaps of a table, and the largest or the smallest κ/g² over all pressures at each."""
     gaps = gap_table(slip, highest, weight.reference)
     kinks = slip.coefficient.kinks * (slip.product / highest)
     p_out, p_in = slip.pressures
@@ -283,10 +283,10 @@ def _sag(c: PoiseuilleCoefficient) -> float:
 
 
 def gap_table(slip: Slip, highest: float, reference: float) -> np.ndarray:
-    """Gaps from 0 to 1 for a table of extremes, at most one kink of c(g p/B) between two.
+    """Gaps from 0 to 1 for a table of extremes; c(g p/B) has at most one kink between two of them.
 
-    The first one is so small that c has no kink for smaller gaps at any of the pressures; to first
-    order, where c has none at all, it slips a thousand times more than it flows.
+    The smallest gap above 0 is so small that c has no kink below it at any of the pressures. If c
+    has no kinks at all, slip carries a thousand times the viscous flow at this gap.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How much area each site of a film stands for."""
+"""Nominal area that belongs to each site of a film."""
 
 import numpy as np
 

@@ -56,14 +56,14 @@ class VertexGraph:
         return is_open & ~np.isin(component, ends)
 
     def _spanning(self, h: float) -> np.ndarray:
-        """(V,) bool: vertices with a gap >= h that others of the kind connect to both ends."""
+        """(V,) bool: vertices in clusters of {gap >= h} that join inlet and outlet."""
         above = self.gap >= h
         component = self._components(above)
         both = np.intersect1d(component[self.inlet & above], component[self.outlet & above])
         return above & np.isin(component, both)
 
     def _components(self, mask: np.ndarray) -> np.ndarray:
-        """(V,) int: number of the cluster of the masked vertices that each one belongs to."""
+        """(V,) int: number of the cluster of masked vertices to which each vertex belongs."""
         links = self.edges[mask[self.edges].all(axis=1)]
         ones = np.ones(len(links), dtype=np.int8)
         graph = coo_array((ones, tuple(links.T)), shape=2 * (len(mask),))

@@ -36,8 +36,8 @@ class Refinement:
     halvings : Halvings
         The cells that were halved, and their halves.
     rounds : tuple of (n, 2) int32
-        For each round of bisection and each vertex it added, the two older vertices on either side
-        of it, half-way between which it lies.
+        For each round of bisection and each vertex that it added, the two older vertices between
+        which the new one lies half-way.
     """
 
     mesh: NestedMesh | TriangleMesh
@@ -51,7 +51,7 @@ class Refinement:
 
     @property
     def edge_ends(self) -> np.ndarray:
-        """(V' - V, 2) int32: for each new vertex the two vertices it lies half-way between."""
+        """(V' - V, 2) int32: for each new vertex the two vertices between which it lies."""
         return np.concatenate([np.empty((0, 2), dtype=np.int32), *self.rounds])
 
     def by_rounds(self) -> Iterator[tuple[NestedMesh | TriangleMesh, np.ndarray]]:
@@ -86,7 +86,7 @@ def bisect(mesh: NestedMesh | TriangleMesh, marked: np.ndarray) -> Refinement:
 
 
 def refine(mesh: NestedMesh | TriangleMesh, times: np.ndarray) -> Refinement:
-    """Halve triangles, and the others that keep the mesh conforming.
+    """Halve triangles, and as many others as keep the mesh conforming.
 
     Parameters
     ----------

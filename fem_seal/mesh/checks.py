@@ -20,7 +20,7 @@ def labelled(
     ----------
     mesh : Triangles
     source : str
-        Name of the mesh, with which messages begin.
+        Name of the mesh at the beginning of messages.
     reorient : bool
         Reverse clockwise triangles instead of refusing them.
 

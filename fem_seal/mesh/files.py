@@ -1,9 +1,9 @@
 """Reading a user's mesh: .msh of gmsh, .vtu and .xdmf, with groups inlet, outlet and wall.
 
 A group is a set of boundary edges ("line" cells). In .msh it is a physical curve, found by its
-name. The other formats have no names for groups: there it is either a cell array of its own name,
-not zero on its edges, or a number in the one integer cell array of the file. Either can be given
-for any file.
+name. The other formats have no names for groups: there it is either a cell array of the group's
+name, not zero on its edges, or a number in the one integer cell array of the file. A name or a
+number may be used for any format.
 """
 
 import binascii
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 TAGS = "gmsh:physical"
 FLAT = 1e-9  # of the extent: how far points may lie from a plane of constant z
 _PLANE_CELLS = {"triangle", "line", "vertex"}
+_GROUPS = ("inlet", "outlet", "wall")
 # Errors that meshio and the libraries below it raise for truncated files and other formats.
 _UNREADABLE = (
     *(ValueError, IndexError, KeyError, TypeError, AttributeError, AssertionError, EOFError),
@@ -128,9 +129,6 @@ def triangles_of(mesh: "meshio.Mesh", source: Path, unit: float, names: GroupNam
     return Triangles(xy, cells, edges["inlet"], edges["outlet"], edges["wall"])
 
 
-_GROUPS = ("inlet", "outlet", "wall")
-
-
 def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
     """Read a .msh, .vtu or .xdmf file, whatever cells it has; see `read_triangles`."""
     import meshio
@@ -171,9 +169,9 @@ def read_file(path: Path, source: Path | None = None) -> "meshio.Mesh":
 
 
 def _refuse_data_elsewhere(path: Path) -> None:
-    """Refuse an .xdmf whose arrays are not in it, nor in an HDF5 file beside it.
+    """Refuse an .xdmf whose arrays are neither in it nor in an HDF5 file beside it.
 
-    It could name any file of the reader's machine otherwise.
+    Otherwise it could name any file of the reader's machine.
     """
     for item in ElementTree.parse(path).iter("DataItem"):
         form, text = item.get("Format"), (item.text or "").strip()
@@ -229,7 +227,7 @@ def _edges(source: Path, mesh: "meshio.Mesh", name: str | int) -> np.ndarray:
 def _array_and_tag(
     source: Path, mesh: "meshio.Mesh", name: str | int
 ) -> tuple[str | None, int | None]:
-    """Cell array of a group, and its number in it; no number: the array is not zero there."""
+    """Cell array of a group, and the number of the group in it; None: any number but zero."""
     if isinstance(name, str):
         tag, dimension = mesh.field_data.get(name, (None, None))
         if dimension == 1 and TAGS in mesh.cell_data:

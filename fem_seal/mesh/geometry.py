@@ -26,6 +26,11 @@ from fem_seal.parallel import OF_MPI
 # Geometries of the package, beside its modules; also in a wheel and in an editable install.
 SOURCES = Path(__file__).with_name("sources")
 LONGEST = 600.0  # seconds for a geometry that is not the package's own
+LEAST_FREE = 1_000_000  # bytes of the temporary folder, below which it counts as full
+NO_GMSH = (
+    "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: "
+    "pip install gmsh"
+)
 _LOG_FILE = "log.txt"
 
 
@@ -80,9 +85,8 @@ def mesh_geometry(
     numbers : values of its DefineConstant, for the package's own sources
     unit : length of its unit [m]
     names : of the groups
-    sizes : gives, for the rectangle of the geometry, edge lengths that are not to be exceeded; it
-        is pickled
-    largest : edge length [m] that is not to be exceeded anywhere
+    sizes : rectangle of the geometry -> largest edge lengths by position; it is pickled
+    largest : largest edge length anywhere [m]
     trust : whether to run a file that is not the package's own
     longest : time [s] that such a file may take
 
@@ -90,7 +94,7 @@ def mesh_geometry(
     ------
     InvalidInput
         If the file is neither the package's own nor trusted, if gmsh finds an error in it, crashes
-        on it or takes too long, or what `files.read_triangles` says of its mesh.
+        on it or takes too long, or if `files.read_triangles` rejects its mesh.
     MissingPackage
         If gmsh is not installed.
     """
@@ -129,14 +133,6 @@ def _refuse_cut_off(mesh: Path, geo: Path) -> None:
         )
 
 
-LEAST_FREE = 1_000_000  # bytes of the temporary folder, below which it counts as full
-
-NO_GMSH = (
-    "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: "
-    "pip install gmsh"
-)
-
-
 def _run(folder: Path, geo: Path, longest: float | None) -> None:
     """Let a process mesh the job of a folder; InvalidInput if it does not end well."""
     environment = {k: v for k, v in os.environ.items() if not k.startswith(OF_MPI)}
@@ -146,7 +142,7 @@ def _run(folder: Path, geo: Path, longest: float | None) -> None:
     environment["PYTHONPATH"] = os.pathsep.join(paths)
     command = [sys.executable, "-P", "-m", "fem_seal.mesh.gmsh_process"]
     with (folder / _LOG_FILE).open("wb") as log:
-        # A session of its own can be ended whole, with whatever a geometry has started.
+        # In a session of its own it can be killed with all processes that the geometry has started.
         process = subprocess.Popen(
             command,
             cwd=folder,
@@ -173,7 +169,7 @@ def _run(folder: Path, geo: Path, longest: float | None) -> None:
         raise InvalidInput((folder / ERROR_FILE).read_text(encoding="utf-8"))
     if status:
         lines = (folder / _LOG_FILE).read_text(encoding="utf-8", errors="replace").splitlines()
-        why = f"signal {-status}" if status < 0 else "".join(lines[-1:])
+        cause = f"signal {-status}" if status < 0 else "".join(lines[-1:])
         raise InvalidInput(
-            f"gmsh has crashed on {geo} ({why}); mesh it in gmsh and name the .msh file"
+            f"gmsh has crashed on {geo} ({cause}); mesh it in gmsh and name the .msh file"
         )

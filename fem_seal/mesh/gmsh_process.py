@@ -1,6 +1,6 @@
 """The process in which gmsh works: reads a job in the current folder and leaves a mesh there.
 
-`geometry.mesh_geometry` starts it. Whatever can be explained is left as a sentence in ERROR_FILE.
+`geometry.mesh_geometry` starts it. Faults of the geometry are left as one sentence in ERROR_FILE.
 """
 
 import ctypes
@@ -124,7 +124,7 @@ def mesh(job: Job, folder: Path) -> None:
 
 
 def _start(job: Job, folder: Path) -> Path:
-    """File that gmsh opens: the user's, or one that sets the constants of the package's own."""
+    """File that gmsh opens: the user's, or one that sets constants and includes `content`."""
     if job.content is None:
         return Path(job.path)
     (folder / SOURCE_FILE).write_bytes(job.content)
@@ -142,7 +142,7 @@ def _refuse_errors(gmsh: ModuleType, geo: str) -> None:
 
 
 def _refuse_tiny_edges(gmsh: ModuleType, geo: str, edge: float) -> None:
-    """Refuse edges of which gmsh would never see the end."""
+    """Refuse edges so small that gmsh would never finish."""
     x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(-1, -1)
     extent = max(x1 - x0, y1 - y0)
     if edge * MOST_EDGES < extent:
@@ -156,10 +156,10 @@ def _set_sizes(gmsh: ModuleType, sizes: Sizes, unit: float) -> None:
     x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(-1, -1)
     field = sizes(Rectangle(x0 * unit, x1 * unit, y0 * unit, y1 * unit))
 
-    def size(dim: int, tag: int, x: float, y: float, z: float, *given: float) -> float:
+    # Newer versions of gmsh also pass the size that they would take.
+    def size(dim: int, tag: int, x: float, y: float, z: float, *own: float) -> float:
         return field(x * unit, y * unit) / unit
 
-    # Newer versions of gmsh also hand over the size they would take.
     gmsh.model.mesh.setSizeCallback(size)
     gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
 

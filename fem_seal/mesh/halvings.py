@@ -32,7 +32,8 @@ class Halvings:
     def of(cls, steps: Sequence[tuple[np.ndarray, np.ndarray]], count: int) -> "Halvings":
         """Order the parts of `count` cells after all steps."""
         total = count + sum(len(second) for _, second in steps)
-        # Parts of each cell; the second loop turns it, step by step, into those of its first half.
+        # Number of parts of each cell. The second loop reduces it, step by step, to the number of
+        # parts of its first half.
         size = np.ones(total, dtype=np.int32)
         for cut, second in reversed(steps):
             size[cut] += size[second]

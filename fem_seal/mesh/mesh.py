@@ -18,8 +18,8 @@ class Mesh(ABC):
     cells : (C, 3) int32
         Vertices of the triangles.
     twin : (V,) int32
-        For a vertex on the far side of a seam the one on the near side that is the same point; for
-        all other vertices the vertex itself.
+        For a vertex on the far side of a seam, the vertex on the near side that is the same point;
+        for all others the vertex itself.
     carried_edges : Edges or None
         Edges of the mesh, if bisection has already made them.
     """

@@ -110,7 +110,7 @@ class NestedMesh(Mesh):
 
     @property
     def blur(self) -> float:
-        """Largest coordinate that rounding has touched: none."""
+        """Largest coordinate that may have a rounding error: 0, since all are integers."""
         return 0.0
 
     @staticmethod
@@ -138,7 +138,7 @@ class NestedMesh(Mesh):
     def halved(
         self, xy: np.ndarray, cells: np.ndarray, twin: np.ndarray, edges: Edges, halvings: Halvings
     ) -> "NestedMesh":
-        """Mesh with the arrays that bisection made; its parts need no labels from `halvings`."""
+        """Mesh with the arrays that bisection made; its sides have no labels to carry over."""
         return replace(self, xy=xy, cells=cells, twin=twin, carried_edges=edges)
 
     def part(self, cells: np.ndarray) -> "NestedMesh":

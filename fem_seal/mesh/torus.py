@@ -52,9 +52,9 @@ class Torus(NestedMesh):
 
 
 def _opposite(mesh: NestedMesh, axis: int) -> np.ndarray:
-    """(V,) for vertices on the far side along an axis those opposite; others stand for themselves.
+    """(V,) the opposite vertex of each vertex on the far side of an axis; itself for the others.
 
-    Vertices of opposite sides must lie at the same positions.
+    The vertices of both sides must lie at the same positions.
     """
     far = np.flatnonzero(mesh.xy[:, axis] == mesh.extent[axis])
     near = np.flatnonzero(mesh.xy[:, axis] == 0)
@@ -65,7 +65,7 @@ def _opposite(mesh: NestedMesh, axis: int) -> np.ndarray:
 
 
 def uniform_torus(squares: tuple[int, int], width: int) -> Torus:
-    """Torus of squares `width` pixels wide; of smaller ones if there were too few across.
+    """Torus of squares `width` pixels wide, or smaller if there are too few across.
 
     Parameters
     ----------

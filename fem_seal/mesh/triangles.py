@@ -132,7 +132,7 @@ class TriangleMesh(Mesh):
 
     @property
     def blur(self) -> float:
-        """Largest coordinate that rounding has touched, in middles of edges."""
+        """Largest coordinate: middles of edges have rounding errors of its size."""
         return float(np.abs(self.xy).max())
 
     def doubled_areas(self) -> np.ndarray:
@@ -157,7 +157,7 @@ class TriangleMesh(Mesh):
         return (a + b) / 2
 
     def can_halve_twice(self) -> np.ndarray:
-        """(C,) bool, all True: here the middle of a side always has coordinates."""
+        """(C,) bool, all True: coordinates need not be integers here."""
         return np.ones(len(self.cells), dtype=bool)
 
     def halved(
@@ -172,9 +172,9 @@ class TriangleMesh(Mesh):
         return replace(self, cells=self.cells[cells], sides=sides, carried_edges=None)
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure, by the distances to inlet and outlet, and stream function 0, (V,) each.
+        """Pressure from the distances to inlet and outlet, and stream function 0, (V,) each.
 
-        The first solve starts from them.
+        They start the first solve.
         """
         from scipy.spatial import cKDTree
 

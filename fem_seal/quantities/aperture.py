@@ -78,7 +78,7 @@ def uniform_rectangle(
     Parameters
     ----------
     film : GridFilm
-        Says how long and wide the rectangle is.
+        Film of the size of the rectangle.
     height : float
         h₁ [m].
     viscosity, pressure_drop : float

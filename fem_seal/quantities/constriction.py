@@ -113,12 +113,12 @@ def channel_width(sites: Lattice, position: tuple[float, float]) -> float | None
     while True:
         offsets = _solid_around(sites, position, reach)
         ends = _both_sides(offsets)
-        seen = reach * min(sites.spacing)
+        searched = reach * min(sites.spacing)
         whole = reach >= max(sites.gap.shape)
-        if ends is not None and (max(ends) <= seen or whole):
-            # A pixel in contact ends half a pixel before its centre.
-            centres = min(sites.spacing) if sites.connectivity == "4" else 0.0
-            return sum(ends) - centres
+        if ends is not None and (max(ends) <= searched or whole):
+            # A pixel in contact ends half a pixel before its centre, at both ends of the channel.
+            two_halves = min(sites.spacing) if sites.connectivity == "4" else 0.0
+            return sum(ends) - two_halves
         if whole:
             return None
         reach *= 2
@@ -138,7 +138,7 @@ def _solid_around(sites: Lattice, position: tuple[float, float], reach: int) -> 
     offsets = np.stack([rows[a] - i, columns[b] - j], axis=1) * spacing
     if sites.periodic[1]:
         return offsets
-    # Pixels end half a pixel beyond their centres, so that the half taken off them is added here.
+    # Walls lie half a pixel beyond the last centres; add the half that `channel_width` takes off.
     beyond = 1.0 if sites.connectivity == "4" else 0.0
     # A site on the wall itself has the wall just beside it.
     below, above = (max(n + beyond, 1e-9) * spacing[1] for n in (j, ny - 1 - j))
@@ -146,7 +146,7 @@ def _solid_around(sites: Lattice, position: tuple[float, float], reach: int) -> 
 
 
 def _both_sides(offsets: np.ndarray) -> tuple[float, float] | None:
-    """Distance to the nearest solid and to the nearest on the other side of the channel."""
+    """Distance to the nearest solid, and to the nearest solid on the other side of the channel."""
     if not len(offsets):
         return None
     distance = np.hypot(*offsets.T)

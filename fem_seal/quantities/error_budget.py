@@ -15,9 +15,9 @@ from fem_seal.leak_rate import LeakRate
 FLOW, CONTACT_GRID, SLIP_INTERVAL = "flow", "contact grid", "slip interval"
 FLOW_AND_LOADS = "flow and load table"
 ONE_PATCH = "one patch"
-# Said of a patch that is sealed, in place of the seal.
+# Caution in the texts about a patch that is sealed.
 NOT_THE_SEAL = "this patch is sealed, others of the seal may leak: [seal] judges the seal"
-# Factors beyond this one, or its inverse, bound nothing that is of use.
+# A factor above this one, or below its inverse, counts as unbounded in texts.
 USELESS = 1e6
 # Entries that the bounds of a leak rate contain.
 IN_BOUNDS = (FLOW, SLIP_INTERVAL, FLOW_AND_LOADS)
@@ -97,7 +97,7 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
 
 
 def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> str:
-    """Text of a lower and an upper factor, rounded outwards; None, or too far away, is unbounded.
+    """Text of a lower and an upper factor, rounded outwards; None or `USELESS` ones are unbounded.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> s
 
 
 def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
-    """List all entries but those that the bounds of the leak rate contain."""
+    """List the entries that the bounds of the leak rate do not contain."""
     return tuple(entry for entry in budget if entry.name not in IN_BOUNDS)
 
 

@@ -1,4 +1,4 @@
-"""What profiles leave open about the surface that they were measured on."""
+"""Error budget: a surface made of profiles is assumed to be isotropic and Gaussian."""
 
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
@@ -6,7 +6,7 @@ from fem_seal.scene import ProfileSurface
 
 
 def isotropy(patch: Patch) -> Uncertainty | None:
-    """Assumption behind a surface made of profiles; None for any other."""
+    """Entry for the assumption behind a surface made of profiles; None for other surfaces."""
     if not isinstance(patch.scene.surface, ProfileSurface):
         return None
     sentence = (

@@ -1,4 +1,4 @@
-"""Error budget: the effect of the fluid's pressure on the solid, where the scene leaves it open.
+"""Error budget: the effect of the fluid's pressure on the solid.
 
 The fluid carries part of the load and opens the film. For an elastic half-space under the total
 load P per area and any fluid pressure between p_out and p_in above ambient, the leak rate lies
@@ -93,16 +93,17 @@ def _resolved(patch: Patch) -> Uncertainty:
         )
         return Uncertainty(COMPUTED, "estimated", sentence, 1.0, 1.0, caution=True)
     if not state.converged:
-        # What was seen, and beyond it the error of the flow whose pressure lifts the solid.
+        # The range of the leak rates, widened by the error of the flow whose pressure lifts the
+        # solid.
         beyond = exp(state.flow_width)
         lower = min(1.0, state.lowest / value) / beyond if value else 1.0
         upper = max(1.0, state.highest / value) * beyond if value else None
         rate = state.highest if upper is None else None
         return Uncertainty(COMPUTED, "estimated", state.reason, lower, upper, True, rate)
     sentence = (
-        f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; how much the leak "
-        "rate changes from pass to pass through contact and flow, and by the error of the flow "
-        "whose pressure lifts the solid"
+        f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; the factors are the "
+        "change of the leak rate from pass to pass through contact and flow, and the error of the "
+        "flow whose pressure lifts the solid"
     )
     error = state.claimed
     return Uncertainty(COMPUTED, "estimated", sentence, exp(-error), exp(error))
@@ -199,7 +200,7 @@ def _failed(pressure: float) -> str:
 
 
 def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:
-    """Entry of a contact whose area or mean gap is prescribed, so that its load is an outcome."""
+    """Entry of a contact whose area or mean gap is prescribed instead of its load."""
     by_area = present(patch.scene.contact, "[contact]").mean_gap is None
     kept = "contact area" if by_area else "mean gap"
     sentence = (

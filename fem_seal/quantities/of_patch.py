@@ -61,7 +61,7 @@ def quantities(patch: Patch) -> Quantities | None:
         named.add("constriction")
     names = [name for name in QUANTITIES if name in named]
     if patch.lifted_off:
-        # There is no film, but a load that would keep the solids together.
+        # There is no film; only the load that would keep the solids together can be computed.
         names = [name for name in names if name == "threshold"]
     if not names:
         return None
@@ -71,7 +71,7 @@ def quantities(patch: Patch) -> Quantities | None:
 
 
 def verdict_of(patch: Patch, budget: ErrorBudget | None = None) -> Verdict | None:
-    """Hold the leak rate against the scene's limit; None if the scene needs no flow.
+    """Compare the leak rate with the scene's limit; None if the scene needs no flow.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
         height, drive = 1.0, scene.drive.pressure_drop
         uniform = uniform_rectangle(film, height, scene.viscosity, drive, scene.slip)
     else:
-        # A shape in contact everywhere has no height of its own; any will do.
+        # A shape in contact everywhere has no height of its own: take any.
         height = film.highest or 1.0
         uniform = patch.leak_rate_of(film.with_gap(height))
     return hydraulic_aperture(patch.leak_rate, uniform, height, scene.slip)
@@ -181,8 +181,8 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
 
     flow = patch.scene.flow
 
-    def progress(unknowns: int, gap: float) -> None:
-        patch.report("tensor", f"{unknowns} unknowns, known to {gap:.2g}")
+    def progress(unknowns: int, width: float) -> None:
+        patch.report("tensor", f"{unknowns} unknowns, known to {width:.2g}")
 
     bounds = conductivity_tensor(
         patch.grid_gap,

@@ -9,7 +9,7 @@ from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.slope import slope_between_samples
 
 STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably wrong
-FEW = 10  # samples in contact below which the contact area means nothing
+FEW = 10  # samples in contact below which the contact area is meaningless
 
 
 def cautions(patch: Patch, budget: ErrorBudget | None) -> tuple[str, ...]:

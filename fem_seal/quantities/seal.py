@@ -35,12 +35,12 @@ from fem_seal.upscaling.seal import SealLeak
 # Longest wavelength over the leak path above which, and of the patch over the longest wavelength
 # below which, the user is warned.
 APART, WAVES = 0.1, 4.0
-LONGER = 0.1  # of the mean square height, in waves longer than the longest one that counts
-PRESSURES = 9  # at which the slip along the path is compared
-MOST_PATCHES = 1000  # that a scene may have
+LONGER = 0.1  # part of the mean square height in waves longer than the longest one that counts
+PRESSURES = 9  # number of pressures at which the slip along the path is compared
+MOST_PATCHES = 1000  # largest number of patches of a scene
 NARROW = 2.0  # upper over lower end of an interval that is narrow enough
 
-# What narrows an entry of the budget of a seal.
+# Advice on what narrows an entry of a seal's error budget, by the name of the entry.
 REMEDIES = {
     FLOW_AND_LOADS: "a smaller seal.rtol",
     "patches": "more realizations (seal.patches) or larger ones",
@@ -49,7 +49,7 @@ REMEDIES = {
 
 
 def leak_rate_of(patch: Patch, seal: SealLeak) -> LeakRate:
-    """Leak rate of a seal as the verdict and the words take it."""
+    """Leak rate of a seal as a `LeakRate`, for the verdict and the texts."""
     if seal.state == "lifted off":
         return LeakRate.lifted_off(patch.scene.flow.method)
     return LeakRate(
@@ -64,17 +64,17 @@ def leak_rate_of(patch: Patch, seal: SealLeak) -> LeakRate:
 
 
 def seal_verdict(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> Verdict:
-    """Hold the leak rate of a seal, with its error budget, against the scene's limit."""
+    """Compare the leak rate of a seal, with its error budget, with the scene's limit."""
     limit, leak = patch.scene.limit, leak_rate_of(patch, seal)
     if limit is None:
         return verdict(leak, shown_in(patch), None, None, budget)
     allowed = limit.volume_rate(patch.scene.drive)
-    # No tolerance helps where an entry is open on a side.
-    wish = "; ".join(entry.sentence for entry in open_entries(budget)) or _wish(budget)
-    return verdict(leak, shown_in(patch), limit.leak_rate, allowed, budget, wish)
+    # No tolerance helps while an entry is unbounded on a side: its sentence is the advice then.
+    advice = "; ".join(entry.sentence for entry in open_entries(budget)) or _advice(budget)
+    return verdict(leak, shown_in(patch), limit.leak_rate, allowed, budget, advice)
 
 
-def _wish(budget: ErrorBudget) -> str:
+def _advice(budget: ErrorBudget) -> str:
     """Advice for an undecided verdict: what narrows the widest entry of the budget."""
     widths = {
         entry.name: log(entry.upper / entry.lower) if entry.lower else inf
@@ -128,7 +128,7 @@ def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
 def longest_wavelength(patch: Patch) -> float:
     """Longest wavelength of the roughness [m].
 
-    Of a measured map a tenth of the mean square height is in longer waves.
+    In a measured map it is the wavelength above which a tenth of the mean square height lies.
     """
     surface = patch.scene.surface
     if isinstance(surface, SelfAffineSurface):
@@ -155,10 +155,10 @@ def _patches(seal: SealLeak) -> Uncertainty:
     if seal.interval is None:
         wanted = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(len(logs), 1)))
         sentence = (
-            f"{sealed}; three that leak are needed to say how much others differ: about "
+            f"{sealed}; three that leak are needed to estimate how much others differ: about "
             f"{wanted} realizations (seal.patches)"
         )
-        # Open above: patches that were not drawn may leak any amount more.
+        # No upper factor: patches that were not drawn may leak any amount more.
         return Uncertainty("patches", "not covered", sentence, 0.0, None, caution=True)
     scatter = stdev(logs)
     lower, upper = (end / seal.value for end in seal.interval)
@@ -182,7 +182,7 @@ def _factor(scatter: float) -> str:
 
 
 def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
-    """Whether the patches that were not drawn may open a path."""
+    """Entry of a sealed seal: patches that were not drawn may leak and form a path."""
     leaking = 1 - seal.share_sealed[1]
     if not may_conduct(leaking, seal.count):
         sentence = (
@@ -199,7 +199,7 @@ def _sealed_patches(seal: SealLeak, sealed: str) -> Uncertainty:
 
 
 def _patches_that_exclude_a_path(seal: SealLeak) -> str:
-    """So many sealed patches, in words, that no path of the others may cross the seal."""
+    """Text on the number of sealed patches that exclude a path of leaking ones."""
     number = 2 * len(seal.patches)
     while number <= MOST_PATCHES:
         if not may_conduct(1 - sealed_share(number, number)[0], seal.count):
@@ -213,12 +213,12 @@ def _contact_grid(seal: SealLeak) -> Uncertainty:
     if error is None:
         sentence = (
             "the patches on half and a quarter of the samples differ too much, or are too coarse, "
-            "to say what a finer grid of the contact would change"
+            "to estimate what a finer grid of the contact would change"
         )
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
     sentence = (
-        "what a finer grid of the contact would change, from every patch on half and a quarter of "
-        "the samples at the load that matters most; the largest of them"
+        "estimate of what a finer grid of the contact would change: each patch is solved on half "
+        "and a quarter of the samples at the load that matters most, and the largest change counts"
     )
     return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
 
@@ -248,7 +248,7 @@ def _size(patch: Patch, wavelength: float) -> Uncertainty:
     wide = f"patches {with_prefix(size, 'm')} wide, between straight ends,"
     surface = patch.scene.surface
     if isinstance(surface, FileSurface) and surface.make_periodic == "mirror":
-        # The mirror images tell nothing new of the surface.
+        # The mirror images contain no more of the surface.
         cell, size = size, min(present(patch.prepared, "prepared map").measured.size)
         wide = (
             f"patches made of {with_prefix(size, 'm')} of the map and its mirror images, which "
@@ -283,7 +283,7 @@ def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:
 
 
 def _slip_along(patch: Patch, seal: SealLeak) -> Uncertainty | None:
-    """Slip at the pressures of both ends, over that at their mean, with which K is computed."""
+    """Entry for the slip at the pressures along the path; K has the slip at their mean."""
     law, gap = patch.scene.slip, seal.critical_gap
     if law is None or gap is None:
         return None
@@ -296,7 +296,7 @@ def _slip_along(patch: Patch, seal: SealLeak) -> Uncertainty | None:
     if law.coefficient is FIRST_ORDER and low > 0:
         # (1 + c/(g p))/(1 + c/(g p_mean)) lies between 1 and p_mean/p for any gap g.
         least, most = law.mean_pressure / high, law.mean_pressure / low
-        sentence += f"; of no gap can they be beyond {least:.3g} and {most:.3g}"
+        sentence += f"; at any gap they lie between {least:.3g} and {most:.3g}"
     if low == 0:
         return Uncertainty("slip along the path", "not covered", sentence, 1.0, None, caution=True)
     t = gap * pressures / law.product

@@ -17,9 +17,9 @@ LARGEST_KNUDSEN = 0.05
 # Relative excess of kinetic theory over first-order slip, per Knudsen number: 9 % at 0.1
 # (C. Cercignani, M. Lampis, S. Lorenzani, Phys. Fluids 16, 3426 (2004)).
 EXCESS = 0.9
-# Of the part of the flow that slip adds, relative distance of other models of the gas from the
-# kinetic law: hard spheres slip 3 % less than the BGK model (viscous slip coefficients 0.985 and
-# 1.016 in F. Sharipov, Eurosime 2004 and references there); a third of that is left for the rest.
+# Relative difference of other models of the gas from the kinetic law, in the part of the flow that
+# slip adds: hard spheres slip 3 % less than the BGK model (viscous slip coefficients 0.985 and
+# 1.016 in F. Sharipov, Eurosime 2004 and references there); 1 % more allows for other models.
 KINETIC_ERROR = 0.04
 
 
@@ -97,7 +97,8 @@ def _kinetic(patch: Patch, law: Slip, knudsen: float) -> Uncertainty:
     path, length = knudsen * critical, _length(patch)
     if path <= length:
         return Uncertainty("slip", "estimated", sentence, 1 / (1 + error), 1 + error)
-    # A path no longer than the film is that of a gas at a higher pressure.
+    # For the lower bound shorten the mean free path to the length of the film, as a higher pressure
+    # would.
     t = critical * law.mean_pressure / law.product
     shorter = float(law.coefficient(t * path / length) / law.coefficient(t))
     sentence += (
@@ -116,7 +117,7 @@ def _length(patch: Patch) -> float:
 
 
 def _without_slip(patch: Patch, knudsen: float) -> Uncertainty:
-    """Entry without slip: an estimate up to half the flow's tolerance, above it unbounded."""
+    """Entry without slip: the added flow, or no upper factor above half the flow's tolerance."""
     scene = patch.scene
     critical = present(patch.film.constriction, "constriction").gap
     sigma = present(scene.fluid, "[fluid]").accommodation or 1.0

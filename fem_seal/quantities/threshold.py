@@ -12,7 +12,7 @@ from fem_seal.film import Film
 from fem_seal.grid import GridField
 
 PRECISION = 1.01  # ratio of the two pressures between which an elastic contact seals
-STEP = 1.5  # ratio of pressures on the way to them
+STEP = 1.5  # ratio of pressures while only a leaking or only a sealed one is known
 LEAST = 1e-6  # the search ends below this part of the first pressure
 
 
@@ -28,9 +28,10 @@ class Threshold:
     area_leaking, area_sealed : float
         Contact area fractions of the two states.
     pressure_leaking, pressure_sealed : float or None
-        Mean pressures of the two states [Pa], which differ by 1 %; elastic contact only. Where the
-        fluid lifts the solid: loads of both together, under which the patch leaks, or is sealed,
-        at any fluid pressure between the ends'; they differ by the pressure drop as well.
+        Mean pressures of the two states [Pa], which differ by 1 %; elastic contact only. If the
+        fluid lifts the solid they are total loads of solid and fluid: under the first the patch
+        leaks and under the second it is sealed, at any fluid pressure between those of the ends.
+        They then differ by the pressure drop as well.
     contacts : int
         Number of elastic contacts that were solved.
     """

@@ -1,4 +1,4 @@
-"""The verdict: the leak rate held against a limit, and what an undecided verdict would need."""
+"""The verdict: the leak rate compared with a limit, and what an undecided verdict would need."""
 
 from dataclasses import dataclass
 from math import expm1, log, sinh, sqrt
@@ -94,30 +94,30 @@ def verdict(
     limit: Rate | None,
     limit_solved: float | None,
     budget: ErrorBudget = (),
-    wish: str | None = None,
+    advice: str | None = None,
 ) -> Verdict:
-    """Hold the bounds of a leak rate, widened by the error budget, against a limit.
+    """Compare the bounds of a leak rate, widened by the error budget, with a limit.
 
     Parameters
     ----------
     leak : with bounds if there is a limit
     shown : the unit for the sentence
-    limit : as given, or None
-    limit_solved : the same for the solved leak rate [m³/s]
+    limit : in the unit of the scene, or None
+    limit_solved : the limit of the solved leak rate [m³/s]
     budget : uncertainties of the leak rate; its entry "flow" belongs to `leak`
-    wish : advice for an undecided verdict; a tolerance of the flow if left out
+    advice : advice for an undecided verdict; if left out, a tolerance of the flow
     """
-    given = None if limit is None else f"{in_digits(limit.number, 6)} {limit.unit.name}"
+    limit_text = None if limit is None else f"{in_digits(limit.number, 6)} {limit.unit.name}"
     rest = beside_flow(budget)
     open_points = _not_covered(rest)
     if leak.state == "lifted off":
         sentence = "the fluid carries the whole load, and nothing limits the leak rate"
-        if given is not None:
-            sentence += f"; {given} allowed"
+        if limit_text is not None:
+            sentence += f"; {limit_text} allowed"
         decision = "lifted off" if limit is None else "above limit"
-        return Verdict(decision, f"{decision}: {sentence}", given)
+        return Verdict(decision, f"{decision}: {sentence}", limit_text)
     if leak.state == "sealed":
-        return _of_sealed(shown, given, limit_solved, rest)
+        return _of_sealed(shown, limit_text, limit_solved, rest)
     if limit_solved is None:
         sentence = f"leaking {shown.between(leak)}; no limit was given{open_points}"
         return Verdict("leaking", sentence)
@@ -128,24 +128,24 @@ def verdict(
         share = rounded_up(100 * high / limit_solved)
         most = f"at most {shown.at_most(high)}, {share} %"
         sentence = f"within limit: {most} of the {allowed}{counting}{open_points}"
-        return Verdict("within limit", sentence, given)
+        return Verdict("within limit", sentence, limit_text)
     if low is not None and low > limit_solved:
         times = rounded_down(low / limit_solved)
         least = f"at least {shown.at_least(low)}, {times} times"
         sentence = f"above limit: {least} the {allowed}{counting}{open_points}"
-        return Verdict("above limit", sentence, given)
+        return Verdict("above limit", sentence, limit_text)
     rtol, unknowns = None, None
-    if wish is None:
+    if advice is None:
         others = (*(entry for entry in budget if entry.name == SLIP_INTERVAL), *rest)
         rtol, unknowns = what_would_decide(leak, limit_solved, *combined(others))
-        wish = _wish(leak, rtol, unknowns, limit_solved, others)
+        advice = _advice(leak, rtol, unknowns, limit_solved, others)
     ends = _ends(low, high, shown, limit_solved)
-    sentence = f"undecided: {ends} the {allowed}{counting}; {wish}{open_points}"
-    return Verdict("undecided", sentence, given, rtol, unknowns)
+    sentence = f"undecided: {ends} the {allowed}{counting}; {advice}{open_points}"
+    return Verdict("undecided", sentence, limit_text, rtol, unknowns)
 
 
 def _ends(low: float | None, high: float | None, shown: Shown, limit: float) -> str:
-    """Text of the range that is held against a limit, in the unit and as shares of the limit."""
+    """Text of the range of the leak rate, in its unit and in per cent of the limit."""
     least = "" if low is None else shown.at_least(low)
     most = "" if high is None else shown.at_most(high)
     percents = [
@@ -199,27 +199,28 @@ def _range(leak: LeakRate, rest: ErrorBudget) -> tuple[float | None, float | Non
     return None if lower is None else low * lower, None if upper is None else high * upper
 
 
-def _of_sealed(shown: Shown, given: str | None, limit: float | None, rest: ErrorBudget) -> Verdict:
+def _of_sealed(
+    shown: Shown, limit_text: str | None, limit: float | None, rest: ErrorBudget
+) -> Verdict:
     """Verdict on a sealed gap; an entry of the budget may still open a path."""
     opened = [entry for entry in rest if may_open(entry)]
     sentence = "no open path joins inlet and outlet"
     if any(entry.name == ONE_PATCH for entry in rest):
         sentence += f" of this patch ({NOT_THE_SEAL})"
     if limit is None or not opened:
-        return Verdict("sealed", f"sealed: {sentence}{_not_covered(rest)}", given)
+        return Verdict("sealed", f"sealed: {sentence}{_not_covered(rest)}", limit_text)
     rate = opened[0].upper_rate if len(opened) == 1 else None
     _, upper = combined(entry for entry in rest if entry not in opened)
     if rate is not None and upper is not None and rate * upper <= limit:
         most = f"sealed as computed, and at most {shown.at_most(rate * upper)}"
         sentence = f"within limit: {most} with {_names(opened)}, {shown.text(limit)} allowed"
-        return Verdict("within limit", sentence + _not_covered(rest), given)
+        return Verdict("within limit", sentence + _not_covered(rest), limit_text)
     sentence = f"undecided: {sentence} as computed, but {_sentences(opened)}"
-    return Verdict(
-        "undecided", f"{sentence}; {shown.text(limit)} allowed{_not_covered(rest)}", given
-    )
+    sentence += f"; {shown.text(limit)} allowed{_not_covered(rest)}"
+    return Verdict("undecided", sentence, limit_text)
 
 
-def _wish(
+def _advice(
     leak: LeakRate,
     rtol: float | None,
     unknowns: int | None,

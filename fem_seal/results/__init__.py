@@ -1,4 +1,4 @@
-"""Results: what result.json says, and the folder that holds it with arrays, mesh and pictures."""
+"""Results: the content of result.json, and the folder of it with arrays, mesh and pictures."""
 
 from fem_seal.results.arrays import read_contact, read_flow, read_lift
 from fem_seal.results.folder import ResultFolder

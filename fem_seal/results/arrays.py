@@ -67,7 +67,7 @@ def read_lift(folder: str | Path) -> Lift | None:
 
 
 def _beside(folder: str | Path, gap: GridField, name: str) -> GridField | None:
-    """Another array of contact.npz, on the samples of the gap; None if it is not there."""
+    """Another array of contact.npz on the samples of the gap; None if the file has none."""
     path = Path(folder) / CONTACT_FILE
     arrays = read_npz(path, (name,)).variables
     if name not in arrays:
@@ -123,7 +123,7 @@ def write_mesh(folder: Path, gap: "MeshFilm") -> str:
     import meshio
 
     mesh = gap.mesh
-    # Vertices that a cut has doubled are one point again.
+    # Join the vertices that a cut has doubled.
     used, cells = np.unique(mesh.twin[mesh.cells], return_inverse=True)
     groups = mesh.groups()
     edges = np.concatenate([ends for _, ends in groups])
@@ -160,7 +160,7 @@ def read_mesh(folder: str | Path) -> "MeshFilm":
     triangles = triangles_of(file, path, 1.0, GroupNames())
     gap = _array(file.point_data, "gap", (len(triangles.xy),), path)
     mesh = shape_mesh(*labelled(triangles, path.name, reorient=False))
-    # Cutting the mesh open again has doubled some points and may have numbered all anew.
+    # `shape_mesh` has cut the mesh open again: points may be doubled and have other numbers.
     distance, at = cKDTree(triangles.xy).query(mesh.xy)
     if distance.any():
         raise InvalidInput(f"{path} is not as fem_seal writes it; run the scene again")
@@ -170,7 +170,7 @@ def read_mesh(folder: str | Path) -> "MeshFilm":
 def _array(
     arrays: Mapping[str, np.ndarray], name: str, shape: tuple[int, ...], path: Path
 ) -> np.ndarray:
-    """Array of finite real numbers out of a VTK file, of which the first columns are taken."""
+    """Array of a shape, of finite real numbers, from a VTK file; more columns are left out."""
     values = arrays.get(name)
     if (
         values is None
@@ -215,5 +215,5 @@ def read_flow(folder: str | Path) -> FlowField:
 
 
 def _in_space(vectors: np.ndarray) -> np.ndarray:
-    """(n, 2) to (n, 3), as VTK wants them."""
+    """(n, 2) to (n, 3), as VTK requires."""
     return np.column_stack([vectors, np.zeros(len(vectors))])

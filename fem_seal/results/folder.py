@@ -19,21 +19,21 @@ _OLD_RESULT = "replaced-result.json"
 
 
 class ResultFolder:
-    """A folder being filled: everything is staged and moved in by `commit`.
+    """The folder of a result while it is written: files are staged, and `commit` moves them in.
 
-    Use it in a `with` statement, which keeps other runs out of the folder. Leaving without
-    `commit`, by an error or Ctrl-C, leaves what was there before.
+    Use it in a `with` statement, which keeps other runs out of the folder. Without `commit`, after
+    an error or Ctrl-C, the folder stays as it was.
 
     Parameters
     ----------
-    path : the folder; it and its parents are made where they are missing
-    provenance : of the result to come
+    path : the folder; it and its parents are made if they are missing
+    provenance : provenance of the new result
     overwrite : whether another scene's result, or files of unknown origin, may be replaced
-    names : of the files that the run may write, beside result.json
+    names : names of the files that the run may write, beside result.json
 
     Attributes
     ----------
-    staged : folder to write the files into; there inside the `with` statement only
+    staged : folder to write the files into; it exists inside the `with` statement only
     """
 
     staged: Path
@@ -82,7 +82,7 @@ class ResultFolder:
             self._move_in()  # needed if an interrupt has stopped `commit`
 
     def commit(self, result: Result) -> None:
-        """Move the staged files into the folder, in place of those that the last result names.
+        """Move the staged files into the folder; they replace the files of the last result.
 
         Parameters
         ----------
@@ -153,12 +153,12 @@ class ResultFolder:
 
 
 def _files_of(result: Path) -> tuple[str, ...]:
-    """Names of the files of a result, without those that a user has put beside them."""
+    """Names of the files that a result names, not of those that a user has put beside them."""
     if not result.exists():
         return ()
     try:
         names = Result.model_validate_json(result.read_bytes()).files
     except ValueError:
-        return ()  # a damaged result that is overwritten: the names of its files are unknown
+        return ()  # a damaged result is overwritten: the names of its files are unknown
     # A result from elsewhere must not name files of other folders, which would be removed.
     return tuple(name for name in names if Path(name).name == name)

@@ -30,7 +30,7 @@ class LiftRecord(Record):
 
     @classmethod
     def of(cls, patch: Patch) -> "LiftRecord | None":
-        """None if the scene leaves the lift out."""
+        """Record of a patch; None if flow.lift is "none"."""
         model = patch.scene.lift
         if model == "none":
             return None

@@ -20,7 +20,7 @@ class StepRecord(Record):
 
     @classmethod
     def all_of(cls, patch: Patch) -> "tuple[StepRecord, ...] | None":
-        """None if the surface is from no file."""
+        """Records of all steps of a patch; None if its surface was not read from a map."""
         if patch.prepared is None:
             return None
         records = []
@@ -31,7 +31,7 @@ class StepRecord(Record):
 
 
 def preparation_words(steps: tuple[StepRecord, ...]) -> str:
-    """Rms height, rms slope and seam after each step; how many points were filled."""
+    """Rms height, rms slope and seam after each step, and the number of points filled."""
     words = []
     for before, step in zip((None, *steps), steps, strict=False):
         filled = before.missing - step.missing if before and step.name.startswith("fill") else 0

@@ -68,7 +68,7 @@ class GasRecord(Record):
 
     @classmethod
     def of(cls, patch: Patch) -> "GasRecord | None":
-        """None for a liquid, without a flow, or if lifted off."""
+        """Rates of a patch; None for a liquid, without a flow, or if lifted off."""
         if not patch.scene.needs_flow or not isinstance(patch.scene.drive, GasDrive):
             return None
         if patch.lifted_off:

@@ -101,14 +101,14 @@ class AccuracyRecord(Record):
 
 @dataclass(frozen=True)
 class Origin:
-    """What a user wrote to get a result.
+    """Command and scene file of a result, as the user wrote them.
 
     Parameters
     ----------
     command : tuple of str
         Command line, without the name of the program.
     scene_text : str, optional
-        The scene file as written; None where there is none.
+        Text of the scene file; None without one.
     """
 
     command: tuple[str, ...]
@@ -116,7 +116,7 @@ class Origin:
 
 
 class Provenance(Record):
-    """Where a result comes from: the same scene with the same inputs gives it again."""
+    """Origin of a result: the same scene with the same inputs reproduces it."""
 
     scene: dict[str, Any]
     seed: int | None
@@ -131,7 +131,7 @@ class Provenance(Record):
     def of(
         cls, scene: Scene, comm: parallel.Comm = None, origin: Origin | None = None
     ) -> "Provenance":
-        """Versions and input files as they are now, and how many processes work together."""
+        """Provenance with the present versions, input files and number of processes."""
         return cls(
             scene=scene.to_mapping(),
             seed=getattr(scene.surface, "seed", None),

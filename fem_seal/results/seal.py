@@ -1,4 +1,4 @@
-"""What result.json says of a whole seal."""
+"""Part of result.json about a whole seal."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.seal import SealLeak, median_patch
 from fem_seal.upscaling.seal_flow import PathFlow
 
-POINTS = 400  # of the path at most, in the record
+POINTS = 400  # most points of the leak path in the record
 
 
 class TableRecord(Record):
@@ -29,7 +29,7 @@ class TableRecord(Record):
 
 
 class SealPatchRecord(Record):
-    """Leak rate of the seal if all its patches were like one of them [m³/s], and its table."""
+    """Leak rate [m³/s] of a seal all of whose patches are like this one, and the patch's table."""
 
     state: FlowState
     value: float | None
@@ -47,7 +47,7 @@ class ShareRecord(Record):
 
 
 class SealingRecord(Record):
-    """Where along the path the seal seals: distances from the inlet [m]."""
+    """The part of the path that seals: distances from the inlet [m]."""
 
     start: float
     middle: float
@@ -64,7 +64,7 @@ class PathRecord(Record):
 
     @classmethod
     def of(cls, path: PathFlow) -> "PathRecord":
-        """At most `POINTS` places of a path."""
+        """Record of a path, at most `POINTS` places of it."""
         every = -(-len(path.x) // POINTS)
         kept = np.unique(np.append(np.arange(0, len(path.x), every), len(path.x) - 1))
         K = path.conductivity[kept].tolist()
@@ -92,7 +92,7 @@ class SealRecord(Record):
 
     @classmethod
     def of(cls, seal: SealLeak) -> "SealRecord":
-        """Numbers of a seal; none where it is lifted off."""
+        """Record of a seal; it has no leak rates if the seal is lifted off."""
         lifted = seal.state == "lifted off"
         share, low, high = seal.share_sealed
         bounds = {"value": seal.value, "lower": seal.lower, "upper": seal.upper}
@@ -145,7 +145,7 @@ def lifted_words(seal: SealRecord) -> str:
 
 
 def seal_words(seal: SealRecord) -> str:
-    """Leak rate of the seal, of how many patches it is made, and where it seals."""
+    """Leak rate of the seal, number of its patches, net loads, and the part that seals."""
     if seal.leak_rate is None:
         return lifted_words(seal)
     rate = seal.leak_rate

@@ -92,7 +92,7 @@ def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> st
 
 
 def flow_words(result: Result) -> str:
-    """Method, size and, on a grid, the sides, on which the leak rate depends."""
+    """Method, number of unknowns and, on a grid, the sides: the leak rate depends on them."""
     text = f"{result.method}, {result.unknowns} unknowns"
     shaped = "shape" in result.provenance.scene
     return text if shaped else f"{text}, {result.flow().sides} sides"
@@ -161,7 +161,7 @@ def trapped_words(volume: float) -> str:
 
 
 def tensor_words(tensor: ConductivityTensor) -> str:
-    """Components with their bounds, and how the easiest direction lies."""
+    """Components with their bounds, and the angle of the easiest direction."""
     parts = (("xx", tensor.xx), ("xy", tensor.xy), ("yy", tensor.yy))
     texts = ((name, *bracket_digits(c.value, c.lower, c.upper)) for name, c in parts)
     words = (f"{name} = {value} [{low}, {high}]" for name, value, low, high in texts)

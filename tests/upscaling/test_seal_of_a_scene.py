@@ -312,7 +312,7 @@ def test_slip_of_a_gas_raises_the_leak_rate(law):
         assert along.upper == pytest.approx(1 + share * 0.25, rel=1e-6)
         assert along.lower == pytest.approx(1 - share / 6, rel=1e-6)
         # Whatever the gap: 1.25 over 1.5 and 1 bar.
-        assert along.sentence.endswith("of no gap can they be beyond 0.833 and 1.25")
+        assert along.sentence.endswith("at any gap they lie between 0.833 and 1.25")
         assert along.lower > 1.25 / 1.5
         assert along.upper < 1.25
 
