@@ -54,7 +54,7 @@ class _Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse; an unknown option is an error of the command that it stands behind."""
+        """Parse; the command behind which an unknown option stands reports it as an error."""
         known, others = super().parse_known_args(args, namespace)
         for word in others:
             if word.startswith("-"):
@@ -65,9 +65,9 @@ class _Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: object) -> None:
         if action.choices is not None and value not in action.choices:
             names = list(map(str, action.choices))
-            what = "a command" if isinstance(action, argparse._SubParsersAction) else action.metavar
+            noun = "a command" if isinstance(action, argparse._SubParsersAction) else action.metavar
             nearest = self._nearest(str(value), names) or f"; choose from {', '.join(names)}"
-            self.error(f"{str(value)!r} is not {what or 'a choice'}{nearest}")
+            self.error(f"{str(value)!r} is not {noun or 'a choice'}{nearest}")
 
     @staticmethod
     def _nearest(name: str, names: Iterable[str]) -> str:
@@ -100,7 +100,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     Parameters
     ----------
-    arguments : of the command line; those of the process if left out
+    arguments : words of the command line; if left out, those of this process
 
     Returns
     -------

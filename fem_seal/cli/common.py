@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from fem_seal.scene import Scene
 
 
-MOST_METRES = 1e100  # of a side of a map
-NOT_KEPT = 4  # exit status with --strict
-LONGEST_NAME = 60  # characters of a result folder
+MOST_METRES = 1e100  # longest side of a map
+NOT_KEPT = 4  # exit status with --strict if the limit is not surely kept
+LONGEST_NAME = 60  # most characters of the name of a result folder
 
 
 def add_command(
@@ -37,10 +37,10 @@ def add_command(
 
 
 def add_scene(
-    command: argparse.ArgumentParser, what: str = "the scene file (docs/reference/scene.md)"
+    command: argparse.ArgumentParser, text: str = "the scene file (docs/reference/scene.md)"
 ) -> None:
-    """Take a scene file and changes to it."""
-    command.add_argument("scene", type=Path, metavar="SCENE.toml", help=what)
+    """Add a scene file, with a help text, and changes to it."""
+    command.add_argument("scene", type=Path, metavar="SCENE.toml", help=text)
     command.add_argument(
         "--set",
         dest="overrides",
@@ -52,14 +52,16 @@ def add_scene(
 
 
 def add_statements(command: argparse.ArgumentParser) -> None:
-    """Take unit and size of a file of heights that does not say them."""
+    """Add unit and size of a file of heights, which the file may lack."""
     command.add_argument(
-        "--length-unit", metavar="UNIT", help="of the heights, such as um, where the file has none"
+        "--length-unit",
+        metavar="UNIT",
+        help="unit of the heights, such as um, if the file has none",
     )
     command.add_argument(
         "--size",
         metavar="LX,LY",
-        help="nx dx,ny dy, such as '1 mm,1 mm', where the file has none",
+        help="nx dx,ny dy, such as '1 mm,1 mm', if the file has none",
     )
 
 
@@ -88,8 +90,8 @@ def stated_of(options: argparse.Namespace) -> "Stated":
 def default_folder(scene: Path, overrides: Sequence[str]) -> Path:
     """Name the result folder of a scene file after the file and its changed settings.
 
-    Results of other settings then stand beside each other. What a scene is asked for (`output`)
-    makes no other result.
+    Results with different settings are thus kept side by side. Settings of [output] do not count,
+    since they do not change the result.
 
     >>> default_folder(Path("first.toml"), ["flow.rtol=0.02", "output.products=['contact']"])
     PosixPath('results/first-flow.rtol=0.02')
@@ -103,7 +105,7 @@ def default_folder(scene: Path, overrides: Sequence[str]) -> Path:
 
 
 def add_trust(command: argparse.ArgumentParser) -> None:
-    """Add --trust, by which the user allows a geometry to be run; a scene file cannot."""
+    """Add --trust, by which the user allows gmsh to run a geometry; a scene cannot allow it."""
     command.add_argument(
         "--trust",
         action="store_true",
@@ -133,14 +135,14 @@ def _bytes(gigabytes: float | None) -> int | None:
     return None if gigabytes is None else int(1e9 * gigabytes)
 
 
-def add_work(command: argparse.ArgumentParser, what: str) -> None:
+def add_work(command: argparse.ArgumentParser, noun: str) -> None:
     """Add the options that distribute points over processes.
 
     Parameters
     ----------
     command : argparse.ArgumentParser
-    what : str
-        What each part takes every N-th of, such as "surface".
+    noun : str
+        Name of the items of which a part computes every N-th, such as "surface".
     """
     add_jobs(command, "processes of this machine (1)")
     command.add_argument(
@@ -148,10 +150,12 @@ def add_work(command: argparse.ArgumentParser, what: str) -> None:
         type=part,
         default=(1, 1),
         metavar="K/N",
-        help=f"only every N-th {what} from the K-th on, for job arrays (1/1)",
+        help=f"only every N-th {noun} from the K-th on, for job arrays (1/1)",
     )
     command.add_argument(
-        "--gather", action="store_true", help="compute nothing: write the tables of what is there"
+        "--gather",
+        action="store_true",
+        help="compute nothing: write the tables of the finished points",
     )
 
 
@@ -180,7 +184,7 @@ def prepare_workers(options: argparse.Namespace, module: str) -> None:
 
 
 def add_output(command: argparse.ArgumentParser, default: str) -> None:
-    """Take a result folder."""
+    """Add the result folder."""
     command.add_argument("--out", type=Path, metavar="DIR", help=f"result folder ({default})")
     command.add_argument(
         "--overwrite", action="store_true", help="replace another scene's result in DIR"
@@ -188,7 +192,7 @@ def add_output(command: argparse.ArgumentParser, default: str) -> None:
 
 
 def add_for_programs(command: argparse.ArgumentParser) -> None:
-    """Take options for programs that read the result or its exit status."""
+    """Add the options for programs that read the result or the exit status."""
     command.add_argument(
         "--json", action="store_true", help="print the content of result.json in place of words"
     )

@@ -24,7 +24,7 @@ def pair(text: str) -> list[object]:
 
 
 def count(text: str) -> int | str:
-    """Read a whole number, also 1e6; return other text as it is, for the scene to refuse."""
+    """Read a whole number, also 1e6; return other text as it is: the scene refuses it."""
     try:
         number = float(text)
     except ValueError:
@@ -44,25 +44,25 @@ def truth(text: str) -> bool:
 # its value, help.
 Field = tuple[str, str, Callable[[str], object], str]
 FIELDS: dict[str, Field] = {
-    "rtol": ("flow", "rtol", float, "(upper - lower) / sqrt(lower upper) wanted (0.05)"),
+    "rtol": ("flow", "rtol", float, "largest (upper - lower) / sqrt(lower upper) (0.05)"),
     "sides": ("flow", "sides", str, "wall, also if the gap is periodic, or periodic (wall)"),
     "representation": ("flow", "representation", str, "linear or constant (linear)"),
     "method": ("flow", "method", str, "adaptive, uniform or finite-difference (adaptive)"),
-    "links": ("flow", "links", str, "of finite-difference: arithmetic, harmonic, …"),
+    "links": ("flow", "links", str, "links of finite-difference: arithmetic, harmonic, …"),
     "viscosity": ("fluid", "viscosity", str, "in Pa s or with a unit (1e-3)"),
     "pressure-drop": ("flow", "pressure_drop", str, "in Pa or with a unit (1e5)"),
     "limit": ("limit", "leak_rate", str, "such as '1 ml/h': do the bounds keep it?"),
-    "unit": ("output", "leak_rate_unit", str, "of the leak rate beside SI, such as ml/h"),
+    "unit": ("output", "leak_rate_unit", str, "unit of the leak rate beside SI, such as ml/h"),
     "max-unknowns": ("flow", "max_unknowns", count, "such as 1e6; then the best bounds so far"),
     "max-seconds": ("flow", "max_seconds", str, 'such as "5 min"; then the best bounds so far'),
     "max-memory": ("flow", "max_memory", str, 'such as "2 GB"; then the best bounds so far'),
 }
-# Settings for a file of a gap that does not say them itself.
+# Settings that the file of a gap may lack.
 FIELDS |= {
-    "array": ("gap", "array", str, "name of the array, where the file has many"),
-    "length-unit": ("gap", "unit", str, "of the gap, such as um, where the file has none"),
-    "size": ("gap", "size", pair, "nx dx,ny dy, such as '1 mm,1 mm', where the file has none"),
-    "periodic": ("gap", "periodic", truth, "yes or no, where the file does not say (no)"),
+    "array": ("gap", "array", str, "name of the array, if the file has many"),
+    "length-unit": ("gap", "unit", str, "unit of the gap, such as um, if the file has none"),
+    "size": ("gap", "size", pair, "nx dx,ny dy, such as '1 mm,1 mm', if the file has none"),
+    "periodic": ("gap", "periodic", truth, "yes or no, if the file does not record it (no)"),
     "transpose": ("gap", "transpose", truth, "yes exchanges the axes (no)"),
     "turn": ("gap", "turn", int, "degrees by which the gap is turned from x towards y: 0, 90, …"),
     "contact-below": ("gap", "contact_below", str, "gaps below this length are contact"),
@@ -121,7 +121,7 @@ def _number_or_text(value: object) -> object:
 
 
 def _assumed(scene: "Scene", options: argparse.Namespace) -> list[str]:
-    """Line that names viscosity and pressure drop where the command does not."""
+    """Line with the viscosity and the pressure drop that are assumed."""
     from fem_seal.digits import with_prefix
 
     assumed = []

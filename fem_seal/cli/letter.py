@@ -30,7 +30,9 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "--size", type=int, default=256, metavar="N", help="samples along a side (256)"
     )
     command.add_argument("--seeds", type=int, default=3, metavar="N", help="seeds 1 to N (3)")
-    command.add_argument("--hurst", type=float, default=0.8, metavar="H", help="(0.8)")
+    command.add_argument(
+        "--hurst", type=float, default=0.8, metavar="H", help="Hurst exponent (0.8)"
+    )
     command.add_argument(
         "--short", type=float, default=1.0, metavar="SAMPLES", help="short cut-off (1)"
     )
@@ -64,7 +66,9 @@ def add(subparsers: argparse._SubParsersAction) -> None:
             metavar="V1,V2,…",
             help=f"A/A0 of the {model} points of Fig. 3, beside first contact (0.02 to closing)",
         )
-    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the contact (1)")
+    command.add_argument(
+        "--threads", type=int, default=1, metavar="N", help="threads of the contact (1)"
+    )
     add_work(command, "point")
     command.add_argument(
         "--out",

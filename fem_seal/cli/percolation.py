@@ -38,7 +38,9 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         )
     command.add_argument("--seeds", type=int, default=4, metavar="N", help="seeds 1 to N (4)")
     add_search(command)
-    command.add_argument("--threads", type=int, default=1, metavar="N", help="of the contact (1)")
+    command.add_argument(
+        "--threads", type=int, default=1, metavar="N", help="threads of the contact (1)"
+    )
     add_work(command, "surface")
     command.add_argument(
         "--out",
@@ -59,10 +61,10 @@ def add_search(command: argparse.ArgumentParser) -> None:
         help="of open, cylinder and periodic: what spanning means (open,periodic)",
     )
     command.add_argument(
-        "--resolution", type=float, default=0.002, metavar="A", help="of A/A0 (0.002)"
+        "--resolution", type=float, default=0.002, metavar="A", help="resolution of A/A0 (0.002)"
     )
     command.add_argument(
-        "--no-flow", action="store_true", help="leave the flow through the constriction out"
+        "--no-flow", action="store_true", help="leave out the flow through the constriction"
     )
 
 
@@ -75,7 +77,7 @@ def search_of(options: argparse.Namespace) -> "Search":
 
 
 def numbers(kind: type) -> Callable[[str], list]:
-    """Read a list with commas between."""
+    """Function that reads a list with commas between."""
 
     def read(text: str) -> list:
         return [kind(part) for part in text.split(",")]
@@ -138,7 +140,7 @@ def _percolation(options: argparse.Namespace) -> int:
 
 
 def line(row: "ThresholdRow") -> str:
-    """One threshold for people."""
+    """Line on one threshold."""
     spread = "" if row.spread is None else f" ± {row.spread:.4f}"
     corrected = "" if row.corrected is None else f", perimeter-corrected {row.corrected:.4f}"
     corrected += f", transition ± {row.half_width:.4f}"
@@ -149,7 +151,7 @@ def line(row: "ThresholdRow") -> str:
 
 
 def difference_line(row: "DifferenceRow") -> str:
-    """By how much elastic deformation lowers a threshold, for people."""
+    """Line on the amount by which elastic deformation lowers a threshold."""
     spread = "" if row.spread is None else f" ± {row.spread:.4f}"
     return (
         f"lowered  n {row.n} H {row.hurst:g} short {row.short:g} long {row.long:g} "

@@ -16,7 +16,9 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "draw the pictures of a result folder again",
         "fem-seal render results/first",
     )
-    command.add_argument("folder", type=Path, metavar="DIR", help="of fem-seal run or leak --out")
+    command.add_argument(
+        "folder", type=Path, metavar="DIR", help="folder of fem-seal run or leak --out"
+    )
     command.add_argument(
         "--all",
         action="store_true",

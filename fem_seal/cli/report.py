@@ -14,7 +14,9 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         "gather a result folder in one HTML page, pictures inside",
         "fem-seal report results/first",
     )
-    command.add_argument("folder", type=Path, metavar="DIR", help="of fem-seal run or leak --out")
+    command.add_argument(
+        "folder", type=Path, metavar="DIR", help="folder of fem-seal run or leak --out"
+    )
     command.set_defaults(command=_report)
 
 

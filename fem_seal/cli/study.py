@@ -64,7 +64,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         nargs="+",
         default=[64, 128, 256],
         metavar="N",
-        help="of one period; at least two grids, each twice as fine (64 128 256)",
+        help="samples of a period; at least two grids, each twice as fine (64 128 256)",
     )
     add_work(saddle, "grid")
     saddle.set_defaults(command=_shared(_saddle))
@@ -89,7 +89,7 @@ def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argp
         type=Path,
         metavar="DIR",
         default=Path(default),
-        help=f"where the results go ({default})",
+        help=f"result folder ({default})",
     )
     return study
 
@@ -115,7 +115,7 @@ def _shared(command: Command) -> Command:
 
 
 def _unfinished(work: "Work") -> int:
-    """Say that other parts of a study are missing; with --gather that is a failure."""
+    """Print that points of a study are missing; with --gather that is a failure."""
     message = "some points of the study are not computed yet"
     if work.gather:
         return parallel.fail(f"fem-seal: {message}", NotConverged.exit_status)
@@ -139,7 +139,7 @@ def _scene(options: argparse.Namespace) -> "Scene":
 
 
 def _with_progress(work: Callable[..., Answer]) -> Answer:
-    """Do work that takes `report`, and show its progress."""
+    """Call `work` with a `report`, and show its progress."""
     from fem_seal.progress import Display
 
     with Display() as report:

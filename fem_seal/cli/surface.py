@@ -47,10 +47,10 @@ def _surface(options: argparse.Namespace) -> int:
     scene = _scene(options)
     prepared = _prepared(scene)
     try:
-        fit, why = fit_spectrum(prepared.measured), ""
+        fit, failure = fit_spectrum(prepared.measured), ""
     except InvalidInput as error:
         # A surface without a power law, such as a ground groove, is accepted too.
-        fit, why = None, str(error)
+        fit, failure = None, str(error)
     if options.out is not None:
         from fem_seal.render.surface import surface_figure
 
@@ -60,7 +60,7 @@ def _surface(options: argparse.Namespace) -> int:
 
         write_text(options.csv, _csv(scene, prepared))
     refusal = _refusal(prepared) if _is_scene(options) else []
-    lines = [steps_table(prepared), *refusal, "", *_spectrum_lines(fit, why)]
+    lines = [steps_table(prepared), *refusal, "", *_spectrum_lines(fit, failure)]
     if not _is_scene(options):
         lines.append(f"fem-seal new {options.scene} writes a scene that presses it")
     lines += _profile_lines(scene)
@@ -73,7 +73,7 @@ def _is_scene(options: argparse.Namespace) -> bool:
 
 
 def _scene(options: argparse.Namespace) -> "Scene":
-    """The scene of a scene file; of a file of heights one without a tilt and without holes."""
+    """Scene of a scene file; of a file of heights one that subtracts the mean and fills holes."""
     from fem_seal.scene import Scene
     from fem_seal.scene.files import override
 
@@ -88,7 +88,7 @@ def _scene(options: argparse.Namespace) -> "Scene":
         "surface": heights
         | {"max_missing": 0.99}
         | {name: value for name, value in statements.items() if value is not None},
-        # Nothing is pressed: any contact that takes a map that does not repeat will do.
+        # Nothing is pressed: name a contact that also takes a map that does not repeat.
         "contact": {"model": "bearing", "mean_gap": 1.0},
         "output": {"products": ["contact"]},
     }
@@ -125,7 +125,7 @@ def _csv(scene: "Scene", prepared: "PreparedSurface") -> str:
 
 
 def _profile_lines(scene: "Scene") -> list[str]:
-    """Spectrum of the isotropic surface by its profiles, and the part of it that the grid holds."""
+    """Spectrum of the isotropic surface of profiles, and the wavelengths that its grid holds."""
     from fem_seal.scene import ProfileSurface
     from fem_seal.steps import spectrum_of_profiles
 
@@ -184,9 +184,10 @@ def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
     )
 
 
-def _spectrum_lines(fit: "SpectrumFit | None", why: str) -> list[str]:
+def _spectrum_lines(fit: "SpectrumFit | None", failure: str) -> list[str]:
+    """Lines on a fitted spectrum, or on the failure of the fit."""
     if fit is None:
-        return [f"spectrum       {why}"]
+        return [f"spectrum       {failure}"]
     if fit.misfit > NO_POWER_LAW:
         return [f"spectrum       no power law: the best one has a misfit of {fit.misfit:.2g}"]
     rolloff = "none seen"

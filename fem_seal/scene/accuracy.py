@@ -1,4 +1,4 @@
-"""The section that asks for a total error instead of a tolerance of the flow alone."""
+"""The section that prescribes a total error instead of a tolerance of the flow alone."""
 
 from pydantic import Field
 
@@ -6,9 +6,9 @@ from fem_seal.scene.sections import Count, Number, Section
 
 
 class Accuracy(Section):
-    """How wrong the leak rate may be in all; contact grid and flow.rtol are chosen to suit."""
+    """Largest total error of the leak rate; contact grid and flow.rtol are chosen for it."""
 
-    total: Number = Field(gt=0, lt=1, description="relative error of the leak rate wanted")
+    total: Number = Field(gt=0, lt=1, description="largest relative error of the leak rate")
     max_refinement: Count = Field(
         4, description="finest contact grid tried, in multiples of the samples of the surface"
     )

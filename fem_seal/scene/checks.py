@@ -1,4 +1,4 @@
-"""Checks across the sections of a scene; each raises ContradictionError, `check` one for all."""
+"""Checks across the sections of a scene. Each raises ContradictionError; `check` runs them all."""
 
 from fem_seal.fluid import Drive
 from fem_seal.scene.contents import Contents
@@ -9,6 +9,19 @@ from fem_seal.scene.sections import LOADS
 from fem_seal.units import RateUnit
 
 MOST = 1e100  # largest limit [m³/s]; finite in any unit
+# Products of a scene with [shape].
+PRODUCTS = {
+    *("contact", "leak_rate", "pictures", "mesh"),
+    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume"),
+}
+# Why a shape does not take these fields of [flow].
+_ON_SHAPES = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}
+_IN_WORDS = {
+    "throughput": "a pressure times a volume",
+    "amount": "an amount",
+    "mass": "a mass",
+}
+_PRESSURES = "inlet_pressure", "outlet_pressure"
 
 
 def check(scene: Contents) -> None:
@@ -85,7 +98,7 @@ def check_shape(scene: Contents) -> bool:
         if getattr(flow, field) != only:
             raise ContradictionError(
                 f"flow.{field} = {getattr(flow, field)!r} is for a gap on a grid; leave it out "
-                f"with [shape], whose mesh {_SAYS[field]}"
+                f"with [shape], whose mesh {_ON_SHAPES[field]}"
             )
     if flow.method == "finite-difference":
         raise ContradictionError(
@@ -109,13 +122,6 @@ def check_shape(scene: Contents) -> bool:
                     f"[shape] gives the gap and so does [{name}]; give one of the two"
                 )
     return not shape.own_gap
-
-
-PRODUCTS = {
-    *("contact", "leak_rate", "pictures", "mesh"),
-    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume"),
-}
-_SAYS = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}
 
 
 def check_gap(scene: Contents) -> None:
@@ -243,8 +249,8 @@ def check_rates(scene: Contents, drive: Drive) -> None:
     _require_kind("limit.leak_rate", limit.leak_rate.unit, drive)
     if not 1 / MOST < limit.volume_rate(drive) < MOST:
         raise ContradictionError(
-            f"limit.leak_rate = {limit.leak_rate.number:g} {limit.leak_rate.unit.name} is no leak "
-            "rate of this world; check its unit"
+            f"limit.leak_rate = {limit.leak_rate.number:g} {limit.leak_rate.unit.name} cannot be a "
+            "leak rate; check its unit"
         )
     flow = scene.flow
     if flow.method == "finite-difference":
@@ -282,13 +288,6 @@ def _require_kind(field: str, unit: RateUnit, drive: Drive) -> None:
     )
 
 
-_IN_WORDS = {
-    "throughput": "a pressure times a volume",
-    "amount": "an amount",
-    "mass": "a mass",
-}
-
-
 def check_lift(scene: Contents) -> None:
     """Refuse a lift where the fluid's pressure lifts nothing, or where its range is unknown."""
     lift, contact = scene.flow.lift, scene.contact
@@ -312,10 +311,11 @@ def check_lift(scene: Contents) -> None:
     if lift == "resolved":
         return
     if contact.pressure is None:
-        held = "area_fraction" if contact.mean_gap is None else "mean_gap"
+        name = "area_fraction" if contact.mean_gap is None else "mean_gap"
         raise ContradictionError(
             f"{setting} needs contact.pressure: the two ends of the range are dry contacts under "
-            f"what the fluid leaves of a load, and contact.{held} is none; choose 'resolved'"
+            f"the load that the fluid leaves to the solid, and contact.{name} prescribes no load; "
+            "choose 'resolved'"
         )
     if scene.solid is not None and scene.solid.layer_thickness is not None:
         raise ContradictionError(
@@ -340,9 +340,6 @@ def check_ambient(scene: Contents) -> None:
             "is below 1 bar, and the pressure above that on the back of the solid carries part of "
             "the load; give it, such as '1 bar' or, if all is in a vacuum, the outlet's"
         )
-
-
-_PRESSURES = "inlet_pressure", "outlet_pressure"
 
 
 def check_tensor(scene: Contents) -> None:

@@ -30,14 +30,14 @@ class Contents(Section):
     surface: Surface | None = Field(None, description="the rough counter-face")
     solid: Solid | None = Field(None, description="elasticity of the two solids")
     contact: Contact | None = Field(None, description="contact model and load")
-    gap: Gap | None = Field(None, description="in place of surface, solid and contact")
-    shape: AnyShape | None = Field(None, description="of the seal, if it is not the gap's grid")
+    gap: Gap | None = Field(None, description="a gap in place of surface, solid and contact")
+    shape: AnyShape | None = Field(None, description="shape of the film, if not a grid's rectangle")
     fluid: Fluid | None = Field(None, description="the liquid or gas that leaks")
     flow: Flow = Field(Flow(), description="pressure drop, sides and method")
     seal: Seal | None = Field(None, description="the whole seal that the patch is a part of")
     accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
-    limit: Limit | None = Field(None, description="what the leak rate is held against")
-    output: Output = Field(Output(), description="what is wanted")
+    limit: Limit | None = Field(None, description="largest leak rate that is allowed")
+    output: Output = Field(Output(), description="products and units")
 
     @property
     def input_files(self) -> list[Path]:
@@ -87,10 +87,7 @@ class Contents(Section):
 
     @property
     def slip(self) -> Slip | None:
-        """Slip at the walls that the flow is computed with.
-
-        None for a liquid, and without slip.
-        """
+        """Slip of the gas at the walls; None for a liquid, and if slip is left out."""
         return slip_of(present(self.fluid, "[fluid]"), self.flow)
 
     @property
@@ -102,7 +99,7 @@ class Contents(Section):
     def lift(self) -> str:
         """Model of the fluid's pressure on the solid: "none", "range" or "resolved".
 
-        "none" where no product needs the flow. Where the scene leaves it out: "resolved" for a
+        "none" if no product needs the flow. If the scene leaves flow.lift out: "resolved" for a
         patch of elastic contact under a pressure, else "none".
         """
         if not self.needs_flow:
@@ -115,7 +112,7 @@ class Contents(Section):
 
     @property
     def deciding_rate(self) -> float | None:
-        """Limit on the solved leak rate [m³/s] that is to be decided; None without one."""
+        """Limit of the solved leak rate [m³/s] against which the flow decides; None without one."""
         if self.limit is None or not self.limit.decide:
             return None
         return self.limit.volume_rate(self.drive)

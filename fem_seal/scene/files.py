@@ -32,7 +32,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def _dots(text: str) -> int:
-    """Count dots outside of whole lines of comment."""
+    """Count the dots of all lines that are not comments."""
     return sum(line.count(".") for line in text.splitlines() if not line.lstrip().startswith("#"))
 
 

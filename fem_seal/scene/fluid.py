@@ -38,13 +38,15 @@ class Fluid(Section):
 
     kind: Literal["liquid", "gas"] = Field("liquid", description='"liquid" or "gas"')
     viscosity: Viscosity = Field(description="dynamic viscosity η")
-    molar_mass: MolarMass | None = Field(None, description="of a gas")
-    temperature: Temperature | None = Field(None, description="of a gas, everywhere the same")
+    molar_mass: MolarMass | None = Field(None, description="molar mass of a gas")
+    temperature: Temperature | None = Field(
+        None, description="temperature of a gas, the same everywhere"
+    )
     reference_temperature: Temperature | None = Field(
-        None, description="at which the volume of a gas is counted; 0 degC if left out"
+        None, description="temperature at which the volume of a gas is stated; 0 degC if left out"
     )
     reference_pressure: Pressure | None = Field(
-        None, description="at which the volume of a gas is counted; 1 atm if left out"
+        None, description="pressure at which the volume of a gas is stated; 1 atm if left out"
     )
 
     slip: Literal["first-order", "kinetic", True, False] | None = Field(
@@ -89,7 +91,7 @@ def drive(fluid: Fluid, flow: "Flow") -> Drive:
     Raises
     ------
     ContradictionError
-        If the pressures given are too few, too many or of the wrong kind for the fluid.
+        If pressures are missing, stated twice, or of the wrong kind for the fluid.
     """
     return _gas(fluid, flow) if fluid.kind == "gas" else _liquid(flow)
 
@@ -111,7 +113,7 @@ def slip_of(fluid: Fluid, flow: "Flow") -> Slip | None:
 def gauge_pressures(flow: "Flow") -> tuple[float, float]:
     """Pressures of inlet and outlet above that on the back of the solid [Pa].
 
-    Left out, the ambient pressure is the outlet's.
+    If the ambient pressure is left out, it is that of the outlet.
     """
     if flow.pressure_drop is not None:
         return flow.pressure_drop, 0.0
@@ -121,11 +123,11 @@ def gauge_pressures(flow: "Flow") -> tuple[float, float]:
 
 
 def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Name the ambient pressure in the mapping of a scene from before it had to be named.
+    """Add the ambient pressure to the scene of an earlier version, which could leave it out.
 
     Parameters
     ----------
-    scene : as `Scene.to_mapping` gives it, in SI units
+    scene : as `Scene.to_mapping` returns it, in SI units
     """
     flow = scene.get("flow", {})
     outlet = flow.get("outlet_pressure")
@@ -135,7 +137,7 @@ def with_ambient_pressure(scene: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def ambient_is_open(outlet: float | None, ambient: float | None) -> bool:
-    """Whether the ambient pressure must be named, since the outlet is too near a vacuum."""
+    """Whether the ambient pressure must be stated, since the outlet's is below 1 bar."""
     return ambient is None and outlet is not None and outlet < ATMOSPHERIC * (1 - 1e-9)
 
 

@@ -15,7 +15,7 @@ LeakRateLimit = Annotated[Rate, PlainValidator(Rate.parse), PlainSerializer(str)
 class Limit(Section):
     """Largest leak rate that is allowed."""
 
-    leak_rate: LeakRateLimit = Field(description="highest leak rate allowed")
+    leak_rate: LeakRateLimit = Field(description="largest leak rate that is allowed")
     decide: Truth = Field(False, description="refine until the bounds decide, and no further")
 
     def volume_rate(self, drive: Drive) -> float:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fem_seal.surface.preparation import Preparation
 
 
-WINDOW_END = 1e-5  # of a window, which leaves out the sample at its end
+WINDOW_END = 1e-5  # part of a window by which its end is shortened, to leave out the last sample
 
 
 def _length_unit(unit: str) -> str:
@@ -53,11 +53,13 @@ class FieldFile(Section):
 
     path: InputFile = Field(description="npz, npy, nc, h5, txt or an instrument's file")
     array: str | None = Field(None, description="name of the array or channel")
-    unit: LengthUnit | None = Field(None, description="of the values, if the file has none")
+    unit: LengthUnit | None = Field(None, description="unit of the values, if the file has none")
     size: tuple[Length, Length] | None = Field(
         None, description="lengths [nx dx, ny dy], if the file has none"
     )
-    periodic: Truth | None = Field(None, description="whether the map repeats, if unsaid")
+    periodic: Truth | None = Field(
+        None, description="whether the map repeats, if the file does not record it"
+    )
     transpose: Truth = Field(False, description="exchange the axes, before anything else")
     turn: Literal[0, 90, 180, 270] = Field(
         0, description="degrees by which the map is turned from x towards y"
@@ -65,7 +67,7 @@ class FieldFile(Section):
 
     @property
     def stated(self) -> Stated:
-        """What the scene says of the file."""
+        """Statements of the scene about the file."""
         return Stated(
             self.array,
             self.unit,
@@ -87,12 +89,14 @@ class FileSurface(FieldFile):
         None, description="kept rectangle [[x0, x1], [y0, y1]] from the first sample"
     )
     detrend: Literal["mean", "plane", "quadratic"] | None = Field(
-        None, description="least-squares trend that is taken away"
+        None, description="least-squares trend that is subtracted"
     )
     fill: Literal["harmonic", "linear"] | None = Field(
         None, description="how missing points are filled"
     )
-    max_missing: Number = Field(0.1, ge=0, lt=1, description="fraction of points to fill at most")
+    max_missing: Number = Field(
+        0.1, ge=0, lt=1, description="largest fraction of missing points that is filled"
+    )
     make_periodic: Literal["cut", "mirror", "hann", "tukey"] | None = Field(
         None, description="how a map that does not repeat becomes a cell that does"
     )
@@ -109,7 +113,7 @@ class FileSurface(FieldFile):
 
     @property
     def stated(self) -> Stated:
-        """What the scene says of the file."""
+        """Statements of the scene about the file."""
         return replace(super().stated, missing=self.missing)
 
     def in_window(self, place: tuple[int, int], window: tuple[float, float]) -> "FileSurface":
@@ -147,20 +151,24 @@ class ProfileSurface(Section):
     path: Annotated[tuple[InputFile, ...], BeforeValidator(one_or_more)] = Field(
         min_length=1, description="text file of profiles, or a list of them"
     )
-    unit: LengthUnit | None = Field(None, description="of heights and x, if the files have none")
-    step: Length | None = Field(None, description="of the samples, if the files have no x")
+    unit: LengthUnit | None = Field(
+        None, description="unit of heights and x, if the files have none"
+    )
+    step: Length | None = Field(
+        None, description="distance of the samples, if the files have no x"
+    )
     missing: Number | None = Field(None, description="number in the files for missing samples")
     detrend: Literal["mean", "line", "quadratic"] = Field(
-        "line", description="trend that is taken away from each profile"
+        "line", description="trend that is subtracted from each profile"
     )
     shape: tuple[Count, Count] = Field(description="samples [nx, ny]")
     size: tuple[Length, Length] = Field(description="lengths [Lx, Ly] of the periodic cell")
-    seed: Seed = Field(0, description="of the random phases")
+    seed: Seed = Field(0, description="seed of the random phases")
 
 
 class Gap(FieldFile):
     """A gap from a file, in place of surface, solid and contact."""
 
     contact_below: Length | None = Field(
-        None, description="gaps below this are contact, for codes that leave roundings there"
+        None, description="gaps below this are contact; for codes that leave rounding errors there"
     )

@@ -20,7 +20,7 @@ _KINDS |= {"rectangle", "strip", "face-seal", "sector", "plate-with-holes"}
 
 
 def explain(error: ValidationError, root: type[BaseModel]) -> list[str]:
-    """Sentence on each error, unknown keys first: a misspelt key is also a missing one."""
+    """Sentence on each error; unknown keys first, since a misspelt key is also a missing one."""
     errors = error.errors(include_url=False)
     # A list whose entries are refused is also too short.
     lists = {each["loc"][:-1] for each in errors}

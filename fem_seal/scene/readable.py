@@ -91,7 +91,7 @@ def rows_of_mapping(data: Mapping[str, Any], model: type[BaseModel]) -> list[tup
 
 
 def _recorded(value: object, unit: str | None) -> str:
-    """Text of a value of JSON; a path loses its folders, which are nobody else's business."""
+    """Text of a value of JSON; a path is cut to its name, since its folders are private."""
     if isinstance(value, list):
         return ", ".join(_recorded(part, unit) for part in value)
     if isinstance(value, str) and Path(value).is_absolute():
@@ -103,7 +103,7 @@ def _text(value: object, unit: str | None) -> str:
     if isinstance(value, tuple):
         return ", ".join(_text(part, unit) for part in value)
     if isinstance(value, float):
-        # Temperatures and angles have no prefix, and byte is no symbol that takes one.
+        # Temperatures, angles and bytes are written without a prefix.
         if unit in ("m", "Pa", "s", "Pa s"):
             return with_prefix(value, unit, 8)
         return f"{value:.8g} {unit or ''}".rstrip()

@@ -17,7 +17,7 @@ from fem_seal.tables import html_table
 
 
 class Scene(Contents):
-    """One patch of a seal, and the products wanted of it; lengths in m, pressures in Pa.
+    """One patch of a seal, and the products to compute; lengths in m, pressures in Pa.
 
     Either `gap`, or `surface` and `contact` (and `solid` for an elastic contact).
     """
@@ -28,9 +28,9 @@ class Scene(Contents):
 
         Parameters
         ----------
-        path : of the scene file; relative paths inside count from its folder
+        path : path of the scene file; relative paths inside count from its folder
         overrides : "section.key=value" each, in TOML; quotes around strings may be left out,
-            and an empty value takes the key away
+            and an empty value removes the key
 
         Raises
         ------
@@ -53,7 +53,7 @@ class Scene(Contents):
         ----------
         data : section: {field: value}
         folder : where relative paths count from, the current one if left out
-        source : of the data, named first in messages
+        source : name of the data at the beginning of messages
         """
         try:
             return cls.model_validate(dict(data), context={"folder": folder or Path()})

@@ -20,7 +20,7 @@ class _Schema(GenerateJsonSchema):
     def function_before_schema(
         self, schema: core_schema.BeforeValidatorFunctionSchema
     ) -> JsonSchemaValue:
-        """Numbers in SI units may be texts with a unit, and lists of one a single value."""
+        """Allow texts with a unit for numbers in SI units, and a single value for a list of one."""
         inner = self.generate_inner(schema["schema"])
         function = schema["function"]["function"]
         quantity = isinstance(function, partial) and function.func is to_si
@@ -43,7 +43,7 @@ def scene_schema() -> dict[str, Any]:
     return {"$schema": _Schema.schema_dialect, **schema, "title": "fem_seal scene"}
 
 
-# pydantic leaves its own words for limits beside a choice of types.
+# Beside a choice of types pydantic writes limits under its own names.
 _LIMITS = {
     "gt": "exclusiveMinimum",
     "ge": "minimum",
@@ -55,7 +55,7 @@ _LIMITS = {
 
 
 def _of_toml(node: Any) -> Any:
-    """Schema without null, which TOML has not, and with limits in the words of JSON schema."""
+    """Schema without null, which TOML lacks, and with limits under the names of JSON schema."""
     if isinstance(node, list):
         return [_of_toml(item) for item in node]
     if not isinstance(node, dict):

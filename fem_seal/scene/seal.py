@@ -37,27 +37,29 @@ OF_FLOWS = 0.5  # of seal.rtol for the flows, unless the scene has a flow.rtol; 
 
 
 class Seal(Section):
-    """The seal that the patch is a part of; scales apart."""
+    """The seal that the patch is a part of; roughness and leak path are scales apart."""
 
     leak_path: Length | None = Field(
         None, description="length from inlet to outlet, the width of the contact"
     )
     circumference: Length | None = Field(None, description="length of the seal across the flow")
     inlet_radius: Length | None = Field(
-        None, description="of a flat ring, in place of leak_path and circumference"
+        None, description="radius of a flat ring at its inlet, for leak_path and circumference"
     )
-    outlet_radius: Length | None = Field(None, description="of the ring; larger or smaller")
+    outlet_radius: Length | None = Field(
+        None, description="radius of the ring at its outlet; larger or smaller"
+    )
     pressure_profile: Annotated[Literal["uniform", "hertz"] | Path, BeforeValidator(_profile)] = (
         Field("uniform", description='"uniform", "hertz", or a .csv file with x and pressure')
     )
     maximum_pressure: Pressure | None = Field(
-        None, description="of Hertz's profile, in place of contact.pressure, its mean"
+        None, description="maximum of Hertz's profile, in place of contact.pressure, its mean"
     )
     line_load: LineLoad | None = Field(
-        None, description="of Hertz's profile, in place of contact.pressure and leak_path"
+        None, description="force per length of a cylinder, for contact.pressure and leak_path"
     )
     cylinder_radius: Length | None = Field(
-        None, description="of the cylinder that line_load presses; 1/R = 1/R1 + 1/R2"
+        None, description="radius of the cylinder that line_load presses; 1/R = 1/R1 + 1/R2"
     )
     patches: Count = Field(
         1, le=1000, description="realizations: seeds, twins of a map, or windows of it"
@@ -66,11 +68,11 @@ class Seal(Section):
         None, description="[along, across] the flow: patches are windows of the map"
     )
     rtol: Number = Field(
-        0.2, ge=1e-6, description="(upper - lower) / sqrt(lower upper) wanted of the seal"
+        0.2, ge=1e-6, description="largest (upper - lower) / sqrt(lower upper) of the seal"
     )
     max_loads: Count = Field(40, ge=4, description="most net loads of each patch")
     max_seconds: Seconds | None = Field(
-        None, description="of each patch; then its bounds so far count"
+        None, description="time limit of each patch, at which its bounds so far are taken"
     )
 
     @property
@@ -150,7 +152,7 @@ class Seal(Section):
             )
 
     def _both(self, names: tuple[str, str]) -> bool:
-        """Whether two fields are given; ContradictionError if only one is."""
+        """Whether two fields are set; ContradictionError if only one is."""
         missing = [name for name in names if getattr(self, name) is None]
         if len(missing) == 1:
             other = next(name for name in names if name not in missing)

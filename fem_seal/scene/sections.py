@@ -104,12 +104,12 @@ class SelfAffineSurface(Section):
     rolloff_wavelength: Length | None = Field(
         None, description="the spectrum is constant from the long cut-off down to here"
     )
-    rms_height: Length | None = Field(None, description="this or rms_slope")
-    rms_slope: Number | None = Field(None, gt=0, description="this or rms_height")
+    rms_height: Length | None = Field(None, description="rms height; this or rms_slope")
+    rms_slope: Number | None = Field(None, gt=0, description="rms slope; this or rms_height")
     scaling: Literal["exact", "ensemble"] = Field(
         "exact", description="the rms value holds on this sample, or in the ensemble mean"
     )
-    seed: Annotated[int, Strict()] = Field(0, ge=0, description="of the random phases")
+    seed: Annotated[int, Strict()] = Field(0, ge=0, description="seed of the random phases")
 
     @property
     def spectrum(self) -> "Spectrum":
@@ -171,8 +171,12 @@ class Solid(Section):
     poisson_ratio: Annotated[tuple[Number, ...], *OneOrTwo] | None = Field(
         None, description="ν of the solids of youngs_modulus"
     )
-    layer_thickness: Length | None = Field(None, description="of a layer on a rigid base")
-    layer_base: Literal["fixed", "sliding"] = Field("fixed", description="bonded, or frictionless")
+    layer_thickness: Length | None = Field(
+        None, description="thickness of an elastic layer on a rigid base"
+    )
+    layer_base: Literal["fixed", "sliding"] = Field(
+        "fixed", description="layer bonded to its base, or without friction on it"
+    )
     layer_poisson_ratio: Number | None = Field(
         None, gt=-1, le=0.5, description="ν of the layer; poisson_ratio, else 0.5, if left out"
     )
@@ -244,15 +248,19 @@ class Contact(Section):
     pressure: Load | None = Field(None, description="mean pressure, 0 is touch; gfmd only")
     area_fraction: Number | None = Field(None, ge=0, lt=1, description="contact area / A0")
     mean_gap: Length | None = Field(None, description="mean of the gap")
-    tolerance: Number = Field(1e-6, gt=0, lt=1, description="of the contact's certificate")
+    tolerance: Number = Field(
+        1e-6, gt=0, lt=1, description="tolerance of the contact's certificate"
+    )
     solver: Literal["free-set-cg", "damped", "fista", "polonsky-keer"] = Field(
         "free-set-cg", description="gfmd only; damped is the letter's own relaxation"
     )
-    max_iterations: Count | None = Field(None, description="gfmd only; then it has failed")
-    precision: Literal["mixed", "double"] = Field(
-        "mixed", description="of search directions; all else is double"
+    max_iterations: Count | None = Field(
+        None, description="gfmd only; the contact has failed after so many"
     )
-    threads: Count = Field(1, le=1024, description="of the contact")
+    precision: Literal["mixed", "double"] = Field(
+        "mixed", description="precision of search directions; all else is double"
+    )
+    threads: Count = Field(1, le=1024, description="threads of the contact")
 
     @model_validator(mode="after")
     def _check(self) -> "Contact":
@@ -301,11 +309,11 @@ class Flow(Section):
         None, description="absolute, on the back of the solid; the outlet's if left out"
     )
     lift: Literal["none", "range", "resolved"] | None = Field(
-        None, description="what the fluid's pressure does; resolved under a contact.pressure"
+        None, description="effect of the fluid's pressure; resolved under a contact.pressure"
     )
-    sides: Literal["wall", "periodic"] = Field("wall", description="at y = 0 and y = Ly")
+    sides: Literal["wall", "periodic"] = Field("wall", description="sides y = 0 and y = Ly")
     # Not below 1e-9: the energies are accurate to the solver's tolerance, 1e-8.
-    rtol: Number = Field(0.05, ge=1e-9, description="(upper - lower) / sqrt(lower upper) wanted")
+    rtol: Number = Field(0.05, ge=1e-9, description="largest (upper - lower) / sqrt(lower upper)")
     representation: Literal["linear", "constant"] = Field(
         "linear", description="gap linear between samples, or constant on square pixels"
     )
@@ -321,7 +329,7 @@ class Flow(Section):
 
     @property
     def limits(self) -> Limits:
-        """Where a refinement stops although its tolerance is not reached."""
+        """Limits at which a refinement stops although its tolerance is not reached."""
         return Limits(self.max_unknowns, self.max_seconds, self.max_memory)
 
     @model_validator(mode="after")
@@ -365,7 +373,7 @@ class Output(Section):
     products: tuple[Product, ...] = Field(
         ("contact", "leak_rate", "pictures"), min_length=1, description="what is computed"
     )
-    leak_rate_unit: LeakRateUnit | None = Field(None, description="beside SI, such as ml/h")
+    leak_rate_unit: LeakRateUnit | None = Field(None, description="unit beside SI, such as ml/h")
 
     @field_validator("products")
     @classmethod

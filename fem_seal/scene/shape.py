@@ -28,7 +28,7 @@ _AXES = {"cartesian": ("m", "m"), "polar": ("m", "rad")}
 
 
 def along_second_axis(value: object, info: ValidationInfo) -> float:
-    """Length or angle, as the grid that the section names has it."""
+    """A length on a cartesian grid, an angle on a polar one."""
     return to_si(value, _AXES[info.data.get("grid", "cartesian")][1])
 
 
@@ -47,7 +47,7 @@ class Shape(Section):
         None, description="gap [m] in x, y, r [m] and theta, such as '5e-6 + 1e-6*cos(3*theta)'"
     )
     grid: Literal["cartesian", "polar"] = Field(
-        "cartesian", description="what the two axes of a gap on a grid are"
+        "cartesian", description="kind of the two axes of a gap on a grid"
     )
     grid_origin: tuple[Position, SecondPosition] = Field(
         (0.0, 0.0), description="[x, y], or [radius, angle], of the first sample"
@@ -113,8 +113,8 @@ class Shape(Section):
 
 
 class _Strip(Shape):
-    length: Length = Field(description="from inlet to outlet")
-    width: Length = Field(description="between the side walls")
+    length: Length = Field(description="length from inlet to outlet")
+    width: Length = Field(description="width between the side walls")
     mesh_size: Length = Field(description="longest edge of the first mesh")
 
     def numbers(self) -> Mapping[str, float]:
@@ -154,8 +154,8 @@ class PlateWithHoles(_Strip):
     """Strip with an array of impermeable round pillars."""
 
     kind: Literal["plate-with-holes"] = Field(description="name of the shape")
-    holes: tuple[Count, Count] = Field(description="number along and across the flow")
-    radius: Length = Field(description="of the holes")
+    holes: tuple[Count, Count] = Field(description="number of holes along and across the flow")
+    radius: Length = Field(description="radius of the holes")
     source: ClassVar[str] = "plate-with-holes.geo"
 
     def numbers(self) -> Mapping[str, float]:
@@ -175,8 +175,8 @@ class PlateWithHoles(_Strip):
 
 
 class _Ring(Shape):
-    inner_radius: Length = Field(description="inlet")
-    outer_radius: Length = Field(description="outlet")
+    inner_radius: Length = Field(description="radius of the inlet")
+    outer_radius: Length = Field(description="radius of the outlet")
     mesh_size: Length = Field(description="longest edge of the first mesh")
 
     def numbers(self) -> Mapping[str, float]:
@@ -210,7 +210,7 @@ class Sector(_Ring):
     """Part of a ring, from theta = 0 to `angle`, with walls along both radii."""
 
     kind: Literal["sector"] = Field(description="name of the shape")
-    angle: Angle = Field(description="opening, below a full turn")
+    angle: Angle = Field(description="opening angle, below a full turn")
     source: ClassVar[str] = "sector.geo"
 
     @property
@@ -228,7 +228,7 @@ class MeshFile(Shape):
 
     kind: Literal["file"] = Field(description="name of the shape")
     path: InputFile = Field(description=".geo, .msh, .vtu or .xdmf")
-    unit: LengthUnit = Field(description="of its lengths; the file itself has none")
+    unit: LengthUnit = Field(description="unit of its lengths; the file itself has none")
     inlet: Group = Field("inlet", description="name or number of the group")
     outlet: Group = Field("outlet", description="name or number of the group")
     wall: Group = Field("wall", description="name or number of the group")
