@@ -43,14 +43,14 @@ _MISSING = ("_FillValue", "missing_value")
 
 
 @contextmanager
-def whole(path: Path, what: str) -> Iterator[None]:
-    """Raise InvalidInput with one sentence if a file is missing, or not a whole file of `what`."""
+def whole(path: Path, kind: str) -> Iterator[None]:
+    """Raise InvalidInput with one sentence if a file is missing, or not a whole file of a kind."""
     try:
         yield
     except FileNotFoundError:
         raise InvalidInput(f"{path} does not exist") from None
     except BROKEN as error:
-        reason = getattr(error, "strerror", None) or f"it is not a whole {what} file"
+        reason = getattr(error, "strerror", None) or f"it is not a whole {kind} file"
         raise InvalidInput(f"{path} cannot be read: {reason}") from None
 
 
@@ -69,7 +69,7 @@ def read_npz(path: Path, names: Iterable[str]) -> NamedArrays:
 
 
 def _npz_array(loaded: "np.lib.npyio.NpzFile", name: str, path: Path) -> np.ndarray:
-    """One array of an npz, if it and the size that the archive declares fit into memory."""
+    """One array of an npz; refused if the size that archive or header declare exceeds memory."""
     what = f"{name} in {path}"
     inside = loaded.zip.namelist()
     member = loaded.zip.getinfo(f"{name}.npy" if f"{name}.npy" in inside else name)
@@ -126,12 +126,12 @@ def read_hdf5(path: Path, names: Iterable[str]) -> NamedArrays:
 
     with whole(path, "HDF5"), h5py.File(path, "r") as file:
         refuse_data_elsewhere(file, path)
-        held = tuple(name for name in file if _holds_data(file[name]))
-        arrays = {n: _data_set(file[n], f"{n} in {path}") for n in names if n in held}
-        return NamedArrays(path, arrays, held, dict(file.attrs))
+        data_sets = tuple(name for name in file if _is_data_set(file[name]))
+        arrays = {n: _data_set(file[n], f"{n} in {path}") for n in names if n in data_sets}
+        return NamedArrays(path, arrays, data_sets, dict(file.attrs))
 
 
-def _holds_data(item: "h5py.Dataset | h5py.Group") -> bool:
+def _is_data_set(item: "h5py.Dataset | h5py.Group") -> bool:
     """Whether an item is a data set: neither a group nor a NetCDF 4 dimension without values."""
     name = str(_decoded(item.attrs.get("NAME", "")))
     return hasattr(item, "shape") and not name.startswith("This is a netCDF dimension but not")
@@ -161,7 +161,7 @@ def _data_set(dataset: "h5py.Dataset", what: str) -> Variable:
 def _numbers_about(
     values: np.ndarray, attributes: Mapping[str, object], what: str
 ) -> dict[str, float]:
-    """Attributes by which NetCDF marks missing points and packs lengths into integers."""
+    """Numbers by which NetCDF marks missing points and packs lengths into integers."""
     if np.asarray(values).dtype.kind not in "iuf":
         return {}
     about = {}

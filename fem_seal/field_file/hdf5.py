@@ -52,7 +52,7 @@ def refuse_data_elsewhere(file: "h5py.File", path: Path) -> None:
 def refuse_large_data_set(
     dataset: "h5py.Dataset", what: str, available: float | None = None
 ) -> None:
-    """Refuse a data set, or one of its chunks, that memory cannot hold; see `memory_to_read`."""
+    """Refuse a data set that memory cannot hold, or one of its chunks; see `memory_to_read`."""
     for shape in (dataset.shape or (), dataset.chunks or ()):
         refuse_too_large(memory_to_read(shape, dataset.dtype), what, available)
 

@@ -44,15 +44,16 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
 
     Parameters
     ----------
-    path : of the file
-    channel : its name; the file's default channel if left out
+    path : path of the file
+    channel : name of the channel; the file's default channel if left out
 
     Raises
     ------
     MissingPackage
         If SurfaceTopography is not installed.
     InvalidInput
-        If it does not know the file, or the channel is not there or no map on an even grid.
+        If SurfaceTopography does not know the format, the file lacks the channel, or the channel is
+        not a map on an even grid.
     """
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist")
@@ -75,9 +76,9 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
 
 
 def _refuse_bombs(path: Path) -> None:
-    """Check archives and HDF5 files before a reader allocates the sizes that they declare.
+    """Check the sizes that archives and HDF5 files declare before a reader allocates them.
 
-    Several formats are zip archives (x3p) or HDF5 (datx) under another name.
+    Several formats are zip archives (x3p) or HDF5 files (datx) under another name.
     """
     if zipfile.is_zipfile(path):
         with _readable(path), zipfile.ZipFile(path) as archive:

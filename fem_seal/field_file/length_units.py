@@ -12,8 +12,8 @@ def length_in_metres(unit: str, what: str) -> float:
 
     Parameters
     ----------
-    unit : its name
-    what : has this unit, for the message
+    unit : name of the unit
+    what : name of the quantity in this unit, for the message
 
     Raises
     ------

@@ -14,9 +14,9 @@ CUSTOMARY = (
 # Single precision rounds 1e38 by this much.
 SAME = 1e-6
 # An extreme value that occurs more than once, but at less than half of the points, counts as a
-# mark if its distance from the other values exceeds FAR times their range. In this measure clipped
-# peaks, a lapped plateau and a saturated detector are at about 0, and the flat floor of pockets at
-# depth over roughness, some tens at most. A customary number counts as a mark from 1 on.
+# mark if its distance from the other values exceeds FAR times their range. This ratio is about 0
+# for clipped peaks, a lapped plateau and a saturated detector; for the flat floor of pockets it is
+# depth over roughness, some tens at most. A customary number counts as a mark from a ratio of 1 on.
 FAR = 100.0
 
 
@@ -33,10 +33,10 @@ def without_marked(values: np.ndarray, missing: float) -> np.ndarray:
 
 
 def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
-    """Largest or smallest value if it looks like a mark of missing points, and how often it stands.
+    """Largest or smallest value if it looks like a mark of missing points, and its frequency.
 
-    It does if it recurs and lies `FAR` times farther from all others than they lie apart, or is a
-    customary mark and lies farther from them than they do.
+    It looks like one if it recurs and its distance from all other values is more than `FAR` times
+    their range, or if it is a customary mark and this distance is more than their range.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def refuse_markers(values: np.ndarray, what: str) -> None:
     Parameters
     ----------
     values : in the unit of the file, NaN where missing
-    what : has these values, for the message
+    what : name of the values, for the message
 
     Raises
     ------

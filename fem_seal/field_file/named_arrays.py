@@ -21,9 +21,9 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import SAME_LENGTH, Pair, Recorded
 
-# Arrays that are read besides the samples, where a file has them.
+# Arrays that are read beside the samples if a file has them.
 ABOUT = ("spacing", "periodic", "unit", "x", "y", "mask", "attrs")
-# Fields that are positive exactly where the solids touch, by the names other codes give them.
+# Names in other codes of fields that are positive exactly where the solids touch.
 CONTACT_PRESSURES = ("traction", "forces")
 
 FRAMES = "frame"
@@ -40,7 +40,7 @@ class Variable:
     attributes : Mapping[str, object]
         Attributes of the array.
     dimensions : tuple[str, ...]
-        Names of its dimensions, where the format has such names.
+        Names of its dimensions, if the format has them.
     """
 
     values: np.ndarray
@@ -57,7 +57,7 @@ class NamedArrays:
     path : Path
         The file.
     variables : Mapping[str, Variable]
-        Arrays by name, of the names that were asked for.
+        Arrays by name, as far as their names were asked for.
     held : tuple[str, ...]
         Names of all arrays of the file.
     attributes : Mapping[str, object]
@@ -74,7 +74,7 @@ class NamedArrays:
 
 
 def names_to_read(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of all arrays to read from a file that has its samples under one of `names`."""
+    """Names of all arrays to read from a file whose samples have one of `names`."""
     return (*names, *ABOUT, *CONTACT_PRESSURES)
 
 
@@ -112,7 +112,7 @@ def interpret(arrays: NamedArrays, names: tuple[str, ...]) -> Recorded:
 
 
 def _map_of(samples: Variable, name: str, path: Path, normal: bool = False) -> np.ndarray:
-    """Real numbers (nx, ny): the last frame; of vectors the normal component, which is the last."""
+    """Real numbers (nx, ny) of the last frame; of vectors the last component, which is normal."""
     values = np.asarray(samples.values)
     if values.dtype.kind not in "biuf":
         raise InvalidInput(f"{name} in {path} must hold real numbers, not {values.dtype}")

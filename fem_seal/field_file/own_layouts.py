@@ -1,4 +1,4 @@
-"""Text files whose first line names a layout of its own, which a general reader would misread."""
+"""Text files of instruments with their own layout, which a general reader would misread."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +9,7 @@ from fem_seal.field_file.instruments import read_instrument
 from fem_seal.field_file.recorded import Recorded
 
 WYKO, ZYGO_POINTS, ZYGO_PHASES = "Wyko ASCII Data", "Zygo XYZ Data", "Zygo ASCII Data"
-RESOLUTION = 7, 6  # line and position of the camera's resolution in a header of Zygo, from 0
+RESOLUTION = 7, 6  # line and word of the camera's resolution in a header of Zygo, from 0
 
 
 def read_own_layout(path: Path) -> Recorded | None:

@@ -13,9 +13,9 @@ from fem_seal.field_file.recorded import metres_in
 from fem_seal.field_file.text_header import Statements, statements
 from fem_seal.field_file.text_table import read_table
 
-# Coordinates may be off an even grid by this part of its step, as rounded numbers are.
+# Largest distance of coordinates from an even grid, over its step: written numbers are rounded.
 OFF_GRID = 0.05
-SAME_STEP = 1e-4
+SAME_STEP = 1e-4  # largest relative difference of steps that count as equal
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +50,17 @@ def read_profiles(
 ) -> Profiles:
     """Read profiles. Each column is one; a first column that rises evenly is x.
 
-    Profiles of different lengths are cut to the shortest, and samples at the ends that some profile
-    lacks are left out.
+    Profiles of different lengths are cut to the shortest. Samples at the ends that are missing in
+    any profile are left out of all.
 
     Parameters
     ----------
     paths : sequence of Path
         Text files.
     unit : str, optional
-        Unit of heights and x where the files have none.
+        Unit of heights and x if the files have none.
     step : float, optional
-        Distance of neighbouring samples [m] where the files have none.
+        Distance of neighbouring samples [m] if the files have none.
     missing : float, optional
         Number in the files that marks missing samples.
 
@@ -101,7 +101,7 @@ def _profiles(path: Path, unit: str | None, step: float | None, missing: float |
 
 
 def _even_step(x: np.ndarray) -> float | None:
-    """Step of a column that rises evenly; None for any other."""
+    """Step of a column that rises evenly; None for other columns."""
     if len(x) < 3 or not (np.diff(x) > 0).all():
         return None
     step = float(x[-1] - x[0]) / (len(x) - 1)
@@ -112,7 +112,7 @@ def _even_step(x: np.ndarray) -> float | None:
 def _step(
     path: Path, header: Statements, even: float | None, unit: str | None, stated: float | None
 ) -> float:
-    """Step of the samples [m]: of the column x, the header, or the scene."""
+    """Step of the samples [m]: from the column x, the header, or the scene."""
     if even is not None:
         step: float | None = even * metres_in(header.unit_along("x"), unit, f"x in {path}")
     else:

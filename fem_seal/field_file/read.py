@@ -22,7 +22,7 @@ from fem_seal.memory import within_available_memory
 GAP_NAMES = ("gap", "gaps")
 HEIGHT_NAMES = ("heights", "surface")
 
-# Files of text and files of instruments have these endings: their content decides.
+# Both text files and files of instruments have these endings: the content decides.
 TEXT_ENDINGS = (".asc", ".dat", ".prn", ".tsv", ".xyz")
 
 Names = tuple[str, ...]
@@ -39,8 +39,8 @@ def read_map(
         .xyz if they are text; anything else is read by SurfaceTopography
     names : names that the samples may have in a file of many arrays
     stated : statements of the scene about the file
-    heights : whether the samples are heights. Of these a value that recurs far from all others is
-        refused, unless `stated.missing` explains it; the zeros of a gap's contact are such values
+    heights : whether the samples are heights. A height that recurs far from all others is refused,
+        unless `stated.missing` explains it. In a gap, the zeros of contact are such values
 
     Raises
     ------

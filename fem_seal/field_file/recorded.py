@@ -12,7 +12,7 @@ from fem_seal.field_file.length_units import length_in_metres
 
 Pair = tuple[float, float]
 
-# Files in single precision round lengths to 6e-8; a contradiction is larger.
+# Relative difference above which lengths contradict each other. Single precision rounds at 6e-8.
 SAME_LENGTH = 1e-6
 # Largest ratio of a pixel's sides; a polar grid has metres over radians.
 LONGEST_PIXEL = 1e12
@@ -29,9 +29,9 @@ class FieldMap:
     spacing : (dx, dy)
         Distance of neighbouring samples [m].
     periodic : bool or None
-        Whether sample 0 stands again at nx dx and ny dy; None if neither file nor scene says.
+        Whether sample 0 repeats at nx dx and ny dy; None if neither file nor scene states it.
     contact : (nx, ny) bool or None
-        Samples where the file says that the solids touch; None if it does not say.
+        Samples in contact according to the file; None if the file has no such statement.
     """
 
     values: np.ndarray
@@ -45,7 +45,7 @@ class FieldMap:
         return int(np.count_nonzero(np.isnan(self.values)))
 
     def oriented(self, turn: int = 0, transpose: bool = False) -> "FieldMap":
-        """Map in which the flow, along the first axis, takes another direction of the file.
+        """Map turned so that the flow, along the first axis, takes another direction of the file.
 
         Parameters
         ----------
@@ -71,7 +71,7 @@ class FieldMap:
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """Samples with the statements of their file; None where the file says nothing.
+    """Samples with the statements of their file; None where the file has no statement.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class Recorded:
     header : tuple of str
         Lines before the numbers of a text file.
     lengths_said : str
-        Words for the message that asks for the lengths: what the file says of them.
+        Addition to the message that asks for the lengths: the statements of the file about them.
     """
 
     values: np.ndarray
@@ -105,14 +105,14 @@ class Recorded:
 
 @dataclass(frozen=True)
 class Stated:
-    """Statements of the scene about a file; None leaves the question to the file.
+    """Statements of the scene about a file; None: the file decides.
 
     Parameters
     ----------
     array : str or None
         Name of the array, or of the channel of an instrument's file.
     unit : str or None
-        Unit of the values, and of the lengths where the file has lengths without a unit.
+        Unit of the values, and of the lengths if the file has lengths without a unit.
     size : (nx dx, ny dy) or None
         Lengths of the map [m]; each sample counts as one pixel, as in instruments.
     periodic : bool or None
@@ -120,8 +120,8 @@ class Stated:
     missing : float or Literal['none'] or None
         Number in the file that marks missing points; "none" if every number is a sample.
     turn, transpose : int, bool
-        How the map is laid along the flow, see `FieldMap.oriented`. All other statements are about
-        the file as it is.
+        Orientation of the map along the flow, see `FieldMap.oriented`. All other statements are
+        about the file before it is turned.
     """
 
     array: str | None = None
@@ -159,7 +159,7 @@ def metres_in(recorded: str | None, stated: str | None, what: str) -> float:
     recorded, stated : str or None
         Unit of the file, and of the scene.
     what : str
-        What has this unit, for the message.
+        Name of the quantity in this unit, for the message.
 
     Raises
     ------

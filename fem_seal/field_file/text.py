@@ -18,7 +18,7 @@ from fem_seal.field_file.recorded import Recorded
 from fem_seal.field_file.text_header import Statements, statements
 from fem_seal.field_file.text_table import TextTable, read_table
 
-# Coordinates in a list may be off an even grid by this part of its step, as rounded numbers are.
+# Largest distance of coordinates from an even grid, over its step: written numbers are rounded.
 OFF_GRID = 0.05
 FARTHEST = 1e100  # largest coordinate; sums of a few are finite
 UNCALIBRATED = "; its header says that the camera's resolution is 0: it was not calibrated"
@@ -26,7 +26,7 @@ FEWEST_OF_GRID = 0.25  # least part of the points of a grid that a list must hav
 
 
 def read_text(path: Path) -> Recorded:
-    """Read a map, and unit, steps and mark of missing points if the header says them.
+    """Read a map, and unit, steps and mark of missing points if the header has them.
 
     Raises
     ------

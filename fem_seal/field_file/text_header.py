@@ -1,7 +1,7 @@
 """Statements of the header of a text file: steps or lengths, units, counts, mark of missing points.
 
 A line of a header is a key and a value, `Width: 10 µm`, `x-step [um] = 0.5`, `"Unit","nm"`, or the
-titles of columns, `x [mm]; y [mm]; z [µm]`. Words that are not in the tables below say nothing.
+titles of columns, `x [mm]; y [mm]; z [µm]`. Words that are not in the tables below are ignored.
 """
 
 import re
@@ -53,12 +53,12 @@ _SEVERAL = re.compile(r"[,;]\s*(?=[A-Za-z][\w ]*\s*[=:])")
 _SENTENCE = re.compile(r"(?:\bin units of|\bz in|\bheights? in) (\S+?)\.?$", re.IGNORECASE)
 # "Spacing (X, Y)": its comma is not the one between key and value.
 _BOTH = re.compile(r"[\[(]\s*x\s*[,;/]\s*y\s*[\])]", re.IGNORECASE)
-QUOTED = 3  # lines about lengths, at most, that a message quotes
+QUOTED = 3  # most lines about lengths that a message quotes
 
 
 @dataclass
 class Statements:
-    """What a header says; empty or None where it says nothing.
+    """Statements of a header; empty or None where it has none.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Statements:
     counts : dict
         "x", "y": number of points.
     unit, lateral_unit : str or None
-        Of the values, and of lengths without a unit of their own.
+        Unit of the values, and of lengths without a unit of their own.
     units : dict
         Unit of each titled column by its name in lower case.
     missing : list of float
@@ -100,7 +100,7 @@ class Statements:
         return self.units.get(axis) or self.lateral_unit
 
     def metres(self, numbers: Mapping[str, tuple[float, str | None]], axis: str) -> float | None:
-        """Length [m] along an axis out of `steps` or `lengths`; None if it is not there."""
+        """Length [m] along an axis out of `steps` or `lengths`; None if they lack it."""
         number, unit = numbers.get(axis) or numbers.get("") or (0.0, None)
         unit = unit or self.lateral_unit
         return None if unit is None or not number else number * length_in_metres(unit, "lengths")
@@ -135,7 +135,7 @@ def statements(header: Iterable[str]) -> Statements:
 
 
 def _read(text: str, statements: Statements) -> None:
-    """Add what one statement, or one line of titles, says."""
+    """Add one statement, or the units of one line of titles."""
     titles = {name.strip().lower(): unit for name, unit in _TITLE.findall(text)}
     titles = {name: unit for name, unit in titles.items() if _length_unit(unit)}
     match = _PAIR.fullmatch(text) or _BLANK_PAIR.fullmatch(text)

@@ -16,7 +16,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import whole
 from fem_seal.memory import refuse_too_large
 
-# What programs write for a point without a height, in lower case; also nothing between separators.
+# Texts that programs write for a point without a height, in lower case; "": an empty cell.
 MISSING = {
     *("", "nan", "-nan", "+nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind", "#n/a"),
     *("bad", "nodata", "no-data", "n/a", "na", "null", "none", "invalid", "masked", "missing"),
@@ -24,7 +24,7 @@ MISSING = {
 }
 COMMENT = ("#", "%", "!", "//")
 SAMPLE = 200  # number of lines by which the separators are chosen
-BYTES = 8  # of memory for one byte of text: the text, its lines and their numbers
+BYTES = 8  # bytes of memory for one byte of text: the text, its lines and their numbers
 _LOOK = 2000  # bytes at the beginning and at the end
 _UTF_16 = b"\xff\xfe", b"\xfe\xff"  # byte-order marks
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1a\x1c-\x1f]")
@@ -64,9 +64,9 @@ class Layout:
     Parameters
     ----------
     separator : str or None
-        Between numbers; None: blanks.
+        Separator of numbers; None: blanks.
     decimal : str
-        "." or ",".
+        Decimal mark, "." or ",".
     """
 
     separator: str | None
@@ -93,7 +93,7 @@ class Layout:
             return float("nan") if marks else None
 
     def row(self, line: str) -> list[float | None]:
-        """Numbers of a line as `number` gives them, one for each cell."""
+        """Numbers of a line by `number`, one for each cell."""
         return [self.number(cell) for cell in self.cells(line)]
 
 
@@ -115,8 +115,8 @@ def read_table(path: Path) -> TextTable:
     Raises
     ------
     InvalidInput
-        If the file is missing, is no text, or has no numbers, lines of different lengths, or
-        something else than a number among them: with line, column and text.
+        If the file is missing, is not text, has no numbers or lines of different lengths, or if a
+        cell is not a number; the message has line, column and text.
     """
     with whole(path, "text"):
         size = path.stat().st_size
@@ -207,7 +207,7 @@ def _is_data(row: list[float | None]) -> bool:
 
 
 def _table(lines: list[str], layout: Layout, columns: int, path: Path) -> TextTable:
-    """Numbers of all lines from the first one on that has `columns` of them."""
+    """Numbers of all lines, from the first line with `columns` numbers on."""
     header: list[str] = []
     rows: list[np.ndarray] = []
     numbers_of_lines: list[int] = []
@@ -257,10 +257,11 @@ def _plain_numbers(cells: list[str], layout: Layout) -> list[float] | None:
 
 
 def _begins(row: Sequence[float | None], cells: list[str], columns: int, headed: bool) -> bool:
-    """Whether the numbers begin with a line.
+    """Whether a line is the first one of the numbers, not of the header.
 
-    A line with a few words among many numbers is no header, but wrong. Spreadsheets write an empty
-    line of the header as separators alone; without a header before it, its points are missing.
+    A line with a few words among many numbers is not a header but a fault. A line of separators
+    alone is an empty header line of a spreadsheet; without a header before it, a row of missing
+    points.
     """
     if len(row) != columns:
         return False

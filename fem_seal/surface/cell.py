@@ -34,7 +34,7 @@ def cropped(field: FieldMap, crop: tuple[tuple[float, float], tuple[float, float
     """
     slices = []
     for name, (start, end), d, n in zip("xy", crop, field.spacing, field.values.shape, strict=True):
-        # A sample that lies on the edge but for rounding is inside.
+        # A sample on the edge, up to rounding, is inside.
         first, last = int(np.ceil(start / d - 1e-6)), int(np.floor(end / d + 1e-6))
         if start < 0 or last > n:
             raise InvalidInput(
@@ -54,7 +54,7 @@ def cropped(field: FieldMap, crop: tuple[tuple[float, float], tuple[float, float
 
 
 def periodic_cell(field: GridField, how: str) -> GridField:
-    """Periodic cell made of a map.
+    """Make a periodic cell of a map.
 
     Parameters
     ----------

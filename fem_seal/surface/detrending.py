@@ -1,4 +1,4 @@
-"""Taking a polynomial trend out of a measured map: its height, its tilt, its curvature."""
+"""Subtraction of a polynomial trend from a measured map: its height, its tilt, its curvature."""
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -11,30 +11,30 @@ from fem_seal.registry import choose
 DEGREES = {"mean": 0, "plane": 1, "quadratic": 2}
 
 
-def detrended(found: FieldMap, trend: str) -> FieldMap:
-    """Subtract the polynomial that fits the known points best, in the least squares.
+def detrended(heights: FieldMap, trend: str) -> FieldMap:
+    """Subtract the polynomial of least squares that fits the known points best.
 
     Parameters
     ----------
-    found : heights; missing points stay missing and do not count
+    heights : heights [m]; missing points stay missing and do not count
     trend : "mean", "plane" or "quadratic" (all terms up to x², xy and y²)
 
     Raises
     ------
     InvalidInput
-        If the trend is unknown or no point is, or a map that repeats would not do so any more.
+        If the trend is unknown, all points are missing, or a map that repeats would cease to.
     """
     degree = choose(DEGREES, trend, "detrend")
-    if found.periodic and degree > 0:
+    if heights.periodic and degree > 0:
         raise InvalidInput(
             f"the map repeats, and would have a jump at its seam without its {trend} trend; set "
             "detrend = 'mean', or leave it out"
         )
-    known = ~np.isnan(found.values)
+    known = ~np.isnan(heights.values)
     if not known.any():
         raise InvalidInput(f"all {known.size} points are missing")
-    values = found.values - _polynomial(found.values, known, degree)
-    return FieldMap(values, found.spacing, found.periodic)
+    values = heights.values - _polynomial(heights.values, known, degree)
+    return FieldMap(values, heights.spacing, heights.periodic)
 
 
 def _polynomial(values: np.ndarray, known: np.ndarray, degree: int) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Heights from a file, as they are or prepared."""
+"""Measured heights from a file, with the steps that prepare them."""
 
 from pathlib import Path
 
@@ -26,17 +26,17 @@ def measured_surface(
 
     Parameters
     ----------
-    path : of a file with `heights` (nx, ny); npz is in metres and has `spacing` (dx, dy) [m] and
+    path : file with `heights` (nx, ny); npz is in metres and has `spacing` (dx, dy) [m] and
         optionally `periodic`; docs/guide/surfaces.md names the other formats
-    stated : unit, size and whatever else the file lacks. If neither file nor scene says whether
-        the map repeats, its seam decides
-    preparation : steps; none if left out
+    stated : unit, size and other statements that the file lacks. If neither file nor scene states
+        whether the map repeats, its seam decides
+    preparation : steps of the preparation; none if left out
 
     Raises
     ------
     InvalidInput
-        If the file is missing or cannot be read, the unit or size is nowhere said or contradicts
-        the file, heights are beyond 1e100 m, or a step cannot be taken.
+        If the file is missing or cannot be read, the unit or size is missing or contradicts the
+        file, heights are beyond 1e100 m, or a step fails.
     """
     field = read_map(path, HEIGHT_NAMES, stated, heights=True)
     highest = np.abs(field.values[~np.isnan(field.values)]).max(initial=0.0)

@@ -9,16 +9,16 @@ from fem_seal.field_file.recorded import FieldMap
 from fem_seal.registry import require_known
 
 
-def fill(found: FieldMap, method: str, max_missing: float) -> FieldMap:
+def fill(heights: FieldMap, method: str, max_missing: float) -> FieldMap:
     """Fill the missing points of a map.
 
     Parameters
     ----------
-    found : heights, NaN where missing
+    heights : heights, NaN where missing
     method : "harmonic": the heights of least gradient, like a soap film over each hole, with no
         slope across the border of the map; "linear": on the Delaunay triangles of the points
         around the holes
-    max_missing : fraction of the points that may be missing
+    max_missing : largest fraction of the points that may be missing
 
     Returns
     -------
@@ -27,10 +27,10 @@ def fill(found: FieldMap, method: str, max_missing: float) -> FieldMap:
     Raises
     ------
     InvalidInput
-        If more are missing, or all, or a hole cannot be filled so.
+        If more or all points are missing, or the method cannot fill a hole.
     """
     require_known(METHODS, method, "fill")
-    missing = np.isnan(found.values)
+    missing = np.isnan(heights.values)
     fraction = missing.mean()
     if fraction == 1:
         raise InvalidInput(f"all {missing.size} points are missing")
@@ -39,17 +39,17 @@ def fill(found: FieldMap, method: str, max_missing: float) -> FieldMap:
             f"{missing.sum()} of {missing.size} points are missing ({100 * fraction:.2g} %), more "
             f"than max_missing = {max_missing:g}; raise it, or crop to where there are points"
         )
-    values = found.values.copy()
+    values = heights.values.copy()
     if fraction > 0:
-        values[missing] = METHODS[method](values, missing, found.spacing)
-    return FieldMap(values, found.spacing, found.periodic)
+        values[missing] = METHODS[method](values, missing, heights.spacing)
+    return FieldMap(values, heights.spacing, heights.periodic)
 
 
 def _harmonic(values: np.ndarray, missing: np.ndarray, spacing: tuple[float, float]) -> np.ndarray:
     """Solve Σ (h_q - h_p) / d_pq² = 0 over the neighbours q of each missing point p.
 
-    Second differences are exact for cubes, so harmonic polynomials up to the third degree are
-    filled exactly. A neighbour beyond the border of the map does not count.
+    Second differences are exact for cubic polynomials, so that harmonic ones up to the third degree
+    are filled exactly. A neighbour beyond the border of the map does not count.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import spsolve

@@ -1,4 +1,4 @@
-"""From a map as it was measured to heights that can be pressed: each step off unless named."""
+"""From a measured map to heights that can be pressed, by steps that are off unless named."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,7 +12,8 @@ from fem_seal.surface.missing import fill
 from fem_seal.surface.statistics import MapStatistics
 from fem_seal.surface.twin import twin
 
-# About 1 where a rough surface repeats; √2 where one wave of it has its steepest place there.
+# Largest seam of a map that counts as periodic. The seam of a rough surface that repeats is about
+# 1; that of a single wave whose steepest place is at the seam is √2.
 LARGEST_SEAM = 2.0
 
 Rectangle = tuple[tuple[float, float], tuple[float, float]]
@@ -48,7 +49,7 @@ class Preparation:
 
 @dataclass(frozen=True)
 class Step:
-    """A step that was taken.
+    """A step of a preparation, after it was taken.
 
     Attributes
     ----------
@@ -86,12 +87,12 @@ class PreparedSurface:
 
         Parameters
         ----------
-        what : these heights, for the message
+        what : name of the heights, for the message
 
         Raises
         ------
         InvalidInput
-            If the map does not repeat and was not made to.
+            If the map does not repeat and was not made periodic.
         """
         if self.field.periodic:
             return
@@ -109,14 +110,14 @@ def prepare(field_map: FieldMap, preparation: Preparation) -> PreparedSurface:
 
     Parameters
     ----------
-    field_map : heights as read, NaN where missing. If neither file nor scene says whether the map
+    field_map : heights as read, NaN where missing. If neither file nor scene states whether the map
         repeats, it counts as periodic if its seam is at most `LARGEST_SEAM`
     preparation : the steps
 
     Raises
     ------
     InvalidInput
-        If a step cannot be taken, or points are missing at the end.
+        If a step fails, or points are missing at the end.
     """
     steps = [Step("read", MapStatistics.of(field_map))]
     for name, prepared in _on_maps(field_map, preparation):
@@ -141,7 +142,7 @@ def prepare(field_map: FieldMap, preparation: Preparation) -> PreparedSurface:
 
 
 def _on_maps(heights: FieldMap, plan: Preparation) -> Iterator[tuple[str, FieldMap]]:
-    """Name and outcome of each step of the plan that points may be missing for."""
+    """Name and outcome of each step that is taken while points may be missing."""
     if plan.crop is not None:
         heights = cropped(heights, plan.crop)
         yield "crop", heights
@@ -156,7 +157,7 @@ def _on_maps(heights: FieldMap, plan: Preparation) -> Iterator[tuple[str, FieldM
 
 
 def _on_fields(heights: GridField, plan: Preparation) -> Iterator[tuple[str, GridField]]:
-    """Name and outcome of each step of the plan that needs all points."""
+    """Name and outcome of each step that needs all points."""
     if plan.make_periodic is not None:
         heights = periodic_cell(heights, plan.make_periodic)
         yield plan.make_periodic, heights

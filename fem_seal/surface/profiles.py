@@ -23,7 +23,7 @@ BIN_RATIO = 1.25
 # A Hann window correlates neighbouring waves: the variance of a mean over many grows by this factor
 # (P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 70 (1967)).
 HANN_DEPENDENCE = 35 / 18
-FEWEST_SAMPLES = 16  # of a profile
+FEWEST_SAMPLES = 16  # fewest samples of a profile
 ROUNDING = 1e-28  # densities below this part of the largest are rounding errors
 DEGREES = {"mean": 0, "line": 1, "quadratic": 2}
 
@@ -98,10 +98,10 @@ def profile_spectrum(
     step : float
         Distance of neighbouring samples [m].
     detrend : "mean", "line" or "quadratic"
-        Trend that is taken away from each profile; of periodic ones the mean.
+        Trend that is subtracted from each profile; from periodic profiles only the mean.
     periodic : bool
-        Whether sample 0 repeats behind the last one; else a Hann window is applied, and the lowest
-        two wavenumbers, which it mixes with the trend, are left out.
+        Whether sample 0 repeats behind the last one. If not, a Hann window is applied, and the two
+        lowest wavenumbers, which it mixes with the trend, are left out.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def profile_spectrum(
     if not C1[1:].any():
         raise InvalidInput("flat profiles have no spectrum")
     first = 1 if periodic else 3
-    bounds = _bounds(first, (n + 1) // 2)  # without the wave of two samples, of cosines alone
+    bounds = _bounds(first, (n + 1) // 2)  # without the Nyquist wave, which has only a cosine
     unit = 2 * np.pi / (n * step)
     waves = tuple(np.arange(a, b) * unit for a, b in pairwise(bounds))
     density = np.array([C1[a:b].mean() for a, b in pairwise(bounds)])
@@ -151,10 +151,10 @@ def _bounds(first: int, end: int) -> list[int]:
 
 
 def isotropic_spectrum(profiles: ProfileSpectrum) -> IsotropicSpectrum:
-    """Spectrum of the isotropic surface that has the spectrum of some profiles.
+    """Spectrum of the isotropic surface whose profiles have a spectrum.
 
-    Weighted least squares under C >= 0. Nothing is assumed beyond the last wavenumber but that the
-    surface has no power there.
+    It is a weighted least-squares fit with C >= 0. Beyond the last wavenumber the surface is
+    assumed to have no power.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def isotropic_spectrum(profiles: ProfileSpectrum) -> IsotropicSpectrum:
     transform = np.array([_transform(waves, profiles.edges) for waves in profiles.waves])
     lowest = ROUNDING * profiles.density.max()
     weight = 1 / np.maximum(profiles.error, lowest)
-    # Columns of one size, for C falls over many decades.
+    # Scale the columns to one size: C falls over many decades.
     scale = np.maximum(profiles.density, lowest) / transform.diagonal()
     scaled = transform * scale * weight[:, None]
     values = nnls(scaled, profiles.density * weight)[0] * scale

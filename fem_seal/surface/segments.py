@@ -5,8 +5,8 @@ x_k,
 
     y = level + slope max(x - x_k, 0),
 
-and another straight line beyond the short cut-off. Where the segments begin and end minimises the
-Bayesian information criterion χ² + (number of parameters) ln(number of bins).
+and another straight line beyond the short cut-off. The ends of the segments minimise the Bayesian
+information criterion χ² + (number of parameters) ln(number of bins).
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ STRADDLING = 3  # largest number of bins that a cut-off is smeared over
 # statistical error keeps such deviations from passing for cut-offs. The fit of the exponent does
 # not use it.
 WIGGLE = 0.15
-# Least steep slope of a power law; a smaller fall counts as a plateau.
+# Slope of the least steep power law; a smaller fall counts as a plateau.
 LEAST_FALL = -1.0
 
 

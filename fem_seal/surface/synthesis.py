@@ -74,7 +74,7 @@ def self_affine(
 def gaussian_surface(
     spectrum: IsotropicSpectrum, shape: tuple[int, int], size: tuple[float, float], *, seed: int
 ) -> GridField:
-    """Gaussian random heights whose ensemble has a spectrum.
+    """Gaussian random heights with a spectrum in the ensemble mean.
 
     Parameters
     ----------
