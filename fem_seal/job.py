@@ -307,7 +307,7 @@ def draw_details(
     Parameters
     ----------
     film, leak, folder : as in `draw_pictures`
-    levels : of the result; their plot needs an upper bound above zero
+    levels : of the result; their plot needs two levels with an upper bound above zero
 
     Returns
     -------
@@ -322,9 +322,10 @@ def draw_details(
         pressure_picture(leak, film, folder / names[0])
         mesh_picture(leak, film, folder / names[1])
         relief_picture(leak, film, folder / names[2])
-    if any(level.upper > 0 for level in levels):
+    from fem_seal.render.bounds import bounds_plot, close_in
+
+    if close_in(levels):
         from fem_seal.render.animation import bounds_animation
-        from fem_seal.render.bounds import bounds_plot
 
         bounds_plot(levels, folder / "bounds.png")
         bounds_animation(levels, folder / "bounds.gif")

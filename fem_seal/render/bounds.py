@@ -21,6 +21,14 @@ UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
 _STEPS = ((30, (1, 2, 5)), (300, (1, 3)), (math.inf, (1,)))
 
 
+def close_in(levels: Sequence[Level]) -> bool:
+    """Whether there are two levels or more to show how the bounds closed.
+
+    The last flow of a lifted contact begins on the mesh of the passes and often has one level.
+    """
+    return sum(level.upper > 0 for level in levels) > 1
+
+
 def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
     """Plot the bounds, and the half-width of the bracket, against unknowns on logarithmic axes.
 
@@ -80,7 +88,7 @@ def draw_bounds(figure: "Figure", levels: Sequence[Level], count: int | None = N
         unknowns[bounded], lower[bounded], "^-", color=LOWER, markersize=4, label="lower bound"
     )
     rates.set(xlabel="unknowns", ylabel="leak rate Q [m³/s]")
-    rates.legend(frameon=False)
+    rates.legend(frameon=False, loc="upper right")
     half_width = np.array([level.half_width for level in drawn])
     positive = half_width > 0
     widths.plot(unknowns[positive], half_width[positive], "o-", color=HALF_WIDTH, markersize=4)
@@ -127,11 +135,11 @@ def label_axis(axis: "Axis") -> None:
 
 
 def _optimal_rate(axes: "Axes", levels: Sequence[Level]) -> None:
-    """Draw the line ∝ 1/unknowns through the last level."""
+    """Draw the line ∝ 1/unknowns through the last level; none for a single level."""
     last = levels[-1]
-    if last.half_width == 0:
+    if last.half_width == 0 or len(levels) == 1:
         return
     unknowns = np.array([levels[0].unknowns, last.unknowns], dtype=float)
     line = last.half_width * last.unknowns / unknowns
     axes.plot(unknowns, line, "--", color="0.5", linewidth=1, zorder=1, label="∝ 1 / unknowns")
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower left")

@@ -5,6 +5,7 @@ logarithmic colour scale follows Fig. 2 of the letter (PRL 108, 244301, 2012).
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -213,7 +214,8 @@ def mesh_picture(
     """Picture of the edges of the mesh on which the flow was solved, with contact in grey.
 
     One panel shows the whole mesh, a second one the part around the strongest flow, where adaptive
-    meshes are finest. With a `window` there is one panel. Arguments as in `flow_picture`.
+    meshes are finest; a rectangle marks this part in the first. With a `window` there is one panel.
+    Arguments as in `flow_picture`.
     """
     field = flow_of(leak)
     fine, bold = (Mesh(field.points, field.cells, EDGES, line) for line in (0.5, 0.8))
@@ -223,7 +225,7 @@ def mesh_picture(
         whole = _panel(film, [fine], None, LONG_SIDE, "whole seal")
         peak = peak_window(field, whole.window)
         detail = _panel(film, [bold], peak, LONG_SIDE, "around the strongest flow")
-        panels = [whole, detail]
+        panels = [replace(whole, enlarged=peak), detail]
     return write_page([panels], path, key=(CONTACT,))
 
 

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 SUPERSAMPLING = 2  # each pixel is the mean of SUPERSAMPLING² drawn ones, which smooths edges
 
+# Light on a landscape: towards the sun from the left front, and the part without direction.
+SUN, AMBIENT = (-0.6, -0.5, 1.0), 0.35
+
 # VTK's render windows with the OpenGL library that each loads at run time.
 GL_LIBRARIES = {
     "vtkEGLRenderWindow": "EGL",
@@ -239,11 +242,14 @@ def draw_relief(relief: Relief, long_side: int = LONG_SIDE) -> np.ndarray:
     x, y, z = surface.points.T
     surface.active_texture_coordinates = np.column_stack([x / x.max(), y / y.max()])
     size = SUPERSAMPLING * long_side
-    plotter = vista.Plotter(off_screen=True, window_size=(size, size), lighting="light kit")
+    plotter = vista.Plotter(off_screen=True, window_size=(size, size), lighting="none")
     try:
         plotter.set_background("white")
         texture = vista.Texture(np.ascontiguousarray(relief.picture))
-        shading = {"ambient": 0.45, "diffuse": 0.7, "specular": 0.0, "smooth_shading": True}
+        plotter.add_light(vista.Light(position=SUN, light_type="scene light"))
+        # Level ground, such as contact, keeps the colours of the picture and of its key.
+        diffuse = (1 - AMBIENT) / (SUN[2] / np.linalg.norm(SUN))
+        shading = {"ambient": AMBIENT, "diffuse": diffuse, "specular": 0.0, "smooth_shading": True}
         plotter.add_mesh(surface, texture=texture, **shading)
         plain = {"lighting": False, "line_width": SUPERSAMPLING * 4.0}
         for colour, row in zip(relief.edges, (points[0], points[-1]), strict=True):

@@ -58,6 +58,8 @@ class Panel:
         Critical constriction [m], to be marked.
     axes : bool
         Whether the drawing has a frame with lengths; else it has a title alone.
+    enlarged : Window, optional
+        Part of the drawing that another panel shows enlarged [m]; a rectangle marks it.
     """
 
     pixels: np.ndarray
@@ -68,6 +70,7 @@ class Panel:
     ends: tuple[bool, bool] = (False, False)
     constriction: tuple[float, float] | None = None
     axes: bool = True
+    enlarged: Window | None = None
 
     @property
     def marked(self) -> bool:
@@ -279,6 +282,8 @@ def _key_layout(key: Sequence[Swatch], page_width: int) -> tuple[int, int, int]:
 
 
 def _place(figure: "Figure", panel: Panel, box: _Box) -> None:
+    from matplotlib.patches import Rectangle
+
     # figimage copies the pixels; imshow would resample them by a fraction of a pixel.
     figure.figimage(panel.pixels, box.x, box.y, origin="upper", zorder=-1)
     axes = figure.add_axes(box.fraction(figure), facecolor="none")
@@ -300,6 +305,12 @@ def _place(figure: "Figure", panel: Panel, box: _Box) -> None:
     _mark_ends(axes, panel.ends)
     if panel.marked and panel.constriction is not None:
         _mark_constriction(axes, *(factor * v for v in panel.constriction))
+    if panel.enlarged is not None:
+        part = panel.enlarged
+        x, y, wide, high = (
+            factor * v for v in (part.x0, part.y0, part.x1 - part.x0, part.y1 - part.y0)
+        )
+        axes.add_patch(Rectangle((x, y), wide, high, fill=False, ec=_shade(INLET.colour), lw=1.5))
 
 
 def _mark_ends(axes: "Axes", ends: tuple[bool, bool]) -> None:

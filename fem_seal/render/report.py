@@ -224,7 +224,9 @@ def _figures(folder: Path, result: Result) -> Iterator[str]:
         for path in folder.iterdir()
         if path.suffix in PICTURES and _is_picture(path)
     }
-    if any(level.upper > 0 for level in result.levels):
+    from fem_seal.render.bounds import close_in
+
+    if close_in(result.levels):
         images.setdefault("bounds.png", _bounds(result))
     order = {name: k for k, name in enumerate(CAPTIONS)}
     for name in sorted(images, key=lambda name: (order.get(Path(name).stem, len(order)), name)):

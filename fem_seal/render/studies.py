@@ -41,7 +41,7 @@ def cross_validation_figure(
     -------
     Path of the file.
     """
-    from matplotlib.ticker import ScalarFormatter
+    from matplotlib.ticker import NullLocator, ScalarFormatter
 
     with new_figure((11, 4.6), path) as figure:
         rates, errors = figure.subplots(1, 2)
@@ -63,7 +63,9 @@ def cross_validation_figure(
             errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
         rates.axhline(1, color="0.4", lw=0.8)
         rates.set_xscale("log", base=2)
+        rates.set_xticks(sorted({row.squares for row in rows}))
         rates.xaxis.set_major_formatter(ScalarFormatter())
+        rates.xaxis.set_minor_locator(NullLocator())
         rates.set(
             xlabel="squares along the flow", ylabel="leak rate / reference", title=_plain(title)
         )
