@@ -436,3 +436,9 @@ def test_alternatives_of_the_reference_scene(line, tmp_path):
     key = line.split()[0]
     section = re.findall(r"^\[(\w+)\]", REFERENCE.partition(f"# {line}")[0], re.MULTILINE)[-1]
     assert key in Scene.from_file(path, INSTEAD.get(key, [])).to_mapping()[section]
+
+
+def test_a_key_of_another_section_names_it():
+    """As where a header such as [limit] is still a comment."""
+    with pytest.raises(InvalidInput, match=r"output\.leak_rate is not .* belongs in \[limit\]"):
+        Scene.from_mapping({"output": {"leak_rate": "1 ml/h"}})

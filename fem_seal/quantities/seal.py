@@ -43,7 +43,6 @@ NARROW = 2.0  # upper over lower end of an interval that is narrow enough
 # Advice on what narrows an entry of a seal's error budget, by the name of the entry.
 REMEDIES = {
     FLOW_AND_LOADS: "a smaller seal.rtol",
-    "patches": "more realizations (seal.patches) or larger ones",
     CONTACT_GRID: "a finer grid of the contact (surface.shape, or a map in smaller steps)",
 }
 
@@ -70,11 +69,11 @@ def seal_verdict(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> Verdict:
         return verdict(leak, shown_in(patch), None, None, budget)
     allowed = limit.volume_rate(patch.scene.drive)
     # No tolerance helps while an entry is unbounded on a side: its sentence is the advice then.
-    advice = "; ".join(entry.sentence for entry in open_entries(budget)) or _advice(budget)
+    advice = "; ".join(entry.sentence for entry in open_entries(budget)) or _advice(seal, budget)
     return verdict(leak, shown_in(patch), limit.leak_rate, allowed, budget, advice)
 
 
-def _advice(budget: ErrorBudget) -> str:
+def _advice(seal: SealLeak, budget: ErrorBudget) -> str:
     """Advice for an undecided verdict: what narrows the widest entry of the budget."""
     widths = {
         entry.name: log(entry.upper / entry.lower) if entry.lower else inf
@@ -82,6 +81,11 @@ def _advice(budget: ErrorBudget) -> str:
         if entry.lower is not None and entry.upper is not None
     }
     widest = max(widths, key=lambda name: widths[name])
+    if widest == "patches":
+        words = "more realizations (seal.patches) or larger ones might decide"
+        if widths[widest] <= log(NARROW):
+            return words
+        return f"{words}: {_wanted(seal, NARROW)} know the mean to a factor of {NARROW:g}"
     if widest not in REMEDIES:
         return f"no setting narrows {widest}, the widest of them"
     return f"{REMEDIES[widest]} might decide"
@@ -151,28 +155,39 @@ def _patches(seal: SealLeak) -> Uncertainty:
         return Uncertainty("patches", "not covered", "a seal that lifts off has no contact left")
     if seal.state == "sealed":
         return _sealed_patches(seal, sealed)
-    logs = [log(one.flow.value) for one in seal.patches if one.flow.state == "leaking"]
+    leaking = sum(one.flow.state == "leaking" for one in seal.patches)
     if seal.interval is None:
-        wanted = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(len(logs), 1)))
+        wanted = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(leaking, 1)))
         sentence = (
             f"{sealed}; three that leak are needed to estimate how much others differ: about "
             f"{wanted} realizations (seal.patches)"
         )
         # No upper factor: patches that were not drawn may leak any amount more.
         return Uncertainty("patches", "not covered", sentence, 0.0, None, caution=True)
-    scatter = stdev(logs)
+    scatter = _scatter(seal)
     lower, upper = (end / seal.value for end in seal.interval)
     sentence = (
         f"other patches leak more or less: {sealed}; the others scatter by {_factor(scatter)}, "
         "taken for log-normal (95 % interval)"
     )
     if upper > NARROW * lower:
-        wanted = ceil(patches_for(scatter, NARROW) * number / len(logs))
-        many = f"about {wanted}" if wanted <= MOST_PATCHES else f"more than {MOST_PATCHES}"
+        many = _wanted(seal, NARROW)
         sentence += f"; {many} realizations would know the mean to a factor of {NARROW:g}"
-        if wanted > MOST_PATCHES:
+        if many.startswith("more"):
             sentence += ", larger patches scatter less"
     return Uncertainty("patches", "estimated", sentence, min(1.0, lower), max(1.0, upper))
+
+
+def _scatter(seal: SealLeak) -> float:
+    """Standard deviation of the logarithms of the leak rates of the patches that leak."""
+    return stdev(log(one.flow.value) for one in seal.patches if one.flow.state == "leaking")
+
+
+def _wanted(seal: SealLeak, factor: float) -> str:
+    """So many realizations, in words, that the interval of the mean is as narrow as a factor."""
+    leaking = sum(one.flow.state == "leaking" for one in seal.patches)
+    wanted = ceil(patches_for(_scatter(seal), factor) * len(seal.patches) / leaking)
+    return f"about {wanted}" if wanted <= MOST_PATCHES else f"more than {MOST_PATCHES}"
 
 
 def _factor(scatter: float) -> str:

@@ -139,8 +139,11 @@ def verdict(
         others = (*(entry for entry in budget if entry.name == SLIP_INTERVAL), *rest)
         rtol, unknowns = what_would_decide(leak, limit_solved, *combined(others))
         advice = _advice(leak, rtol, unknowns, limit_solved, others)
-    ends = _ends(low, high, shown, limit_solved)
-    sentence = f"undecided: {ends} the {allowed}{counting}; {advice}{open_points}"
+    if low or high is not None:
+        held = f"{_ends(low or None, high, shown, limit_solved)} the {allowed}"
+    else:
+        held = f"{shown.between(leak)} as computed, and anything with all errors; {allowed}"
+    sentence = f"undecided: {held}{counting}; {advice}{open_points}"
     return Verdict("undecided", sentence, limit_text, rtol, unknowns)
 
 

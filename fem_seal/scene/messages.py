@@ -104,7 +104,16 @@ def _kinds(location: tuple[int | str, ...], root: type[BaseModel]) -> list[str]:
 
 def _nearest(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
     fields = list(_section(location, root).model_fields)
-    near = get_close_matches(str(location[-1]), fields, n=1, cutoff=0.5)
+    key = str(location[-1])
+    others = [
+        f"[{name}]"
+        for name, field in root.model_fields.items()
+        if name != location[0]
+        and any(key in model.model_fields for model in _models(field.annotation))
+    ]
+    if len(location) > 1 and others:
+        return f"it belongs in {' or '.join(others)}"
+    near = get_close_matches(key, fields, n=1, cutoff=0.5)
     return f"did you mean {near[0]}?" if near else f"known are {', '.join(fields)}"
 
 

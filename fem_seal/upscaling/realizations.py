@@ -90,11 +90,12 @@ def _too_few(
     scale = largest_scale(sides, window, patches)
     # Rounded down, so that they fit, but not for the sake of a rounding error.
     fitting = [float(rounded_down(1e6 * scale * side * (1 + 1e-9), 3)) for side in window]
+    uncropped = "" if surface.crop is None else ", take surface.crop out"
     return (
         f"seal.patches = {patches}, but {whole}, {_by(sides)} um, holds {held[0]} x {held[1]} "
         f"windows of {_by(window)} um (seal.window); as many fit with seal.window = "
-        f'["{fitting[0]:g} um", "{fitting[1]:g} um"], or leave seal.window out: the patches are '
-        "then the map and random twins with its spectrum"
+        f'["{fitting[0]:g} um", "{fitting[1]:g} um"]{uncropped}, or '
+        "leave seal.window out: the patches are then the map and random twins with its spectrum"
     )
 
 
