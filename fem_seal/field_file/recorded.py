@@ -141,6 +141,12 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
     InvalidInput
         If neither the file nor the scene has a unit or a size, or if they contradict each other.
     """
+    if {recorded.unit, stated.unit, recorded.spacing, stated.size} == {None}:
+        raise InvalidInput(
+            f"the values of {path} have no unit, and it does not say its lengths; say both in the "
+            'scene, such as unit = "um" and size = ["1 mm", "1 mm"] (number of points times their '
+            f'distance), or by --length-unit um --size "1 mm,1 mm"{recorded.lengths_said}'
+        )
     scale = metres_in(recorded.unit, stated.unit, f"the values of {path}")
     # A single multiplication, so that heights in nm and in m differ by one rounding.
     return FieldMap(

@@ -225,6 +225,9 @@ def _patches_that_exclude_a_path(seal: SealLeak) -> str:
 
 def _contact_grid(seal: SealLeak) -> Uncertainty:
     error = seal.contact_error
+    if seal.state != "leaking":
+        sentence = "what a finer grid of the contact would change is computed of leaking seals only"
+        return Uncertainty(CONTACT_GRID, "not covered", sentence)
     if error is None:
         sentence = (
             "the patches on half and a quarter of the samples differ too much, or are too coarse, "
@@ -248,7 +251,7 @@ def _scales(seal: SealLeak, wavelength: float) -> Uncertainty:
 
 
 def _network(seal: SealLeak) -> Uncertainty | None:
-    if seal.count.along == 1 or len(seal.patches) == 1:
+    if seal.count.along == 1 or len(seal.patches) == 1 or seal.state == "lifted off":
         return None
     sentence = (
         f"the seal is a network of {seal.count.along} patches along the part of the path that "

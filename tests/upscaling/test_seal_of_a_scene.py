@@ -544,6 +544,11 @@ def test_too_few_leaking_patches_ask_for_three(patches):
     # A smaller tolerance would not help.
     assert names["patches"].sentence in result.verdict.sentence
     assert "rtol" not in result.verdict.sentence
+    # Neither 0 nor infinity tells the reader anything.
+    assert re.match(
+        r"undecided: between \S+ and \S+ ml/h as computed, and anything with all errors; ",
+        result.verdict.sentence,
+    )
 
 
 def test_error_of_the_contact_grid():
