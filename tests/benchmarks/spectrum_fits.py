@@ -1,4 +1,4 @@
-"""Hurst exponents fitted to surfaces made with a known one, for docs/guide/surfaces.md.
+"""Hurst exponents fitted to surfaces made with a known one, for docs/measurements/surfaces.md.
 
     python tests/benchmarks/spectrum_fits.py [n ...]
 
