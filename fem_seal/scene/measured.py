@@ -154,9 +154,7 @@ class ProfileSurface(Section):
     unit: LengthUnit | None = Field(
         None, description="unit of heights and x, if the files have none"
     )
-    step: Length | None = Field(
-        None, description="distance of the samples, if the files have no x"
-    )
+    step: Length | None = Field(None, description="distance of the samples, if the files have no x")
     missing: Number | None = Field(None, description="number in the files for missing samples")
     detrend: Literal["mean", "line", "quadratic"] = Field(
         "line", description="trend that is subtracted from each profile"

@@ -1,6 +1,7 @@
 """From a patch to a seal: the leak rate of a whole seal (docs/theory/scales-apart.md)."""
 
 from fem_seal.upscaling.conductivity import ConductivityTable
+from fem_seal.upscaling.leak_path import EndPressures, RingPath, StraightPath
 from fem_seal.upscaling.network import (
     DrawnSeals,
     PatchCount,
@@ -11,7 +12,7 @@ from fem_seal.upscaling.network import (
 )
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined
 from fem_seal.upscaling.profile import Hertz, TabulatedProfile, Uniform
-from fem_seal.upscaling.seal_flow import EndPressures, RingPath, SealFlow, StraightPath, seal_flow
+from fem_seal.upscaling.seal_flow import SealFlow, seal_flow
 
 __all__ = [
     "ConductivityTable",

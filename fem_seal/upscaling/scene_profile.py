@@ -8,8 +8,8 @@ import numpy as np
 from fem_seal.errors import InvalidInput, present
 from fem_seal.scene import Scene
 from fem_seal.units import to_si
+from fem_seal.upscaling.leak_path import LeakPath, RingPath, StraightPath
 from fem_seal.upscaling.profile import Hertz, Profile, TabulatedProfile, Uniform
-from fem_seal.upscaling.seal_flow import LeakPath, RingPath, StraightPath
 
 # Relative difference of a table's length from that of a ring, which rounded numbers make.
 SAME_LENGTH = 1e-4

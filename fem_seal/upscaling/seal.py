@@ -11,6 +11,7 @@ from fem_seal.errors import present
 from fem_seal.leak_rate import FlowState, half_width_of, relative_half_width, relative_width
 from fem_seal.patch import Patch
 from fem_seal.points import Work
+from fem_seal.upscaling.leak_path import EndPressures, LeakPath
 from fem_seal.upscaling.network import (
     PatchCount,
     drawn_seals,
@@ -20,13 +21,7 @@ from fem_seal.upscaling.network import (
 from fem_seal.upscaling.patch_conductivity import PatchFlow
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import profile_of
-from fem_seal.upscaling.seal_flow import (
-    EndPressures,
-    LeakPath,
-    SealingPart,
-    lifted_off,
-    seal_flow,
-)
+from fem_seal.upscaling.seal_flow import SealingPart, lifted_off, seal_flow
 from fem_seal.upscaling.solved_patches import solved_patches
 
 

@@ -25,11 +25,12 @@ from fem_seal.progress import Report
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
+from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined
 from fem_seal.upscaling.profile import Uniform
 from fem_seal.upscaling.realizations import patch_of
 from fem_seal.upscaling.scene_profile import profile_of
-from fem_seal.upscaling.seal_flow import EndPressures, seal_flow
+from fem_seal.upscaling.seal_flow import seal_flow
 
 
 @dataclass(frozen=True)
@@ -235,7 +236,6 @@ def solved_patches(
     return parallel.on_root(
         lambda: tuple(present(points.point(task.name), task.label) for task in tasks), like.comm
     )
-
 
 
 def _name(scene: Scene) -> str:

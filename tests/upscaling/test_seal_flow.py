@@ -22,7 +22,7 @@ from fem_seal.upscaling import (
     seal_flow,
 )
 from fem_seal.upscaling.conductivity import Enclosure
-from fem_seal.upscaling.seal_flow import _root, _widened
+from fem_seal.upscaling.march import _root, _widened
 
 ETA = 1e-3
 STRIP = StraightPath(2e-3, 0.15)

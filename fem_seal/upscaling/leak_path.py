@@ -1,0 +1,143 @@
+"""The leak path of a seal: its width along the flow, and the pressures at its ends."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import TypeVar
+
+import numpy as np
+
+from fem_seal.errors import InvalidInput
+from fem_seal.fluid import Drive, GasDrive
+
+Number = TypeVar("Number", float, np.ndarray)
+
+
+@dataclass(frozen=True)
+class StraightPath:
+    """A leak path of constant width.
+
+    Parameters
+    ----------
+    length : float
+        L along the flow [m].
+    circumference : float
+        W across it [m].
+
+    Raises
+    ------
+    InvalidInput
+        If a length is not positive.
+    """
+
+    length: float
+    circumference: float
+
+    def __post_init__(self) -> None:
+        if not (self.length > 0 and self.circumference > 0):
+            raise InvalidInput("leak path and circumference of a seal must be positive")
+
+    def resistance(self, x: np.ndarray) -> np.ndarray:
+        """∫ dx/W from the inlet to x [m], without unit."""
+        return np.asarray(x) / self.circumference
+
+
+@dataclass(frozen=True)
+class RingPath:
+    """A flat ring, through which the fluid leaks from one radius to the other.
+
+    Parameters
+    ----------
+    inlet_radius, outlet_radius : float
+        Radii [m]; the inlet may be inside or outside.
+
+    Raises
+    ------
+    InvalidInput
+        If the radii are not positive or equal.
+    """
+
+    inlet_radius: float
+    outlet_radius: float
+
+    def __post_init__(self) -> None:
+        if not (min(self.inlet_radius, self.outlet_radius) > 0 and self.length > 0):
+            raise InvalidInput("the radii of a ring must be positive and differ")
+
+    @property
+    def length(self) -> float:
+        """``L = |r_outlet - r_inlet|`` [m]."""
+        return abs(self.outlet_radius - self.inlet_radius)
+
+    @property
+    def circumference(self) -> float:
+        """Mean circumference [m]."""
+        return pi * (self.outlet_radius + self.inlet_radius)
+
+    def resistance(self, x: np.ndarray) -> np.ndarray:
+        """``|ln(r/r_inlet)|``/(2π) from the inlet to x [m], without unit."""
+        outwards = 1 if self.outlet_radius > self.inlet_radius else -1
+        return np.abs(np.log1p(outwards * np.asarray(x) / self.inlet_radius)) / (2 * pi)
+
+
+LeakPath = StraightPath | RingPath
+
+
+@dataclass(frozen=True)
+class EndPressures:
+    """Pressures above ambient at both ends, and the quantity Φ whose gradient drives the fluid.
+
+    Parameters
+    ----------
+    inlet, outlet : float
+        p_in > p_out [Pa], above the pressure on the back of the solid.
+    ambient : float
+        Absolute pressure on the back of the solid [Pa]; used for a gas only.
+    per_square : float
+        0 for a liquid, Φ = p. For a gas T0/(2 T p0) [1/Pa], Φ = per_square × p_abs²: volumes count
+        at T0 and p0.
+
+    Raises
+    ------
+    InvalidInput
+        If the inlet's pressure is not above the outlet's.
+    """
+
+    inlet: float
+    outlet: float = 0.0
+    ambient: float = 0.0
+    per_square: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.inlet > self.outlet:
+            raise InvalidInput(
+                f"the inlet's pressure, {self.inlet:g} Pa, must be above the outlet's, "
+                f"{self.outlet:g} Pa"
+            )
+
+    @classmethod
+    def of(cls, drive: Drive, gauge_pressures: tuple[float, float]) -> "EndPressures":
+        """Take the pressures of a scene.
+
+        Parameters
+        ----------
+        drive : LiquidDrive or GasDrive
+        gauge_pressures : (float, float)
+            Pressures of inlet and outlet above ambient [Pa].
+        """
+        inlet, outlet = gauge_pressures
+        if not isinstance(drive, GasDrive):
+            return cls(inlet, outlet)
+        squares = drive.inlet_pressure**2 - drive.outlet_pressure**2
+        ambient = drive.outlet_pressure - outlet
+        return cls(inlet, outlet, ambient, drive.pressure_drop / squares)
+
+    def potential(self, pressure: Number) -> Number:
+        """Φ [Pa] of a pressure above ambient [Pa], or of many."""
+        if self.per_square == 0:
+            return pressure
+        return self.per_square * (pressure + self.ambient) ** 2
+
+    @property
+    def drop(self) -> float:
+        """Φ(p_in) - Φ(p_out) [Pa]."""
+        return self.potential(self.inlet) - self.potential(self.outlet)

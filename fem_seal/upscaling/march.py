@@ -1,0 +1,197 @@
+"""The leak rate at which the fluid's pressure meets those of both ends of the leak path.
+
+With a K that is a step function of the net load, and one contact pressure in each cell, the march
+solves dΦ/ds = -Q/K exactly from the outlet to the inlet (`seal_flow`). Too large a Q reaches the
+inlet's pressure before the inlet, too small a one misses it there: the leak rate is the root.
+"""
+
+from bisect import bisect_left
+from collections.abc import Callable
+from math import exp, inf, log, sqrt
+
+import numpy as np
+
+from fem_seal.errors import NotConverged
+from fem_seal.upscaling.conductivity import ConductivitySteps
+from fem_seal.upscaling.leak_path import EndPressures
+
+# Relative error of the leak rate that solves the boundary condition; bounds are widened by it.
+SHOOTING = 1e-9
+ROUNDING = 1e-12  # relative rounding error of a pressure
+# Length of a step in ln Q by which an end of the searched range is moved, and most such steps.
+WIDENING, MOST_WIDENINGS = 5.0, 100
+# Most iterations of the search: fifty halvings of a range of 1000 make it shorter than SHOOTING.
+MOST_ITERATIONS = 100
+RELATIVE = 4 * np.finfo(float).eps  # smallest relative tolerance that SciPy accepts
+
+
+def leak_rate(
+    steps: ConductivitySteps, pressure: np.ndarray, lengths: np.ndarray, ends: EndPressures
+) -> float:
+    """Leak rate [m³/s] at which the fluid has the inlet's pressure at the inlet.
+
+    Parameters
+    ----------
+    steps : ConductivitySteps
+    pressure, lengths : (n,) float
+        P of each cell [Pa], and its Δs.
+    ends : EndPressures
+    """
+    net = pressure.max() - ends.inlet
+    if net <= 0:
+        return inf
+    # The place of the highest load decides: K is 0 there if the seal is sealed, infinite if open.
+    K = float(steps(np.nextafter(net, inf)))
+    if K in (0.0, inf):
+        return K
+    march = March(steps, pressure, lengths, ends)
+    finite = steps.conductivity[np.isfinite(steps.conductivity) & (steps.conductivity > 0)]
+    scale = ends.drop / lengths.sum()
+    low, high = log(finite.min() * scale) - 1, log(finite.max() * scale) + 1
+    return exp(_root(lambda log_rate: march.excess(exp(log_rate)), low, high))
+
+
+def _root(
+    excess: Callable[[float], float],
+    low: float,
+    high: float,
+    *,
+    most: int = MOST_ITERATIONS,
+) -> float:
+    """Root of an excess that grows with ln Q, from two guesses of its bracket.
+
+    Algorithm 748 halves its bracket in each iteration at least (G. E. Alefeld, F. A. Potra and
+    Y. Shi, ACM Trans. Math. Softw. 21, 327 (1995)), so that `MOST_ITERATIONS` are never needed.
+
+    Parameters
+    ----------
+    excess : callable
+        Of ln Q, without unit.
+    low, high : float
+        Guesses of ln Q, moved until one is below the root and the other above.
+    most : int
+        Largest number of iterations.
+
+    Raises
+    ------
+    NotConverged
+        If no bracket is found, or the iterations end before ln Q is known to `SHOOTING`.
+    """
+    from scipy.optimize import toms748
+
+    low, high = _widened(excess, low, -WIDENING), _widened(excess, high, WIDENING)
+    # A root at an end of the bracket is returned as it is.
+    root, outcome = toms748(
+        excess, low, high, xtol=SHOOTING, rtol=RELATIVE, maxiter=most, full_output=True, disp=False
+    )
+    if not outcome.converged:
+        raise NotConverged(
+            f"the leak rate at which the fluid has the inlet's pressure at the inlet is not known "
+            f"after {outcome.iterations} iterations: ln Q is near {root:.6g} (Q in m^3/s), with "
+            f"{SHOOTING:g} asked for; this is a defect of fem_seal, please report it"
+        )
+    return float(root)
+
+
+def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> float:
+    """Move ln Q in steps until the excess is 0 or has the sign of the step.
+
+    Raises
+    ------
+    NotConverged
+        If `MOST_WIDENINGS` steps are not enough.
+    """
+    for _ in range(MOST_WIDENINGS):
+        reached = excess(log_rate)
+        if reached * step >= 0:
+            return log_rate
+        log_rate += step
+    raise NotConverged(
+        f"no leak rate gives the fluid the inlet's pressure at the inlet: at ln Q = "
+        f"{log_rate - step:.6g} (Q in m^3/s) it still differs by {abs(reached):.3g} of the "
+        "pressure drop"
+    )
+
+
+class March:
+    """Integration of dΦ/ds = -Q/K from the outlet to the inlet, cell by cell.
+
+    Parameters
+    ----------
+    steps : ConductivitySteps
+    pressure, lengths : (n,) float
+        P of each cell [Pa], and its Δs; the first cell is at the inlet.
+    ends : EndPressures
+    """
+
+    def __init__(
+        self,
+        steps: ConductivitySteps,
+        pressure: np.ndarray,
+        lengths: np.ndarray,
+        ends: EndPressures,
+    ):
+        self._loads, self._K = steps.loads.tolist(), steps.conductivity.tolist()
+        self._cells = list(zip(pressure[::-1].tolist(), lengths[::-1].tolist(), strict=True))
+        self._ends, self._length = ends, float(lengths.sum())
+        closed = np.flatnonzero(pressure > ends.inlet)
+        # Δs of the cells at the inlet whose film is open.
+        self._open = float(lengths[: closed[0]].sum()) if closed.size else self._length
+
+    def excess(self, rate: float) -> float:
+        """By how much a leak rate Q [m³/s] is too large, without unit; negative if too small.
+
+        If Q is too small, the pressure at the inlet is below p_in: the excess is the difference
+        over the pressure drop. If Q is too large, the pressure reaches p_in before the inlet: the
+        excess is the part of ∫ ds that is left. It is nearly linear in ln Q on either side of the
+        leak rate.
+        """
+        # If the first load of the table is P - p_in, p stops at p_in for all larger Q, and the leak
+        # rate is the smallest root. Rounding of P - (P - p_in) must not hide it: aim a little below
+        # p_in.
+        drop = self._ends.inlet - self._ends.outlet
+        target = self._ends.inlet - ROUNDING * drop
+        p, left = self._marched(rate, target, [])
+        if p < target:
+            return (p - target) / drop
+        return (left - self._open) / self._length
+
+    def pressures(self, rate: float) -> np.ndarray:
+        """Fluid pressure [Pa] at the ends of the cells, the inlet first."""
+        visited = [self._ends.outlet]
+        self._marched(rate, inf, visited)
+        return np.array(visited[::-1])
+
+    def _marched(self, rate: float, target: float, visited: list[float]) -> tuple[float, float]:
+        """Last pressure [Pa], and ∫ ds from there to the inlet.
+
+        The march ends where p reaches the target [Pa]. The pressure at the inlet's side of each
+        cell is appended to `visited`.
+        """
+        loads, K, per_square, ambient = (
+            self._loads, self._K, self._ends.per_square, self._ends.ambient,
+        )  # fmt: skip
+        p, left = self._ends.outlet, self._length
+        potential = self._ends.potential(p)
+        for P, length in self._cells:
+            flux = rate * length
+            # At step k the load has the conductivity K[k] until it has fallen to loads[k - 1].
+            step = bisect_left(loads, P - p) if p < P else -1
+            while step >= 0 and K[step] != inf:
+                next_p = min(P - loads[step - 1] if step else P, target)
+                next_potential = per_square * (next_p + ambient) ** 2 if per_square else next_p
+                rise = K[step] * (next_potential - potential)
+                if rise >= flux and K[step] > 0:
+                    potential += flux / K[step]
+                    p = sqrt(potential / per_square) - ambient if per_square else potential
+                    p = min(next_p, p)
+                    flux = 0.0
+                    break
+                flux -= rise
+                p, potential = next_p, next_potential
+                if p >= target:
+                    return p, left - length * (1 - flux / (rate * length))
+                step -= 1
+            visited.append(p)
+            left -= length
+        return p, left
