@@ -1,4 +1,4 @@
-"""What a conductivity tensor costs beside the leak rate, for the table of docs/guide/verdict.md.
+"""What a conductivity tensor costs beside the leak rate, for docs/measurements/bounds.md.
 
     python tests/benchmarks/tensor_cost.py [--n 256]
 
