@@ -3,12 +3,15 @@
 import numpy as np
 
 from fem_seal.contact.state import ContactState
+from fem_seal.digits import with_prefix
+from fem_seal.film import Film, MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.slope import slope_between_samples
 
 STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably wrong
+THICK = 0.1  # mean gap of a shape over its shorter side above which the same holds
 FEW = 10  # samples in contact below which the contact area is meaningless
 
 
@@ -24,8 +27,10 @@ def cautions(patch: Patch, budget: ErrorBudget | None) -> tuple[str, ...]:
     """
     sentences = [entry.sentence for entry in budget or () if entry.caution]
     if patch.scene.shape is None or not patch.scene.shape.own_gap:
-        sentences.extend(filter(None, (_contact(patch, patch.grid_gap), _slope(patch.grid_gap))))
-    return tuple(sentences)
+        remarks = [_contact(patch, patch.grid_gap), _slope(patch.grid_gap)]
+    else:
+        remarks = [_thickness(patch.film)]
+    return (*sentences, *filter(None, remarks))
 
 
 def _contact(patch: Patch, gap: GridField) -> str | None:
@@ -54,6 +59,19 @@ def _contact(patch: Patch, gap: GridField) -> str | None:
             "modulus in the right units?"
         )
     return None
+
+
+def _thickness(film: Film) -> str | None:
+    """Warn if the gap of a shape is too high for a thin film; a formula has no unit to check."""
+    if not isinstance(film, MeshFilm):
+        return None
+    side = float(np.ptp(film.mesh.xy, axis=0).min())
+    if film.mean_gap <= THICK * side:
+        return None
+    return (
+        f"the mean gap is {with_prefix(film.mean_gap, 'm')}, which is no thin film on a shape "
+        f"{with_prefix(side, 'm')} across: is the gap in metres?"
+    )
 
 
 def _slope(gap: GridField) -> str | None:

@@ -62,6 +62,20 @@ def given(tmp_path):
     return scene
 
 
+@pytest.mark.parametrize(("formula", "thick"), [("5e-6 + x / 100", False), ("5 + x", True)])
+def test_a_formula_in_micrometres_is_no_thin_film(formula, thick):
+    """A formula has no unit: 5 µm written as 5 are five metres of gap on 10 mm by 5 mm."""
+    shape = {"kind": "rectangle", "length": 0.01, "width": 0.005, "mesh_size": 0.001}
+    scene = {
+        "shape": shape | {"gap_expression": formula},
+        "fluid": {"viscosity": 1e-3},
+        "flow": {"pressure_drop": 1e5},
+        "output": {"products": ["leak_rate"]},
+    }
+    cautions = summarise(Patch(Scene.from_mapping(scene))).cautions
+    assert [("is the gap in metres?" in caution) for caution in cautions] == [True] * thick
+
+
 ROUGH = np.random.default_rng(3).random((9, 9)) * 1e-7
 
 
