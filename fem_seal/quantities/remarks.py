@@ -4,14 +4,14 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.digits import with_prefix
-from fem_seal.film import Film, MeshFilm
+from fem_seal.film import MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.slope import slope_between_samples
 
 STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably wrong
-THICK = 0.1  # mean gap of a shape over its shorter side above which the same holds
+THICK = 0.1  # mean gap over the length of the film above which the same holds
 FEW = 10  # samples in contact below which the contact area is meaningless
 
 
@@ -26,11 +26,15 @@ def cautions(patch: Patch, budget: ErrorBudget | None) -> tuple[str, ...]:
         Its error budget, whose cautions come first.
     """
     sentences = [entry.sentence for entry in budget or () if entry.caution]
-    if patch.scene.shape is None or not patch.scene.shape.own_gap:
-        remarks = [_contact(patch, patch.grid_gap), _slope(patch.grid_gap)]
-    else:
-        remarks = [_thickness(patch.film)]
-    return (*sentences, *filter(None, remarks))
+    shape = patch.scene.shape
+    if shape is None or not shape.own_gap:
+        gap = patch.grid_gap
+        thick = _slope(gap) or _thickness(float(gap.values.mean()), gap.size[0])
+        sentences.extend(filter(None, (_contact(patch, gap), thick)))
+    elif isinstance(film := patch.film, MeshFilm):
+        thick = _thickness(film.mean_gap, float(np.ptp(film.mesh.xy, axis=0).min()))
+        sentences.extend(filter(None, (thick,)))
+    return tuple(sentences)
 
 
 def _contact(patch: Patch, gap: GridField) -> str | None:
@@ -61,16 +65,13 @@ def _contact(patch: Patch, gap: GridField) -> str | None:
     return None
 
 
-def _thickness(film: Film) -> str | None:
-    """Warn if the gap of a shape is too high for a thin film; a formula has no unit to check."""
-    if not isinstance(film, MeshFilm):
-        return None
-    side = float(np.ptp(film.mesh.xy, axis=0).min())
-    if film.mean_gap <= THICK * side:
+def _thickness(mean_gap: float, length: float) -> str | None:
+    """Warn if a mean gap [m] is too high for a film of a length [m]; flat gaps have no slopes."""
+    if mean_gap <= THICK * length:
         return None
     return (
-        f"the mean gap is {with_prefix(film.mean_gap, 'm')}, which is no thin film on a shape "
-        f"{with_prefix(side, 'm')} across: is the gap in metres?"
+        f"the mean gap is {with_prefix(mean_gap, 'm')}, no thin film on a length of "
+        f"{with_prefix(length, 'm')}: are gap and lengths in the right units?"
     )
 
 

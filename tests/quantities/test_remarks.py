@@ -73,7 +73,15 @@ def test_a_formula_in_micrometres_is_no_thin_film(formula, thick):
         "output": {"products": ["leak_rate"]},
     }
     cautions = summarise(Patch(Scene.from_mapping(scene))).cautions
-    assert [("is the gap in metres?" in caution) for caution in cautions] == [True] * thick
+    assert [("no thin film" in caution) for caution in cautions] == [True] * thick
+
+
+def test_a_gap_higher_than_the_patch_is_no_thin_film():
+    """A mean gap of 1 mm over faces 32 um long: nearly flat, so that its slopes do not tell."""
+    data = pressed(1e5).model_dump()
+    data["contact"] = {"mean_gap": 1e-3}
+    [caution] = summarise(Patch(Scene.from_mapping(data))).cautions
+    assert "no thin film" in caution
 
 
 ROUGH = np.random.default_rng(3).random((9, 9)) * 1e-7
