@@ -146,6 +146,15 @@ def _with_progress(work: Callable[..., Answer]) -> Answer:
         return work(report=report)
 
 
+def _say_if_dry(scene: "Scene") -> None:
+    """Say that a study leaves out the fluid's pressure, which `fem-seal run` counts."""
+    if scene.lift != "none":
+        say(
+            "dry        the fluid's pressure does not lift the solid in this study: the leak rates "
+            "are those of flow.lift = 'none'"
+        )
+
+
 COLUMNS = (
     *("method", "squares", "unknowns", "value", "error", "band", "order", "expected"),
     *("verdict", "seconds"),
@@ -176,6 +185,11 @@ def _cross_validation(options: argparse.Namespace) -> int:
     rows, bracket = compared
     _write(options.out, [("cross_validation.csv", as_csv(rows))])
     cross_validation_figure(rows, options.out / "cross_validation.png", options.scene.stem, bracket)
+    if scene.slip is not None:
+        say(
+            "no slip    the methods are compared without the slip of the gas: the leak rates are "
+            "those of fluid.slip = false"
+        )
     say(as_text(rows, COLUMNS))
     say(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
     wrong = [row for row in rows if row.verdict == "disagrees"]
@@ -229,6 +243,7 @@ def _trade(options: argparse.Namespace) -> int:
     texts = [("trade.csv", as_csv(result.points)), ("advice.txt", advice + "\n")]
     _write(options.out, texts)
     trade_figure(result, options.out / "trade.png", options.scene.stem)
+    _say_if_dry(scene)
     say(as_text(result.points))
     say(f"extrapolated: {result.reference:.4e} m^3/s ± {100 * result.uncertainty:.2g} %")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
@@ -298,6 +313,7 @@ def _closing(options: argparse.Namespace) -> int:
             closing_strip(steps, options.out / "closing.png")
             closing_animation(steps, options.out / "closing.gif")
             _write(options.out, [("closing.csv", as_csv(rows))])
+    _say_if_dry(scene)
     say(as_text(rows))
     say(f"closing.csv, closing.gif, closing.png in {options.out}")
     if any(row.reason for row in rows):

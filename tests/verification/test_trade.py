@@ -1,5 +1,6 @@
 """What accuracy costs: the split of the error, the front and the words."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -7,6 +8,7 @@ from project import write_toml
 
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
+from fem_seal.patch import Patch
 from fem_seal.points import Work
 from fem_seal.scene import Scene
 from fem_seal.verification.advice import recommend
@@ -175,3 +177,26 @@ def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     assert cli.main(["study", "exact", "cosine-along", "--out", str(occupied)]) == 2
     assert "cannot be written" in capsys.readouterr().err
     assert cli.main(["study", "exact", "--grids", "0", "--out", out]) == 2
+
+
+def test_studies_say_what_they_leave_out(small_scene, tmp_path, capsys):
+    """Slip and lift, which `fem-seal run` counts; the certified bracket is that without slip."""
+    gas = {"kind": "gas", "viscosity": "18 uPa s", "molar_mass": "29 g/mol", "temperature": 293.0}
+    drive = {"inlet_pressure": "1.1 bar", "outlet_pressure": "1 bar"}
+    flow = {**small_scene["flow"], "method": "adaptive", **drive}
+    flow.pop("pressure_drop")
+    scene = small_scene | {"fluid": gas, "flow": flow, "contact": {"pressure": "0.2 MPa"}}
+    path = write_toml(tmp_path / "scene.toml", scene)
+    study = ["study", "cross-validation", str(path), "--grids", "1", "--set", "flow.lift=none"]
+    assert cli.main([*study, "--out", str(tmp_path / "cross")]) == 0
+    text = capsys.readouterr().out
+    assert "fluid.slip = false" in text
+    low, high = map(float, re.search(r"certified: \[(.*), (.*)\]", text).groups())
+    without = {**scene, "fluid": gas | {"slip": False}, "flow": flow | {"lift": "none"}}
+    plain = Patch(Scene.from_mapping(without)).leak_rate
+    assert max(low, plain.lower) <= min(high, plain.upper) * (1 + 1e-4)  # printed to 5 digits
+    study = ["study", "trade", str(path), "--set", "fluid.slip=false"]
+    assert cli.main([*study, "--out", str(tmp_path / "trade")]) == 0
+    text = capsys.readouterr().out
+    assert "flow.lift = 'none'" in text
+    assert "fluid.slip" not in text
