@@ -13,10 +13,10 @@ from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.errors import NotConverged, present
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
-from fem_seal.quantities.error_budget import Kind, Uncertainty
+from fem_seal.quantities.error_budget import LIFT, Kind, Uncertainty
 
 # Name of the entry if flow.lift is "none", and otherwise.
-NAME, COMPUTED = "fluid pressure", "lift"
+NAME = "fluid pressure"
 # The fluid's pressure is neglected below this part of the contact pressure.
 NEGLIGIBLE = 1e-3
 
@@ -91,7 +91,7 @@ def _resolved(patch: Patch) -> Uncertainty:
         sentence = (
             f"the fluid carries the whole load of {load}: no equilibrium keeps the solids together"
         )
-        return Uncertainty(COMPUTED, "estimated", sentence, 1.0, 1.0, caution=True)
+        return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0, caution=True)
     if not state.converged:
         # The range of the leak rates, widened by the error of the flow whose pressure lifts the
         # solid.
@@ -99,14 +99,14 @@ def _resolved(patch: Patch) -> Uncertainty:
         lower = min(1.0, state.lowest / value) / beyond if value else 1.0
         upper = max(1.0, state.highest / value) * beyond if value else None
         rate = state.highest if upper is None else None
-        return Uncertainty(COMPUTED, "estimated", state.reason, lower, upper, True, rate)
+        return Uncertainty(LIFT, "estimated", state.reason, lower, upper, True, rate)
     sentence = (
         f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; the factors are the "
         "change of the leak rate from pass to pass through contact and flow, and the error of the "
         "flow whose pressure lifts the solid"
     )
     error = state.claimed
-    return Uncertainty(COMPUTED, "estimated", sentence, exp(-error), exp(error))
+    return Uncertainty(LIFT, "estimated", sentence, exp(-error), exp(error))
 
 
 def _range(patch: Patch) -> Uncertainty:
@@ -124,8 +124,8 @@ def _range(patch: Patch) -> Uncertainty:
             "the inlet's pressure is no less than the load, so that the seal may lift off; at "
             f"least {rounded_down(_end(closed, 0))} m^3/s"
         )
-        return Uncertainty(COMPUTED, "not covered", sentence, lower, None, caution=True)
-    return Uncertainty(COMPUTED, "estimated", sentence, lower, upper, upper_rate=rate)
+        return Uncertainty(LIFT, "not covered", sentence, lower, None, caution=True)
+    return Uncertainty(LIFT, "estimated", sentence, lower, upper, upper_rate=rate)
 
 
 def _end(leak: LeakRate, side: int) -> float:

@@ -7,6 +7,7 @@ from fem_seal.digits import bracket_digits, in_digits, rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
+    LIFT,
     NOT_THE_SEAL,
     ONE_PATCH,
     SLIP_INTERVAL,
@@ -247,6 +248,8 @@ def _advice(
         return f"flow.rtol = {rtol:.2g} might decide, with about {float(unknowns):.2g} unknowns"
     if open_entries(rest):
         return _sentences(open_entries(rest))
+    if any(entry.name == LIFT for entry in counted):
+        return f"a smaller flow.rtol might decide: it narrows {LIFT} as well as the flow"
     if counted:
         return f"no flow.rtol decides it while {_names(counted)} may change the leak rate so much"
     return "the best estimate is the limit itself"

@@ -98,6 +98,9 @@ def test_what_would_decide_with_other_factors():
     assert what_would_decide(LEAK, 2.4e-10, 0.8, 1.25) == (None, None)
     lift = Uncertainty("fluid pressure", "estimated", "it opens", 1.0, 1.5, caution=True)
     assert "no flow.rtol decides it while fluid pressure" in judged(2.4e-10, lift).sentence
+    # The passes of a computed lift end where they change little against flow.rtol.
+    computed = Uncertainty("lift", "estimated", "passes", 0.8, 1.25)
+    assert "; a smaller flow.rtol might decide: " in judged(2.4e-10, computed).sentence
     # The contact grid's part is narrowed by a smaller total error: ln(1 + total) = ln(2.4/2).
     assert "accuracy.total = 0.2 might decide" in judged(2.4e-10, GRID).sentence
 
