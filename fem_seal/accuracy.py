@@ -26,9 +26,9 @@ from fem_seal.surface.resampling import resample
 # Factors of the grids coarser than the surface; they serve the error estimate only.
 COARSER = (0.25, 0.5)
 LEAST_SAMPLES = 8
-# Safety of the last change and weight of the one before: see `contact_part`.
+# Factors of the last change of the leak rate and of the change before it: see `contact_part`.
 SAFETY, BEFORE = 1.5, 0.5
-# Part of the error budget for the contact grid, while a finer grid may follow and on the last one.
+# Part of the error budget for the contact grid: while a finer grid may follow, and on the finest.
 SHARE, LAST_SHARE = 2 / 3, 0.9
 
 
@@ -77,20 +77,20 @@ class Choice:
     Attributes
     ----------
     total : float
-        Total relative error that was asked for.
+        Total relative error that the scene allows.
     max_refinement : int
         Finest grid allowed, in multiples of the samples of the surface.
     surface, contact, lifted, leak_rate : GridField, GapState, LiftedState or None, LeakRate
-        Results on the chosen grid. The leak rate has `converged` False where no allowed grid
-        keeps the total error.
+        Results on the chosen grid. The leak rate has `converged` False if no allowed grid keeps
+        the total error.
     rtol : float
         Tolerance of the flow.
     contact_error : float
         Estimated relative error of the contact grid.
     flow_error : float
-        Certified relative half-width of the bracket.
+        Relative half-width of the guaranteed bounds.
     trials : tuple[Trial, ...]
-        All grids tried, from coarse to fine; the last one is the chosen one.
+        All grids tried, from coarse to fine; the last one was chosen.
     """
 
     total: float
@@ -105,7 +105,7 @@ class Choice:
     trials: tuple[Trial, ...]
 
     def asked(self, scene: Scene) -> Scene:
-        """The scene that asked for the total error, from that of the chosen patch."""
+        """Scene with [accuracy], as the user wrote it, from the scene of the chosen patch."""
         accuracy = Accuracy(total=self.total, max_refinement=self.max_refinement)
         return scene.model_copy(update={"accuracy": accuracy})
 
@@ -121,8 +121,8 @@ def chosen_grid(
 
     Parameters
     ----------
-    total : relative error of the leak rate, against ever finer contact grids and an exact
-        solution of the flow
+    total : allowed relative error of the leak rate, against the limit of ever finer contact grids
+        and an exact solution of the flow
     surface : periodic heights; no grid coarser than theirs is chosen
     on_grid : solves contact and flow of a resampled surface
     max_refinement : finest contact grid, in multiples of the samples of the surface
@@ -239,7 +239,7 @@ def grids(samples: tuple[int, int], max_refinement: int) -> list[tuple[int, int]
 
 
 def contact_part(leak_rates: Sequence[float]) -> float:
-    """Estimate |ln| of the last leak rate over that of ever finer contact grids.
+    """Estimate |ln| of the last leak rate over the limit on ever finer contact grids.
 
     Parameters
     ----------
@@ -251,9 +251,10 @@ def contact_part(leak_rates: Sequence[float]) -> float:
 
     Notes
     -----
-    1.5 times the last change, which is right if changes fall by 1.67 or more from grid to grid, but
-    at least half the change before, since one change may be small by chance. An estimate, not a
-    bound; docs/measurements/price.md says how far it was seen to hold.
+    The estimate is 1.5 times the last change. The changes still to come add up to less than that if
+    each is at most 0.6 of the one before it. One change may be small by chance: the estimate is at
+    least half the change before the last. It is no bound; docs/measurements/price.md shows how well
+    it held.
     """
     if len(leak_rates) < 3:
         return inf
@@ -262,7 +263,7 @@ def contact_part(leak_rates: Sequence[float]) -> float:
 
 
 def flow_part(leak: LeakRate) -> float:
-    """Half of ln(upper / lower): how far √(lower upper) can be from the truth; inf without both."""
+    """Largest |ln| of √(lower upper) over the exact leak rate: half of ln(upper / lower)."""
     if leak.state in ("sealed", "lifted off"):
         return 0.0
     lower, upper = leak.refined_bounds

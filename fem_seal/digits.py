@@ -3,7 +3,7 @@
 import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 
-_MOST = 15  # significant decimal digits of double precision
+_MOST = 15  # significant decimal digits that double precision keeps
 _PREFIXES = {
     -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G",
 }  # fmt: skip
@@ -47,7 +47,7 @@ def rounded_up(number: float, digits: int = 4) -> str:
 
 
 def _rounded(number: float, digits: int, rounding: str) -> str:
-    """Write a number with so many significant digits, rounded in a direction of `decimal`."""
+    """Write a number with `digits` significant digits; `rounding` is a constant of `decimal`."""
     # Round the shortest decimal that reads back as the number, so that 0.1 stays 0.1.
     text = repr(float(number)).removesuffix(".0")
     decimal = Context(prec=digits, rounding=rounding).create_decimal(text)
@@ -57,7 +57,7 @@ def _rounded(number: float, digits: int, rounding: str) -> str:
 
 
 def in_digits(number: float, digits: int = 4) -> str:
-    """Write a number with so many significant digits, without zeros at its end: "2.5e-9"."""
+    """Write a number with `digits` significant digits, without zeros at its end: "2.5e-9"."""
     if not math.isfinite(number):
         return str(number)
     mantissa, exponent, power = _rounded(number, digits, ROUND_HALF_EVEN).partition("e")

@@ -13,7 +13,7 @@ from shutil import which
 from fem_seal.installed import how_to_get_fenicsx
 
 OFF_SCREEN = "vtkEGLRenderWindow"
-PATIENCE = 120  # seconds for one probe: the first use of DOLFINx compiles
+PATIENCE = 120  # seconds that one probe may take: the first use of DOLFINx compiles
 
 _DOLFINX = """
 import fem_seal.fenicsx
@@ -70,7 +70,7 @@ class Finding:
         Whether the part works.
     found : str
         Its version, or the first line of the error.
-    mend : str
+    remedy : str
         Remedy: a package to install, or a command.
     required : bool
         Whether `fem-seal run` needs the part.
@@ -80,7 +80,7 @@ class Finding:
     needed_for: str
     works: bool
     found: str
-    mend: str
+    remedy: str
     required: bool = True
 
 
@@ -90,8 +90,8 @@ def examine() -> Iterator[Finding]:
     yield _probe("PETSc + hypre", "the linear solver", _HYPRE, how_to_get_fenicsx())
     yield _mpi()
     yield _cache()
-    yield _probe("form compiler", "leak rates with bounds", _FORM, _compiler_mend())
-    yield _probe("pictures", "contact.png and others", _PICTURE, _picture_mend())
+    yield _probe("form compiler", "leak rates with bounds", _FORM, _compiler_remedy())
+    yield _probe("pictures", "contact.png and others", _PICTURE, _picture_remedy())
     yield _probe("FFTW threads", "elastic contact", _FFTW, "pip install pyfftw")
     for name, use in OPTIONAL.items():
         yield _optional(name, use)
@@ -114,13 +114,13 @@ def table(findings: list[Finding]) -> str:
         mark = "ok  " if finding.works else ("FAIL" if finding.required else "no  ")
         lines.append(f"{mark}  {finding.name:<{width}}  {finding.found}")
         if not finding.works:
-            lines.append(f"{'':<6}{'':<{width}}  for {finding.needed_for}: {finding.mend}")
+            lines.append(f"{'':<6}{'':<{width}}  for {finding.needed_for}: {finding.remedy}")
     return "\n".join(lines)
 
 
-def _probe(name: str, needed_for: str, code: str, mend: str) -> Finding:
+def _probe(name: str, needed_for: str, code: str, remedy: str) -> Finding:
     works, found = _try([sys.executable, "-c", code])
-    return Finding(name, needed_for, works, found, mend)
+    return Finding(name, needed_for, works, found, remedy)
 
 
 def _try(command: list[str], patience: float = PATIENCE) -> tuple[bool, str]:
@@ -144,8 +144,8 @@ def _try(command: list[str], patience: float = PATIENCE) -> tuple[bool, str]:
     return False, lines[-1].strip()[:100]
 
 
-# Phrases in the output of Open MPI and VTK, and their causes; a cause stands before its
-# consequences.
+# Phrases in the output of Open MPI and VTK, and their causes. If one failure leads to another, it
+# comes first.
 CAUSES = {
     "attempt to run as root": "mpirun refuses to run as root",
     "not enough slots": "mpirun starts no more processes than there are cores",
@@ -154,7 +154,7 @@ CAUSES = {
     "bad X server connection": "VTK_DEFAULT_OPENGL_WINDOW asks for an X server; there is none",
     "libOSMesa not found": "VTK finds no way to draw without a screen",
 }
-# Options that Open MPI needs as root, and with more processes than cores.
+# Open MPI needs these options to run as root, and to start more processes than there are cores.
 MPIRUN = ("mpirun", "--oversubscribe", "--allow-run-as-root")
 
 
@@ -164,10 +164,10 @@ def _mpi() -> Finding:
     if not works:
         works, with_options = _try([*MPIRUN, *probe])
         found = f"{with_options} by {' '.join(MPIRUN)} ({found})" if works else with_options
-    return Finding("mpirun", "several processes", works, found, _mpi_mend(), required=False)
+    return Finding("mpirun", "several processes", works, found, _mpi_remedy(), required=False)
 
 
-def _mpi_mend() -> str:
+def _mpi_remedy() -> str:
     if which("mpirun") is None:
         return "apt-get install openmpi-bin"
     return "ip link set lo up; in a container that has no other network: export OMPI_MCA_btl=^tcp"
@@ -184,8 +184,8 @@ def _cache() -> Finding:
     existing = next(p for p in (folder, *folder.parents) if p.exists())
     name, use = "JIT cache", "compiled forms"
     if not (existing.is_dir() and os.access(existing, os.W_OK)):
-        mend = "set XDG_CACHE_HOME to a folder that can be written"
-        return Finding(name, use, False, f"{folder} cannot be written", mend)
+        remedy = "set XDG_CACHE_HOME to a folder that can be written"
+        return Finding(name, use, False, f"{folder} cannot be written", remedy)
     stale = unfinished_forms(folder)
     if stale:
         found = f"{len(stale)} compilations that were killed half-way in {folder}"
@@ -194,7 +194,7 @@ def _cache() -> Finding:
 
 
 def unfinished_forms(folder: Path) -> list[Path]:
-    """List sources without a library: later runs would wait for it, and fail after a time limit."""
+    """List C sources without a compiled library: later runs would wait for it until they fail."""
     return [
         source
         for source in sorted(folder.glob("libffcx_*.c"))
@@ -202,7 +202,7 @@ def unfinished_forms(folder: Path) -> list[Path]:
     ]
 
 
-def _picture_mend() -> str:
+def _picture_remedy() -> str:
     if os.environ.get("VTK_DEFAULT_OPENGL_WINDOW", OFF_SCREEN) != OFF_SCREEN:
         return "unset VTK_DEFAULT_OPENGL_WINDOW"
     if not (find_library("EGL") or find_library("OSMesa")):
@@ -210,7 +210,7 @@ def _picture_mend() -> str:
     return "pip install pyvista; apt-get install libegl1"
 
 
-def _compiler_mend() -> str:
+def _compiler_remedy() -> str:
     if "CC" in os.environ and which(os.environ["CC"]) is None:
         return f"unset CC, which names no compiler: {os.environ['CC']!r}"
     return "apt-get install gcc python3-dev" if which("gcc") is None else "see the lines above"

@@ -1,4 +1,4 @@
-"""The errors that users see. A message names the field, its value, the allowed ones, the remedy."""
+"""Errors that users see. A message names the field, its value, the allowed values, the remedy."""
 
 from collections.abc import Sequence
 from typing import TypeVar
@@ -9,10 +9,10 @@ LONGEST_MESSAGE = 2000  # characters; a value that a message quotes may be a who
 
 
 def printable(text: str) -> str:
-    """Text for a terminal, with all control characters escaped.
+    """Text for a terminal, with all control characters but line ends escaped.
 
-    The names and texts of files are strangers' words: an escape sequence in them could rewrite the
-    screen. Ends of lines stay.
+    A file may come from somebody else: an escape sequence in its name or text could rewrite the
+    screen.
     """
     return "".join(
         letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1] for letter in text
@@ -33,7 +33,7 @@ class FemSealError(Exception):
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """The message in lines for a terminal."""
+        """Lines of the message on a terminal."""
         return (str(self),)
 
 
@@ -49,7 +49,7 @@ class InvalidScene(InvalidInput):
     Parameters
     ----------
     source : str
-        Its file; empty for a scene that is none.
+        Scene file; empty if the scene was not read from a file.
     errors : sequence of str
         One sentence each, at least one.
     """
@@ -85,7 +85,7 @@ class Inconsistent(FemSealError):
 
 
 def present(value: Value | None, name: str) -> Value:
-    """Return a value that an earlier check has made sure of, so that it is no longer optional.
+    """Return a value that cannot be None here, so that its type is no longer optional.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def present(value: Value | None, name: str) -> Value:
     Raises
     ------
     Inconsistent
-        If it is None: the earlier check is missing.
+        If it is None, which is a defect of the caller.
     """
     if value is None:
         raise Inconsistent(f"{name} is missing; this is a defect of fem_seal, please report it")

@@ -1,4 +1,4 @@
-"""For people at a prompt: pictures of a patch, and its fields as objects of xarray and PyVista."""
+"""For Python prompts and notebooks: pictures of a patch; its fields for xarray and PyVista."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture that a notebook shows where it is the value of a cell.
+    """A picture; a notebook shows it if it is the value of a cell.
 
     Parameters
     ----------
     name : str
-        Such as "gap".
+        Name of the picture, such as "gap".
     png : bytes
         The picture as the content of a PNG file.
     """
@@ -41,7 +41,7 @@ class Picture:
         return self.png
 
     def save(self, path: str | Path) -> Path:
-        """Write the picture into a PNG file; its path is returned."""
+        """Write the picture into a PNG file and return its path."""
         path = Path(path)
         path.write_bytes(self.png)
         return path
@@ -53,13 +53,14 @@ def pictures(patch: Patch) -> dict[str, Picture]:
     Parameters
     ----------
     patch : Patch
-        Steps that are missing are computed. The flow is drawn if the scene's products need it and
-        contain "pictures" or "mesh", which keep its field.
+        The pictures need some of its steps; those not computed yet are computed. The flow is drawn
+        if the scene's products need it and contain "pictures" or "mesh": only then its field is
+        kept.
 
     Returns
     -------
     dict
-        Pictures by name: "contact", "gap", "flow" and so on (docs/guide/pictures.md).
+        Pictures by name: "contact", "gap", "flow" and others (docs/guide/pictures.md).
     """
     with temporary_folder() as folder:
         names = draw_patch(patch, folder)
@@ -86,7 +87,7 @@ def to_xarray(fields: GridField | GapState) -> "xr.Dataset":
     MissingPackage
         If xarray is not installed.
     InvalidInput
-        If the argument is neither.
+        If `fields` is neither a field nor a contact.
     """
     try:
         import xarray as xr
@@ -118,7 +119,7 @@ def to_pyvista(leak: LeakRate) -> "pv.PolyData":
     Parameters
     ----------
     leak : LeakRate
-        With its field, as a patch has whose scene asks for pictures or the mesh.
+        Leak rate with its field: of a patch whose scene has the product "pictures" or "mesh".
 
     Returns
     -------
@@ -128,7 +129,7 @@ def to_pyvista(leak: LeakRate) -> "pv.PolyData":
     Raises
     ------
     InvalidInput
-        If the leak rate came without its field.
+        If the leak rate has no field.
     """
     field = leak.field
     if field is None:

@@ -1,8 +1,8 @@
-"""Differences between DOLFINx 0.5 and 0.11; no other module of fem_seal asks for the version.
+"""One interface to DOLFINx 0.5 to 0.11; no other module of fem_seal asks for the version.
 
 Import this module before anything else that imports dolfinx. DOLFINx 0.5 to 0.7 switch the dynamic
-linker to global symbols when imported and do not reset it, so that the VTK wheel of PyVista crashes
-later. This module disables the switch during the import, which has no other effect.
+linker to global symbols when imported and do not reset it: the VTK wheel of PyVista would crash
+later. This module disables the switch during the import; DOLFINx does not need it.
 """
 
 import logging
@@ -18,7 +18,7 @@ def _quietly() -> Iterator[None]:
     """Set environment and arguments for the start of DOLFINx, PETSc and MPI, then restore them."""
     set_flags, arguments, environment = sys.setdlopenflags, sys.argv, dict(os.environ)
     sys.setdlopenflags = lambda flags: None
-    # DOLFINx looks for options of its own among the arguments, and takes only UTF-8.
+    # DOLFINx looks for options of its own among the arguments, and accepts only UTF-8.
     sys.argv = arguments[:1]
     # PETSc's handlers would turn a closed pipe (fem-seal run ... | head) into a crash report.
     options = os.environ.get("PETSC_OPTIONS", "")
@@ -87,25 +87,25 @@ functionspace = getattr(fem, "functionspace", None) or fem.FunctionSpace  # rena
 
 @contextmanager
 def explained_compilation() -> Iterator[None]:
-    """Say in one sentence that a form could not be compiled; also a decorator.
+    """Turn a failure to compile a form into a MissingPackage of one sentence; also a decorator.
 
-    DOLFINx compiles each form once and keeps it in a cache: a machine without a compiler fails at
-    the first form that is not there yet.
+    DOLFINx compiles each form once and keeps it in a cache: without a compiler it fails at the
+    first form that is not in the cache.
 
     Raises
     ------
     MissingPackage
-        If the body fails at that.
+        If the body cannot compile a form.
     """
     from cffi import VerificationError
 
     try:
         yield
     except TimeoutError as error:
-        # FFCx names the file that a process left behind when it was killed while it compiled.
+        # The message names the file left by a process that was killed while it compiled.
         raise MissingPackage(f"FEniCSx has no form: {' '.join(str(error).split())}") from None
     except (VerificationError, RuntimeError) as error:
-        # With several processes DOLFINx raises a RuntimeError that begins like this.
+        # With several processes DOLFINx raises a RuntimeError that begins with these words.
         together = str(error).startswith("Failed just-in-time compilation")
         if not (together or isinstance(error, VerificationError)):
             raise
@@ -200,7 +200,7 @@ def cell_vertices(msh: mesh.Mesh) -> np.ndarray:
 
 def cell_facets(msh: mesh.Mesh) -> np.ndarray:
     """For each cell of this rank, ghosts included, the facets (c, 3) opposite its corners."""
-    for dimensions in ((2, 1), (1, 2), (1, 0)):  # later versions make none of them unasked
+    for dimensions in ((2, 1), (1, 2), (1, 0)):  # later versions create none of their own accord
         msh.topology.create_connectivity(*dimensions)
     return msh.topology.connectivity(2, 1).array.reshape(-1, 3)
 

@@ -1,14 +1,14 @@
 """Liquids and gases as one linear problem.
 
-A liquid obeys ∇·(K ∇p) = 0. For an isothermal ideal gas the mass flux is -ρ K ∇p, ρ = p M/(R T), so
-that ∇·(K ∇p²) = 0: the same linear problem in p², whose bounds are those of the gas. The leak rate
-of a liquid under the pressure drop T0/(2 T p0) (p_in² - p_out²) is the volume of gas per second at
-the reference conditions T0, p0 (as for porous media: M. Muskat, The Flow of Homogeneous Fluids
-through Porous Media, 1937, on gases).
+A liquid obeys ∇·(K ∇p) = 0. The mass flux of an isothermal ideal gas is -ρ K ∇p with
+ρ = p M/(R T), so that ∇·(K ∇p²) = 0. That is the same linear problem in p², with the same bounds:
+the volume of gas per second at the reference conditions T0, p0 is the leak rate of a liquid under
+the pressure drop T0/(2 T p0) (p_in² - p_out²) (as for porous media: M. Muskat, The Flow of
+Homogeneous Fluids through Porous Media, 1937, on gases).
 
 Where the gap is not much larger than the mean free path, the gas slips at the walls (`Slip`), and
-the mass flux is -(M/(R T)) B g² c(g p/B)/(12 η) ∇p (`rarefied`). For a uniform gap that is linear
-in the integral of c(g p/B) over p; other gaps have bounds (`film.law`).
+the mass flux is -(M/(R T)) B g² c(g p/B)/(12 η) ∇p (`rarefied`). In a uniform gap this flux is
+linear in the gradient of ∫ c(g p/B) dp; for other gaps there are bounds (`film.law`).
 """
 
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class LiquidDrive:
     def potential(
         self, pressure: np.ndarray, slip: "Slip | None" = None, critical: float = 0.0
     ) -> np.ndarray:
-        """Quantity in whose gradient the flux is linear: the pressure itself [Pa]."""
+        """Quantity that is linear in the solution: the pressure itself [Pa]."""
         return pressure
 
 
@@ -106,23 +106,20 @@ class Slip(TwoPressures):
         return float(self.coefficient(t)) / t
 
     def mean_gain(self, gap: float) -> float:
-        """Leak rate of a uniform gap [m], over its leak rate without slip.
-
-        To first order it is the gain.
-        """
+        """Leak rate of a uniform gap [m] over its leak rate without slip; to first order `gain`."""
         low, high = (self.potential(p, gap) for p in (self.outlet_pressure, self.inlet_pressure))
         without = (self.inlet_pressure - self.outlet_pressure) * self.mean_pressure
         return float(high - low) / without * (self.product / gap)
 
     def potential(self, pressure: np.ndarray | float, gap: float) -> np.ndarray:
-        """φ [Pa] in whose gradient the flux through a uniform gap [m] is linear.
+        """Potential φ = ∫ c(g p/B) dp [Pa]: the flux through a uniform gap [m] is linear in ∇φ.
 
-        It is the integral of c(g p/B) over the pressure [Pa], to first order p + p² g/(2 B).
+        To first order φ = p + p² g/(2 B).
         """
         return self.coefficient.integral(gap * pressure / self.product) * (self.product / gap)
 
     def pressure(self, potential: np.ndarray | float, gap: float) -> np.ndarray:
-        """Pressure [Pa] at which the potential [Pa] of a uniform gap [m] has a value."""
+        """Pressure [Pa] with a given potential [Pa] in a uniform gap [m]."""
         per_pascal = gap / self.product
         return self.coefficient.inverse_integral(potential * per_pascal) / per_pascal
 
@@ -171,14 +168,15 @@ class GasDrive(TwoPressures):
         """Pressure [Pa] from the solution of the linear problem, 0 at the outlet.
 
         Without slip it is √(p_out² + (p_in² - p_out²) u), u the solution over its drop. With slip
-        the potential of the critical constriction is linear in u: exact in gaps as high as that.
+        the pressure is such that its potential in the gap of the critical constriction is linear
+        in u, which is exact in a gap of that height.
 
         Parameters
         ----------
         solved : array
             Solution of the linear problem, `pressure_drop` at the inlet.
         slip : Slip or None
-            With which the problem was solved.
+            Slip with which the problem was solved.
         critical : float
             Gap of the critical constriction [m].
         """
@@ -216,8 +214,7 @@ class GasDrive(TwoPressures):
     def mean_free_path(self, viscosity: float) -> float:
         """Mean free path η/p √(π R T/(2 M)) at the mean of the two pressures.
 
-        This is the viscosity-based definition of kinetic theory. Where the gap is not much larger,
-        the gas slips at the walls, and more of it leaks than Reynolds' equation predicts.
+        This is the viscosity-based definition of kinetic theory.
 
         Parameters
         ----------

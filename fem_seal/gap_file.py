@@ -22,8 +22,8 @@ def load_gap(
     stated : Stated, optional
         Unit, size and other properties that the file does not contain.
     contact_below : float, optional
-        Gaps of a magnitude below this [m] count as contact, also negative ones: for codes whose gap
-        in contact is a rounding error.
+        Samples with |gap| below this [m] count as contact: some codes write a rounding error where
+        there is contact.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def load_gap(
 
 
 def _in_contact(field: FieldMap, contact_below: float | None, path: Path) -> np.ndarray | bool:
-    """Mask of the samples in contact by the file, or with a gap below `contact_below`."""
+    """Mask of the samples in contact: by the file, or with |gap| below `contact_below`."""
     below = False if contact_below is None else np.abs(field.values) < contact_below
     if field.contact is None:
         return below

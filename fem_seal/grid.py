@@ -82,7 +82,7 @@ class GridField:
         """Samples of the same piecewise linear function on a grid of half the spacing.
 
         The function is linear on the pixel triangles, whose diagonals join vertices (i, j) with
-        i + j even. The pixel triangles of the finer grid are parts of these, so that the function
+        i + j even. Each pixel triangle of the finer grid is part of one of these: the function
         does not change.
 
         Returns

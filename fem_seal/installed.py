@@ -8,16 +8,16 @@ from fem_seal.errors import MissingPackage
 
 # Environment variables that change the search path; each can hide an installed package.
 PYTHON_VARIABLES = ("PYTHONPATH", "PYTHONHOME")
-# Where Debian's python3-dolfinx lies, unless PETSC_DIR names another place (dolfinx.pth).
+# Debian's dolfinx.pth makes Python look for DOLFINx below PETSC_DIR, or here if that is not set.
 DEBIAN_PETSC = Path("/usr/lib/petsc")
 
 
 def hidden_by_petsc_dir(installed: Path = DEBIAN_PETSC) -> bool:
-    """Whether Debian's DOLFINx is there and PETSC_DIR makes Python look elsewhere.
+    """Whether Debian's DOLFINx is installed and PETSC_DIR makes Python look elsewhere.
 
     Parameters
     ----------
-    installed : folder that Debian's packages take for PETSC_DIR if it is not set
+    installed : folder below which Debian installs DOLFINx
     """
     elsewhere = os.environ.get("PETSC_DIR")
     there = (installed / "lib/python3/dist-packages/dolfinx").is_dir()
@@ -35,7 +35,7 @@ def how_to_get_fenicsx() -> str:
 
 
 def require_fenicsx(what: str, otherwise: str = "") -> None:
-    """Raise MissingPackage before a computation that would need FEniCSx at its end.
+    """Raise MissingPackage if FEniCSx is missing, before a computation that needs it at its end.
 
     Parameters
     ----------
@@ -45,14 +45,14 @@ def require_fenicsx(what: str, otherwise: str = "") -> None:
     Raises
     ------
     MissingPackage
-        If it cannot be found.
+        If FEniCSx cannot be found.
     """
     if not find_spec("dolfinx"):
         raise MissingPackage(f"{what} needs FEniCSx ({how_to_get_fenicsx()}){otherwise}")
 
 
 def why_not_imported(error: ImportError) -> str:
-    """Sentence on a failed import, with the variables that may be to blame."""
+    """Sentence on a failed import; names the environment variables that may cause it."""
     hint = _variables("", " may hide the right one: unset it", "fem-seal doctor says what to do")
     if hidden_by_petsc_dir():
         hint = how_to_get_fenicsx()

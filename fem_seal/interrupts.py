@@ -1,4 +1,4 @@
-"""Ctrl-C (SIGINT) and SIGTERM end a command by a KeyboardInterrupt, and by nothing else."""
+"""Ctrl-C (SIGINT) and SIGTERM end a command by a KeyboardInterrupt and no other exception."""
 
 import signal
 import sys
@@ -17,14 +17,14 @@ _IMPORTING = "<frozen importlib._bootstrap>"
 def interruptible() -> Iterator[None]:
     """Let SIGINT and SIGTERM end the body by a KeyboardInterrupt.
 
-    While a module is imported they wait: compiled modules turn a KeyboardInterrupt into an
-    ImportError or a SystemError, and are left half imported. One that a callback of compiled code
-    swallows comes again.
+    A signal that arrives during an import waits until the import ends: compiled modules would turn
+    the KeyboardInterrupt into an ImportError or a SystemError, and stay half imported. If compiled
+    code swallows the KeyboardInterrupt, as in a callback, it is raised again.
 
     Raises
     ------
     KeyboardInterrupt
-        In place of whatever ends the body after a signal.
+        If a signal arrived, in place of any other exception of the body.
     """
     raised: list[int] = []
     timers: list[threading.Timer] = []
@@ -35,7 +35,7 @@ def interruptible() -> Iterator[None]:
         timers[-1].start()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
-        """Handle a signal."""
+        """Handle a signal: raise KeyboardInterrupt, after an import if one runs."""
         if _importing(frame):
             again(number)
             return

@@ -1,4 +1,4 @@
-"""run: one scene to one result folder; draw: pictures of a folder that is there."""
+"""From a scene to its result folder (`run`), to its mesh (`mesh`), and to its pictures (`draw`)."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -64,18 +64,20 @@ def run(
     trust : whether gmsh may run a .geo file that is not the package's own, with your rights
     comm : processes that call this together, all of this run if left out; with MPI.COMM_SELF each
         process runs a scene of its own
-    work : how the patches of a scene with [seal] are shared out. Each is kept in a file of the
-        folder `patches`, so that an interrupted run goes on
-    origin : command and scene file, which result.json keeps
+    work : how the patches of a scene with [seal] are shared among workers. Each solved patch is
+        kept in a file of the folder `patches`; a later run continues from there
+    origin : command and scene file, to be kept in result.json
 
     Returns
     -------
-    Result; `converged` is False, with the best bounds, if a limit of the scene ended the flow.
+    Result; if a limit of the scene ended the flow, it has the best bounds so far and `converged`
+    is False.
 
     Raises
     ------
     InvalidInput
-        If the scene cannot be computed here, or the folder not written; nothing is written then.
+        If the scene cannot be computed here, or the folder cannot be written; nothing is written
+        then.
     NotConverged
         If the contact does not reach its tolerance; nothing is written then.
     """
@@ -95,7 +97,7 @@ def save(patch: Patch, out: str | Path, *, overwrite: bool = False) -> Result:
 
     Parameters
     ----------
-    patch : steps that it has computed are used, and steps that the products need are computed
+    patch : its computed steps are used; others that the products need are computed
     out, overwrite : as of `run`
 
     Returns
@@ -118,12 +120,12 @@ def _reserved(
     """Check scene and folder before any work, and hold the folder until the result is written."""
     require_packages(scene)
     if scene.seal is not None:
-        # A table that cannot be read, and windows that do not fit, are refused before the work.
+        # Refuse a table that cannot be read, or windows that do not fit, before the work.
         profile_of(scene)
         realizations(scene)
     folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, _names(scene))
     with ExitStack() as held:
-        # `and None`: the folder, open in the first process, is nothing to send to the others.
+        # `and None`: the open folder of the first process must not be sent to the others.
         parallel.on_root(lambda: held.enter_context(folder) and None, comm)
         yield folder
 
@@ -159,9 +161,9 @@ def draw(
 
     Parameters
     ----------
-    folder : of `run`; the flow is drawn if it holds the mesh
+    folder : result folder of `run`; the flow is drawn if the folder holds it
     report : called with stage and detail
-    everything : whether `draw_details` follows
+    everything : whether to draw those of `draw_details` too
 
     Returns
     -------
@@ -170,7 +172,7 @@ def draw(
     Raises
     ------
     InvalidInput
-        If the folder holds no result or its gap is not there any more.
+        If the folder holds no result, or the file of its gap no longer exists.
     """
     folder = Path(folder)
     if (folder / FLOW_FILE).is_file() or (folder / MESH_FILE).is_file():
@@ -199,7 +201,7 @@ def draw(
 
 
 def _film_of(result: Result, folder: Path) -> GridFilm | MeshFilm:
-    """Film of a result, from its own arrays wherever it has some; nothing is computed or run."""
+    """Film of a result, from the arrays in its folder or the gap that its scene names."""
     if (folder / MESH_FILE).is_file():
         from fem_seal.mesh.gap_source import Formula
 
@@ -221,19 +223,19 @@ def mesh(
 
     Parameters
     ----------
-    scene : with a shape
+    scene : scene with [shape]
     out : folder of mesh.vtu, shape.png and gap.png
     report : called with stage and detail
     trust : whether gmsh may run a .geo file that is not the package's own, with your rights
 
     Returns
     -------
-    Lines for people, and the names of the files.
+    Lines of the summary of the mesh, and the names of the files.
 
     Raises
     ------
     InvalidInput
-        If the mesh cannot be made or the folder not written; nothing is written then.
+        If the mesh cannot be made, or the folder cannot be written; nothing is written then.
     """
     pictures = scene.output.model_copy(update={"products": ("pictures",)})
     require_packages(scene.model_copy(update={"output": pictures}))
@@ -258,15 +260,15 @@ def draw_pictures(
     pressure: GridField | None = None,
     lift: Lift | None = None,
 ) -> tuple[str, ...]:
-    """Draw contact, gap and, where they are known, contact pressure, lift and flow.
+    """Draw contact and gap, and of contact pressure, lift and flow those that are given.
 
     Parameters
     ----------
-    film : of a shape: its mesh is drawn in place of the contact
-    leak : with its field, or None
-    folder : where the PNG go
+    film : for the film of a shape its mesh is drawn in place of the contact
+    leak : leak rate with its field, or None
+    folder : folder of the PNG files
     pressure : contact pressure [Pa] of an elastic contact
-    lift : of a lifted contact
+    lift : dry gap and fluid pressure of a lifted contact
 
     Returns
     -------
@@ -302,12 +304,12 @@ def draw_pictures(
 def draw_details(
     film: GridFilm | MeshFilm, leak: LeakRate | None, levels: Sequence[Level], folder: Path
 ) -> tuple[str, ...]:
-    """Draw pressure, mesh and relief of a flow on a grid, and how the bounds closed.
+    """Draw pressure, mesh and relief of a flow on a grid, and the bounds of each level.
 
     Parameters
     ----------
     film, leak, folder : as in `draw_pictures`
-    levels : of the result; their plot needs two levels with an upper bound above zero
+    levels : levels of the flow; drawn if two have an upper bound above zero
 
     Returns
     -------
@@ -334,12 +336,12 @@ def draw_details(
 
 
 def require_packages(scene: Scene) -> None:
-    """Raise MissingPackage before a computation that would need the package at its end.
+    """Raise MissingPackage before any work if a package is missing that the work needs later.
 
     Raises
     ------
     MissingPackage
-        If FEniCSx or the OpenGL library that the scene's products need is not installed.
+        If the scene needs FEniCSx, OpenGL or gmsh and it is not installed.
     """
     # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
     by_elements = scene.needs_rates and scene.flow.method != "finite-difference"
@@ -348,10 +350,9 @@ def require_packages(scene: Scene) -> None:
 
         require_gl()
     if scene.shape is not None and scene.shape.needs_gmsh and not find_spec("gmsh"):
-        raise MissingPackage(
-            "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: pip "
-            "install gmsh"
-        )
+        from fem_seal.mesh.geometry import NO_GMSH
+
+        raise MissingPackage(NO_GMSH)
     tensor = "conductivity_tensor" in scene.output.products
     if by_elements or tensor:
         without = "; flow.method = 'finite-difference' works without" if not tensor else ""
@@ -389,7 +390,7 @@ def _write_products(patch: Patch, folder: Path, seal: SealLeak | None) -> tuple[
 
 
 def _lift_of(patch: Patch) -> Lift | None:
-    """Dry gap and fluid pressure of a lifted contact; None if nothing is lifted, or all is."""
+    """Dry gap and fluid pressure of a lifted contact; None if dry or lifted off."""
     if patch.lifted is None or patch.lifted_off:
         return None
     return Lift(patch.elastic.gap, patch.lifted.fluid_pressure)
@@ -409,7 +410,7 @@ def _names(scene: Scene) -> Iterator[str]:
 
 
 def _drawable(result: Result, folder: Path) -> LeakRate:
-    """Put the leak rate of a result together with its field."""
+    """Leak rate of a result, with the field from its folder."""
     leak = present(result.leak_rate, "leak rate")
     return LeakRate(
         state=result.state,

@@ -164,21 +164,21 @@ class LeakRate:
     unknowns : int
         Unknowns of the last solve.
     converged : bool
-        Whether the tolerance, or a decision about a limit, was reached.
+        Whether the tolerance was reached, or the leak rate was decided against the limit.
     reason : str
-        Sentence that says why it did not converge, else empty.
+        Sentence on why it did not converge; empty if it did.
     inflow, outflow : float
-        Discrete flux through inlet and outlet [m^3/s], equal up to the error of the solver. They
-        belong to the pressure on the last mesh and may exceed the upper bound, which a hierarchical
-        correction lowers further.
+        Discrete flux of the pressure on the last mesh through inlet and outlet [m^3/s], equal up to
+        the error of the linear solver. It may exceed the upper bound, since a hierarchical
+        correction lowers that further.
     levels : tuple of Level
         Refinement history.
     field : FlowField or None
-        Flow on the last mesh, if the solver was asked for it.
+        Flow on the last mesh, if the caller of the solver wanted it.
     slip_interval : (float, float) or None
-        Of a gas whose slip was computed: the factors <= 1 and >= 1 by which the bounds are wider
-        than those at the mean pressure, since the pressure at each place is known to an interval
-        only. No refinement narrows them. The levels hold the bounds at the mean pressure.
+        For a gas with slip: factors <= 1 and >= 1 from the bounds at the mean pressure to `lower`
+        and `upper`, because the pressure at each place is only known to lie in an interval.
+        Refinement does not narrow them. The levels hold the bounds at the mean pressure.
 
     Raises
     ------
@@ -248,7 +248,7 @@ class LeakRate:
 
     @classmethod
     def lifted_off(cls, method: str) -> "LeakRate":
-        """Leak rate where the fluid lifts the solid off: infinite, as nothing holds the gap."""
+        """Leak rate if the fluid lifts the solid off: infinite, as nothing limits the gap."""
         return cls(state="lifted off", method=method, value=inf, lower=inf, upper=inf)
 
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from fem_seal.memory import available_memory, peak_memory
 
-USUAL_GROWTH = 2.0  # of an adaptive mesh from level to level, and of the memory at its peak
+# Usual ratio of the unknowns of an adaptive mesh, and of the peak memory, to the level before.
+USUAL_GROWTH = 2.0
 
 
 @dataclass(frozen=True)
@@ -17,10 +18,11 @@ class Limits:
     unknowns : int or None
         Largest number of unknowns of a mesh; the first mesh is solved in any case.
     seconds : float or None
-        Wall time. The next level must be expected to end before, by the time of the last one.
+        Wall time. The next level is not begun if it is expected to end later, judged by the time
+        of the last one.
     memory_bytes : float or None
-        Memory of one process. The next level must be expected to fit. If left out, the memory
-        of the machine is the limit.
+        Memory of one process. The next level is not begun if it is expected to need more. The
+        available memory of the machine is a limit in any case.
     """
 
     unknowns: int | None = None
@@ -28,7 +30,7 @@ class Limits:
     memory_bytes: float | None = None
 
     def exceeded(self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0) -> str:
-        """Message on the limit that the next level would exceed, "" if none.
+        """Message on the limit that the next level would exceed; empty if there is none.
 
         Parameters
         ----------
@@ -37,7 +39,7 @@ class Limits:
         growth : float
             Expected ratio of the unknowns, and thus of time and memory, to those of the last level.
         last : float
-            Seconds of the last level.
+            Duration of the last level [s].
         """
         spent = time.perf_counter() - started
         if self.seconds is not None and spent >= self.seconds:

@@ -17,7 +17,7 @@ _TRIM, _MMAP_THRESHOLD, _MMAP_MAX = -1, -3, -4
 def peak_memory() -> int:
     """Largest resident memory of this process so far [bytes].
 
-    On Linux getrusage would give a number inherited from the process that started this one.
+    On Linux getrusage would include the peak of the process that started this one.
     """
     status = Path("/proc/self/status")
     if not status.is_file():  # macOS, where getrusage counts bytes
@@ -56,9 +56,9 @@ def memory_of(process: int) -> ProcessMemory | None:
 def available_memory(root: Path = Path("/")) -> int:
     """Memory that this process can still have without swapping [bytes].
 
-    The smallest of: the free memory of the machine, and the rest of each memory limit of the
-    process's control groups, version 1 and 2 (set by containers and batch systems such as Slurm).
-    Where there is no /proc, as on macOS, all memory of the machine.
+    It is the smallest of the free memory of the machine and what each memory limit of the
+    process's control groups (version 1 and 2) leaves. Containers and batch systems such as Slurm
+    set such limits. Where there is no /proc, as on macOS, it is all memory of the machine.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def _left_of_limits(root: Path) -> Iterator[int]:
 
 
 def _number(path: Path) -> int | None:
-    """The number in a file; None if there is no such file or it says "max"."""
+    """The number in a file; None if there is no such file, or it contains "max"."""
     try:
         text = path.read_text().strip()
     except OSError:
@@ -105,17 +105,17 @@ def _number(path: Path) -> int | None:
 
 
 def _file_cache(statistics: Path) -> int:
-    """Inactive file pages [bytes]: counted as used by a control group, but released on demand."""
+    """Inactive file pages [bytes]: a control group counts them as used but frees them on demand."""
     try:
         rows = dict(line.split() for line in statistics.read_text().splitlines())
     except OSError:
         return 0
-    # In version 1 the name without "total_" leaves out the groups below.
+    # In version 1 the entry without "total_" leaves out the groups below.
     return int(rows.get("total_inactive_file", rows.get("inactive_file", 0)))
 
 
 def refuse_too_large(size: float, what: str, available: float | None = None) -> None:
-    """Refuse to read data that memory cannot hold, before the memory is allocated.
+    """Refuse to read data that do not fit into memory, before the memory is allocated.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def refuse_too_large(size: float, what: str, available: float | None = None) -> 
     Raises
     ------
     InvalidInput
-        If there is less memory than that.
+        If less memory is available.
     """
     available = available_memory() if available is None else available
     if size > available:
@@ -138,15 +138,15 @@ def refuse_too_large(size: float, what: str, available: float | None = None) -> 
 
 @contextmanager
 def within_available_memory(what: str) -> Iterator[None]:
-    """Let nothing in the body take more memory than is available when it starts.
+    """Limit the memory of the body to what is available when it starts.
 
-    For libraries that believe the sizes a file declares: a larger allocation fails there, and not
-    when the machine has run out of memory.
+    Some libraries allocate whatever size a file declares. Under the limit such an allocation fails
+    at once; without it the machine would run out of memory.
 
     Raises
     ------
     InvalidInput
-        If that happened; `what` is named.
+        If the body needs more memory; the message names `what`.
     """
     statistics = Path("/proc/self/statm")
     if not statistics.is_file():  # macOS, which ignores the limit below
@@ -170,8 +170,9 @@ def within_available_memory(what: str) -> Iterator[None]:
 def give_back_freed_memory() -> None:
     """Make the C library return large freed blocks to the system, as it does by default.
 
-    A library that PETSc loads on Debian switches that off (mallopt), which triples the memory of
-    a refinement: each mesh would leave its holes behind for the next, larger one.
+    A library that PETSc loads on Debian switches this off (by mallopt). A refinement would then
+    take three times the memory: the next, larger mesh does not fit into the blocks freed by the
+    last one.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:  # not in every C library

@@ -1,4 +1,4 @@
-"""A commented scene for a file of heights, with what the file says filled in."""
+"""A commented scene for a file of heights, with unit, size and other properties of the file."""
 
 import json
 import os
@@ -19,8 +19,8 @@ from fem_seal.scene import Scene
 
 COMMENT_COLUMN = 32
 MOST_FILLED = 0.1  # the default of surface.max_missing
-LONGEST, MOST_LINES = 90, 20  # of the header that is quoted
-FEW_SAMPLES = 512  # along a side, whose contact takes a minute or so
+LONGEST, MOST_LINES = 90, 20  # characters of a line, and lines, of the header that are quoted
+FEW_SAMPLES = 512  # samples along a side of a map whose contact takes about a minute
 TEXT = (".txt", ".csv", *TEXT_ENDINGS)
 
 OTHER_SECTIONS = """
@@ -55,23 +55,23 @@ leak_rate_unit = "ml/h"
 # patches = 8                   # {patches}
 {windows}# rtol = 0.5                    # relative width of the bounds for each patch: ±24 %
 """
-WINDOWS = 3  # of a map in each direction, in the comment of [seal]
+WINDOWS = 3  # windows of a map in each direction, in the comment of [seal]
 TWINS = "the map and seven random twins with its spectrum"
 SEEDS = "seeds of the random surface"
 
 
 @dataclass(frozen=True)
 class NewScene:
-    """A scene in the making.
+    """A new scene file, not written yet.
 
     Attributes
     ----------
     text : str
         TOML, with comments.
     facts : tuple of str
-        What the file says, in words.
+        Properties of the file of heights, to be shown to the user.
     needed : tuple of str
-        Fields that the file leaves open and the scene needs.
+        Fields that the user must still fill in.
     """
 
     text: str
@@ -80,16 +80,16 @@ class NewScene:
 
 
 def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
-    """Scene that presses the heights of a file.
+    """Scene that presses the heights of a file against a flat.
 
     Parameters
     ----------
     path : Path
-        Of heights, or of profiles in text.
+        File of heights, or text file of profiles.
     folder : Path
-        Of the scene; its path to the file counts from there.
+        Folder of the scene; the path to the file in the scene is relative to it.
     stated : Stated
-        Unit and size where the file has none.
+        Unit and size that the file does not contain.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     ]
     text = "\n".join([*head, *surface]) + "\n" + others
     if not needed:
-        # Read it back, so that no scene is written that is refused.
+        # Read the scene back: `fem-seal run` must not refuse it.
         Scene.from_mapping(tomllib.loads(text), folder=folder)
     return NewScene(text, tuple(facts), tuple(needed))
 
@@ -124,7 +124,7 @@ Parts = tuple[list[str], list[str], list[str]]
 
 
 def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], list[str], str]:
-    """Lines of [surface] for a map, facts, open fields, and the line of [seal] for its windows."""
+    """Lines of [surface] for a map, facts, fields to fill in, and the line of [seal] on windows."""
     recorded = read_recorded(path, HEIGHT_NAMES)
     values = recorded.values
     mark = suspected_mark(values)
@@ -168,7 +168,7 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
 
 
 def _unit_and_size(path: Path, recorded: Recorded, stated: Stated) -> tuple[list[str], list[str]]:
-    """Lines of [surface] that say unit and size, and those of the two that are still open."""
+    """Lines of [surface] with unit and size, and those of the two that are still to fill in."""
     lines, needed = [], []
     if recorded.unit is not None:
         lines.append(f"# unit: heights in {printable(recorded.unit)}, says the file")
@@ -189,7 +189,7 @@ def _unit_and_size(path: Path, recorded: Recorded, stated: Stated) -> tuple[list
 
 
 def _profiles(path: Path, name: str, stated: Stated) -> Parts:
-    """Lines of [surface] for profiles, facts, and open fields."""
+    """Lines of [surface] for profiles, facts, and fields to fill in."""
     profiles = read_profiles([path], unit=stated.unit)
     (count, samples), length = profiles.heights.shape, profiles.heights.shape[1] * profiles.step
     side = 256 * profiles.step
@@ -216,7 +216,7 @@ def _line(key: str, value: str, comment: str) -> str:
 
 
 def _quoted_header(recorded: Recorded) -> list[str]:
-    """Header of a text file as comments."""
+    """Header of a text file as comments of the scene."""
     lines = [line.strip() for line in recorded.header if line.strip()]
     quoted = [f"#   {printable(line)[:LONGEST]}" for line in lines[:MOST_LINES]]
     return ["# The header of the file:", *quoted, ""] if quoted else []

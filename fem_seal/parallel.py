@@ -18,8 +18,8 @@ Answer = TypeVar("Answer")
 # The processes that work on one problem together; None stands for all of this run.
 Comm: TypeAlias = "MPI.Comm | None"
 
-# Prefixes of the variables by which a process believes that mpirun (of Open MPI or MPICH) has
-# started it. They are also set in a process that starts MPI on its own.
+# Prefixes of environment variables. A process in which they are set takes itself for one that
+# mpirun (of Open MPI or MPICH) has started. A process that starts MPI on its own has them too.
 OF_MPI = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDRA_")
 # One of these is set in every process that Open MPI, MPICH or Slurm starts.
 _LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK")
@@ -33,7 +33,7 @@ def _world() -> "MPI.Comm | None":
     from mpi4py import MPI
     from mpi4py.util.pkl5 import Intracomm
 
-    # The plain communicator cannot broadcast objects of 2 GB; gaps of 16384 x 16384 are.
+    # The plain communicator cannot broadcast an object of 2 GB, the size of a 16384 x 16384 gap.
     return Intracomm(MPI.COMM_WORLD) if MPI.COMM_WORLD.size > 1 else None
 
 
@@ -61,7 +61,7 @@ def start_petsc(comm: Comm) -> None:
     """Start PETSc for fewer than all processes of this run.
 
     PETSc starts when it is first imported, and then waits for all processes of MPI.COMM_WORLD. A
-    worker that solves alone would wait for ever for the others, which have no need of PETSc yet.
+    worker that solves alone would wait for ever, because the others may not need PETSc.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def processes(comm: Comm = None) -> int:
 
 
 def is_root(comm: Comm = None) -> bool:
-    """Whether this process is the first one, which writes, draws and prints."""
+    """Whether this process is the first; only the first one writes, draws and prints."""
     together = _together(comm)
     return together is None or together.rank == 0
 
@@ -129,7 +129,7 @@ def total(number: int, comm: Comm = None) -> int:
 
 
 def abort_together() -> None:
-    """End all processes on an unexpected error of one; else the others would wait for ever."""
+    """End all processes if one fails unexpectedly; the others would wait for it for ever."""
     world = _world()
     if world is None:
         return
@@ -160,7 +160,7 @@ def fail(message: str, status: int, more: Sequence[str] = ()) -> int:
     message = "\n".join(lines)
     world = _world()
     if world is None:
-        print(message, file=sys.stderr)  # noqa: T201 (the words of a failed command)
+        print(message, file=sys.stderr)  # noqa: T201 (the error message of a command)
         return status
     _fail_together(world, message, status)
 

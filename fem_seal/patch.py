@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 class Patch:
     """The steps of a scene: surface, contact, film, sealed, leak_rate.
 
-    With flow.lift = "resolved" the fluid lifts the solid: `contact` is the dry contact, `lifted`
-    the equilibrium of contact and fluid, and film and leak rate are those of the latter.
+    With flow.lift = "resolved" the fluid lifts the solid: `contact` is the dry contact and `lifted`
+    the equilibrium of contact and fluid; film and leak rate are those of the equilibrium.
 
-    Each is computed once, when it or a later step is first read, and imports only what it needs:
-    the contact works without FEniCSx, and a sealed film is never meshed.
+    Each step is computed once, when it or a later step is first read, and imports only what it
+    needs: the contact works without FEniCSx, and a sealed film is never meshed.
 
     Under mpirun all processes must read the same steps: the first computes surface and contact
     and gives them to the others, and the flow is solved by all.
@@ -71,8 +71,8 @@ class Patch:
     lifted : LiftedState, optional
         Equilibrium of that contact with the fluid, if it is known already.
     contact_error : float, optional
-        Estimated relative error of the leak rate due to the contact's grid; infinite if it cannot
-        be estimated. None: it was not estimated.
+        Estimated relative error of the leak rate due to the contact grid; infinite if it cannot be
+        estimated, None if it was not.
     comm : MPI.Comm, optional
         The processes that read the steps together; all of this run if left out. With
         MPI.COMM_SELF each process solves a patch of its own.
@@ -80,7 +80,7 @@ class Patch:
     Raises
     ------
     InvalidInput
-        If `scene` is not a Scene, has [accuracy], or has a geometry that may not be run.
+        If `scene` is not a Scene, has [accuracy], or names a .geo file that gmsh may not run.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class Patch:
 
     @property
     def verdict(self) -> "Verdict | None":
-        """The leak rate against the scene's limit, with all that is known to make it uncertain.
+        """The leak rate against the scene's limit, with all its known uncertainties.
 
         None if no product of the scene needs the flow.
         """
@@ -149,7 +149,7 @@ class Patch:
         return save(self, folder, overwrite=overwrite)
 
     def _repr_html_(self) -> str:
-        """Scene and the steps that have been computed; nothing is computed to show a patch."""
+        """Table of the scene and of the steps computed so far; nothing is computed for it."""
         rows = rows_of(self.scene)
         computed = vars(self)
         contact = computed.get("contact")
@@ -187,7 +187,7 @@ class Patch:
 
     @cached_property
     def prepared(self) -> "PreparedSurface | None":
-        """Heights of a file and the steps that prepared them; None for any other surface."""
+        """Heights from a file and the steps that prepared them; None if not from a file."""
         surface, seal = self.scene.surface, self.scene.seal
         if not isinstance(surface, FileSurface):
             return None
@@ -206,7 +206,7 @@ class Patch:
         lifted: "LiftedState | None" = None,
         contact_error: float | None = None,
     ) -> "Patch":
-        """Same scene on another grid of the surface, with a tolerance of the flow.
+        """Same scene on another grid of the surface, with another tolerance of the flow.
 
         Parameters
         ----------
@@ -285,7 +285,8 @@ class Patch:
         coarse = None
         if sparse is not None:
             coarse = lifting_problem(self.scene, sparse, self.report, self.comm)
-        # The dry contact is that with the outlet's pressure everywhere if this is the ambient one.
+        # The start is the contact with the outlet's pressure everywhere: the dry contact if that
+        # pressure is the ambient one.
         dry = self.elastic if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
             rtol = self.scene.flow.rtol
@@ -298,9 +299,9 @@ class Patch:
 
     @property
     def film_contact(self) -> "GapState | None":
-        """The contact whose gap is the film: the lifted one if the lift is resolved, else the dry.
+        """Contact whose gap is the film: lifted if the lift is resolved, otherwise dry.
 
-        Of a seal that is lifted off: the solids as they just touch.
+        If the fluid carries the whole load: the contact without load.
         """
         if self.lifted is None:
             return self.contact
@@ -315,7 +316,7 @@ class Patch:
 
     @property
     def mean_pressure(self) -> float | None:
-        """Load per area that solid and fluid carry together [Pa]; None if the solid has none."""
+        """Load per area carried by solid and fluid [Pa]; None without an elastic contact."""
         load: float | None = getattr(self.film_contact, "mean_pressure", None)
         if self.lifted is None or load is None:
             return load
@@ -370,9 +371,9 @@ class Patch:
 
     @cached_property
     def leak_rate(self) -> LeakRate:
-        """Volume per second through the gap, with bounds where the method has them.
+        """Volume per second through the gap, with bounds if the method has them.
 
-        That of a gas is counted at the reference conditions of the fluid.
+        The volume of a gas is stated at the reference conditions of the fluid.
         """
         if self._leak_rate is not None:
             return self._leak_rate
@@ -394,11 +395,11 @@ class Patch:
 
     @cached_property
     def lift_range(self) -> tuple[LeakRate, LeakRate]:
-        """Leak rates of the dry contacts under the loads that outlet and inlet leave to the solid.
+        """Leak rates of the contact if the outlet's or the inlet's pressure acts everywhere.
 
-        The leak rate under any fluid pressure between those of the two ends lies between these two
-        (for a half-space under a `pressure`). The second is "lifted off" if the inlet's pressure is
-        not below the load.
+        They are those of the dry contact under the load less that pressure. The leak rate with any
+        fluid pressure between the two lies between them (for a half-space under a mean pressure).
+        The second is "lifted off" if the inlet's pressure is not below the load.
         """
         load = present(present(self.scene.contact, "[contact]").pressure, "contact.pressure")
         inlet, outlet = self.scene.gauge_pressures
@@ -418,13 +419,13 @@ class Patch:
 
 
 def _with_reasons(leak: LeakRate, *more: str) -> LeakRate:
-    """Leak rate that has not converged for further reasons; empty ones are none."""
+    """Leak rate with further reasons why it has not converged; empty ones are left out."""
     reasons = [reason for reason in (leak.reason, *more) if reason]
     return replace(leak, converged=not reasons, reason="; ".join(reasons))
 
 
 def require_trusted(scene: Scene, trust: bool) -> None:
-    """InvalidInput if a scene names a .geo file of a stranger that may not be run."""
+    """Raise InvalidInput if a scene names a .geo file that gmsh may not run without trust."""
     if isinstance(scene.shape, MeshFile) and scene.shape.needs_gmsh:
         from fem_seal.mesh.geometry import require_trust
 

@@ -26,26 +26,27 @@ from math import log, pi, sqrt
 
 import numpy as np
 
-# Rarefaction parameters δ between which the kinetic coefficient is tabulated. Below, it rises on
-# the tangent (by at most 0.7 of the 9 it has there); above, it is a line, as in the slip regime.
+# Rarefaction parameters δ between which the kinetic coefficient is tabulated. For smaller δ it
+# rises on the tangent (by at most 0.7; it is 9 there). For larger δ it is a line, as in the slip
+# regime.
 LEAST_RAREFACTION, LARGEST_RAREFACTION = 1e-6, 1e3
-LEAST_ACCOMMODATION = 0.1  # of the kinetic law
-_SOLVED, _KINKS = 48, 400  # values of δ that are solved for, and kinks of the table
-_CELLS = 60  # across the channel; half of all solutions have twice as many
-_STEP = 0.25  # of the logarithm of the molecular velocity
-_LOWEST, _HIGHEST = -32.0, 2.2  # logarithm of the molecular velocity
+LEAST_ACCOMMODATION = 0.1  # smallest σ for which the kinetic law is solved
+_SOLVED, _KINKS = 48, 400  # values of δ for which the flow is solved, and kinks of the table
+_CELLS = 60  # cells across the channel in the coarse one of two solutions; the fine one has 120
+# Lowest and highest logarithm of the molecular velocity in the quadrature, and its step.
+_LOWEST, _HIGHEST, _STEP = -32.0, 2.2, 0.25
 
 
 @dataclass(frozen=True, eq=False)
 class PoiseuilleCoefficient:
-    """The function c(t), convex and piecewise linear; a line from the last kink on.
+    """The function c(t), convex and piecewise linear; beyond the last kink it is one line.
 
     Parameters
     ----------
     t : (n,) float
-        0, the kinks, and one more t on the last line.
+        0, the kinks, and one value beyond the last kink.
     c : (n,) float
-        Values there, all positive.
+        Values c(t) > 0.
     """
 
     t: np.ndarray
@@ -68,7 +69,7 @@ class PoiseuilleCoefficient:
         return self._integrals[k] + x * (self.c[k] + self._slopes[k] / 2 * x)
 
     def inverse_integral(self, integral: np.ndarray | float) -> np.ndarray:
-        """The t >= 0 at which the integral of c has a value."""
+        """Value t >= 0 up to which the integral of c has a given value."""
         k = self._segment(integral, self._integrals)
         y = np.maximum(integral - self._integrals[k], 0.0)
         c, slope = self.c[k], self._slopes[k]
@@ -100,20 +101,21 @@ def kinetic(accommodation: float) -> PoiseuilleCoefficient:
 
     Notes
     -----
-    G is solved for at 48 values of δ to about 1e-5 and interpolated by a spline in ln δ; the table
-    of 400 kinks is up to 1e-4 above it, since it is made of chords of a convex function.
+    G is computed at 48 values of δ to about 1e-5 and interpolated by a spline in ln δ. The table of
+    400 kinks lies up to 1e-4 above the spline, because the chords of a convex function lie above
+    it.
     """
     from scipy.interpolate import CubicSpline
 
     slip = (2 - accommodation) / accommodation
     ends = log(LEAST_RAREFACTION), log(LARGEST_RAREFACTION)
     solved = np.linspace(*ends, _SOLVED)
-    # Less the viscous part, which would hide the rest for large δ.
+    # Interpolate G less its viscous part: for large δ that part would hide the rest.
     beyond = [flow_rate(delta, accommodation) - delta / 6 for delta in np.exp(solved)]
     delta = np.exp(np.linspace(*ends, _KINKS))
     rate = delta / 6 + CubicSpline(solved, beyond)(np.log(delta))
     t, c = delta / (3 * sqrt(pi) * slip), 2 / (sqrt(pi) * slip) * rate
-    # Outside the table the first and the last chord go on.
+    # The first and the last chord continue outside the table.
     slopes = np.diff(c)[[0, -1]] / np.diff(t)[[0, -1]]
     ends_of_table = c[0] - slopes[0] * t[0], c[-1] + slopes[1] * t[-1]
     return PoiseuilleCoefficient(
@@ -140,15 +142,16 @@ def flow_rate(delta: float, accommodation: float = 1.0) -> float:
 
     Notes
     -----
-    Galerkin's method with u constant on each of n cells: it keeps the momentum balance, and the
-    error of G is that of u squared. It falls as 1/n², so that two solutions are extrapolated.
+    Galerkin's method with u constant on each of n cells keeps the momentum balance. The error of G
+    is of the order of the square of that of u: it falls as 1/n², so that two solutions can be
+    extrapolated.
     """
     coarse, fine = (_flow_rate(delta, accommodation, n) for n in (_CELLS, 2 * _CELLS))
     return (4 * fine - coarse) / 3
 
 
 def _flow_rate(delta: float, accommodation: float, cells: int) -> float:
-    """The same on one mesh, whose cells are narrower towards the walls.
+    """Reduced flow rate on one mesh of cells that become narrower towards the walls.
 
     The solution of c_x ∂Z/∂x + δ Z = δ u on each cell is exact. Walls reflect the part r = 1 - σ:
     Z(0, c_x) = r Z(0, -c_x), and u is symmetric, so that Z(0, c_x) = r Z(1, c_x) for c_x > 0.
@@ -160,8 +163,8 @@ def _flow_rate(delta: float, accommodation: float, cells: int) -> float:
     width, r = np.diff(edges), 1 - accommodation
     depth = delta * width[:, None] / velocity
     absorbed = -np.expm1(-depth)
-    passed = absorbed / depth  # mean over the cell of what enters
-    # Z at the cells for unit δ u in each cell, as it is swept along c_x > 0.
+    passed = absorbed / depth  # mean of Z over the cell, for a Z of 1 that enters it
+    # Sweep along c_x > 0. Due to u = 1 in cell j only: Z that enters cell k, and its mean there.
     entering = np.zeros((len(velocity), cells))
     of_source = np.empty((cells, len(velocity), cells))
     for k in range(cells):
@@ -177,8 +180,8 @@ def _flow_rate(delta: float, accommodation: float, cells: int) -> float:
     if delta <= 1:
         known, source = 0.0, mean.sum(axis=1) / (2 * delta)
     else:
-        # Take away u = δ x (1 - x)/2 + C, which solves the equation between the walls. What is
-        # left comes from the walls.
+        # Subtract u = δ x (1 - x)/2 + C, a solution away from the walls. The rest of u is due to
+        # the walls.
         constant = (2 - accommodation) / accommodation / 2
         known = delta / 6 + 2 * constant
 

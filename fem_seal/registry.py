@@ -1,4 +1,4 @@
-"""Look up the entry of a table by its name, as a scene or an argument gives it."""
+"""Look up one of several alternatives by the name that a scene or an argument gives."""
 
 from collections.abc import Collection, Mapping
 from typing import TypeVar
@@ -9,7 +9,7 @@ Choice = TypeVar("Choice")
 
 
 def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
-    """Look up the value that a name stands for.
+    """Look up the value registered under a name.
 
     Parameters
     ----------

@@ -11,11 +11,11 @@ from fem_seal.errors import InvalidInput
 
 
 def shown_as(header: str) -> dict[str, str]:
-    """Metadata of a field that has another header in text tables, such as one with its unit.
+    """Metadata of a field whose column in `as_text` has another header than the field's name.
 
     Parameters
     ----------
-    header : of the column in `as_text`; in CSV the header is the name of the field
+    header : header of the column, such as the name with its unit; CSV keeps the field's name
     """
     return {"header": header}
 
@@ -27,7 +27,7 @@ def _header(rows: Sequence[Any]) -> list[str]:
 
 
 def csv_text(header: Sequence[object], lines: Iterable[Sequence[object]]) -> str:
-    """Write lines of cells as CSV: floats in full, None as an empty cell."""
+    """Write lines of cells as CSV, with all digits of a float; None is an empty cell."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
@@ -44,7 +44,7 @@ def as_csv(rows: Sequence[Any]) -> str:
 
     Returns
     -------
-    Text with a header; floats in full, None as nothing.
+    Text with a header, otherwise as `csv_text`.
     """
     return csv_text(_header(rows), map(astuple, rows))
 
@@ -83,7 +83,7 @@ def markdown(header: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
 
 
 def html_table(rows: Iterable[tuple[str, str]]) -> str:
-    """Write names and their texts as a table of HTML, two columns, without a header."""
+    """Write names and their texts as an HTML table of two columns, without a header."""
     lines = (
         f"<tr><th>{html.escape(name)}</th><td>{html.escape(text)}</td></tr>" for name, text in rows
     )

@@ -53,12 +53,13 @@ def to_si(value: object, unit: str) -> float:
 
     Returns
     -------
-    float in `unit`, of any range: 0 and infinity are not refused here.
+    float in `unit`; any number is accepted here, also 0 and infinity.
 
     Raises
     ------
     ValueError
-        If the value is neither, or its unit is missing, unknown or of another dimension.
+        If the value is neither a number nor such a text, or its unit is missing, unknown or of
+        another dimension.
     """
     expected = f"should be a number in {unit} or a string with a unit such as {_EXAMPLES[unit]!r}"
     if isinstance(value, bool) or not isinstance(value, int | float | str):
@@ -80,7 +81,7 @@ def _parsed(text: str) -> "pint.Unit":
     Raises
     ------
     ValueError
-        If a word is a symbol with an s behind it.
+        If a word is the symbol of a unit followed by s.
     pint.PintError and others
         If pint does not know the unit.
     """
@@ -95,7 +96,7 @@ def _parsed(text: str) -> "pint.Unit":
 
 
 def _convert(number: str, text: str, unit: str, expected: str) -> float:
-    """Number with the unit `text` in an SI unit; the ValueError ends with the expected form."""
+    """Convert a number with the unit `text` to an SI unit; `expected` ends the error message."""
     from decimal import Decimal
     from tokenize import TokenError
 
@@ -123,7 +124,7 @@ class RateUnit:
     kind : str
         A key of `RATES`.
     size : float
-        One such unit in the SI unit of its kind.
+        Size of the unit in the SI unit of its kind.
     """
 
     name: str
@@ -193,7 +194,7 @@ class Rate:
         Raises
         ------
         ValueError
-            If it is not a positive finite number, or its unit is not one of a leak rate.
+            If the number is not positive and finite, or the unit is not one of a leak rate.
         """
         match = None if isinstance(value, bool) else _NUMBER_AND_UNIT.fullmatch(str(value))
         if not match:

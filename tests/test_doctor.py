@@ -41,7 +41,7 @@ def test_no_mpirun(monkeypatch):
     finding = doctor._mpi()
     assert not finding.works
     assert not finding.required
-    assert "apt-get install" in finding.mend
+    assert "apt-get install" in finding.remedy
 
 
 def test_cache_that_cannot_be_written(monkeypatch, tmp_path):
@@ -49,7 +49,7 @@ def test_cache_that_cannot_be_written(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     finding = doctor._cache()
     assert not finding.works
-    assert "XDG_CACHE_HOME" in finding.mend
+    assert "XDG_CACHE_HOME" in finding.remedy
 
 
 def test_compilation_that_was_killed(monkeypatch, tmp_path):
@@ -63,12 +63,12 @@ def test_compilation_that_was_killed(monkeypatch, tmp_path):
     (folder / "libffcx_forms_2.c").touch()
     finding = doctor._cache()
     assert not finding.works
-    assert finding.mend == f"remove {folder / 'libffcx_forms_2.c'}"
+    assert finding.remedy == f"remove {folder / 'libffcx_forms_2.c'}"
 
 
 def test_missing_gl_names_its_package(monkeypatch):
     monkeypatch.setattr(doctor, "find_library", lambda name: None)
-    assert doctor._picture_mend() == "apt-get install libegl1"
+    assert doctor._picture_remedy() == "apt-get install libegl1"
 
 
 def test_table_and_exit_status(monkeypatch, capsys):

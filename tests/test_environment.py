@@ -123,21 +123,21 @@ def test_doctor_says_what_mpirun_wants():
 
 
 @pytest.mark.parametrize(
-    ("window", "mend"),
+    ("window", "remedy"),
     [("vtkXOpenGLRenderWindow", "unset VTK_DEFAULT_OPENGL_WINDOW"), ("nonsense", "unset VTK")],
 )
-def test_doctor_says_why_nothing_is_drawn(window, mend, monkeypatch):
+def test_doctor_says_why_nothing_is_drawn(window, remedy, monkeypatch):
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", window)
     monkeypatch.delenv("DISPLAY", raising=False)
-    finding = doctor._probe("pictures", "", doctor._PICTURE, doctor._picture_mend())
+    finding = doctor._probe("pictures", "", doctor._PICTURE, doctor._picture_remedy())
     assert not finding.works
     assert "VTK_DEFAULT_OPENGL_WINDOW" in finding.found or "libGL" in finding.found
-    assert mend in finding.mend
+    assert remedy in finding.remedy
 
 
 def test_doctor_says_that_cc_is_no_compiler(monkeypatch):
     monkeypatch.setenv("CC", "/nowhere/gcc")
-    assert "unset CC" in doctor._compiler_mend()
+    assert "unset CC" in doctor._compiler_remedy()
 
 
 LATIN = os.fsdecode(b"s\xe9al")  # not UTF-8

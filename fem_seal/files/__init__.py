@@ -1,8 +1,8 @@
-"""Files that appear whole or not at all, and folders that one run at a time may fill.
+"""Files that are written completely or not at all, and locks of the folders of a run.
 
-Everything the package writes passes through here: a file is written under a staging name in the
-folder it belongs to, flushed to the disk and renamed. The name of a staging file says which
-process on which host made it, so that the next run can clear away what a killed one has left.
+Every other package writes its files through this one: a file is written under a staging name in
+its folder, flushed to the disk and renamed. The staging name contains the process and the host, so
+that the next run can remove the files of a killed one.
 """
 
 from fem_seal.files.atomic import (

@@ -1,4 +1,4 @@
-"""Writing that leaves a whole file or none."""
+"""Writing a file completely or not at all."""
 
 import os
 import shutil
@@ -43,10 +43,9 @@ def atomic_write(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
 
     Parameters
     ----------
-    path : of the final file; its suffix is also that of the staging file, since writers choose
-        the format by it
-    durable : flush the file to the disk before it is renamed, so that a power cut leaves the old
-        or the new file; tables and pictures that can be made again do not need it
+    path : final file; the staging file has the same suffix, by which writers choose the format
+    durable : flush the file to the disk before it is renamed: after a power cut the old or the new
+        file is there. Tables and pictures do not need this, since they can be made again
 
     Raises
     ------
@@ -72,7 +71,7 @@ def atomic_write(path: str | Path, *, durable: bool = True) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str, *, durable: bool = True) -> None:
-    """Write a file as `atomic_write` does, making its folder where it is missing.
+    """Write a file as `atomic_write` does; create its folder if it is missing.
 
     Raises
     ------
@@ -86,7 +85,7 @@ def write_text(path: Path, text: str, *, durable: bool = True) -> None:
 
 
 def create_text(path: Path, text: str) -> None:
-    """Write a file, unless it is there already; of many who try at once one succeeds.
+    """Write a file unless it exists; if several processes try at once, one of them succeeds.
 
     Raises
     ------
@@ -101,7 +100,7 @@ def create_text(path: Path, text: str) -> None:
             try:
                 path.hardlink_to(staged)
             except PermissionError:
-                # No hard links here: the file is whole, but of two writers the later one wins.
+                # No hard links here: the file is complete, but the last of two writers replaces it.
                 if not path.exists():
                     os.replace(staged, path)  # noqa: PTH105 (must be atomic)
         finally:
@@ -110,18 +109,19 @@ def create_text(path: Path, text: str) -> None:
 
 
 def write_npz(path: Path, arrays: Mapping[str, object], *, compressed: bool = False) -> None:
-    """Write arrays as `numpy.savez` does, which on a full disk prints a traceback of its own.
+    """Write arrays as `numpy.savez` does, but without its traceback if the disk is full.
 
     Parameters
     ----------
-    path : of the file, usually one that is staged
+    path : the file, usually a staging file
     arrays : by name
     compressed : as `numpy.savez_compressed`
     """
     import numpy as np
 
     kind = zipfile.ZIP_DEFLATED if compressed else zipfile.ZIP_STORED
-    # `with` closes the archive where the error is met; savez leaves it to the garbage collector.
+    # `with` closes the archive after an error; savez leaves that to the garbage collector, which
+    # prints the traceback.
     with zipfile.ZipFile(path, "w", kind) as archive:
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
@@ -134,7 +134,7 @@ def staging_folder(folder: Path, what: str = "the output folder") -> Iterator[Pa
 
     Parameters
     ----------
-    folder : staging folders that killed processes left in it are removed
+    folder : the folder; staging files that killed processes left in it are removed
     what : its kind, for the message
 
     Raises
@@ -154,7 +154,7 @@ def staging_folder(folder: Path, what: str = "the output folder") -> Iterator[Pa
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Make a temporary folder; an OSError of the body is reported as one of the temporary folder.
+    """Make a temporary folder; if the body cannot write, the message is about that folder.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """The lock of a folder, held by one run or by any number of sweeps.
 
-The kernel releases a flock when its process ends, for whatever reason, so that no lock is ever
-stale; over NFS Linux turns it into a lock of the server. PyPI's filelock was considered: it has no
-shared locks, and does not know the owner for the message. On systems without flock the names in
+The kernel releases a flock when its process ends, for whatever reason: no lock is ever stale. Over
+NFS, Linux turns it into a lock of the server. PyPI's filelock was considered: it has no shared
+locks, and does not know the owner for the message. On systems without flock the owners listed in
 the file serve as the lock; two processes that start at the same instant may then both take it.
 """
 
@@ -25,8 +25,8 @@ if sys.platform != "win32":
 
 LOCK_FILE = ".fem-seal.lock"
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP)
-# Retries: a process that leaves a shared lock holds it alone for the instant in which it removes
-# the file.
+# Trials, and seconds between them: a process that gives up a shared lock holds it alone for the
+# instant in which it removes the file.
 _TRIALS, _PAUSE = 5, 0.05
 
 
@@ -41,12 +41,12 @@ def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
     folder : Path
         Folder to be written into.
     shared : bool
-        Allow other processes to hold it with `shared` at the same time.
+        Whether other processes may hold a shared lock at the same time.
 
     Raises
     ------
     InvalidInput
-        If another process holds the folder, which is named, or the folder cannot be written.
+        If another process holds the folder (the message names it), or the folder cannot be written.
     """
     folder = folder.absolute()
     path = folder / LOCK_FILE
@@ -94,7 +94,7 @@ def _acquire(path: Path, shared: bool) -> int:
 
 
 def _lock(handle: int, path: Path, shared: bool) -> bool:
-    """Whether the lock was free."""
+    """Try to lock an open file; False if another process holds it."""
     if sys.platform == "win32":
         return shared or not _others(path)
     try:
@@ -149,7 +149,7 @@ def _living(path: Path) -> list[tuple[Owner, str]]:
 
 
 def _holder(path: Path) -> str:
-    """Name the first owner."""
+    """Name of the first owner, for the message."""
     living = _living(path)
     if not living:
         return "another process"

@@ -28,8 +28,8 @@ class Owner:
     process : int
         Number of the process.
     start : int
-        Clock ticks between the start of the machine and that of the process; 0 where the system
-        does not say.
+        Clock ticks between the start of the machine and that of the process; 0 if the system does
+        not tell.
     """
 
     place: str
@@ -37,7 +37,7 @@ class Owner:
     start: int
 
     def gone(self) -> bool:
-        """Whether the process has ended; False for another host's, of which nothing is known."""
+        """Whether the process has ended; False on another host, where that is not known."""
         if self.place != _place():
             return False
         try:
@@ -74,7 +74,7 @@ def _place() -> str:
 
 
 def _start_of(process: int) -> int:
-    """Start of a running process; 0 if the system does not say, -1 if it is a zombie."""
+    """Start of a running process; 0 if the system does not tell, -1 if it is a zombie."""
     try:
         text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -123,5 +123,5 @@ def _user() -> int:
 
 
 def now() -> str:
-    """Local time with its zone, for people."""
+    """Local time with its zone, for messages."""
     return time.strftime("%Y-%m-%d %H:%M:%S %z")
