@@ -14,9 +14,9 @@ from fem_seal.letter.surfaces import Model
 if TYPE_CHECKING:
     from fem_seal.contact.state import GapState
 
-# Across a bracket of load narrower than this, relative, the area jumps: bisection stops there.
+# Relative width of a bracket of load at which the bisection stops: the area jumps within it.
 SMALLEST_STEP = 1e-7
-# A criterion met at this fraction of the first load is met at first contact.
+# Smallest load over the first one: a criterion met below it is met at first contact.
 FIRST_CONTACT = 1e-6
 
 
@@ -39,7 +39,10 @@ class ThresholdBracket:
 
 @dataclass(eq=False)
 class _Visited:
-    """A computed contact; its pressure is kept only while another contact may start from it."""
+    """A computed contact, and which criteria it meets.
+
+    The pressure is kept only while another contact may start from it.
+    """
 
     snapshot: Snapshot
     crossed: tuple[bool, ...]
@@ -53,24 +56,24 @@ def crossings(
     resolution: float,
     *,
     threads: int = 1,
-    news: Callable[[str], None] = lambda text: None,
+    progress: Callable[[str], None] = lambda text: None,
 ) -> list[ThresholdBracket]:
     """Bracket the load at which each criterion is met.
 
     Contact only grows with the load, in both models (for the elastic one: J. R. Barber, Q. J.
     Mech. Appl. Math. 27, 1 (1974)), so that each criterion is met once and stays met. The load is
-    bisected in the widest bracket; each contact starts from the pressure at the lower end. (From
-    the upper end or a mean of both, samples that should open keep a pressure so small that the
-    certificate still holds, and would be counted as contact.)
+    bisected in the widest bracket; each contact starts from the pressure at the lower end. (If it
+    started from the upper end or a mean of both, samples that should open could keep a tiny
+    pressure, which the certificate allows, and would count as contact.)
 
     Parameters
     ----------
     surface : heights [m]
     model : bearing or elastic
-    criteria : to be bracketed
-    resolution : width of the brackets in A/A0
-    threads : of an elastic contact
-    news : called with a text on each contact
+    criteria : criteria to bracket
+    resolution : largest width of the brackets in A/A0
+    threads : threads of an elastic contact
+    progress : called with a text on each contact
 
     Returns
     -------
@@ -85,7 +88,7 @@ def crossings(
     def visit(load: float, start: np.ndarray | None) -> _Visited:
         state = model.press(surface, load, start, threads)
         crossed = tuple(criterion.crossed(state.contact) for criterion in criteria)
-        news(f"A/A0 = {state.contact_area_fraction:.4f}, {sum(crossed)} of {len(crossed)} met")
+        progress(f"A/A0 = {state.contact_area_fraction:.4f}, {sum(crossed)} of {len(crossed)} met")
         return _Visited(Snapshot.of(state, load), crossed, _pressure(state))
 
     visited = _enclosed(visit, model)
@@ -113,7 +116,7 @@ def _pressure(state: "GapState") -> np.ndarray | None:
 def _enclosed(
     visit: Callable[[float, np.ndarray | None], _Visited], model: Model
 ) -> list[_Visited]:
-    """Contacts at loads from before the first criterion is met to after the last one."""
+    """Contacts under loads that enclose the thresholds of all criteria."""
     visited = [visit(model.low, None)]
     while any(visited[-1].crossed):
         if visited[-1].snapshot.load < FIRST_CONTACT * model.low:
@@ -144,7 +147,7 @@ def _ends(visited: list[_Visited], k: int) -> tuple[_Visited, _Visited]:
 
 
 def _unfinished(pair: tuple[_Visited, _Visited]) -> float:
-    """Width of a bracket in A/A0, 0 if it holds only a jump of the area."""
+    """Width of a bracket in A/A0 that bisection can still reduce; 0 if the area jumps there."""
     before, after = (end.snapshot for end in pair)
     if after.load - before.load <= SMALLEST_STEP * after.load:
         return 0.0

@@ -102,7 +102,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Letter:
-    """letter.json: the letter's quantities, as measured by this run.
+    """Content of letter.json: the letter's quantities as measured by this run.
 
     Attributes
     ----------
@@ -111,25 +111,26 @@ class Letter:
     finished : datetime
         Time at which it ended.
     seconds_in_points : float
-        CPU time of the points of thresholds and Fig. 3 [s].
+        CPU time of the thresholds and of the points of Fig. 3 [s].
     peak_memory_bytes : int
         Largest memory of a process.
     thresholds : list[ThresholdRow]
         Percolation thresholds.
     differences : list[DifferenceRow]
-        Bearing less elastic thresholds of the same surfaces.
+        Thresholds of the bearing model less those of the elastic one, for the same surfaces.
     flows : dict[str, pictures.FlowMeasures]
         Fig. 2 as numbers, by model.
     decades : dict[str, float]
-        log10 of bearing over elastic flow density, by the name of the measure.
+        log10 of the flow density of the bearing model over that of the elastic one, by the name
+        of the measure.
     total_decades, total_decades_corrected : float or None
-        log10 of bearing over elastic leak rate at A/A0 = 0.2 over all seeds, at equal counted
-        area and with the bearing contact of the elastic one's corrected area.
+        log10 of the leak rate of the bearing model over that of the elastic one at A/A0 = 0.2,
+        mean over seeds; at equal counted area, and with the bearing contact at the corrected
+        area of the elastic one.
     agreement : rows.Agreement
         Agreement of the methods.
     cascade : list[CascadeStart]
-        Errors of the cascade's first guess on the finest grid; empty if the plan leaves them
-        out.
+        Errors of the cascade's first guess; empty if the plan leaves them out.
     errors : list[rows.ErrorRow]
         Errors of flow and contact grid; empty if the plan leaves them out.
     theory : list[rows.TheoryRow]
@@ -187,11 +188,11 @@ class Points:
     Attributes
     ----------
     flows, refined, cascade : list of Chain
-        Of `FlowPoint`, `GridPoint` and `CascadeStart`.
+        Points of Fig. 3, the same on refined contact grids, and starts of the cascade.
     gaps, pictures : list of Chain
-        Of Figs. 1 and 2, one a model.
+        Data of Figs. 1 and 2, one point for each model.
     thresholds : list of Chain
-        Of `SeedThresholds`.
+        Thresholds, one point for each model and seed.
     """
 
     flows: list[Chain[FlowPoint]]
@@ -216,8 +217,7 @@ class Points:
 
     @property
     def all(self) -> list[Chain]:
-        """All chains."""
-        # Longest first, so that several jobs end together.
+        """All chains, those that take longest first: several jobs then end together."""
         return [
             *self.flows,
             *self.thresholds,
@@ -238,7 +238,7 @@ def compute_points_of(
     plan : settings
     out : folder of points/, with a file for each point, and of the data of Figs. 1 and 2
     report : called with each point
-    work : how the points are shared out; one after the other if left out
+    work : how the points are shared among workers; one after the other if left out
 
     Raises
     ------
@@ -333,13 +333,13 @@ def _curve(plan: Plan, law: str, seed: int) -> list[PerssonPoint]:
 
 
 def _threshold(thresholds: list[ThresholdRow], plan: Plan, model: str) -> float:
-    """A*/A0 of the reference pair with the first of the edges."""
+    """A*/A0 of the reference pair with the first kind of edges."""
     key = (model, REFERENCE, plan.search.edges[0])
     return next(row.threshold for row in thresholds if (row.model, row.pair, row.edges) == key)
 
 
 def _read(chains: list[Chain[Point]]) -> list[Point]:
-    """Read the points of some chains, all of which have been computed."""
+    """Read the points of chains that have been computed."""
     return [
         chain.folder.load(chain.folder.path_of(task.name))
         for chain in chains
@@ -360,7 +360,7 @@ def _thresholds(plan: Plan, out: Path) -> list[Chain[SeedThresholds]]:
 def _pictures(
     plan: Plan, out: Path
 ) -> tuple[list[Chain[GridField]], list[Chain[pictures.FlowPicture]]]:
-    """Data of Figs. 1 and 2, one chain a model, kept in .npz files of the folder."""
+    """Chains of the data of Figs. 1 and 2, one for each model; kept in .npz files."""
     case, threads = plan.case, plan.threads
     gaps, flows = pictures.GapFolder(out), pictures.FlowFolder(out)
     contact_chains, flow_chains = [], []

@@ -9,7 +9,7 @@ from fem_seal.letter.flow_points import SIDES
 from fem_seal.letter.surfaces import VISCOSITY, RoughCase, at_area
 
 SEED = 1
-# Samples along a side up to which the converged pressure is computed as well.
+# Most samples along a side for which the converged pressure is computed as well.
 PRESSURE_UP_TO = 1024
 
 

@@ -1,4 +1,4 @@
-"""The critical constriction: its gap, and its share of the pressure drop."""
+"""The critical constriction: its gap, and its share of the dissipation."""
 
 from dataclasses import dataclass
 
@@ -46,7 +46,7 @@ def constriction_share(gap: GridField, radius: float) -> ConstrictionShare:
     Parameters
     ----------
     gap : gap [m] that leaks between side walls
-    radius : of the disc around the constriction [m]
+    radius : radius of the disc around the constriction [m]
 
     Raises
     ------

@@ -26,8 +26,8 @@ SIDES = "periodic"
 # Link rules in increasing order of the leak rate: every link has harmonic <= linear-gap <=
 # arithmetic, and no leak rate falls when a link conducts better (Rayleigh).
 LINKS = ("harmonic", "linear-gap", "arithmetic")
-# Bins of the gap distribution, equal in ratio and 7 % wide: the leak rate of Bruggeman's medium
-# does not depend on where gaps lie within a bin.
+# Number of bins of the gap distribution, and the smallest gap over the largest one. Each bin is 7 %
+# wide: the leak rate of Bruggeman's medium does not depend on where gaps lie within a bin.
 BINS, SMALLEST = 200, 1e-6
 
 
@@ -105,7 +105,7 @@ class FlowPoint:
     converged : bool
         Whether the bracket is as narrow as `rtol`.
     finite_difference : dict[str, float]
-        Leak rates by link rule; empty if they were left out.
+        Leak rates by finite differences, by link rule; empty if they were left out.
     gaps : GapDistribution
         Distribution of the gap, for Bruggeman's medium.
     contact_seconds : float
@@ -161,9 +161,9 @@ def flow_point(
     model : "bearing" or "elastic"
     wanted : prescribed A/A0; 0 is first contact
     rtol : (upper - lower) / √(lower upper) of the certified leak rate
-    threads : of an elastic contact
+    threads : threads of an elastic contact
     differences : whether to compute finite differences as well
-    pressed : the surface, with the contacts before this one; a new one if left out
+    pressed : the surface and its last contacts, from which this one starts; new if left out
 
     Raises
     ------
@@ -228,7 +228,7 @@ def _finite_difference(gap: GridField, links: str) -> float:
 
 @dataclass(frozen=True)
 class GridPoint:
-    """One load on finer and finer contact grids; lists have one value for each grid.
+    """Leak rates under one load on finer and finer contact grids.
 
     Attributes
     ----------
@@ -243,9 +243,9 @@ class GridPoint:
     pressure : float
         Mean pressure [Pa].
     areas, corrected : tuple[float, ...]
-        A/A0, counted in samples and corrected for the perimeter.
+        A/A0 on each grid, counted in samples and corrected for the perimeter.
     lower, upper : tuple[float, ...]
-        Certified bounds of the leak rates [m³/s].
+        Certified bounds of the leak rate on each grid [m³/s].
     """
 
     case: RoughCase
@@ -298,7 +298,7 @@ def grid_point(
     Parameters
     ----------
     case, seed, wanted, rtol, threads : as in `flow_point`, elastic
-    factors : refinements of the grid, the first 1
+    factors : refinements of the grid; the first is 1
 
     Raises
     ------

@@ -8,7 +8,7 @@ from fem_seal.letter.surfaces import MODELS
 from fem_seal.letter.threshold_rows import DifferenceRow, ThresholdRow
 from fem_seal.tables import markdown
 
-# Measures of the flow density that are compared with the letter's, and their names for people.
+# Measures of the flow density that are compared with the letter's, and their names on the page.
 MEASURES = {"total": "total", "body": "99.9 % quantile", "peak": "peak"}
 
 

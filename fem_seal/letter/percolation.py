@@ -54,20 +54,20 @@ def percolation(
     work: Work | None = None,
     report: Report = silent,
 ) -> Study:
-    """Thresholds of many ensembles; surfaces that the folder holds are not computed again.
+    """Thresholds of many ensembles; surfaces in the folder are not computed again.
 
     Parameters
     ----------
     cases, seeds, models : all combinations are computed
-    out : folder of a file for each surface in points/, and of percolation.json and
-        percolation.csv, which hold all surfaces of the folder, by whatever run, and of
-        differences.csv, bearing less elastic thresholds of the same surfaces
-    work : how the surfaces are shared out; one after the other if left out
+    out : folder. points/ has a file for each surface; percolation.json and percolation.csv have
+        the thresholds of all its surfaces, also those of other runs; differences.csv has the
+        thresholds of the bearing model less those of the elastic one
+    work : how the surfaces are shared among workers; one after the other if left out
     search, threads, report : as in `seed_thresholds`
 
     Returns
     -------
-    Study, of the surfaces that are there.
+    Study, of those surfaces that have been computed.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def percolation(
 
 
 class ThresholdTask(StudyTask[SeedThresholds]):
-    """A surface under one model, which reports each contact."""
+    """Thresholds of a surface under one model; each contact is reported."""
 
     def compute(self, handed_on: None, report: Report, comm: Comm) -> SeedThresholds:
         """Compute the thresholds of the surface."""
@@ -118,9 +118,9 @@ def threshold_task(
 
 
 def _gather(folder: RecordFolder[SeedThresholds], search: Search, out: Path) -> None:
-    """Write the tables of all points of one search that the folder holds, by any writer."""
+    """Write the tables of all points of one search in the folder, also those of other runs."""
     before: list[SeedThresholds] = []
-    # Repeated until nothing has come meanwhile: the last table then misses no finished point.
+    # Repeat until no other run has added a point meanwhile: the tables then miss no finished point.
     while (points := [p for p in folder.matching("threshold-*") if p.search == search]) != before:
         before = points
         ensembles: dict[tuple[RoughCase, str], list[SeedThresholds]] = {}

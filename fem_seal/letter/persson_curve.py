@@ -18,10 +18,11 @@ from fem_seal.letter.surfaces import (
 # Mean pressures in units of E* h'rms: A/A0 from 0.01 to 0.45 in Persson's theory. From 0.16 on they
 # are close together: the leak rate there falls by decades within a few per cent of the load.
 LOADS = (*np.geomspace(0.006, 0.16, 24).tolist(), *np.arange(0.164, 0.302, 0.004).tolist())
-# Area at which contact percolates in the continuum, where the theory's area belongs: 0.40 to 0.41
-# here (docs/theory/letter.md), 0.415 according to Wang and Müser, Tribol. Lett. 69, 1 (2021).
+# A/A0 at which contact percolates in the continuum; the theory's area is that of the continuum. It
+# is 0.40 to 0.41 here (docs/theory/letter.md) and 0.415 according to Wang and Müser, Tribol. Lett.
+# 69, 1 (2021).
 CONTINUUM_THRESHOLD = 0.40
-# Rings of wave vectors in every factor of two of the wavenumber.
+# Number of rings of wave vectors between a wavenumber and its double.
 RINGS_PER_OCTAVE = 3
 
 
@@ -139,10 +140,10 @@ def persson_curve(
 
     Parameters
     ----------
-    spectrum : of the ensemble or of one surface
+    spectrum : spectrum of the ensemble or of one surface
     threshold : A*/A0 of the modified Bruggeman medium
     loads : mean pressures in units of E* h'rms
-    area : law of the contact area, of `theory.persson.AREA_LAWS`
+    area : law of the contact area, a name in `theory.persson.AREA_LAWS`
 
     Returns
     -------

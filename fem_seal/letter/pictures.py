@@ -1,4 +1,4 @@
-"""Data of the letter's Figs. 1 and 2: contacts of equal area by both models, and their flow."""
+"""Data of the letter's Figs. 1 and 2: contacts of equal area in both models, and their flow."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,7 +55,7 @@ def flow_picture_data(case: RoughCase, model: str, rtol: float, threads: int = 1
 
 
 class GapFolder(PointFolder[GridField]):
-    """Gaps of Fig. 1."""
+    """Folder of the gaps of Fig. 1."""
 
     suffix = ".npz"
 
@@ -75,7 +75,7 @@ class GapFolder(PointFolder[GridField]):
 
 
 class FlowFolder(PointFolder[FlowPicture]):
-    """Flows of Fig. 2."""
+    """Folder of the flows of Fig. 2."""
 
     suffix = ".npz"
 

@@ -27,14 +27,14 @@ class CurrentRow:
     state : "leaking" or "sealed"
         State of the contact.
     lower, value, upper : float
-        Certified finite elements.
+        Certified bounds by finite elements, and their geometric mean.
     harmonic, linear_gap, arithmetic : float or None
         Finite differences by link rule; None if they were left out.
     bruggeman : float
-        Bruggeman's medium of the same gaps in dimension 2.
+        Effective medium of Bruggeman with the same gaps, in dimension 2.
     modified, modified_measured : float or None
-        The same in the letter's n_eff, with A* = 0.42 and with the A* of this run; elastic
-        contact only.
+        The same in the effective dimension n_eff of the letter, with A* = 0.42 and with the A* of
+        this run; elastic contact only.
     unknowns : int
         Unknowns of the last mesh.
     """
@@ -63,7 +63,7 @@ class PerssonRow:
     Attributes
     ----------
     law : str
-        Law of the contact area, of `theory.persson.AREA_LAWS`.
+        Law of the contact area, a name in `theory.persson.AREA_LAWS`.
     seed : int
         Surface.
     load : float
@@ -96,7 +96,7 @@ class TheoryRow:
     area, area_corrected : float
         A/A0, counted in samples and corrected for the perimeter.
     kappa, kappa_corrected : float
-        A/A0 over the load of either area.
+        κ = (A/A0) / load of either area.
     theory_area : float
         A/A0 of the theory under the same load.
     at_area, at_load : float
@@ -157,12 +157,12 @@ def current_rows(points: Sequence[FlowPoint], threshold: float) -> list[CurrentR
 
     Parameters
     ----------
-    points : of any models and seeds, with one at area 0 for each seed
+    points : points of any models and seeds, with one at area 0 for each seed
     threshold : measured A*/A0 of elastic contact
 
     Returns
     -------
-    list of CurrentRow, first contacts left out
+    list of CurrentRow, without the first contacts
     """
     first = first_contacts(points)
     return [_row(point, first[point.seed], threshold) for point in points if point.wanted > 0]
@@ -211,12 +211,12 @@ def persson_rows(
 
 
 def theory_rows(points: Sequence[FlowPoint], curves: Sequence[PerssonRow]) -> list[TheoryRow]:
-    """Elastic contacts that leak beside the curve of their surface, for each law of the area.
+    """Compare the elastic contacts that leak with the curve of their surface, for each area law.
 
     Parameters
     ----------
-    points : of all models and seeds, with one at area 0 for each seed
-    curves : with loads in increasing order
+    points : points of all models and seeds, with one at area 0 for each seed
+    curves : Persson's prediction for each law and surface, with increasing loads
     """
     first = first_contacts(points)
     elastic = [point for point in points if point.model == "elastic" and point.wanted > 0]
@@ -257,18 +257,19 @@ def _between(x: float, xs: Sequence[float], currents: Sequence[float]) -> float:
 
 
 def total_decades(rows: Sequence[CurrentRow], area: float, corrected: bool = False) -> float | None:
-    """log10 of bearing over elastic leak rate, mean over seeds.
+    """log10 of the leak rate of the bearing model over that of the elastic one, mean over seeds.
 
     Parameters
     ----------
-    rows : of both models
+    rows : rows of both models
     area : counted A/A0 of the elastic contact
-    corrected : compare with the bearing contact of the elastic one's corrected area, between
-        points of Fig. 3; the bearing model's counted area needs no correction
+    corrected : whether the bearing contact has the corrected area of the elastic one, in place of
+        the counted one; the area of a bearing contact needs no correction. Its leak rate is
+        interpolated between points of Fig. 3
 
     Returns
     -------
-    float, or None without an elastic point at that area or bearing points around it
+    float; None if there is no elastic point at that area, or no bearing points on both sides
     """
     logs = []
     for row in rows:
@@ -340,7 +341,7 @@ class Agreement:
 
 
 def agreement(rows: Sequence[CurrentRow], bearing: float, elastic: float) -> Agreement:
-    """Compare the methods; effective media up to 0.8 of the thresholds of both models."""
+    """Compare the methods; the effective media only up to 0.8 of the threshold of each model."""
     leaking = [row for row in rows if row.value > 0]
     values = [row.value for row in leaking]
     banded = [

@@ -30,15 +30,15 @@ EXPONENT = 69 / 20
 # Lengths in λ, heights in H, pressures in E* H/λ, leak rates in H³ Δp/(12 η).
 CONTACT_MODULUS = 1.0
 TOLERANCE = 1e-10
-# Full contact is at 2π; the lattice seals well below half of it.
+# Pressures of a leaking and a sealed contact. Contact is full at 2π and seals well below π.
 OPEN, SHUT = 0.5, np.pi
 SIDES = "periodic"
-# Distances from closing; at the last one 1024 samples just resolve the saddle.
+# Distances (p_c - p)/p_c from closing; at the smallest one 1024 samples just resolve the saddle.
 DISTANCES = tuple(0.32 * 10 ** (-k / 4) for k in range(9))
 # On 16 samples the saddle is a single sample wide at most distances: Q is then the cube of a gap
 # that falls linearly, and its exponent 3.
 LEAST_SAMPLES = 32
-# Largest difference of a local exponent between two grids; others are not used.
+# Largest difference of a local exponent between two grids; exponents that differ more are not used.
 TRUSTED = 0.05
 
 
@@ -60,7 +60,7 @@ class Closing:
 
     @property
     def pressure(self) -> float:
-        """The middle of the two."""
+        """Closing pressure p_c, the middle of the two."""
         return 0.5 * (self.leaking + self.sealed)
 
 
@@ -133,7 +133,7 @@ def closing_pressure(samples: int, rtol: float = 1e-6) -> Closing:
 
     Parameters
     ----------
-    samples : along a period; even, so that one lies on the saddle
+    samples : samples along a period; even, so that one lies on the saddle
     rtol : width of the bracket over the pressure
 
     Raises
@@ -165,9 +165,9 @@ def close_saddle(
 
     Parameters
     ----------
-    closing : of the grid
+    closing : closing pressure on the grid
     distances : (p_c - p) / p_c, falling
-    rtol : of the certified leak rates
+    rtol : relative width of the bounds of the leak rates
     report : called with each point
 
     Raises
@@ -201,7 +201,7 @@ def close_saddle(
 
 @dataclass(frozen=True)
 class SaddleSeries:
-    """A saddle closing on one grid; a file of points/.
+    """A saddle that closes, on one grid; the content of a file of points/.
 
     Attributes
     ----------
@@ -222,7 +222,7 @@ class SeriesTask(Task[SaddleSeries]):
     Attributes
     ----------
     samples : int
-        Along a period.
+        Samples along a period.
     """
 
     samples: int
@@ -241,14 +241,14 @@ def saddle_series(
 
     Parameters
     ----------
-    samples : along a period, of each grid
+    samples : samples along a period, for each grid
     out : folder of points/, with a file for each grid
-    work : how the grids are shared out; one after the other if left out
+    work : how the grids are shared among workers; one after the other if left out
     report : called with each point
 
     Returns
     -------
-    Series in the order of the grids; None if some are missing that other parts compute.
+    Series in the order of the grids; None if some are left to other parts of the study.
 
     Raises
     ------
@@ -290,7 +290,7 @@ class Limit:
     value, error : float
         Limit and its error.
     amplitude, power : float
-        Correction to it.
+        Correction at a distance from closing: amplitude × distance^power.
     """
 
     value: float
@@ -306,13 +306,13 @@ def limiting_exponent(
 
     Parameters
     ----------
-    coarse, fine : on n and 2n samples, at the same distances
-    trusted : pairs that differ more are left out
+    coarse, fine : exponents on n and 2n samples, at the same distances
+    trusted : exponents that differ more on the two grids are left out
 
     Returns
     -------
-    Limit; its error is the root of the sum of squares of the standard error of the fit and of the
-    change by the extrapolation in n.
+    Limit; the squares of the standard error of the fit and of the change by the extrapolation in n
+    add up to that of its error.
 
     Raises
     ------

@@ -16,9 +16,9 @@ from fem_seal.memory import peak_memory
 from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 
-# The pair of connectivities that agrees with the gap of the flow solver.
+# The pair of connectivities by which the flow solver decides whether a gap leaks.
 REFERENCE = "triangulation"
-# Factor on a load at which the tolerance of the contact decides whether the constriction is open.
+# Factor by which a load is lowered if the contact computed anew is sealed within its tolerance.
 LESS_LOAD = 0.998
 
 
@@ -31,7 +31,7 @@ class Search:
     resolution : float
         Width of the brackets in A/A0.
     edges : tuple[str, ...]
-        Names in `spanning.EDGES`.
+        Kinds of edges, names in `spanning.EDGES`.
     flow : bool
         Whether to solve the flow through the last open contact, for its constriction.
     """
@@ -79,7 +79,7 @@ class SeedThresholds:
     peak_memory_bytes: int
 
     def of(self, pair: str, edges: str, corrected: bool = False) -> float:
-        """A*/A0 of a pair of connectivities: mean of where contact begins and open ceases to span.
+        """A*/A0 of a pair: mean of the areas where contact begins and where open ceases to span.
 
         Parameters
         ----------
@@ -146,7 +146,7 @@ def seed_thresholds(
         criteria_of(search.edges),
         search.resolution,
         threads=threads,
-        news=lambda text: report("contact", text),
+        progress=lambda text: report("contact", text),
     )
     constriction = None
     if search.flow and "open" in search.edges:
@@ -154,7 +154,8 @@ def seed_thresholds(
         sealing = Criterion("open", "triangulation", "open")
         last = next(b.before.load for b in brackets if b.criterion == sealing)
         gap = _last_open(surface, pressing, last, threads)
-        # A disc of one wavelength holds one constriction; two samples at least hold a triangle.
+        # A disc with the radius of the shortest wavelength contains one constriction; a radius of
+        # two samples makes sure that it contains a triangle.
         constriction = constriction_share(gap, max(case.short, 2) * PITCH)
     return SeedThresholds(
         case=case,
@@ -169,7 +170,7 @@ def seed_thresholds(
 
 
 def _last_open(surface: GridField, pressing: Model, load: float, threads: int) -> GridField:
-    """Open gap under a load, or a slightly smaller one if a cold start seals it by a sample."""
+    """Gap that leaks under a load, lowered if the contact without a start seals by a sample."""
     while True:
         gap = pressing.press(surface, load, None, threads).gap
         if not GridFilm(gap).sealed:

@@ -15,8 +15,8 @@ from fem_seal.registry import require_known
 if TYPE_CHECKING:
     from fem_seal.contact.state import GapState
 
-# Connectivities of (contact, open). All are dual pairs but the last: with it neither phase is
-# connected through corners, so that both may fail to span.
+# Connectivities of contact and of open. All but the last are dual pairs. In the last one neither
+# phase is connected through corners, and both may fail to span.
 PAIRS = {
     "triangulation": ("triangulation", "triangulation"),
     "contact-8": ("8", "4"),
@@ -24,8 +24,8 @@ PAIRS = {
     "both-4": ("4", "4"),
 }
 
-# "open": from the first row to the last, side walls; "cylinder": the same, the sides joined;
-# "periodic": a closed path around the torus along x.
+# Paths that span. "open": from the first row to the last between side walls; "cylinder": the same
+# with the sides joined; "periodic": a closed path around the torus along x.
 EDGES: dict[str, Callable[[np.ndarray, str], bool]] = {
     "open": lambda mask, connectivity: spans(mask, connectivity, "wall"),
     "cylinder": lambda mask, connectivity: spans(mask, connectivity, "periodic"),
@@ -37,7 +37,7 @@ TORUS = (True, True)
 
 @dataclass(frozen=True)
 class Criterion:
-    """An event that occurs once as the load grows: contact begins, or open ceases, to span.
+    """An event that occurs once as the load grows: contact begins or open ceases to span.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Criterion:
     connectivity : str
         Connectivity of that phase.
     edges : str
-        One of EDGES.
+        Kind of edges, a name in EDGES.
     """
 
     phase: str

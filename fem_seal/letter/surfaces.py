@@ -20,13 +20,13 @@ CONTACT_MODULUS = 10e6  # [Pa]
 VISCOSITY = 1e-3  # [Pa s]
 PRESSURE_DROP = 1e5  # [Pa]
 
-# The certificate bounds the energy. That the contact set changes by a few samples at most when
-# the tolerance is tightened further is an observation.
+# The certificate bounds the error of the energy, not of the contact set. With smaller tolerances
+# the contact set was seen to change by a few samples at most.
 CONTACT_TOLERANCE = 1e-6
 
-
-# Largest ratio of two areas of which the second contact starts from the first. The areas of Fig. 3
-# on 512² take 543 pairs of transforms so, 632 without warm starts; starts from all areas take more.
+# Largest ratio of two areas for which the second contact starts from the first. The areas of Fig. 3
+# on 512² then take 543 pairs of transforms, without such starts 632; starts from all areas take
+# more.
 NEAR = 1.2
 
 
@@ -77,14 +77,14 @@ class RoughCase:
 
 @dataclass(frozen=True)
 class Model:
-    """A model of contact under a load; contact grows with the load.
+    """A model of contact; the contact area grows with the load.
 
     Attributes
     ----------
     press : Callable[[GridField, float, 'array or None', int], 'GapState']
         Function (surface, load, initial pressure or None, threads) -> state.
     low, high : float
-        First guess of a bracket of the percolation load.
+        First guess of a bracket of the load at which contact percolates.
     limit : float
         Largest load.
     """
@@ -168,8 +168,8 @@ def at_area(
 class PressedSurface:
     """A surface under one model, pressed to one area after the other.
 
-    An elastic contact whose area is near the last one starts from what the last two foretell. The
-    area is reached within the same tolerance from any start.
+    An elastic contact starts from the extrapolation of the last two if its area is near the last
+    one. It reaches its area within the same tolerance from any start.
 
     Parameters
     ----------

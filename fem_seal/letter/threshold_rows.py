@@ -10,7 +10,7 @@ from fem_seal.letter.spanning import PAIRS
 
 @dataclass(frozen=True)
 class ThresholdRow:
-    """Thresholds of an ensemble: means over seeds; spreads are standard deviations of one seed.
+    """Thresholds of an ensemble: means over seeds, and standard deviations as spreads.
 
     Attributes
     ----------
@@ -25,16 +25,16 @@ class ThresholdRow:
     corrected, corrected_spread : float or None
         The same after the perimeter correction; elastic contact only.
     contact_begins, open_ceases : float
-        A/A0 of the two events, whose mean is A*.
+        A/A0 where contact begins and where open ceases to span; A* is their mean.
     half_width : float
-        Half the distance of the two events, mean over seeds: between them both phases span, or
+        Half the distance of these two areas, mean over seeds. Between them both phases span, or
         neither does.
     euler_contact, euler_open, perimeter, largest_contact, largest_open : float
-        Numbers of the contact nearest to A*, as in `Snapshot`.
+        Measures of the contact nearest to A*, as in `Snapshot`.
     constriction_gap : float or None
         Gap of the constriction [m].
     constriction_share : float or None
-        Its part of the dissipation.
+        Share of the dissipation around the constriction.
     """
 
     n: int
@@ -62,7 +62,7 @@ class ThresholdRow:
 
 
 def threshold_rows(points: list[SeedThresholds]) -> list[ThresholdRow]:
-    """Rows of every pair of connectivities and kind of edges, from the seeds of one ensemble."""
+    """One row for each pair of connectivities and kind of edges, from the seeds of one ensemble."""
     first = points[0]
     return [_row(points, pair, edges) for edges in first.search.edges for pair in PAIRS]
 
@@ -70,8 +70,8 @@ def threshold_rows(points: list[SeedThresholds]) -> list[ThresholdRow]:
 def _row(points: list[SeedThresholds], pair: str, edges: str) -> ThresholdRow:
     case = points[0].case
     raw = [point.of(pair, edges) for point in points]
-    # A pixel that carries any pressure counts as contact, which biases the elastic area; counting
-    # samples above a cut has no bias.
+    # In elastic contact a pixel that carries any pressure counts as contact, which makes the area
+    # too large. Counting the samples above a cut has no such bias.
     elastic = points[0].model == "elastic"
     corrected = [point.of(pair, edges, corrected=True) for point in points if elastic]
     events = np.array([point.between(pair, edges) for point in points])
@@ -107,7 +107,7 @@ def _row(points: list[SeedThresholds], pair: str, edges: str) -> ThresholdRow:
 
 @dataclass(frozen=True)
 class DifferenceRow:
-    """By how much elastic deformation lowers the threshold of the same surfaces.
+    """Decrease of the threshold by elastic deformation, for the same surfaces.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ class DifferenceRow:
 
 
 def difference_rows(points: list[SeedThresholds]) -> list[DifferenceRow]:
-    """Differences of the models, by ensemble, edges and pair, over the surfaces that have both."""
+    """One row for each ensemble, edges and pair, from the surfaces computed in both models."""
     of = {(point.case, point.model, point.seed): point for point in points}
     rows = []
     for case in dict.fromkeys(point.case for point in points):
