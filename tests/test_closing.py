@@ -10,7 +10,7 @@ from project import ROOT, scene_of_samples, write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.render import closing_animation, closing_strip
-from fem_seal.render.closing import SHRUNK
+from fem_seal.render.closing import REDUCTION
 from fem_seal.scene import Scene
 from fem_seal.sweep.closing import FIRST, closing_contact, loads_to_closing
 
@@ -70,7 +70,7 @@ def test_film_has_a_frame_for_each_load_in_common_colours(steps, tmp_path):
             frames.append(np.asarray(film.convert("RGB")))
     # The bars are the same pixels in all frames; the drawings between them are not.
     width = frames[0].shape[1]
-    bar = slice(width - 190 // SHRUNK, width)
+    bar = slice(width - 190 // REDUCTION, width)
     for frame in frames[1:]:
         assert (frame[:, bar] == frames[0][:, bar]).all()
         assert (frame != frames[0]).any()

@@ -1,6 +1,6 @@
 """Pictures of a seal, drawn off screen, and the report that contains them (`report.report`).
 
-The modules of the names below, and PyVista or matplotlib, are imported when a name is first used.
+Each function below, with PyVista or matplotlib, is imported when its name is first used.
 """
 
 from importlib import import_module

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
-# Axes that span less than a factor have labels at these multiples of the decades.
+# Labels of a logarithmic axis: an axis that spans less than the factor has labels at the multiples
+# of the decades.
 _STEPS = ((30, (1, 2, 5)), (300, (1, 3)), (math.inf, (1,)))
 
 
@@ -32,8 +33,8 @@ def close_in(levels: Sequence[Level]) -> bool:
 def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
     """Plot the bounds, and the half-width of the bracket, against unknowns on logarithmic axes.
 
-    A lower bound of zero cannot be drawn on a logarithmic axis: of such a level the plot shows the
-    upper bound, and the relative half-width 1. The thin line is proportional to 1/unknowns, the
+    A logarithmic axis has no place for a lower bound of zero: for such a level the plot shows the
+    upper bound and a relative half-width of 1. The thin line is proportional to 1/unknowns, the
     optimal rate of adaptive linear elements for an energy.
 
     Parameters
@@ -63,9 +64,9 @@ def draw_bounds(figure: "Figure", levels: Sequence[Level], count: int | None = N
     Parameters
     ----------
     figure : matplotlib Figure
-        Without axes.
+        Figure without axes.
     levels : sequence of Level
-        All levels, which set the limits of the axes.
+        All levels; they determine the limits of the axes.
     count : int, optional
         Number of levels to draw; all if left out.
     """
@@ -97,7 +98,7 @@ def draw_bounds(figure: "Figure", levels: Sequence[Level], count: int | None = N
 
 
 def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
-    """Set logarithmic axes with the limits of all levels, so that animations keep them."""
+    """Make the axes logarithmic, with limits for all levels: an animation must not change them."""
     unknowns = np.array([level.unknowns for level in levels], dtype=float)
     values = np.array([[level.lower, level.upper] for level in levels])
     half_width = np.array([level.half_width for level in levels])
@@ -112,7 +113,7 @@ def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
 
 
 def label_axis(axis: "Axis") -> None:
-    """Label at least two ticks of a logarithmic axis, on which decades alone may be too few."""
+    """Label at least two ticks of a logarithmic axis, also if it spans less than a decade."""
     from matplotlib.ticker import (
         LogFormatterSciNotation,
         LogLocator,

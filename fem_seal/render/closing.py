@@ -1,4 +1,4 @@
-"""Film and strip of a closing contact: gap and flow under rising loads, on common scales."""
+"""Animation and strip of a closing contact: gap and flow under rising loads, on common scales."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Pixels
 
 KEY = (CONTACT, NO_FLOW)
-FILM_SIDE = 720  # longer side of each drawing of the film before it is made smaller [pixel]
-SHRUNK = 2  # frames of the film are drawn as many times as large as they are shown
+FRAME_SIDE = 720  # longer side of each drawing of a frame before it is reduced [pixel]
+REDUCTION = 2  # a frame is drawn this many times as large as it is shown
 STRIP_SIDE = 480  # longer side of each drawing of the strip [pixel]
 MOST_COLUMNS = 4
-DECADES = 2  # of the bar below the strongest flow of the tightest contact
-COLOURS, GREYS = 256, 16  # of a GIF
-SECONDS, LAST_SECONDS = 0.5, 2.0  # that a frame, and the last one, is shown
+DECADES = 2  # length of the colour bar below the strongest flow of the tightest contact
+COLOURS, GREYS = 256, 16  # number of colours of a GIF, and of greys among them
+SECONDS, LAST_SECONDS = 0.5, 2.0  # duration of a frame, and of the last one
 
 
 def closing_animation(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
@@ -40,7 +40,7 @@ def closing_animation(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
     Parameters
     ----------
     steps : sequence of LoadedFilm
-        At least one, of which at least one leaks.
+        Loads with film and leak rate; at least one of them leaks.
     path : str or Path
         The file, .gif.
 
@@ -60,7 +60,7 @@ def closing_animation(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
         raise InvalidInput(f"cannot write {path.name!r}: animations end in .gif")
     from PIL import Image
 
-    frames = [_pixels([panels]) for panels in _panels(steps, FILM_SIDE)]
+    frames = [_pixels([panels]) for panels in _panels(steps, FRAME_SIDE)]
     palette = _palette()
     first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
     seconds = [SECONDS] * len(others) + [LAST_SECONDS]
@@ -82,7 +82,7 @@ def closing_strip(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
     Parameters
     ----------
     steps : sequence of LoadedFilm
-        As of `closing_animation`; the first and the last are shown.
+        As of `closing_animation`. The first and the last are shown.
     path : str or Path
         The file, .png, .pdf or .svg.
 
@@ -108,7 +108,7 @@ def closing_strip(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
 
 
 def _panels(steps: Sequence[LoadedFilm], long_side: int) -> list[list[Panel]]:
-    """Gap and flow of each load, each with its bar."""
+    """Drawings of gap and flow under each load, each with its colour bar."""
     fields = [step.leak_rate.field for step in steps]
     flowing = [field for field in fields if field is not None]
     if not flowing:
@@ -128,7 +128,7 @@ def _panels(steps: Sequence[LoadedFilm], long_side: int) -> list[list[Panel]]:
 
 
 def _decades(fields: Sequence[FlowField]) -> int:
-    """Length of a bar on which the strongest flow of each field is seen."""
+    """Length [decades] of a colour bar that contains the strongest flow of each field."""
     peaks = [float(flow_density(field).max()) for field in fields]
     return DECADES + ceil(log10(max(peaks) / min(peaks)))
 
@@ -144,7 +144,7 @@ def _rate_text(leak: LeakRate) -> str:
 
 
 def _pixels(rows: Sequence[Sequence[Panel]]) -> "Pixels":
-    """Page as an image, made smaller."""
+    """Page as an image of reduced size."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
@@ -152,11 +152,11 @@ def _pixels(rows: Sequence[Sequence[Panel]]) -> "Pixels":
         canvas = FigureCanvasAgg(page_figure(rows, key=KEY))
         canvas.draw()
     whole = Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3])
-    return whole.reduce(SHRUNK)
+    return whole.reduce(REDUCTION)
 
 
 def _palette() -> "Pixels":
-    """Image with the colours of all frames, so that none flickers from a frame to the next."""
+    """Image with the colours of all frames; with one palette no colour flickers."""
     from PIL import Image
 
     greys = np.linspace(0, 255, GREYS).round()[:, None].repeat(3, axis=1)

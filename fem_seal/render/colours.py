@@ -1,7 +1,7 @@
-"""Colour maps that tell contact apart, also in print without colour.
+"""Colour maps that differ from the grey of contact, also in print without colour.
 
-Each map is a part of one of matplotlib's. Its lightest colour is darker than the light grey of
-contact, which is darker than white.
+Each map is a part of one of matplotlib's maps. Its lightest colour is darker than the light grey of
+contact, and that grey is darker than white.
 """
 
 from functools import cache
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 CONTACT_COLOUR = (214, 217, 221)
 WHITE = (255, 255, 255)
 
-# For each name the map of matplotlib, and the part of it that is used.
+# For each name the map of matplotlib, and the range 0..1 of it that is used.
 _PARTS = {
     "flow": ("magma_r", 0.22, 1.0),
     "gap": ("viridis", 0.0, 0.8),

@@ -11,8 +11,7 @@ from fem_seal.render.page import Panel, Swatch, panel_of, write_page
 from fem_seal.render.tiles import Mosaic, Tiles, mosaic, paint
 from fem_seal.render.window import LONG_SIDE, Window
 
-# Chosen so that in print without colour the largest channel is a lighter grey than the largest
-# patch.
+# In print without colour the largest channel is a lighter grey than the largest patch.
 CONTACT_KEY = (
     Swatch("other contact", (0, 0, 0)),
     Swatch("largest contact patch", (38, 84, 164)),
@@ -24,8 +23,8 @@ CONTACT_KEY = (
 def contact_classes(sites: Lattice) -> np.ndarray:
     """Index in CONTACT_KEY of every site.
 
-    Contact and open sites have a dual pair of connectivities, so that at most one of the two
-    largest clusters spans.
+    The connectivities of contact and open sites are dual: at most one of the two largest clusters
+    spans.
 
     Parameters
     ----------
@@ -70,7 +69,7 @@ def contact_picture(
     *,
     window: Window | None = None,
 ) -> Path:
-    """Picture of contact (gap exactly 0) and open domains, the largest of each in colour.
+    """Picture of contact (gap exactly 0) and open domains, the largest cluster of each in colour.
 
     Parameters
     ----------
@@ -88,7 +87,7 @@ def contact_picture(
     Raises
     ------
     InvalidInput
-        If a choice is unknown, the window is outside the seal, or the path cannot be written.
+        If the window extends beyond the seal, or the path cannot be written.
     """
     panel = contact_panel(film, window=window)
     return write_page([[panel]], path, key=CONTACT_KEY)

@@ -59,15 +59,15 @@ def flow_density(field: FlowField) -> np.ndarray:
 
 
 def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
-    """One logarithmic scale for all fields; it ends at the next 1, 2 or 5 above the peak.
+    """One logarithmic scale for all fields; its end is 1, 2 or 5 × 10ⁿ, not below the peak.
 
     Parameters
     ----------
     *fields : FlowField
         The fields to compare.
     decades : int
-        Largest length of the bar; weaker flow has the colour of its lower end. The bar is shorter
-        if no flow is as weak, but at least one decade long.
+        Largest length of the bar; weaker flow has the colour of its lower end. If no flow is that
+        weak, the bar is shorter, but at least one decade long.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def _panel(
     long_side: int,
     title: str,
 ) -> Panel:
-    """Draw the flow, and over it contact and pockets; but a mesh is drawn over the contact."""
+    """Draw the flow below contact and pockets, but a mesh above the contact."""
     view = mosaic(film, window, long_side)
     drawn = draw(flow, view.window, long_side)
     # Triangles wider than a pixel extend over contact and pockets, which carry no flow.
@@ -119,7 +119,7 @@ def _panel(
     if with_mesh:
         contact = view.mean_colours(np.minimum(classes, 1).astype(np.uint8), colours[:2, :3])
         ground = paint(contact, view.window, long_side)
-        # Black lines on white are the opacity of the lines.
+        # The lines are black on white: multiplication draws them on the ground.
         drawn = np.rint(drawn / 255 * ground).astype(np.uint8)
     else:
         drawn = paint(view.mean_colours(classes, colours), view.window, long_side, drawn)
@@ -137,7 +137,7 @@ def flow_panel(
 ) -> Panel:
     """Draw the flow density on a scale from `flow_scale`; see `flow_picture`.
 
-    Without a field, as where the film is sealed, nothing flows.
+    Without a field, as for a sealed film, no flow is drawn.
     """
     layers = [] if field is None else [flow_triangles(field, scale)]
     return _panel(film, layers, window, long_side, title)
@@ -164,7 +164,7 @@ def flow_picture(
     path : str or Path
         The file, .png, .pdf or .svg.
     scale : Scale, optional
-        From `flow_scale`, to compare pictures; if left out it spans DECADES below the peak.
+        Scale from `flow_scale`, to compare pictures; if left out that of this flow.
     window : Window, optional
         Part of the seal to show [m]; all if left out.
 
@@ -213,8 +213,8 @@ def mesh_picture(
 ) -> Path:
     """Picture of the edges of the mesh on which the flow was solved, with contact in grey.
 
-    One panel shows the whole mesh, a second one the part around the strongest flow, where adaptive
-    meshes are finest; a rectangle marks this part in the first. With a `window` there is one panel.
+    One panel shows the whole mesh, a second one the part around the strongest flow, where an adaptive
+    mesh is finest; a rectangle marks this part in the first. With a `window` there is one panel.
     Arguments as in `flow_picture`.
     """
     field = flow_of(leak)
@@ -230,7 +230,7 @@ def mesh_picture(
 
 
 def peak_window(field: FlowField, whole: Window, part: float = 1 / 8) -> Window:
-    """Window around the triangle of strongest flow, a part of each side of the seal long."""
+    """Window around the triangle of strongest flow, its sides a `part` of those of the seal."""
     strongest = field.cells[np.argmax(flow_density(field))]
     centre = field.points[strongest].mean(axis=0)
     half = 0.5 * part * np.array([whole.x1, whole.y1])

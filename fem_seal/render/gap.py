@@ -18,7 +18,7 @@ CONTACT = Swatch("contact (gap = 0)", CONTACT_COLOUR)
 
 
 def gap_scale(*gaps: np.ndarray) -> tuple[Scale, float]:
-    """One logarithmic scale for all gaps, in a readable unit; it ends above the largest one.
+    """One logarithmic scale for all gaps, in a readable unit; no gap lies above its end.
 
     Parameters
     ----------
@@ -28,9 +28,9 @@ def gap_scale(*gaps: np.ndarray) -> tuple[Scale, float]:
     Returns
     -------
     scale : Scale
-        In the readable unit.
+        Scale in the readable unit.
     factor : float
-        Readable units per metre.
+        Factor from metres to that unit.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def tile_colours(
     scale: tuple[Scale, float] | None,
     rest: tuple[int, int, int],
 ) -> np.ndarray:
-    """Colours of the tiles: that of the mean of the coloured samples, mixed with the rest.
+    """Colours of the tiles: the colour of their mean value, mixed with `rest`.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def gap_picture(
     path : str or Path
         The file, .png, .pdf or .svg.
     scale : (Scale, float), optional
-        From `gap_scale`, to compare pictures; if left out that of this gap.
+        Scale from `gap_scale`, to compare pictures; if left out that of this gap.
     window : Window, optional
         Part of the seal to show [m]; all if left out.
 

@@ -24,9 +24,9 @@ FORMATS = ("png", "pdf")
 PANEL_SIDE = 700  # pixels of the longer side of each panel
 # Part of each side of the cell that the lower row of Figs. 1 and 2 shows magnified.
 MAGNIFIED = 0.25
-DECADES = 4
-# The colours of models also differ in their grey values; seeds differ in the marker.
+DECADES = 4  # length of the colour bar of Fig. 2
 LAWS = {"persson": "Persson (2001)", "wang-mueser": "Wang and Müser (2017)"}
+# The colours of models also differ in their grey values; seeds differ in the marker.
 BEARING, ELASTIC, PERSSON = "#b2452b", "#1f4e9e", "#444444"
 MARKERS = ("o", "s", "^", "D", "v", "p", "h", "<", ">", "*")
 
@@ -117,7 +117,7 @@ def current_figure(
     Parameters
     ----------
     currents : sequence of CurrentRow
-        Points of both models and all seeds; sealed ones are not on the logarithmic axis.
+        Points of both models and all seeds; the logarithmic axis has no place for sealed ones.
     persson : sequence of PerssonRow
         Persson's predictions with the modified Bruggeman medium, for each law of the area.
     folder : Path
@@ -204,7 +204,7 @@ def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -
             for row in points
             if row.harmonic is not None
         ]
-        # Beside the bracket, not over it; what carries nothing is not on the logarithmic axis.
+        # Drawn beside the bracket, not over it. Zero has no place on the logarithmic axis.
         band = np.array([numbers for numbers in bands if numbers[2]], dtype=float).reshape(-1, 4)
         if not band.size:
             continue
@@ -223,7 +223,7 @@ def _points(axes: "Axes", rows: Sequence[CurrentRow], colour: str, model: str) -
 
 
 def _lines(axes: "Axes", rows: Sequence[CurrentRow], medium: str, colour: str) -> None:
-    """Draw Bruggeman's medium, as geometric mean over the seeds."""
+    """Draw the leak rate of Bruggeman's medium, geometric mean over the seeds."""
     areas = sorted({round(row.area, 2) for row in rows})
     x, y = [], []
     for area in areas:

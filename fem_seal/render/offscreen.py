@@ -1,8 +1,8 @@
 """Drawing without a screen: the only module that imports PyVista.
 
 A drawing is a stack of layers inside a window of the seal. All coordinates are converted from
-metres to pixels before VTK gets them, so that camera and clipping planes are the same for a flange
-of a metre and a patch of a micrometre.
+metres to pixels for VTK: camera and clipping planes are then the same for a flange of a metre and a
+patch of a micrometre.
 """
 
 import ctypes.util
@@ -22,12 +22,12 @@ from fem_seal.render.window import ISOLINE_WIDTH, LONG_SIDE, Scale, Window
 if TYPE_CHECKING:
     import pyvista
 
-SUPERSAMPLING = 2  # each pixel is the mean of SUPERSAMPLING² drawn ones, which smooths edges
+SUPERSAMPLING = 2  # each pixel is the mean of SUPERSAMPLING² drawn ones: edges become smooth
 
-# Light on a landscape: towards the sun from the left front, and the part without direction.
+# Light on a landscape: direction towards the sun, at the left front, and part without direction.
 SUN, AMBIENT = (-0.6, -0.5, 1.0), 0.35
 
-# VTK's render windows with the OpenGL library that each loads at run time.
+# VTK's render windows, and the OpenGL library that each loads at run time.
 GL_LIBRARIES = {
     "vtkEGLRenderWindow": "EGL",
     "vtkOSOpenGLRenderWindow": "OSMesa",
@@ -59,7 +59,7 @@ class Triangles:
 
 @dataclass(frozen=True, eq=False)
 class Isolines:
-    """Lines on which values that are linear on triangles have given levels.
+    """Isolines of values that are linear on triangles.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def require_gl() -> None:
     candidates = (chosen,) if chosen else offscreen
     for window in candidates:
         if ctypes.util.find_library(GL_LIBRARIES[window]):
-            # Set it also if it is VTK's own choice: unset, VTK first prints a warning about X.
+            # Set it even if it is VTK's default: otherwise VTK prints a warning about X.
             os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = window
             return
     missing = " or ".join(f"lib{GL_LIBRARIES[window]}" for window in candidates)
@@ -133,7 +133,8 @@ def require_gl() -> None:
 
 def _import_pyvista() -> ModuleType:
     require_gl()
-    # DOLFINx 0.5 to 0.7 leave RTLD_GLOBAL set; VTK loaded after that crashes on libstdc++ symbols.
+    # DOLFINx 0.5 to 0.7 leave RTLD_GLOBAL set; if VTK is loaded then, it crashes on symbols of
+    # libstdc++.
     if "dolfinx" in sys.modules and sys.getdlopenflags() & os.RTLD_GLOBAL:
         raise MissingPackage(
             "dolfinx was imported before fem_seal could make it safe for VTK; put "
@@ -199,11 +200,11 @@ class Relief:
     Parameters
     ----------
     points : (mx, my, 3) float
-        Its points in any unit, x and y from 0.
+        Points of the landscape in any unit, x and y from 0.
     picture : (height, width, 3) uint8
-        Picture that covers it, first row at the largest y.
+        Picture that covers the landscape, first row at the largest y.
     edges : ((int, int, int), (int, int, int))
-        Colours of its edges at the smallest and at the largest x.
+        Colours of the edges at the smallest and at the largest x.
     pin : (x, y, z) or None
         Foot of a black pin.
     """
@@ -215,7 +216,7 @@ class Relief:
 
 
 def draw_relief(relief: Relief, long_side: int = LONG_SIDE) -> np.ndarray:
-    """Draw a landscape as seen from above its edge of smallest y, without white margins.
+    """Draw a landscape without white margins, seen from above the edge of smallest y.
 
     Parameters
     ----------
@@ -272,7 +273,7 @@ def draw_relief(relief: Relief, long_side: int = LONG_SIDE) -> np.ndarray:
 
 
 def _pixels_of(plotter: "pyvista.Plotter", width: int, height: int) -> np.ndarray:
-    """Pixels (height, width, 3) uint8 of a drawing that is SUPERSAMPLING times as large."""
+    """Pixels (height, width, 3) uint8: means over a drawing SUPERSAMPLING times as large."""
     samples = np.asarray(plotter.screenshot(return_img=True))
     samples = samples.reshape(height, SUPERSAMPLING, width, SUPERSAMPLING, 3)
     return np.rint(samples.mean(axis=(1, 3))).astype(np.uint8)
@@ -291,7 +292,7 @@ def _without_margins(pixels: np.ndarray, margin: int = 20) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Map:
-    """Map from metres in the window to pixels; the depth puts later layers in front."""
+    """Map from metres in the window to pixels; layers of larger depth lie in front."""
 
     window: Window
     width: int

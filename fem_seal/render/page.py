@@ -1,4 +1,4 @@
-"""The page around the drawings: axes in readable units, colour bar or key, one file."""
+"""A page of drawings with axes in readable units, colour bars and a key, written as one file."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -26,38 +26,39 @@ DPI = 200
 FONT_POINTS = 10
 FORMATS = (".png", ".pdf", ".svg")
 
-END_WIDTH = 3.0  # of the lines of inlet and outlet [point]
-NAME_HEIGHT = 0.2  # of a number beside a bar [inch]
+END_WIDTH = 3.0  # width of the lines of inlet and outlet [point]
+NAME_HEIGHT = 0.2  # height of a number beside a colour bar [inch]
 
 # Margins around each drawing [inch]: they hold the tick labels and axis titles.
 LEFT, RIGHT, BOTTOM, TOP = 0.75, 0.2, 0.52, 0.15
+# Height of a title; distance of a colour bar from the drawing, its width and its labels' [inch].
 TITLE, BAR_GAP, BAR, BAR_LABELS = 0.25, 0.05, 0.16, 0.95
-# The key: its height with one line, each further line, an entry without its name.
+# Height of a key of one line and of each further line; width of an entry without its name [inch].
 KEY, KEY_LINE, ENTRY = 0.28, 0.2, 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A drawing with the rectangle that it shows.
+    """A drawing, with the rectangle of the seal that it shows.
 
     Parameters
     ----------
     pixels : (height, width, 3) uint8
         The drawing.
     window : Window
-        The rectangle that it shows [m].
+        The rectangle [m].
     title : str
         Title above the drawing, or empty.
     along_x : bool
-        Whether the fluid flows along x, from left to right; the label of the axis then says so.
+        Whether the fluid flows along x, from left to right, and the label of the axis shows it.
     scale : Scale, optional
-        Scale of this drawing alone, whose bar stands beside it.
+        Scale of this drawing alone; its colour bar stands beside the drawing.
     ends : (bool, bool)
         Whether the left edge is the inlet, and the right edge the outlet.
     constriction : (x, y), optional
         Critical constriction [m], to be marked.
     axes : bool
-        Whether the drawing has a frame with lengths; else it has a title alone.
+        Whether the drawing has a frame with lengths; otherwise it has a title only.
     enlarged : Window, optional
         Part of the drawing that another panel shows enlarged [m]; a rectangle marks it.
     """
@@ -82,7 +83,7 @@ class Panel:
 
     @property
     def heading(self) -> str:
-        """Title, with a warning where the drawing is not to scale."""
+        """Title, with a warning if the drawing is not to scale."""
         if not self.axes:
             return self.title
         height, width = self.pixels.shape[:2]
@@ -125,7 +126,7 @@ def panel_of(
     scale: Scale | None = None,
     marked: bool = False,
 ) -> Panel:
-    """Panel of a film on a grid, with its inlet, its outlet and, if wanted, its constriction.
+    """Panel of a film on a grid, with inlet, outlet and, if `marked`, the critical constriction.
 
     Parameters
     ----------
@@ -159,14 +160,14 @@ def write_page(
     scale: Scale | None = None,
     key: Sequence[Swatch] = (),
 ) -> Path:
-    """Write panels in rows, with one bar or key for all of them, pixel for pixel as drawn.
+    """Write panels in rows; their pixels are not resampled.
 
     Parameters
     ----------
     rows : panels, from the top row downwards
-    path : .png, or .pdf and .svg with the drawing embedded and the lettering as outlines
-    scale : adds a colour bar to each row, of all its panels; a panel may have a bar of its own
-    key : adds a line of colours with their meaning
+    path : the file, .png, .pdf or .svg; the last two embed the pixels and have letters as outlines
+    scale : scale of all panels; each row gets a colour bar. (A panel may have one of its own.)
+    key : colours with their meaning, shown below the panels
 
     Returns
     -------
@@ -186,7 +187,7 @@ def write_page(
 
 
 def lettering() -> AbstractContextManager[None]:
-    """Fonts of all pages: while this is open, figures are made and saved."""
+    """Context with the fonts of all pages; make and save figures inside it."""
     import matplotlib
 
     return matplotlib.rc_context({"font.size": FONT_POINTS, "svg.fonttype": "path"})
@@ -198,7 +199,7 @@ def page_figure(
     scale: Scale | None = None,
     key: Sequence[Swatch] = (),
 ) -> "Figure":
-    """Figure of a page, to be made and saved within `lettering`; arguments as of `write_page`."""
+    """Figure of a page; call and save it inside `lettering`. Arguments as of `write_page`."""
     from matplotlib.figure import Figure
 
     if any(panel.marked for row in rows for panel in row):
@@ -222,7 +223,7 @@ def page_figure(
 
 @dataclass(frozen=True)
 class _Box:
-    """Where a drawing goes, in whole pixels from the lower left corner."""
+    """Rectangle of a drawing on the page, in whole pixels from the lower left corner."""
 
     x: int
     y: int
@@ -230,7 +231,7 @@ class _Box:
     height: int
 
     def fraction(self, figure: "Figure") -> tuple[float, float, float, float]:
-        """Position in fractions of the figure, as matplotlib wants it."""
+        """Left, bottom, width and height in fractions of the figure."""
         wide, high = figure.get_size_inches() * DPI
         return self.x / wide, self.y / high, self.width / wide, self.height / high
 
@@ -262,7 +263,7 @@ def _layout(rows: Sequence[Sequence[Panel]], bar: bool) -> tuple[list[list[_Box]
 
 
 def _key_layout(key: Sequence[Swatch], page_width: int) -> tuple[int, int, int]:
-    """Page width that holds the key, its columns and its height [pixel]."""
+    """Width of a page that is wide enough for the key; columns and height of the key [pixel]."""
     from matplotlib.textpath import TextPath
 
     if not key:
@@ -338,7 +339,7 @@ def _mark_ends(axes: "Axes", ends: tuple[bool, bool]) -> None:
 
 
 def _mark_constriction(axes: "Axes", x: float, y: float) -> None:
-    """Draw a black ring with a white rim, which is seen on any colour."""
+    """Draw a black ring with a white rim, visible on any colour."""
     for width, colour in ((3.2, "white"), (1.4, _shade(CONSTRICTION.colour))):
         (ring,) = axes.plot(x, y, "o", markersize=RING, clip_on=False)
         ring.set(markerfacecolor="none", markeredgecolor=colour, markeredgewidth=width)
@@ -367,14 +368,14 @@ def _add_bar(figure: "Figure", scale: Scale, beside: _Box) -> None:
 
 
 def _name_decades(bar: "Colorbar", scale: Scale, name_height: float) -> None:
-    """Name both ends of a logarithmic bar, and the decades that are not close to them.
+    """Write numbers at both ends of a logarithmic bar, and at the decades not close to them.
 
     Parameters
     ----------
     bar : Colorbar
     scale : Scale
     name_height : float
-        Height of a name, as part of the bar.
+        Height of a number, as part of the bar.
     """
     from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
@@ -400,7 +401,7 @@ def _number(value: float, plain: bool) -> str:
 
 
 def _shade(colour: tuple[int, int, int]) -> tuple[float, float, float]:
-    """Matplotlib's red, green and blue, 0..1."""
+    """Red, green and blue in 0..1, as matplotlib has them."""
     red, green, blue = colour
     return red / 255, green / 255, blue / 255
 
@@ -420,7 +421,7 @@ def _add_key(figure: "Figure", key: Sequence[Swatch], columns: int) -> None:
 
 
 def _entry(swatch: Swatch) -> "Artist":
-    """Rectangle or ring of the key."""
+    """Rectangle or ring with its name in the key."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -1,4 +1,4 @@
-"""Figures of curves: one size of letters, each file written at once or not at all."""
+"""Figures of curves: one size of letters; each file is written completely or not at all."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def new_figure(size: tuple[float, float], *paths: str | Path) -> "Iterator[Figure]":
-    """Figure to draw into; the end of the `with` writes it, an error leaves no file behind.
+    """Figure to draw into; it is written at the end of the `with`, not after an error.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def new_figure(size: tuple[float, float], *paths: str | Path) -> "Iterator[Figur
     Raises
     ------
     InvalidInput
-        For another suffix, or a folder that cannot be written to.
+        If the suffix is another one, or the folder cannot be written to.
     """
     files = [picture_path(path) for path in paths]
     import matplotlib

@@ -1,6 +1,6 @@
-"""Pictures of pressures on the grid of the contact: of the contact, and of a fluid that lifts it.
+"""Pictures of the contact pressure, and of the pressure of a fluid that lifts the contact.
 
-`lift_picture` puts the dry contact beside the lifted one.
+`lift_picture` shows the dry contact beside the lifted one.
 """
 
 from dataclasses import replace
@@ -26,12 +26,12 @@ from fem_seal.render.window import (
 
 CONTACT_PRESSURE_COLOURS, PRESSURE_COLOURS = "contact pressure", "pressure"
 OPEN = Swatch("open", WHITE)
-# Part of the contact whose pressure lies within the bar, so that single samples do not set it.
+# Part of the contact whose pressure lies within the colour bar; single peaks lie above it.
 SHOWN = 0.999
 
 
 def contact_pressure_scale(pressure: np.ndarray) -> tuple[Scale, float] | None:
-    """Linear scale from zero in a readable unit, and the factor to it; None without pressure."""
+    """Linear scale from 0 in a readable unit, and the factor from Pa to it; None if no contact."""
     carried = pressure[pressure > 0]
     if not carried.size:
         return None
@@ -67,9 +67,9 @@ def contact_pressure_picture(
     Parameters
     ----------
     film : GridFilm
-        Film between them.
+        Film between the solids.
     pressure : GridField
-        Contact pressure [Pa]; of a lifted contact the excess over the fluid's.
+        Contact pressure [Pa]; in a lifted contact its excess over the fluid's pressure.
     path : str or Path
         The file, .png, .pdf or .svg.
     window : Window, optional
@@ -96,9 +96,9 @@ def fluid_pressure_panel(
     Parameters
     ----------
     film : GridFilm
-        Film that the fluid fills.
+        Film of the fluid.
     pressure : GridField
-        Its pressure [Pa] on all samples.
+        Pressure [Pa] of the fluid, continued to the samples in contact.
     long_side : int
         Length of the longer side [pixel].
     title : str
@@ -115,7 +115,7 @@ def fluid_pressure_panel(
     colours = 255 * colour_map(scale.colours)(scale.position(values))[:, :, :3]
     line = _isolines(values, levels)[:, :, None]
     ground = np.rint((1 - line) * colours + line * np.array(WHITE)).astype(np.uint8)
-    # Contact lies over the pressure that is continued under it.
+    # Draw the contact over the pressure, which is continued there.
     palette = np.array([(*CONTACT_COLOUR, 255), (*CONTACT_COLOUR, 0)])
     contact: Tiles = view.mean_colours((view.samples > 0).astype(np.uint8), palette)
     pixels = paint(contact, view.window, long_side, ground)
@@ -138,7 +138,7 @@ def lift_picture(
     lifted, dry : GridFilm
         Films with and without the fluid's pressure.
     contact_pressure, fluid_pressure : GridField
-        Of the lifted contact [Pa].
+        Pressures of the lifted contact [Pa].
     path : str or Path
         The file, .png, .pdf or .svg.
     long_side : int
@@ -202,7 +202,7 @@ def _at_pixels(samples: np.ndarray, window: Window, film: GridFilm, long_side: i
 
 
 def _between(places: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values along the first axis at places that are counted in samples."""
+    """Interpolate along the first axis; places are counted in samples."""
     inside = np.clip(places, 0, len(values) - 1)
     first = np.minimum(inside.astype(np.int64), max(len(values) - 2, 0))
     part = (inside - first)[:, None]
@@ -211,7 +211,7 @@ def _between(places: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _isolines(values: np.ndarray, levels: tuple[float, ...]) -> np.ndarray:
-    """Opacity of lines of constant width at the levels: distance = difference/slope."""
+    """Opacity of isolines of constant width; distance from a line = |value - level| / slope."""
     slope = np.hypot(*np.gradient(values))
     opacity = np.zeros_like(values)
     least = 1e-9 * np.ptp(values)
@@ -220,5 +220,5 @@ def _isolines(values: np.ndarray, levels: tuple[float, ...]) -> np.ndarray:
     for level in levels:
         distance = np.abs(values - level) / np.maximum(slope, least)
         np.maximum(opacity, np.clip(ISOLINE_WIDTH / 2 + 0.5 - distance, 0, 1), out=opacity)
-    opacity[slope <= least] = 0.0  # uniform there, at a level or not
+    opacity[slope <= least] = 0.0  # where the value is uniform there is no line
     return opacity

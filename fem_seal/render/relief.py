@@ -13,13 +13,13 @@ from fem_seal.render.tiles import mosaic
 from fem_seal.render.window import LONG_SIDE, step_above
 
 SIDE = 400  # samples of the landscape along its longer side; each is the mean of a block of the gap
-DEPTH = 0.06  # least depth of the valleys, as part of the longer side
-WIDTH = 4 * LONG_SIDE // 3  # of the drawing before its margins are cut off [pixel]
+DEPTH = 0.06  # least depth of the deepest valley, as part of the longer side
+WIDTH = 4 * LONG_SIDE // 3  # width of the drawing before its margins are cut off [pixel]
 PIN = Swatch("pin: critical constriction", (0, 0, 0))
 
 
 def exaggeration(deepest: float, length: float) -> float:
-    """Factor 1, 2 or 5 times a power of ten that makes a gap a visible depth.
+    """Factor, 1, 2 or 5 times a power of ten, by which gaps are enlarged to visible depths.
 
     Parameters
     ----------
@@ -79,5 +79,5 @@ def relief_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
 
 
 def _centres(block: int, count: int) -> np.ndarray:
-    """Centres of blocks of samples, counted in samples."""
+    """Positions of the centres of blocks of samples, counted in samples."""
     return block * np.arange(count) + 0.5 * (block - 1)

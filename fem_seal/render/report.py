@@ -44,11 +44,11 @@ PICTURES = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
 
 
 def report(folder: str | Path) -> Path:
-    """Gather a result folder in report.html, pictures embedded.
+    """Write report.html of a result folder, with the pictures embedded.
 
     Parameters
     ----------
-    folder : of `fem_seal.run`, with any pictures (.png, .gif, .svg) in it
+    folder : result folder of `fem_seal.run`; the report shows all pictures (.png, .gif, .svg) in it
 
     Returns
     -------
@@ -90,14 +90,14 @@ def report(folder: str | Path) -> Path:
 
 
 def _made(result: Result) -> str:
-    """When the result was computed, and by which version."""
+    """Sentence on when the result was computed, and by which version."""
     day, _, time = result.provenance.date.partition("T")
     version = result.provenance.versions.get("fem_seal", "of an unknown version")
     return f"Computed on {day} at {time[:5]} UTC by fem_seal {version}."
 
 
 def verdict(result: Result) -> str:
-    """Say in a sentence or two what was asked: how much leaks and how sure that is."""
+    """A few sentences: state, leak rate and its bounds, and the verdict."""
     leak = result.leak_rate_shown or (result.seal or result).leak_rate
     if result.state == "lifted off":
         sentence = "Lifted off: the fluid carries the whole load, and nothing limits the leak rate."
@@ -124,7 +124,7 @@ def verdict(result: Result) -> str:
 
 
 def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
-    """Name every number of nested results by its path, "leak_rate.lower"; leave out nulls.
+    """List every number of nested results with its path, "leak_rate.lower", except nulls.
 
     Parameters
     ----------
@@ -150,13 +150,13 @@ def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
 
 def _shown(value: object) -> str:
     if isinstance(value, float):
-        # More digits than any of these numbers is sure of, fewer than float noise shows.
+        # More digits than any of these numbers has correct, too few to show rounding errors.
         return f"{value:.8g}"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
 def _levels(levels: list[dict]) -> str:
-    """The refinement, one mesh a line, bounds rounded outwards; empty for a seal or a shut film."""
+    """Table of the meshes, bounds rounded outwards; empty for a whole seal or a sealed film."""
     if not levels:
         return ""
     head = ("mesh", "unknowns", "at least [m³/s]", "at most [m³/s]", "half-width", "time [s]")
@@ -173,12 +173,12 @@ def _levels(levels: list[dict]) -> str:
     return f"<details>\n<summary>{title}</summary>\n{table}\n</details>"
 
 
-# Without a leak rate, or in results of versions that wrote none.
+# For a result without a leak rate, or of a version that wrote no error budget.
 NO_BUDGET = "<p>This result holds no error budget.</p>"
 
 
 def _counted(result: Result) -> str:
-    """The part of the error budget that has numbers, one entry a line."""
+    """Table of the entries of the error budget that have numbers."""
     if result.error_budget is None:
         return NO_BUDGET
     if result.state in ("sealed", "lifted off"):
@@ -199,7 +199,7 @@ def _counted(result: Result) -> str:
 
 
 def _not_covered(result: Result) -> str:
-    """The part of the error budget without a number on some side."""
+    """List of the entries of the error budget without a number on some side."""
     if result.error_budget is None:
         return NO_BUDGET
     entries = [e for e in result.error_budget if e.lower is None or e.upper is None]
@@ -218,7 +218,7 @@ def _cells(tag: str, texts: Iterable[str]) -> str:
 
 
 def _figures(folder: Path, result: Result) -> Iterator[str]:
-    """The pictures of the folder, those with captions first and in their order, and the bounds."""
+    """The pictures of the folder and the plot of the bounds; those with captions come first."""
     images = {
         path.name: path.read_bytes()
         for path in folder.iterdir()
@@ -234,7 +234,7 @@ def _figures(folder: Path, result: Result) -> Iterator[str]:
 
 
 def _is_picture(path: Path) -> bool:
-    """Whether a file lies in the folder itself; a link in it could name any other file."""
+    """Whether a path is a file of the folder itself; a link could point to any other file."""
     return path.is_file() and not path.is_symlink() and not path.name.startswith(".")
 
 

@@ -1,4 +1,4 @@
-"""The HTML around a report's contents; a module, so that every kind of installation has it."""
+"""The HTML page of a report, as a module: every kind of installation contains the modules."""
 
 from string import Template
 

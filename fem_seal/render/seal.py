@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 def seal_picture(seal: SealRecord, path: str | Path) -> Path:
     """Draw P(x), p(x) and K(x) of the patch of median leak rate, and K against the net load.
 
-    The part of the path that decides the leak rate is shaded: the one with 90 % of the influence
-    of ln K on ln Q, or all of it that is known to be sealed. It lies before the steepest fall of
-    the fluid's pressure, which lowers the net load of all places behind it.
+    The part of the path that decides the leak rate is shaded: the part with 90 % of the influence
+    of ln K on ln Q, or all that is known to be sealed. It lies before the steepest fall of the
+    fluid's pressure: K at a place influences p, and so the net load P - p, of all places behind it.
 
     Parameters
     ----------
     seal : SealRecord
-        Of result.json.
+        Seal of a result.json.
     path : str or Path
         PNG file to write.
 
@@ -38,7 +38,7 @@ def seal_picture(seal: SealRecord, path: str | Path) -> Path:
 
 
 def seal_figure(seal: SealRecord) -> "Figure":
-    """Draw the figure of `seal_picture`; of a seal that is lifted off, both pressures alone."""
+    """Draw the figure of `seal_picture`; for a seal that is lifted off only the two pressures."""
     from matplotlib.figure import Figure
 
     if seal.leak_rate is None:
@@ -55,11 +55,11 @@ def seal_figure(seal: SealRecord) -> "Figure":
 
 
 def _draw_lifted(seal: SealRecord, axes: "Axes") -> None:
-    """Draw contact pressure and fluid pressure, which is nowhere below it."""
+    """Draw the contact pressure, and the fluid pressure that is nowhere below it."""
     axes.set(xlabel="x [mm]", ylabel="pressure [MPa]")
     axes.set_title(lifted_words(seal).replace(", is", ",\nis"), fontsize=11)
     if seal.path is None:
-        _say(axes, "this result has no pressures: run it again")
+        _write_into(axes, "this result has no pressures: run it again")
         return
     x = 1e3 * np.array(seal.path.x)
     axes.plot(x, 1e-6 * np.array(seal.path.contact_pressure), "k", label="contact pressure P")
@@ -70,7 +70,7 @@ def _draw_lifted(seal: SealRecord, axes: "Axes") -> None:
 
 
 def _legend_below(axes: "Axes", room: float = 0.12) -> None:
-    """Put the legend below the axes, where it hides no data."""
+    """Put the legend below the axes; there it hides no data."""
     handles, labels = axes.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     axes.legend(
@@ -92,7 +92,7 @@ def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> Non
     sealed = seal.leak_rate is not None and seal.leak_rate.upper == 0
     if seal.sealing is not None:
         for axes in (pressures, conductivity):
-            # As wide as a line at least: a seal may be known to be sealed at one place alone.
+            # At least as wide as a line: a seal may be known to be sealed at one place only.
             axes.axvspan(
                 1e3 * seal.sealing.start,
                 1e3 * seal.sealing.end,
@@ -112,19 +112,21 @@ def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> Non
         if np.nanmax(K, initial=0.0) > 0:
             conductivity.semilogy(1e3 * x, K, "tab:red")
         else:
-            _say(conductivity, "no fluid passes the sealed place:\nK elsewhere was not computed")
+            _write_into(
+                conductivity, "no fluid passes the sealed place:\nK elsewhere was not computed"
+            )
     _legend_below(pressures, room=0.02)
 
 
-def _say(axes: "Axes", words: str) -> None:
-    """Write words into axes that would be empty."""
+def _write_into(axes: "Axes", text: str) -> None:
+    """Write a text into axes that would be empty."""
     axes.set_yticks([])
     box = {"facecolor": "white", "edgecolor": "none"}
-    axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes, bbox=box)
+    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, bbox=box)
 
 
 def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
-    """Draw K of every patch against the net load: grey, but for the one drawn along the path."""
+    """Draw K of every patch against the net load, all but the median patch in grey."""
     axes.set(xlabel="net load P - p [MPa]", ylabel="K [m³/(Pa s)]", title="every patch")
     axes.locator_params(axis="x", nbins=6)
     order = sorted(range(len(seal.patches)), key=lambda k: seal.patches[k].value or 0.0)
@@ -151,11 +153,11 @@ def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
         axes.set_yscale("log")
         _legend_below(axes, room=0.08)
     else:
-        _say(axes, "every patch is sealed")
+        _write_into(axes, "every patch is sealed")
 
 
 def _draw_bounds(table: ConductivityTable, axes: "Axes") -> None:
-    """Shade what K may be at and between the loads of a table."""
+    """Shade the bounds of K at and between the loads of a table."""
     w = np.repeat(1e-6 * table.lowest.loads, 2)[1:-1]
     lower, upper = (
         np.repeat(steps.conductivity[1:-1], 2) for steps in (table.lowest, table.highest)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 MARGIN = 0.02  # white margin around the shape, over its longer side
 WALL = Swatch("wall", (0, 0, 0))
-BOUNDARY_WIDTH = 4.0  # of the lines of inlet, outlet and walls [pixel]
+BOUNDARY_WIDTH = 4.0  # width of the lines of inlet, outlet and walls [pixel]
 BOUNDARIES = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
 
 
@@ -81,7 +81,7 @@ def flow_picture(leak: LeakRate, film: MeshFilm, path: str | Path) -> Path:
 
 
 def _pockets(film: MeshFilm, field: FlowField) -> bool:
-    """Whether a part of the open area carries no flow: the field covers less than that area."""
+    """Whether the film has pockets: the field of the flow covers less than the open area."""
     open_cells = (film.values[film.mesh.cells] > 0).any(axis=1)
     open_area = _area(film.mesh.xy, film.mesh.cells[open_cells])
     return _area(field.points, field.cells) < (1 - 1e-9) * open_area
@@ -113,8 +113,8 @@ def _panel(layers: Sequence[Layer], mesh: "TriangleMesh") -> Panel:
 def _contact_of(film: MeshFilm) -> list[Mesh]:
     """Layers of the contact; empty list if there is none.
 
-    Triangles of which all corners touch are in contact. Of triangles with both, open corners and
-    ones that touch, the part where the film's formula is 0 is drawn as well, if it has a formula.
+    Triangles with all corners in contact are drawn. If the film has a formula, so is the part of
+    other triangles where it gives 0.
     """
     mesh = film.mesh
     touching = (film.values[mesh.cells] == 0).sum(axis=1)
@@ -130,7 +130,7 @@ def _contact_of(film: MeshFilm) -> list[Mesh]:
 
 
 def _cut(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Cut triangles (n, 3, 2) into equal ones (m, 3, 2) with sides of at most a length."""
+    """Cut each of the triangles (n, 3, 2) into equal ones (m, 3, 2) with sides up to `longest`."""
     if not len(triangles):
         return triangles
     sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
@@ -144,7 +144,7 @@ def _cut(triangles: np.ndarray, longest: float) -> np.ndarray:
 
 
 def _boundaries(mesh: "TriangleMesh") -> list[Mesh]:
-    """Inlet, outlet and walls as thick lines: edges of degenerate triangles (a, b, b)."""
+    """Inlet, outlet and walls as thick lines, drawn as degenerate triangles (a, b, b)."""
     return [
         Mesh(mesh.xy, ends[:, [0, 1, 1]], BOUNDARIES[name].colour, BOUNDARY_WIDTH)
         for name, ends in mesh.groups()

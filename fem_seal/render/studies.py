@@ -1,4 +1,4 @@
-"""Figures of method comparison, price of accuracy and closing saddle."""
+"""Figures of three studies: comparison of methods, price of accuracy, closing saddle."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -29,7 +29,7 @@ def cross_validation_figure(
     Parameters
     ----------
     rows : sequence of Row
-        From `cross_validation`.
+        Rows from `cross_validation`.
     path : Path
         The file.
     title : str
@@ -87,7 +87,7 @@ def cross_validation_figure(
 
 
 def _style(name: str, number: int) -> dict[str, object]:
-    """Colour by family of methods, marker by kind of bound."""
+    """Style of a method: colour by family, marker by kind of bound."""
     family = name.partition(" ")[0]
     colour = f"C{number}" if family == "FD" else COLOURS[family]
     side = next((s for s in ("upper", "lower") if s in name), "")
@@ -100,7 +100,7 @@ def _style(name: str, number: int) -> dict[str, object]:
 
 
 def _plain(title: str) -> str:
-    """Text that matplotlib shows as it is; dollars would begin a formula."""
+    """Text without formulas: matplotlib would read dollars as the start of one."""
     return printable(title).replace("$", r"\$")
 
 
@@ -155,7 +155,7 @@ def _shades(number: int) -> list[str]:
 
 
 def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Point]) -> None:
-    """Name colours (contact grids) and markers (flow methods) beside the axes."""
+    """Add a legend for colours (contact grids) and markers (flow methods) beside the axes."""
     from matplotlib.lines import Line2D
 
     entries = [

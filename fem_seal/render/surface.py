@@ -1,4 +1,4 @@
-"""Figure of a surface before it is pressed: heights, and spectrum with its fitted power law."""
+"""Figure of a surface before it is pressed: heights, and spectrum with the fitted power law."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,7 +25,7 @@ def surface_figure(field: GridField, fit: SpectrumFit | None, path: str | Path) 
     field : GridField
         Heights [m] as they are pressed.
     fit : SpectrumFit or None
-        Fit of their spectrum; None omits the panel of the spectrum.
+        Fit of their spectrum; without it the spectrum is not drawn.
     path : str or Path
         The file; its suffix chooses the format.
     """
@@ -38,7 +38,7 @@ def surface_figure(field: GridField, fit: SpectrumFit | None, path: str | Path) 
 
 
 def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:
-    """Draw the heights about their mean in colours, the flow to the right."""
+    """Draw the heights above their mean in colours; the flow runs to the right."""
     heights = field.values - field.values.mean()
     scale, unit = readable(float(np.abs(heights).max()), "m")
     length_scale, length_unit = readable(max(n * d for n, d in _sides(field)), "m")
@@ -76,7 +76,7 @@ def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
                 label=f"{cut_off} {wavelength * scale:.3g} {unit}",
             )
     axes.set(xlabel="wavenumber q [1/m]", ylabel="spectrum C(q) [m⁴]")
-    # Wavenumbers often span little more than a decade, with a single label at its power of ten.
+    # Wavenumbers often span little more than a decade, and only one power of ten would be labelled.
     axes.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))
     axes.xaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 2.5)))
     axes.legend(fontsize=8, loc="lower left", frameon=False)

@@ -1,4 +1,4 @@
-"""Picture of a sweep: the leak rate against what varies, its bounds as a band."""
+"""Picture of a sweep: the leak rate against the field that varies, with its bounds as a band."""
 
 import re
 from collections.abc import Sequence
@@ -21,14 +21,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PICTURE_FILE = "sweep.png"
-# Nobody could distinguish more curves.
-MOST_CURVES = 10
+MOST_CURVES = 10  # more curves could not be distinguished
 MARKERS = "osD^vPX*<>"
 DECADE = 10.0
-MOST_NAMES = 12  # beside each other under the axis
-LONGEST_NAME = 24  # characters of a name under the axis
-MARGIN = 0.08  # of the axes, in their logarithm
-# Strips beyond the decades of the axis, for points without a leak rate, and the marks there.
+MOST_NAMES = 12  # largest number of names side by side under the axis
+LONGEST_NAME = 24  # most characters of a name under the axis
+MARGIN = 0.08  # margin above and below the curves, over the logarithm of their range
+# States of points without a leak rate, and their marks in a strip below or above the axis.
 STRIPS = {"sealed": "x", "lifted off": "^"}
 BAND = 0.2  # opacity
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
@@ -43,9 +42,9 @@ class Curve:
     label : str
         The other fields with their values; empty if there are none.
     groups : tuple of (float, Group)
-        Place on the axis, ascending, and the points there, which differ by their seed alone.
+        Place on the axis, ascending, and the points at that place; they differ in their seed only.
     joined : bool
-        Whether a line may join the places: not if they are seeds.
+        Whether a line joins the places; False if the places are seeds.
     """
 
     label: str
@@ -54,13 +53,13 @@ class Curve:
 
     @property
     def seeds(self) -> bool:
-        """Whether there are several points at a place."""
+        """Whether there are several points at a place, of different seeds."""
         return any(len(group.points) > 1 for _, group in self.groups)
 
     def rows(self) -> np.ndarray:
         """Place, leak rate, lower and upper bound (n, 4) of all points that leak.
 
-        Where there are no bounds both are the leak rate; a lower bound may be 0.
+        Without bounds both are equal to the leak rate. A lower bound may be 0.
         """
         rows = []
         for place, group in self.groups:
@@ -72,7 +71,7 @@ class Curve:
         return np.array(rows).reshape(-1, 4)
 
     def counts(self, state: str) -> list[tuple[float, int, int]]:
-        """Place, number of points in a state and of all points, where some are in it."""
+        """Place, number of points in a state there, and number of all points there."""
         counts = []
         for place, group in self.groups:
             some = sum(point.numbers["state"] == state for point in group.points)
@@ -84,18 +83,18 @@ class Curve:
 def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -> Path:
     """Plot the leak rate of a sweep against the first field that is no seed.
 
-    The leak rate has a logarithmic axis, the field one if it spans more than a decade. Each
-    combination of the other fields is a curve with its bounds as a band. Where a seed varies, each
-    surface is a point, a line joins the medians, and the band reaches from the lowest surface that
-    leaks to the highest. Sealed points stand below the axis' decades, those lifted off above.
+    The axis of the leak rate is logarithmic; that of the field is if it spans more than a decade.
+    Each combination of the other fields is a curve with its bounds as a band. If a seed varies,
+    each surface is a point, a line joins the medians, and the band extends from the smallest to the
+    largest leak rate. Sealed points stand in a strip below the axis, points lifted off above it.
 
     Parameters
     ----------
     keys : tuple of str
-        What varies.
+        Names of the fields that vary.
     table : sequence of Point
     folder : pathlib.Path
-        Where sweep.png goes.
+        Folder of sweep.png.
 
     Raises
     ------
@@ -122,7 +121,7 @@ def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) ->
 
 
 def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, float]) -> list[Curve]:
-    """Curves of a table; InvalidInput if there is nothing or too much to draw."""
+    """Curves of a table; InvalidInput if there are none or too many."""
     others = tuple(key for key in keys if key not in SEEDS)
     if others:
         of_values: dict[tuple[str, ...], list[tuple[float, Group]]] = {}
@@ -150,7 +149,7 @@ def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, flo
 
 
 def draw_curves(axes: "Axes", curves: Sequence[Curve]) -> None:
-    """Draw curves with their bands on a logarithmic axis, other points beyond its decades."""
+    """Draw curves with their bands on a logarithmic axis, and strips for the other points."""
     rows = np.concatenate([curve.rows() for curve in curves])
     low, high = rows[:, 1:][rows[:, 1:] > 0].min(), rows[:, 3].max()
     margin = (2 * high / low) ** MARGIN
@@ -193,7 +192,7 @@ def _draw(axes: "Axes", curve: Curve, colour: str, marker: str) -> None:
         )
         axes.plot(place, value, marker, ls="-", color=colour, markersize=4, label=curve.label)
     if not curve.seeds:
-        # A lower bound of 0 has no place on a logarithmic axis: its bar ends at the leak rate.
+        # A logarithmic axis has no place for a lower bound of 0: its bar ends at the leak rate.
         below = np.where(lower > 0, value - lower, 0.0)
         ends = "none" if curve.joined else marker
         axes.errorbar(place, value, [below, upper - value], fmt=ends, color=colour, markersize=4.0)
@@ -202,7 +201,7 @@ def _draw(axes: "Axes", curve: Curve, colour: str, marker: str) -> None:
 def _draw_counts(
     axes: "Axes", counts: Sequence[tuple[float, int, int]], colour: str, mark: str, height: float
 ) -> None:
-    """Mark places with points in a state at a height of the axes, and how many they are."""
+    """Mark the places of points in a state at a height of the axes, with their number."""
     for place, some, points in counts:
         axes.plot(place, height, mark, color=colour, markersize=5.0)
         if points > 1:
@@ -218,7 +217,7 @@ def _draw_counts(
 
 
 def _caption(curves: Sequence[Curve], seeds: str) -> str:
-    """What lines and bands are."""
+    """Text on the meaning of lines and bands."""
     if any(curve.seeds for curve in curves):
         return f"points: each {seeds}; line: their median; shaded: all that leak"
     rows = np.concatenate([curve.rows() for curve in curves])
@@ -230,7 +229,7 @@ def _caption(curves: Sequence[Curve], seeds: str) -> str:
 
 
 def _name_places(axes: "Axes", places: dict[str, float], unit: str | None) -> None:
-    """Choose the scale of the field's axis, and name places that are far enough apart."""
+    """Choose the scale of the field's axis, and label the places if they are far enough apart."""
     from matplotlib.ticker import NullLocator
 
     at = np.array(list(places.values()))
@@ -249,20 +248,20 @@ def _name_places(axes: "Axes", places: dict[str, float], unit: str | None) -> No
     if len(at) > MOST_NAMES or np.diff(shown).min(initial=np.inf) < np.ptp(shown) / MOST_NAMES:
         if logarithmic:
             label_axis(axes.xaxis)
-        return  # matplotlib's own round numbers
+        return  # keep matplotlib's round numbers
     axes.set_xticks(at, [f"{place:g}" for place in at])
     axes.xaxis.set_minor_locator(NullLocator())
 
 
 def _shortened(name: str) -> str:
-    """The end of a name, such as that of a path, in at most LONGEST_NAME characters."""
+    """Name cut to LONGEST_NAME characters at its end: the end of a path distinguishes files."""
     return name if len(name) <= LONGEST_NAME else f"…{name[1 - LONGEST_NAME :]}"
 
 
 def _places(values: Sequence[str]) -> tuple[dict[str, float], str | None]:
-    """Where each value stands on the axis, and the unit that all share.
+    """Place of each value on the axis, and the unit of all values.
 
-    Values that are no numbers of one unit stand one after the other; the unit is then None.
+    Values that are not numbers in one unit are placed one after the other; the unit is then None.
     """
     matches = {value: _NUMBER.fullmatch(value.strip("\"' ")) for value in values}
     units = {match[2].strip() if match else None for match in matches.values()}

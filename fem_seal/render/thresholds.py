@@ -1,4 +1,4 @@
-"""Figure of percolation thresholds against the short cut-off, with and without pixel correction."""
+"""Figure of percolation thresholds against the short cut-off, also corrected for pixels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,10 +18,8 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "pdf")
 MARKERS = ("o", "s", "^", "D", "v", "p")
-# Points of equal cut-off are drawn side by side, this factor apart, in the order of n and H.
-APART = 1.05
-# Opacity of points whose Hurst exponent is not the largest.
-PALE = 0.45
+APART = 1.05  # ratio of the places of two points of equal cut-off, drawn in the order of n and H
+PALE = 0.45  # opacity of points whose Hurst exponent is not the largest
 
 
 @dataclass(frozen=True)
@@ -35,10 +33,10 @@ class _Kind:
     model : str
         Contact model of the rows to draw.
     value, spread : str
-        Fields of a row: threshold, and its standard deviation over the seeds.
+        Names of two fields of a row: threshold, and its standard deviation over the seeds.
     colour : str
     filled : bool
-        Whether markers are filled, which also shows in print without colour.
+        Whether markers are filled; visible also in print without colour.
     """
 
     name: str
@@ -73,8 +71,8 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
     Parameters
     ----------
     rows : sequence of ThresholdRow
-        From one or several runs of `fem_seal.letter.percolation`. Only rows with the edges of the
-        first row are drawn.
+        Rows of one or several runs of `fem_seal.letter.percolation`. Only those with the kind of
+        edges of the first row are drawn.
     folder : Path
         Folder for thresholds.png and thresholds.pdf.
 
@@ -118,7 +116,7 @@ def _draw(figure: "Figure", rows: Sequence[ThresholdRow]) -> None:
 def _point(
     axes: "Axes", row: ThresholdRow, kind: _Kind, x: float, marker: str, alpha: float
 ) -> None:
-    """Draw a mean with its standard error, which is 0 for a single seed."""
+    """Draw a mean with its standard error (0 for a single seed)."""
     axes.errorbar(
         [x],
         [getattr(row, kind.value)],

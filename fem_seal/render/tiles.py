@@ -1,7 +1,7 @@
 """Grid samples as coloured tiles, painted into the pixels of a picture.
 
-On large grids a tile is the mean of a block of samples. A pixel has the mean colour of the tiles
-that it covers, each weighted by the part of the pixel that is its own.
+On large grids a tile is the mean of a block of samples. A pixel has the mean colour of the tiles in
+it, weighted by their areas in the pixel.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class Tiles:
 def paint(
     tiles: Tiles, window: Window, long_side: int = LONG_SIDE, ground: np.ndarray | None = None
 ) -> np.ndarray:
-    """Paint tiles.
+    """Paint tiles into pixels.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def paint(
     opacity = np.ones((nx, ny)) if tiles.colours.shape[2] == 3 else tiles.colours[:, :, 3] / 255
 
     def covered(values: np.ndarray) -> np.ndarray:
-        """Sum over the tiles of value times the part of the pixel that a tile covers."""
+        """For each pixel, sum over the tiles of value times the part of the pixel they cover."""
         return _means(_means(values, x, 0), y, 1).T[::-1]
 
     opaque = covered(opacity)
@@ -72,9 +72,10 @@ def paint(
 
 
 def _means(values: np.ndarray, edges: np.ndarray, axis: int) -> np.ndarray:
-    """Means between consecutive edges along an axis; outside the array the value is 0.
+    """Means between consecutive edges along an axis; values outside the array count as 0.
 
-    Edges rise by equal steps and are counted in values: value k lies between k and k + 1.
+    The edges rise by equal steps, in units of the index: value k fills the interval from k to
+    k + 1.
     """
     n = values.shape[axis]
     inside = np.clip(edges, 0, n)
@@ -89,7 +90,7 @@ def _means(values: np.ndarray, edges: np.ndarray, axis: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Mosaic:
-    """The samples inside a window, and the blocks of samples that make one tile.
+    """The samples inside a window, and the block of samples of each tile.
 
     Attributes
     ----------
@@ -113,7 +114,7 @@ class Mosaic:
     block: tuple[int, int]
 
     def crop(self, field: np.ndarray) -> np.ndarray:
-        """Samples (kx, ky) inside the window of a field (mx, my)."""
+        """Samples (kx, ky) of a field (mx, my) inside the window."""
         return field[self.first[0] : self.last[0], self.first[1] : self.last[1]]
 
     def mean(self, field: np.ndarray) -> np.ndarray:
@@ -122,7 +123,7 @@ class Mosaic:
         Parameters
         ----------
         field : (kx, ky) float
-            From `crop`.
+            Samples inside the window, from `crop`.
 
         Returns
         -------
@@ -137,7 +138,7 @@ class Mosaic:
         return total / number
 
     def tiles(self, colours: np.ndarray) -> Tiles:
-        """Round the colours and put them at the position of the tiles.
+        """Tiles of given colours, which are rounded.
 
         Parameters
         ----------
@@ -155,7 +156,7 @@ class Mosaic:
         return Tiles(np.rint(colours).astype(np.uint8), extent)
 
     def mean_colours(self, classes: np.ndarray, palette: np.ndarray) -> Tiles:
-        """Tiles in the mean colour of their samples, which keeps the area fraction of each class.
+        """Tiles in the mean colour of their samples: this keeps the area fraction of each class.
 
         Parameters
         ----------
@@ -181,7 +182,7 @@ def mosaic(
     window: Window | None = None,
     long_side: int = LONG_SIDE,
 ) -> Mosaic:
-    """Choose the samples and the blocks that fill a picture.
+    """Choose the samples and the size of the blocks for a picture.
 
     Parameters
     ----------
@@ -221,7 +222,7 @@ def mosaic(
 
 
 def _rectangle(sites: Lattice, shape: tuple[int, int]) -> Window:
-    """Rectangle of the seal, whose samples are vertices (origin 0) or fill pixels."""
+    """Rectangle of the seal; its samples are vertices (origin 0) or values of pixels."""
     pixels = sites.origin[0] > 0
     if not pixels and min(shape) < 2:
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""Rectangle of the seal that a picture shows, and the scale of a quantity's colours."""
+"""Rectangle of the seal that a picture shows, and the colour scale of a quantity."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from fem_seal.errors import InvalidInput
 
 LONG_SIDE = 1200  # length of the longer side [pixel]
 SHORT_SIDE = 240  # least length of the shorter side [pixel]; narrower strips are stretched to it
-ISOLINE_WIDTH = 1.6  # of all isolines [pixel]
+ISOLINE_WIDTH = 1.6  # width of all isolines [pixel]
 
 
 @dataclass(frozen=True)
@@ -18,14 +18,14 @@ class Window:
     Parameters
     ----------
     x0, x1 : float
-        Its ends along the flow [m], x0 < x1.
+        Ends along the flow [m], x0 < x1.
     y0, y1 : float
-        Its ends across the flow [m], y0 < y1.
+        Ends across the flow [m], y0 < y1.
 
     Raises
     ------
     InvalidInput
-        If it is empty.
+        If the rectangle is empty.
     """
 
     x0: float
@@ -57,15 +57,15 @@ class Scale:
     label : str
         Quantity and unit, "gap [µm]".
     low, high : float
-        Values at the ends of the bar. Values beyond an end have its colour.
+        Values at the ends of the bar. Values beyond an end have the colour of that end.
     logarithmic : bool
-        Whether equal ratios (True) or equal differences are equal steps of colour.
+        Whether the colour depends on the logarithm of the value.
     colours : str
         Name of a map of `fem_seal.render.colours`.
     beyond : "neither", "min", "max" or "both"
         Ends of the bar beyond which there are values.
     lines : sequence of float
-        Values of the isolines in the picture, which the bar shows as well.
+        Values of the isolines in the picture and in the bar.
     """
 
     label: str
@@ -86,7 +86,7 @@ class Scale:
             )
 
     def position(self, values: np.ndarray) -> np.ndarray:
-        """Place of values on the bar, 0 at its lower end and 1 at its upper one."""
+        """Position of values on the bar, 0 at its lower and 1 at its upper end."""
         low, high = self.low, self.high
         if self.logarithmic:
             return np.log(np.maximum(values, low) / low) / np.log(high / low)
@@ -103,7 +103,7 @@ def logarithmic_scale(label: str, least: float, peak: float, decades: int, colou
     least, peak : float
         Smallest and largest value, peak > 0.
     decades : int
-        Largest length of the bar; it is shorter if no value is as small, but one decade at least.
+        Largest length of the bar; it is shorter if no value is that small, but one decade at least.
     colours : str
         Name of a map of `fem_seal.render.colours`.
     """
