@@ -1,4 +1,4 @@
-"""The 2012 letter's flow solver: central differences on the samples, independent of `flow`."""
+"""Flow solver of the 2012 letter: central differences on the samples, independent of `flow`."""
 
 from fem_seal.finite_difference.solver import solve
 

@@ -21,10 +21,10 @@ from fem_seal.theory.bruggeman import effective_conductivity
 
 # Least number of cells along the shorter side of the coarsest grid.
 COARSEST = 4
-# Least conductivity of a cell over the largest: the guess must be defined in cells with K = 0 too.
+# Least conductivity of a cell over the largest one: cells with K = 0 need a pressure too.
 CLOSED_BLOCK = 1e-6
-# Tolerances on the coarse grids, whose pressure is only a first guess for the next grid: of the
-# effective conductivity, and of the energy.
+# Tolerances of the effective conductivity and of the energy on the coarse grids; their pressure is
+# only a first guess for the next grid.
 BLOCK_RTOL = 1e-3
 GUESS_TOL = 1e-6
 # Tolerance of the energy of the pressure taken as exact in `initial_error`.
@@ -131,7 +131,7 @@ def coarse_grid(grid: FlowGrid, block: int) -> CoarseGrid:
 
 
 def _block_edges(grid: FlowGrid, axis: int, block: int) -> np.ndarray:
-    """Coordinates [m] of the sides of the blocks; a vertex on the boundary has half a pixel."""
+    """Coordinates [m] of the sides of the blocks; a vertex on the boundary covers half a pixel."""
     count, spacing = grid.sites.gap.shape[axis], grid.sites.spacing[axis]
     first = grid.sites.origin[axis] - 0.5 * spacing
     edges = first + spacing * np.append(np.arange(0, count, block), count)
@@ -139,7 +139,7 @@ def _block_edges(grid: FlowGrid, axis: int, block: int) -> np.ndarray:
 
 
 def first_guess(grid: FlowGrid) -> np.ndarray:
-    """Pressure that the cascade yields on the finest grid, before it is relaxed there.
+    """Pressure of the cascade on the finest grid, before it is relaxed there.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def _interpolate(
     new_y: np.ndarray,
     period: float | None,
 ) -> np.ndarray:
-    """Bilinear interpolation from nodes (x, y); beyond the last nodes y constant or periodic."""
+    """Bilinear interpolation from nodes (x, y); constant beyond the outer y unless periodic."""
     along_x = np.array([np.interp(new_x, x, column) for column in values.T])
     return np.array([np.interp(new_y, y, row, period=period) for row in along_x.T])
 
@@ -185,8 +185,8 @@ def _interpolate(
 def initial_error(grid: FlowGrid, pressure: bool = True) -> InitialError:
     """Errors of the cascade's guess and of the uniform pressure gradient.
 
-    Q is that of the elimination, right to rounding: the errors of the energy need no converged
-    pressure, which takes thousands of steps near percolation.
+    The elimination gives Q, exact to rounding: the errors of the energy need no converged pressure.
+    (That takes thousands of steps near percolation.)
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from fem_seal.finite_difference.star_mesh import star_mesh
 from fem_seal.finite_difference.stencil import Network
 from fem_seal.finite_difference.tiles import TILE, Pixels, rim, tile_links, whole_tiles
 
-# Tiles along the side of a rectangle reduced in one batch; bounds the memory of the batch.
+# Most tiles along the side of a rectangle that is reduced in one batch; limits its memory.
 CHUNK = 4
 # Numbers of the nodes that stand for the whole inlet and the whole outlet.
 INLET, OUTLET = -2, -1
@@ -52,7 +52,7 @@ def conductance(network: Network) -> float:
 
     Returns
     -------
-    float, in the unit of the links; exactly 0 if no chain of links joins the ends.
+    float in the unit of the links; exactly 0 if no chain of links joins the ends.
     """
     largest = max(network.x.max(initial=0.0), network.y.max(initial=0.0))
     if largest == 0:
@@ -74,7 +74,7 @@ def conductance(network: Network) -> float:
 def _dissect(
     pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int], tiles: np.ndarray | None = None
 ) -> Piece:
-    """Eliminate the inner nodes of a rectangle of tiles: of its two halves, then between them.
+    """Eliminate the inner nodes of a rectangle of tiles: in each half, then between the halves.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def _dissect(
     rows, columns : (int, int)
         First tile and last tile + 1 along each axis.
     tiles : (rows, columns, N, N) float, optional
-        Links of the tiles; computed once the rectangle is at most CHUNK tiles long.
+        Links of the tiles; computed when the rectangle is at most CHUNK tiles long.
     """
     extent = rows[1] - rows[0], columns[1] - columns[0]
     if tiles is None and max(extent) <= CHUNK:
@@ -105,13 +105,13 @@ def _dissect(
 
 
 def _join(a: Piece, b: Piece, outer: Callable[[np.ndarray], np.ndarray]) -> Piece:
-    """Join two pieces, adding their links between the same nodes, and eliminate inner nodes.
+    """Join two pieces and eliminate inner nodes; links between the same nodes add up.
 
     Parameters
     ----------
     a, b : Piece
     outer : callable
-        Maps node numbers (N,) to (N,) bool: True for the nodes that are not eliminated.
+        Function from node numbers (N,) to (N,) bool, True for nodes that are not eliminated.
     """
     nodes = np.union1d(a.nodes, b.nodes)
     kept = outer(nodes)
@@ -143,7 +143,7 @@ def _without_isolated(nodes: np.ndarray, links: np.ndarray) -> Piece:
 def _on_rim(
     pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int], nodes: np.ndarray
 ) -> np.ndarray:
-    """(N,) bool: nodes of a rectangle of tiles that have links outside it, or are an end."""
+    """(N,) bool: nodes of a rectangle of tiles with links outside it, and inlet and outlet."""
     i, j = np.divmod(nodes, pixels.x.shape[1])
     last = pixels.tiles[1]
     left = (j == columns[0] * TILE) & (columns[0] > 0 or pixels.seam)
@@ -152,7 +152,7 @@ def _on_rim(
 
 
 def _tile_piece(pixels: Pixels, row: int, column: int, links: np.ndarray) -> Piece:
-    """Number the nodes of one tile; all nodes on the inlet become one, so on the outlet."""
+    """Piece of one tile; all its nodes on the inlet become one node, and those on the outlet."""
     i, j = np.array(rim(TILE, TILE)).T
     i, j = i + row * TILE, j + column * TILE
     numbers = i * pixels.x.shape[1] + j

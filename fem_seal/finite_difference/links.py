@@ -1,7 +1,7 @@
 """Mean of g³ along the link between two neighbouring samples with gaps a and b.
 
-The rules differ where the gap changes much from one sample to the next. For a gap that is linear
-along the link, the resistance of the link is that of the mean of g⁻³: rule "linear-gap".
+The rules differ where the gap changes much from one sample to the next. If the gap is linear along
+the link, the resistance is proportional to the mean of g⁻³: rule "linear-gap".
 """
 
 from collections.abc import Callable
@@ -37,7 +37,7 @@ def mean_gap(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _half_harmonic_mean(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """2 u v / (u + v), zero where u = v = 0; u / (u + v) comes first, as u v could underflow."""
+    """2 u v / (u + v), zero where u = v = 0; computed as u/(u + v) v, since u v could underflow."""
     total = u + v
     return 2 * np.divide(u, total, out=np.zeros_like(total), where=total > 0) * v
 

@@ -50,7 +50,7 @@ def _solved(network: Network, carrying: np.ndarray) -> np.ndarray:
     total = np.zeros(carrying.size)
     np.add.at(total, a, link)
     np.add.at(total, b, link)
-    # Rows over their diagonal: conductances differ by many decades.
+    # Divide the rows by their diagonal: conductances differ by many decades.
     rows, columns = np.concatenate([a, b]), np.concatenate([b, a])
     weights = np.concatenate([link, link])
     used = free[rows] & (weights > 0)

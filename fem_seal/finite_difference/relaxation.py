@@ -25,12 +25,13 @@ if TYPE_CHECKING:
     from scipy import sparse
 
 # The decrease of the energy over this many steps estimates its error before them (G. H. Golub,
-# Z. Strakoš, Numer. Algorithms 8, 241 (1994)); many steps, because Jacobi scaling has plateaus.
+# Z. Strakoš, Numer. Algorithms 8, 241 (1994)). The steps are many because the decrease has plateaus
+# with Jacobi scaling.
 DELAY = 100
-# Limit on the number of steps, for a grid of mx × my nodes, over mx + my.
+# Largest number of steps on a grid of mx × my nodes, over mx + my.
 STEPS_PER_NODE = 100
-# Few free nodes are solved exactly in fewer than DELAY steps; the recursive residual then goes on
-# to fall until it underflows. Stop where r·z has fallen by this factor, far below rounding.
+# Stop if r·z has fallen by this factor, far below rounding. A few free nodes are solved exactly in
+# fewer than DELAY steps; the recursive residual would then fall until it underflows.
 EXHAUSTED = 1e-200
 
 
@@ -92,7 +93,7 @@ def relax(
     carrying : (mx, my) bool
         Nodes connected to both inlet and outlet.
     start : (mx, my) float
-        First guess of p; its first and last rows are replaced by 1 and 0.
+        First guess of p; the first and the last row are replaced by 1 and 0.
     tol : float
         Relative tolerance of the energy; inflow and outflow then agree to sqrt(tol).
     max_iterations : int, optional
@@ -157,7 +158,7 @@ def _conserves(state: Relaxed, rtol: float) -> bool:
 
 
 def _state(network: Network, pressure: np.ndarray, carrying: np.ndarray, steps: int) -> Relaxed:
-    """Energy and fluxes of a pressure after so many steps."""
+    """Energy and fluxes of a pressure after a number of steps."""
     along_x, _ = _links_between(network, carrying)
     flux = -along_x * np.diff(pressure, axis=0)
     total = energy(network, pressure, carrying)

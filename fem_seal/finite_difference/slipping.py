@@ -1,9 +1,9 @@
-"""A gas that slips, by finite differences: its conductivity at its own pressures.
+"""A gas that slips, by finite differences: the conductivity at the pressure of each node.
 
 With w(p) = c(g_c p/B), g_c the gap of the critical constriction, and φ = ∫ w dp, the mass flux of a
 gas that slips is -(M/(R T)) κ ∇φ, κ = B g² c(g p/B)/(12 η w(p)). The pressure at each node gives κ,
-and the network with these κ the next pressure. Since κ depends little on the pressure where most
-of it falls off, few such steps suffice.
+and the network with these κ gives the next pressure. A few such steps suffice, because κ depends
+little on the pressure where most of the pressure drop is.
 """
 
 from dataclasses import replace
@@ -16,18 +16,18 @@ from fem_seal.finite_difference.node_pressure import node_pressure
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 
-TOLERANCE = 1e-9  # of the pressures, relative to the inlet's
+TOLERANCE = 1e-9  # largest change of the pressures in the last step, over the inlet's
 
 
 def film_without_slip(
     film: GridFilm, slip: Slip, links: str = "linear-gap", most_steps: int = 100
 ) -> GridFilm:
-    """Film whose cubed gaps conduct as a gas that slips does, at the pressures of its nodes.
+    """Film of another gap that conducts without slip as the given one does with slip.
 
     Parameters
     ----------
     film : GridFilm
-        Not sealed.
+        Film that leaks.
     slip : Slip
     links : str
         Name of the rule, see `links.LINKS`.
@@ -42,7 +42,7 @@ def film_without_slip(
     critical = present(film.constriction, "constriction").gap
     p_out, p_in = slip.pressures
     start, end = (slip.potential(p, critical) for p in (p_out, p_in))
-    # Without slip φ would fall by the mean pressure times the difference.
+    # Scale the cubed gaps: without slip the drop of φ is the mean pressure times the difference.
     scale = slip.product * (end - start) / (slip.mean_pressure * (p_in - p_out))
     gap, c = film.samples, slip.coefficient
     pressure = np.full(gap.shape, slip.mean_pressure)

@@ -23,7 +23,7 @@ from fem_seal.fluid import Slip
 from fem_seal.leak_rate import LeakRate
 
 METHOD = "finite-difference"
-# Smallest K Δp of the largest gap [m³/s]: leaves 100 decades for narrower places.
+# Smallest K Δp of the largest gap [m³/s]; it leaves 100 decades for narrower gaps.
 LEAST_FLUX = 1e-200
 
 
@@ -42,21 +42,21 @@ def solve(
     Parameters
     ----------
     film : GridFilm
-        Its nodes are the vertices (linear) or the centres of the pixels (constant).
+        Film; nodes are the vertices of a linear gap or the pixels' centres of a constant one.
     viscosity : float
         η [Pa s], > 0.
     pressure_drop : float
-        Δp = p_in - p_out [Pa], > 0; of a gas, that of the liquid that leaks as much without slip.
+        Δp = p_in - p_out [Pa], > 0; for a gas that of the liquid that leaks as much without slip.
     slip : Slip or None
-        Of a gas; None: it does not slip.
+        Slip of a gas at the walls; None if there is none.
     links : str
         Mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear gap
         that varies along the flow only, "harmonic" for a stepwise one.
     tol : float
         Relative tolerance of the leak rate; used with the cascade only.
     cascade : bool
-        False: eliminate the nodes, exact to rounding at any contrast. True: the letter's cascade
-        of grids; the relaxation on each grid starts from the pressure of the coarser one.
+        False: eliminate the nodes, which is exact to rounding at any contrast. True: relax on the
+        letter's cascade of grids, on each from the pressure of the coarser one.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def solve(
 
 
 def _check_flux(highest: float, viscosity: float, pressure_drop: float) -> None:
-    """Raise InvalidInput if a square of the largest gap [m] over- or underflows in K Δp."""
+    """Raise InvalidInput if K Δp of the largest gap [m] is close to over- or underflow."""
     with np.errstate(over="ignore", under="ignore"):
         flux = film_conductivity(np.float64(highest), viscosity) * pressure_drop
     if not LEAST_FLUX < flux < 1 / LEAST_FLUX:
@@ -111,7 +111,7 @@ def _check_flux(highest: float, viscosity: float, pressure_drop: float) -> None:
 
 
 def _eliminated(grid: FlowGrid, pressure_drop: float) -> LeakRate:
-    """Leak rate by elimination. One conductance joins the two ends, so that inflow = outflow."""
+    """Leak rate by elimination; inflow and outflow are equal, since one link joins the two ends."""
     flux = conductance(grid.network) * pressure_drop
     return LeakRate(
         state="leaking",
@@ -124,7 +124,7 @@ def _eliminated(grid: FlowGrid, pressure_drop: float) -> LeakRate:
 
 
 def _relaxed(grid: FlowGrid, pressure_drop: float, tol: float) -> LeakRate:
-    """Leak rate by the cascade: Q Δp is the dissipation, with the square of the error of p."""
+    """Leak rate by the cascade from Q Δp, the dissipation: its error is the square of that of p."""
     relaxed = relax(grid.network, grid.carrying, first_guess(grid), tol)
     return LeakRate(
         state="leaking",

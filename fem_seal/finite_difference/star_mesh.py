@@ -5,8 +5,8 @@ a link
 
     c_ab += c_a c_b / Σ_e c_e.
 
-Positive numbers are added, multiplied and divided, and none is subtracted, so that every link keeps
-its relative accuracy at any contrast. This is the elimination of W. K. Grassmann, M. I. Taksar and
+Positive numbers are added, multiplied and divided, but not subtracted: every link keeps its
+relative accuracy at any contrast. This is the elimination of W. K. Grassmann, M. I. Taksar and
 D. P. Heyman, Oper. Res. 33, 1107 (1985); its entrywise error bound is due to C. A. O'Cinneide,
 Numer. Math. 65, 109 (1993).
 """
@@ -16,11 +16,12 @@ from itertools import pairwise
 
 import numpy as np
 
-# Nodes eliminated together; one matrix product then updates the links of all other nodes.
+# Number of nodes eliminated together; one matrix product then updates the links of all others.
 PANEL = 128
-# Up to so many nodes of a panel are eliminated one by one, more by halves.
+# Up to this many nodes of a panel are eliminated one by one, more in two halves.
 FEW = 4
-# Side of the blocks in which links are updated; blocks below the diagonal are mirrored instead.
+# Side of the blocks in which the matrix of links is updated; blocks below the diagonal are copied
+# from those above it.
 BLOCK = 256
 
 
@@ -59,15 +60,16 @@ def star_mesh(links: np.ndarray, eliminated: int) -> np.ndarray:
 
 
 def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int) -> None:
-    """Eliminate the nodes `first` to `last` - 1 of a panel, by halves or, if few, one by one.
+    """Eliminate the nodes `first` to `last` - 1 of a panel: in two halves, or one by one if few.
 
     Parameters
     ----------
     rows : (batch, width, N) float
         Links of the nodes of the panel to one another and to all later nodes. Rows from `first` on
-        include the effect of all nodes before `first`. Rows up to `last` are updated.
+        already include the effect of all nodes before `first`. Rows up to `last` are updated.
     ratios : (batch, width, N) float
-        Links c_a over the sum of their star when it was eliminated; these rows are filled in.
+        Links c_a over the sum of their star at its elimination; rows `first` to `last` - 1 are
+        filled in.
     first, last : int
         First node of the panel to eliminate, and last one + 1.
     """
@@ -87,7 +89,7 @@ def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int
 
 
 def star_mesh_in_step(links: np.ndarray, eliminated: int) -> np.ndarray:
-    """Eliminate the leading nodes of many small networks, each node in all networks at once.
+    """Eliminate the leading nodes of many small networks, one node of all networks at a time.
 
     Parameters
     ----------
@@ -113,10 +115,10 @@ def star_mesh_in_step(links: np.ndarray, eliminated: int) -> np.ndarray:
 
 
 def _blocks(start: int, stop: int) -> Iterator[tuple[int, int]]:
-    """Cut the range from start to stop into blocks, to update the upper triangle alone.
+    """Cut the range from start to stop into blocks, to update the upper triangle only.
 
-    Blocks end at multiples of BLOCK wherever the range starts, so that the diagonal blocks are the
-    same at every step and are always updated as a whole; the blocks below them are mirrored.
+    Blocks end at multiples of BLOCK wherever the range starts: the diagonal blocks are then the
+    same at every step, and are always updated as a whole.
     """
     edges = [start, *range(start // BLOCK * BLOCK + BLOCK, stop, BLOCK), stop]
     yield from pairwise(edges)

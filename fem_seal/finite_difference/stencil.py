@@ -1,7 +1,7 @@
 """The five-point stencil as a network of resistors between neighbouring samples.
 
 The conductance of a link is the mean of K = g³/(12 η) along it, by one of the rules of `links`,
-times its width across over its length.
+times its width over its length.
 """
 
 from dataclasses import dataclass
@@ -86,9 +86,9 @@ def flow_grid(film: GridFilm, viscosity: float, links: str) -> FlowGrid:
     Parameters
     ----------
     film : GridFilm
-        Points in contact have no links. Linear: nodes are the vertices, and links along walls have
-        half the width. Constant: nodes are the centres of the pixels, and links to inlet and
-        outlet have half the length.
+        Film. Nodes in contact have no links. A linear gap has its nodes at the vertices, and links
+        along walls have half the width. A constant gap has them at the centres of the pixels, and
+        links to inlet and outlet have half the length.
     viscosity : float
         η [Pa s].
     links : str
@@ -121,7 +121,7 @@ def _along_y(sites: Lattice, rule: LinkRule) -> np.ndarray:
 
 
 def _vertex_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
-    """Links between vertices; the width of each is that of the two half pixels beside it."""
+    """Links between vertices, each as wide as the two half pixels beside it."""
     g = sites.gap
     if g.shape[0] < 2 or (g.shape[1] < 2 and not sites.periodic[1]):
         raise InvalidInput(
@@ -140,7 +140,7 @@ def _vertex_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
 
 
 def _centre_grid(sites: Lattice, rule: LinkRule, fluidity: float) -> FlowGrid:
-    """Links between the centres of pixels, and of half the length to inlet and outlet."""
+    """Links between the centres of pixels; those to inlet and outlet have half the length."""
     g = sites.gap
     dx, dy = sites.spacing
     inner = _between(rule, g[:-1], g[1:])

@@ -10,12 +10,12 @@ from fem_seal.finite_difference.stencil import Network
 
 # Pixels along the side of a tile, a power of two.
 TILE = 32
-# Blocks with up to so many inner nodes are eliminated by `star_mesh_in_step`.
+# Blocks with up to this many inner nodes are eliminated by `star_mesh_in_step`.
 IN_STEP = 7
-# Floats of the blocks eliminated together, so that they fit into the cache of the processor.
+# Number of floats of the blocks eliminated together: they must fit into the processor's cache.
 WORKING_SET = 2**19
-# Conductance, relative to the largest, of links that make two nodes one: their resistance is far
-# below rounding.
+# Conductance of a link that makes two nodes one, over the largest of the network: its resistance is
+# far below rounding.
 SHORT_CIRCUIT = 1e20
 
 
@@ -46,7 +46,7 @@ class Pixels:
 def whole_tiles(network: Network, largest: float) -> Pixels:
     """Scale the links to at most 1 and pad the grid to whole tiles.
 
-    Short circuits join the outlet, and the seam of periodic sides, to the padded boundary.
+    Links of no resistance join the outlet, and the seam of periodic sides, to the padded boundary.
 
     Parameters
     ----------
@@ -121,9 +121,9 @@ def _pixel_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]
 def _halves_first(links: np.ndarray) -> np.ndarray:
     """Order pixels (N, N, nx, ny) as (N, N, pixels) with neighbours half the list apart.
 
-    Every merge joins the first half of the list to the second. The index in the list therefore has
-    as its highest bit the lowest bit of the row number, then the lowest bit of the column number,
-    and so on; the number of the tile comes last.
+    Every merge joins the first half of the list to the second. The highest bit of the index in the
+    list is therefore the lowest bit of the row number; the next one is the lowest bit of the column
+    number, and so on. The number of the tile comes last.
     """
     levels = TILE.bit_length() - 1
     nodes, (nx, ny) = links.shape[0], links.shape[2:]
@@ -144,7 +144,7 @@ def _merge_in_step(blocks: np.ndarray, size: tuple[int, int], axis: int) -> np.n
     size : (int, int)
         Pixels of a block along each axis.
     axis : int
-        Axis along which the blocks of the second half follow those of the first.
+        Axis along which the blocks of the second half adjoin those of the first.
 
     Returns
     -------

@@ -1,12 +1,12 @@
 """Bruggeman's effective medium in n dimensions, and the letter's modification for elastic contact.
 
-The effective conductivity K of a medium whose local conductivity is k_i on a part w_i of its area,
-and 0 on a part c in contact, solves
+Let the local conductivity of a medium be k_i on a part w_i of its area, and 0 on the part c in
+contact. The effective conductivity K solves
 
     Σ_i w_i (k_i - K) / (k_i + (n - 1) K) - c / (n - 1) = 0,    Σ_i w_i + c = 1.
 
-The left side falls monotonically with K. At K = 0 it is (1 - c) - c/(n - 1), so that a medium with
-c >= (n - 1)/n does not conduct: (n - 1)/n is its percolation threshold.
+The left side falls monotonically with K. At K = 0 it is (1 - c) - c/(n - 1): a medium with
+c >= (n - 1)/n does not conduct, and (n - 1)/n is its percolation threshold.
 
 D. A. G. Bruggeman, Ann. Phys. (Leipzig) 416, 636 (1935); for seals B. Lorenz and B. N. J. Persson,
 Eur. Phys. J. E 31, 159 (2010); the effective dimension is that of W. B. Dapp, A. Lücke, B. N. J.
@@ -42,9 +42,9 @@ def effective_conductivity(
     dimension : float
         Dimension n >= 1.
     weights : (m,) or (..., m) float, optional
-        Part of the area at each value, equal if left out; normalised to 1 - `contact` here.
+        Part of the area with each value; equal if left out. Normalised here to 1 - `contact`.
     contact : float
-        Part c of the whole area in contact, in [0, 1], in addition to samples with k = 0.
+        Part c of the whole area in contact, in [0, 1], besides the values k = 0.
     rtol : float
         Relative tolerance of K.
 
@@ -86,8 +86,8 @@ def _root(k: np.ndarray, w: np.ndarray, contact: float, n: float, rtol: float) -
     contact_term = c / (n - 1) if n > 1 else np.where(c > 0, np.inf, 0.0)
     at_zero = w_open.sum(axis=-1) - contact_term  # the left side at K = 0
     conducts = at_zero > 0
-    # (k - K)/(k + (n-1) K) >= 1 - n K/k gives the lower bound at_zero / (n Σ w/k) of the root. The
-    # sum is taken of w k_min/k, since 1/k overflows for a denormal k.
+    # (k - K)/(k + (n-1) K) >= 1 - n K/k gives the lower bound at_zero / (n Σ w/k) of the root. Sum
+    # w k_min/k instead, since 1/k overflows for a denormal k.
     k_min = k.min(axis=-1, where=w_open > 0, initial=1.0)
     relative = np.divide(k_min[..., None], k, out=np.zeros(w_open.shape), where=w_open > 0)
     resistance = n * (w_open * relative).sum(axis=-1)
@@ -104,7 +104,7 @@ def _root(k: np.ndarray, w: np.ndarray, contact: float, n: float, rtol: float) -
 
 
 def effective_dimension(contact_area: float, threshold: float = ELASTIC_THRESHOLD) -> float:
-    """Effective dimension n_eff of the letter, which makes the medium percolate at A*.
+    """Effective dimension n_eff of the letter, for which the medium percolates at A*.
 
     It falls linearly in the contact area, from 2 at A = 0 to 1/(1 - A*/A0) at A = A*.
 
@@ -140,13 +140,13 @@ def leak_rate(
     Parameters
     ----------
     gap : GridField
-        Gap g [m], zero in contact. Where its samples lie does not matter.
+        Gap g [m], zero in contact. The positions of its samples do not matter.
     viscosity : float
         η [Pa s].
     pressure_drop : float
         Δp along the first axis [Pa].
     dimension : float
-        2 for Bruggeman's own medium, `effective_dimension` of the contact area for the letter's.
+        2 for Bruggeman's own medium; for the letter's, `effective_dimension` of the contact area.
 
     Returns
     -------

@@ -1,6 +1,6 @@
-"""Exact solutions of Reynolds' equation ∇·(K ∇p) = 0, to test any solver with.
+"""Exact solutions of Reynolds' equation ∇·(K ∇p) = 0, to test any solver.
 
-K is the film conductivity; functions that take conductivities return one in the same unit.
+K is the film conductivity; a function of conductivities returns a conductivity in the same unit.
 """
 
 import numpy as np
@@ -105,7 +105,7 @@ def cosine_channel(amplitude: float, *, across: bool) -> float:
 def checkerboard(K1: float, K2: float) -> float:
     """Conductivity √(K1 K2) of a checkerboard of two phases.
 
-    It holds for every isotropic two-phase medium that swapping the phases leaves unchanged
+    It holds for every isotropic two-phase medium that does not change if the phases are swapped
     (J. B. Keller, J. Math. Phys. 5, 548 (1964); A. M. Dykhne, Sov. Phys. JETP 32, 63 (1971)).
 
     Parameters
@@ -145,9 +145,9 @@ def four_phase_checkerboard(K1: float, K2: float, K3: float, K4: float) -> tuple
 def smooth_checkerboard(x: np.ndarray, y: np.ndarray, amplitude: float) -> np.ndarray:
     """Conductivity field K = exp(A cos 2πx cos 2πy), whose effective conductivity is exactly 1.
 
-    A shift by half a period turns K into 1/K, while by Keller's duality the effective conductivity
-    of 1/K is the reciprocal of that of K. The lines x = 0 and x = 1 are lines of mirror symmetry,
-    hence isobars, so that they can serve as inlet and outlet.
+    A shift by half a period turns K into 1/K, and by Keller's duality the effective conductivity of
+    1/K is the reciprocal of that of K. The lines x = 0 and x = 1 can serve as inlet and outlet:
+    they are lines of mirror symmetry, hence isobars.
 
     Parameters
     ----------
@@ -167,8 +167,8 @@ def disc_array(area_fraction: float) -> float:
     """Conductivity around impermeable discs in a square array, over that without discs.
 
     Rayleigh's method to the order of W. T. Perrins, D. R. McKenzie and R. C. McPhedran, Proc. R.
-    Soc. Lond. A 369, 207 (1979). It exceeds the full series by 7e-6 at f = 0.50, 7e-4 at 0.64 and
-    2 % at 0.72; at f = π/4 the discs touch and seal.
+    Soc. Lond. A 369, 207 (1979). The result exceeds the full series by 7e-6 at f = 0.50, 7e-4 at
+    0.64 and 2 % at 0.72; at f = π/4 the discs touch and seal.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def disc_array(area_fraction: float) -> float:
 
 
 def dilute_discs(area_fraction: float) -> float:
-    """Conductivity (1 - f)/(1 + f) around sparse impermeable discs (Maxwell), over that without.
+    """Conductivity around sparse discs over that without them, (1 - f)/(1 + f) (Maxwell).
 
     It is also the upper bound of Z. Hashin and S. Shtrikman, J. Appl. Phys. 33, 3125 (1962), for
     every isotropic arrangement of contact of area fraction f.

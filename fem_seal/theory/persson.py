@@ -1,4 +1,4 @@
-"""Persson's contact mechanics: area, mean gap and gap distribution from the power spectrum alone.
+"""Persson's contact mechanics: area, mean gap and gap distribution from the power spectrum.
 
 At magnification ζ only roughness of wavenumbers between q0, the smallest, and ζ q0 is resolved; q1
 is the largest wavenumber. C(q) is the isotropic spectrum, <h²> = 2π ∫ q C dq; E* the contact
@@ -14,17 +14,18 @@ contact between ζ and ζ + dζ, and the distribution of the gap are
     u1(ζ) = ū + ū' A/A' = d(A ū)/dA,
     P(u) = ∫ (-dA/A0) (2π s²)^(-1/2) {exp(-(u - u1)²/2s²) + exp(-(u + u1)²/2s²)}.
 
-This area is that of full contact energy at every magnification, w⁻² = V, V(ζ) = π ∫ q³ C dq. Where
-contact is partial the solid stores less energy. The area law "wang-mueser" lets V grow by
+This area follows if the solid stores the energy of full contact at every magnification, w⁻² = V,
+V(ζ) = π ∫ q³ C dq. Where contact is partial it stores less. In the area law "wang-mueser" V grows
+by
 
     dV = S(A/A0) π q³ C dq,    S(a) = 5/9 - 2/9 a² + 2/3 a⁴,    A/A0 = erf(p0/(E* √V)),
 
 so that A E* h'rms/(p0 A0) tends to √(8/π)/√(5/9) = 2.14 at light load, √(8/π) = 1.60 with S = 1.
 
 Sources: contact area, B. N. J. Persson, J. Chem. Phys. 115, 3840 (2001), and A. Wang and M. H.
-Müser, Tribol. Lett. 65, 103 (2017); mean gap, C. Yang and
-B. N. J. Persson, J. Phys.: Condens. Matter 20, 215214 (2008); gap distribution, A. Almqvist,
-C. Campañá, N. Prodanov and B. N. J. Persson, J. Mech. Phys. Solids 59, 2355 (2011).
+Müser, Tribol. Lett. 65, 103 (2017); mean gap, C. Yang and B. N. J. Persson, J. Phys.: Condens.
+Matter 20, 215214 (2008); gap distribution, A. Almqvist, C. Campañá, N. Prodanov and B. N. J.
+Persson, J. Mech. Phys. Solids 59, 2355 (2011).
 """
 
 from dataclasses import dataclass
@@ -39,15 +40,15 @@ from fem_seal.theory.quadrature import Cumulative, LogGrid, graded_cell, log_gri
 
 # γ: reduction of the elastic energy where contact is partial, fitted by Yang and Persson.
 GAMMA = 0.45
-# Steps of magnification in which less than this part of A0 opens get u1 = 0, since Δ(A ū)/ΔA is 0/0
-# to rounding there. (Towards ζ = 1, u1 diverges, but the area that opens vanishes faster.)
+# A step of magnification in which less than this part of A0 opens gets u1 = 0: Δ(A ū)/ΔA is 0/0
+# there, to rounding. (Towards ζ = 1, u1 diverges, but the area that opens vanishes faster.)
 SMALLEST_AREA = 1e-12
 # Gauss-Legendre rule of the inner integral of the mean gap.
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
 
 
 class IsotropicSpectrum(Protocol):
-    """Isotropic power spectrum, as `fem_seal.surface.spectrum.Spectrum` is one."""
+    """Isotropic power spectrum, such as `fem_seal.surface.spectrum.Spectrum`."""
 
     @property
     def wavenumbers(self) -> tuple[float, ...]:
@@ -64,7 +65,7 @@ class PerssonState:
     Attributes
     ----------
     q : (n + 1,) float
-        Largest wavenumber ζ q0 resolved [1/m]; q1, the full resolution, comes last.
+        Largest wavenumber ζ q0 resolved [1/m]; the last one is q1, full resolution.
     area : (n + 1,) float
         A(ζ)/A0, falling from 1.
     mean_gap : (n + 1,) float
@@ -74,7 +75,7 @@ class PerssonState:
     opened_gap : (n,) float
         u1, mean gap of that area [m].
     unseen_rms : (n,) float
-        Rms height of the roughness not resolved there, of wavenumbers from ζ q0 to q1 [m].
+        Rms height of the roughness not resolved there: wavenumbers from ζ q0 to q1 [m].
     """
 
     q: np.ndarray
@@ -93,9 +94,9 @@ def _full_energy(half_slope: np.ndarray, strain: float) -> np.ndarray:
 def _reduced_energy(half_slope: np.ndarray, strain: float) -> np.ndarray:
     """V with dV = S(A/A0) d(π ∫ q³ C dq).
 
-    In the units of (p0/E*)² the area is erf(V^(-1/2)) whatever the spectrum, and ∫ dV/S the same
-    function of V for all: tabulated here, and inverted. Below V = 0.01 contact is complete and S
-    is 1; above 10⁶ it is S(0) but for 10⁻⁶. Steps of 0.2 % are good to about 10⁻⁶.
+    In units of (p0/E*)² the area is erf(V^(-1/2)) for every spectrum, and ∫ dV/S is the same
+    function of V for all. That function is tabulated here and inverted. Below V = 0.01 contact is
+    complete and S is 1; above 10⁶, S is S(0) to 10⁻⁶. Steps of 0.2 % are accurate to about 10⁻⁶.
     """
     from scipy.integrate import cumulative_trapezoid
     from scipy.special import erf
@@ -109,7 +110,7 @@ def _reduced_energy(half_slope: np.ndarray, strain: float) -> np.ndarray:
     return strain**2 * (np.interp(scaled, full, V) + beyond)
 
 
-# Elastic energy at which a magnification presses the area that is in contact there.
+# Functions from π ∫ q³ C dq and p0/E* to V, the elastic energy that determines the contact area.
 AREA_LAWS = {"persson": _full_energy, "wang-mueser": _reduced_energy}
 
 
@@ -158,12 +159,12 @@ def persson_state(
     contact_modulus : float
         E* [Pa], > 0.
     area : "persson" or "wang-mueser"
-        Law of the contact area, see `AREA_LAWS`; the mean gap is that of Yang and Persson with
-        the pressure p0 A0/A of either.
+        Law of the contact area, see `AREA_LAWS`. The mean gap is that of Yang and Persson with the
+        pressure p0 A0/A of this law.
     gamma : float
         γ of the mean gap.
     cells_per_octave : int
-        Magnifications in every factor of two.
+        Number of magnifications between a wavenumber and its double.
 
     Returns
     -------
@@ -176,8 +177,8 @@ def persson_state(
 
     Notes
     -----
-    The inner integral of ū depends on w p(ζ)/E* alone (`inner_integral`). The derivative d(A ū)/dA
-    of u1 is the quotient of the differences between neighbouring magnifications.
+    The inner integral of ū depends on w p(ζ)/E* only (`inner_integral`). The derivative
+    u1 = d(A ū)/dA is the quotient of the differences between neighbouring magnifications.
     """
     from scipy.special import erf, erfc
 
@@ -213,9 +214,9 @@ def _mean_gap(
     strain: np.ndarray,
     gamma: float,
 ) -> np.ndarray:
-    """Mean gap ū(ζ) at every edge ζ q0 of the grid, where strain is p(ζ)/E*.
+    """Mean gap ū(ζ) at every edge ζ q0 of the grid; `strain` is p(ζ)/E*.
 
-    w(q, ζ) is singular like (q - ζq0)^(-1/2): the cell next to ζ q0 gets graded quadrature points.
+    w(q, ζ) is singular like (q - ζq0)^(-1/2): the cell next to ζ q0 has graded quadrature points.
     """
 
     def integral(q: np.ndarray, weights: np.ndarray, slope: np.ndarray, k: int) -> float:
@@ -238,7 +239,7 @@ def _mean_gap(
 def inner_integral(x: np.ndarray, gamma: float = GAMMA) -> np.ndarray:
     """∫_x^∞ dt/t [γ + 3(1-γ) erf²(t)] exp(-t²), the inner integral of the mean gap.
 
-    The part with γ is γ E1(x²)/2; the other is smooth down to x = 0 and integrated by the
+    The term with γ is γ E1(x²)/2. The other one is smooth down to x = 0 and is integrated by the
     Gauss-Legendre rule.
 
     Parameters
@@ -270,8 +271,8 @@ def _afferrante(opened_gap: np.ndarray, unseen_rms: np.ndarray) -> np.ndarray:
     return unseen_rms * opened_gap / np.hypot(unseen_rms, opened_gap)
 
 
-# Width s of the scatter of the gap about u1: "almqvist" is that of the paper of 2011 cited above,
-# "afferrante" that of L. Afferrante, F. Bottiglione, C. Putignano, B. N. J. Persson and G. Carbone,
+# Width s of the scatter of the gap about u1: "almqvist" by the paper of 2011 cited above,
+# "afferrante" by L. Afferrante, F. Bottiglione, C. Putignano, B. N. J. Persson and G. Carbone,
 # Tribol. Lett. 66, 75 (2018).
 SCATTERS = {"almqvist": _almqvist, "afferrante": _afferrante}
 

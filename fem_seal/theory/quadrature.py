@@ -8,10 +8,10 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 
-# Quadrature points in each cell: exact for polynomials of degree 7 in ln q.
+# Quadrature points in each cell; exact for polynomials of degree 7 in ln q.
 POINTS = 4
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
-# Halvings of a cell towards an integrable singularity at its lower edge.
+# Number of halvings of a cell towards an integrable singularity at its lower edge.
 HALVINGS = 60
 
 
@@ -75,7 +75,7 @@ def log_grid(wavenumbers: tuple[float, ...], cells_per_octave: int) -> LogGrid:
         Smallest wavenumber, kinks of the integrand, and largest wavenumber, ascending [1/m].
         Repeated values count once.
     cells_per_octave : int
-        Cells in every factor of two.
+        Number of cells between a wavenumber and its double.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def graded_cell(start: float, stop: float) -> tuple[np.ndarray, np.ndarray, np.n
     halves = np.log(stop / start) * 0.5 ** np.arange(HALVINGS)
     low, span = 0.5 * halves[:, None], 0.5 * halves[:, None]
     low[-1], span[-1] = 0.0, halves[-1]
-    above = (low + span * t).ravel()  # ln(q / start); a difference of logs would cancel near 0
+    above = (low + span * t).ravel()  # ln(q / start); ln q - ln start would cancel near 0
     nodes = start * np.exp(above)
     weights = (span * gauss).ravel() * nodes
     inner = start * np.exp(above[:, None] * t)

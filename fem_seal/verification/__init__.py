@@ -1,1 +1,1 @@
-"""Verification: exact cases, comparison of the methods, and the cost of accuracy."""
+"""Comparison of the flow methods with exact cases and with each other; the price of accuracy."""

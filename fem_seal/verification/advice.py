@@ -1,4 +1,4 @@
-"""The cheapest point of a trade for each accuracy, in words."""
+"""Sentences on the cheapest point of a trade for each accuracy."""
 
 from collections.abc import Sequence
 
@@ -12,13 +12,13 @@ def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, .
 
     Parameters
     ----------
-    result : of `trade`
+    result : result of `trade`
     targets : total relative errors
 
     Returns
     -------
     A sentence for each target; a single one if the leak rate still changes by its own size from
-    one contact grid to the next, so that its limit is unknown.
+    one contact grid to the next: its limit is then unknown.
     """
     if result.uncertainty >= 1:
         return (

@@ -1,10 +1,9 @@
 """Every method on the same gap over ever finer grids: sign, size and order of each error.
 
 A row is one method on one grid. Linear elements give three rows: both bounds and their geometric
-mean; quadratic elements give an upper bound; finite differences give a number whose error band is
-taken to be its change from the grid before. Each number is compared with a reference that finite
-differences do not enter: the exact leak rate where it is known, otherwise the narrowest certified
-bracket of the same gap.
+mean. Quadratic elements give an upper bound. Finite differences give a number; its change from the
+grid before is taken as its error band. The reference does not depend on finite differences: it is
+the exact leak rate where that is known, otherwise the narrowest certified bracket of the same gap.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,18 +26,18 @@ from fem_seal.verification.exact_cases import ExactCase
 from fem_seal.verification.methods import METHODS, QUADRATIC, Answer, Setting
 from fem_seal.verification.refined import refined
 
-SMOOTH_ORDER = 2.0  # of linear elements and of central differences, for the energy
-EXACT = 1e-7  # a smaller relative error counts as none: CG stops at 1e-8 of the energy
+SMOOTH_ORDER = 2.0  # order in the energy of linear elements and of central differences
+EXACT = 1e-7  # smaller relative errors count as none: CG stops at 1e-8 of the energy
 
 
 @dataclass(frozen=True)
 class Row:
-    """An answer, compared with the reference.
+    """A leak rate by one method on one grid, compared with the reference.
 
     Attributes
     ----------
     method : str
-        Name of the answer; linear elements give three, such as "FE upper".
+        Name of the method, for linear elements with the bound: "FE upper".
     squares : int
         Squares of the grid along the flow.
     unknowns : int
@@ -48,8 +47,8 @@ class Row:
     error : float
         Error relative to the reference.
     band : float or None
-        Relative error that the method itself estimates: half-width of its bracket, or change
-        from the coarser grid. None on the first grid of a method without bounds.
+        Relative error that the method itself claims: half-width of its bracket, or change from
+        the coarser grid. None on the first grid of a method without bounds.
     order, expected : float or None
         Order of convergence in the spacing, observed and by theory. None where the error is
         below the half-width of the reference, or where theory gives no simple order.
@@ -78,7 +77,7 @@ class Reference:
     Attributes
     ----------
     lower, upper : float
-        Bounds of the leak rate [m^3/s], equal where it is known exactly.
+        Bounds of the leak rate [m^3/s]; equal if it is known exactly.
     """
 
     lower: float
@@ -92,12 +91,12 @@ class Reference:
 
 @dataclass(frozen=True)
 class Answers:
-    """Answers of one method on one grid; a file of points/.
+    """Answers of one method on one grid; the content of a file of points/.
 
     Attributes
     ----------
     answers : tuple[Answer, ...]
-        One, or three of linear elements.
+        Three for linear elements, one for any other method.
     """
 
     __pydantic_config__ = {"ser_json_inf_nan": "constants"}  # noqa: RUF012 (pydantic reads it)
@@ -117,22 +116,22 @@ def on_exact_cases(
     work: Work | None = None,
     report: Report = silent,
 ) -> list[tuple[Row, ...]] | None:
-    """Compare every method with leak rates that are known.
+    """Compare every method with exact leak rates.
 
     Parameters
     ----------
-    cases : of `exact_cases.CASES`
-    squares : of the grids along the flow, each twice the one before
+    cases : some of `exact_cases.CASES`
+    squares : squares of each grid along the flow, twice those of the grid before
     methods : names in `METHODS`
-    out : folder of points/, with a file for each method and grid; none is kept if left out
-    work : how they are shared out; one after the other if left out
+    out : folder of points/, with a file for each method and grid; no files are kept if left out
+    work : how the points are shared among workers; one after the other if left out
     report : called with the grid and the method
 
     Returns
     -------
-    Rows of each case by method and grid, with the verdict "high", "low" or "exact"; None if points
-    are missing that other parts compute. The bounds hold for the gap as sampled, so that on a
-    coarse grid both may lie on one side of the exact leak rate.
+    Rows of each case by method and grid, with the verdict "high", "low" or "exact"; None if some
+    points are left to other parts of the study. The bounds hold for the sampled gap: on a coarse
+    grid both may lie on one side of the exact leak rate.
 
     Raises
     ------
@@ -164,7 +163,7 @@ def on_exact_cases(
 def on_exact_case(
     case: ExactCase, squares: Sequence[int], methods: Sequence[str] = tuple(METHODS)
 ) -> tuple[Row, ...]:
-    """Compare every method with one leak rate that is known; as `on_exact_cases`."""
+    """Compare every method with one exact leak rate; as `on_exact_cases`."""
     return present(on_exact_cases([case], squares, methods), "all points of a case")[0]
 
 
@@ -182,7 +181,7 @@ def on_film(
 
     Parameters
     ----------
-    film : leaking; each further grid halves the spacing of the same gap
+    film : film that leaks; each further grid halves the spacing of the same gap
     setting : fluid, drive, tolerance of the adaptive bracket
     grids : number of grids
     methods : names in `METHODS`; "uniform" or "adaptive" must be among them
@@ -190,15 +189,15 @@ def on_film(
 
     Returns
     -------
-    Rows by method and grid, and the bracket that is their reference; None if points are missing
-    that other parts compute.
+    Rows by method and grid, and the bracket that is their reference; None if some points are left
+    to other parts of the study.
 
     Raises
     ------
     InvalidInput
         For an unknown method, or values out of range.
     """
-    # The gap is the same on every grid, so that one adaptive run is enough.
+    # The gap is the same on every grid: one adaptive run is enough.
     tasks = {
         film.gap.shape[0] * 2**times: [
             _task((film,), setting, times, name)
@@ -216,8 +215,7 @@ def on_film(
         max(answer.value for answer in answers if answer.certified == "below"),
         min(answer.value for answer in answers if answer.certified == "above"),
     )
-    # Kinks of the gap along the pixels' sides meet at the samples: quadratic elements lose their
-    # order there.
+    # Quadratic elements lose their order at the samples: kinks of the gap meet there.
     return tuple(_rows(series, reference, SMOOTH_ORDER, {QUADRATIC: None})), reference
 
 
@@ -242,7 +240,7 @@ def _task(
 
 
 def answers_on(films: Sequence[GridFilm], setting: Setting, times: int, method: str) -> Answers:
-    """Answers of a method, of several films their geometric mean; the mean of bounds is a bound."""
+    """Answers of a method; for several films geometric means (that of bounds is a bound)."""
     runs = [list(METHODS[method](refined(film, times), setting)) for film in films]
     return Answers(
         tuple(
@@ -297,7 +295,7 @@ def _rows(
 ) -> Iterator[Row]:
     """Rows of each method over the grids.
 
-    `orders` holds the expected orders of methods that differ from `expected`.
+    `orders` contains the expected order of those methods for which it is not `expected`.
     """
     names = dict.fromkeys(answer.method for group in series.values() for answer in group)
     for name in names:
@@ -330,7 +328,7 @@ def _half_width(answer: Answer, group: Sequence[Answer]) -> float | None:
 
 
 def _observed(coarse: float, fine: float, reference: Reference) -> float | None:
-    """Order of convergence between two grids, the finer of half the spacing."""
+    """Order of convergence from the errors on a grid and on one of half the spacing."""
     half_width = relative_half_width(reference.lower, reference.upper)
     if not isfinite(coarse * fine) or min(abs(coarse), abs(fine)) <= max(EXACT, half_width):
         return None
@@ -343,8 +341,8 @@ def judge(answer: Answer, band: float | None, reference: Reference) -> str:
     Returns
     -------
     "bound" for bounds; "inside" the bracket; "agrees" if band and bracket overlap; "disagrees" if
-    they do not, so that the method underestimates its error; "outside" if the number lies outside
-    the bracket and has no band, as the first of a series; "not converged" without a number.
+    they do not: the method then underestimates its error; "outside" if the number lies outside the
+    bracket and has no band, as the first of a series; "not converged" without a number.
     """
     if isnan(answer.value):
         return "not converged"

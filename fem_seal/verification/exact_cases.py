@@ -13,11 +13,11 @@ from fem_seal.grid import GridField
 from fem_seal.theory import closed_forms
 from fem_seal.verification.refined import refined
 
-WAVE = 0.6  # amplitude of the cosine channels
-PHASES = (1.0, 5.0, 0.2, 3.0)
-RATIO = 10.0  # of the conductivities of the checkerboard
-RADIUS = 0.3  # of the discs, in periods
-SMOOTH = 0.5 * np.log(1e4)  # exponent of the smooth checkerboard, contrast 1e4
+WAVE = 0.6  # amplitude of the cosine channels, over the mean gap
+PHASES = (1.0, 5.0, 0.2, 3.0)  # conductivities of the four squares
+RATIO = 10.0  # ratio of the two conductivities of the checkerboard
+RADIUS = 0.3  # radius of the discs, in periods
+SMOOTH = 0.5 * np.log(1e4)  # amplitude A of the smooth checkerboard, for a contrast of 1e4
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class ExactCase:
     ----------
     films : Callable[[int], tuple[GridFilm, ...]]
         Function from the number of squares along the flow to one or more films between side
-        walls. `exact` is the geometric mean of their leak rates (duality gives the product of
-        two).
+        walls. `exact` is the geometric mean of their leak rates: for two dual films only the
+        product is known.
     exact : float
         Leak rate at Δp = 1, η = 1/12.
     order : float or None
@@ -37,8 +37,8 @@ class ExactCase:
     source : str
         Source of the exact value and of the order.
     quadratic_order : float or None
-        Expected order of quadratic elements where it differs from `order`. They gain nothing
-        where the gap itself is interpolated or a corner limits the order.
+        Expected order of quadratic elements if it is not `order`. It is the same if the gap itself
+        is interpolated or a corner limits the order.
     """
 
     films: Callable[[int], tuple[GridFilm, ...]]
@@ -72,7 +72,7 @@ def _wave_along(n: int) -> tuple[GridFilm, ...]:
     return (GridFilm(wave),)
 
 
-# Gaps of the channel at equal distances, linear between.
+# Gaps of the channel at equal distances; the gap is linear between them.
 CHANNEL = np.array([1.0, 0.4, 0.9, 0.3, 0.7])
 
 
@@ -84,7 +84,7 @@ def _channel(n: int) -> tuple[GridFilm, ...]:
 
 
 def block_film(conductivity: np.ndarray, n: int) -> GridFilm:
-    """Film of the unit square cut into squares of constant conductivity K = g³, on n × n pixels.
+    """Film on the unit square, cut into squares of constant conductivity K = g³; n × n pixels.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _smooth_checkerboard(n: int) -> tuple[GridFilm, ...]:
 
 
 def _discs(n: int) -> tuple[GridFilm, ...]:
-    """A quarter of the cell; its sides are mirror lines, which no flow crosses."""
+    """A quarter of the cell; no flow crosses its sides, which are mirror lines."""
     gap = pixel_gap(lambda x, y: (np.hypot(x, y) >= RADIUS) * 1.0, (n, n), (0.5, 0.5))
     return (GridFilm(gap, representation="constant"),)
 

@@ -1,7 +1,7 @@
-"""What the answers to the fluid's pressure cost, and how far off they are: none, range, resolved.
+"""Price and error of the three settings of flow.lift: none, range, resolved.
 
-Each contact grid has the three answers of flow.lift. The resolved leak rate of a grid is what the
-others are held against: the dry contact gives another leak rate, the range encloses it.
+All three are computed on each contact grid and compared with the resolved leak rate on that grid.
+The leak rate of the dry contact differs from it; the range encloses it.
 """
 
 from collections.abc import Sequence
@@ -29,25 +29,25 @@ LIFTS = ("none", "range", "resolved")
 
 @dataclass(frozen=True)
 class LiftRun:
-    """One answer on one contact grid.
+    """Leak rate with one setting of flow.lift on one contact grid.
 
     Attributes
     ----------
     samples : (nx, ny)
         Samples of the contact grid.
     lift : str
-        Answer: "none", "range" or "resolved".
+        Setting of flow.lift: "none", "range" or "resolved".
     leak_rate : float
-        Leak rate [m³/s]; of a range that of the dry contact.
+        Leak rate [m³/s]; for "range" that of the dry contact.
     lower, upper : float or None
-        What the answer says of the leak rate [m³/s]: bounds of the dry flow, the two ends of the
-        range, or the bounds of the lifted flow times what the passes leave open; None: no end.
+        Ends of the leak rate [m³/s]: bounds of the dry flow; ends of the range; bounds of the
+        lifted flow, widened by the uncertainty of the passes. None if there is no end.
     converged : bool
-        Whether it has been reached.
+        Whether the tolerance was reached.
     seconds : float
         CPU time of contact, flow and lift [s].
     memory_bytes : int
-        Largest resident memory of the process meanwhile, libraries included.
+        Largest resident memory of the process during the solve, libraries included.
     """
 
     samples: tuple[int, int]
@@ -62,15 +62,15 @@ class LiftRun:
 
 @dataclass(frozen=True)
 class LiftRow(LiftRun):
-    """An answer held against the resolved one on its grid.
+    """A `LiftRun` compared with the resolved one on its grid.
 
     Attributes
     ----------
     off : float or None
-        Largest factor between what the answer says and the resolved leak rate; None if it has an
-        open end, or only one of the two is sealed.
+        Largest factor between an end of the leak rate and the resolved leak rate; None if there is
+        no end, or only one of the two is sealed.
     dry_runs : float
-        CPU time over that of the dry answer.
+        CPU time over that of the dry contact and its flow.
     """
 
     off: float | None = field(default=None, metadata=shown_as("off by a factor"))
@@ -79,7 +79,7 @@ class LiftRow(LiftRun):
 
 @dataclass(frozen=True)
 class LiftTask(Task[LiftRun]):
-    """An answer on one contact grid that is to be computed.
+    """Task of one setting of flow.lift on one contact grid.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class LiftTask(Task[LiftRun]):
     samples: tuple[int, int]
 
     def compute(self, handed_on: object, report: Report, comm: Comm) -> LiftRun:
-        """Solve the scene from its surface on; nothing is handed on, so that times are fair."""
+        """Solve the scene from its surface; tasks share nothing, so that their times compare."""
         warm_up()
         surface = resample(surface_of(self.scene, comm), self.samples)
         patch = Patch(self.scene, report, surface=surface, comm=comm)
@@ -129,20 +129,20 @@ def lift_price(
     work: Work | None = None,
     report: Report = silent,
 ) -> list[LiftRow] | None:
-    """Compute the three answers to the fluid's pressure over contact grids.
+    """Compute a scene with the three settings of flow.lift over contact grids.
 
     Parameters
     ----------
-    scene : with a surface and a contact that a fluid can lift; its flow.lift is not used
+    scene : scene with a surface and a contact that a fluid can lift; its flow.lift is not used
     factors : multiples of the scene's samples, at least three that give whole numbers
-    out : folder of points/, with a file for each solve, which is not repeated; none is kept if
-        left out
-    work : how the grids are shared out; one after the other if left out
+    out : folder of points/, with a file for each solve; those in the folder are not repeated. No
+        files are kept if left out
+    work : how the grids are shared among workers; one after the other if left out
     report : called with the stage and its progress
 
     Returns
     -------
-    list of LiftRow, three a grid; None if solves are missing that other parts compute.
+    list of LiftRow, three for each grid; None if some are left to other parts of the study.
 
     Raises
     ------
@@ -188,11 +188,11 @@ def _task(scene: Scene, samples: tuple[int, int]) -> LiftTask:
 
 
 def judged(runs: Sequence[LiftRun]) -> list[LiftRow]:
-    """Hold the answers on one grid against the resolved one.
+    """Compare the leak rates on one grid with the resolved one.
 
     Parameters
     ----------
-    runs : the three answers, in the order of LIFTS
+    runs : the three runs, in the order of LIFTS
     """
     dry, _, resolved = runs
     return [
@@ -206,7 +206,7 @@ def judged(runs: Sequence[LiftRun]) -> list[LiftRow]:
 
 
 def _largest_factor(run: LiftRun, exact: float) -> float | None:
-    """Largest ratio of an end of an answer to a leak rate, or of the latter to the former."""
+    """Largest factor between an end of a run's leak rate and the exact one, in either direction."""
     if run.lower is None or run.upper is None:
         return None
     ends = (run.lower, run.upper)

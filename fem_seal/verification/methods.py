@@ -1,4 +1,4 @@
-"""The compared methods: finite differences by link rule, linear, quadratic, adaptive elements."""
+"""Methods to compare: finite differences by link rule, linear, quadratic and adaptive elements."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,7 +13,8 @@ from fem_seal.finite_difference.links import LINKS
 from fem_seal.limits import Limits
 
 QUADRATIC = "P2 upper"
-# The letter's relaxation takes 2 to 10 s on 256² samples, half a minute and more on 512².
+# Most samples for the letter's relaxation: it takes 2 to 10 s on 256², half a minute or more on
+# 512².
 CASCADE_UNKNOWNS = 70_000
 
 
@@ -43,11 +44,11 @@ class Answer:
     Attributes
     ----------
     method : str
-        Name of the method, with the bound that the number is.
+        Name of the method, with "upper" or "lower" for a bound.
     value : float
         Leak rate [m^3/s]; nan if the method did not converge.
     certified : "above", "below" or ""
-        The leak rate is an upper bound, a lower bound or neither.
+        Whether the number is an upper bound, a lower bound or neither.
     unknowns : int
         Unknowns of the solve.
     seconds : float
@@ -117,7 +118,7 @@ def _finite_differences(
             cascade=cascade,
         )
     except NotConverged:
-        # Near percolation the relaxation may fail: that is a row of the comparison.
+        # Near percolation the relaxation may fail; the comparison shows that.
         yield Answer(name, nan, "", samples, process_time() - start)
     else:
         yield Answer(name, leak.value, "", leak.unknowns, process_time() - start)

@@ -2,8 +2,8 @@
 
 The error of a leak rate has two parts. The flow part is the half-width of the certified bracket,
 or, for finite differences, the distance from the best answer on the same gap. The contact part is
-the discretization error of the contact: the same surface under the same load is solved on finer and
-finer grids, and the distance of each leak rate from the extrapolated one is its contact part.
+the discretization error of the contact. The same surface is solved under the same load on finer and
+finer grids; the distance of each leak rate from the extrapolated one is its contact part.
 """
 
 from collections.abc import Sequence
@@ -68,7 +68,7 @@ class Point:
     leak_rate : float
         Leak rate [m^3/s].
     lower, upper : float or None
-        Its bounds [m^3/s]; None for finite differences, which have none.
+        Bounds of the leak rate [m^3/s]; None for finite differences.
     contact_error, flow_error, total_error : float
         Relative errors; the total is the sum of the other two.
     seconds : float
@@ -78,8 +78,8 @@ class Point:
     memory_bytes : int
         Largest resident memory of the process during the flow solve, libraries included.
     pareto : bool
-        Whether no other point of its kind, with or without bounds, is both faster and more
-        accurate.
+        Whether no other point is both faster and more accurate, among those with bounds if it has
+        bounds, otherwise among those without.
     """
 
     samples: tuple[int, int]
@@ -116,7 +116,7 @@ class Run:
     leak_rate : float
         Leak rate [m³/s].
     lower, upper : float or None
-        Its bounds [m³/s]; None for finite differences, which have none.
+        Bounds of the leak rate [m³/s]; None for finite differences.
     seconds : float
         CPU time [s] of contact and flow.
     contact_seconds : float
@@ -137,19 +137,19 @@ class Run:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Lower and upper bound, of a method that has them."""
+        """Lower and upper bound [m³/s], for a method with bounds."""
         return present(self.lower, "lower"), present(self.upper, "upper")
 
 
 class _Contact:
-    """Contact on one grid and the CPU time it took; the flows on that grid share it."""
+    """Contact on one grid, shared by the flows on that grid, and its CPU time."""
 
     def __init__(self) -> None:
         self._patch: Patch | None = None
         self.seconds = 0.0
 
     def patch(self, scene: Scene, samples: tuple[int, int], report: Report, comm: Comm) -> Patch:
-        """Patch of the scene on a grid, its contact solved."""
+        """Patch of the scene on a grid, with its contact solved."""
         if self._patch is None:
             warm_up()
             surface = resample(surface_of(scene, comm), samples)
@@ -163,7 +163,7 @@ class _Contact:
 
 @dataclass(frozen=True)
 class RunTask(Task[Run]):
-    """A flow solve on one contact grid that is to be computed.
+    """Task of one flow solve on one contact grid.
 
     Parameters
     ----------
@@ -180,13 +180,13 @@ class RunTask(Task[Run]):
     flow: FlowMethod
 
     def compute(self, handed_on: _Contact, report: Report, comm: Comm) -> Run:
-        """Solve the contact, unless another flow on its grid has, and the flow."""
+        """Solve the flow, and before it the contact unless an earlier flow on its grid has."""
         pressed = handed_on.patch(self.scene, self.samples, report, comm)
         method, rtol = self.flow.method, self.flow.rtol
         flow = self.scene.flow
         # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
         most = 1 if method == "uniform" else flow.max_unknowns
-        # Methods and grids are compared on one dry contact.
+        # Compare methods and grids on the dry contact.
         own = {"method": method, "rtol": rtol or flow.rtol, "max_unknowns": most, "lift": "none"}
         flow = flow.model_copy(update=own)
         patch = Patch(
@@ -231,7 +231,7 @@ class Trade:
     uncertainty: float
 
     def front(self, certified: bool) -> tuple[Point, ...]:
-        """Pareto front, the fastest point first, of the points with or without bounds."""
+        """Pareto front of the points with or without bounds, the fastest point first."""
         points = (p for p in self.points if p.pareto and p.certified == certified)
         return tuple(sorted(points, key=lambda p: p.seconds))
 
@@ -249,19 +249,19 @@ def trade(
 
     Parameters
     ----------
-    scene : with a surface and a contact; its flow method and rtol are not used
+    scene : scene with a surface and a contact; its flow method and rtol are not used
     factors : multiples of the scene's samples, at least three that give whole numbers; below 1
         the surface loses the waves shorter than two samples of the coarse grid
-    tolerances : rtol of the adaptive method
-    out : folder of points/, with a file for each solve, which is not repeated; none is kept if
-        left out
-    work : how the grids are shared out; one after the other if left out. CPU times of several jobs
-        include what they take from each other
+    tolerances : values of rtol for the adaptive method
+    out : folder of points/, with a file for each solve; those in the folder are not repeated. No
+        files are kept if left out
+    work : how the grids are shared among workers; one after the other if left out. Jobs that run at
+        the same time slow each other down, also in CPU time
     report : called with the stage and its progress
 
     Returns
     -------
-    Trade; None if solves are missing that other parts compute.
+    Trade; None if some solves are left to other parts of the study.
 
     Raises
     ------
@@ -316,7 +316,7 @@ def _tasks(
 
 
 def warm_up() -> None:
-    """Import the libraries, so that the first point's time does not include it."""
+    """Import the libraries, and compile the forms, before the time of the first point is taken."""
     from fem_seal.flow import leak_rate
 
     leak_rate(GridFilm(GridField(np.ones((8, 8)), (1.0, 1.0))), viscosity=1.0, pressure_drop=1.0)
@@ -328,7 +328,7 @@ def grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, i
     Raises
     ------
     InvalidInput
-        If these are fewer than three.
+        If there are fewer than three.
     """
     ratios = sorted(Fraction(factor).limit_denominator(1024) for factor in factors)
     scaled = [(shape[0] * ratio, shape[1] * ratio) for ratio in ratios]
@@ -351,12 +351,12 @@ def _choices(tolerances: Sequence[float]) -> list[FlowMethod]:
 
 
 def forget_peak() -> None:
-    """Reset the kernel's record of the largest resident memory (proc(5), clear_refs)."""
+    """Reset the kernel's value of the largest resident memory (proc(5), clear_refs)."""
     Path("/proc/self/clear_refs").write_text("5")
 
 
 def _judged(runs: Sequence[Run]) -> Trade:
-    # Tolerances fall, so that the last adaptive run on each grid is the most accurate.
+    # The tolerances fall: the last adaptive run on each grid is the most accurate.
     best = {run.samples: run for run in runs if run.flow.method == "adaptive"}
     finest = list(best.values())[-1]
     if finest.state == "sealed":
@@ -394,8 +394,8 @@ def _point(run: Run, best: float, reference: float, uncertainty: float) -> Point
 def mark_pareto(points: Sequence[Point]) -> tuple[Point, ...]:
     """Mark the points that no other one of their kind beats in time and error.
 
-    Points with bounds are compared among themselves, and points without bounds, whose error is
-    known only because the others were computed as well, among themselves.
+    Points with and without bounds are compared separately: the error of a point without bounds is
+    known only because the others were computed as well.
     """
     return tuple(replace(point, pareto=not _beaten(point, points)) for point in points)
 
