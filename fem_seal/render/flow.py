@@ -213,8 +213,8 @@ def mesh_picture(
 ) -> Path:
     """Picture of the edges of the mesh on which the flow was solved, with contact in grey.
 
-    One panel shows the whole mesh, a second one the part around the strongest flow, where an adaptive
-    mesh is finest; a rectangle marks this part in the first. With a `window` there is one panel.
+    One panel shows the whole mesh, a second one the part around the strongest flow, where an
+    adaptive mesh is finest; a rectangle marks it in the first. With a `window` there is one panel.
     Arguments as in `flow_picture`.
     """
     field = flow_of(leak)
