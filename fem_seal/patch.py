@@ -23,8 +23,6 @@ from fem_seal.steps import (
     CONTACTS,
     FLOWS,
     elastic_contact,
-    every_second,
-    lifting_problem,
     made_surface,
     prepared_surface,
 )
@@ -278,6 +276,7 @@ class Patch:
         if self.scene.lift != "resolved":
             return None
         from fem_seal.coupling import lifted
+        from fem_seal.lifting import every_second, lifting_problem
 
         surface = present(self.surface, "surface")
         problem = lifting_problem(self.scene, surface, self.report, self.comm)

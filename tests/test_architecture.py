@@ -39,7 +39,17 @@ ORDER = [
     *("surface", "contact", "scene", "new_scene"),
     *("fenicsx", "mesh", "film", "theory", "finite_difference"),
     *("flow", "coupling"),
-    *("points", "steps", "patch", "accuracy", "upscaling", "quantities", "results", "sweep"),
+    *(
+        "points",
+        "steps",
+        "lifting",
+        "patch",
+        "accuracy",
+        "upscaling",
+        "quantities",
+        "results",
+        "sweep",
+    ),
     *("letter", "verification", "render"),
     *("job", "exchange", "doctor", "cli", "__main__"),
 ]

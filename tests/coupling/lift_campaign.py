@@ -27,9 +27,9 @@ from lifted_scenes import problem_of
 from fem_seal.coupling import LiftedState, LiftProblem, lifted
 from fem_seal.coupling.lifted import lifted_from
 from fem_seal.errors import NotConverged
+from fem_seal.lifting import every_second
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
-from fem_seal.steps import every_second
 
 SEED, RTOL, MORE = 20120612, 0.05, 10
 E_STAR, SLOPE = 1e7, 0.1

@@ -3,10 +3,10 @@
 import numpy as np
 
 from fem_seal.grid import GridField
+from fem_seal.lifting import lifting_problem
 from fem_seal.patch import Patch
 from fem_seal.progress import silent
 from fem_seal.scene import Scene
-from fem_seal.steps import lifting_problem
 
 E_STAR = 1e7  # Pa
 
