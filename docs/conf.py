@@ -25,6 +25,8 @@ exclude_patterns = ["_build"]
 html_theme = "furo"
 html_title = "fem_seal"
 
+smartquotes = False  # they would make one dash of the two of an option
+
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 

@@ -77,7 +77,7 @@ def test_film_has_a_frame_for_each_load_in_common_colours(steps, tmp_path):
 
 
 @pytest.mark.render
-def test_strip_shows_at_most_four_loads(steps, tmp_path):
+def test_strip_shows_at_most_three_loads(steps, tmp_path):
     whole = closing_strip(steps, tmp_path / "whole.png")
     doubled = closing_strip([*steps, *steps], tmp_path / "doubled.png")
     with Image.open(whole) as one, Image.open(doubled) as other:

@@ -17,7 +17,8 @@ ROOT = HERE.parents[1]
 COLOURS = 256
 FEM_SEAL = "-m fem_seal"
 FIRST = "demos/scenes/first.toml"
-# Width in pixels; arguments of Python, in a folder with demos and meshes; the file that they draw.
+# Width in pixels; arguments of Python (of several commands with && between them), in a folder with
+# demos and meshes; the file that they draw.
 PICTURES = {
     "flow.png": (801, f"{FEM_SEAL} run {FIRST} --out made", "made/flow.png"),
     "lift.png": (900, f"{FEM_SEAL} run {FIRST} --out made", "made/lift.png"),
@@ -28,7 +29,7 @@ PICTURES = {
         f"{FEM_SEAL} surface demos/scenes/blasted.toml --out surface.png",
         "surface.png",
     ),
-    "closing.png": (1200, f"{FEM_SEAL} study closing {FIRST} --out made", "made/closing.png"),
+    "closing.png": (1100, f"{FEM_SEAL} study closing {FIRST} --out made", "made/closing.png"),
     "sweep.png": (
         900,
         f"{FEM_SEAL} sweep {FIRST} --set surface.shape=[128,128] --vary "
@@ -38,7 +39,14 @@ PICTURES = {
     ),
     "when_lift_matters.png": (900, "demos/when_does_the_fluid_matter.py", "out/lift.png"),
     "gas.png": (800, "demos/gas_that_slips.py", "out/gas_that_slips.png"),
-    "price.png": (1100, "demos/price_of_accuracy.py", "out/price_of_accuracy.png"),
+    "relief.png": (
+        900,
+        f"{FEM_SEAL} run {FIRST} --out made --set "
+        'output.products=["leak_rate","constriction","pictures","mesh"] && '
+        f"{FEM_SEAL} render made --all",
+        "made/relief.png",
+    ),
+    "price.png": (1000, "demos/price_of_accuracy.py", "out/price_of_accuracy.png"),
 }
 LETTER = "letter --size 1024 --seeds 1 --edges open --no-flow --skip grids cascade differences"
 PICTURES |= {
@@ -59,11 +67,12 @@ def small(picture: Path, width: int, path: Path) -> None:
 
 
 def make(arguments: str, names: list[str]) -> None:
-    """Draw the pictures of one command in a folder of its own, and put them into their places."""
+    """Draw the pictures of some commands in a folder of its own, and put them into their places."""
     with TemporaryDirectory() as folder:
         for needed in ("demos", "meshes"):
             (Path(folder) / needed).symlink_to(ROOT / needed)
-        subprocess.run([sys.executable, *arguments.split()], cwd=folder, check=True)
+        for command in arguments.split(" && "):
+            subprocess.run([sys.executable, *command.split()], cwd=folder, check=True)
         for name in names:
             width, _, drawn = PICTURES[name]
             small(Path(folder) / drawn, width, HERE / name)

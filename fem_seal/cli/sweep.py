@@ -37,7 +37,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         action="append",
         metavar="KEY=V1,V2,…",
         help="a field and its values; given more than once, all combinations are computed. A value "
-        "may be a range, 1..1000, and that of a path a pattern, maps/*.npz",
+        "may be a range, 1..1000, and that of a path a pattern, maps/m*.npz",
     )
     points.add_argument(
         "--points",

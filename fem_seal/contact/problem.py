@@ -156,7 +156,7 @@ class Measures:
     complementarity : float
         Σ |p g| / Σ p.
     pressed_gap : float
-        Largest |g| on the samples that carry pressure.
+        Largest ``|g|`` on the samples that carry pressure.
     penetration : float
         Deepest overlap, the largest -g of all samples.
     mean_gap_error : float

@@ -94,8 +94,8 @@ class ContactState(GapState):
     """An elastic contact in equilibrium, with measures of its accuracy.
 
     The computed gap is g = S p - h, less its mean weighted with the pressure, or at the prescribed
-    mean gap. Where the pressure is positive, |g| is at most `pressed_gap`, and the gap of the state
-    is exactly 0. Elsewhere the gap is g, clipped at 0: samples that overlap, by at most
+    mean gap. Where the pressure is positive, ``|g|`` is at most `pressed_gap`, and the gap of the
+    state is exactly 0. Elsewhere the gap is g, clipped at 0: samples that overlap, by at most
     `penetration`, touch as well.
 
     Parameters

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 KEY = (CONTACT, NO_FLOW)
 FRAME_SIDE = 720  # longer side of each drawing of a frame before it is reduced [pixel]
 REDUCTION = 2  # a frame is drawn this many times as large as it is shown
-STRIP_SIDE = 480  # longer side of each drawing of the strip [pixel]
-MOST_COLUMNS = 4
+STRIP_SIDE = 420  # longer side of each drawing of the strip [pixel]
+MOST_COLUMNS = 3  # more would make the lettering too small for a page
 DECADES = 2  # length of the colour bar below the strongest flow of the tightest contact
 COLOURS, GREYS = 256, 16  # number of colours of a GIF, and of greys among them
 SECONDS, LAST_SECONDS = 0.5, 2.0  # duration of a frame, and of the last one
@@ -77,7 +77,7 @@ def closing_animation(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
 
 
 def closing_strip(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
-    """Write up to four of the loads side by side: gaps in the upper row, flows in the lower one.
+    """Write up to three of the loads side by side: gaps in the upper row, flows in the lower one.
 
     Parameters
     ----------

@@ -129,7 +129,7 @@ def lift_picture(
     fluid_pressure: GridField,
     path: str | Path,
     *,
-    long_side: int = 800,
+    long_side: int = 600,
 ) -> Path:
     """Four pictures of a lift: gap, dry and lifted, and the pressures of solid and fluid.
 

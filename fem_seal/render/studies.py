@@ -43,7 +43,7 @@ def cross_validation_figure(
     """
     from matplotlib.ticker import NullLocator, ScalarFormatter
 
-    with new_figure((11, 4.6), path) as figure:
+    with new_figure((8.5, 5.4), path) as figure:
         rates, errors = figure.subplots(1, 2)
         truth = rows[0].value / (1 + rows[0].error)
         for number, name in enumerate(dict.fromkeys(row.method for row in rows)):
@@ -79,9 +79,10 @@ def cross_validation_figure(
         )
         figure.legend(
             *rates.get_legend_handles_labels(),
-            loc="outside right center",
+            loc="outside lower center",
+            ncols=4,
             frameon=False,
-            fontsize=8,
+            fontsize=9,
         )
     return path
 
@@ -119,7 +120,7 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
     -------
     Path of the file.
     """
-    with new_figure((11, 4.6), path) as figure:
+    with new_figure((8.5, 4.8), path) as figure:
         time, memory = figure.subplots(1, 2, sharey=True)
         for certified, dash in ((True, "-"), (False, "--")):
             front = result.front(certified)
@@ -137,10 +138,11 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
             for axes in (time, memory):
                 axes.axhline(part, color=shades[samples], ls=":", lw=1)
         time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
-        time.set_title(f"{_plain(title)}: Pareto fronts, dashed without bounds")
+        time.set_title(f"{_plain(title)}: Pareto fronts (dashed: no bounds)", fontsize=10)
         label_axis(time.xaxis)
         label_axis(time.yaxis)
-        memory.set(xlabel="resident memory [MB]", title="dotted: the contact grid's part")
+        memory.set_title("dotted: the contact grid's part", fontsize=10)
+        memory.set_xlabel("resident memory [MB]")
         _keys(memory, shades, result.points)
     return path
 
@@ -155,7 +157,7 @@ def _shades(number: int) -> list[str]:
 
 
 def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Point]) -> None:
-    """Add a legend for colours (contact grids) and markers (flow methods) beside the axes."""
+    """Add a legend for colours (contact grids) and markers (flow methods) below the axes."""
     from matplotlib.lines import Line2D
 
     entries = [
@@ -166,7 +168,9 @@ def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Poi
         entries.append(
             Line2D([], [], color="0.3", marker=MARKERS[method], ls="", label=f"flow {method}")
         )
-    axes.figure.legend(handles=entries, loc="outside right center", frameon=False, fontsize=8)
+    axes.figure.legend(
+        handles=entries, loc="outside lower center", ncols=4, frameon=False, fontsize=9
+    )
 
 
 def saddle_figure(series: Sequence[Sequence[SaddlePoint]], path: Path) -> Path:
