@@ -23,6 +23,16 @@ PICTURES = {
     "flow.png": (801, f"{FEM_SEAL} run {FIRST} --out made", "made/flow.png"),
     "lift.png": (900, f"{FEM_SEAL} run {FIRST} --out made", "made/lift.png"),
     "limit.png": (800, "demos/when_is_a_limit_kept.py", "out/limit.png"),
+    "map.png": (
+        1000,
+        f"{FEM_SEAL} surface demos/scenes/o-ring-measured.txt --out look.png",
+        "look.png",
+    ),
+    "seal.png": (
+        1000,
+        f"{FEM_SEAL} run demos/scenes/o-ring.toml --jobs 2 --out made",
+        "made/seal.png",
+    ),
     "flange.png": (900, f"{FEM_SEAL} run demos/scenes/flange.toml --out made", "made/flow.png"),
     "surface.png": (
         1000,
