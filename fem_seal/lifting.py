@@ -8,7 +8,7 @@ from fem_seal import parallel
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling import LiftProblem
+from fem_seal.coupling import LiftProblem, most_claimed
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
@@ -72,7 +72,6 @@ def lifting_problem(
         outlet=outlet,
         load=contact.pressure,
         comm=comm,
-        decides=scene.deciding_rate is not None,
     )
 
 
@@ -114,9 +113,10 @@ class SceneFlows:
         return self._solve(_on_the_way(self.scene, film, tolerance), film, silent)
 
     def _solve(self, scene: Scene, film: GridFilm, report: Report) -> LeakRate:
-        if self.kept is not None:
-            return finite_elements(scene, film, report, self.comm, self.kept)
-        return FLOWS[scene.flow.method](scene, film, report, self.comm)
+        if scene.flow.method == "finite-difference":
+            return FLOWS[scene.flow.method](scene, film, report, self.comm)
+        margin = most_claimed(self.scene.flow.rtol)
+        return finite_elements(scene, film, report, self.comm, self.kept, margin)
 
     def on_kept_mesh(self, film: GridFilm) -> LeakRate:
         """Leak rate on the mesh of the last flow, which is not refined."""

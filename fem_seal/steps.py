@@ -156,8 +156,12 @@ def finite_elements(
     report: Report,
     comm: parallel.Comm,
     kept: "KeptMesh | None" = None,
+    margin: float = 0.0,
 ) -> LeakRate:
-    """Leak rate of a film by finite elements, begun on a kept mesh if there is one."""
+    """Leak rate of a film by finite elements, begun on a kept mesh if there is one.
+
+    A decision against a limit counts an error of ln Q, `margin`, beside the bounds.
+    """
     from fem_seal.flow import leak_rate
 
     flow = scene.flow
@@ -173,6 +177,7 @@ def finite_elements(
         method=flow.method,
         rtol=flow.rtol,
         decide=scene.deciding_rate,
+        margin=margin,
         limits=flow.limits,
         progress=progress,
         field=scene.needs_field,

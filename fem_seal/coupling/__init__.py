@@ -3,6 +3,6 @@
 from fem_seal.coupling.lifted import lifted
 from fem_seal.coupling.passes import PassTuning
 from fem_seal.coupling.problem import LiftProblem
-from fem_seal.coupling.state import LiftedState
+from fem_seal.coupling.state import LiftedState, most_claimed
 
-__all__ = ["LiftProblem", "LiftedState", "PassTuning", "lifted"]
+__all__ = ["LiftProblem", "LiftedState", "PassTuning", "lifted", "most_claimed"]

@@ -30,7 +30,7 @@ import numpy as np
 from fem_seal.contact.state import ContactState
 from fem_seal.coupling.passes import TUNING, Passes, PassTuning
 from fem_seal.coupling.problem import LiftProblem, left_of
-from fem_seal.coupling.state import LiftedState, relative_part, spread
+from fem_seal.coupling.state import LiftedState, relative_part, spread, width_of
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.progress import Report, silent
@@ -236,6 +236,7 @@ def _finished(
         highest=max(seen),
         rtol=rtol,
         rates=tuple(passes.rates),
+        mesh_width=width_of(passes.flow_of_mesh),
     )
 
 

@@ -44,8 +44,6 @@ class LiftProblem:
         P₀ [Pa], which solid and fluid carry together; None if area or mean gap is prescribed.
     comm : MPI.Comm or None
         The processes that solve together; all of this run if None.
-    decides : bool
-        Whether the flow of the result stops at a decision against a limit instead of at `rtol`.
     """
 
     height: GridField
@@ -61,7 +59,6 @@ class LiftProblem:
     outlet: float
     load: float | None
     comm: parallel.Comm = None
-    decides: bool = False
 
     def contact_under(
         self,

@@ -39,6 +39,9 @@ class LiftedState:
         Tolerance of the flow.
     rates : tuple of float
         Leak rates of all passes [m³/s], one per pass; those of both starts one after the other.
+    mesh_width : float
+        ln(upper/lower) of the flow with which the last mesh of the passes was made. Its pressure
+        lifts the solid. Infinite if that flow leaks without a lower bound.
     """
 
     state: str
@@ -52,6 +55,7 @@ class LiftedState:
     highest: float
     rtol: float = 0.0
     rates: tuple[float, ...] = ()
+    mesh_width: float = 0.0
 
     @property
     def claimed(self) -> float:
@@ -67,11 +71,17 @@ class LiftedState:
 
     @property
     def flow_width(self) -> float:
-        """ln(upper/lower) of the flow; its rtol if it has no bounds, 0 where nothing leaks."""
+        """ln(upper/lower) of the flow whose pressure lifts the solid; 0 where nothing leaks.
+
+        The flow of the result is solved on the same mesh, refined where it must be: further for a
+        decision against a limit, which makes the pressure no more exact. Without bounds it is rtol.
+        """
         leak = self.leak_rate
         if leak is None or leak.state == "sealed":
             return 0.0
-        return self.rtol if leak.lower is None else relative_part(leak)
+        if leak.lower is None:
+            return self.rtol
+        return max(self.mesh_width, min(relative_part(leak), self.rtol))
 
     @property
     def fluid_load(self) -> float:
@@ -89,6 +99,18 @@ class LiftedState:
             f"contact and flow have not settled after {self.passes} passes: the leak rate varies "
             f"from {low} to {high}"
         )
+
+
+def most_claimed(rtol: float) -> float:
+    """Largest error of ln Q that a settled state claims if its flows reach their tolerance."""
+    return (SETTLED + 1) * rtol
+
+
+def width_of(leak: LeakRate | None) -> float:
+    """Width ln(upper/lower) of a bracket; infinite if its lower bound is 0, 0 without one."""
+    if leak is None or leak.state == "sealed":
+        return 0.0
+    return inf if leak.lower == 0 else relative_part(leak)
 
 
 def relative_part(leak: LeakRate) -> float:

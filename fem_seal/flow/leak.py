@@ -41,6 +41,7 @@ def leak_rate(
     method: str = "adaptive",
     rtol: float = 0.05,
     decide: float | None = None,
+    margin: float = 0.0,
     limits: Limits | None = None,
     progress: Callable[[Level], None] | None = None,
     field: bool = False,
@@ -67,6 +68,7 @@ def leak_rate(
     rtol : stop when upper - lower ≤ rtol √(lower upper); of a gas that slips at the mean pressure,
         since no mesh closes the rest
     decide : in place of rtol, a leak rate [m³/s]: stop when it does not lie between the bounds
+    margin : error of ln Q beside the bounds, such as of the lift, which widens them for `decide`
     limits : on unknowns, time and memory; the result then has `converged` False and says why
     progress : called with every Level, in m³/s
     field : keep the flow on the last mesh
@@ -106,7 +108,7 @@ def leak_rate(
     slipping = None if slip is None else SlippingFilm(slip, film.highest, critical)
     slip_factor = slipping.slip_factor if slipping else 1.0
     scale *= slip_factor
-    criterion = Tolerance(rtol) if decide is None else Decision(decide, scale)
+    criterion = Tolerance(rtol) if decide is None else Decision(decide, scale, margin)
     narrowest = critical / film.highest
     require_conducting("the critical constriction", narrowest)
     stopping = Stopping(

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import exp
 from typing import TYPE_CHECKING, Generic
 
 from fem_seal.fenicsx import MPI
@@ -85,18 +86,22 @@ class Decision:
         Limit of the leak rate [m³/s].
     unit : float
         Leak rate [m³/s] in which the bounds are written.
+    margin : float
+        Error of ln Q beside the bounds, by which they are widened before they are compared.
     """
 
     limit: float
     unit: float
+    margin: float = 0.0
 
     # Near a tolerance the steps of a refinement become smaller. A decision may need any width.
     rtol = 0.0
 
     def reached(self, solution: "LevelSolution") -> bool:
-        """Whether both bounds, widened by the uncertainty of slip, lie on one side of the limit."""
+        """Whether both bounds, widened by slip and margin, lie on one side of the limit."""
         lower, upper = solution.slip or solution.level.bounds
-        return upper * self.unit <= self.limit or lower * self.unit > self.limit
+        unit, factor = self.unit, exp(self.margin)
+        return upper * factor * unit <= self.limit or lower / factor * unit > self.limit
 
     def missed(self, lower: float, upper: float) -> str:
         """Message on the distance of bounds [m³/s] from the criterion."""
@@ -104,13 +109,17 @@ class Decision:
         return f"the leak rate is between {below:.4g} and {above:.4g} of the limit, undecided"
 
     def out_of_reach(self, solution: "LevelSolution") -> str:
-        """Message if no mesh can decide because slip leaves the limit undecided, else ""."""
+        """Message if no mesh can decide because of slip or the margin, else ""."""
         bounds = solution.level.bounds
-        if solution.slip is None or bounds.lower == 0:
+        if bounds.lower == 0 or (solution.slip is None and self.margin == 0):
             return ""
-        low, high = solution.slip.interval(bounds)
+        low, high = exp(-self.margin), exp(self.margin)
+        if solution.slip is not None:
+            least, most = solution.slip.interval(bounds)
+            low, high = low * least, high * most
         if bounds.lower * high * self.unit >= self.limit >= bounds.upper * low * self.unit:
-            return "the limit lies within the uncertainty of the slip, which no mesh can reduce"
+            error = "slip" if self.margin == 0 else "slip or lift" if solution.slip else "lift"
+            return f"the limit lies within the uncertainty of the {error}, which no mesh can reduce"
         return ""
 
     def too_slow(self, history: ConvergenceHistory, growth: float) -> str:

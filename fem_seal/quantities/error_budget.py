@@ -48,6 +48,9 @@ class Uncertainty:
     upper_rate : float or None
         Upper bound of the leak rate under this reason [m³/s], where it was computed. A sealed
         contact needs it, since no factor can raise its leak rate of 0.
+    per_rtol : float
+        The logarithms of the factors are at most this many times `flow.rtol`, so that a smaller one
+        narrows the entry; 0 if it does not.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Uncertainty:
     upper: float | None = None
     caution: bool = False
     upper_rate: float | None = None
+    per_rtol: float = 0.0
 
     @property
     def counted(self) -> bool:

@@ -7,8 +7,9 @@ gaps, and the flow grows with the gap. On a grid, and for a layer of finite thic
 of the stiffness have the wrong sign for the proof. So the factors are called estimates here.
 """
 
-from math import exp, isinf
+from math import exp, isfinite, isinf
 
+from fem_seal.coupling import most_claimed
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.errors import NotConverged, present
 from fem_seal.leak_rate import LeakRate
@@ -97,8 +98,8 @@ def _resolved(patch: Patch) -> Uncertainty:
         # solid.
         beyond = exp(state.flow_width)
         lower = min(1.0, state.lowest / value) / beyond if value else 1.0
-        upper = max(1.0, state.highest / value) * beyond if value else None
-        rate = state.highest if upper is None else None
+        upper = max(1.0, state.highest / value) * beyond if value and isfinite(beyond) else None
+        rate = None if value else state.highest
         return Uncertainty(LIFT, "estimated", state.reason, lower, upper, True, rate)
     sentence = (
         f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; the factors are the "
@@ -106,7 +107,12 @@ def _resolved(patch: Patch) -> Uncertainty:
         "flow whose pressure lifts the solid"
     )
     error = state.claimed
-    return Uncertainty(LIFT, "estimated", sentence, exp(-error), exp(error))
+    if not isfinite(error):
+        sentence += ", which has no lower bound yet"
+        return Uncertainty(LIFT, "not covered", sentence, 0.0, None, caution=True)
+    return Uncertainty(
+        LIFT, "estimated", sentence, exp(-error), exp(error), per_rtol=most_claimed(1.0)
+    )
 
 
 def _range(patch: Patch) -> Uncertainty:

@@ -7,7 +7,6 @@ from fem_seal.digits import bracket_digits, in_digits, rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
-    LIFT,
     NOT_THE_SEAL,
     ONE_PATCH,
     SLIP_INTERVAL,
@@ -138,8 +137,10 @@ def verdict(
     rtol, unknowns = None, None
     if advice is None:
         others = (*(entry for entry in budget if entry.name == SLIP_INTERVAL), *rest)
-        rtol, unknowns = what_would_decide(leak, limit_solved, *combined(others))
-        advice = _advice(leak, rtol, unknowns, limit_solved, others)
+        fixed = tuple(entry for entry in others if not entry.per_rtol)
+        per_rtol = sum(entry.per_rtol for entry in others)
+        rtol, unknowns = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
+        advice = _advice(leak, rtol, unknowns, limit_solved, fixed, per_rtol)
     if low or high is not None:
         held = f"{_ends(low or None, high, shown, limit_solved)} the {allowed}"
     else:
@@ -165,13 +166,18 @@ def _ends(low: float | None, high: float | None, shown: Shown, limit: float) -> 
 
 
 def what_would_decide(
-    leak: LeakRate, limit: float, lower: float | None = 1.0, upper: float | None = 1.0
+    leak: LeakRate,
+    limit: float,
+    lower: float | None = 1.0,
+    upper: float | None = 1.0,
+    per_rtol: float = 0.0,
 ) -> tuple[float | None, int | None]:
     """Tolerance and unknowns at which the bounds would exclude the limit; None if unknown.
 
     With a leak rate of Q = √(lower upper) and the factors of the other uncertainties, a bracket of
     the flow with ln(upper / lower) = 2 w just touches the limit L where Q e^w (upper factor) = L or
-    Q e^-w (lower factor) = L; (upper - lower) / √(lower upper) is 2 sinh w then.
+    Q e^-w (lower factor) = L; (upper - lower) / √(lower upper) is 2 sinh w then. Uncertainties that
+    are at most `per_rtol` times this width make w (1 + 2 per_rtol) of w.
 
     Parameters
     ----------
@@ -180,7 +186,9 @@ def what_would_decide(
     limit : float
         Limit L [m³/s].
     lower, upper : float or None
-        Factors of all uncertainties beside the flow; None on an unbounded side.
+        Factors of the uncertainties beside the flow; None on an unbounded side.
+    per_rtol : float
+        Errors of ln Q that are proportional to the tolerance of the flow, over this tolerance.
     """
     low, high = leak.bounds
     if low == 0:
@@ -189,7 +197,7 @@ def what_would_decide(
     half_widths = [distance - log(upper)] if upper is not None else []
     if lower:
         half_widths.append(log(lower) - distance)
-    needed = 2 * sinh(max(half_widths, default=0.0))
+    needed = 2 * sinh(max(half_widths, default=0.0) / (1 + 2 * per_rtol))
     if needed < LEAST_RTOL:
         return None, None
     reached = relative_width(*leak.refined_bounds)
@@ -230,8 +238,12 @@ def _advice(
     unknowns: int | None,
     limit: float,
     rest: ErrorBudget,
+    per_rtol: float,
 ) -> str:
-    """Advice for an undecided verdict: a setting that might decide it, or why none can."""
+    """Advice for an undecided verdict: a setting that might decide it, or why none can.
+
+    `rest` are the entries that flow.rtol does not narrow.
+    """
     low, high = leak.bounds
     if low == 0:
         return (
@@ -241,15 +253,13 @@ def _advice(
     counted = [entry for entry in rest if entry.counted]
     if [entry.name for entry in counted] == [CONTACT_GRID]:
         # A total error chooses flow.rtol itself.
-        total = expm1(abs(log(limit / sqrt(low * high))))
+        total = expm1(abs(log(limit / sqrt(low * high))) / (1 + 2 * per_rtol))
         if total > LEAST_RTOL:
             return f"accuracy.total = {total:.2g} might decide"
     if rtol is not None and unknowns is not None:
         return f"flow.rtol = {rtol:.2g} might decide, with about {float(unknowns):.2g} unknowns"
     if open_entries(rest):
         return _sentences(open_entries(rest))
-    if any(entry.name == LIFT for entry in counted):
-        return f"a smaller flow.rtol might decide: it narrows {LIFT} as well as the flow"
     if counted:
         return f"no flow.rtol decides it while {_names(counted)} may change the leak rate so much"
     return "the best estimate is the limit itself"

@@ -286,6 +286,10 @@ def summarise(
     elastic = contact if isinstance(contact, ContactState) else None
     tensor = None if named is None else named.conductivity_tensor
     flows = [flow for flow in (leak, tensor, *ends) if flow is not None]
+    reasons = [flow.reason for flow in flows if flow.reason]
+    asked = patch.scene.deciding_rate is not None
+    if asked and decision is not None and decision.decision == "undecided" and not reasons:
+        reasons.append("limit.decide asks for a decision, and the verdict is undecided")
     stages = dict(patch.seconds)
     total = sum(stages.values()) if started is None else perf_counter() - started
     return Result(
@@ -299,8 +303,8 @@ def summarise(
         inflow=None if leak is None else leak.inflow,
         outflow=None if leak is None else leak.outflow,
         levels=() if leak is None else leak.levels,
-        converged=all(flow.converged for flow in flows),
-        reason="; ".join(dict.fromkeys(flow.reason for flow in flows if flow.reason)),
+        converged=not reasons and all(flow.converged for flow in flows),
+        reason="; ".join(dict.fromkeys(reasons)),
         contact_area_fraction=film.contact_area_fraction,
         mean_gap=film.mean_gap,
         gap_is_periodic=None if grid is None else grid.gap.periodic,

@@ -144,6 +144,39 @@ def test_budget_and_verdict_count_the_lift():
     assert decision((leak.upper * (1 + lift.upper)) / 2) == "undecided"
 
 
+def test_a_decision_counts_the_lift():
+    """The flow alone would decide both limits. The near one lies within the error of the lift, at
+    most 6/5 of flow.rtol, and the result says that the decision is missing; the tolerance that the
+    verdict advises reaches it. The far one is decided.
+    """
+
+    def judged(limit, **flow):
+        mapping = scene(max_unknowns=20_000, **flow).to_mapping()
+        mapping["limit"] = {"leak_rate": limit, "decide": True}
+        return summarise(Patch(Scene.from_mapping(mapping)))
+
+    exact = summarise(Patch(scene(rtol=0.005))).leak_rate
+    far, near = judged(1.3 * exact.upper), judged(1.04 * exact.upper)
+    assert (far.verdict.decision, far.converged) == ("within limit", True)
+    assert (near.verdict.decision, near.converged) == ("undecided", False)
+    assert near.leak_rate.upper < 1.04 * exact.upper
+    assert "uncertainty of the lift" in near.reason
+    # √(lower upper) is off by some per cent of the bracket, and so is the advice.
+    narrow = judged(1.04 * exact.upper, rtol=0.7 * near.verdict.needed_rtol)
+    assert (narrow.verdict.decision, narrow.converged) == ("within limit", True)
+
+
+def test_a_decision_that_the_fluid_pressure_leaves_open_is_missing():
+    """A dry contact whose flow is decided, while its fluid may let more leak than is allowed."""
+    mapping = scene(max_unknowns=20_000, lift="none").to_mapping()
+    dry = Patch(Scene.from_mapping(mapping)).leak_rate
+    mapping["limit"] = {"leak_rate": 1.5 * dry.upper, "decide": True}
+    result = summarise(Patch(Scene.from_mapping(mapping)))
+    assert result.leak_rate.upper < 1.5 * dry.upper
+    assert (result.verdict.decision, result.converged) == ("undecided", False)
+    assert "limit.decide" in result.reason
+
+
 def test_budget_of_passes_that_have_not_settled():
     """All leak rates seen, and the bounds of each: a limit among these is not kept."""
     patch = Patch(scene())
@@ -158,6 +191,16 @@ def test_budget_of_passes_that_have_not_settled():
     value = patch.leak_rate.value
     assert value * lift.lower <= state.lowest * lower / value * (1 + 1e-9)
     assert value * lift.upper >= state.highest * upper / value * (1 - 1e-9)
+
+
+def test_a_pressure_without_a_lower_bound_of_its_flow_leaves_the_lift_open():
+    """The flow whose pressure lifts the solid ended before it had a lower bound."""
+    patch = Patch(scene())
+    patch.__dict__["lifted"] = replace(patch.lifted, mesh_width=np.inf)
+    lift = entry(summarise(patch))
+    assert (lift.kind, lift.lower, lift.upper) == ("not covered", 0.0, None)
+    patch.__dict__["lifted"] = replace(patch.lifted, converged=False)
+    assert entry(summarise(patch)).upper is None
 
 
 def test_range_in_the_result():

@@ -98,9 +98,11 @@ def test_what_would_decide_with_other_factors():
     assert what_would_decide(LEAK, 2.4e-10, 0.8, 1.25) == (None, None)
     lift = Uncertainty("fluid pressure", "estimated", "it opens", 1.0, 1.5, caution=True)
     assert "no flow.rtol decides it while fluid pressure" in judged(2.4e-10, lift).sentence
-    # The passes of a computed lift end where they change little against flow.rtol.
-    computed = Uncertainty("lift", "estimated", "passes", 0.8, 1.25)
-    assert "; a smaller flow.rtol might decide: " in judged(2.4e-10, computed).sentence
+    # The entry of a computed lift is twice as wide as the bracket, and narrows with it.
+    computed = Uncertainty("lift", "estimated", "passes", 0.5, 2.0, per_rtol=1.0)
+    advised = 2 * np.sinh(np.log(1.2) / 3)
+    assert judged(2.4e-10, computed).needed_rtol == pytest.approx(advised, rel=1e-12)
+    assert f"; flow.rtol = {advised:.2g} might decide" in judged(2.4e-10, computed).sentence
     # The contact grid's part is narrowed by a smaller total error: ln(1 + total) = ln(2.4/2).
     assert "accuracy.total = 0.2 might decide" in judged(2.4e-10, GRID).sentence
 
