@@ -41,8 +41,8 @@ WATER = {"viscosity": 1e-3, "pressure_drop": 1e5}
 # %% [markdown]
 # ## The gap
 # A self-affine surface (H = 0.8, shortest wavelength 4 samples) pressed into a rubber until 40 %
-# of it touch. Between the samples the gap is linear on the triangles of the pixel grid; that P1
-# gap is what both are asked about, on every mesh.
+# of it touch. Between the samples the gap is linear on the triangles of the pixel grid. Both ways
+# solve the flow through this P1 gap, on every mesh.
 
 
 # %%
@@ -125,11 +125,11 @@ def main(out: Path = Path("out"), n: int = 256, rtol: float = 0.02, grids: int =
     early = next(level for level in comparison.adaptive if 0 < level.half_width < 0.5)
     assert best.half_width * best.unknowns < early.half_width * early.unknowns
     for level in comparison.adaptive:
-        # Where the best bracket can tell how far the mean is off.
+        # Only where the best bracket is narrow enough to show the error of the mean.
         if 1.5 * best.half_width < level.half_width < 0.1:
             error = np.sqrt(level.lower * level.upper / (lower * upper)) - 1
             assert 3 * abs(error) < level.half_width
-    # The uniform law of the last two grids, carried on to the adaptive half-width.
+    # Unknowns of a uniform mesh for the adaptive half-width, extrapolated from the last two grids.
     u, v = comparison.uniform[-2:]
     slope = np.log(u.half_width / v.half_width) / np.log(v.unknowns / u.unknowns)
     needed = v.unknowns * (v.half_width / best.half_width) ** (1 / slope)

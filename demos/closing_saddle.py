@@ -34,8 +34,8 @@ from fem_seal.render.studies import saddle_figure
 # early.
 #
 # ## What to notice
-# * Far from closing the exponent is near 4; it falls towards closing, so that the exponent of a fit
-#   depends on the range of loads that is fitted.
+# * Far from closing the exponent is near 4; it falls towards closing. The exponent of a fit
+#   therefore depends on the range of loads.
 # * The leak rate vanishes more slowly than the gap cubed: the constriction becomes shorter as well.
 # * Both grids agree until the constriction is a few samples wide. Nearer to closing the coarse grid
 #   is wrong although its bracket is as narrow as before: the bounds hold for the gap that was
@@ -51,11 +51,11 @@ def main(out: Path = Path("out"), n: int = 128) -> tuple[LocalExponent, ...]:
     coarse, fine = map(local_exponents, series)
     for e in fine:
         print(f"(p_c - p)/p_c = {e.distance:.3f}: exponent {e.value:.2f} ± {e.error:.2f}")
-    # From above, and to the published one at a hundredth.
+    # The exponents fall, and reach the published one at a distance of a hundredth.
     assert all(near.value < far.value for far, near in pairwise(fine))
     assert fine[0].value > EXPONENT + 0.3
     assert abs(fine[-1].value - EXPONENT) < 0.1
-    # Slower than the gap cubed, faster than the gap squared.
+    # The leak rate vanishes more slowly than the gap cubed, faster than the gap squared.
     assert all(2 * e.gap < e.value < 3 * e.gap for e in fine)
     # Far from closing both grids agree within their brackets, at a hundredth no longer.
     apart = [abs(a.value - b.value) > a.error + b.error for a, b in zip(coarse, fine, strict=True)]

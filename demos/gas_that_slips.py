@@ -7,18 +7,18 @@
 #     throughput / Δp = W/L (g³ p + B g²)/(12 η),     B = 6 λ p = 6 η √(π R T / 2 M),
 #
 # with p the mean pressure (first order in λ/g, full accommodation). The first term, viscous flow,
-# grows with the pressure and knows the gas by its viscosity η. The second one does not depend on
-# the pressure and knows the gas by the molar mass M alone. So nitrogen, a little less viscous than
-# helium, leaks a little more at high pressure (both taken as ideal gases), and helium about √7
-# times as much at low pressure.
+# grows with the pressure; of the gas it contains only the viscosity η. The second one does not
+# depend on the pressure; of the gas it contains only the molar mass M. So nitrogen, a little less
+# viscous than helium, leaks a little more at high pressure (both taken as ideal gases), and helium
+# about √7 times as much at low pressure.
 #
 # Where λ/g passes a twentieth, first order is too low. Kinetic theory replaces g³ p + B g² by
 # B g² c(g p/B), with the flow between parallel walls from the linearised Boltzmann equation (BGK
 # model): c = 1 + t to first order, a minimum (Knudsen's) near λ = g, and the logarithm of λ/g
 # beyond, from molecules that fly along the gap.
 #
-# In a rough gap g and p change from place to place. For gases that slip the equation is not linear
-# in any power of p, but two linear problems enclose it; the bounds below are of that kind.
+# In a rough gap g and p change from place to place. For a gas that slips the equation is not linear
+# in any power of p, but two linear problems enclose its leak rate: these are the bounds below.
 # `mpirun -n 2 python demos/gas_that_slips.py` shares each flow between two processes.
 
 # %%
@@ -109,8 +109,8 @@ def draw(curves: dict[str, list[Point]], path: Path) -> None:
 #   √(28.014/4.0026) = 2.65 times to first order, and a little more in truth: its mean free path is
 #   three times as long, and so is the logarithm a little larger.
 # * First order is flat at low pressure. Kinetic theory has Knudsen's minimum there and rises again.
-# * Where the flow is linear in p or in p², the slip leaves nothing open, and the bounds are as
-#   narrow as without it. In between it is a few per cent.
+# * Where the flow is linear in p or in p², the bounds are as narrow as without slip. In between the
+#   slip makes them a few per cent wider.
 
 
 # %%
@@ -133,15 +133,15 @@ def main(out: Path = Path("out"), n: int = 64, rtol: float = 0.05) -> dict[str, 
     for gas, points in curves.items():
         lower, upper = ([getattr(point, name) for point in points] for name in ("lower", "upper"))
         widths += list(np.log(np.divide(upper, lower)))
-        # Knudsen's minimum: less somewhere than at both ends.
+        # Knudsen's minimum: somewhere in between the leak rate is lower than at both ends.
         least = int(np.argmin(upper))
         assert upper[least] < min(lower[0], lower[-1])
         print(f"{gas} leaks least at about {pressures[least]:.0e} Pa")
-        # Kinetic theory is above first order, by the half width of the bounds at least.
+        # Kinetic theory lies above first order, to the accuracy of the bounds.
         assert all(point.upper > point.first_order / (1 + rtol) for point in points)
         # Without slip the flow would vanish with the pressure.
         assert points[0].without_slip < 1e-3 * points[0].lower
-    assert max(widths) < rtol + 0.1  # what slip leaves open comes on top of the tolerance
+    assert max(widths) < rtol + 0.1  # slip widens the bounds beyond the tolerance
     print(f"bounds at most ±{50 * max(widths):.1f} % wide")
     return curves
 

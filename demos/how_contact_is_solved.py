@@ -14,7 +14,7 @@
 #
 #     ε = Σ p (g - min g) / (h_rms Σ p),
 #
-# which bounds the excess of energy by ε × mean pressure × h_rms, whoever computed p.
+# It bounds the excess of energy by ε × mean pressure × h_rms, however p was computed.
 
 # %%
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ MICRON = 1e-6
 
 @dataclass(frozen=True)
 class Answer:
-    """What the text claims: FFT pairs by method, samples on which the methods disagree, areas."""
+    """Results: FFT pairs by method, samples on which methods disagree, contact area, mean gaps."""
 
     pairs: dict[str, float]
     disagreeing: int
@@ -73,9 +73,9 @@ def energy_excess(surface: GridField, state: ContactState, best: ContactState) -
 
 
 # %% [markdown]
-# The figure: certificate against iterations, and what elasticity does to the contact. The bearing
-# model cuts the undeformed surface at the same area; elasticity moves material out of the way,
-# breaks contact up and leaves a gap that is a different one altogether.
+# The figure shows the certificate against iterations, and the contact with and without elasticity.
+# The bearing model cuts the undeformed surface at the same area. Elasticity moves material out of
+# the way and breaks contact up: the gap is a different one.
 
 
 # %%
@@ -104,7 +104,7 @@ def draw(states: dict[str, ContactState], cut: GridField, path: Path) -> None:
 
 # %%
 def main(n: int = 256, out: Path = Path("out")) -> Answer:
-    """Solve, compare, draw; return the numbers that the text claims."""
+    """Solve, compare, draw; check the claims of the text."""
     size = n * MICRON / 2
     spectrum = Spectrum(0.8, size / 4, 4 * size / n)
     surface = self_affine(spectrum, (n, n), (size, size), rms_slope=SLOPE, seed=1)
@@ -118,7 +118,7 @@ def main(n: int = 256, out: Path = Path("out")) -> Answer:
             f"{state.certificate:9.1e} {excess:14.1e}"
         )
         assert state.certificate <= 1e-6
-        # The certificate's promise, up to the rounding of the two energies.
+        # The certificate bounds the excess, up to rounding of the two energies.
         assert excess <= state.certificate + 1e-12
     cut = bearing(surface, area_fraction=best.contact_area_fraction)
     out.mkdir(parents=True, exist_ok=True)
@@ -134,8 +134,8 @@ def main(n: int = 256, out: Path = Path("out")) -> Answer:
         f"A/A0 = {answer.area:.4f}; up to {answer.disagreeing} of {n * n} samples differ; mean gap "
         f"{answer.elastic_gap:.3e} m elastic, {answer.bearing_gap:.3e} m bearing"
     )
-    # What to notice: one answer, to the sample; the default needs the fewest transforms; and at
-    # the same contact area the bearing model's gap is the wider one.
+    # What to notice: all methods find one contact, but for a sample or two; the default needs the
+    # fewest transforms; at the same contact area the bearing model's mean gap is larger.
     assert answer.disagreeing <= 2
     assert min(answer.pairs, key=answer.pairs.get) == "free-set-cg"
     assert answer.bearing_gap > answer.elastic_gap

@@ -2,14 +2,14 @@
 # # At what contact area does a rough contact seal, and how does the leak fall on the way?
 #
 # Two solids with random roughness touch on a part A/A0 of their nominal area. If the surfaces are
-# only cut (the "bearing" model), contact at A/A0 looks like the open part at 1 - A/A0: turn the
-# surface over, and the two swap. So they must percolate at the same area, one half. Elastic
+# only cut (the "bearing" model), contact at A/A0 looks like the open part at 1 - A/A0: if the
+# surface is turned over, the two swap. So they must percolate at the same area, one half. Elastic
 # solids push material out of the way of a contact; that breaks the symmetry, and contact
 # percolates earlier. This is the finding of
 #
 #     W. B. Dapp, A. Lücke, B. N. J. Persson, M. H. Müser, Phys. Rev. Lett. 108, 244301 (2012)
 #
-# on 4096 x 4096 samples. Here it is on small ones, with the bracket of every leak rate.
+# on 4096 x 4096 samples. This demo repeats it on small grids, with a bracket for each leak rate.
 # `fem-seal letter` draws all of its figures, and docs/theory/letter.md shows the results.
 
 # %%
@@ -38,8 +38,9 @@ class Answer:
 
 
 # %% [markdown]
-# The load is bisected for the area where contact begins to span and the one where open ceases
-# to. Their mean is A*. The pixel triangulation is its own dual: exactly one phase bars the other.
+# The load is bisected for the area where contact begins to span and for the area where open ceases
+# to span. Their mean is A*. The pixel triangulation is its own dual: exactly one phase bars the
+# other.
 
 
 # %%
@@ -51,12 +52,12 @@ def threshold(case: RoughCase, model: str, seed: int) -> float:
 
 
 # %% [markdown]
-# A leak rate is only known within its bracket; its unit is the leak rate at first contact.
+# Each leak rate has a bracket. All are divided by the leak rate at first contact.
 
 
 # %%
 def show(point: FlowPoint, first: float, elastic_threshold: float) -> float:
-    """Print one line and return the current."""
+    """Print one line; return the leak rate over that at first contact."""
     elastic = point.model == "elastic"
     dimension = effective_dimension(point.area, elastic_threshold) if elastic else 2.0
     bruggeman = point.gaps.leak_rate(dimension) / first
@@ -93,7 +94,7 @@ def main(
     }
     out.mkdir(parents=True, exist_ok=True)
     contact_figure({model: at_area(case.surface(1), model, 0.46).gap for model in MODEL_NAMES}, out)
-    # What to notice: one half for cuts, within the spread of the mean; elastic contact seals
+    # What to notice: cuts percolate at one half, within the standard error; elastic contact seals
     # earlier, and leaks less at every area long before it seals.
     cut, pressed = (thresholds[model] for model in MODEL_NAMES)
     assert abs(cut.mean() - 0.5) < 3 * cut.std(ddof=1) / seeds**0.5 + 0.005

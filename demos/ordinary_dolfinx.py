@@ -39,9 +39,9 @@ ETA, DROP = 1e-3, 1e5  # water [Pa s], 1 bar [Pa]
 
 # %% [markdown]
 # ## The gap and its mesh
-# A self-affine surface pressed into a rubber. The samples are the vertices of the first mesh, so
-# that the gap is linear on its triangles, and on all parts of them that refinement makes: the P1
-# function `gap` on the last mesh is the gap itself, and quadrature of K = g³/(12 η) is exact.
+# A self-affine surface pressed into a rubber. The samples are the vertices of the first mesh: the
+# gap is linear on its triangles, and on all parts of them in refined meshes. The P1 function `gap`
+# on the last mesh is therefore the gap itself, and quadrature of K = g³/(12 η) is exact.
 
 
 # %%

@@ -10,9 +10,9 @@
 #
 #     min over p ≥ 0 of ∫ p (S p / 2 - h),     S(q) = 2 / (E* q),
 #
-# which misses asperities between its samples; no flow solver can see that error. It is estimated by
-# solving the contact of the *same* surface (its Fourier series sampled anew) on grids of n/4, n/2,
-# n and 2n points and extrapolating the leak rates.
+# The grid misses asperities between its samples, and no flow solver can see that error. To estimate
+# it, the contact of the *same* surface (its Fourier series sampled anew) is solved on grids of n/4,
+# n/2, n and 2n points, and the leak rates are extrapolated.
 #
 # The demo computes all combinations of contact grid, flow method and tolerance, and names the
 # cheapest one for each accuracy.
@@ -72,8 +72,8 @@ def adaptive(result: Trade) -> dict[tuple[int, float], Point]:
 # * A loose flow on the finest contact is better than a tight one on the coarsest.
 # * Finite differences are cheapest, but give no error estimate: their error is known only because
 #   the bounds were computed as well.
-# * The largest error is that of the grid on which the shortest wave has two samples, however the
-#   flow is solved.
+# * The error is largest on the grid on which the shortest wave has two samples, however the flow is
+#   solved.
 
 
 # %%

@@ -8,7 +8,7 @@
 #     g = S (p_c + p_f) - h + const >= 0,   p_c g = 0,   mean(p_c + p_f) = P₀,
 #     ∇·(g³/(12 η) ∇p_f) = 0.
 #
-# Three answers, from cheap to dear, for one scene and rising inlet pressures (docs/theory/lift.md):
+# Three answers, the cheapest first, for one scene and rising inlet pressures (docs/theory/lift.md):
 #
 # * dry: p_f = 0 in the first line;
 # * range: the dry contacts under P₀ - p_in and P₀ - p_out, whose leak rates enclose that of any
@@ -43,14 +43,14 @@ class Point:
 
     @property
     def factor(self) -> float:
-        """By how much the dry contact leaks too little."""
+        """Resolved leak rate over that of the dry contact."""
         return self.resolved / self.dry
 
 
 # %% [markdown]
 # ## One point
-# The same surface and load under another pressure drop. The leak rate is divided by the drop, so
-# that the dry answer is one number.
+# The same surface and load under another pressure drop. The leak rate is divided by the drop: the
+# dry answer is then the same number for all.
 
 
 # %%
@@ -75,13 +75,13 @@ def point(share: float, n: int) -> Point:
 
 # %% [markdown]
 # ## The picture
-# Leak rates over the dry one, so that the dry answer is the line 1. Green is what the fluid's
-# pressure changes by less than the flow's tolerance, 5 %.
+# Leak rates over the dry one; the dry answer is the line at 1. Green: the fluid's pressure changes
+# the leak rate by less than the flow's tolerance, 5 %.
 
 
 # %%
 def forgettable_share(points: list[Point]) -> float:
-    """p_in/P₀ at which the resolved leak rate leaves the dry one by the tolerance."""
+    """p_in/P₀ at which the resolved leak rate differs from the dry one by the tolerance."""
     factors, shares = (np.log([getattr(p, name) for p in points]) for name in ("factor", "share"))
     return float(np.exp(np.interp(np.log(1 + TOLERANCE), factors, shares)))
 
@@ -121,10 +121,9 @@ def draw(points: list[Point], path: Path) -> None:
 
 # %% [markdown]
 # ## The answer
-# Up to the share at which the range itself is as narrow as the flow's tolerance, nothing more need
-# be computed: the fluid's pressure may be forgotten. Above it the resolved leak rate leaves the dry
-# one behind without end, since a film near closing conducts exponentially less the more it is
-# pressed.
+# As long as the range is as narrow as the flow's tolerance, nothing more need be computed: the
+# fluid's pressure may be forgotten. At larger shares the ratio of resolved to dry leak rate grows
+# without limit, since the conductivity of a film near closing falls exponentially with the load.
 
 
 # %%
@@ -137,7 +136,7 @@ def main(out: Path = Path("out"), n: int = 64) -> list[Point]:
     for p in points:
         print(f"{p.share:7.3g}   {p.factor:12.4g}   {p.low / p.dry:.3g} to {p.high / p.dry:.3g}")
     print(f"may be forgotten up to p_in = {forgettable_share(points):.2g} P0")
-    # More pressure lifts more, and at a hundredth of the load the dry answer is right to a tenth.
+    # A higher pressure lifts more; at a hundredth of the load the dry answer is right to 10 %.
     factors = [p.factor for p in points]
     assert factors == sorted(factors)
     forgettable = [p for p in points if p.share <= 0.01]

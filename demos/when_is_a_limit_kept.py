@@ -6,15 +6,15 @@
 #     Π f_lower · Q_lower <= true leak rate <= Π f_upper · Q_upper,
 #
 # where Q_lower and Q_upper are the guaranteed bounds of the flow, and the factors f are those of
-# all other entries of the error budget that have a number, such as the fluid's pressure, which
-# lifts the solid (docs/guide/verdict.md).
+# all other entries of the error budget that have a number, such as the lift by the fluid's pressure
+# (docs/guide/verdict.md).
 #
 # * within limit: the upper end is at most L;
 # * above limit: the lower end is above L;
-# * undecided: L lies in between, or on a side without an end.
+# * undecided: L lies in between, or the interval has no end on its side.
 #
-# One seal is pressed less and less. The last one is computed as if dry: how far the fluid opens it
-# is not known, so its leak rate has no upper end.
+# One seal is pressed less and less. The last case is computed as if dry: how far the fluid opens
+# the film is then not known, and the leak rate has no upper end.
 
 # %%
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.render.plot import new_figure
 
 SCENE = Path(__file__).parent / "scenes" / "verdict.toml"
-LIMIT = 0.0025  # ml/h, of that scene
+LIMIT = 0.0025  # limit of that scene [ml/h]
 ML_PER_HOUR = 1e-6 / 3600  # m³/s
 COLOURS = {"within limit": "#38761d", "undecided": "#b45f06", "above limit": "#cc0000"}
 
@@ -107,7 +107,7 @@ def main(out: Path = Path("out"), n: int = 256) -> list[Point]:
         most = p.counted_upper
         inside = p.counted_lower <= LIMIT and (most is None or most > LIMIT)
         assert inside == (p.decision == "undecided")
-    # Less pressure leaks more, and more than all uncertainties together.
+    # Less pressure leaks more, beyond all uncertainties together.
     strong, middle, weak, dry = points
     assert strong.counted_upper < middle.counted_lower
     assert middle.counted_upper < weak.counted_lower

@@ -7,9 +7,9 @@
 #
 # is known at any contrast C: turned by a right angle the board is its own reciprocal, and a medium
 # and its reciprocal conduct like K and 1/K (Keller 1964; Dykhne 1971). So one cell at Δp = 1 leaks
-# Q = 1. All the flow squeezes through the corners, harder than through the critical constriction
-# of any contact: the pressure there goes like r^a, a = (4/π) atan(1/√C), which no grid resolves
-# once C is large.
+# Q = 1. All the flow passes the corners, and they are worse than the critical constriction of any
+# contact: the pressure there goes like r^a, a = (4/π) atan(1/√C). No grid resolves this if C is
+# large.
 #
 # Three ways to compute it from the same pixels: finite differences with four link rules, linear
 # elements on the pixel mesh with their two bounds, and the adaptive mesh.
@@ -59,7 +59,7 @@ def compute(contrast: float, n: int, unknowns: int) -> Answers:
         contrast=contrast,
         differences={links: solve(film, links=links, **SETTING).value for links in LINKS},
         uniform=leak_rate(film, method="uniform", limits=Limits(unknowns=1), **SETTING),
-        # every_dual: a lower bound from every mesh, also where the budget ends too early.
+        # every_dual: a lower bound from every mesh, also if the limit ends the refinement early.
         adaptive=leak_rate(
             film, rtol=0.05, limits=Limits(unknowns=unknowns), every_dual=True, **SETTING
         ),
@@ -88,11 +88,11 @@ def draw(answers: list[Answers], path: Path) -> None:
 # %% [markdown]
 # ## What to notice
 # * The truth lies inside all bounds at every contrast.
-# * Arithmetic and harmonic links drift away by orders of magnitude without a sign of it.
-# * The bounds of the pixel mesh part just as far: they cannot do better, and say so.
+# * Arithmetic and harmonic links are wrong by orders of magnitude, and nothing shows it.
+# * The bounds of the pixel mesh are just as far apart, and so show that this mesh cannot do better.
 # * The adaptive mesh closes them to 5 % as long as the corner can be resolved; from a contrast of
 #   about a hundred on, `converged` is False, `reason` says why, and the bounds are what is known.
-# * Their geometric mean is right to a per cent even then: the same symmetry, seen twice.
+# * The geometric mean of the bounds is right to a per cent even then, by the same symmetry.
 #
 # docs/measurements/limits.md has extremes of other kinds.
 

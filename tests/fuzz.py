@@ -4,9 +4,9 @@
 
 Whole files of every format are broken in a few places (bytes changed, cut, inserted, moved; fields
 of a scene or of result.json replaced by values that do not belong there) and handed to a command in
-this process. Right is: exit status 0, 2 or 3; one line of error for 2 and 3; no exception that
-leaves the command; and every file outside the output folder is as it was. The cases follow from
-the seed of hypothesis, which is fixed.
+this process. Required are: exit status 0, 2 or 3; one line of error for 2 and 3; no exception that
+leaves the command; every file outside the output folder unchanged. The cases follow from the seed
+of hypothesis, which is fixed.
 """
 
 import contextlib

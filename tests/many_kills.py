@@ -3,7 +3,7 @@
     python tests/many_kills.py [POINTS] [KILLS] [SEED]     (1000, 100 and 1 if left out)
 
 Half the kills are SIGKILL, half Ctrl-C, after random times. After each, every row of the table must
-be one of a sweep that nobody disturbed, and every file of a point must still be there.
+be that of an undisturbed sweep, and every file of a point must still exist.
 """
 
 import csv

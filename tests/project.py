@@ -1,4 +1,4 @@
-"""Where the project lies, how tests write a scene file, and environments for other processes."""
+"""Folders of the project, writing of scene files, and environments for other processes."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A total error asked for: what is chosen, that it is kept, and what it contradicts."""
+"""accuracy.total: the grid and tolerance chosen, the error reached, contradictory settings."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The shape of the package: imports point backwards, heavy libraries stay behind their fences."""
+"""The order of the package: imports point backwards; who may import heavy libraries."""
 
 import ast
 import re

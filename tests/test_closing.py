@@ -1,4 +1,4 @@
-"""A closing contact: the loads, what theory says of gap and flow, and the film that shows them."""
+"""A closing contact: the loads, gap and flow against theory, and the animation of both."""
 
 from itertools import pairwise
 

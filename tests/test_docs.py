@@ -1,4 +1,4 @@
-"""What the documentation names is there, and what is there it names: keys, options, files."""
+"""Documentation and program have the same keys, options and files."""
 
 import argparse
 import re

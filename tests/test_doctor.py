@@ -1,4 +1,4 @@
-"""The doctor: what fails is named, with what to do; a dying probe takes nothing with it."""
+"""The doctor: it names what fails and the remedy; a probe that crashes does no harm."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Machines that are not as they should be: one sentence says what is wrong, or it just works."""
+"""Machines with a faulty set-up: one sentence names the fault, or the command works anyway."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""A few seconds of `python tests/fuzz.py`, and that its judge can say no."""
+"""A few seconds of `python tests/fuzz.py`; its check notices faults."""
 
 import sys
 from pathlib import Path

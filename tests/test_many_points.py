@@ -1,4 +1,4 @@
-"""Points in many processes: the same rows for any number of jobs and parts, whatever is killed."""
+"""Points in many processes: same rows for any number of jobs and parts, whichever is killed."""
 
 import csv
 import os

@@ -1,4 +1,4 @@
-"""fem-seal new: the scene that it writes is read, and says what the file says."""
+"""fem-seal new: the scene that it writes can be read, and has the properties of the file."""
 
 import re
 import tomllib

@@ -1,4 +1,4 @@
-"""What a person sees and does at a prompt: objects as tables, completed names, other libraries."""
+"""Python prompts and notebooks: objects as tables, completed names, other libraries."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""The result folder: whole or not there, read back to the last digit, never another scene's."""
+"""The result folder: complete or absent, read back to the last digit, never another scene's."""
 
 import json
 import os

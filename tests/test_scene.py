@@ -1,4 +1,4 @@
-"""Scenes: what is read is what was meant, and what makes no sense is said in one sentence."""
+"""Scenes: values are read as they are meant; contradictions are refused in one sentence."""
 
 import re
 import tomllib

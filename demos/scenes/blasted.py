@@ -29,7 +29,7 @@ def heights() -> np.ndarray:
     map_ += 1e-3 * (rng.random(SHAPE) - 0.5)
     map_[rng.random(SHAPE) < 0.01] = np.nan
     map_[20:26, 30:35] = np.nan
-    # Instruments count in steps; so that compilers and FFTs cannot change the last digits.
+    # Instruments count in steps. Rounding also hides differences between compilers and FFTs.
     return np.round(map_, 6)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from fem_seal.surface import Spectrum, self_affine
 
-POINTS, STEP = 192, 0.78125  # of the map, in µm
+POINTS, STEP = 192, 0.78125  # points along a side of the map, and their distance [µm]
 HEADER = f"""Confocal profilometer;demonstration
 Date;12.03.2024 10:15
 Objective;50x

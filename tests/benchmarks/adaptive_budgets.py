@@ -1,4 +1,4 @@
-"""Unknowns, CPU seconds and memory of certified leak rates, one row a gap.
+"""Unknowns, CPU seconds and memory of certified leak rates, one row for each gap.
 
     python tests/benchmarks/adaptive_budgets.py             # the rows of docs/theory/bounds.md
     python tests/benchmarks/adaptive_budgets.py --n 1024 --area 0.37 --rtol 0.02 --seed 7

@@ -1,4 +1,4 @@
-"""How good the letter's cascade starts the finest grid, for docs/measurements/letter.md.
+"""How well the letter's cascade starts the finest grid, for docs/measurements/letter.md.
 
     python tests/benchmarks/cascade_starts.py [--largest 512]
 

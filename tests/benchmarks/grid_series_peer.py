@@ -4,10 +4,10 @@
     python tests/benchmarks/grid_series_peer.py --peer PEER/bin/python [--tamaas TM/bin/python]
 
 The same gaps for all: three whose leak rate is known exactly, and one elastic contact, linear
-between its samples, whose truth is a bracket ±0.5 % wide. reynoldsflow takes the gap at the centres
-of n × n squares, ours at their corners; sides are periodic. Errors in per cent, in brackets the
-order from the grid before. With --tamaas the elastic contacts themselves are solved by Tamaas too,
-on three grids, and the leak rates of both gaps are compared.
+between its samples, whose leak rate is known to ±0.5 % from its bounds. reynoldsflow takes the gap
+at the centres of n × n squares, our methods at their corners; sides are periodic. Errors in per
+cent, in brackets the order from the grid before. With --tamaas the elastic contacts themselves are
+solved by Tamaas too, on three grids, and the leak rates of both gaps are compared.
 """
 
 import argparse

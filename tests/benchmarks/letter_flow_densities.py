@@ -4,8 +4,8 @@
 
 Each argument is n:λ_l/L. A/A0 = 0.2, λ_s = 1 sample, H = 0.8, seed 1, brackets 20 % wide: log10 of
 bearing over elastic mean flow density (the leak rate over the width), 99.9 % quantile, peak, and of
-the parts of the cell that carry the flow; the mean also for the bearing contact whose area is the
-corrected one of the elastic contact. CPU seconds last.
+the parts of the cell that carry the flow; the mean also with the bearing contact at the corrected
+area of the elastic one. The last column is CPU seconds.
 
     python tests/benchmarks/letter_flow_densities.py --seeds 4 512:0.125 512:0.5
 

@@ -2,8 +2,8 @@
 
     python tests/benchmarks/many_points.py [SCENE.toml] [SEEDS]
 
-Prints the wall time of each, their ratio, the load of the machine before each run, which must be
-near 0 for the ratio to mean anything, and whether both tables are the same.
+Prints the wall time of each, their ratio, the load of the machine before each run, and whether both
+tables are the same. The ratio means something only if that load is near 0.
 """
 
 import csv

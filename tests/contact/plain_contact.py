@@ -1,7 +1,7 @@
-"""Elastic contact on small grids by dense linear algebra: a check on fem_seal, sharing nothing.
+"""Elastic contact on small grids by dense linear algebra, without any code of fem_seal.
 
-The samples F that carry pressure are guessed, their pressures follow from one dense linear solve,
-and F loses the samples under tension and gains those that overlap until nothing changes
+The samples F that carry pressure are guessed. Their pressures follow from one dense linear solve.
+Then F loses the samples under tension and gains those that overlap, until nothing changes
 (primal-dual active set method: M. Hintermüller, K. Ito, K. Kunisch, SIAM J. Optim. 13, 865 (2002)).
 """
 

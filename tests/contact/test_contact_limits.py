@@ -1,4 +1,4 @@
-"""Extremes, refusals, and failures that must be loud."""
+"""Extremes, refusals, and failures that must be reported."""
 
 import numpy as np
 import pytest

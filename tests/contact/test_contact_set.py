@@ -1,7 +1,7 @@
 """The samples that count as contact touch, and the mean gap is the one that was prescribed.
 
-The certificate alone does not say so: it weights the gap with the pressure, and samples that carry
-a billionth of the load may be far from contact.
+The certificate alone does not guarantee that: it weights the gap with the pressure, and samples
+that carry a billionth of the load may be far from contact.
 """
 
 from dataclasses import replace

@@ -1,15 +1,15 @@
 """Random small scenes whose fluid lifts the solid: do contact and flow settle, and rightly?
 
 Each scene is solved, then solved again from the inlet's pressure, and the first state is passed on
-ten times by another iteration (plain passes, damped by half). A state that calls itself settled is
-*wrong* if one of these changes its leak rate by more than the state claims to know it. The lifted
-leak rate is compared with the two ends of the range as well, where the theorem holds.
+ten times by another iteration (plain passes, damped by half). A state with `converged` True is
+*wrong* if one of these changes its leak rate by more than its stated uncertainty. Where the theorem
+of the range holds, the lifted leak rate is also compared with the two ends of the range.
 
     python tests/coupling/lift_campaign.py [SCENES] [--into FOLDER] [--part 0/2] [--only 30,41]
 
-Each scene is a line in FOLDER; scenes that are there already are not solved again (but those of
-`--only` are), so that a campaign can be stopped, go on, and run in several processes, each with a
-part of the scenes. The counts at the end are those of all scenes in the folder.
+Each scene is a line in FOLDER. Scenes in the folder are not solved again, except those of `--only`:
+a campaign can be stopped and continued, and can run in several processes, each with a part of the
+scenes. The counts at the end are those of all scenes in the folder.
 """
 
 import argparse

@@ -1,10 +1,9 @@
 """A wavy channel closes at a load that is affine in the inlet's pressure alone.
 
 Waves along the flow: where the fluid has pressure p, the channel is closed if P₀ - p reaches p*,
-the pressure of full contact. The fluid passes on its pressure up to where that happens, so that
-all is sealed from P₀ = p* + p_in on, whatever the pressure at the outlet (A. G. Shvarts and
-V. A. Yastrebov, arXiv 1712.06312). Below that Q = (W/L) ∫ K(P₀ - p) dp, to which pressures below
-P₀ - p* add nothing.
+the pressure of full contact. With P₀ >= p* + p_in it is closed at the inlet already, whatever the
+pressure at the outlet (A. G. Shvarts and V. A. Yastrebov, arXiv 1712.06312). Under smaller loads
+Q = (W/L) ∫ K(P₀ - p) dp; pressures below P₀ - p* add nothing to it.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""The adaptive leak rate of the extremes, and what its bounds must always fulfil."""
+"""Adaptive leak rates of extreme gaps, and the conditions that their bounds must fulfil."""
 
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate

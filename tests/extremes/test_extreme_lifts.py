@@ -1,4 +1,4 @@
-"""Fluids that hardly press, and fluids that carry all but the whole load."""
+"""Fluids that hardly press, and fluids that carry nearly the whole load."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""Writing one map as other codes write theirs, which need not be installed for it.
+"""Write one map in the layouts of other codes; these codes need not be installed.
 
 The layouts were compared with files written by Tamaas 2.9.0 (NumpyDumper, H5Dumper, NetCDFDumper),
 SurfaceTopography 1.27.1 (to_netcdf) and ContactMechanics 1.8.3 (ce_hard_wall --gap-fn).

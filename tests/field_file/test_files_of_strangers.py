@@ -1,4 +1,4 @@
-"""A file is data: it reads no other file, takes no memory that is not there, obeys no terminal."""
+"""Files from elsewhere cannot make the program read others, exhaust memory or rewrite a screen."""
 
 import zipfile
 

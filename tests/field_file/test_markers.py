@@ -1,4 +1,4 @@
-"""Numbers that mark missing points are no heights, and flat places of real surfaces are."""
+"""Numbers that mark missing points are no heights; flat places of real surfaces are heights."""
 
 import numpy as np
 import pytest

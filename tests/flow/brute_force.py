@@ -1,8 +1,8 @@
 """Bounds of the leak rate that share nothing with the package but the two principles.
 
 Every pixel is cut into `parts`² squares along its own diagonal. The energies use no closed form:
-g³ and 1/g³ are convex, so that on a triangle where g is linear the mean of either is at most that
-of its three corner values, and a too large energy errs to the safe side in both principles. The
+g³ and 1/g³ are convex. On a triangle where g is linear their means are therefore at most those of
+the three corner values, and too large an energy is on the safe side in both principles. The
 pressure stays continuous across contact lines, the stream function is constant on every triangle
 that contact touches, and a direct solver finds the minima.
 """

@@ -1,4 +1,4 @@
-"""Energies of slender cells against exact arithmetic: what rounding did stays within its bound."""
+"""Energies of slender cells against exact arithmetic: rounding errors stay within their bound."""
 
 from fractions import Fraction
 

@@ -1,8 +1,8 @@
 """Leak rates known exactly: every level of every method must enclose them.
 
-Two finite tolerances occur. Bounds are widened by 1e-12 against rounding, and CG stops when it
-estimates the relative energy error as `tolerance` (1e-8 unless said), right within a factor of
-two. Enclosure must hold whatever the second one is, and is tested without any tolerance.
+Two finite tolerances occur. Bounds are widened by 1e-12 against rounding. CG stops when its
+estimate of the relative energy error, right within a factor of two, is `tolerance` (1e-8 unless
+stated). Enclosure must hold for any value of the latter, and is tested without any tolerance.
 """
 
 import numpy as np

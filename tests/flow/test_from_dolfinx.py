@@ -1,4 +1,4 @@
-"""A film handed in as a DOLFINx mesh with facet tags and a gap, held against closed forms."""
+"""A film given as a DOLFINx mesh with facet tags and a gap, compared with closed forms."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""Bubbles on the middles of edges: they take off an energy what admissible functions can take."""
+"""Bubbles at the middles of edges: they lower an energy as far as admissible functions can."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Flows that begin with the mesh of another film: the same bounds, and pressures that compare."""
+"""Flows that begin with the mesh of another film: same bounds, pressures that can be compared."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Refining ahead of a solve: where halves would be marked again, and only there."""
+"""Refinement ahead of a solve: only cells whose halves would be marked again."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Marking: the fewest cells that hold enough, and how often each is halved."""
+"""Marking: the fewest cells with a given part of the error, and how often each is halved."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Memory of a leak rate: what a million unknowns need, beyond what the libraries take anyway."""
+"""Memory of a leak rate with a million unknowns, less that of the libraries."""
 
 import subprocess
 import sys

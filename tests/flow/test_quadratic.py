@@ -1,4 +1,4 @@
-"""Quadratic elements: exact where they must be, an upper bound always, below the linear one."""
+"""Quadratic elements: exact where they must be; always an upper bound, below the linear one."""
 
 import numpy as np
 import pytest

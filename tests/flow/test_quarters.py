@@ -1,4 +1,4 @@
-"""Quarters of triangles, from the corners of the whole, against the quarters themselves."""
+"""Energies of quarters of triangles from the corners of the whole, against direct ones."""
 
 import numpy as np
 import pytest

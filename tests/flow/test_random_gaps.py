@@ -1,4 +1,4 @@
-"""Small random gaps with everything that goes wrong: the bounds hold and the topology agrees."""
+"""Small random gaps with all kinds of difficulties: the bounds hold and the topology agrees."""
 
 from collections import deque
 

@@ -1,4 +1,4 @@
-"""Seals of any shape: the same bounds, held against what is known exactly.
+"""Seals of any shape: the same bounds, compared with exact leak rates.
 
 A polygon with corners on a circle is smaller than the disc, one with sides that touch it larger;
 the leak rate of a ring grows with its hole and falls with its rim, and pillars lower it. That

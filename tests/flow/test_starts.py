@@ -1,4 +1,4 @@
-"""Where the solver starts from does not show in what it finds."""
+"""The result does not depend on what the solver starts from."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""How large a step is: what is marked, for which bounds, and what bubbles are expected to gain."""
+"""Size of a refinement step: marked cells, bounds to narrow, expected gain of the bubbles."""
 
 import numpy as np
 import pytest

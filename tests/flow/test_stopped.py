@@ -1,4 +1,4 @@
-"""What is reported where a limit ends the refinement on a mesh of squares of several pixels."""
+"""The result if a limit ends the refinement on a mesh of squares of several pixels."""
 
 import time
 

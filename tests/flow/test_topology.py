@@ -1,4 +1,4 @@
-"""Numberings: where contact parts the pressure, and what it ties in the stream function."""
+"""Numberings: contact separates values of the pressure and joins those of the stream function."""
 
 import numpy as np
 import pytest

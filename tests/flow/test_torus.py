@@ -1,4 +1,4 @@
-"""Laying pieces out in the plane, and what jumps their windings leave."""
+"""Pieces laid out in the plane, and the jumps that their windings leave."""
 
 import numpy as np
 import pytest

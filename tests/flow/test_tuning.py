@@ -1,4 +1,4 @@
-"""What `Tuning` may change is the cost of the bounds; none of its numbers may touch their truth."""
+"""`Tuning` may change the cost of the bounds; none of its numbers may make them wrong."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
-"""Channels that touch at a vertex of small gap: a linear pressure lets pass what hardly flows.
+"""Channels that touch at a vertex of small gap: a linear pressure lets far too much flow pass.
 
-All the cells on the way of that false flow then add to the difference of the bounds, and none of
-those at the vertex: marking by shares alone refines the former without end.
+All cells along this false flow then add to the difference of the bounds, but the cells at the
+vertex do not: marking by shares alone would refine along the flow without end.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Mesh files: what is whole is read in every format, what is not is said in one sentence."""
+"""Mesh files: complete ones are read in every format, others are refused in one sentence."""
 
 import meshio
 import numpy as np

@@ -1,4 +1,4 @@
-"""A .geo file of a stranger is a program: it runs only where the user has said so."""
+"""A .geo file from elsewhere is a program: it runs only if the user trusts it."""
 
 import os
 import shutil

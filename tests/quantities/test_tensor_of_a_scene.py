@@ -1,4 +1,4 @@
-"""The conductivity tensor from a scene to its result: what it needs, what it says."""
+"""The conductivity tensor from a scene to its result: requirements, numbers, messages."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The verdict: four decisions, what would change an open one, and refinement that stops with it."""
+"""The verdict: four decisions, advice if undecided, and refinement that stops when decided."""
 
 from dataclasses import replace
 

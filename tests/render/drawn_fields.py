@@ -1,4 +1,4 @@
-"""Synthetic gaps and flows to draw, and the values that belong to drawn colours."""
+"""Synthetic gaps and flows to draw, and the values that drawn colours stand for."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The report as people get it: in a browser, on a telephone and on paper."""
+"""The report as people see it: in a browser, on a telephone and on paper."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""A trend is taken away exactly, whatever is missing, and nothing else is."""
+"""Exactly the trend is subtracted, whatever points are missing."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Steps are taken in their order, only if named, and each is told."""
+"""Steps are taken in their order, only if named, and each is reported."""
 
 import numpy as np
 import pytest
@@ -139,7 +139,7 @@ def test_unsaid_map_may_be_made_periodic():
     assert not prepared.measured.periodic
 
 
-def test_errors_name_the_mend():
+def test_errors_name_the_remedy():
     with pytest.raises(InvalidInput, match=r"12 of 1080 points are missing; .*fill = 'harmonic'"):
         prepare(measured(), Preparation(detrend="plane"))
     with pytest.raises(InvalidInput, match="repeats already; leave make_periodic out"):

@@ -1,7 +1,7 @@
 """Hurst exponent and cut-offs fitted to surfaces for which they are known.
 
-The fit says its own standard deviation, derived from counting waves; over seeds the deviation in
-units of it must have a mean near 0 and a spread near 1.
+The fit states a standard deviation, derived from the number of waves. Over seeds the error divided
+by that deviation must have a mean near 0 and a spread near 1.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Bruggeman's effective medium: its equation, limits and percolation threshold."""
+"""Bruggeman's effective medium: equation, limits and percolation threshold."""
 
 from functools import partial
 

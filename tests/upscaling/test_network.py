@@ -1,4 +1,4 @@
-"""Networks of patches against exact mixing rules, and intervals against what they claim."""
+"""Networks of patches against exact mixing rules; how often intervals hold the true mean."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Answers to the fluid's pressure side by side: what they say of one leak rate, and their cost."""
+"""The settings of flow.lift side by side: their leak rates and their cost."""
 
 import pytest
 from project import write_toml

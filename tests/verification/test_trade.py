@@ -1,4 +1,4 @@
-"""What accuracy costs: the split of the error, the front and the words."""
+"""The price of accuracy: the split of the error, the Pareto front, the advice."""
 
 import re
 from dataclasses import replace
