@@ -17,14 +17,14 @@ from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
 from fem_seal.steps import FLOWS, elastic_contact, finite_elements
 
-UNKNOWNS_ON_THE_WAY = 20000  # smallest limit for the flows on the way to a lifted state
-FEWEST_TO_HALVE = 128  # samples along a side, to start a lift on every second one
+UNKNOWNS_ON_THE_WAY = 20000  # smallest limit on the unknowns of the flows of the passes
+FEWEST_TO_HALVE = 128  # fewest samples along a side for a start on every second one
 
 
 def lifting_problem(
     scene: Scene, surface: GridField, report: Report, comm: parallel.Comm = None
 ) -> LiftProblem:
-    """The coupled problem that a scene with `flow.lift` poses; fluid pressures are above ambient.
+    """Coupled problem of a scene with `flow.lift`; fluid pressures are above ambient.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class SceneFlows:
         self.kept = KeptMesh() if scene.flow.method == "adaptive" else None
 
     def to(self, film: GridFilm, tolerance: float | None, new: bool = False) -> LeakRate:
-        """Leak rate to a tolerance of a pass, or to that of the scene; see `LiftProblem.flow`."""
+        """Leak rate to the tolerance of a pass, or to that of the scene; see `LiftProblem.flow`."""
         if film.sealed:
             return LeakRate.sealed(self.scene.flow.method)
         if self.kept is not None and new:
@@ -133,10 +133,10 @@ class SceneFlows:
 
 
 def _on_the_way(scene: Scene, film: GridFilm, tolerance: float) -> Scene:
-    """The scene for the flow of a pass, which need not decide its limit.
+    """Scene for the flow of a pass, without a limit to decide and with a limit on the unknowns.
 
-    The unknowns are capped: the gap of an early pass may have constrictions that take very many
-    unknowns to resolve, and that the gap of the result does not have.
+    The gap of an early pass may have constrictions that take very many unknowns to resolve; the gap
+    of the result may not have them.
     """
     most = max(UNKNOWNS_ON_THE_WAY, film.samples.size)
     most = min(most, scene.flow.max_unknowns or most)
@@ -150,13 +150,14 @@ def fluid_pressure(scene: Scene, film: GridFilm, leak: LeakRate) -> np.ndarray:
     Parameters
     ----------
     scene : Scene
-        Its [fluid] and [flow].
+        Scene; its [fluid] and [flow] are used.
     film : GridFilm
     leak : LeakRate
-        Of the film; without a field, as from finite differences, the pressure is solved again.
+        Leak rate of the film. If it has no field, as from finite differences, the pressure is
+        solved again.
     """
     flow, drive = scene.flow, scene.drive
-    # The search for the constriction takes a while, and only slip needs it.
+    # Search for the constriction only if there is slip: the search takes a while.
     critical = present(film.constriction, "constriction").gap if scene.slip else 0.0
     if leak.field is None:
         from fem_seal.finite_difference.node_pressure import node_pressure

@@ -40,7 +40,7 @@ class Display:
         self._next = monotonic() + LINES_APART
         self._line = ""
         self._done = Event()
-        self._thread = Thread(target=self._beat, daemon=True)
+        self._thread = Thread(target=self._refresh, daemon=True)
 
     def __call__(self, stage: str, detail: str) -> None:
         """Set the stage and the detail to show."""
@@ -64,7 +64,7 @@ class Display:
         if self._shown:
             self._thread.join()
 
-    def _beat(self) -> None:
+    def _refresh(self) -> None:
         """Update the line from a thread, so that the time advances during a long library call."""
         if self._done.wait(self._patience):
             return

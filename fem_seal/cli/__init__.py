@@ -106,7 +106,7 @@ def main(arguments: list[str] | None = None) -> int:
     -------
     Exit status.
     """
-    _never_choke(sys.stdout)
+    _replace_unprintable(sys.stdout)
     try:
         parallel.abort_together()
         with interruptible():
@@ -138,7 +138,7 @@ def main(arguments: list[str] | None = None) -> int:
         return parallel.fail("fem-seal: interrupted; nothing half-written is left", INTERRUPTED)
 
 
-def _never_choke(stream: TextIO) -> None:
-    """Write "?" for characters that a terminal's encoding lacks, in place of an error."""
+def _replace_unprintable(stream: TextIO) -> None:
+    """Make a stream write "?" for characters that its encoding lacks; it would raise an error."""
     if isinstance(stream, TextIOWrapper):
         stream.reconfigure(errors="replace")

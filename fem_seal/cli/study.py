@@ -147,7 +147,7 @@ def _with_progress(work: Callable[..., Answer]) -> Answer:
 
 
 def _say_if_dry(scene: "Scene") -> None:
-    """Say that a study leaves out the fluid's pressure, which `fem-seal run` counts."""
+    """Print that a study leaves out the lift, if `fem-seal run` counts it."""
     if scene.lift != "none":
         say(
             "dry        the fluid's pressure does not lift the solid in this study: the leak rates "

@@ -89,7 +89,7 @@ def _sweep(options: argparse.Namespace) -> int:
     names = [", ".join(map("{}={}".format, axes[0], point.values)) for point in tally.table]
     width = max(map(len, names), default=0)
     for name, point in zip(names, tally.table, strict=True):
-        say(f"{name:{width}}  {_words(point)}")
+        say(f"{name:{width}}  {_summary(point)}")
     say(f"{tally.points} points, {tally.computed} of them computed now, in {out}/sweep.csv")
     if tally.failed:
         message = f"{tally.failed} of {tally.points} points failed or did not converge"
@@ -102,7 +102,7 @@ def _sweep(options: argparse.Namespace) -> int:
     return 0
 
 
-def _words(point: "Point") -> str:
+def _summary(point: "Point") -> str:
     """One line about a point."""
     from fem_seal.leak_rate import rate_text
 

@@ -62,12 +62,12 @@ def refined_ahead(
         new = np.flatnonzero((start.mesh.cells >= before).any(axis=1))
         mesh = start.mesh.part(new)
         data = gap.cell_data(mesh, start.values)
-        look = _Look(mesh, gap.aspect, data, data.regularised(flows[0].epsilon, gap.cut))
+        new_cells = _NewCells(mesh, gap.aspect, data, data.regularised(flows[0].epsilon, gap.cut))
         # On walls ψ is prescribed or constant; on a seam two vertices share one value.
         free = (np.arange(len(start.mesh.xy)) >= before) & ~start.mesh.rim
-        streams = np.stack([look.relaxed(psi, free) for psi in start.streams])
+        streams = np.stack([new_cells.relaxed(psi, free) for psi in start.streams])
         once = np.zeros(len(start.mesh.cells), dtype=np.int8)
-        once[new] = look.marked(streams, flows, marks)
+        once[new] = new_cells.marked(streams, flows, marks)
         start, before = replace(start, streams=streams), len(start.mesh.xy)
         if not once.any():
             break
@@ -97,13 +97,13 @@ def least_indicator(J: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndar
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
+class _NewCells:
     """The n cells at new vertices, visited in batches to save memory.
 
     Attributes
     ----------
     mesh : NestedMesh or TriangleMesh
-        These cells, with all vertices.
+        Mesh of these cells, with all vertices.
     aspect : array or float
         Aspect of a pixel.
     data : CellData

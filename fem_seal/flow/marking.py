@@ -53,7 +53,7 @@ def mark(
     reached: float,
     strategy: Strategy,
 ) -> Marks:
-    """Mark the cells of the whole mesh, and say how often to halve each.
+    """Mark cells of the whole mesh, and choose how often to halve each.
 
     Parameters
     ----------

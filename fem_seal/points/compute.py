@@ -15,7 +15,7 @@ from fem_seal.progress import Report, silent
 
 Failures: TypeAlias = dict[str, FemSealError]
 KILLED = "the process that computed it was killed; most likely it ran out of memory"
-# `_Seldom` waits at least this many times as long as its last call took.
+# `_Throttled` waits at least this many times as long as its last call took.
 SELDOM = 50
 
 
@@ -38,8 +38,8 @@ class Outcome:
     failures: Failures
 
 
-class _Seldom:
-    """Call a function, but not so often that it takes much of the time."""
+class _Throttled:
+    """A function whose calls are skipped if they would take much of the time."""
 
     def __init__(self, call: Callable[[], object]):
         self._call, self._next = call, 0.0
@@ -90,7 +90,7 @@ def compute_points(
     failures: Failures = {}
     try:
         if missing and work.jobs == 1 and work.executor is None:
-            now_and_then = _Seldom(gather)
+            now_and_then = _Throttled(gather)
             chain_report = under(f"{len(missing)} points", report)
             for chain in mine:
                 failures |= compute_chain(chain, chain_report, after_each=now_and_then)
@@ -188,7 +188,7 @@ def _by_workers(
 ) -> Failures:
     """Compute chains in workers; return the errors of points that failed and left no file."""
     folder_of = {task.name: chain.folder for chain in chains for task in chain.tasks}
-    now_and_then = _Seldom(gather)
+    now_and_then = _Throttled(gather)
     latest = ""
 
     def show(text: str) -> None:

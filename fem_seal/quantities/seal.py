@@ -82,10 +82,11 @@ def _advice(seal: SealLeak, budget: ErrorBudget) -> str:
     }
     widest = max(widths, key=lambda name: widths[name])
     if widest == "patches":
-        words = "more realizations (seal.patches) or larger ones might decide"
+        advice = "more realizations (seal.patches) or larger ones might decide"
         if widths[widest] <= log(NARROW):
-            return words
-        return f"{words}: {_wanted(seal, NARROW)} know the mean to a factor of {NARROW:g}"
+            return advice
+        many = _realizations_for(seal, NARROW)
+        return f"{advice}: {many} give the mean to a factor of {NARROW:g}"
     if widest not in REMEDIES:
         return f"no setting narrows {widest}, the widest of them"
     return f"{REMEDIES[widest]} might decide"
@@ -157,10 +158,10 @@ def _patches(seal: SealLeak) -> Uncertainty:
         return _sealed_patches(seal, sealed)
     leaking = sum(one.flow.state == "leaking" for one in seal.patches)
     if seal.interval is None:
-        wanted = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(leaking, 1)))
+        needed = max(LEAST_LEAKING, ceil(LEAST_LEAKING * number / max(leaking, 1)))
         sentence = (
             f"{sealed}; three that leak are needed to estimate how much others differ: about "
-            f"{wanted} realizations (seal.patches)"
+            f"{needed} realizations (seal.patches)"
         )
         # No upper factor: patches that were not drawn may leak any amount more.
         return Uncertainty("patches", "not covered", sentence, 0.0, None, caution=True)
@@ -171,8 +172,8 @@ def _patches(seal: SealLeak) -> Uncertainty:
         "taken for log-normal (95 % interval)"
     )
     if upper > NARROW * lower:
-        many = _wanted(seal, NARROW)
-        sentence += f"; {many} realizations would know the mean to a factor of {NARROW:g}"
+        many = _realizations_for(seal, NARROW)
+        sentence += f"; {many} realizations would give the mean to a factor of {NARROW:g}"
         if many.startswith("more"):
             sentence += ", larger patches scatter less"
     return Uncertainty("patches", "estimated", sentence, min(1.0, lower), max(1.0, upper))
@@ -183,15 +184,15 @@ def _scatter(seal: SealLeak) -> float:
     return stdev(log(one.flow.value) for one in seal.patches if one.flow.state == "leaking")
 
 
-def _wanted(seal: SealLeak, factor: float) -> str:
-    """So many realizations, in words, that the interval of the mean is as narrow as a factor."""
+def _realizations_for(seal: SealLeak, factor: float) -> str:
+    """Text on the number of realizations for which the ends of the mean differ by a factor."""
     leaking = sum(one.flow.state == "leaking" for one in seal.patches)
-    wanted = ceil(patches_for(_scatter(seal), factor) * len(seal.patches) / leaking)
-    return f"about {wanted}" if wanted <= MOST_PATCHES else f"more than {MOST_PATCHES}"
+    needed = ceil(patches_for(_scatter(seal), factor) * len(seal.patches) / leaking)
+    return f"about {needed}" if needed <= MOST_PATCHES else f"more than {MOST_PATCHES}"
 
 
 def _factor(scatter: float) -> str:
-    """Words for exp(scatter)."""
+    """Text of the factor exp(scatter)."""
     decades = scatter / log(10)
     return f"a factor of {exp(scatter):.2g}" if decades < 3 else f"{decades:.0f} powers of ten"
 

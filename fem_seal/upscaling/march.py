@@ -1,8 +1,8 @@
 """The leak rate at which the fluid's pressure meets those of both ends of the leak path.
 
 With a K that is a step function of the net load, and one contact pressure in each cell, the march
-solves dΦ/ds = -Q/K exactly from the outlet to the inlet (`seal_flow`). Too large a Q reaches the
-inlet's pressure before the inlet, too small a one misses it there: the leak rate is the root.
+solves dΦ/ds = -Q/K exactly from the outlet to the inlet (`seal_flow`). If Q is too large, the
+pressure reaches p_in before the inlet; if it is too small, the pressure at the inlet is below p_in.
 """
 
 from bisect import bisect_left
@@ -66,7 +66,7 @@ def _root(
     Parameters
     ----------
     excess : callable
-        Of ln Q, without unit.
+        Function of ln Q, without unit.
     low, high : float
         Guesses of ln Q, moved until one is below the root and the other above.
     most : int
@@ -139,7 +139,7 @@ class March:
         self._open = float(lengths[: closed[0]].sum()) if closed.size else self._length
 
     def excess(self, rate: float) -> float:
-        """By how much a leak rate Q [m³/s] is too large, without unit; negative if too small.
+        """Measure, without unit, of how much a leak rate Q [m³/s] is too large; < 0 if too small.
 
         If Q is too small, the pressure at the inlet is below p_in: the excess is the difference
         over the pressure drop. If Q is too large, the pressure reaches p_in before the inlet: the

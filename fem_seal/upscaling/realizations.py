@@ -45,7 +45,7 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
         places = _places(surface, seal.window, seal.patches)
         surfaces = [surface.in_window(place, seal.window) for place in places]
     else:
-        surfaces = [_other(surface, number) for number in range(seal.patches)]
+        surfaces = [_realization(surface, number) for number in range(seal.patches)]
     output = scene.output.model_copy(update={"products": ("seal",), "leak_rate_unit": None})
     patch = seal.model_copy(update={"window": None})
     return tuple(
@@ -54,7 +54,7 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
     )
 
 
-def _other(surface: Section, number: int) -> Section:
+def _realization(surface: Section, number: int) -> Section:
     """The surface with another seed, or a twin of the map; number 0 is the surface itself."""
     name = "twin_seed" if isinstance(surface, FileSurface) else "seed"
     if number == 0:
@@ -88,19 +88,19 @@ def _too_few(
     """Message on windows that do not fit, with the largest windows that fit."""
     whole = surface.path if surface.crop is None else f"surface.crop of {surface.path}"
     scale = largest_scale(sides, window, patches)
-    # Rounded down, so that they fit, but not for the sake of a rounding error.
+    # Round down: the windows must fit. The factor 1 + 1e-9 keeps rounding errors from losing a digit.
     fitting = [float(rounded_down(1e6 * scale * side * (1 + 1e-9), 3)) for side in window]
     uncropped = "" if surface.crop is None else ", take surface.crop out"
     return (
-        f"seal.patches = {patches}, but {whole}, {_by(sides)} um, holds {held[0]} x {held[1]} "
-        f"windows of {_by(window)} um (seal.window); as many fit with seal.window = "
-        f'["{fitting[0]:g} um", "{fitting[1]:g} um"]{uncropped}, or '
+        f"seal.patches = {patches}, but {whole}, {_lengths_text(sides)} um, holds {held[0]} x "
+        f"{held[1]} windows of {_lengths_text(window)} um (seal.window); as many fit with "
+        f'seal.window = ["{fitting[0]:g} um", "{fitting[1]:g} um"]{uncropped}, or '
         "leave seal.window out: the patches are then the map and random twins with its spectrum"
     )
 
 
-def _by(sides: Sequence[float]) -> str:
-    """Two lengths in um, "150 x 150"."""
+def _lengths_text(sides: Sequence[float]) -> str:
+    """Two lengths as text in um, "150 x 150"."""
     return " x ".join(f"{1e6 * side:.4g}" for side in sides)
 
 

@@ -28,8 +28,8 @@ from fem_seal.upscaling.profile import Profile
 
 CELLS = 1000  # least number of cells of the leak path
 PLACES = 8  # places in each cell at which the influence is computed
-PARTS = (0.05, 0.5, 0.95)  # of the influence before start, middle and end of the sealing part
-# Largest ln of the ratio of two conductivities; a sealed load counts as so much less conductive.
+PARTS = (0.05, 0.5, 0.95)  # parts of the influence before start, middle and end of the sealing part
+# Largest ln of the ratio of two conductivities; one of 0 counts as smaller by that ratio.
 MOST_FALL = 20.0
 
 

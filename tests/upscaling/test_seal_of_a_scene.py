@@ -724,4 +724,4 @@ def test_a_scatter_of_many_decades_is_words():
     seal = _together(flows, StraightPath(1e-4, 1e-2), (1e-4, 1e-4), 0.5)
     entry = _patches(seal)
     assert "scatter by 30 powers of ten" in entry.sentence
-    assert "more than 1000 realizations would know the mean" in entry.sentence
+    assert "more than 1000 realizations would give the mean" in entry.sentence
