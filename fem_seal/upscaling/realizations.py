@@ -88,7 +88,7 @@ def _too_few(
     """Message on windows that do not fit, with the largest windows that fit."""
     whole = surface.path if surface.crop is None else f"surface.crop of {surface.path}"
     scale = largest_scale(sides, window, patches)
-    # Round down: the windows must fit. The factor 1 + 1e-9 keeps rounding errors from losing a digit.
+    # Round down: the windows must fit. With 1 + 1e-9 rounding errors do not cost a digit.
     fitting = [float(rounded_down(1e6 * scale * side * (1 + 1e-9), 3)) for side in window]
     uncropped = "" if surface.crop is None else ", take surface.crop out"
     return (
