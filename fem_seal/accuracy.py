@@ -243,7 +243,7 @@ def contact_part(leak_rates: Sequence[float]) -> float:
 
     Parameters
     ----------
-    leak_rates : on contact grids each twice as fine as the one before; 0 where sealed
+    leak_rates : leak rates on contact grids, each twice as fine as the one before; 0 where sealed
 
     Returns
     -------

@@ -89,7 +89,7 @@ def elastic_contact(
     Parameters
     ----------
     scene : Scene
-        Its [solid] and [contact] say how it is solved.
+        Scene; its [solid] and [contact] set solids and method.
     surface : GridField
         Heights [m].
     start : ContactState, array [Pa] or None

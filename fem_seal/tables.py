@@ -40,7 +40,7 @@ def as_csv(rows: Sequence[Any]) -> str:
 
     Parameters
     ----------
-    rows : at least one; their fields are the columns
+    rows : the dataclasses, at least one; their fields are the columns
 
     Returns
     -------
@@ -63,8 +63,8 @@ def as_text(rows: Sequence[Any], columns: Sequence[str] | None = None) -> str:
 
     Parameters
     ----------
-    rows : at least one
-    columns : fields to show, all if left out
+    rows : the dataclasses, at least one
+    columns : fields to show; all if left out
     """
     names = list(columns or _header(rows))
     headers = {cell.name: cell.metadata.get("header", cell.name) for cell in fields(rows[0])}

@@ -17,7 +17,7 @@ class Solid:
     contact_modulus : float
         E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
     layer : Layer or None
-        Of finite thickness; None: a half-space.
+        Layer of finite thickness; None for a half-space.
     """
 
     contact_modulus: float
@@ -31,7 +31,7 @@ class Arithmetic:
     Attributes
     ----------
     threads : int
-        Of the FFTs and of the passes over the arrays.
+        Threads of the FFTs and of the passes over the arrays.
     precision : "mixed" or "double"
         Mixed computes search directions in float32, all else in float64: same iterations.
     """

@@ -52,8 +52,8 @@ def solve(
     mean_gap : float [m]
         > 0, reached to 1 part in 10 000. Exactly one of the three loads.
     tolerance : float
-        Of the certificate, see `ContactState`. At every tolerance pressed samples touch to 1e-4 of
-        the rms height.
+        Tolerance of the certificate, see `ContactState`. At every tolerance pressed samples touch
+        to 1e-4 of the rms height.
     solver : str
         "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics.
     start : pressure to start from [Pa]
@@ -61,11 +61,11 @@ def solve(
     layer : Layer
         A solid of finite thickness in place of the half-space.
     threads : int
-        Of the FFTs and of the passes over the arrays.
+        Threads of the FFTs and of the passes over the arrays.
     precision : "mixed" or "double"
         Mixed computes search directions in float32, all else in float64: same iterations.
     max_iterations : int
-        Of each solve; the default depends on the solver.
+        Largest number of iterations of a solve; the default depends on the solver.
     progress : callable(iteration, residual)
         Called after each iteration (damped, fista: every 20).
 

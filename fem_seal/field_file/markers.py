@@ -25,7 +25,7 @@ def without_marked(values: np.ndarray, missing: float) -> np.ndarray:
 
     Parameters
     ----------
-    values : in the unit of the file
+    values : heights in the unit of the file
     missing : the number, known to single precision
     """
     marked = np.isclose(values, missing, rtol=SAME, atol=0)
@@ -40,7 +40,7 @@ def suspected_mark(values: np.ndarray) -> tuple[float, int] | None:
 
     Parameters
     ----------
-    values : in the unit of the file, NaN where missing
+    values : heights in the unit of the file, NaN where missing
     """
     known = values[~np.isnan(values)]
     if not known.size:
@@ -65,7 +65,7 @@ def refuse_markers(values: np.ndarray, what: str) -> None:
 
     Parameters
     ----------
-    values : in the unit of the file, NaN where missing
+    values : heights in the unit of the file, NaN where missing
     what : name of the values, for the message
 
     Raises

@@ -112,11 +112,11 @@ def sizes(labels: np.ndarray, count: int) -> np.ndarray:
 
 
 def largest(labels: np.ndarray, count: int) -> np.ndarray:
-    """Mask of the largest cluster: of equally large ones the first, empty without clusters.
+    """Mask of the largest cluster, the first one if several are equally large; empty if none.
 
     Parameters
     ----------
-    labels, count : from `label`
+    labels, count : result of `label`
 
     Returns
     -------
@@ -130,7 +130,7 @@ def touching(labels: np.ndarray, count: int, *lines: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    labels, count : from `label`
+    labels, count : result of `label`
     lines : int arrays
         Labels along each line: `labels[0]` and `labels[-1]` for inlet and outlet.
 
@@ -184,7 +184,7 @@ def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool
     Parameters
     ----------
     labels : (nx, ny) int
-        From `label_inside`.
+        Labels from `label_inside`.
     connectivity, periodic : as in `label`
 
     Returns

@@ -193,7 +193,7 @@ class Pyramid:
 
         Parameters
         ----------
-        pixel_means : of a slice of n columns i the means (2, n, my, 2) on pixel triangles
+        pixel_means : function from a slice of n columns i to means (2, n, my, 2) on pixel triangles
         squares : (mx, my), pixels along each axis, multiples of `width`
         width : side of the largest squares in pixels, a power of two
         """

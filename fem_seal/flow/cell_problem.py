@@ -125,7 +125,7 @@ class CellProblem(FilmOnMesh[Family, StreamFamily, MatrixBounds]):
     Parameters
     ----------
     gap : the gap as represented
-    mesh : of the torus
+    mesh : mesh of the torus
     values : gap at its vertices
     comm : MPI communicator
     tolerance : relative energy error at which CG stops

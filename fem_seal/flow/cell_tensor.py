@@ -52,10 +52,10 @@ def conductivity_tensor(
     ----------
     gap : gap in metres, zero in contact, periodic
     viscosity : η [Pa s]
-    slip : of a gas; None: it does not slip
+    slip : slip of a gas at the walls; None if there is none
     representation : "linear" or "constant"
     rtol : stop when upper - lower <= rtol √(lower upper) in every direction
-    limits : limits on unknowns, time and memory, at which to stop before that
+    limits : limits on unknowns, time and memory; if one is reached, the refinement stops earlier
     progress : called with unknowns and relative width of each mesh
     tuning : parameters that change the cost of the bounds, never their validity
     comm : all its ranks must call this together, with the same gap

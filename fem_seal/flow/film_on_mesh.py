@@ -139,11 +139,11 @@ class FilmOnMesh(ABC, Generic[P, S, B]):
     Parameters
     ----------
     gap : the gap as represented
-    mesh : of the nested family, or of any triangles
+    mesh : mesh of the nested family, or of any triangles
     values : gap at its vertices
     data : averages of all cells
     kept : (cells of the mesh,) bool, the C cells that carry flow
-    numbering : of the pressure on these cells
+    numbering : numbering of the pressure on these cells
     comm : MPI communicator
     tolerance : relative energy error at which CG stops
 

@@ -51,7 +51,7 @@ def flow_functions(field: FlowField, comm: MPI.Comm = MPI.COMM_WORLD) -> FlowFun
 
     Parameters
     ----------
-    field : from `leak_rate(..., field=True).field`, the same on every rank
+    field : field of `leak_rate(..., field=True)`, the same on every rank
     comm : the ranks over which the mesh is distributed
     """
     msh = create_triangle_mesh(comm, field.points, field.cells)

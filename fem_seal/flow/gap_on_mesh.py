@@ -240,7 +240,7 @@ class VertexGap(_GapOnMesh):
     Parameters
     ----------
     values : (V,), gap at the vertices of the first mesh, in units of its maximum
-    unit : lengths of the mesh are measured in it [m]
+    unit : unit of the lengths of the mesh [m]
     cut, floor, ceiling, law : as for LinearGap
     """
 

@@ -120,7 +120,7 @@ class Correction:
     count : int
         Number k of functions.
     bubbles : Bubbles
-        From `pressure_bubbles` or `stream_bubbles`.
+        Bubbles from `pressure_bubbles` or `stream_bubbles`.
     corner_values : callable
         Corner values (n, 3) of each function on n cells.
     coefficient : callable
@@ -186,9 +186,9 @@ def drops_of_one_function(
     Parameters
     ----------
     gaps : sequence of (gap, values at the vertices of the mesh)
-    mesh : of all gaps
+    mesh : mesh of all gaps
     energy : Correction
-        Of one function.
+        Correction of one function.
     comm : MPI communicator
 
     Returns

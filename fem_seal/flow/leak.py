@@ -62,20 +62,21 @@ def leak_rate(
     film : a gap on a grid with its sides (flow along the first axis), or on the mesh of a shape,
         which is refined as it is
     viscosity : η [Pa s]
-    pressure_drop : p_in - p_out [Pa]; of a gas, that of the liquid that leaks as much without slip
-    slip : of a gas; None: it does not slip
+    pressure_drop : p_in - p_out [Pa]; for a gas that of the liquid that leaks as much without slip
+    slip : slip of a gas at the walls; None if there is none
     method : "adaptive" or "uniform" (the pixel or given mesh and its uniform refinements)
-    rtol : stop when upper - lower ≤ rtol √(lower upper); of a gas that slips at the mean pressure,
-        since no mesh closes the rest
+    rtol : stop when upper - lower ≤ rtol √(lower upper); for a gas that slips this holds for the
+        bounds at the mean pressure, since no mesh closes the rest
     decide : in place of rtol, a leak rate [m³/s]: stop when it does not lie between the bounds
-    margin : error of ln Q beside the bounds, such as of the lift, which widens them for `decide`
-    limits : on unknowns, time and memory; the result then has `converged` False and says why
+    margin : error of ln Q beside the bounds, such as that of the lift; it widens them for `decide`
+    limits : limits on unknowns, time and memory; if one ends the refinement, the result has
+        `converged` False and a `reason`
     progress : called with every Level, in m³/s
     field : keep the flow on the last mesh
     every_dual : bounds from both sides on every level, for watching them close
     tuning : parameters that change the cost of the bounds, never their validity
     kept : mesh of the last flow, if any, on which to begin; it receives the last mesh of this one.
-        For films on one grid and the adaptive method
+        Only for films on one grid and the adaptive method
     comm : all its ranks must call this together, with the same film
     keep : called with the flow on the last mesh, for bounds of other films on the same grid; not
         called if a limit ends the refinement between two meshes
@@ -245,7 +246,7 @@ def require_conducting(tightest: str, narrowest: float) -> None:
     tightest : str
         Name of the narrowest place, for the message.
     narrowest : float
-        Its gap over the largest gap.
+        Gap there over the largest gap.
     """
     if narrowest < NARROWEST:
         raise InvalidInput(

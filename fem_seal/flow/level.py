@@ -74,7 +74,7 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
     Parameters
     ----------
     gap : the gap as represented
-    mesh : of the nested family, or of any triangles
+    mesh : mesh of the nested family, or of any triangles
     values : gap at its vertices
     comm : MPI communicator
     tolerance : relative energy error at which CG stops

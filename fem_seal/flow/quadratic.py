@@ -70,10 +70,10 @@ def quadratic_upper(
 
     Parameters
     ----------
-    film : on a grid
+    film : film on a grid
     viscosity, pressure_drop : as in `leak_rate`
     tolerance : relative error of the energy at which CG stops
-    max_iterations : of CG
+    max_iterations : largest number of CG iterations
 
     Returns
     -------

@@ -17,9 +17,9 @@ class Guess:
     Attributes
     ----------
     pressure : array
-        For the primal problem.
+        Initial pressure of the primal problem.
     stream : array
-        For the dual problems.
+        Initial stream functions of the dual problems.
     """
 
     pressure: np.ndarray

@@ -190,7 +190,7 @@ class Stopping:
 
         Parameters
         ----------
-        solution : of the next level
+        solution : solution of the next level
         widen : as in `adapt.refined`
         """
         solution = widen(solution)

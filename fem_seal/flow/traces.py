@@ -68,7 +68,7 @@ def _moments_of_cube(x: np.ndarray, log: np.ndarray) -> np.ndarray:
 
 
 def _moments_of_square(x: np.ndarray, log: np.ndarray) -> np.ndarray:
-    """The same for power 2."""
+    """The moments for power 2, b = 1 and c = x, times (x - 1)³."""
     return np.stack([x * x - 1 - 2 * x * log, (x + 1) * log - 2 * (x - 1), x - 1 / x - 2 * log])
 
 

@@ -17,7 +17,7 @@ def page(result: Letter) -> str:
 
     Parameters
     ----------
-    result : of `campaign.letter`
+    result : result of `campaign.letter`
     """
     case, plan = result.plan.case, result.plan
     seeds = "1 seed" if plan.seeds == 1 else f"{plan.seeds} seeds"

@@ -127,7 +127,7 @@ def seed_thresholds(
     case, seed : the surface
     model : "bearing" or "elastic"
     search : settings
-    threads : of an elastic contact
+    threads : threads of an elastic contact
     report : called with each contact
 
     Raises

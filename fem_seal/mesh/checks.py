@@ -129,7 +129,7 @@ def _labels(
     used : (V,) int
         Points of the mesh that are vertices of triangles.
     count : int
-        Their number V.
+        Number V of these points.
     values : (E,) int
         Keys of the edges of the triangles, sorted.
     cells_at : (E,) int

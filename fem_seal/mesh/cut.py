@@ -69,11 +69,11 @@ def cut_open(
 
     Returns
     -------
-    xy, cells, sides : of the mesh with n vertices more
+    xy, cells, sides : mesh with n more vertices
     twin : (V + n,) int
-        For each copy the vertex it copies, else the vertex itself.
+        For each copy the vertex that it copies; for each other vertex the vertex itself.
     """
-    index = np.full(len(xy), -1)  # of each vertex in the path
+    index = np.full(len(xy), -1)  # index of each vertex in the path; -1 if it is not in it
     index[path] = np.arange(len(path))
     adjacent = np.flatnonzero((index[cells] >= 0).any(axis=1))
     corner = cells[adjacent]

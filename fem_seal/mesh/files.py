@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import meshio
 
 TAGS = "gmsh:physical"
-FLAT = 1e-9  # of the extent: how far points may lie from a plane of constant z
+FLAT = 1e-9  # largest distance of points from a plane of constant z, over the extent of the mesh
 _PLANE_CELLS = {"triangle", "line", "vertex"}
 _GROUPS = ("inlet", "outlet", "wall")
 # Errors that meshio and the libraries below it raise for truncated files and other formats.
@@ -81,10 +81,10 @@ def read_triangles(
 
     Parameters
     ----------
-    path : .msh, .vtu or .xdmf
+    path : file, .msh, .vtu or .xdmf
     unit : length of the file's unit [m]; none of the formats has one
-    names : of the groups
-    source : file that the mesh was made from, named in messages in its place
+    names : names of the groups of inlet, outlet and walls
+    source : file that the mesh was made from; messages name it in place of `path`
 
     Raises
     ------

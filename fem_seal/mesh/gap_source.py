@@ -13,8 +13,8 @@ from fem_seal.errors import InvalidInput
 from fem_seal.expression import evaluate
 from fem_seal.grid import GridField
 
-OUTSIDE = 1e-6  # of a pixel: a vertex may lie so far outside the grid by rounding
-ROUNDING = 1e-6  # of a pixel: coordinates written by gmsh are accurate to 1e-9 at best
+OUTSIDE = 1e-6  # largest distance [pixel] by which rounding may put a vertex outside the grid
+ROUNDING = 1e-6  # rounding error of coordinates [pixel]; gmsh writes them to 1e-9 at best
 UNIT_SUSPECTED = 200  # ratio of the extents of mesh and grid beyond which their units must differ
 
 

@@ -84,7 +84,7 @@ def mesh_geometry(
     geo : geometry source; it names the groups by Physical Curve
     numbers : values of its DefineConstant, for the package's own sources
     unit : length of its unit [m]
-    names : of the groups
+    names : names of the groups of inlet, outlet and walls
     sizes : rectangle of the geometry -> largest edge lengths by position; it is pickled
     largest : largest edge length anywhere [m]
     trust : whether to run a file that is not the package's own

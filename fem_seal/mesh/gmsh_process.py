@@ -28,7 +28,7 @@ class Rectangle:
     Parameters
     ----------
     x0, x1, y0, y1 : float
-        Its ends along x and y [m].
+        Ends of the box along x and y [m].
     """
 
     x0: float

@@ -200,7 +200,7 @@ def _cut(
     Returns
     -------
     xy, cells, sides, twin : as in `cut_open`
-    values : at the vertices
+    values : values at the vertices
     """
     while True:
         path = shortest_path(cells, sides, loops.vertices(inlet.loop), loops.vertices(outlet.loop))

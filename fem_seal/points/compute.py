@@ -66,7 +66,7 @@ def compute_points(
     chains : sequence of Chain
         Chains of all parts.
     work : Work
-        How they are shared out.
+        How they are shared among workers.
     report : callable
         Called with point and stage, and with a detail.
     gather : callable

@@ -1,4 +1,4 @@
-"""How points are shared out."""
+"""How the points of a study are shared among processes."""
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -9,21 +9,22 @@ from fem_seal.errors import InvalidInput
 
 @dataclass(frozen=True)
 class Work:
-    """How the points are shared out.
+    """How the points of a study are shared among processes.
 
     Attributes
     ----------
     jobs : int
-        Processes of this machine.
+        Number of worker processes on this machine.
     part : tuple of int
-        (k, n) computes every n-th chain from the k-th on, k from 1; parts may run anywhere.
+        (k, n): compute every n-th chain from the k-th on, k from 1. Parts may run anywhere.
     executor : concurrent.futures.Executor, optional
-        Computes the chains in place of processes of this machine, such as `client.get_executor()`
-        of Dask or mpi4py's `MPIPoolExecutor`; its workers see the same files under the same names.
+        Executor that computes the chains in place of processes of this machine, such as
+        `client.get_executor()` of Dask or mpi4py's `MPIPoolExecutor`. Its workers must have the
+        same files under the same names.
     gather : bool
-        Compute nothing, and make the table of what is there.
+        Whether to compute nothing, and to make the table of the points computed so far.
     memory : int, optional
-        Most memory of all jobs together [bytes]; what the machine has available if left out.
+        Most memory of all jobs together [bytes]; the available memory of the machine if left out.
 
     Raises
     ------

@@ -45,7 +45,7 @@ def hydraulic_aperture(
     height : float
         h₁ [m].
     slip : Slip or None
-        Of a gas; None: it does not slip.
+        Slip of a gas at the walls; None if there is none.
     """
     lower, upper = uniform.bounds
     return HydraulicAperture(
@@ -84,7 +84,7 @@ def uniform_rectangle(
     viscosity, pressure_drop : float
         η [Pa s], Δp [Pa].
     slip : Slip or None
-        Of a gas; None: it does not slip.
+        Slip of a gas at the walls; None if there is none.
     """
     Lx, Ly = film.size
     rate = Ly / Lx * film_conductivity(height, viscosity) * pressure_drop

@@ -102,8 +102,8 @@ def channel_width(sites: Lattice, position: tuple[float, float]) -> float | None
 
     Parameters
     ----------
-    sites : of the gap
-    position : of an open site [m]
+    sites : sites of the gap
+    position : position of an open site [m]
 
     Returns
     -------
@@ -168,9 +168,9 @@ def share_within(
     Parameters
     ----------
     field : the flow
-    potential : (N,) at its points
-    centre, radius : of the disc [m]
-    period : of the domain along y [m], inf between walls
+    potential : (N,) potential at the points of the field
+    centre, radius : centre and radius of the disc [m]
+    period : period of the domain along y [m]; inf between walls
     """
     away = field.points[field.cells].mean(axis=1) - centre
     if np.isfinite(period):

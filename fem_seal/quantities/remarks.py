@@ -23,7 +23,7 @@ def cautions(patch: Patch, budget: ErrorBudget | None) -> tuple[str, ...]:
     patch : Patch
         Patch whose contact and gap are checked.
     budget : ErrorBudget or None
-        Its error budget, whose cautions come first.
+        Error budget of the patch; its cautions come first.
     """
     sentences = [entry.sentence for entry in budget or () if entry.caution]
     shape = patch.scene.shape

@@ -100,9 +100,9 @@ def verdict(
 
     Parameters
     ----------
-    leak : with bounds if there is a limit
+    leak : leak rate; it must have bounds if there is a limit
     shown : the unit for the sentence
-    limit : in the unit of the scene, or None
+    limit : the limit in the unit of the scene, or None
     limit_solved : the limit of the solved leak rate [m³/s]
     budget : uncertainties of the leak rate; its entry "flow" belongs to `leak`
     advice : advice for an undecided verdict; if left out, a tolerance of the flow

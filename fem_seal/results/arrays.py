@@ -35,8 +35,8 @@ def write_contact(folder: Path, contact: GapState, lift: Lift | None = None) -> 
 
     Parameters
     ----------
-    folder : where contact.npz goes
-    contact : elastic, or of the bearing model, which has no pressure
+    folder : folder of contact.npz
+    contact : elastic contact, or bearing contact, which has no pressure
     lift : gap [m] of the dry contact and fluid pressure [Pa], if the contact is lifted
 
     Returns
@@ -84,7 +84,7 @@ def write_flow(folder: Path, field: FlowField) -> str:
 
     Parameters
     ----------
-    folder : where flow.vtu goes
+    folder : folder of flow.vtu
     field : the flow
 
     Returns
@@ -113,8 +113,8 @@ def write_mesh(folder: Path, gap: "MeshFilm") -> str:
 
     Parameters
     ----------
-    folder : where mesh.vtu goes
-    gap : on its mesh
+    folder : folder of mesh.vtu
+    gap : gap on its mesh
 
     Returns
     -------

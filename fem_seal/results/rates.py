@@ -47,7 +47,7 @@ class GasRecord(Record):
     reference_temperature, reference_pressure : float
         T0 [K], p0 [Pa].
     mean_free_path : float
-        At the mean of the two pressures [m].
+        Mean free path at the mean of the two pressures [m].
     knudsen_number : float or None
         The mean free path over the critical gap; None if sealed.
     slip : str or None

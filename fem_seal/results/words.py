@@ -44,7 +44,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
 
     Parameters
     ----------
-    result : of a run
+    result : result of a run
     """
     lines: list[tuple[str, str]] = [("state", result.state)]
     if result.leak_rate:
@@ -125,7 +125,7 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
 
     Parameters
     ----------
-    result : of a run
+    result : result of a run
     """
     scene_has_limit = bool(result.provenance.scene.get("limit"))
     lines = [

@@ -14,9 +14,10 @@ def refuse_too_many(
 
     Parameters
     ----------
-    area, rim : of the shape [m²], [m]
+    area, rim : area of the shape [m²] and length of its rim [m]
     mesh_size : longest edge [m]
-    smallest_size : edges along a channel [m], which is taken to be half as long as the rim
+    smallest_size : length of edges along a channel [m]; the channel is assumed to be half as long
+        as the rim
     """
     # Equilateral triangles; a strip narrower than its edges has two along each of them. The size
     # grows as half the distance from a channel's bank, so it takes about two triangles for each

@@ -37,7 +37,7 @@ def rows_of(section: BaseModel, name: str = "") -> list[tuple[str, str]]:
     Parameters
     ----------
     section : Scene or one of its sections
-    name : its own name, in front of those of its fields
+    name : name of the section, in front of the names of its fields
     """
     rows: list[tuple[str, str]] = []
     for key, field in type(section).model_fields.items():

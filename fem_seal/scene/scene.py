@@ -52,7 +52,7 @@ class Scene(Contents):
         Parameters
         ----------
         data : section: {field: value}
-        folder : where relative paths count from, the current one if left out
+        folder : folder to which paths are relative; the current one if left out
         source : name of the data at the beginning of messages
         """
         try:

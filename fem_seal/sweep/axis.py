@@ -24,7 +24,7 @@ class Axis:
     key : str
         Field, such as "contact.pressure".
     values : tuple[str, ...]
-        Its values.
+        Values of the field, as text.
     """
 
     key: str
@@ -36,9 +36,9 @@ class Axis:
 
         Parameters
         ----------
-        text : a value may be a range of whole numbers, 1..1000, both ends included; a value of a
-            path may be a pattern such as ``maps/*.npz``, for all files that match
-        folder : where patterns count from, the current one if left out
+        text : the axis. A value may be a range of whole numbers, 1..1000, both ends included; the
+            value of a path may be a pattern such as ``maps/*.npz``, for all files that match
+        folder : folder to which patterns are relative; the current one if left out
 
         Raises
         ------

@@ -28,7 +28,7 @@ class LoadedFilm:
     film : GridFilm
         Film between the solids.
     leak_rate : LeakRate
-        With its flow field, unless it is sealed.
+        Leak rate with its flow field, unless the film is sealed.
     """
 
     pressure: float

@@ -147,7 +147,7 @@ def compute(
     Parameters
     ----------
     scene : Scene
-        From `numbers_only`.
+        Scene without products that are files, from `numbers_only`.
     values : tuple of str
         Values of the axes.
     contacts : ContactPath

@@ -23,7 +23,7 @@ class SweepFolder(PointFolder[Point]):
     Parameters
     ----------
     path : the folder
-    keys : of the axes
+    keys : names of the fields that vary
     """
 
     def __init__(self, path: Path, keys: tuple[str, ...]):

@@ -54,7 +54,7 @@ class ScenePoint(Task[Point]):
     values : tuple[str, ...]
         Values of the axes, as text.
     scene : Scene
-        Its scene.
+        Scene of the point.
     trust : bool
         Whether gmsh may run its geometry.
     """
@@ -92,13 +92,13 @@ def sweep(
     axes : fields and their values, of which all combinations are computed; or the keys and the
         values of each point
     out : folder of points/, with a file for each finished point, and of sweep.csv, the table of
-        all points that are there; any number of sweeps may write into it at once
-    overrides : of the scene, for all points
+        all these points; any number of sweeps may write into it at once
+    overrides : values of fields of the scene, for all points
     overwrite : whether another sweep may be replaced
     report : called with point and stage, and with a detail
     trust : whether gmsh may run a .geo file that is not the package's own
-    work : how the points are shared out; one after the other if left out. The rows are the same
-        whatever the number of jobs or parts
+    work : how the points are shared among workers; one after the other if left out. The rows do not
+        depend on the number of jobs or parts
 
     Returns
     -------

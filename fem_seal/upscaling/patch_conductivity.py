@@ -82,7 +82,7 @@ class LoadedPatch:
     Parameters
     ----------
     patch : Patch
-        Of a scene with an elastic contact on a grid. Its own load does not count.
+        Patch of a scene with an elastic contact on a grid. The load of the scene is not used.
     most_loose : float
         Most unknowns of a flow whose load does not matter yet, over those of the first flow.
     least_limit : int
@@ -458,7 +458,7 @@ class _LoadError:
     of_loads : (n - 1,) float
         Error of each interval due to the distance of its loads, with the present enclosures.
     expected : (n - 1,) float
-        The same, as estimated for the interval with an enclosure.
+        Estimate of this error if the interval had an enclosure.
     of_flows : (n,) float
         Error of each load due to the bounds of its flow.
     """

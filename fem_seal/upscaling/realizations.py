@@ -25,7 +25,7 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
     Parameters
     ----------
     scene : Scene
-        With [seal].
+        Scene with [seal].
 
     Returns
     -------

@@ -36,8 +36,7 @@ class SealLeak:
         Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off. The
         bounds are those of flow and load table, for the patches at hand.
     patches : tuple of PatchFlow
-        For each realization, the leak rate that the seal would have if all its patches were like
-        it.
+        Each realization, with the leak rate of a seal that consists of such patches.
     count : PatchCount
         Patches along the part of the path that seals, and around the seal.
     scatter : float
@@ -49,7 +48,7 @@ class SealLeak:
         Share of sealed realizations, and its confidence interval (Clopper and Pearson).
     converged : bool
     reason : str
-        Why it has not converged, else empty.
+        Sentence on why it has not converged; empty if it has.
     leak_path : float
         Length from inlet to outlet [m].
     sealing : SealingPart or None
@@ -88,7 +87,7 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
     folder : Path, optional
         Folder of a file for each patch, from which an interrupted run goes on.
     work : Work, optional
-        How the patches are shared out; one after the other if left out.
+        How the patches are shared among workers; one after the other if left out.
 
     Returns
     -------

@@ -137,7 +137,7 @@ def seal_flow(
     profile : Profile
         Contact pressure P(x).
     path : StraightPath or RingPath
-        Of the profile's length.
+        Leak path, as long as the profile.
     ends : EndPressures
     cells : int
         Least number of cells of the leak path, which are equally long but for the nodes of the

@@ -99,7 +99,7 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     Parameters
     ----------
     scene : Scene
-        With [seal]; not one that lifts off.
+        Scene with [seal] that does not lift off.
     report : callable
     comm : MPI.Comm or None
 
@@ -207,7 +207,7 @@ def solved_patches(
         Folder of a file for each patch, from which an interrupted run goes on; None: nothing is
         kept, and this process computes all patches.
     work : Work
-        How the patches are shared out.
+        How the patches are shared among workers.
 
     Raises
     ------
