@@ -5,9 +5,12 @@ import html
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, fields
 from io import StringIO
-from typing import Any
+from typing import TYPE_CHECKING
 
 from fem_seal.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 
 def shown_as(header: str) -> dict[str, str]:
@@ -20,7 +23,7 @@ def shown_as(header: str) -> dict[str, str]:
     return {"header": header}
 
 
-def _header(rows: Sequence[Any]) -> list[str]:
+def _header(rows: "Sequence[DataclassInstance]") -> list[str]:
     if not rows:
         raise InvalidInput("there is nothing to put into a table")
     return [field.name for field in fields(rows[0])]
@@ -35,7 +38,7 @@ def csv_text(header: Sequence[object], lines: Iterable[Sequence[object]]) -> str
     return text.getvalue()
 
 
-def as_csv(rows: Sequence[Any]) -> str:
+def as_csv(rows: "Sequence[DataclassInstance]") -> str:
     """Write dataclasses of one kind as CSV.
 
     Parameters
@@ -58,7 +61,7 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
     )
 
 
-def as_text(rows: Sequence[Any], columns: Sequence[str] | None = None) -> str:
+def as_text(rows: "Sequence[DataclassInstance]", columns: Sequence[str] | None = None) -> str:
     """Align dataclasses of one kind in columns of four digits.
 
     Parameters

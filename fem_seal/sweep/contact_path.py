@@ -1,6 +1,5 @@
 """What the points of a sweep hand on: surface, contact, or a start for the contact."""
 
-from typing import Any
 
 from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
@@ -39,19 +38,26 @@ class ContactPath:
         comm: Comm = None,
     ) -> Patch:
         """Patch of the next point, with surface and contact of the last one where they fit."""
-        known: dict[str, Any] = {}
+        surface, contact, start = None, None, None
         if self._last is not None:
-            last, surface, contact = self._last
+            last, last_surface, last_contact = self._last
             if scene.surface != last.surface:
                 self._last = None
             else:
-                known["surface"] = surface
+                surface = last_surface
                 if (scene.solid, scene.contact) == (last.solid, last.contact):
-                    known["contact"] = contact
+                    contact = last_contact
                 elif _one_path(last, scene):
-                    load = present(_load(scene), "load")
-                    known["contact_start"] = self._predictor.start(load)
-        return Patch(scene, report, trust=trust, comm=comm, **known)
+                    start = self._predictor.start(present(_load(scene), "load"))
+        return Patch(
+            scene,
+            report,
+            trust=trust,
+            surface=surface,
+            contact=contact,
+            contact_start=start,
+            comm=comm,
+        )
 
     def follow(self, patch: Patch) -> None:
         """Keep surface and contact of a patch that has been computed, for the next point."""
