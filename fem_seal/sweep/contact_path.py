@@ -1,6 +1,5 @@
 """What the points of a sweep hand on: surface, contact, or a start for the contact."""
 
-
 from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState, GapState
