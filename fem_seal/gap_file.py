@@ -22,8 +22,8 @@ def load_gap(
     stated : Stated, optional
         Unit, size and other properties that the file does not contain.
     contact_below : float, optional
-        Samples with |gap| below this [m] count as contact: some codes write a rounding error where
-        there is contact.
+        Samples with ``|gap|`` below this [m] count as contact: some codes write a rounding error
+        where there is contact.
 
     Returns
     -------

@@ -1,6 +1,7 @@
 """Documentation and program have the same keys, options and files."""
 
 import argparse
+import inspect
 import re
 import runpy
 import tomllib
@@ -203,6 +204,30 @@ def test_imports_of_the_pages_work():
     for module, names in found:
         for name in names.split(", "):
             assert hasattr(import_module(module), name), (module, name)
+
+
+# Sphinx reads |g| as the name of a substitution, and a * that begins a word as emphasis.
+LITERAL = re.compile(r"``.*?``|`[^`]*`", re.DOTALL)
+SUBSTITUTION = re.compile(r"(?<![\w|])\|\w[^|\n]*\|")
+EMPHASIS = re.compile(r"(?:^|[\s'\"(/<:-])\*[^\s*]")
+
+
+def test_docstrings_of_the_reference_name_no_substitution():
+    assert SUBSTITUTION.search("at most |g| there")
+    assert not SUBSTITUTION.search(LITERAL.sub("", "at most ``|p g|`` there"))
+    for module in re.findall(r"automodule:: (fem_seal[\w.]*)", PAGES["docs/reference/python.md"]):
+        public = import_module(module)
+        for name in public.__all__:
+            text = inspect.getdoc(getattr(public, name)) or ""
+            assert not SUBSTITUTION.search(LITERAL.sub("", text)), f"{module}.{name}"
+
+
+def test_help_of_commands_has_no_emphasis():
+    assert EMPHASIS.search("a pattern, maps/*.npz")
+    assert not EMPHASIS.search("a pattern, maps/m*.npz")
+    for words, parser in PARSERS.items():
+        for action in parser._actions:
+            assert not EMPHASIS.search(action.help or ""), (words, action.dest)
 
 
 def test_every_picture_of_the_pages_has_its_command():
