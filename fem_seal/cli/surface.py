@@ -195,8 +195,11 @@ def _spectrum_lines(fit: "SpectrumFit | None", failure: str) -> list[str]:
         rolloff = f"{_length(fit.rolloff_wavelength)} ± {_length(fit.rolloff_error)}"
     from fem_seal.digits import with_error
 
+    hurst = f"{with_error(fit.hurst, fit.hurst_error)} (misfit {fit.misfit:.2g})"
+    if not 0 <= fit.hurst <= 1:
+        hurst += "; beyond 0 to 1: not self-affine, or too few waves"
     return [
-        f"hurst          {with_error(fit.hurst, fit.hurst_error)} (misfit {fit.misfit:.2g})",
+        f"hurst          {hurst}",
         f"long cut-off   {_length(fit.long_wavelength)}",
         f"roll-off       {rolloff}",
         f"short cut-off  {_length(fit.short_wavelength)}",

@@ -135,6 +135,23 @@ def test_no_exponent_is_printed_for_a_poor_fit(tmp_path, capsys):
     assert "hurst" not in said
 
 
+@pytest.mark.parametrize(("samples", "few"), [(48, True), (192, False)])
+def test_an_exponent_beyond_those_of_self_affine_surfaces_is_marked(samples, few, tmp_path, capsys):
+    """H = 0.8 is fitted well on 24 rings of waves between the cut-offs, and as 2.8 on eight."""
+    scene = {
+        "surface": {
+            **{"kind": "self-affine", "shape": [samples, samples], "size": [40e-6, 60e-6]},
+            **{"hurst": 0.8, "long_wavelength": 20e-6, "short_wavelength": 5e-6 * 48 / samples},
+            **{"rms_slope": 0.1, "seed": 3},
+        },
+        "contact": {"model": "bearing", "mean_gap": 1e-6},
+        "output": {"products": ["contact"]},
+    }
+    assert cli.main(["surface", str(write_toml(tmp_path / "scene.toml", scene))]) == 0
+    said = capsys.readouterr().out
+    assert ("beyond 0 to 1" in said) == few
+
+
 def test_gap_has_no_surface(tmp_path, capsys):
     np.savez(tmp_path / "gap.npz", gap=np.ones((4, 4)), spacing=[1, 1])
     scene = {"gap": {"path": "gap.npz"}, "output": {"products": ["contact"]}}
