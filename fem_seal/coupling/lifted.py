@@ -131,7 +131,7 @@ def _settled(passes: Passes, report: Report) -> LiftedState:
         contact = passes.solve_contact()
         passes.solve_flow(contact, report)
         if passes.settled:
-            state = _finished(passes, contact, passes.last_rates, True)
+            state = _finished(passes, contact, passes.rates[-3:], True)
             if state is not None:
                 return state
         if passes.count >= passes.tuning.most_passes:

@@ -134,6 +134,10 @@ def test_budget_and_verdict_count_the_lift():
     assert lift.lower * lift.upper == pytest.approx(1)
     assert not any("fluid's pressure, up to" in caution for caution in result.cautions)
 
+    # The leak rates of the last passes are those of the result but for a fifth of rtol.
+    change = np.exp(Patch(scene()).scene.flow.rtol / 5)
+    assert leak.lower / change < result.lift.lowest <= result.lift.highest < leak.upper * change
+
     def decision(limit):
         mapping = scene().to_mapping()
         mapping["limit"] = {"leak_rate": limit}
