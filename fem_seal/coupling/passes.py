@@ -52,27 +52,27 @@ class PassTuning:
         A finer mesh follows when ln Q changes by less than this part of the mesh's tolerance.
     next_mesh : float
         Tolerance of the next mesh, as a part of that of the mesh before.
-    far : float
+    change_for_new_mesh : float
         A new mesh is made if ln Q has changed by this much since the present one was made.
     passes_of_one_mesh : int
         A new mesh is made, too, after this many passes on one mesh that have not settled.
-    cold : float
+    change_for_cold_start : float
         If ln Q changes by more than this, the next contact does not start from the last one.
-    rough : float
+    change_for_rough_contact : float
         While ln Q changes by more than this, contacts are solved to `roughest_contact`.
     roughest_contact : float
         Certificate of such contacts, whose ln Q errs by about 0.03.
     rough_contact : float
         Certificate of later contacts, as a part of rtol. Near closing, 1e-3 kept passes from
         settling.
-    still : float
+    settled_pressure : float
         A sealed film has no ln Q. Its passes have settled if they change p_f by less than this part
         of the pressure drop (rms).
     sealed_passes : int
-        The passes of a sealed film have settled as well if this many in a row leaked nothing.
-    least_left : float
-        The solids separate if the fluid carries the whole load, although less than this part of it
-        was left to the solid when the contact was solved.
+        The passes of a sealed film have also settled if this many in a row leaked nothing.
+    least_solid_share : float
+        The solids separate if the flow's p_f carries the whole load, although the solid carried
+        less than this share of it in the contact of the same pass.
     left_per_pass : float
         Least part of the solid's load in one pass that remains in the next.
     """
@@ -88,15 +88,15 @@ class PassTuning:
     coarse_passes: int = 8
     mesh_left: float = 1 / 3
     next_mesh: float = 1 / 6
-    far: float = 0.7
+    change_for_new_mesh: float = 0.7
     passes_of_one_mesh: int = 10
-    cold: float = 0.5
-    rough: float = 0.1
+    change_for_cold_start: float = 0.5
+    change_for_rough_contact: float = 0.1
     roughest_contact: float = 1e-2
     rough_contact: float = 2e-4
-    still: float = 1e-3
+    settled_pressure: float = 1e-3
     sealed_passes: int = 15
-    least_left: float = 1e-3
+    least_solid_share: float = 1e-3
     left_per_pass: float = 0.1
 
 
@@ -117,9 +117,10 @@ class Passes:
     pressure : (nx, ny) float
         p_f of the present pass [Pa].
     contact : ContactState, array or None
-        Contact of the last pass, or one to start the first from.
+        Contact of the last pass; at first the contact, or its pressure, to start from.
     known : bool
-        Whether it is the contact under `pressure`, which the first pass then need not solve.
+        Whether `contact` is at first the contact under `pressure`; the first pass then does not
+        solve it.
     tuning : PassTuning
     next_tolerance : float
         Tolerance of the next mesh.
@@ -134,9 +135,9 @@ class Passes:
     mesh_tolerance : float
         Tolerance to which the present mesh was made; infinite without a mesh.
     flow_of_mesh : LeakRate or None
-        The flow with which it was made.
+        Flow for which the present mesh was made.
     plain : bool
-        Whether `pressure` is that of the flow of the pass before, whole and unmixed.
+        Whether `pressure` is the p_f of the last flow itself, not a mixture.
     response : (nx, ny) float
         p_f of the last flow [Pa]; empty before the first.
     """
@@ -168,8 +169,9 @@ class Passes:
         if not (self.known and self.count == 1 and isinstance(self.contact, ContactState)):
             tuning = self.tuning
             moved = spread(self.rates[-2:]) if self.count > 2 else inf
-            start = self._start() if self.count <= 2 or moved < tuning.cold else None
-            rough = moved >= tuning.rough
+            warm = self.count <= 2 or moved < tuning.change_for_cold_start
+            start = self._start() if warm else None
+            rough = moved >= tuning.change_for_rough_contact
             tolerance = tuning.roughest_contact if rough else tuning.rough_contact * self.rtol
             self.contact = self.problem.contact_under(self.pressure, start, tolerance)
         self._pressure_of_contact = self.pressure
@@ -200,18 +202,18 @@ class Passes:
 
     def _flow(self, film: GridFilm) -> LeakRate:
         """Flow on the present mesh, or on a new one."""
-        problem, far, leak = self.problem, self.tuning.far, None
-        worn = len(self.mesh_rates) >= self.tuning.passes_of_one_mesh
-        fresh = worn or self.mesh_tolerance > self.next_tolerance
+        problem, far, leak = self.problem, self.tuning.change_for_new_mesh, None
+        too_long = len(self.mesh_rates) >= self.tuning.passes_of_one_mesh
+        new_mesh = too_long or self.mesh_tolerance > self.next_tolerance
         if film.sealed:
             leak = problem.flow(film, self.next_tolerance, False)
-        elif problem.flow_on_kept_mesh is not None and not fresh and spread(self.rates[-2:]) < far:
+        elif problem.flow_on_kept_mesh and not new_mesh and spread(self.rates[-2:]) < far:
             leak = problem.flow_on_kept_mesh(film)
             if spread([leak.inflow, *self.mesh_rates[:1]]) > far:
                 leak = None
         if leak is None:
-            # Begin with the last mesh where a finer one of a similar film is wanted.
-            finer = fresh and self.next_tolerance < self.mesh_tolerance < inf
+            # A finer mesh of a similar film begins with the last mesh.
+            finer = new_mesh and self.next_tolerance < self.mesh_tolerance < inf
             leak = problem.flow(film, self.next_tolerance, not finer)
             if problem.flow_on_kept_mesh is None:
                 self.mesh_tolerance, self.flow_of_mesh = self.next_tolerance, leak
@@ -221,7 +223,7 @@ class Passes:
         return leak
 
     def _begin_mesh(self, leak: LeakRate, tolerance: float) -> None:
-        """Forget rates and residuals: those of another mesh are not comparable."""
+        """Forget rates and residuals of the last mesh: those of two meshes are not comparable."""
         self.mesh_tolerance, self.flow_of_mesh, self.mesh_rates = tolerance, leak, []
         self._mixture = Mixture(self.tuning.depth)
 
@@ -270,7 +272,8 @@ class Passes:
         change = float(np.sqrt(np.mean((self.response - self.pressure) ** 2)))
         most = self.tuning.sealed_passes
         last = self.rates[-most:]
-        return change < self.tuning.still * drop or (len(last) == most and max(last) == 0)
+        settled = change < self.tuning.settled_pressure * drop
+        return settled or (len(last) == most and max(last) == 0)
 
     @property
     def fluid_carries_all(self) -> bool:
@@ -284,11 +287,11 @@ class Passes:
         load = self.problem.load
         if load is None or not self.fluid_carries_all:
             return False
-        return left_of(load, self.pressure) < self.tuning.least_left * load
+        return left_of(load, self.pressure) < self.tuning.least_solid_share * load
 
 
 def scale_of_local_load(pressure: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """Factor by which contact pressures change where the fluid pressure changes.
+    """Factor by which contact pressures change if the fluid pressure changes.
 
     On average over a window, solid and fluid together carry the same load as before: the solid
     loses what the fluid gains. A start scaled by this factor saves a quarter of the transforms.

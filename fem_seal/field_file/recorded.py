@@ -89,7 +89,7 @@ class Recorded:
         Samples where the solids touch.
     header : tuple of str
         Lines before the numbers of a text file.
-    lengths_said : str
+    length_hint : str
         Addition to the message that asks for the lengths: the statements of the file about them.
     """
 
@@ -100,7 +100,7 @@ class Recorded:
     periodic: bool | None = None
     contact: np.ndarray | None = None
     header: tuple[str, ...] = ()
-    lengths_said: str = ""
+    length_hint: str = ""
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
         raise InvalidInput(
             f"the values of {path} have no unit, and it does not say its lengths; say both in the "
             'scene, such as unit = "um" and size = ["1 mm", "1 mm"] (number of points times their '
-            f'distance), or by --length-unit um --size "1 mm,1 mm"{recorded.lengths_said}'
+            f'distance), or by --length-unit um --size "1 mm,1 mm"{recorded.length_hint}'
         )
     scale = metres_in(recorded.unit, stated.unit, f"the values of {path}")
     # A single multiplication, so that heights in nm and in m differ by one rounding.
@@ -194,7 +194,7 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
             raise InvalidInput(
                 f'{path} does not say its lengths; give its size, such as size = ["1 mm", "1 mm"] '
                 f'(number of points times their distance), or by --size "1 mm,1 mm"'
-                f"{recorded.lengths_said}"
+                f"{recorded.length_hint}"
             )
         return stated.size[0] / nx, stated.size[1] / ny
     unit = stated.unit if recorded.length_unit is None else None

@@ -82,7 +82,7 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
             steps[axis] = length / count
     spacing = (steps["x"], steps["y"]) if len(steps) == 2 else None
     if spacing is None:
-        return Recorded(values, header.unit_of_values, lengths_said=header.not_understood)
+        return Recorded(values, header.unit_of_values, length_hint=header.length_hint)
     return Recorded(values, header.unit_of_values, spacing, "m")
 
 
@@ -114,7 +114,7 @@ def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
     pixel = zygo_resolution(table.header, path)
     if pixel is not None:
         step = (dx * pixel, dy * pixel) if pixel else None
-        return Recorded(values, "um", step, "m", lengths_said=UNCALIBRATED)
+        return Recorded(values, "um", step, "m", length_hint=UNCALIBRATED)
     units, unit = (header.unit_along("x"), header.unit_along("y")), header.unit_of_values
     if units[0] is None or units[1] is None:
         return Recorded(values, unit, (dx, dy))

@@ -106,7 +106,7 @@ class Statements:
         return None if unit is None or not number else number * length_in_metres(unit, "lengths")
 
     @property
-    def not_understood(self) -> str:
+    def length_hint(self) -> str:
         """Quote of the lines about lengths, for a message that asks for them; "" without any."""
         if not self.about_lengths:
             return ""

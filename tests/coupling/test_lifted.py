@@ -168,7 +168,7 @@ def test_the_solid_keeps_a_tenth_of_its_load_in_each_pass(least):
         fluid_pressure=lambda film, leak: film.samples + 2 * load,
     )
     start = np.full(problem.height.shape, problem.outlet)
-    state = lifted_from(twice, 0.05, start, tuning=PassTuning(least_left=least))
+    state = lifted_from(twice, 0.05, start, tuning=PassTuning(least_solid_share=least))
     assert state.state == "lifted off"
     assert loads == pytest.approx(load * 0.1 ** np.arange(len(loads)), rel=1e-9)
     assert loads[-1] < least * load < loads[-2]
