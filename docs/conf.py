@@ -24,6 +24,8 @@ source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["_build"]
 html_theme = "furo"
 html_title = "fem_seal"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 
 smartquotes = False  # they would make one dash of the two of an option
 
