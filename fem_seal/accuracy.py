@@ -1,9 +1,12 @@
 """Control of the total error: coarse runs choose the contact grid and the flow tolerance.
 
-The error of a leak rate has two parts, both measured as |ln| of a ratio of leak rates, so that
+The error of a leak rate has three parts, all measured as |ln| of a ratio of leak rates, so that
 they add up:
 
-    c + f <= ln(1 + total),   c: error of the contact grid,  f: half-width of the flow's bracket
+    c + f + l <= ln(1 + total)
+
+c: error of the contact grid, f: half-width of the flow's bracket, l: error of the lift, where the
+fluid lifts the solid.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +16,7 @@ from typing import Protocol
 
 from fem_seal import parallel
 from fem_seal.contact.state import GapState
-from fem_seal.coupling import LiftedState
+from fem_seal.coupling import LiftedState, most_claimed
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.grid import GridField
@@ -89,6 +92,8 @@ class Choice:
         Estimated relative error of the contact grid.
     flow_error : float
         Relative half-width of the guaranteed bounds.
+    lift_error : float or None
+        Estimated relative error of the lift; None where the fluid lifts nothing.
     trials : tuple[Trial, ...]
         All grids tried, from coarse to fine; the last one was chosen.
     """
@@ -102,6 +107,7 @@ class Choice:
     rtol: float
     contact_error: float
     flow_error: float
+    lift_error: float | None
     trials: tuple[Trial, ...]
 
     def asked(self, scene: Scene) -> Scene:
@@ -117,7 +123,7 @@ def chosen_grid(
     max_refinement: int = 4,
     report: Report = silent,
 ) -> Choice:
-    """Refine the contact grid until its error is small; the flow gets the rest of the error budget.
+    """Refine the contact grid until its error is small; flow and lift get the rest of the budget.
 
     Parameters
     ----------
@@ -155,13 +161,17 @@ def chosen_grid(
         if shape[0] >= surface.shape[0] and part <= share * budget:
             break
     rtol = total
-    if leak.converged and part < budget and flow_part(leak) > budget - part:
-        rtol = 2 * sinh(budget - part)
+    lifts, left = solved.lifted is not None, budget - part
+    if leak.converged and left > 0 and flow_part(leak) + lift_part(solved.lifted) > left:
+        # The lift claims a multiple of rtol, which is up to twice the flow's part.
+        rtol = 2 * left / (1 + 2 * most_claimed(1.0)) if lifts else 2 * sinh(left)
         solved = on_grid(resampled, rtol, solved.contact)
         leak = solved.leak_rate
-    missed = part + flow_part(leak) > budget
+    lift = lift_part(solved.lifted)
+    missed = part + flow_part(leak) + lift > budget
     if leak.converged and missed and leak.state != "lifted off":
-        leak = replace(leak, converged=False, reason=_missed(total, part, shapes[-1]))
+        words = _missed(total, part, shapes[-1]) if left <= 0 else _missed_by_lift(total, lift)
+        leak = replace(leak, converged=False, reason=words)
     return Choice(
         total=total,
         max_refinement=max_refinement,
@@ -172,6 +182,7 @@ def chosen_grid(
         rtol=rtol,
         contact_error=relative_error(part),
         flow_error=relative_error(flow_part(leak)),
+        lift_error=relative_error(lift) if lifts else None,
         trials=tuple(trials),
     )
 
@@ -270,6 +281,11 @@ def flow_part(leak: LeakRate) -> float:
     return 0.5 * log(upper / lower) if lower > 0 else inf
 
 
+def lift_part(lifted: LiftedState | None) -> float:
+    """Estimated |ln| of the leak rate over that of the equilibrium; 0 if it has not settled."""
+    return lifted.claimed if lifted is not None and lifted.converged else 0.0
+
+
 def _change(before: float, after: float) -> float:
     if before == after:
         return 0.0
@@ -286,4 +302,11 @@ def _missed(total: float, part: float, finest: tuple[int, int]) -> str:
     return (
         f"the contact grid's part of the error is {size} on {finest[0]} x {finest[1]}, the finest "
         f"that accuracy.max_refinement allows; accuracy.total = {total:g} was asked for"
+    )
+
+
+def _missed_by_lift(total: float, part: float) -> str:
+    return (
+        f"the lift's part of the error is about {per_cent(relative_error(part))}; accuracy.total = "
+        f"{total:g} was asked for, of which contact grid and flow take the rest"
     )

@@ -16,6 +16,8 @@ from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
+from fem_seal.quantities.error_budget import combined
+from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Accuracy, Scene
 from fem_seal.surface.resampling import resample
 
@@ -141,6 +143,19 @@ def test_the_total_error_is_kept(accurate_scene, seed):
     # The promise is made of its two parts.
     parts = log1p(choice.contact_error) + log1p(choice.flow_error)
     assert parts <= log1p(0.2) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("total", [0.3, 0.1])
+def test_the_lift_is_part_of_the_total(accurate_scene, total):
+    """All entries of the budget together, the lift's too, keep the total that was asked for."""
+    accurate_scene["flow"]["lift"] = "resolved"
+    accurate_scene["surface"]["short_wavelength"] = "8 um"
+    accurate_scene["accuracy"] = {"total": total}
+    patch, choice = solved(Scene.from_mapping(accurate_scene))
+    assert patch.leak_rate.converged
+    assert choice.lift_error > choice.flow_error
+    lower, upper = combined(error_budget(patch))
+    assert 1 / (1 + total) <= lower < upper <= 1 + total
 
 
 def test_a_smaller_total_costs_a_finer_grid_or_a_narrower_bracket(accurate_scene):

@@ -140,7 +140,7 @@ def verdict(
         fixed = tuple(entry for entry in others if not entry.per_rtol)
         per_rtol = sum(entry.per_rtol for entry in others)
         rtol, unknowns = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
-        advice = _advice(leak, rtol, unknowns, limit_solved, fixed, per_rtol)
+        advice = _advice(leak, rtol, unknowns, limit_solved, fixed)
     if low or high is not None:
         held = f"{_ends(low or None, high, shown, limit_solved)} the {allowed}"
     else:
@@ -238,7 +238,6 @@ def _advice(
     unknowns: int | None,
     limit: float,
     rest: ErrorBudget,
-    per_rtol: float,
 ) -> str:
     """Advice for an undecided verdict: a setting that might decide it, or why none can.
 
@@ -253,7 +252,7 @@ def _advice(
     counted = [entry for entry in rest if entry.counted]
     if [entry.name for entry in counted] == [CONTACT_GRID]:
         # A total error chooses flow.rtol itself.
-        total = expm1(abs(log(limit / sqrt(low * high))) / (1 + 2 * per_rtol))
+        total = expm1(abs(log(limit / sqrt(low * high))))
         if total > LEAST_RTOL:
             return f"accuracy.total = {total:.2g} might decide"
     if rtol is not None and unknowns is not None:

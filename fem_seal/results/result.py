@@ -85,6 +85,7 @@ class AccuracyRecord(Record):
     contact_error: float | None
     flow_error: float | None
     trials: tuple[Trial, ...]
+    lift_error: float | None = None
 
     @classmethod
     def of(cls, choice: Choice) -> "AccuracyRecord":
@@ -96,6 +97,7 @@ class AccuracyRecord(Record):
             contact_error=choice.contact_error if isfinite(choice.contact_error) else None,
             flow_error=choice.flow_error if isfinite(choice.flow_error) else None,
             trials=choice.trials,
+            lift_error=choice.lift_error,
         )
 
 

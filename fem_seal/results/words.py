@@ -114,10 +114,13 @@ def accuracy_words(accuracy: AccuracyRecord) -> str:
         for part in (accuracy.contact_error, accuracy.flow_error)
     )
     nx, ny = accuracy.samples
-    return (
+    text = (
         f"chosen for {100 * accuracy.total:g} %: contact on {nx} x {ny} (error about {contact}), "
         f"flow.rtol = {accuracy.rtol:.2g} (at most {flow})"
     )
+    if accuracy.lift_error is None:
+        return text
+    return f"{text}, lift (about {per_cent(accuracy.lift_error)})"
 
 
 def lines_of(result: Result) -> list[tuple[str, str]]:
