@@ -49,7 +49,7 @@ class GasRecord(Record):
     mean_free_path : float
         Mean free path at the mean of the two pressures [m].
     knudsen_number : float or None
-        The mean free path over the critical gap; None if sealed.
+        The mean free path over the critical gap; None if sealed, and of a whole seal.
     slip : str or None
         Law of slip at the walls, "first-order" or "kinetic"; None without slip.
     accommodation : float or None
@@ -67,13 +67,13 @@ class GasRecord(Record):
     accommodation: float | None = None
 
     @classmethod
-    def of(cls, patch: Patch) -> "GasRecord | None":
-        """Rates of a patch; None for a liquid, without a flow, or if lifted off."""
-        if not patch.scene.needs_flow or not isinstance(patch.scene.drive, GasDrive):
+    def of(cls, patch: Patch, leak: LeakRate | None) -> "GasRecord | None":
+        """Rates of a patch or its seal; None for a liquid, without a flow, or if lifted off."""
+        if leak is None or leak.state == "lifted off":
             return None
-        if patch.lifted_off:
+        if not isinstance(patch.scene.drive, GasDrive):
             return None
-        gas, leak = patch.scene.drive, patch.leak_rate
+        gas = patch.scene.drive
         fluid = present(patch.scene.fluid, "[fluid]")
         rates = {kind: RateRecord.of(leak, RATES[kind], size) for kind, size in gas.rates.items()}
         return cls(
@@ -83,7 +83,7 @@ class GasRecord(Record):
             reference_temperature=gas.reference_temperature,
             reference_pressure=gas.reference_pressure,
             mean_free_path=gas.mean_free_path(fluid.viscosity),
-            knudsen_number=knudsen_number(patch),
+            knudsen_number=None if patch.scene.seal is not None else knudsen_number(patch),
             slip=None if patch.scene.slip is None else fluid.slip_law,
             accommodation=None if patch.scene.slip is None else fluid.accommodation or 1.0,
         )

@@ -318,7 +318,7 @@ def summarise(
         contact_iterations=None if elastic is None else elastic.iterations,
         accuracy=None if choice is None else AccuracyRecord.of(choice),
         preparation=StepRecord.all_of(patch),
-        gas=GasRecord.of(patch),
+        gas=GasRecord.of(patch, leak if seal is None else ends[0]),
         leak_rate_shown=shown,
         verdict=decision,
         error_budget=budget,

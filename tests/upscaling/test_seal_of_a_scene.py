@@ -292,6 +292,17 @@ def test_the_upper_side_of_a_gas_without_slip_is_open():
     assert (names["slip"].lower, names["slip"].upper) == (1.0, None)
 
 
+def test_a_seal_names_the_conditions_of_the_volume_of_its_gas():
+    """One amount of gas: p0 V0/(R T0) mol/s."""
+    result, _ = entries(gas(slip=False, reference_temperature=293.0))
+    amount = 101325 * result.seal.leak_rate.value / (8.31446261815324 * 293.0)
+    assert result.gas.amount_rate.value == pytest.approx(amount, rel=1e-12)
+    assert result.gas.mass_rate.upper == pytest.approx(
+        0.029 * amount * result.seal.leak_rate.upper / result.seal.leak_rate.value, rel=1e-12
+    )
+    assert "volume at 293 K and 101325 Pa" in dict(summary_of(result))["gas"]
+
+
 @pytest.mark.parametrize("law", ["first-order", "kinetic"])
 def test_slip_of_a_gas_raises_the_leak_rate(law):
     """By less than at the tightest place, where 1 + 6 Kn or more counts, but by part of it."""
