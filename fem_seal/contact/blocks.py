@@ -21,9 +21,9 @@ def row_blocks(shape: tuple[int, ...]) -> list[slice]:
 class RowPasses:
     """Passes over arrays, block by block, in one thread or several.
 
-    numpy computes without Python's lock, so that threads gain where a block is large. The blocks
-    depend on the shape alone and their answers come in order: sums over them have the same digits
-    for every number of threads.
+    numpy computes without Python's lock: threads save time if a block is large. The blocks depend
+    on the shape only and their answers come in order: sums over them have the same digits for every
+    number of threads.
 
     Parameters
     ----------

@@ -105,7 +105,7 @@ class _Level:
         self.scale = np.empty_like(self.values)
 
     def update(self, fraction: np.ndarray) -> np.ndarray:
-        """Take the free fraction of the finer grid's points; return the coarser grid's (a view)."""
+        """Take the free fractions of the finer grid; return those of the coarser one (a view)."""
         self.halving.restrict(fraction, self.values)
 
         def fill(rows: slice) -> None:

@@ -101,7 +101,7 @@ def free_set_cg(
         r, r_old = r_old, r
         number, sum_r = _restrict_gap(passes, p, g, level, free, r)
         mean = _Mean(passes, free, number if loaded else np.inf)
-        mean.take_out(r, sum_r)
+        mean.subtract_mean(r, sum_r)
         # 4
         if extended:
             extension.update()
@@ -115,13 +115,13 @@ def free_set_cg(
         # 5: with the extension, the formula of Polak and Ribière: samples that join or leave the
         # free set would spoil the directions of Fletcher and Reeves. Without it, the formula of
         # Fletcher and Reeves is a little faster.
-        r_old_z = mean.take_out(z, sum_z, r_old if extended else None)
+        r_old_z = mean.subtract_mean(z, sum_z, r_old if extended else None)
         beta = max(rz - r_old_z, 0.0) / rz_old
         rz_old = rz
         # 6
-        slope = mean.take_out(t, _turn(passes, t, beta, free, z), r)
+        slope = mean.subtract_mean(t, _turn(passes, t, beta, free, z), r)
         if slope <= 0:
-            slope = mean.take_out(t, _turn(passes, t, 0.0, free, z), r)
+            slope = mean.subtract_mean(t, _turn(passes, t, 0.0, free, z), r)
         # 7
         z[...] = t
         curvature = half_space.curvature()
@@ -201,7 +201,7 @@ class _Mean:
     free: np.ndarray
     number: float
 
-    def take_out(self, values: np.ndarray, total: float, other: np.ndarray | None = None) -> float:
+    def subtract_mean(self, values: np.ndarray, total: float, other: np.ndarray | None = None) -> float:
         """Subtract the mean of values of sum `total` on the free set; return <other, values>."""
         mean = values.dtype.type(total / self.number)
 

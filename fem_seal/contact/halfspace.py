@@ -88,9 +88,9 @@ class HalfSpace:
     shape, spacing : (nx, ny), (dx, dy)
         The periodic grid.
     layer : Layer, optional
-        None: a half-space.
+        Layer of finite thickness; None for a half-space.
     threads : int
-        Of the FFTs and of the passes over the arrays.
+        Threads of the FFTs and of the passes over the arrays.
     precision : "mixed" or "double"
         Precision of preconditioner and curvature, which only steer the iteration. Displacements
         are always double.

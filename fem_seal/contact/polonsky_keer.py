@@ -9,7 +9,7 @@ def polonsky_keer(problem: Problem, pressure: np.ndarray) -> Iterates:
     """I. A. Polonsky, L. M. Keer, Wear 231, 206 (1999): two FFT pairs an iteration.
 
     The search direction is reset whenever a point without pressure penetrates ("overlap
-    correction"), which on rough surfaces happens in most iterations.
+    correction"). On rough surfaces this happens in most iterations.
     """
     half_space = problem.half_space
     direction = np.zeros_like(pressure)

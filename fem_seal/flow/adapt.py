@@ -1,7 +1,8 @@
 """The adaptive loop: solve, bound, mark, refine, until the bounds agree.
 
-It is the same for a leak rate (`level.py`), a conductivity tensor (`cell_problem.py`), and uniform
-refinement, which marks all cells. Of a leak rate, with unit pressure drop and K = g³, on each mesh
+The loop is the same for a leak rate (`level.py`), a conductivity tensor (`cell_problem.py`), and
+uniform refinement, which marks all cells. For a leak rate, with unit pressure drop and K = g³, it
+solves on each mesh
 
     primal             Q_hi   = min_p ∫ K|∇p|²,       p = 1 at the inlet, 0 at the outlet
     dual               1/Q_lo = min_ψ ∫ |∇ψ|²/K,      ψ of unit flux, constant in blocked cells

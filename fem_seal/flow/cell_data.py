@@ -11,9 +11,9 @@ from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-_AT_ONCE = 1 << 13  # cells
+_AT_ONCE = 1 << 13  # cells of a batch
 
-ISOTROPIC = np.array([1.0, 0.0, 1.0])  # xx, xy, yy
+ISOTROPIC = np.array([1.0, 0.0, 1.0])  # the unit tensor: xx, xy, yy
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,8 @@
 
 The functions may jump between cells, so that no cell needs its neighbours: DOLFINx integrates on
 one small mesh of triangles that share no vertex, and that mesh is moved over the cells of any
-other. A DOLFINx mesh of all cells would take more memory than everything else, and longer to make
-than to integrate on.
+other. A DOLFINx mesh of all cells would take more memory than everything else, and more time than
+the integration.
 """
 
 from functools import cache
@@ -22,7 +22,7 @@ from fem_seal.fenicsx import (
 )
 from fem_seal.flow.forms import reynolds
 
-AT_ONCE = 1 << 12  # cells
+AT_ONCE = 1 << 12  # cells of a batch
 
 
 class Batch:

@@ -73,7 +73,7 @@ def leak_rate(
         `converged` False and a `reason`
     progress : called with every Level, in m³/s
     field : keep the flow on the last mesh
-    every_dual : bounds from both sides on every level, for watching them close
+    every_dual : compute bounds from both sides on every level, to show how they close
     tuning : parameters that change the cost of the bounds, never their validity
     kept : mesh of the last flow, if any, on which to begin; it receives the last mesh of this one.
         Only for films on one grid and the adaptive method
@@ -178,8 +178,8 @@ def pressure_on_kept(
 
     Parameters
     ----------
-    film : open, on the grid of the film whose mesh is kept
-    kept : the mesh; it then holds the pressure of this film
+    film : film that leaks, on the same grid as the film whose mesh is kept
+    kept : the mesh; it receives the pressure of this film
     viscosity, pressure_drop, slip, comm : as of `leak_rate`
 
     Returns

@@ -128,7 +128,7 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
 
         Returns
         -------
-        point : (C, 3), point of each corner
+        point : (C, 3), number of the point at each corner
         corner : one corner of each point, as 3 cell + k
         """
         numbering = self.primal_numbering
@@ -171,7 +171,7 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
 
         Parameters
         ----------
-        guess : (unknowns,), to start from
+        guess : (unknowns,), initial values
         """
         # Cells of constant pressure have no energy; in the matrix they would leave rounding errors.
         K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
@@ -188,7 +188,7 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
 
         Parameters
         ----------
-        guess : (V,), at the vertices of the mesh
+        guess : (V,), initial values at the vertices of the mesh
         """
         numbering = dual_numbering(self.mesh, self._cell_contact, self.kept, merge_blocked=True)
         return None if numbering is None else self._minimal_stream(0.0, numbering, guess)

@@ -54,7 +54,7 @@ def refined_ahead(
     Returns
     -------
     Start
-        On the refined mesh; each ψ is better than the linear interpolation at its new vertices.
+        Start on the refined mesh; at new vertices each ψ is better than its linear interpolation.
     """
     before = len(start.mesh.xy)
     start = start.refined(gap, marks.times)

@@ -32,9 +32,9 @@ class MeshedFlow:
     Parameters
     ----------
     film : GridFilm
-        On a grid, linear between samples.
+        Film on a grid, linear between samples.
     solution : LeakSolution
-        The last level.
+        Solution on the last mesh.
     slip_factor : float
         Conductivity of the film's largest gap, over its conductivity without slip.
     """

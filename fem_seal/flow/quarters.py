@@ -58,7 +58,7 @@ class QuarterData:
     K : (4 n,)
         Mean of the conductivity.
     resistivity : (4 n, 1)
-        Mean of its inverse; zero where it is infinite.
+        Mean of the inverse of the conductivity; zero where it is infinite.
     """
 
     K: np.ndarray
@@ -110,8 +110,8 @@ class Shape:
 
         Parameters
         ----------
-        corner_values : (n, 3), of v
-        c : (4, n), of the quarters
+        corner_values : (n, 3), corner values of v
+        c : (4, n), coefficient on the quarters
 
         Notes
         -----

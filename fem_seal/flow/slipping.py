@@ -30,7 +30,7 @@ _FACTORS = 2.0 ** (np.arange(-40, 41) / 4)  # candidates for g₀, in units of t
 _BIN = 8  # neighbouring gaps of the table that count as one in an estimate
 _PRESSURES = 24  # number of pressures from outlet to inlet
 _LEAST_PRESSURE = 1e-3  # lowest of these above a vacuum at the outlet, over that at the inlet
-_SHARPNESS = (30.0, 100.0, 300.0, 1000.0)  # of the smooth maxima that are minimised one by one
+_SHARPNESS = (30.0, 100.0, 300.0, 1000.0)  # of smooth maxima, minimised one after the other
 _WORTHWHILE = 1e-3  # smallest relative gain of a bound for which the weight is changed
 
 
@@ -180,7 +180,7 @@ class _Estimate:
     ratio : (n, m) float
         Ln κ₀: conductivity of n gaps at the pressures, over that in the law of the mesh.
     energy : (n,) float
-        E, the energy that cells of about these gaps hold in the law of the mesh.
+        E, energy in the law of the mesh of the cells with about these gaps.
     sign : int
     """
 

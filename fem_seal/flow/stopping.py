@@ -51,7 +51,7 @@ class Tolerance:
     Parameters
     ----------
     rtol : float
-        Largest relative width of the bounds. Of a gas that slips it is that at the mean pressure,
+        Largest relative width of the bounds; for a gas that slips of those at the mean pressure,
         since no mesh closes the rest.
     """
 
@@ -155,7 +155,7 @@ class Stopping:
     reached : bool
         Whether the criterion is met.
     reason : str
-        Reason to end before it is, else "".
+        Reason to end although the criterion is not met; empty if there is none.
     """
 
     criterion: Tolerance | Decision

@@ -38,7 +38,7 @@ class MatrixBounds:
         return relative_width(self.lower, self.upper)
 
     def tightened(self, other: "MatrixBounds") -> "MatrixBounds":
-        """The narrowest pair of a lower bound and an upper one of both.
+        """The narrowest pair of a lower and an upper bound, each from one of the two.
 
         One matrix need not exceed another in every direction, so the better one of two depends on
         its partner. Where no pair is narrower than the others, those of `self` stay.
@@ -77,7 +77,7 @@ class TensorBounds(MatrixBounds):
     converged : bool
         Whether the tolerance was reached.
     reason : str
-        One sentence if it was not, else "".
+        Sentence on why it was not; empty if it was.
     levels : tuple[tuple[int, float], ...]
         Unknowns and relative width of each mesh.
     """

@@ -31,7 +31,7 @@ class OpenCells:
     Attributes
     ----------
     kept : (C,) bool
-        The cells.
+        Cells that carry flow.
     pairs : (n, 2) int32
         Slots 3 cell + side of the two sides of each passable edge.
     inlet, outlet : (m,) int32
@@ -156,7 +156,7 @@ def continuous_labels(
     label : (3 C,) int
         Label of each corner.
     count : int
-        A number above all labels.
+        Number above all labels.
     """
     # Labels of a point can differ only at zero-gap sides and next to cells that carry no flow.
     special = np.zeros(vertices, dtype=bool)
