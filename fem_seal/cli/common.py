@@ -265,7 +265,7 @@ def say(text: str) -> None:
 
 
 def summary(result: "Result", out: Path | None) -> list[str]:
-    """Lines for people; result.json has all digits."""
+    """Lines of the printed result; result.json has all digits."""
     from fem_seal.results.words import summary_of
 
     lines = [f"{label:10} {text}" for label, text in summary_of(result)]

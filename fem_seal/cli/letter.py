@@ -138,7 +138,7 @@ def _letter(options: argparse.Namespace) -> int:
 
 
 def summary(result: "Letter") -> list[str]:
-    """Lines for people; letter.json has all numbers."""
+    """Lines of the printed result; letter.json has all numbers."""
     from fem_seal.cli.percolation import difference_line, line
 
     agreement = result.agreement

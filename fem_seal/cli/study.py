@@ -1,4 +1,4 @@
-"""fem-seal study: methods side by side, what accuracy costs, how a saddle or a contact closes."""
+"""fem-seal study: comparison of methods, price of accuracy, closing saddle and contact."""
 
 import argparse
 from collections.abc import Callable, Iterable

@@ -201,7 +201,9 @@ class _Mean:
     free: np.ndarray
     number: float
 
-    def subtract_mean(self, values: np.ndarray, total: float, other: np.ndarray | None = None) -> float:
+    def subtract_mean(
+        self, values: np.ndarray, total: float, other: np.ndarray | None = None
+    ) -> float:
         """Subtract the mean of values of sum `total` on the free set; return <other, values>."""
         mean = values.dtype.type(total / self.number)
 

@@ -74,7 +74,7 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     values = np.ascontiguousarray(values.T) if along_x else values
     steps: dict[str, float] = {}
     if lines != columns:
-        lengths.pop("", None)  # the length of which side?
+        lengths.pop("", None)  # a length without an axis: its side is not known
     for axis, count in zip("xy", values.shape, strict=True):
         if (step := header.metres(header.steps, axis)) is not None:
             steps[axis] = step

@@ -1,7 +1,7 @@
 """Tables of numbers in text files: encoding, separators, decimal commas, marks, headers.
 
-No library reads them all: numpy.genfromtxt and pandas want to be told separator, decimal and length
-of the header. All of these are chosen here by the lines that they make readable.
+No library reads them all: numpy.genfromtxt and pandas must know separator, decimal mark and length
+of the header. Here these are chosen such that most lines can be read.
 """
 
 import re
@@ -25,7 +25,7 @@ MISSING = {
 COMMENT = ("#", "%", "!", "//")
 SAMPLE = 200  # number of lines by which the separators are chosen
 BYTES = 8  # bytes of memory for one byte of text: the text, its lines and their numbers
-_LOOK = 2000  # bytes at the beginning and at the end
+_LOOK = 2000  # bytes examined at the beginning and at the end
 _UTF_16 = b"\xff\xfe", b"\xfe\xff"  # byte-order marks
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1a\x1c-\x1f]")
 SHOWN = 40  # characters of a file that a message quotes

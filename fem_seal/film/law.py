@@ -136,7 +136,7 @@ class FilmLaw:
     Parameters
     ----------
     above, below : Conductivity
-        The same object if the conductivity is known exactly.
+        The two bounds; the same object if the conductivity is known exactly.
     """
 
     above: Conductivity

@@ -26,8 +26,8 @@ class MeshFilm:
     values : (V,) float
         Gap at the vertices [m], >= 0 and exactly 0 in contact, equal at twins.
     formula : Formula, optional
-        Formula of the gap, if its values are those at the vertices. The film is linear between
-        them all the same; pictures show the contact of the formula.
+        Formula from which the gap at the vertices was computed, if any. The film is linear between
+        the vertices all the same; pictures show the contact of the formula.
 
     Raises
     ------

@@ -9,7 +9,7 @@ Trans. Math. Softw. 15, 326 (1989)). The mesh stays conforming because a triangl
 is cut at its edge b-c as well. This closure ends, since it marks every edge at most once.
 
 A level adds few cells to a large mesh: cells that are not cut are copied once and never searched.
-The code says "hypotenuse" for the edge b-c in meshes of any triangles too.
+In meshes of other triangles, too, the code calls the edge b-c the "hypotenuse".
 """
 
 from collections.abc import Iterator

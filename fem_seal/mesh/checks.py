@@ -22,7 +22,7 @@ def labelled(
     source : str
         Name of the mesh at the beginning of messages.
     reorient : bool
-        Reverse clockwise triangles instead of refusing them.
+        Whether clockwise triangles are reversed; otherwise they are refused.
 
     Returns
     -------

@@ -25,7 +25,7 @@ from fem_seal.parallel import OF_MPI
 
 # Geometries of the package, beside its modules; also in a wheel and in an editable install.
 SOURCES = Path(__file__).with_name("sources")
-LONGEST = 600.0  # seconds for a geometry that is not the package's own
+LONGEST = 600.0  # longest time [s] for a geometry that is not the package's own
 LEAST_FREE = 1_000_000  # bytes of the temporary folder, below which it counts as full
 NO_GMSH = (
     "meshing a [shape] needs gmsh; on Debian: apt-get install python3-gmsh, elsewhere: "

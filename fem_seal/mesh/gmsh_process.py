@@ -17,7 +17,7 @@ from fem_seal.errors import InvalidInput
 
 JOB_FILE, MESH_FILE, ERROR_FILE = "job.pickle", "mesh.msh", "error.txt"
 SOURCE_FILE, START_FILE = "source.geo", "start.geo"
-MOST_EDGES = 1e5  # along the longer side
+MOST_EDGES = 1e5  # largest number of edges along the longer side
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 

@@ -3,7 +3,7 @@
 The role of a boundary edge (inlet, outlet, wall) is a label of a side of a cell, not of vertices:
 in a corner of the shape an inner edge may have both ends on the same wall. The two banks of a cut
 that opens a ring have the same labels as the side walls of a strip, BOTTOM and TOP; `periodic`
-tells the two cases apart.
+distinguishes the two cases.
 
 Refinement is the newest-vertex bisection of the nested family; it starts with the longest edges. A
 gap that is linear on the cells is linear on their halves, and the shape keeps its polygonal

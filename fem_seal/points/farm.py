@@ -20,7 +20,7 @@ from fem_seal.parallel import OF_MPI
 Chain = TypeVar("Chain")
 Answer = TypeVar("Answer")
 
-_POLL = 0.5  # between two looks at the chains that have ended [s]
+_POLL = 0.5  # time between two polls of the chains [s]
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _SPARE = 1.2  # memory kept free for each process, over that of the largest point so far
@@ -80,7 +80,7 @@ def farm(
     Parameters
     ----------
     chains : sequence
-        Each is pickled.
+        Chains to compute; each is pickled.
     compute : callable
         Computes a chain in a process of its own; a function of a module.
     jobs : int

@@ -97,8 +97,8 @@ def _width_on_mesh(film: MeshFilm, position: tuple[float, float]) -> float | Non
 def channel_width(sites: Lattice, position: tuple[float, float]) -> float | None:
     """Distance between the solid on both sides of an open site.
 
-    From the nearest contact, or side wall, to the nearest one on the other side; only open sites
-    lie between for a convex gap between two contact patches.
+    It is the distance from the nearest contact, or side wall, to the nearest one on the other side.
+    If the gap between two contact patches is convex, only open sites lie between them.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ class Quantities:
 def quantities(patch: Patch) -> Quantities | None:
     """Compute the quantities that the scene names; None if it names none.
 
-    A limit implies the constriction, which tells how near the patch is to sealing.
+    With a limit the constriction is computed as well: it shows how near the patch is to sealing.
     """
     scene = patch.scene
     named = set(scene.output.products)
@@ -93,7 +93,7 @@ def verdict_of(patch: Patch, budget: ErrorBudget | None = None) -> Verdict | Non
 
 
 def shown_in(patch: Patch) -> Shown:
-    """Unit in which people read the leak rate: of the output, else of the limit, else m³/s."""
+    """Unit of the leak rate in texts: that of the output, else of the limit, else m³/s."""
     scene = patch.scene
     unit = scene.output.leak_rate_unit or (scene.limit and scene.limit.leak_rate.unit)
     if not unit:

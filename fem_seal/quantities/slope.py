@@ -10,7 +10,7 @@ def slope_between_samples(gap: GridField) -> float:
 
     Parameters
     ----------
-    gap : [m]
+    gap : gap [m]
     """
     vertices = gap.vertices()
     return float(

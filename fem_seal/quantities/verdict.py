@@ -54,7 +54,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Shown:
-    """Unit in which people read leak rates.
+    """Unit of leak rates in texts.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ def explain(error: ValidationError, root: type[BaseModel]) -> list[str]:
 
 
 def _sentences(error: "ErrorDetails", root: type[BaseModel]) -> list[str]:
-    """One sentence, but for contradictions, which may be several."""
+    """Sentence on an error; several sentences if contradictions are reported together."""
     reason = error.get("ctx", {}).get("error")
     if isinstance(reason, ContradictionError):
         where = _path(error["loc"])

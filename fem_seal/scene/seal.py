@@ -33,7 +33,8 @@ def _profile(value: object, info: ValidationInfo) -> Any:
     return readable_file(value, info)
 
 
-OF_FLOWS = 0.5  # of seal.rtol for the flows, unless the scene has a flow.rtol; loads take the rest
+# Tolerance of the flows over seal.rtol, unless the scene has a flow.rtol; the loads take the rest.
+OF_FLOWS = 0.5
 
 
 class Seal(Section):

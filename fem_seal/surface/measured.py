@@ -9,7 +9,7 @@ from fem_seal.field_file import HEIGHT_NAMES, Stated, read_map
 from fem_seal.grid import GridField
 from fem_seal.surface.preparation import Preparation, PreparedSurface, prepare
 
-HIGHEST = 1e100  # m; the squares of larger heights, summed over a map, would be no numbers
+HIGHEST = 1e100  # largest height [m]; sums of the squares of larger ones may overflow
 
 
 def load_heights(

@@ -86,7 +86,7 @@ def best_segments(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> Segment
     m = len(x)
     weight = 1 / (variance + WIGGLE**2)
     sums = _Sums(x, y, weight)
-    penalty = np.log(max(m, 2))  # of each parameter
+    penalty = np.log(max(m, 2))  # penalty of each parameter
     # A cut-off lies in one bin or is smeared over a few by a window; each bin is a parameter.
     below = [
         min(sums.constant(0, i - n) + (1 + n) * penalty for n in range(1, STRADDLING + 1))

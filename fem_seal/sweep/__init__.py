@@ -1,4 +1,4 @@
-"""A scene over the values of some of its fields: one file and one row a point."""
+"""A scene over the values of some of its fields: one file and one row for each point."""
 
 from fem_seal.points import Work
 from fem_seal.sweep.axis import Axis, combinations, read_points

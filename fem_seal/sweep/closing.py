@@ -53,7 +53,7 @@ class LoadRow:
     lower, upper : float or None
         Bounds [m³/s]; None for finite differences.
     reason : str
-        Why the flow has not reached its tolerance, else empty.
+        Sentence on why the flow has not reached its tolerance; empty if it has.
     """
 
     pressure: float

@@ -1,4 +1,4 @@
-"""What the points of a sweep hand on: surface, contact, or a start for the contact."""
+"""Surface, contact or start for the contact that a point of a sweep hands on to the next."""
 
 from fem_seal.contact.load_path import Predictor
 from fem_seal.contact.settings import Load
@@ -36,7 +36,7 @@ class ContactPath:
         trust: bool = False,
         comm: Comm = None,
     ) -> Patch:
-        """Patch of the next point, with surface and contact of the last one where they fit."""
+        """Patch of the next point, with surface and contact of the last one if they fit."""
         surface, contact, start = None, None, None
         if self._last is not None:
             last, last_surface, last_contact = self._last

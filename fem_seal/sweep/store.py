@@ -1,4 +1,4 @@
-"""The folder of a sweep: a file for each finished point, and the table of all that are there."""
+"""The folder of a sweep: a file for each finished point, and the table of these points."""
 
 import re
 from collections.abc import Sequence
@@ -91,17 +91,17 @@ class SweepFolder(PointFolder[Point]):
         return point
 
     def finished(self, name: str) -> bool:
-        """Whether a point need not be computed: it is there, and has not to be tried again."""
+        """Whether a point has a result, or a failure that need not be tried again."""
         point = self.point(name)
         return point is not None and not point.again
 
     def gather(self, first: Sequence[str] = ()) -> list[Point]:
-        """Write the table of all points that are there.
+        """Write the table of all finished points.
 
         Parameters
         ----------
-        first : names of the points in the order in which they begin the table; the points of
-            other sweeps into the folder follow, the newest first, and one of each values
+        first : names of the points with which the table begins, in this order. Then come the points
+            of other sweeps in the folder, the newest first, and only one for equal values
 
         Returns
         -------
@@ -109,7 +109,7 @@ class SweepFolder(PointFolder[Point]):
         """
         before: set[str] | None = None
         rows: list[Point] = []
-        # Repeated until nothing has come meanwhile: the last table then misses no finished point.
+        # Repeat until no other process has added a point meanwhile: the table then misses none.
         while (names := self._names()) != before:
             before = names
             asked = [point for point in map(self.point, first) if point is not None]

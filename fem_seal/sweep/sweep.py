@@ -1,4 +1,4 @@
-"""A sweep: a scene over the values of some of its fields, one chain of points a surface."""
+"""A sweep: a scene over the values of some of its fields, one chain of points for each surface."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
