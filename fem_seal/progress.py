@@ -11,7 +11,7 @@ from fem_seal.errors import printable
 # Function of stage and detail, such as ("contact", "iteration 40, residual 3e-05").
 Report = Callable[[str, str], None]
 
-LINES_APART = 30.0  # seconds
+LINES_APART = 30.0  # seconds between two plain lines
 
 
 def silent(stage: str, detail: str) -> None:
@@ -21,8 +21,8 @@ def silent(stage: str, detail: str) -> None:
 class Display:
     """Context manager that shows stage, detail and elapsed time in a line on standard error.
 
-    On a terminal, a line that is updated in place; elsewhere, a plain line every 30 s. Calling the
-    object with stage and detail updates it: it is a `Report`.
+    On a terminal it updates one line in place; elsewhere it prints a plain line every 30 s. The
+    object is a `Report`: calling it with stage and detail updates the line.
 
     Parameters
     ----------

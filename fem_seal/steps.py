@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 # Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
 # measured at 1024 x 1024 samples: 60, and 106 to 138 with the solver and its arithmetic.
 SURFACE_BYTES, CONTACT_BYTES = 60, 106
-LARGEST_RISE = 1e100  # m, of heights; its third power is still a number, and so is its inverse
+LARGEST_RISE = 1e100  # largest rise of heights [m]; its cube and its inverse are finite
 
 
 def made_surface(surface: SelfAffineSurface | ProfileSurface) -> GridField:

@@ -26,7 +26,7 @@ class LiftProblem:
     press : callable
         (heights, load left to the solid [Pa] or None, start, tolerance) -> ContactState. The load
         is None where an area or a mean gap is prescribed, which the fluid does not change. The
-        larger one of this tolerance and that of the result holds.
+        contact is solved to the larger of this tolerance and that of the result.
     film : callable
         gap -> GridFilm
     flow : callable

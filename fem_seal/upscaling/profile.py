@@ -1,4 +1,4 @@
-"""The pressure across a contact, P(x): uniform, Hertz's, or a table such as finite elements give.
+"""The pressure across a contact, P(x): uniform, Hertz's, or a table, as from finite elements.
 
 P is the total normal stress, carried by the solid and the fluid together.
 """

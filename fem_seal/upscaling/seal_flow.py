@@ -41,7 +41,7 @@ class SealingPart:
     ----------
     start, middle, end : float
         Distances from the inlet [m]. Of the influence on the leak rate 5 % lie before the start,
-        half before the middle, and 5 % behind the end. Of a sealed seal: start and end of the part
+        half before the middle, and 5 % behind the end. For a sealed seal: start and end of the part
         that no fluid passes, and the middle between them.
     """
 
