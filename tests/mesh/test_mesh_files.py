@@ -40,7 +40,7 @@ def test_unit_of_the_file(tmp_path):
     assert side_lengths(gap_of(path, unit="mm")) == pytest.approx(WHOLE, rel=1e-15, abs=0)
     scene = scene_of(path)
     del scene["shape"]["unit"]
-    with pytest.raises(InvalidInput, match=r"shape.unit is missing .of its lengths"):
+    with pytest.raises(InvalidInput, match=r"shape.unit is missing .unit of its lengths"):
         Scene.from_mapping(scene)
 
 
