@@ -30,7 +30,7 @@ LOST = 1e-11
 # start.
 WORTH = 0.9
 
-# The effect of each option is measured in docs/theory/bounds.md.
+# The options tried are in docs/measurements/bounds.md.
 _BOOMERAMG = {
     "pc_hypre_type": "boomeramg",
     "pc_hypre_boomeramg_coarsen_type": "PMIS",
