@@ -111,10 +111,12 @@ def _summary(point: "Point") -> str:
         return f"no result: {numbers['reason']}"
     part = present(point.number("contact_area_fraction"), "contact area")
     area = f"{100 * part:.3g} % in contact"
-    leak_rate = point.number("leak_rate")
+    if "seal.patches_along" in numbers:
+        area += " in the first patch"
+    leak_rate, lower, upper = map(point.number, ("leak_rate", "lower", "upper"))
     if not numbers["converged"]:
         area += ", not converged"
-    if numbers["state"] == "sealed" or leak_rate is None:
-        return f"{numbers['state']}, {area}"
-    rate = rate_text(leak_rate, point.number("lower"), point.number("upper"), "m^3/s")
-    return f"{numbers['decision']}, {rate}, {area}"
+    state, decision = numbers["state"], numbers["decision"]
+    if state == "sealed" or leak_rate is None:
+        return f"{state if decision in (state, None) else f'{state}, {decision}'}, {area}"
+    return f"{decision}, {rate_text(leak_rate, lower, upper, 'm^3/s')}, {area}"

@@ -84,7 +84,7 @@ class SealRecord(Record):
     share_sealed: ShareRecord
     patches_along: int
     patches_around: int
-    scatter: float
+    scatter: float | None
     interval: tuple[float, float] | None = None
     loads: tuple[float, ...]
     sealing: SealingRecord | None = None
@@ -114,7 +114,7 @@ class SealRecord(Record):
             share_sealed=ShareRecord(value=share, lower=low, upper=high),
             patches_along=seal.count.along,
             patches_around=seal.count.across,
-            scatter=seal.scatter,
+            scatter=seal.scatter if len(seal.patches) > 1 and not lifted else None,
             interval=seal.interval,
             loads=tuple(sorted({load for table in tables for load in table.loads.tolist()})),
             sealing=None if sealing is None else SealingRecord(**vars(sealing)),

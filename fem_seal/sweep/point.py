@@ -191,7 +191,8 @@ def _failed(reason: str) -> dict[str, Number]:
 
 def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
     """Columns of a result: those of COLUMNS, then all other numbers and texts that it has."""
-    leak = result.leak_rate
+    # State and decision are those of the seal as well.
+    leak = result.leak_rate if result.seal is None else result.seal.leak_rate
     own = {
         "decision": result.verdict.decision if result.verdict else None,
         "leak_rate": leak.value if leak else None,

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem_seal import job
+from fem_seal.cli.sweep import _summary
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import combined, factor_words
@@ -19,6 +20,8 @@ from fem_seal.results import Result
 from fem_seal.results.seal import SealRecord
 from fem_seal.results.words import lines_of, summary_of
 from fem_seal.scene import Scene
+from fem_seal.sweep.point import Point, _numbers
+from fem_seal.sweep.summary import COLUMNS, Group
 from fem_seal.upscaling import StraightPath
 from fem_seal.upscaling.patch_conductivity import PatchFlow
 from fem_seal.upscaling.profile import Hertz, Uniform
@@ -301,6 +304,21 @@ def test_a_seal_names_the_conditions_of_the_volume_of_its_gas():
         0.029 * amount * result.seal.leak_rate.upper / result.seal.leak_rate.value, rel=1e-12
     )
     assert "volume at 293 K and 101325 Pa" in dict(summary_of(result))["gas"]
+
+
+def test_a_sweep_of_seals_has_their_leak_rates():
+    """In the row, in the statistics over seeds, and in the line for people."""
+    result, _ = entries(gas(slip=False))
+    leak = result.seal.leak_rate
+    point = Point(("1",), dict(_numbers(result)))
+    assert [point.number(name) for name in ("leak_rate", "lower", "upper")] == [
+        *(leak.value, leak.lower, leak.upper)
+    ]
+    row = dict(zip(COLUMNS, Group((), (point, point)).row(), strict=True))
+    assert (row["leaking"], row["sealed"], row["median"]) == (2, 0, leak.value)
+    assert _summary(point).split(", ")[1].startswith(f"{leak.value:.2g}"[:3])
+    # One patch says nothing about the scatter of others.
+    assert result.seal.scatter is None
 
 
 @pytest.mark.parametrize("law", ["first-order", "kinetic"])
