@@ -89,8 +89,10 @@ def _resolved(patch: Patch) -> Uncertainty:
     state, value = present(patch.lifted, "lifted state"), patch.leak_rate.value
     if state.state == "lifted off":
         load = _pressure(present(patch.mean_pressure, "load"))
+        inlet = _pressure(patch.scene.gauge_pressures[0])
         sentence = (
-            f"the fluid carries the whole load of {load}: no equilibrium keeps the solids together"
+            f"the fluid carries the whole load of {load}: no equilibrium keeps the solids "
+            f"together; any load above the inlet's pressure, {inlet}, would"
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0, caution=True)
     if not state.converged:
@@ -101,6 +103,12 @@ def _resolved(patch: Patch) -> Uncertainty:
         upper = max(1.0, state.highest / value) * beyond if value and isfinite(beyond) else None
         rate = None if value else state.highest
         return Uncertainty(LIFT, "estimated", state.reason, lower, upper, True, rate)
+    if state.state == "sealed":
+        sentence = (
+            "the patch stays sealed with the inlet's pressure wherever no open path leads to the "
+            f"outlet: no fluid pressure up to {_pressure(patch.scene.gauge_pressures[0])} opens it"
+        )
+        return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0)
     sentence = (
         f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; the factors are the "
         "change of the leak rate from pass to pass through contact and flow, and the error of the "

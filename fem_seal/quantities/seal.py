@@ -13,6 +13,7 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
     FLOW_AND_LOADS,
+    LIFT,
     ErrorBudget,
     Kind,
     Uncertainty,
@@ -94,6 +95,18 @@ def _advice(seal: SealLeak, budget: ErrorBudget) -> str:
 
 def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
     """List the uncertainties of the leak rate of a seal."""
+    model = Uncertainty(
+        "model",
+        "not covered",
+        "Reynolds' equation for a thin film between smooth slopes, and a linear elastic contact "
+        "without friction and adhesion",
+    )
+    if seal.state == "lifted off":
+        sentence = (
+            "the contact pressure is nowhere above the fluid's at the inlet: no contact is left, "
+            "whatever the roughness; a contact pressure above it at some place would keep one"
+        )
+        return Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0), model
     wavelength = longest_wavelength(patch)
     entries = (
         _flow_and_loads(patch, seal),
@@ -105,12 +118,7 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
         isotropy(patch),
         _slip(patch, seal),
         _slip_along(patch, seal),
-        Uncertainty(
-            "model",
-            "not covered",
-            "Reynolds' equation for a thin film between smooth slopes, and a linear elastic "
-            "contact without friction and adhesion",
-        ),
+        model,
     )
     return tuple(entry for entry in entries if entry is not None)
 
@@ -123,7 +131,8 @@ def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
         "the hypotheses that the scales are apart, that the gap falls with the load and is convex "
         "in it, as that of a half-space, and that the patches are those of the seal"
     )
-    if seal.state != "leaking":
+    if seal.state == "sealed":
+        sentence = f"no path of leaking patches joins inlet and outlet, by the {sentence}"
         return Uncertainty(FLOW_AND_LOADS, kind, sentence, 1.0, 1.0)
     return Uncertainty(
         FLOW_AND_LOADS, kind, sentence, seal.lower / seal.value, seal.upper / seal.value
@@ -152,8 +161,6 @@ def _patches(seal: SealLeak) -> Uncertainty:
         f"{100 * share:.0f} % of {number} {are} sealed (95 %: {100 * low:.0f} to "
         f"{100 * high:.0f} %)"
     )
-    if seal.state == "lifted off":
-        return Uncertainty("patches", "not covered", "a seal that lifts off has no contact left")
     if seal.state == "sealed":
         return _sealed_patches(seal, sealed)
     leaking = sum(one.flow.state == "leaking" for one in seal.patches)
@@ -226,7 +233,7 @@ def _patches_that_exclude_a_path(seal: SealLeak) -> str:
 
 def _contact_grid(seal: SealLeak) -> Uncertainty:
     error = seal.contact_error
-    if seal.state != "leaking":
+    if seal.state == "sealed":
         sentence = "what a finer grid of the contact would change is computed of leaking seals only"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
     if error is None:
@@ -252,7 +259,7 @@ def _scales(seal: SealLeak, wavelength: float) -> Uncertainty:
 
 
 def _network(seal: SealLeak) -> Uncertainty | None:
-    if seal.count.along == 1 or len(seal.patches) == 1 or seal.state == "lifted off":
+    if seal.count.along == 1 or len(seal.patches) == 1:
         return None
     sentence = (
         f"the seal is a network of {seal.count.along} patches along the part of the path that "

@@ -29,12 +29,15 @@ class Verdict:
     Attributes
     ----------
     decision : str
-        "sealed"; "leaking" or "lifted off" where the scene has no limit; "within limit" if the
+        "sealed", "leaking" or "lifted off" where the scene has no limit; "within limit" if the
         highest leak rate that the error budget allows is <= limit; "above limit" if the lowest is
         > limit; else "undecided".
     sentence : str
         The decision in words, with the uncertainties that were counted and those that are not
         covered.
+    headline : str
+        The first part of the sentence: the decision, and what was compared with the limit. Empty in
+        results of older versions.
     limit : str or None
         Limit of the leak rate as the scene states it; None without one.
     needed_rtol : float or None
@@ -50,6 +53,12 @@ class Verdict:
     limit: str | None = None
     needed_rtol: float | None = None
     needed_unknowns: int | None = None
+    headline: str = ""
+
+    @classmethod
+    def of(cls, decision: str, headline: str, rest: str, limit: str | None = None) -> "Verdict":
+        """Verdict with the sentence that begins with a headline."""
+        return cls(decision, headline + rest, limit, headline=headline)
 
 
 @dataclass(frozen=True)
@@ -115,25 +124,25 @@ def verdict(
         if limit_text is not None:
             sentence += f"; {limit_text} allowed"
         decision = "lifted off" if limit is None else "above limit"
-        return Verdict(decision, f"{decision}: {sentence}", limit_text)
+        return Verdict.of(decision, f"{decision}: {sentence}", "", limit_text)
     if leak.state == "sealed":
         return _of_sealed(shown, limit_text, limit_solved, rest)
     if limit_solved is None:
-        sentence = f"leaking {shown.between(leak)}; no limit was given{open_points}"
-        return Verdict("leaking", sentence)
+        headline = f"leaking {shown.between(leak)}"
+        return Verdict.of("leaking", headline, f"; no limit was given{open_points}")
     allowed = f"{shown.text(limit_solved)} allowed"
     counting = _counting(rest)
     low, high = _range(leak, rest)
     if high is not None and high <= limit_solved:
         share = rounded_up(100 * high / limit_solved)
         most = f"at most {shown.at_most(high)}, {share} %"
-        sentence = f"within limit: {most} of the {allowed}{counting}{open_points}"
-        return Verdict("within limit", sentence, limit_text)
+        headline = f"within limit: {most} of the {allowed}"
+        return Verdict.of("within limit", headline, counting + open_points, limit_text)
     if low is not None and low > limit_solved:
         times = rounded_down(low / limit_solved)
         least = f"at least {shown.at_least(low)}, {times} times"
-        sentence = f"above limit: {least} the {allowed}{counting}{open_points}"
-        return Verdict("above limit", sentence, limit_text)
+        headline = f"above limit: {least} the {allowed}"
+        return Verdict.of("above limit", headline, counting + open_points, limit_text)
     rtol, unknowns = None, None
     if advice is None:
         others = (*(entry for entry in budget if entry.name == SLIP_INTERVAL), *rest)
@@ -145,8 +154,9 @@ def verdict(
         held = f"{_ends(low or None, high, shown, limit_solved)} the {allowed}"
     else:
         held = f"{shown.between(leak)} as computed, and anything with all errors; {allowed}"
-    sentence = f"undecided: {held}{counting}; {advice}{open_points}"
-    return Verdict("undecided", sentence, limit_text, rtol, unknowns)
+    headline = f"undecided: {held}"
+    sentence = f"{headline}{counting}; {advice}{open_points}"
+    return Verdict("undecided", sentence, limit_text, rtol, unknowns, headline)
 
 
 def _ends(low: float | None, high: float | None, shown: Shown, limit: float) -> str:
@@ -216,20 +226,23 @@ def _of_sealed(
 ) -> Verdict:
     """Verdict on a sealed gap; an entry of the budget may still open a path."""
     opened = [entry for entry in rest if may_open(entry)]
-    sentence = "no open path joins inlet and outlet"
+    no_path = "no open path joins inlet and outlet"
     if any(entry.name == ONE_PATCH for entry in rest):
-        sentence += f" of this patch ({NOT_THE_SEAL})"
-    if limit is None or not opened:
-        return Verdict("sealed", f"sealed: {sentence}{_not_covered(rest)}", limit_text)
+        no_path += f" of this patch ({NOT_THE_SEAL})"
+    if limit is None:
+        return Verdict.of("sealed", f"sealed as computed: {no_path}", _not_covered(rest))
+    allowed = f"{shown.text(limit)} allowed"
+    if not opened:
+        headline = f"within limit: sealed as computed, {allowed}: {no_path}"
+        return Verdict.of("within limit", headline, _not_covered(rest), limit_text)
     rate = opened[0].upper_rate if len(opened) == 1 else None
     _, upper = combined(entry for entry in rest if entry not in opened)
     if rate is not None and upper is not None and rate * upper <= limit:
         most = f"sealed as computed, and at most {shown.at_most(rate * upper)}"
-        sentence = f"within limit: {most} with {_names(opened)}, {shown.text(limit)} allowed"
-        return Verdict("within limit", sentence + _not_covered(rest), limit_text)
-    sentence = f"undecided: {sentence} as computed, but {_sentences(opened)}"
-    sentence += f"; {shown.text(limit)} allowed{_not_covered(rest)}"
-    return Verdict("undecided", sentence, limit_text)
+        headline = f"within limit: {most} with {_names(opened)}, {allowed}"
+        return Verdict.of("within limit", headline, _not_covered(rest), limit_text)
+    headline = f"undecided: {no_path} as computed, but {_sentences(opened)}; {allowed}"
+    return Verdict.of("undecided", headline, _not_covered(rest), limit_text)
 
 
 def _advice(

@@ -17,10 +17,11 @@ from fem_seal.quantities.error_budget import (
     Uncertainty,
     combined,
     factor_words,
-    may_open,
 )
 from fem_seal.render.report_page import PAGE
 from fem_seal.results import Result
+from fem_seal.results.rates import RateRecord
+from fem_seal.results.result import RateBounds
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
@@ -74,6 +75,7 @@ def report(folder: str | Path) -> Path:
         title=html.escape(printable(folder.resolve().name)),
         made=html.escape(_made(result)),
         verdict=html.escape(verdict(result)),
+        remarks=_items(map(html.escape, remarks(result))),
         summary=html_table(summary_of(result)),
         pictures="\n".join(_figures(folder, result)) or NO_PICTURES,
         scene=html_table(rows_of_mapping(scene, Scene)),
@@ -97,30 +99,64 @@ def _made(result: Result) -> str:
 
 
 def verdict(result: Result) -> str:
-    """A few sentences: state, leak rate and its bounds, and the verdict."""
+    """First sentence: what was decided or, without a limit, the state, and one range."""
+    judged = result.verdict
     leak = result.leak_rate_shown or (result.seal or result).leak_rate
-    if result.state == "lifted off":
-        sentence = "Lifted off: the fluid carries the whole load, and nothing limits the leak rate."
+    if judged and judged.limit:
+        # Results of older versions have no headline.
+        text = judged.headline or judged.sentence
+    elif result.state == "lifted off":
+        text = "lifted off: the fluid carries the whole load, and nothing limits the leak rate"
     elif leak is None:
-        sentence = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact."
+        text = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact"
     elif result.state == "sealed":
-        sentence = "Sealed: no open path joins inlet and outlet, the leak rate is zero."
+        text = "sealed as computed: no open path joins inlet and outlet"
         if any(entry.name == ONE_PATCH for entry in result.error_budget or ()):
-            sentence += f" Of the seal, {NOT_THE_SEAL}."
+            text += f" of this patch ({NOT_THE_SEAL})"
+    elif _widened(result):
+        text = f"leaking: {_with_every_error(result, leak)}"
     else:
-        sentence = f"Leaking: {rate_text(leak.value, leak.lower, leak.upper, leak.unit)}."
-        budget = result.error_budget or ()
-        lower, upper = combined(budget)
-        if any(entry.counted and entry.name not in IN_BOUNDS for entry in budget):
-            least = "" if lower is None else f" at least {rounded_down(lower * leak.value)}"
-            most = "" if upper is None else f" at most {rounded_up(upper * leak.value)}"
-            words = " and".join(filter(None, (least, most))) or " anything"
-            sentence += f" With every error that was counted:{words} {leak.unit}."
-    if result.verdict and result.verdict.limit and result.verdict.decision != "sealed":
-        sentence += f" Verdict: {result.verdict.sentence}."
+        text = f"leaking: {rate_text(leak.value, leak.lower, leak.upper, leak.unit)}"
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def remarks(result: Result) -> list[str]:
+    """Sentences below the verdict: other ranges, why a sealed gap is sealed, and cautions."""
+    budget = result.error_budget or ()
+    leak = result.leak_rate_shown or (result.seal or result).leak_rate
+    judged = bool(result.verdict and result.verdict.limit)
+    sentences = []
     if not result.converged:
-        sentence += f" What was asked for was not reached: {result.reason}."
-    return sentence
+        sentences.append(f"What was asked for was not reached: {result.reason}")
+    if result.state == "leaking" and leak is not None:
+        if judged or _widened(result):
+            rate = rate_text(leak.value, leak.lower, leak.upper, leak.unit)
+            sentences.append(f"As computed: {rate}")
+        if judged and _widened(result):
+            sentences.append(_with_every_error(result, leak))
+    if result.state == "sealed":
+        sentences.append(
+            "Zero is the leak rate as computed; errors that are not covered may open a path"
+        )
+        own = [e.sentence for e in budget if e.counted and e.name not in IN_BOUNDS]
+        sentences.extend(sentence for sentence in own if sentence not in result.cautions)
+    sentences.extend(result.cautions)
+    return [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(sentences)]
+
+
+def _widened(result: Result) -> bool:
+    """Whether the budget counts more than the bounds of the flow."""
+    return any(e.counted and e.name not in IN_BOUNDS for e in result.error_budget or ())
+
+
+def _with_every_error(result: Result, leak: RateBounds | RateRecord) -> str:
+    """The leak rate times all factors of the budget, rounded outwards."""
+    lower, upper = combined(result.error_budget or ())
+    least = "" if lower is None else f"at least {rounded_down(lower * leak.value)}"
+    most = "" if upper is None else f"at most {rounded_up(upper * leak.value)}"
+    ends = " and ".join(filter(None, (least, most)))
+    counted = "with every error that was counted"
+    return f"{ends} {leak.unit} {counted}" if ends else f"anything {counted}"
 
 
 def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
@@ -182,10 +218,7 @@ def _counted(result: Result) -> str:
     if result.error_budget is None:
         return NO_BUDGET
     if result.state in ("sealed", "lifted off"):
-        opening = [entry for entry in result.error_budget if may_open(entry)]
-        if result.state == "lifted off" or not opening:
-            return f"<p>None: a seal that is {result.state} has no leak rate to multiply.</p>"
-        return _list_of(opening)
+        return _list_of((*(e for e in result.error_budget if e.counted), *_what_opens(result)))
     counted = [entry for entry in result.error_budget if entry.counted]
     if not counted:
         return "<p>This result has no numbers about its errors.</p>"
@@ -196,6 +229,17 @@ def _counted(result: Result) -> str:
     total = factor_words(*combined(counted))
     rows.append(_cells("td", ("together", "", total, "the products of the factors")))
     return '<div class="wide"><table>\n' + "\n".join(rows) + "\n</table></div>"
+
+
+def _what_opens(result: Result) -> Iterator[Uncertainty]:
+    """What would open a patch that is sealed, where no other quantity of the result says it."""
+    one_patch = any(entry.name == ONE_PATCH for entry in result.error_budget or ())
+    if result.state != "sealed" or not one_patch:
+        return
+    sentence = "less load, more fluid pressure or another piece of the face may leak"
+    if result.quantities is None or result.quantities.threshold is None:
+        sentence += "; the product threshold computes the load at which this one does"
+    yield Uncertainty("what would open it", "not covered", sentence)
 
 
 def _not_covered(result: Result) -> str:
@@ -209,8 +253,13 @@ def _not_covered(result: Result) -> str:
 
 
 def _list_of(entries: Iterable[Uncertainty]) -> str:
-    lines = (f"<li><b>{html.escape(e.name)}</b>: {html.escape(e.sentence)}</li>" for e in entries)
-    return "<ul>\n" + "\n".join(lines) + "\n</ul>"
+    return _items(f"<b>{html.escape(e.name)}</b>: {html.escape(e.sentence)}" for e in entries)
+
+
+def _items(texts: Iterable[str]) -> str:
+    """List of texts with their markup; empty without any."""
+    lines = "\n".join(f"<li>{text}</li>" for text in texts)
+    return f"<ul>\n{lines}\n</ul>" if lines else ""
 
 
 def _cells(tag: str, texts: Iterable[str]) -> str:

@@ -43,6 +43,7 @@ summary { cursor: pointer; font-size: 1.1rem; margin-top: 1rem; }
 <h1>$title</h1>
 <p class="made">$made</p>
 <p class="verdict">$verdict</p>
+$remarks
 <div class="budget">
 <section>
 <h2>How sure</h2>

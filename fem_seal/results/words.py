@@ -16,6 +16,7 @@ from fem_seal.leak_rate import FlowState, rate_text
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
 from fem_seal.quantities.error_budget import (
+    IN_BOUNDS,
     NOT_THE_SEAL,
     ONE_PATCH,
     ErrorBudget,
@@ -76,7 +77,7 @@ def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> st
     """Factors of the counted entries, single and combined, and names of entries not covered.
 
     Without a leak rate there is nothing to multiply: of a sealed seal the entries that may open a
-    path are named.
+    path are named, or else the sentences say why none opens.
     """
     counted = [entry for entry in budget if entry.counted and state == "leaking"]
     opening = [entry.name for entry in budget if state == "sealed" and may_open(entry)]
@@ -88,6 +89,9 @@ def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> st
     words = f"{', '.join(parts)} times the value" if parts else ""
     if opening:
         words = f"may leak all the same: {', '.join(opening)}"
+    elif state == "sealed":
+        why = (e for e in budget if e.counted and e.name not in IN_BOUNDS)
+        words = "; ".join(f"{e.name}: {e.sentence} ({e.kind})" for e in why)
     return "; ".join(filter(None, (words, named and f"not covered: {named}")))
 
 

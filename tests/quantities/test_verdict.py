@@ -48,7 +48,10 @@ def test_shares_of_the_limit_are_rounded_like_the_bounds():
 
 
 def test_sealed_and_without_limit():
-    assert judged(LeakRate.sealed("adaptive"), 1e-10).decision == "sealed"
+    sealed = LeakRate.sealed("adaptive")
+    assert verdict(sealed, SHOWN, None, None).decision == "sealed"
+    kept = judged(sealed, 1e-9)
+    assert kept.headline.startswith("within limit: sealed as computed, 3.6 ml/h allowed")
     found = verdict(LEAK, SHOWN, None, None)
     assert (found.decision, found.limit) == ("leaking", None)
     assert "0.36 and 1.44 ml/h" in found.sentence

@@ -11,7 +11,7 @@ from PIL import Image
 from fem_seal import job
 from fem_seal.errors import InvalidInput
 from fem_seal.quantities.error_budget import Uncertainty
-from fem_seal.render.report import CAPTIONS, flat, report, verdict
+from fem_seal.render.report import CAPTIONS, flat, remarks, report, verdict
 from fem_seal.results import Result
 from fem_seal.results.result import RateBounds
 from fem_seal.results.words import summary_of
@@ -122,7 +122,8 @@ def test_errors_beyond_the_flow_stand_in_the_first_sentence(folder):
         Uncertainty("contact grid", "estimated", "a finer grid", 0.5, None),
     )
     text = verdict(changed(folder, leak_rate=leak, error_budget=budget))
-    assert text.endswith("With every error that was counted: at least 9.5e-16 m^3/s.")  # 2 × .95/2
+    # 2 × .95/2
+    assert text == "Leaking: at least 9.5e-16 m^3/s with every error that was counted."
     alone = verdict(changed(folder, leak_rate=leak, error_budget=budget[:1]))
     assert "every error" not in alone
 
@@ -153,7 +154,7 @@ def test_verdict_names_bounds_and_their_width(folder):
     bounded = changed(folder, leak_rate=RateBounds(value=2.0e-15, lower=1.9e-15, upper=2.1e-15))
     assert verdict(bounded) == "Leaking: 2e-15 m^3/s, within [1.9e-15, 2.1e-15] (±5 %)."  # 0.2/4
     unfinished = bounded.model_copy(update={"converged": False, "reason": "max_seconds"})
-    assert verdict(unfinished).endswith("not reached: max_seconds.")
+    assert remarks(unfinished)[0].endswith("not reached: max_seconds.")
 
 
 def test_verdict_of_other_results(folder):
@@ -167,9 +168,12 @@ def test_verdict_against_a_limit_in_the_unit_of_the_scene(small_scene, tmp_path)
     small_scene["flow"] |= {"method": "uniform", "rtol": 0.5}
     small_scene["limit"] = {"leak_rate": "1 ml/h"}
     small_scene["output"]["leak_rate_unit"] = "nl/h"
-    text = verdict(job.run(Scene.from_mapping(small_scene), tmp_path / "out"))
-    assert re.match(r"Leaking: [\d.]+ nl/h, within \[", text)
-    assert "Verdict: within limit: at most" in text
+    result = job.run(Scene.from_mapping(small_scene), tmp_path / "out")
+    text = verdict(result)
+    assert re.fullmatch(
+        r"Within limit: at most [\d.]+ nl/h, [\d.]+ % of the 1e\+6 nl/h allowed.", text
+    )
+    assert re.match(r"As computed: [\d.]+ nl/h, within \[", remarks(result)[0])
 
 
 @pytest.mark.parametrize(
