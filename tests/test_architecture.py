@@ -54,7 +54,7 @@ ORDER = [
     *("job", "exchange", "doctor", "cli", "__main__"),
 ]
 
-# `patch.verdict` and `patch.save` are doors for people at a prompt: they open modules further down.
+# `patch.verdict` and `patch.save` serve users at a prompt, and import modules of later layers.
 DOORS = {
     "patch.py": {
         "fem_seal.quantities.of_patch.verdict_of",
