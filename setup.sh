@@ -19,7 +19,7 @@ missing() {
 if [ -n "$(missing python3-dolfinx)" ] && [ "$(command -v python3)" != /usr/bin/python3 ] &&
     python3 -c 'import dolfinx' 2>/dev/null; then
     echo "setup.sh: $(command -v python3) has a DOLFINx: install fem_seal beside it with" \
-        "\"pip install .\" (README.md), or leave that environment to install Debian's" >&2
+        "\"pip install .\" (docs/guide/installing.md), or leave that environment to install Debian's" >&2
     exit 2
 fi
 

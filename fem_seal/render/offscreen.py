@@ -118,6 +118,8 @@ def require_gl() -> None:
             f"{', '.join(GL_LIBRARIES)}"
         )
     offscreen = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
+    if chosen is None and sys.platform == "darwin":
+        return  # VTK draws with Cocoa there, which is part of macOS
     candidates = (chosen,) if chosen else offscreen
     for window in candidates:
         if ctypes.util.find_library(GL_LIBRARIES[window]):
