@@ -92,7 +92,7 @@ def _resolved(patch: Patch) -> Uncertainty:
         inlet = _pressure(patch.scene.gauge_pressures[0])
         sentence = (
             f"the fluid carries the whole load of {load}: no equilibrium keeps the solids "
-            f"together; any load above the inlet's pressure, {inlet}, would"
+            f"together; under any load above the inlet's pressure, {inlet}, they touch"
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0, caution=True)
     if not state.converged:

@@ -104,7 +104,7 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
     if seal.state == "lifted off":
         sentence = (
             "the contact pressure is nowhere above the fluid's at the inlet: no contact is left, "
-            "whatever the roughness; a contact pressure above it at some place would keep one"
+            "whatever the roughness; contact remains where the contact pressure is above it"
         )
         return Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0), model
     wavelength = longest_wavelength(patch)

@@ -232,13 +232,16 @@ def _counted(result: Result) -> str:
 
 
 def _what_opens(result: Result) -> Iterator[Uncertainty]:
-    """What would open a patch that is sealed, where no other quantity of the result says it."""
+    """Conditions under which a sealed patch may leak; none for a whole seal."""
     one_patch = any(entry.name == ONE_PATCH for entry in result.error_budget or ())
     if result.state != "sealed" or not one_patch:
         return
-    sentence = "less load, more fluid pressure or another piece of the face may leak"
+    sentence = (
+        "less load or more fluid pressure may open a path, and another piece of the face may have "
+        "one"
+    )
     if result.quantities is None or result.quantities.threshold is None:
-        sentence += "; the product threshold computes the load at which this one does"
+        sentence += "; the product threshold computes the load at which this patch begins to leak"
     yield Uncertainty("what would open it", "not covered", sentence)
 
 

@@ -76,8 +76,8 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
 def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> str:
     """Factors of the counted entries, single and combined, and names of entries not covered.
 
-    Without a leak rate there is nothing to multiply: of a sealed seal the entries that may open a
-    path are named, or else the sentences say why none opens.
+    A leak rate of zero has no factors. For a sealed patch or seal the text names the entries that
+    may open a path. Without such entries it gives the sentences that say why none opens.
     """
     counted = [entry for entry in budget if entry.counted and state == "leaking"]
     opening = [entry.name for entry in budget if state == "sealed" and may_open(entry)]
