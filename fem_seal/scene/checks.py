@@ -178,6 +178,11 @@ def check_seal(scene: Contents) -> None:
             f"output.products names {sorted(beside)[0]!r} beside 'seal', whose patches are solved "
             "under many loads; ask for it in a scene without [seal]"
         )
+    if scene.flow.sides == "wall":
+        raise ContradictionError(
+            "[seal] puts patches side by side, and walls between them (flow.sides = 'wall', also "
+            "if it is left out) would make the seal leak less; set flow.sides = 'periodic'"
+        )
     for name in ("gap", "shape", "accuracy"):
         if getattr(scene, name) is not None:
             raise ContradictionError(

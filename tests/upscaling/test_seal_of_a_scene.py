@@ -250,6 +250,7 @@ def test_tables_of_any_bytes_are_read_or_refused(tmp_path_factory, content):
         ({"output": {"products": ["seal", "leak_rate"]}}, "'leak_rate' beside 'seal'"),
         ({"flow": {"lift": "resolved"}}, "flow.lift = 'resolved' is for a single patch"),
         ({"flow": {"method": "finite-difference"}}, "needs bounds"),
+        ({"flow": {"sides": "wall"}}, "walls between them"),
         ({"accuracy": {"total": 0.1}}, r"\[accuracy\] does not go with \[seal\]"),
         ({"limit": {"leak_rate": "1 ml/h", "decide": True}}, "set seal.rtol"),
         ({"seal": {"pressure_profile": "parabola"}}, "uniform"),
@@ -265,6 +266,8 @@ def test_bad_scenes(changes, words):
 def test_more_bad_scenes():
     with pytest.raises(InvalidInput, match="leak_path is missing"):
         Scene.from_mapping(without("seal", "leak_path"))
+    with pytest.raises(InvalidInput, match="walls between them"):
+        Scene.from_mapping(without("flow", "sides"))
     data = without("contact", "pressure")
     data["contact"]["area_fraction"] = 0.2
     with pytest.raises(InvalidInput, match=r"needs contact\.pressure"):
