@@ -17,6 +17,7 @@ from fem_seal.cli.common import (
     say,
     work_of,
 )
+from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, NotConverged, present
 
 if TYPE_CHECKING:
@@ -245,7 +246,7 @@ def _trade(options: argparse.Namespace) -> int:
     trade_figure(result, options.out / "trade.png", options.scene.stem)
     _say_if_dry(scene)
     say(as_text(result.points))
-    say(f"extrapolated: {result.reference:.4e} m^3/s ± {100 * result.uncertainty:.2g} %")
+    say(f"extrapolated: {result.reference:.4e} m^3/s ± {per_cent(result.uncertainty)}")
     say(f"{advice}\n(CPU seconds of this machine, {processor() or machine()})")
     if lifts:
         _write(options.out, [("trade-lift.csv", as_csv(lifts))])

@@ -125,6 +125,6 @@ def _step(
     if step is not None and stated is not None and not isclose(step, stated, rel_tol=SAME_STEP):
         raise InvalidInput(
             f"{path} has a step of {step:g} m, but surface.step = {stated:g} m was given; leave "
-            "out what is wrong"
+            "out the wrong one"
         )
     return step if step is not None else float(stated or 0)

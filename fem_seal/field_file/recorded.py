@@ -182,7 +182,7 @@ def metres_in(recorded: str | None, stated: str | None, what: str) -> float:
     scale = length_in_metres(recorded, what)
     if stated is not None and not isclose(length_in_metres(stated, what), scale, rel_tol=1e-12):
         raise InvalidInput(
-            f"{what} are in {recorded}, but unit = {stated!r} was given; leave out what is wrong"
+            f"{what} are in {recorded}, but unit = {stated!r} was given; leave out the wrong one"
         )
     return scale
 
@@ -213,7 +213,7 @@ def _spacing(recorded: Recorded, stated: Stated, path: Path) -> Pair:
     ):
         raise InvalidInput(
             f"{path} says size = {size[0]:g} m by {size[1]:g} m, but size = {stated.size[0]:g} m "
-            f"by {stated.size[1]:g} m was given; leave out what is wrong"
+            f"by {stated.size[1]:g} m was given; leave out the wrong one"
         )
     return spacing
 

@@ -105,8 +105,8 @@ def _resolved(patch: Patch) -> Uncertainty:
         return Uncertainty(LIFT, "estimated", state.reason, lower, upper, True, rate)
     if state.state == "sealed":
         sentence = (
-            "the patch stays sealed with the inlet's pressure wherever no open path leads to the "
-            f"outlet: no fluid pressure up to {_pressure(patch.scene.gauge_pressures[0])} opens it"
+            f"no fluid pressure up to {_pressure(patch.scene.gauge_pressures[0])} opens the patch: "
+            "it stays sealed with the inlet's pressure wherever no open path leads to the outlet"
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0)
     sentence = (
