@@ -21,6 +21,19 @@ from fem_seal.rarefied import FIRST_ORDER, LAWS, PoiseuilleCoefficient
 GAS_CONSTANT = 8.31446261815324  # J/(mol K), exact in the SI since 2019
 
 
+def volume_conditions(temperature: float, pressure: float) -> str:
+    """Text of the conditions at which the volume of a gas is stated, "at 0 degC, 1.013 bar".
+
+    Parameters
+    ----------
+    temperature : float
+        T0 [K].
+    pressure : float
+        p0 [Pa].
+    """
+    return f"at {temperature - 273.15:.4g} degC, {1e-5 * pressure:.4g} bar"
+
+
 @dataclass(frozen=True)
 class LiquidDrive:
     """An incompressible liquid under a pressure drop.
@@ -150,6 +163,11 @@ class GasDrive(TwoPressures):
         """Δp [Pa] of the equivalent liquid, T0/(2 T p0) (p_in² - p_out²)."""
         temperatures = self.reference_temperature / self.temperature
         return self.mean_pressure / self.reference_pressure * temperatures * self._difference
+
+    @property
+    def conditions(self) -> str:
+        """Text of the conditions at which volumes are stated."""
+        return volume_conditions(self.reference_temperature, self.reference_pressure)
 
     @property
     def rates(self) -> dict[str, float]:

@@ -188,7 +188,10 @@ def draw(
             pressure, lift = read_contact(folder)[1], read_lift(folder)
         report("pictures", "")
         with writing(folder):
-            names = draw_pictures(film, leak, target.staged, pressure, lift)
+            names: tuple[str, ...] = ()
+            # The arrays of a result that is lifted off are those of a dry contact: not its state.
+            if result.state != "lifted off":
+                names = draw_pictures(film, leak, target.staged, pressure, lift)
             if result.seal is not None:
                 from fem_seal.render.seal import seal_picture
 
@@ -360,7 +363,9 @@ def require_packages(scene: Scene) -> None:
 
 
 def draw_patch(patch: Patch, folder: Path) -> tuple[str, ...]:
-    """Draw the pictures of a patch into a folder; see `draw_pictures`."""
+    """Draw the pictures of a patch into a folder; see `draw_pictures`. None if lifted off."""
+    if patch.lifted_off:
+        return ()
     leak = patch.leak_rate if patch.scene.needs_flow else None
     pressure = getattr(patch.film_contact, "pressure", None)
     lift = None if pressure is None else _lift_of(patch)
@@ -381,7 +386,8 @@ def _write_products(patch: Patch, folder: Path, seal: SealLeak | None) -> tuple[
             names.append(write_flow(folder, field))
         if "pictures" in patch.scene.output.products:
             with patch.timed("pictures"):
-                names.extend(draw_patch(patch, folder))
+                if seal is None or seal.state != "lifted off":
+                    names.extend(draw_patch(patch, folder))
                 if seal is not None:
                     from fem_seal.render.seal import seal_picture
 

@@ -9,6 +9,7 @@ from fem_seal.contact.settings import Load
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
+from fem_seal.fluid import GasDrive
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.aperture import (
@@ -96,9 +97,11 @@ def shown_in(patch: Patch) -> Shown:
     """Unit of the leak rate in texts: that of the output, else of the limit, else m³/s."""
     scene = patch.scene
     unit = scene.output.leak_rate_unit or (scene.limit and scene.limit.leak_rate.unit)
+    volume = not unit or unit.kind == "volume"
+    conditions = scene.drive.conditions if volume and isinstance(scene.drive, GasDrive) else ""
     if not unit:
-        return Shown("m^3/s", 1.0)
-    return Shown(unit.name, scene.drive.rates[unit.kind] / unit.size)
+        return Shown("m^3/s", 1.0, conditions)
+    return Shown(unit.name, scene.drive.rates[unit.kind] / unit.size, conditions)
 
 
 def _constriction(patch: Patch) -> Constriction | None:

@@ -3,19 +3,26 @@
 import numpy as np
 
 from fem_seal.contact.state import ContactState
-from fem_seal.digits import with_prefix
+from fem_seal.digits import per_cent, with_prefix
+from fem_seal.errors import present
 from fem_seal.film import MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.slope import slope_between_samples
+from fem_seal.upscaling.seal import SealLeak, median_patch
 
 STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably wrong
 THICK = 0.1  # mean gap over the length of the film above which the same holds
+# Part of the load carried by the solid below which the user is warned. Bolts and gauges easily have
+# an error of 5 %: it may take all of that part away (docs/guide/lift.md).
+NEAR_LIFT_OFF = 0.05
 FEW = 10  # samples in contact below which the contact area is meaningless
 
 
-def cautions(patch: Patch, budget: ErrorBudget | None) -> tuple[str, ...]:
+def cautions(
+    patch: Patch, budget: ErrorBudget | None, seal: SealLeak | None = None
+) -> tuple[str, ...]:
     """Sentences about the error budget, the contact and the gap of a patch.
 
     Parameters
@@ -23,9 +30,15 @@ def cautions(patch: Patch, budget: ErrorBudget | None) -> tuple[str, ...]:
     patch : Patch
         Patch whose contact and gap are checked.
     budget : ErrorBudget or None
-        Error budget of the patch; its cautions come first.
+        Error budget of the patch or its seal; its cautions come first.
+    seal : SealLeak or None
+        Leak rate of the whole seal, for a scene with [seal].
     """
     sentences = [entry.sentence for entry in budget or () if entry.caution]
+    near = _near_lift_off(patch) if seal is None else _seal_near_lift_off(patch, seal)
+    sentences.extend(filter(None, (near,)))
+    if seal is not None and seal.state == "lifted off":
+        return tuple(sentences)
     shape = patch.scene.shape
     if shape is None or not shape.own_gap:
         gap = patch.grid_gap
@@ -35,6 +48,37 @@ def cautions(patch: Patch, budget: ErrorBudget | None) -> tuple[str, ...]:
         thick = _thickness(film.mean_gap, float(np.ptp(film.mesh.xy, axis=0).min()))
         sentences.extend(filter(None, (thick,)))
     return tuple(sentences)
+
+
+def _near_lift_off(patch: Patch) -> str | None:
+    """Warn if the fluid carries nearly all of the load of a patch that leaks."""
+    if patch.lifted is None or patch.lifted.state != "leaking":
+        return None
+    solid = present(patch.lifted.contact, "contact").mean_pressure
+    load = solid + patch.lifted.fluid_load
+    if solid >= NEAR_LIFT_OFF * load:
+        return None
+    return (
+        f"next to lift-off: the solid carries {with_prefix(solid, 'Pa')}, {per_cent(solid / load)} "
+        "of the load, and the fluid the rest; a few per cent less load or more fluid pressure may "
+        "lift the seal off"
+    )
+
+
+def _seal_near_lift_off(patch: Patch, seal: SealLeak) -> str | None:
+    """Warn if the contact pressure of a seal is hardly above the fluid's at the inlet."""
+    along, inlet = median_patch(seal.patches).flow.path, patch.scene.gauge_pressures[0]
+    if seal.state == "lifted off" or along is None:
+        return None
+    highest = float(along.contact_pressure.max())
+    excess = 1 - inlet / highest
+    if excess >= NEAR_LIFT_OFF:
+        return None
+    return (
+        f"next to lift-off: the contact pressure is at most {with_prefix(highest, 'Pa')}, the "
+        f"fluid's at the inlet {with_prefix(inlet, 'Pa')}; {per_cent(excess)} less contact "
+        "pressure lifts the seal off"
+    )
 
 
 def _contact(patch: Patch, gap: GridField) -> str | None:

@@ -71,10 +71,18 @@ class Shown:
         Name of the unit.
     per_solved : float
         Number of this unit in 1 m³/s of the solved leak rate.
+    conditions : str
+        Conditions at which the volume of a gas is stated, "at 0 degC, 1.013 bar"; else empty.
     """
 
     name: str
     per_solved: float
+    conditions: str = ""
+
+    @property
+    def unit(self) -> str:
+        """The unit with the conditions."""
+        return f"{self.name} {self.conditions}".strip()
 
     def text(self, solved: float) -> str:
         """A solved leak rate [m³/s] in the unit."""
@@ -82,19 +90,19 @@ class Shown:
 
     def at_least(self, solved: float) -> str:
         """A lower bound in the unit, rounded down."""
-        return f"{rounded_down(solved * self.per_solved)} {self.name}"
+        return f"{rounded_down(solved * self.per_solved)} {self.unit}"
 
     def at_most(self, solved: float) -> str:
         """An upper bound in the unit, rounded up."""
-        return f"{rounded_up(solved * self.per_solved)} {self.name}"
+        return f"{rounded_up(solved * self.per_solved)} {self.unit}"
 
     def between(self, leak: LeakRate) -> str:
         """Text of the bounds, or of the estimate where there are none."""
         if leak.lower is None:
-            return f"about {self.text(leak.value)}, without bounds"
+            return f"about {in_digits(leak.value * self.per_solved)} {self.unit}, without bounds"
         bracket = (self.per_solved * rate for rate in (leak.value, *leak.bounds))
         _, low, high = bracket_digits(*bracket)
-        return f"between {low} and {high} {self.name}"
+        return f"between {low} and {high} {self.unit}"
 
 
 def verdict(
@@ -169,7 +177,7 @@ def _ends(low: float | None, high: float | None, shown: Shown, limit: float) -> 
         if rate is not None
     ]
     if least and most:
-        ends = f"between {least.removesuffix(shown.name).strip()} and {most}"
+        ends = f"between {least.removesuffix(shown.unit).strip()} and {most}"
     else:
         ends = f"at least {least}, no upper end" if least else f"at most {most}"
     return f"{ends}, {' to '.join(percents)} of"
@@ -233,7 +241,8 @@ def _of_sealed(
         return Verdict.of("sealed", f"sealed as computed: {no_path}", _not_covered(rest))
     allowed = f"{shown.text(limit)} allowed"
     if not opened:
-        headline = f"within limit: sealed as computed, {allowed}: {no_path}"
+        held = f"{in_digits(limit * shown.per_solved)} {shown.unit} allowed"
+        headline = f"within limit: sealed as computed, {held}: {no_path}"
         return Verdict.of("within limit", headline, _not_covered(rest), limit_text)
     rate = opened[0].upper_rate if len(opened) == 1 else None
     _, upper = combined(entry for entry in rest if entry not in opened)

@@ -9,7 +9,7 @@ from pathlib import Path
 from fem_seal.digits import per_cent, rounded_down, rounded_up
 from fem_seal.errors import printable
 from fem_seal.files import atomic_write, temporary_folder
-from fem_seal.leak_rate import rate_text, relative_half_width
+from fem_seal.leak_rate import relative_half_width
 from fem_seal.quantities.error_budget import (
     IN_BOUNDS,
     NOT_THE_SEAL,
@@ -20,8 +20,7 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.render.report_page import PAGE
 from fem_seal.results import Result
-from fem_seal.results.rates import RateRecord
-from fem_seal.results.result import RateBounds
+from fem_seal.results.rates import RateBounds, RateRecord, rate_words, unit_words
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
@@ -40,7 +39,6 @@ CAPTIONS = {
     "mesh": "Mesh of the last solve, and its surroundings of strongest flow.",
     "bounds": "How sure: bounds of the leak rate and half-width of their bracket against unknowns.",
 }
-NO_PICTURES = "<p>None. fem-seal render draws them.</p>"
 PICTURES = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
 
 
@@ -77,7 +75,7 @@ def report(folder: str | Path) -> Path:
         verdict=html.escape(verdict(result)),
         remarks=_items(map(html.escape, remarks(result))),
         summary=html_table(summary_of(result)),
-        pictures="\n".join(_figures(folder, result)) or NO_PICTURES,
+        pictures="\n".join(_figures(folder, result)) or _no_pictures(result),
         scene=html_table(rows_of_mapping(scene, Scene)),
         counted=_counted(result),
         open=_not_covered(result),
@@ -116,7 +114,7 @@ def verdict(result: Result) -> str:
     elif _widened(result):
         text = f"leaking: {_with_every_error(result, leak)}"
     else:
-        text = f"leaking: {rate_text(leak.value, leak.lower, leak.upper, leak.unit)}"
+        text = f"leaking: {rate_words(leak, result.gas)}"
     return f"{text[0].upper()}{text[1:]}."
 
 
@@ -130,8 +128,7 @@ def remarks(result: Result) -> list[str]:
         sentences.append(f"What was asked for was not reached: {result.reason}")
     if result.state == "leaking" and leak is not None:
         if judged or _widened(result):
-            rate = rate_text(leak.value, leak.lower, leak.upper, leak.unit)
-            sentences.append(f"As computed: {rate}")
+            sentences.append(f"As computed: {rate_words(leak, result.gas)}")
         if judged and _widened(result):
             sentences.append(_with_every_error(result, leak))
     if result.state == "sealed":
@@ -156,7 +153,9 @@ def _with_every_error(result: Result, leak: RateBounds | RateRecord) -> str:
     most = "" if upper is None else f"at most {rounded_up(upper * leak.value)}"
     ends = " and ".join(filter(None, (least, most)))
     counted = "with every error that was counted"
-    return f"{ends} {leak.unit} {counted}" if ends else f"anything {counted}"
+    return (
+        f"{ends} {unit_words(leak.unit, result.gas)}, {counted}" if ends else f"anything {counted}"
+    )
 
 
 def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
@@ -283,6 +282,12 @@ def _figures(folder: Path, result: Result) -> Iterator[str]:
     order = {name: k for k, name in enumerate(CAPTIONS)}
     for name in sorted(images, key=lambda name: (order.get(Path(name).stem, len(order)), name)):
         yield _figure(Path(name), images[name])
+
+
+def _no_pictures(result: Result) -> str:
+    if result.state == "lifted off":
+        return "<p>None: what is lifted off has neither contact nor gap to draw.</p>"
+    return "<p>None. fem-seal render draws them.</p>"
 
 
 def _is_picture(path: Path) -> bool:

@@ -1,13 +1,31 @@
 """The leak rate in other units than m³/s, for result.json."""
 
+from typing import Literal
+
 from fem_seal.errors import present
-from fem_seal.fluid import GasDrive
-from fem_seal.leak_rate import LeakRate
+from fem_seal.fluid import GasDrive, volume_conditions
+from fem_seal.leak_rate import LeakRate, rate_text
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import shown_in
 from fem_seal.quantities.slip import knudsen_number
 from fem_seal.results.record import Record
-from fem_seal.units import RATES
+from fem_seal.units import RATES, RateUnit
+
+
+class RateBounds(Record):
+    """Leak rate with guaranteed bounds, which finite differences do not have."""
+
+    value: float
+    lower: float | None
+    upper: float | None
+    unit: Literal["m^3/s"] = "m^3/s"
+
+    @classmethod
+    def of(cls, leak: LeakRate) -> "RateBounds | None":
+        """Value and bounds of a leak rate; None if it has no limit (lifted off)."""
+        if leak.state == "lifted off":
+            return None
+        return cls(value=leak.value, lower=leak.lower, upper=leak.upper)
 
 
 class RateRecord(Record):
@@ -87,3 +105,23 @@ class GasRecord(Record):
             slip=None if patch.scene.slip is None else fluid.slip_law,
             accommodation=None if patch.scene.slip is None else fluid.accommodation or 1.0,
         )
+
+
+def unit_words(unit: str, gas: GasRecord | None) -> str:
+    """Unit of a leak rate; of a volume of gas with the conditions at which it is stated.
+
+    Parameters
+    ----------
+    unit : str
+        Unit, such as "ml/h".
+    gas : GasRecord or None
+        Part of the result about its gas; None for a liquid.
+    """
+    if gas is None or RateUnit.parse(unit).kind != "volume":
+        return unit
+    return f"{unit} {volume_conditions(gas.reference_temperature, gas.reference_pressure)}"
+
+
+def rate_words(rate: RateBounds | RateRecord, gas: GasRecord | None = None) -> str:
+    """Leak rate and bounds in the unit of a record, as `unit_words` has it."""
+    return rate_text(rate.value, rate.lower, rate.upper, unit_words(rate.unit, gas))

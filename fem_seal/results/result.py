@@ -30,7 +30,7 @@ from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.lift import LiftRecord
 from fem_seal.results.preparation import StepRecord
-from fem_seal.results.rates import GasRecord, RateRecord
+from fem_seal.results.rates import GasRecord, RateBounds, RateRecord
 from fem_seal.results.record import Record
 from fem_seal.results.seal import SealRecord
 from fem_seal.scene import Flow, Scene
@@ -58,22 +58,6 @@ def _beside(name: str) -> str:
 
 
 FileName = Annotated[str, AfterValidator(_beside)]
-
-
-class RateBounds(Record):
-    """Leak rate with guaranteed bounds, which finite differences do not have."""
-
-    value: float
-    lower: float | None
-    upper: float | None
-    unit: Literal["m^3/s"] = "m^3/s"
-
-    @classmethod
-    def of(cls, leak: LeakRate) -> "RateBounds | None":
-        """Value and bounds of a leak rate; None if it has no limit (lifted off)."""
-        if leak.state == "lifted off":
-            return None
-        return cls(value=leak.value, lower=leak.lower, upper=leak.upper)
 
 
 class AccuracyRecord(Record):
@@ -322,7 +306,7 @@ def summarise(
         leak_rate_shown=shown,
         verdict=decision,
         error_budget=budget,
-        cautions=cautions(patch, budget),
+        cautions=cautions(patch, budget, seal),
         quantities=named,
         files=files,
         seconds=stages | {"total": total},

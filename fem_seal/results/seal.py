@@ -3,8 +3,8 @@
 import numpy as np
 
 from fem_seal.digits import with_prefix
-from fem_seal.leak_rate import FlowState, rate_text
-from fem_seal.results.rates import RateRecord
+from fem_seal.leak_rate import FlowState
+from fem_seal.results.rates import GasRecord, RateRecord, rate_words
 from fem_seal.results.record import Record
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.seal import SealLeak, median_patch
@@ -144,12 +144,12 @@ def lifted_words(seal: SealRecord) -> str:
     )
 
 
-def seal_words(seal: SealRecord) -> str:
+def seal_words(seal: SealRecord, gas: GasRecord | None = None) -> str:
     """Leak rate of the seal, number of its patches, net loads, and the part that seals."""
     if seal.leak_rate is None:
         return lifted_words(seal)
     rate = seal.leak_rate
-    text = rate_text(rate.value, rate.lower, rate.upper, rate.unit)
+    text = rate_words(rate, gas)
     number = "1 realization" if len(seal.patches) == 1 else f"{len(seal.patches)} realizations"
     sealed = sum(patch.state == "sealed" for patch in seal.patches)
     where = "along the path" if rate.upper == 0 else "along the part of the path that seals"

@@ -1,6 +1,7 @@
 """Verdict, units and quantities of a result in words, for the terminal and for the report."""
 
 from collections.abc import Callable
+from functools import partial
 from operator import attrgetter
 from typing import TypeVar
 
@@ -12,6 +13,7 @@ from fem_seal.digits import (
     with_prefix,
 )
 from fem_seal.errors import present
+from fem_seal.fluid import volume_conditions
 from fem_seal.leak_rate import FlowState, rate_text
 from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
@@ -28,7 +30,7 @@ from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.threshold import Threshold
 from fem_seal.results.lift import lift_words
 from fem_seal.results.preparation import preparation_words
-from fem_seal.results.rates import GasRecord, RateRecord
+from fem_seal.results.rates import GasRecord, rate_words
 from fem_seal.results.result import AccuracyRecord, Result
 from fem_seal.results.seal import seal_words
 
@@ -55,7 +57,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
         if sealed and any(entry.name == ONE_PATCH for entry in result.error_budget or ()):
             rate += f"; {NOT_THE_SEAL}"
         if not sealed:
-            rate = rate_text(leak.value, leak.lower, leak.upper, leak.unit)
+            rate = rate_words(leak, result.gas)
         lines.append(("leak rate", rate))
         lines.append(("flow", flow_words(result)))
         if result.gap_is_periodic and result.flow().sides == "wall":
@@ -67,7 +69,8 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
         lines.append(("accuracy", accuracy_words(result.accuracy)))
     if result.error_budget:
         lines.append(("errors", budget_words(result.error_budget, result.state)))
-    lines.append(("contact", contact_words(result)))
+    if result.seal is None or result.state != "lifted off":
+        lines.append(("contact", contact_words(result)))
     memory = result.peak_memory_bytes / 1e6
     lines.append(("cost", f"{result.seconds['total']:.1f} s, {memory:.0f} MB"))
     return lines
@@ -103,9 +106,11 @@ def flow_words(result: Result) -> str:
 
 
 def contact_words(result: Result) -> str:
-    """Area, mean gap and mean pressure."""
+    """Area, mean gap and mean pressure; of a patch that is lifted off those without load."""
     area = 100 * result.contact_area_fraction
     text = f"{area:.4g} % of the area, mean gap {_length(result.mean_gap)}"
+    if result.state == "lifted off":
+        return f"{text}; without load, where the solids only just touch"
     if result.mean_pressure is not None:
         text += f", mean pressure {with_prefix(result.mean_pressure, 'Pa')}"
     return text if result.seal is None else f"{text}; of the first patch, dry"
@@ -137,8 +142,8 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
     scene_has_limit = bool(result.provenance.scene.get("limit"))
     lines = [
         *_line("surface", preparation_words, result.preparation or None),
-        *_line("seal", seal_words, result.seal),
-        *_line("in units", rate_words, result.leak_rate_shown),
+        *_line("seal", partial(seal_words, gas=result.gas), result.seal),
+        *_line("in units", partial(rate_words, gas=result.gas), result.leak_rate_shown),
         *_line("lift", lift_words, result.lift),
         *_line("gas", gas_words, result.gas),
         *_line("verdict", attrgetter("sentence"), result.verdict if scene_has_limit else None),
@@ -178,11 +183,6 @@ def tensor_words(tensor: ConductivityTensor) -> str:
     return f"{', '.join(words)} m^3/(Pa s); {ease}"
 
 
-def rate_words(rate: RateRecord) -> str:
-    """Leak rate and bounds in the unit of a record."""
-    return rate_text(rate.value, rate.lower, rate.upper, rate.unit)
-
-
 def gas_words(gas: GasRecord) -> str:
     """Reference conditions of the volume, mass rate, throughput, and mean free path."""
     slip = "no slip"
@@ -192,7 +192,7 @@ def gas_words(gas: GasRecord) -> str:
     if gas.knudsen_number is not None:
         path += f", Knudsen number {gas.knudsen_number:.2g} at the tightest place"
     return (
-        f"volume at {gas.reference_temperature:g} K and {in_digits(gas.reference_pressure, 6)} Pa; "
+        f"volume {volume_conditions(gas.reference_temperature, gas.reference_pressure)}; "
         f"{in_digits(gas.mass_rate.value)} kg/s, {in_digits(gas.throughput.value)} Pa m^3/s, "
         f"{in_digits(gas.amount_rate.value)} mol/s; {slip}; {path}"
     )

@@ -117,12 +117,19 @@ def test_render_draws_the_lift_again_from_the_folder(tmp_path):
     assert {name: (tmp_path / name).read_bytes() for name in drawn} == before
 
 
-@pytest.mark.parametrize("settings", [{"lift": "none"}, {"load": 2e4}], ids=["dry", "lifted off"])
-def test_no_picture_of_a_lift_without_one(tmp_path, settings):
-    result = job.run(scene(**settings, output={"products": ["leak_rate", "pictures"]}), tmp_path)
+def test_no_picture_of_a_lift_without_one(tmp_path):
+    result = job.run(scene(lift="none", output={"products": ["leak_rate", "pictures"]}), tmp_path)
     assert "lift.png" not in result.files
     assert "contact_pressure.png" in result.files
     assert read_lift(tmp_path) is None
+
+
+def test_what_is_lifted_off_has_no_pictures(tmp_path):
+    """Contact and gap on file are those without load: nobody may take them for the state."""
+    result = job.run(scene(load=2e4, output={"products": ["leak_rate", "pictures"]}), tmp_path)
+    assert [name for name in result.files if name.endswith(".png")] == []
+    assert job.draw(tmp_path) == ()
+    assert dict(summary_of(result))["contact"].endswith("only just touch")
 
 
 def test_budget_and_verdict_count_the_lift():
@@ -232,6 +239,19 @@ def test_lifted_off_is_above_any_limit():
     assert json.loads(result.to_json())["state"] == "lifted off"
     assert Result.model_validate_json(result.to_json()) == result
     assert any("unlimited" in text for _, text in summary_of(result))
+
+
+@pytest.mark.parametrize(("load", "near"), [(5.4e4, True), (6e4, False)])
+def test_a_contact_next_to_lift_off_warns(load, near):
+    """Below a twentieth of the load on the solid; without that part no contact is left."""
+    result = summarise(Patch(scene(load=load)))
+    share = result.lift.solid_pressure / load
+    assert (share < 1 / 20) is near
+    warnings = [text for text in result.cautions if text.startswith("next to lift-off")]
+    assert len(warnings) == near
+    if near:
+        assert f"{100 * share:.2g} % of the load" in warnings[0]
+        assert Patch(scene(load=(1 - 2 * share) * load)).lifted_off
 
 
 def test_a_total_error_of_the_lifted_leak_rate():

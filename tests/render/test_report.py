@@ -123,7 +123,7 @@ def test_errors_beyond_the_flow_stand_in_the_first_sentence(folder):
     )
     text = verdict(changed(folder, leak_rate=leak, error_budget=budget))
     # 2 × .95/2
-    assert text == "Leaking: at least 9.5e-16 m^3/s with every error that was counted."
+    assert text == "Leaking: at least 9.5e-16 m^3/s, with every error that was counted."
     alone = verdict(changed(folder, leak_rate=leak, error_budget=budget[:1]))
     assert "every error" not in alone
 

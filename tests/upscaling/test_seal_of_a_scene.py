@@ -15,9 +15,10 @@ from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import combined, factor_words
 from fem_seal.quantities.seal import _patches, _size
-from fem_seal.render.report import remarks
+from fem_seal.render.report import remarks, verdict
 from fem_seal.render.seal import seal_figure
 from fem_seal.results import Result
+from fem_seal.results.rates import unit_words
 from fem_seal.results.seal import SealRecord
 from fem_seal.results.words import lines_of, summary_of
 from fem_seal.scene import Scene
@@ -174,6 +175,18 @@ def test_picture_of_a_seal_that_is_lifted_off_has_both_pressures():
     assert pytest.approx(0.05) == inlet
 
 
+@pytest.mark.parametrize(("pressure", "near"), [(5.1e4, True), (2e5, False)])
+def test_a_seal_next_to_lift_off_warns(pressure, near):
+    """The contact pressure that the caution allows to lose is all that it has above 50 kPa."""
+    result, _ = entries(scene(contact={"pressure": pressure}, seal={"patches": 1}))
+    warnings = [text for text in result.cautions if text.startswith("next to lift-off")]
+    assert len(warnings) == near
+    if near:
+        lost = float(re.search(r"([\d.]+) % less contact pressure", warnings[0])[1]) / 100
+        assert pressure * (1 - lost) == pytest.approx(5e4, rel=1e-3)  # two digits of 2 %
+        assert dict(summary_of(result))["state"] == "leaking"
+
+
 def test_sealed_and_lifted_off():
     from fem_seal.results import summarise
 
@@ -182,6 +195,9 @@ def test_sealed_and_lifted_off():
     assert sealed.verdict.decision == "sealed"
     lifted = summarise(Patch(scene(contact={"pressure": 4e4}, seal={"patches": 1})))
     assert (lifted.state, lifted.seal.leak_rate) == ("lifted off", None)
+    # The dry contact of a patch is not its state, nor do errors of patches matter.
+    assert "contact" not in dict(summary_of(lifted))
+    assert [entry.name for entry in lifted.error_budget] == ["lift", "model"]
     # No value: there is nothing to multiply.
     for result in (sealed, lifted):
         words = dict(summary_of(result))
@@ -307,7 +323,15 @@ def test_a_seal_names_the_conditions_of_the_volume_of_its_gas():
     assert result.gas.mass_rate.upper == pytest.approx(
         0.029 * amount * result.seal.leak_rate.upper / result.seal.leak_rate.value, rel=1e-12
     )
-    assert "volume at 293 K and 101325 Pa" in dict(summary_of(result))["gas"]
+    # Wherever the volume stands, and not beside a mass.
+    words, at = dict(summary_of(result)), "at 19.85 degC, 1.013 bar"
+    assert f"volume {at};" in words["gas"]
+    assert f"m^3/s {at}" in words["seal"]
+    assert f"ml/h {at}" in words["in units"]
+    assert f"ml/h {at}" in result.verdict.sentence
+    assert f"ml/h {at}" in verdict(result)
+    assert unit_words("ml/h", None) == "ml/h"
+    assert unit_words("g/h", result.gas) == "g/h"
 
 
 def test_a_sweep_of_seals_has_their_leak_rates():
