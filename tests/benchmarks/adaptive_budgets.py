@@ -1,6 +1,6 @@
 """Unknowns, CPU seconds and memory of certified leak rates, one row for each gap.
 
-    python tests/benchmarks/adaptive_budgets.py             # the rows of docs/measurements/bounds.md
+    python tests/benchmarks/adaptive_budgets.py        # the rows of docs/measurements/bounds.md
     python tests/benchmarks/adaptive_budgets.py --n 1024 --area 0.37 --rtol 0.02 --seed 7
 
 Elastic contacts, side walls, H = 0.8, long cut-off n/8, shortest wavelength four samples. Each row
