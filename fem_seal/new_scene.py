@@ -13,7 +13,7 @@ from fem_seal.errors import InvalidInput, printable
 from fem_seal.field_file.markers import suspected_mark, without_marked
 from fem_seal.field_file.profiles import holds_profiles, read_profiles
 from fem_seal.field_file.read import HEIGHT_NAMES, TEXT_ENDINGS, read_recorded
-from fem_seal.field_file.recorded import Recorded, Stated, in_metres
+from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text_table import is_text
 from fem_seal.scene import Scene
 
@@ -45,17 +45,22 @@ products = ["contact", "leak_rate", "pictures"]
 # products = ["seal", "pictures"] # in its place, with [seal]
 leak_rate_unit = "ml/h"
 
-# [limit]                       # for a verdict
+# For a verdict, take the first # out of the next two lines.
+# [limit]
 # leak_rate = "1 ml/h"          # yours
 
-# [seal]                        # the whole seal, docs/guide/ring.md; without a crop
+# For the whole seal, take the first # out of the lines below; docs/guide/ring.md explains them.
+# surface.crop and flow.rtol must then be out, and the products be those of the second line above.
+# [seal]
 # leak_path = "0.5 mm"          # yours: width of the contact, from inlet to outlet
 # circumference = "150 mm"      # yours
 # pressure_profile = "hertz"    # or "uniform"; contact.pressure is the mean of either
 # patches = 8                   # {patches}
-{windows}# rtol = 0.5                    # relative width of the bounds for each patch: ±24 %
+{window}# rtol = 0.5                    # relative width of the bounds for each patch: ±24 %
 """
 WINDOWS = 3  # windows of a map in each direction, in the comment of [seal]
+WINDOW_LINE = "# window ="
+WINDOWS_OF_THE_MAP = "windows of the map, of which it holds nine"
 TWINS = "the map and seven random twins with its spectrum"
 SEEDS = "seeds of the random surface"
 
@@ -103,11 +108,11 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
     name = json.dumps(os.path.relpath(path, folder), ensure_ascii=False)
     if path.suffix.lower() in TEXT and is_text(path) and holds_profiles(path):
         surface, facts, needed = _profiles(path, name, stated)
-        others = OTHER_SECTIONS.format(patches=SEEDS, windows="")
+        others = OTHER_SECTIONS.format(patches=SEEDS, window="")
     else:
-        surface, facts, needed, windows = _map(path, name, stated)
-        patches = f"{TWINS}, or" if windows else TWINS
-        others = OTHER_SECTIONS.format(patches=patches, windows=windows)
+        surface, facts, needed, window = _map(path, name, stated)
+        patches = WINDOWS_OF_THE_MAP if window.startswith(WINDOW_LINE) else TWINS
+        others = OTHER_SECTIONS.format(patches=patches, window=window)
     head = [
         f"# Scene of {printable(path.name)}, by fem-seal new; docs/reference/scene.md names every",
         '# field. Values marked "yours" are examples.',
@@ -162,9 +167,27 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
     lines.append("# transpose = true              # the flow runs along x; this sends it along y")
     if recorded.periodic:
         return lines, facts, needed, ""
-    window = ", ".join(f'"{rounded_down(1e6 * side / WINDOWS, 3)} um"' for side in sides)
-    windows = _line("# window", f"[{window}]", "windows of the map, of which it holds nine")
-    return lines, facts, needed, f"{windows}\n"
+    return lines, facts, needed, _window(field, sides)
+
+
+def _window(field: FieldMap, sides: list[float]) -> str:
+    """Line of [seal] with the window, or on why there is none; sides of the map in m."""
+    from fem_seal.surface import levelled_map, longest_wavelength
+    from fem_seal.surface.windows import WAVES
+
+    try:
+        longest = longest_wavelength(levelled_map(field))
+    except InvalidInput as error:
+        return f"## no window: {error}\n"
+    if longest is None:
+        return "## no window: the longest wavelength is longer than the map; they would lose it\n"
+    part = [rounded_down(1e6 * side / WINDOWS, 3) for side in sides]
+    ratio = min(sides) / WINDOWS / longest
+    waves = f"{ratio:.2g} of the longest wavelengths, {with_prefix(longest, 'm', 3)}, wide"
+    if ratio < WAVES:
+        return f"## no window: a third of the map is {waves}; at least {WAVES:g} are needed\n"
+    lengths = ", ".join(f'"{side} um"' for side in part)
+    return _line(WINDOW_LINE.removesuffix(" ="), f"[{lengths}]", waves) + "\n"
 
 
 def _unit_and_size(path: Path, recorded: Recorded, stated: Stated) -> tuple[list[str], list[str]]:

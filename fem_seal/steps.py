@@ -76,6 +76,19 @@ def prepared_surface(surface: FileSurface) -> "PreparedSurface":
     return measured_surface(surface.path, surface.stated, surface.preparation)
 
 
+def whole_map(surface: FileSurface) -> GridField:
+    """Heights [m] of a file, after `surface.crop`, without tilt and holes.
+
+    The map is neither made periodic nor replaced by its twin; it is the one that windows are cut
+    out of.
+    """
+    from fem_seal.field_file import HEIGHT_NAMES, read_map
+    from fem_seal.surface import cropped, levelled_map
+
+    heights = read_map(surface.path, HEIGHT_NAMES, surface.stated, heights=True)
+    return levelled_map(heights if surface.crop is None else cropped(heights, surface.crop))
+
+
 def elastic_contact(
     scene: Scene,
     surface: GridField,

@@ -134,15 +134,20 @@ def test_surface_of_a_file_without_a_scene(capsys):
 
 @pytest.mark.parametrize("windows", [True, False])
 def test_commented_lines_of_a_seal_make_one(windows):
-    """Without their signs they are a scene of eight patches: windows, or the map and twins."""
-    np.savetxt("map.txt", HEIGHTS * 1e6)
-    new("map.txt", *STATED)
+    """Without their first signs they are a scene of eight patches: windows, or map and twins.
+
+    White noise on 96 samples a side has a longest wavelength of some 6 of them, a window 32; the
+    map of 24 x 16 samples is too small for windows.
+    """
+    noise = np.random.default_rng(1).normal(size=(96, 96)) if windows else 1e6 * HEIGHTS
+    np.savetxt("map.txt", noise)
+    size = ",".join(f"{n} um" for n in noise.shape)
+    new("map.txt", "--length-unit", "um", "--size", size)
     text = Path("map.toml").read_text(encoding="utf-8")
     head, seal = text.split("# [seal]")
     lines = ["[seal]", *(line.removeprefix("# ") for line in seal.splitlines()[1:])]
-    kept = [line for line in lines if windows or not line.startswith("window")]
     head = re.sub(r"^products.*\n# products", "products", head, flags=re.MULTILINE)
-    scene = Scene.from_mapping(tomllib.loads(head + "\n".join(kept)), folder=Path.cwd())
+    scene = Scene.from_mapping(tomllib.loads(head + "\n".join(lines)), folder=Path.cwd())
     assert (scene.seal.window is not None) == windows
     surfaces = [one.surface for one in realizations(scene)]
     assert len({str(surface) for surface in surfaces}) == 8

@@ -60,7 +60,8 @@ def _surface(options: argparse.Namespace) -> int:
 
         write_text(options.csv, _csv(scene, prepared))
     refusal = _refusal(prepared) if _is_scene(options) else []
-    lines = [steps_table(prepared), *refusal, "", *_spectrum_lines(fit, failure)]
+    spectrum = [*_longest_line(scene), *_spectrum_lines(fit, failure)]
+    lines = [steps_table(prepared), *refusal, "", *spectrum]
     if not _is_scene(options):
         lines.append(f"fem-seal new {options.scene} writes a scene that presses it")
     lines += _profile_lines(scene)
@@ -136,10 +137,10 @@ def _profile_lines(scene: "Scene") -> list[str]:
     finest = 2 * max(length / n for length, n in zip(surface.size, surface.shape, strict=True))
     ends = [_length(2 * pi / q) for q in (spectrum.edges[0], spectrum.edges[-1])]
     return [
-        f"profiles       rms height {_length(spectrum.rms_height)}, rms slope "
+        f"profiles            rms height {_length(spectrum.rms_height)}, rms slope "
         f"{spectrum.rms_slope:.4g}, wavelengths {ends[0]} to {ends[1]}",
-        f"this grid      wavelengths {_length(max(surface.size))} to {_length(finest)}",
-        "assumed        the surface is isotropic and Gaussian; its other waves are left out",
+        f"this grid           wavelengths {_length(max(surface.size))} to {_length(finest)}",
+        "assumed             the surface is isotropic and Gaussian; its other waves are left out",
     ]
 
 
@@ -184,12 +185,29 @@ def _cells(statistics: "MapStatistics") -> tuple[str, ...]:
     )
 
 
+def _longest_line(scene: "Scene") -> list[str]:
+    """Line on the longest wavelength of a map; no line of a surface that no file holds."""
+    from fem_seal.scene import FileSurface
+    from fem_seal.steps import whole_map
+    from fem_seal.surface import longest_wavelength
+
+    surface = scene.surface
+    if not isinstance(surface, FileSurface):
+        return []
+    try:
+        longest = longest_wavelength(whole_map(surface))
+    except InvalidInput as error:
+        return [f"longest wavelength  {error}"]
+    seen = "longer than the map" if longest is None else _length(longest)
+    return [f"longest wavelength  {seen}"]
+
+
 def _spectrum_lines(fit: "SpectrumFit | None", failure: str) -> list[str]:
     """Lines on a fitted spectrum, or on the failure of the fit."""
     if fit is None:
-        return [f"spectrum       {failure}"]
+        return [f"spectrum            {failure}"]
     if fit.misfit > NO_POWER_LAW:
-        return [f"spectrum       no power law: the best one has a misfit of {fit.misfit:.2g}"]
+        return [f"spectrum            no power law: the best one has a misfit of {fit.misfit:.2g}"]
     rolloff = "none seen"
     if fit.rolloff_wavelength is not None:
         rolloff = f"{_length(fit.rolloff_wavelength)} ± {_length(fit.rolloff_error)}"
@@ -199,10 +217,10 @@ def _spectrum_lines(fit: "SpectrumFit | None", failure: str) -> list[str]:
     if not 0 <= fit.hurst <= 1:
         hurst += "; beyond 0 to 1: not self-affine, or too few waves"
     return [
-        f"hurst          {hurst}",
-        f"long cut-off   {_length(fit.long_wavelength)}",
-        f"roll-off       {rolloff}",
-        f"short cut-off  {_length(fit.short_wavelength)}",
+        f"hurst               {hurst}",
+        f"long cut-off        {_length(fit.long_wavelength)}",
+        f"roll-off            {rolloff}",
+        f"short cut-off       {_length(fit.short_wavelength)}",
     ]
 
 

@@ -5,7 +5,7 @@ from statistics import stdev
 
 import numpy as np
 
-from fem_seal.digits import per_cent, with_prefix
+from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.fluid import GasDrive
 from fem_seal.leak_rate import LeakRate
@@ -20,11 +20,10 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.of_patch import shown_in
+from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import KINETIC_ERROR, first_order
 from fem_seal.quantities.verdict import Verdict, open_entries, verdict
 from fem_seal.rarefied import FIRST_ORDER
-from fem_seal.scene import FileSurface, SelfAffineSurface
-from fem_seal.surface import map_spectrum
 from fem_seal.upscaling.network import (
     LEAST_LEAKING,
     may_conduct,
@@ -33,10 +32,6 @@ from fem_seal.upscaling.network import (
 )
 from fem_seal.upscaling.seal import SealLeak
 
-# Longest wavelength over the leak path above which, and of the patch over the longest wavelength
-# below which, the user is warned.
-APART, WAVES = 0.1, 4.0
-LONGER = 0.1  # part of the mean square height in waves longer than the longest one that counts
 PRESSURES = 9  # number of pressures at which the slip along the path is compared
 MOST_PATCHES = 1000  # largest number of patches of a scene
 NARROW = 2.0  # upper over lower end of an interval that is narrow enough
@@ -107,14 +102,14 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
             "whatever the roughness; contact remains where the contact pressure is above it"
         )
         return Uncertainty(LIFT, "guaranteed", sentence, 1.0, 1.0), model
-    wavelength = longest_wavelength(patch)
+    scales, size = scale_entries(patch, seal.leak_path)
     entries = (
         _flow_and_loads(patch, seal),
         _patches(seal),
         _contact_grid(seal),
-        _scales(seal, wavelength),
+        scales,
         _network(seal),
-        _size(patch, wavelength),
+        size,
         isotropy(patch),
         _slip(patch, seal),
         _slip_along(patch, seal),
@@ -137,21 +132,6 @@ def _flow_and_loads(patch: Patch, seal: SealLeak) -> Uncertainty:
     return Uncertainty(
         FLOW_AND_LOADS, kind, sentence, seal.lower / seal.value, seal.upper / seal.value
     )
-
-
-def longest_wavelength(patch: Patch) -> float:
-    """Longest wavelength of the roughness [m].
-
-    In a measured map it is the wavelength above which a tenth of the mean square height lies.
-    """
-    surface = patch.scene.surface
-    if isinstance(surface, SelfAffineSurface):
-        return surface.long_wavelength
-    prepared = patch.prepared
-    heights = present(patch.surface, "surface") if prepared is None else prepared.measured
-    spectrum = map_spectrum(heights)
-    power = np.cumsum(spectrum.density * spectrum.modes)
-    return float(2 * np.pi / spectrum.wavenumber[np.searchsorted(power, LONGER * power[-1])])
 
 
 def _patches(seal: SealLeak) -> Uncertainty:
@@ -249,15 +229,6 @@ def _contact_grid(seal: SealLeak) -> Uncertainty:
     return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
 
 
-def _scales(seal: SealLeak, wavelength: float) -> Uncertainty:
-    ratio = wavelength / seal.leak_path
-    sentence = (
-        "the fluid's pressure varies little over the roughness; its longest wavelength, "
-        f"{with_prefix(wavelength, 'm')}, is {ratio:.2g} of the leak path"
-    )
-    return Uncertainty("scales apart", "not covered", sentence, caution=ratio > APART)
-
-
 def _network(seal: SealLeak) -> Uncertainty | None:
     if seal.count.along == 1 or len(seal.patches) == 1:
         return None
@@ -267,22 +238,6 @@ def _network(seal: SealLeak) -> Uncertainty | None:
         "realizations"
     )
     return Uncertainty("network", "not covered", sentence)
-
-
-def _size(patch: Patch, wavelength: float) -> Uncertainty:
-    size = min(present(patch.surface, "surface").size)
-    wide = f"patches {with_prefix(size, 'm')} wide, between straight ends,"
-    surface = patch.scene.surface
-    if isinstance(surface, FileSurface) and surface.make_periodic == "mirror":
-        # The mirror images contain no more of the surface.
-        cell, size = size, min(present(patch.prepared, "prepared map").measured.size)
-        wide = (
-            f"patches made of {with_prefix(size, 'm')} of the map and its mirror images, which "
-            f"make {with_prefix(cell, 'm')} of them,"
-        )
-    ratio = size / wavelength
-    sentence = f"{wide} are {ratio:.2g} of the longest wavelengths wide; larger ones scatter less"
-    return Uncertainty("size of the patch", "not covered", sentence, caution=ratio < WAVES)
 
 
 def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:

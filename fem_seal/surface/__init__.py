@@ -27,6 +27,7 @@ from fem_seal.surface.statistics import (
 )
 from fem_seal.surface.synthesis import gaussian_surface, self_affine
 from fem_seal.surface.twin import twin
+from fem_seal.surface.windows import kept_roughness, levelled_map, longest_wavelength
 
 __all__ = [
     "IsotropicSpectrum",
@@ -45,7 +46,10 @@ __all__ = [
     "fitted_hurst",
     "gaussian_surface",
     "isotropic_spectrum",
+    "kept_roughness",
+    "levelled_map",
     "load_heights",
+    "longest_wavelength",
     "map_spectrum",
     "measured_surface",
     "periodic_cell",

@@ -49,7 +49,9 @@ def test_command_prints_and_draws(tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     steps = [line.split("  ")[0] for line in lines[1:5]]
     assert steps == ["read", "detrend quadratic", "fill harmonic", "mirror"]
-    assert [line.split()[0] for line in lines[6:]] == ["hurst", "long", "roll-off", "short"]
+    assert [line.split()[0] for line in lines[6:]] == [
+        "longest", "hurst", "long", "roll-off", "short"
+    ]  # fmt: skip
     pixels = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]

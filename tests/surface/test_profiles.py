@@ -191,7 +191,7 @@ def test_scene_of_profiles(tmp_path, capsys, monkeypatch):
     }
     path = write_toml(tmp_path / "scene.toml", scene)
     assert cli.main(["surface", str(path), "--csv", "a.csv"]) == 0
-    assert "assumed        the surface is isotropic and Gaussian" in capsys.readouterr().out
+    assert "the surface is isotropic and Gaussian" in capsys.readouterr().out
     head = (tmp_path / "a.csv").read_text().splitlines()[:3]
     slope = float(head[1].removeprefix("# Sdq = "))
     # Eight profiles of about a hundred waves that carry the slope: 1/√800 of its square, 4 σ.

@@ -14,7 +14,8 @@ from fem_seal.cli.sweep import _summary
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import combined, factor_words
-from fem_seal.quantities.seal import _patches, _size
+from fem_seal.quantities.patch_size import scale_entries
+from fem_seal.quantities.seal import _patches
 from fem_seal.render.report import remarks, verdict
 from fem_seal.render.seal import seal_figure
 from fem_seal.results import Result
@@ -636,22 +637,6 @@ def test_error_of_the_contact_grid():
     assert high / lower < entry.upper
 
 
-def test_longest_wavelength_of_a_map(tmp_path):
-    """Of one wave its wavelength; a tenth of the mean square in a longer one does not count yet."""
-    from fem_seal.quantities.seal import longest_wavelength
-
-    x = np.arange(64) * 1e-6
-    wave, longer = (np.cos(2 * np.pi * x / length) for length in (8e-6, 32e-6))
-    data = tomllib.loads(TEXT)
-    data["surface"] = {"kind": "file", "path": str(tmp_path / "map.npz")}
-    for share, expected in ((0.0, 8e-6), (0.25, 8e-6), (0.4, 32e-6)):
-        heights = 1e-7 * np.tile(wave + share * longer, (64, 1))
-        np.savez(tmp_path / "map.npz", heights=heights, spacing=[1e-6, 1e-6], periodic=True)
-        found = longest_wavelength(Patch(Scene.from_mapping(data)))
-        # A ring of the spectrum holds waves of 28 to 42 µm.
-        assert found == pytest.approx(expected, rel=0.1)
-
-
 def test_a_missed_tolerance_is_one_sentence_whose_remedy_helps(tmp_path):
     """Exit status 3 says what was reached, what was asked for, why, and what to change."""
     tight = {"patches": 2, "rtol": 0.05, "max_loads": 4}
@@ -717,7 +702,7 @@ def test_largest_windows_that_fit(sides, window, patches):
 @pytest.mark.parametrize("twin_seed", [None, 1])
 def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
     """Mirror images double the cell, and tell nothing new of the surface."""
-    heights = 1e-7 * np.random.default_rng(1).random((16, 16))
+    heights = 1e-7 * np.tile(np.cos(2 * np.pi * np.arange(48) / 6), (48, 1))
     np.savez(tmp_path / "map.npz", heights=heights, spacing=[1e-6, 1e-6], periodic=False)
     data = tomllib.loads(TEXT)
     data["surface"] = {
@@ -725,11 +710,10 @@ def test_size_of_a_mirrored_patch_is_that_of_its_map(tmp_path, twin_seed):
     }  # fmt: skip
     if twin_seed is not None:
         data["surface"]["twin_seed"] = twin_seed
-    entry = _size(Patch(Scene.from_mapping(data)), 3e-6)
-    # From the first of 16 samples to the last one, and back.
-    words = "patches made of 15 um of the map and its mirror images, which make 30 um of them,"
-    assert words in entry.sentence
-    assert "are 5 of the longest wavelengths wide" in entry.sentence
+    _, entry = scale_entries(Patch(Scene.from_mapping(data)), 1e-4)
+    words = r"patches made of the map, 48 um by 48 um, are (.*) of the longest wavelengths, .*"
+    # A wave of 6 samples; a ring of the spectrum is a sixteenth of its wavenumber wide.
+    assert float(re.match(words, entry.sentence)[1]) == pytest.approx(48 / 6, rel=1 / 8)
     assert not entry.caution
 
 

@@ -1,0 +1,92 @@
+"""Leak path and patches of a seal in longest wavelengths of the roughness."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from fem_seal import parallel
+from fem_seal.digits import per_cent, with_prefix
+from fem_seal.errors import present
+from fem_seal.grid import GridField
+from fem_seal.patch import Patch
+from fem_seal.quantities.error_budget import Uncertainty
+from fem_seal.scene import FileSurface, SelfAffineSurface
+from fem_seal.steps import whole_map
+from fem_seal.surface import kept_roughness, longest_wavelength
+from fem_seal.surface.windows import MOST_LOST, WAVES
+
+APART = 0.1  # longest wavelength over the leak path above which the user is warned
+
+
+def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertainty]:
+    """Entries "scales apart" and "size of the patch" of the error budget of a seal.
+
+    Both use one longest wavelength: of a random surface its long cut-off, of a measured one that of
+    the whole map (`surface.longest_wavelength`), whether or not windows of it are the patches.
+
+    Parameters
+    ----------
+    patch : Patch
+        Patch of a scene with [seal].
+    leak_path : float
+        Length of the path [m].
+    """
+    surface, heights = patch.scene.surface, present(patch.surface, "surface")
+    if isinstance(surface, FileSurface):
+        heights = parallel.on_root(lambda: whole_map(surface), patch.comm)
+    if isinstance(surface, SelfAffineSurface):
+        longest: float | None = surface.long_wavelength
+    else:
+        longest = longest_wavelength(heights)
+    return _scales(heights, longest, leak_path), _size(patch, heights, longest)
+
+
+def _scales(heights: GridField, longest: float | None, leak_path: float) -> Uncertainty:
+    known = longest or min(_sides(heights))
+    ratio = known / leak_path
+    its = f", {with_prefix(known, 'm')}, is"
+    if longest is None:
+        its = f" is longer than the map, {with_prefix(known, 'm')} wide, which is"
+    sentence = (
+        "the fluid's pressure varies little over the roughness; its longest wavelength"
+        f"{its} {ratio:.2g} of the leak path"
+    )
+    return Uncertainty("scales apart", "not covered", sentence, caution=ratio > APART)
+
+
+def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertainty:
+    surface, window = patch.scene.surface, present(patch.scene.seal, "[seal]").window
+    sides, loss, lost = _sides(heights), "", False
+    patches, remedy = f"patches {with_prefix(min(sides), 'm')} wide, between straight ends,", ""
+    if isinstance(surface, FileSurface) and window is not None:
+        patches = f"patches made of windows, {_lengths(window)},"
+        sides, kept = window, kept_roughness(heights, window, surface.detrend or "mean")
+        loss, lost = (
+            f", and levelled, keep {per_cent(kept)} of the map's rms height",
+            1 - kept > MOST_LOST,
+        )
+        remedy = "leave seal.window out: the patches are then the map and its twins"
+    elif isinstance(surface, FileSurface):
+        # The mirror images of a map contain no more of the surface.
+        patches, remedy = f"patches made of the map, {_lengths(sides)},", "take a larger map"
+    wide = "do not show the longest wavelength, which is longer than the map"
+    if longest is not None:
+        ratio = min(sides) / longest
+        wide = f"are {ratio:.2g} of the longest wavelengths, {with_prefix(longest, 'm')}, wide"
+    small = longest is None or ratio < WAVES
+    if lost:
+        loss += ", which biases the leak rate and is no scatter"
+    sentence = f"{patches} {wide}{loss}; larger ones scatter less"
+    if remedy and (small or lost):
+        sentence += f"; {remedy}"
+    return Uncertainty("size of the patch", "not covered", sentence, caution=small or lost)
+
+
+def _sides(heights: GridField) -> tuple[float, float]:
+    """Number of samples times their distance [m], along and across."""
+    along, across = (np.array(heights.shape) * heights.spacing).tolist()
+    return along, across
+
+
+def _lengths(sides: Iterable[float]) -> str:
+    return " by ".join(with_prefix(side, "m") for side in sides)
