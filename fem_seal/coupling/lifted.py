@@ -62,8 +62,7 @@ def lifted(
     coarse : LiftProblem, optional
         The problem on every second sample, for a start that saves passes.
     tuning : PassTuning
-        Parameters of the passes. If the state has not settled after `most_passes`, it is returned
-        with `converged` False.
+        Parameters of the passes. If they are given up, a state with `converged` False is returned.
     report : callable
         Called with each pass.
 
@@ -91,6 +90,9 @@ def lifted(
             passes = Passes(problem, rtol, start, tuning=finer)
         return _settled(passes, report)
     first = _settled(Passes(problem, rtol, low, dry, known=True, tuning=tuning), report)
+    if first.flipping and (problem.load is None or problem.load > problem.inlet):
+        # A second start does not make this settled, and the fluid cannot carry the whole load.
+        return first
     high = problem.carriable(low, np.full_like(low, problem.inlet), tuning.left_per_pass)
     top = problem.contact_under(high, dry)
     if high.min() == problem.inlet and problem.film(top.gap).sealed and first.state == "sealed":
@@ -134,7 +136,7 @@ def _settled(passes: Passes, report: Report) -> LiftedState:
             state = _finished(passes, contact, passes.rates[-3:], True)
             if state is not None:
                 return state
-        if passes.count >= passes.tuning.most_passes:
+        if passes.given_up:
             seen = passes.rates[passes.count // 2 :]
             return present(_finished(passes, contact, seen, False), "state")
         if passes.solids_separate:
@@ -193,6 +195,11 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
     if agree and first.converged and second.converged:
         return replace(second, passes=passes, rates=rates)
     lowest, highest = min(first.lowest, second.lowest), max(first.highest, second.highest)
+    contacts, flipping = [first.contact, second.contact], second.flipping
+    two_states = first.converged and second.converged and None not in contacts
+    if two_states:
+        below, above = (present(contact, "contact").gap.values > 0 for contact in contacts)
+        flipping = int(np.count_nonzero(below != above))
     return replace(
         second,
         passes=passes,
@@ -201,6 +208,8 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
         change=spread([lowest, highest]),
         lowest=lowest,
         highest=highest,
+        flipping=flipping,
+        two_states=two_states,
     )
 
 
@@ -219,8 +228,9 @@ def _finished(
     if settled and spread([leak.value, passes.rates[-1]]) > rtol:
         passes.go_on_from(leak)
         return None
+    flipping = 0
     if not settled:
-        seen = [*seen, leak.value]
+        seen, flipping = [*seen, leak.value], passes.flipping
     elif film.sealed:
         seen = [0.0, _most_through_sealed(passes, film, contact)]
         settled = seen[1] == 0
@@ -237,6 +247,7 @@ def _finished(
         rtol=rtol,
         rates=tuple(passes.rates),
         mesh_width=width_of(passes.flow_of_mesh),
+        flipping=flipping,
     )
 
 

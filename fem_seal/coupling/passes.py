@@ -6,8 +6,10 @@ part of the mesh's tolerance. Then a finer mesh follows, down to the tolerance o
 change of the leak rate from film to film on one mesh is much more exact than the bounds.
 """
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from math import inf
 
 import numpy as np
@@ -34,6 +36,16 @@ class PassTuning:
         Depth of Anderson's acceleration; four is no better.
     most_passes : int
         Passes after which a state that has not settled is returned.
+    most_closings : int
+        So often a film that leaks may close again before the passes are given up.
+    fewest_passes : int
+        From so many on they are given up as well if ln Q no longer calms down.
+    watched : int
+        It calms down if its spread over so many passes is less than `calmer` times that over as
+        many before them. Samples that open and close are counted over as many passes.
+    calmer : float
+    restless : float
+        They go on in any case if ln Q spreads by less than this.
     passes_of_one_step : int
         This many accelerated passes take the whole step, as many again half of it, and so on.
     least_step : float
@@ -79,6 +91,11 @@ class PassTuning:
 
     depth: int = 2
     most_passes: int = 40
+    most_closings: int = 4
+    fewest_passes: int = 28
+    watched: int = 6
+    calmer: float = 0.5
+    restless: float = 0.2
     passes_of_one_step: int = 12
     least_step: float = 0.25
     first_tolerance: float = 0.3
@@ -162,6 +179,7 @@ class Passes:
         self.next_tolerance = self.tuning.first_tolerance
         self._mixture = Mixture(self.tuning.depth)
         self._pressure_of_contact: np.ndarray | None = None
+        self._open: deque[np.ndarray] = deque(maxlen=self.tuning.watched)
 
     def solve_contact(self) -> ContactState:
         """Contact under the present fluid pressure: the first half of a pass."""
@@ -189,6 +207,7 @@ class Passes:
     def solve_flow(self, contact: ContactState, report: Report) -> LeakRate:
         """Flow through the gap of a contact: the second half of a pass."""
         film = self.problem.film(contact.gap)
+        self._open.append(contact.gap.values > 0)
         leak = self._flow(film)
         self.response = self.problem.pressure_of_flow(film, leak)
         self._mixture.add(self.pressure, self.response)
@@ -259,6 +278,29 @@ class Passes:
         exact = self.mesh_tolerance <= self.rtol if self.mesh_rates[-1] > 0 else self.stays_sealed
         still = len(self.mesh_rates) >= 3 and spread(self.last_rates) < SETTLED * self.rtol
         return exact and still and self.plain and not self.fluid_carries_all
+
+    @property
+    def given_up(self) -> bool:
+        """Whether more passes are not worth their cost.
+
+        They are not if leaking films keep closing, or if ln Q has been moving within the same
+        range for a while: single samples open and close then, and their film changes the fluid
+        pressure by a jump.
+        """
+        tuning, rates, part = self.tuning, self.rates, self.tuning.watched
+        if self.count >= tuning.most_passes:
+            return True
+        if sum(now == 0 < before for before, now in pairwise(rates)) >= tuning.most_closings:
+            return True
+        before, now = spread(rates[-2 * part : -part]), spread(rates[-part:])
+        moves = now > max(tuning.restless, tuning.calmer * before)
+        return self.count >= tuning.fewest_passes and moves
+
+    @property
+    def flipping(self) -> int:
+        """Number of samples that were open in one of the last passes and in contact in another."""
+        opened = np.stack(self._open)
+        return int(np.count_nonzero(opened.any(axis=0) & ~opened.all(axis=0)))
 
     @property
     def last_rates(self) -> Sequence[float]:

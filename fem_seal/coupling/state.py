@@ -9,6 +9,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 
 SETTLED = 1 / 5  # passes have settled if ln Q changes by less than this part of the flow's rtol
+FINER = "compare a finer grid (surface.shape)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,11 @@ class LiftedState:
     mesh_width : float
         ln(upper/lower) of the flow with which the last mesh of the passes was made. Its pressure
         lifts the solid. Infinite if that flow leaks without a lower bound.
+    flipping : int
+        Of a state that has not settled: number of samples that open and close in the last passes,
+        or that are open in one state and closed in the other where two starts lead to two states.
+    two_states : bool
+        Whether passes from both starts have settled, but at different leak rates.
     """
 
     state: str
@@ -56,6 +62,8 @@ class LiftedState:
     rtol: float = 0.0
     rates: tuple[float, ...] = ()
     mesh_width: float = 0.0
+    flipping: int = 0
+    two_states: bool = False
 
     @property
     def claimed(self) -> float:
@@ -95,9 +103,22 @@ class LiftedState:
             return ""
         low = f"{self.lowest:.3g}" if self.lowest else "0 (sealed)"
         high = f"{self.highest:.3g} m^3/s" if self.highest < inf else "that of a film lifted off"
+        if self.two_states:
+            return (
+                "contact and flow settle at two states, from the pressure of the outlet and of the "
+                f"inlet: {self.flipping} samples are open in one and closed in the other, and the "
+                f"leak rate is between {low} and {high}; {FINER}"
+            )
+        if self.state == "sealed" and not self.flipping:
+            return (
+                f"the film is sealed after {self.passes} passes through contact and flow, but more "
+                f"fluid pressure under the contact would open it: the leak rate is between {low} "
+                f"and {high}; {FINER}"
+            )
+        samples = f"{self.flipping} samples open and close, and " if self.flipping else ""
         return (
-            f"contact and flow have not settled after {self.passes} passes: the leak rate varies "
-            f"from {low} to {high}"
+            f"contact and flow have not settled after {self.passes} passes: {samples}the leak rate "
+            f"varies from {low} to {high}; {FINER}"
         )
 
 

@@ -273,6 +273,64 @@ def test_unsettled_passes_say_so():
     assert replace(state, converged=True).reason == ""
 
 
+def test_a_fluid_pressure_that_jumps_has_no_equilibrium():
+    """A fluid that carries nine tenths of its pressure in a thin film and a tenth in a thick one.
+
+    No pressure between is its own response, and ln Q keeps moving between two films.
+    """
+    problem = problem_of(scene())
+    low, high = (np.full(problem.height.shape, part * problem.inlet) for part in (0.1, 0.9))
+    gaps = [problem.contact_under(pressure).gap.values.mean() for pressure in (low, high)]
+
+    def jumping(film, leak):
+        thick = film.gap.values.mean() > sum(gaps) / 2
+        return np.full(film.samples.shape, (0.1 if thick else 0.9) * problem.inlet)
+
+    state = lifted_from(replace(problem, fluid_pressure=jumping), 0.05, low)
+    assert not state.converged
+    assert state.lowest < state.highest
+    assert f"{state.flipping} samples open and close" in state.reason
+    assert 0 < state.flipping < problem.height.values.size
+
+
+def given_up_after(rates):
+    """Number of passes with these leak rates, one after the other, until they are given up."""
+    passes = Passes(problem_of(scene()), 0.05, np.zeros((32, 32)))
+    for rate in rates:
+        passes.count += 1
+        passes.rates.append(rate)
+        if passes.given_up:
+            break
+    return passes.count
+
+
+def test_passes_that_calm_down_go_on_and_others_are_given_up():
+    """ln Q that swings by ±a: as long as a shrinks by a seventh in each pass, or is small, it
+    may settle yet. A film that has closed four times and leaked again will close once more."""
+    most, calm = PassTuning().most_passes, (6 / 7) ** np.arange(40)
+    swing = (-1.0) ** np.arange(40)
+    assert given_up_after(np.exp(2 * calm * swing)) == most
+    assert given_up_after(np.exp(0.05 * swing)) == most
+    assert given_up_after(np.exp(2 * swing)) < most
+    assert given_up_after([0.0] * 40) == most
+    assert given_up_after([0.0, 1.0, 0.0] * 13) == 12
+
+
+def test_two_settled_starts_that_differ_are_two_states():
+    """The samples that are open in one state alone are counted, and both leak rates named."""
+    problem = problem_of(scene())
+    states = [lifted(replace(problem, load=problem.load * part), 0.05) for part in (1.0, 1.1)]
+    both = _both(*states)
+    rates = sorted(state.leak_rate.value for state in states)
+    opened = [state.contact.gap.values > 0 for state in states]
+    assert not both.converged
+    assert both.flipping == np.count_nonzero(opened[0] & ~opened[1]) > 0  # more load closes
+    # The ends are leak rates of passes, which are known to 5 % like those of the states.
+    assert abs(np.log(both.lowest / rates[0])) < 0.1 < np.log(rates[1] / rates[0])
+    assert abs(np.log(both.highest / rates[1])) < 0.1
+    assert "two states" in both.reason
+
+
 def test_passes_on_one_mesh_settle_where_those_on_new_meshes_do():
     """The pressure alone on a kept mesh, or bounds on a mesh of its own in every pass."""
     problem = problem_of(scene(rtol=0.02))
