@@ -183,7 +183,10 @@ def _on_finer(values: np.ndarray, beyond: float) -> np.ndarray:
 
 
 def _both(first: LiftedState, second: LiftedState) -> LiftedState:
-    """Compare the states of two starts; the second is returned."""
+    """Compare the states of two starts.
+
+    The second is returned, or the first if it leaks and has settled and the second has not.
+    """
     passes, rates = first.passes + second.passes, first.rates + second.rates
     if "lifted off" in (first.state, second.state):
         agree = first.state == second.state
@@ -200,8 +203,9 @@ def _both(first: LiftedState, second: LiftedState) -> LiftedState:
     if two_states:
         below, above = (present(contact, "contact").gap.values > 0 for contact in contacts)
         flipping = int(np.count_nonzero(below != above))
+    shown = first if first.state == "leaking" and first.converged > second.converged else second
     return replace(
-        second,
+        shown,
         passes=passes,
         rates=rates,
         converged=False,

@@ -37,7 +37,8 @@ class PassTuning:
     most_passes : int
         Passes after which a state that has not settled is returned.
     most_closings : int
-        So often a film that leaks may close again before the passes are given up.
+        So often a film that leaks may close again in passes of smaller steps, before they are
+        given up.
     fewest_passes : int
         From so many on they are given up as well if ln Q no longer calms down.
     watched : int
@@ -91,7 +92,7 @@ class PassTuning:
 
     depth: int = 2
     most_passes: int = 40
-    most_closings: int = 4
+    most_closings: int = 3
     fewest_passes: int = 28
     watched: int = 6
     calmer: float = 0.5
@@ -283,14 +284,15 @@ class Passes:
     def given_up(self) -> bool:
         """Whether more passes are not worth their cost.
 
-        They are not if leaking films keep closing, or if ln Q has been moving within the same
-        range for a while: single samples open and close then, and their film changes the fluid
-        pressure by a jump.
+        They are not if leaking films keep closing in spite of smaller steps, or if ln Q moves
+        within one range. Then a few samples open and close, and each changes the fluid pressure
+        by a jump.
         """
         tuning, rates, part = self.tuning, self.rates, self.tuning.watched
         if self.count >= tuning.most_passes:
             return True
-        if sum(now == 0 < before for before, now in pairwise(rates)) >= tuning.most_closings:
+        damped = rates[tuning.passes_of_one_step :]
+        if sum(now == 0 < before for before, now in pairwise(damped)) >= tuning.most_closings:
             return True
         before, now = spread(rates[-2 * part : -part]), spread(rates[-part:])
         moves = now > max(tuning.restless, tuning.calmer * before)

@@ -306,14 +306,15 @@ def given_up_after(rates):
 
 def test_passes_that_calm_down_go_on_and_others_are_given_up():
     """ln Q that swings by ±a: as long as a shrinks by a seventh in each pass, or is small, it
-    may settle yet. A film that has closed four times and leaked again will close once more."""
+    may settle yet. A film that closes in every third pass, with smaller steps as well, will close
+    once more."""
     most, calm = PassTuning().most_passes, (6 / 7) ** np.arange(40)
     swing = (-1.0) ** np.arange(40)
     assert given_up_after(np.exp(2 * calm * swing)) == most
     assert given_up_after(np.exp(0.05 * swing)) == most
     assert given_up_after(np.exp(2 * swing)) < most
     assert given_up_after([0.0] * 40) == most
-    assert given_up_after([0.0, 1.0, 0.0] * 13) == 12
+    assert given_up_after([0.0, 1.0, 0.0] * 13) < most
 
 
 def test_two_settled_starts_that_differ_are_two_states():
@@ -398,6 +399,7 @@ def test_starts_that_differ_have_not_settled():
     sealed = replace(
         state, state="sealed", converged=False, change=np.inf, lowest=0.0, highest=9 * state.highest
     )
+    assert _both(state, sealed).state == "leaking"  # that which has settled is shown
     both = _both(sealed, state)
     assert not both.converged
     assert (both.lowest, both.highest) == (0.0, sealed.highest)
