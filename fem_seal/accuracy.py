@@ -162,7 +162,9 @@ def chosen_grid(
             break
     rtol = total
     lifts, left = solved.lifted is not None, budget - part
-    if leak.converged and left > 0 and flow_part(leak) + lift_part(solved.lifted) > left:
+    # Passes through contact and flow do not settle to any tolerance: samples open and close.
+    least = (1 - LAST_SHARE) * budget if lifts else 0.0
+    if leak.converged and left > least and flow_part(leak) + lift_part(solved.lifted) > left:
         # The lift claims a multiple of rtol, which is up to twice the flow's part.
         rtol = 2 * left / (1 + 2 * most_claimed(1.0)) if lifts else 2 * sinh(left)
         solved = on_grid(resampled, rtol, solved.contact)
@@ -170,7 +172,7 @@ def chosen_grid(
     lift = lift_part(solved.lifted)
     missed = part + flow_part(leak) + lift > budget
     if leak.converged and missed and leak.state != "lifted off":
-        words = _missed(total, part, shapes[-1]) if left <= 0 else _missed_by_lift(total, lift)
+        words = _missed(total, part, shapes[-1]) if left <= least else _missed_by_lift(total, lift)
         leak = replace(leak, converged=False, reason=words)
     return Choice(
         total=total,

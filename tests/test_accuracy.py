@@ -3,7 +3,7 @@
 import json
 import re
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import asinh, exp, inf, log, log1p
 
 import numpy as np
@@ -30,7 +30,15 @@ class Fake:
 
     contact: str
     leak_rate: LeakRate
-    lifted: None = None
+    lifted: "Settled | None" = None
+
+
+@dataclass
+class Settled:
+    """A settled lift that claims an error of ln Q."""
+
+    claimed: float
+    converged: bool = True
 
 
 def on_grid_of(error, asked=None):
@@ -143,6 +151,21 @@ def test_the_total_error_is_kept(accurate_scene, seed):
     # The promise is made of its two parts.
     parts = log1p(choice.contact_error) + log1p(choice.flow_error)
     assert parts <= log1p(0.2) * (1 + 1e-9)
+
+
+def test_a_lift_is_not_solved_to_any_tolerance():
+    """The grid takes 95 % of the total: passes to the rest of it, about 0.003, may not settle."""
+    asked = []
+    plain = on_grid_of(lambda n: 0.95 * log1p(0.1) / 1.5 * 128 / n, asked)
+
+    def on_grid(surface, rtol, contact):
+        return replace(plain(surface, rtol, contact), lifted=Settled(1.2 * rtol))
+
+    choice = chosen_grid(0.1, FLAT, on_grid, max_refinement=2)
+    assert log1p(choice.contact_error) == pytest.approx(0.95 * log1p(0.1), rel=1e-9)
+    assert {rtol for _, rtol, _ in asked} == {0.1}
+    assert not choice.leak_rate.converged
+    assert "accuracy.max_refinement" in choice.leak_rate.reason
 
 
 @pytest.mark.parametrize("total", [0.3, 0.1])
