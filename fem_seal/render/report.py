@@ -32,7 +32,10 @@ CAPTIONS = {
     "lift": "What the fluid's pressure does: gap without and with it, and what carries the load.",
     "contact_pressure": "Pressure between the solids; white where they do not touch.",
     "contact": "Contact and open domains; the largest connected one of each is coloured.",
-    "seal": "Pressures and conductivity along the leak path, and of every patch against the load.",
+    "seal": "Left: contact pressure P, fluid pressure p and conductivity K along the leak path, of "
+    "the patch of median leak rate; the shaded part decides the leak rate. Right: K of every patch "
+    "against its net load P - p. A cross marks the load from which on a patch is sealed; it "
+    "leaks in the seal all the same if that is above the highest P less the inlet's pressure.",
     "shape": "Mesh of the film before refinement, with its inlet, outlet and walls.",
     "pressure": "Pressure in the part of the gap that carries flow.",
     "relief": "The gap as a landscape, its depth exaggerated, with the flow on it.",

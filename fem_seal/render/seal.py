@@ -17,8 +17,9 @@ def seal_picture(seal: SealRecord, path: str | Path) -> Path:
     """Draw P(x), p(x) and K(x) of the patch of median leak rate, and K against the net load.
 
     The part of the path that decides the leak rate is shaded: the part with 90 % of the influence
-    of ln K on ln Q, or all that is known to be sealed. It lies before the steepest fall of the
-    fluid's pressure: K at a place influences p, and so the net load P - p, of all places behind it.
+    of ln K on ln Q, or all that is known to be sealed, in which p is not known. It lies before the
+    steepest fall of the fluid's pressure: K at a place influences p, and so the net load P - p, of
+    all places behind it.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> Non
     pressures.set(ylabel="pressure [MPa]", title=title)
     conductivity.set(xlabel="x [mm]", ylabel="K(P - p) [m³/(Pa s)]")
     pressures.tick_params(labelbottom=False)
-    sealed = seal.leak_rate is not None and seal.leak_rate.upper == 0
+    sealed = seal.patches[_median(seal)].state == "sealed"
     if seal.sealing is not None:
         for axes in (pressures, conductivity):
             # At least as wide as a line: a seal may be known to be sealed at one place only.
@@ -102,20 +103,44 @@ def _draw_path(seal: SealRecord, pressures: "Axes", conductivity: "Axes") -> Non
                 label="sealed: K = 0" if sealed else "decides the leak rate (90 %)",
             )
     if seal.path is not None:
-        x, P, p = (
-            np.array(values)
-            for values in (seal.path.x, seal.path.contact_pressure, seal.path.fluid_pressure)
-        )
-        pressures.plot(1e3 * x, 1e-6 * P, "k", label="contact pressure P")
-        pressures.plot(1e3 * x, 1e-6 * p, "tab:blue", label="fluid pressure p, above ambient")
+        x, P = 1e3 * np.array(seal.path.x), 1e-6 * np.array(seal.path.contact_pressure)
+        pressures.plot(x, P, "k", label="contact pressure P")
+        _draw_fluid_pressure(seal, pressures, sealed)
         K = np.array([value or np.nan for value in seal.path.conductivity])
-        if np.nanmax(K, initial=0.0) > 0:
-            conductivity.semilogy(1e3 * x, K, "tab:red")
+        if not sealed:
+            conductivity.semilogy(x, K, "tab:red")
         else:
-            _write_into(
-                conductivity, "no fluid passes the sealed place:\nK elsewhere was not computed"
-            )
+            _write_into(conductivity, _why_no_conductivity(seal))
     _legend_below(pressures, room=0.02)
+
+
+def _draw_fluid_pressure(seal: SealRecord, axes: "Axes", sealed: bool) -> None:
+    """Draw the fluid's pressure; inside a sealed part it is not known."""
+    if seal.path is None:
+        return
+    x, p = 1e3 * np.array(seal.path.x), 1e-6 * np.array(seal.path.fluid_pressure)
+    if not sealed or seal.sealing is None:
+        axes.plot(x, p, "tab:blue", label="fluid pressure p, above ambient")
+        return
+    start, end = 1e3 * seal.sealing.start, 1e3 * seal.sealing.end
+    before = np.append(x[x < start], start), np.append(p[x < start], p[0])
+    behind = np.append(end, x[x > end]), np.append(p[-1], p[x > end])
+    label = "fluid pressure p, above ambient; not known where sealed"
+    axes.plot(*before, "o-", color="tab:blue", markevery=[-1], clip_on=False, label=label)
+    axes.plot(*behind, "o-", color="tab:blue", markevery=[0], clip_on=False)
+
+
+def _why_no_conductivity(seal: SealRecord) -> str:
+    part, path = seal.sealing, seal.path
+    if part is not None and path is not None and (part.start, part.end) == path.ends:
+        return "K = 0 on the whole path"
+    return "no fluid passes the sealed place:\nK elsewhere was not computed"
+
+
+def _median(seal: SealRecord) -> int:
+    """Index of the patch of median leak rate, as `median_patch` takes it."""
+    order = sorted(range(len(seal.patches)), key=lambda k: seal.patches[k].value or 0.0)
+    return order[len(order) // 2]
 
 
 def _write_into(axes: "Axes", text: str) -> None:
@@ -126,34 +151,53 @@ def _write_into(axes: "Axes", text: str) -> None:
 
 
 def _draw_loads(seal: SealRecord, axes: "Axes") -> None:
-    """Draw K of every patch against the net load, all but the median patch in grey."""
-    axes.set(xlabel="net load P - p [MPa]", ylabel="K [m³/(Pa s)]", title="every patch")
+    """Draw K of every patch against the net load, all but the median patch in grey.
+
+    A dotted line goes from the last load at which a patch leaks to the first at which it is sealed.
+    """
+    axes.set(xlabel="net load P - p [MPa]", title="every patch")
+    tables = [one.conductivity.table for one in seal.patches if one.conductivity is not None]
+    if not any((table.upper > 0).any() for table in tables):
+        _draw_sealed_loads(tables, axes)
+        return
+    axes.set(ylabel="K [m³/(Pa s)]", yscale="log")
     axes.locator_params(axis="x", nbins=6)
-    order = sorted(range(len(seal.patches)), key=lambda k: seal.patches[k].value or 0.0)
-    median = order[len(order) // 2]
-    drawn = False
+    median, ends = _median(seal), []
     for number, one in enumerate(seal.patches):
         if one.conductivity is None:
             continue
         table, is_median = one.conductivity.table, number == median
         colour, layer = ("tab:red", 3) if is_median else ("0.6", 2)
         open_ = table.upper > 0
-        w = 1e-6 * table.loads
+        w, K = 1e-6 * table.loads, table.value
         label = "patch of median leak rate, at the left" if is_median else "other patches"
-        axes.plot(
-            w[open_], table.value[open_], ".-", color=colour, lw=0.8, zorder=layer, label=label
-        )
-        drawn = drawn or bool(open_.any())
+        axes.plot(w[open_], K[open_], ".-", color=colour, lw=0.8, zorder=layer, label=label)
         if is_median and open_.any():
             _draw_bounds(table, axes)
         if not open_.all():
-            at = float(w[np.argmin(open_)])
-            axes.axvline(at, color=colour, ls=":", lw=1, zorder=layer, label="sealed from here on")
-    if drawn:
-        axes.set_yscale("log")
-        _legend_below(axes, room=0.08)
-    else:
-        _write_into(axes, "every patch is sealed")
+            ends.append((w[np.argmin(open_)], w[open_], K[open_], colour, layer))
+    lowest, _ = axes.get_ylim()
+    axes.set_ylim(bottom=lowest)
+    for sealed, w, K, colour, layer in ends:
+        to = [*w[-1:], sealed], [*K[-1:], lowest]
+        axes.plot(*to, ":", color=colour, lw=1, zorder=layer)
+        axes.plot(
+            sealed, lowest, "x", color=colour, clip_on=False, zorder=layer + 3,
+            label="sealed at this net load and above",
+        )  # fmt: skip
+    _legend_below(axes, room=0.08)
+
+
+def _draw_sealed_loads(tables: list[ConductivityTable], axes: "Axes") -> None:
+    """Draw the net loads from which on each patch is sealed, where none was seen to leak."""
+    loads = [1e-6 * float(table.loads[0]) for table in tables]
+    numbers = np.arange(1, len(loads) + 1)
+    most = 1.25 * max(loads, default=1.0)
+    axes.set(ylabel="patch", xlim=(0, most), ylim=(0, len(loads) + 1))
+    axes.locator_params(axis="y", integer=True)
+    axes.hlines(numbers, loads, most, color="tab:green", lw=3, alpha=0.4, label="sealed: K = 0")
+    axes.plot(loads, numbers, "x", color="k", label="solved, and sealed; less was not solved")
+    _legend_below(axes, room=0.08)
 
 
 def _draw_bounds(table: ConductivityTable, axes: "Axes") -> None:

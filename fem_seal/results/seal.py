@@ -62,6 +62,11 @@ class PathRecord(Record):
     fluid_pressure: tuple[float, ...]
     conductivity: tuple[float | None, ...]
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Distances of inlet and outlet from the inlet [m]."""
+        return self.x[0], self.x[-1]
+
     @classmethod
     def of(cls, path: PathFlow) -> "PathRecord":
         """Record of a path, at most `POINTS` places of it."""
@@ -155,11 +160,12 @@ def seal_words(seal: SealRecord, gas: GasRecord | None = None) -> str:
     where = "along the path" if rate.upper == 0 else "along the part of the path that seals"
     made = f"{seal.patches_along} patches {where}, {seal.patches_around} around the seal"
     words = f"{text}; {made}, drawn from {number}, {sealed} sealed"
+    net = "(contact pressure less fluid pressure)"
     if len(seal.loads) == 1:
-        words += f"; 1 net load, {with_prefix(seal.loads[0], 'Pa')}"
+        words += f"; solved at a net load {net} of {with_prefix(seal.loads[0], 'Pa')}"
     elif seal.loads:
         ends = f"{with_prefix(seal.loads[0], 'Pa')} to {with_prefix(seal.loads[-1], 'Pa')}"
-        words += f"; {len(seal.loads)} net loads from {ends}"
+        words += f"; solved at {len(seal.loads)} net loads {net} from {ends}"
     if seal.sealing is None:
         return words
     start, middle, end = (
@@ -167,5 +173,8 @@ def seal_words(seal: SealRecord, gas: GasRecord | None = None) -> str:
     )
     if start == end:
         return f"{words}; seals where the contact pressure is highest, {start} behind the inlet"
-    words += f"; seals from {start} to {end} behind the inlet"
+    if seal.path is not None and (seal.sealing.start, seal.sealing.end) == seal.path.ends:
+        return f"{words}; seals on the whole path, {end}"
+    begin = f"from {start}" if seal.sealing.start > 0 else "from the inlet"
+    words += f"; seals {begin} to {end} behind the inlet"
     return words if rate.upper == 0 else f"{words}, half of it before {middle}"

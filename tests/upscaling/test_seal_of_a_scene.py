@@ -20,7 +20,7 @@ from fem_seal.render.report import remarks, verdict
 from fem_seal.render.seal import seal_figure
 from fem_seal.results import Result
 from fem_seal.results.rates import unit_words
-from fem_seal.results.seal import SealRecord
+from fem_seal.results.seal import SealPatchRecord, SealRecord, TableRecord
 from fem_seal.results.words import lines_of, summary_of
 from fem_seal.scene import Scene
 from fem_seal.sweep.point import Point, _numbers
@@ -728,22 +728,47 @@ def test_a_sealed_seal_has_pressures_and_words(profile):
     assert (np.diff(p) <= 0).all()
     assert P.max() == pytest.approx(2e6 * (1 if profile == "uniform" else 4 / np.pi), rel=1e-5)
     (words,) = (text for label, text in lines_of(result) if label == "seal")
-    assert "; 1 net load, " in words
+    assert "; solved at a net load (contact pressure less fluid pressure) of " in words
     if profile == "hertz":
         assert words.endswith("seals where the contact pressure is highest, 50 um behind the inlet")
     else:
-        assert words.endswith("seals from 0 m to 100 um behind the inlet")
+        assert words.endswith("seals on the whole path, 100 um")
 
 
-def test_picture_of_a_sealed_seal_says_why_it_is_empty(tmp_path):
-    asked = scene(contact={"pressure": 2e6}, seal={"patches": 1, "pressure_profile": "hertz"})
-    result, _ = entries(asked)
-    drawn = seal_figure(result.seal)
-    texts = [text.get_text() for axes in drawn.axes for text in axes.texts]
-    assert texts == ["no fluid passes the sealed place:\nK elsewhere was not computed",
-                     "every patch is sealed"]  # fmt: skip
-    pressures = drawn.axes[0]
-    assert len(pressures.lines) == 2
+@pytest.mark.parametrize("profile", ["uniform", "hertz"])
+def test_picture_of_a_sealed_seal_draws_what_is_known(profile):
+    """p outside the sealed part alone; at the right each patch from its lowest sealed load on."""
+    asked = scene(contact={"pressure": 2e6}, seal={"patches": 2, "pressure_profile": profile})
+    seal = entries(asked)[0].seal
+    pressures, conductivity, loads = seal_figure(seal).axes
+    reason = "no fluid passes the sealed place:\nK elsewhere was not computed"
+    whole = "K = 0 on the whole path"
+    (text,) = (text.get_text() for text in conductivity.texts)
+    assert text == (whole if profile == "uniform" else reason)
+    _, before, behind = pressures.lines
+    assert before.get_xdata().max() == pytest.approx(1e3 * seal.sealing.start)
+    assert behind.get_xdata().min() == pytest.approx(1e3 * seal.sealing.end)
+    assert before.get_ydata() == pytest.approx(0.05)
+    assert set(behind.get_ydata()) == {0.0}
+    (sealed,) = loads.lines
+    drawn = [1e-6 * one.conductivity.loads[0] for one in seal.patches]
+    assert list(sealed.get_xdata()) == pytest.approx(drawn)
+    assert list(sealed.get_ydata()) == [1, 2]
+
+
+def test_a_cross_ends_the_curve_of_a_patch_that_becomes_sealed():
+    """From the last load that leaks to the first one that is sealed, in the curve's colour."""
+    K = TableRecord(loads=(1e5, 2e5, 3e5), lower=(1e-20, 1e-22, 0.0), upper=(2e-20, 2e-22, 0.0))
+    leaking = SealPatchRecord(
+        state="leaking", value=1e-15, lower=1e-16, upper=1e-14, conductivity=K
+    )
+    seal = entries(scene(seal={"patches": 1}))[0].seal.model_copy(update={"patches": (leaking,)})
+    *_, axes = seal_figure(seal).axes
+    curve, dotted, cross = axes.lines
+    assert list(dotted.get_xdata()) == pytest.approx([0.2, 0.3])
+    assert dotted.get_ydata()[0] == curve.get_ydata()[-1]
+    assert cross.get_xdata() == pytest.approx([0.3])
+    assert curve.get_color() == dotted.get_color() == cross.get_color()
 
 
 @pytest.mark.parametrize(
