@@ -177,6 +177,8 @@ def tensor_words(tensor: ConductivityTensor) -> str:
     parts = (("xx", tensor.xx), ("xy", tensor.xy), ("yy", tensor.yy))
     texts = ((name, *bracket_digits(c.value, c.lower, c.upper)) for name, c in parts)
     words = (f"{name} = {value} [{low}, {high}]" for name, value, low, high in texts)
+    if tensor.xx.upper == tensor.yy.upper == 0:
+        return f"{', '.join(words)} m^3/(Pa s); sealed in every direction"
     ease = f"easiest at {tensor.angle:.3g} degrees"
     if tensor.hardest > 0:
         ease += f", {tensor.easiest / tensor.hardest:.3g} times the hardest"

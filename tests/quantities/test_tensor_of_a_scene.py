@@ -9,7 +9,7 @@ from fem_seal.flow.tensor_bounds import TensorBounds
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.results import Result
+from fem_seal.results import Result, summarise
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
 
@@ -36,6 +36,12 @@ def test_tensor_of_a_scene(scene, tmp_path):
     assert found.easiest >= max(found.xx.value, found.yy.value)
     assert result.converged
     assert "easiest at" in dict(lines_of(result))["tensor"]
+
+
+def test_a_sealed_cell_has_no_easiest_direction(scene):
+    scene["contact"]["area_fraction"] = 0.9
+    words = dict(lines_of(summarise(Patch(Scene.from_mapping(scene)))))["tensor"]
+    assert words.endswith("sealed in every direction")
 
 
 def test_tensor_that_does_not_converge_ends_the_run_with_its_bounds(scene, tmp_path):
