@@ -106,7 +106,7 @@ class Decision:
     def missed(self, lower: float, upper: float) -> str:
         """Message on the distance of bounds [m³/s] from the criterion."""
         below, above = lower / self.limit, upper / self.limit
-        return f"the leak rate is between {below:.4g} and {above:.4g} of the limit, undecided"
+        return f"the leak rate is between {below:.4g} and {above:.4g} times the limit"
 
     def out_of_reach(self, solution: "LevelSolution") -> str:
         """Message if no mesh can decide because of slip or the margin, else ""."""
@@ -118,8 +118,13 @@ class Decision:
             least, most = solution.slip.interval(bounds)
             low, high = low * least, high * most
         if bounds.lower * high * self.unit >= self.limit >= bounds.upper * low * self.unit:
-            error = "slip" if self.margin == 0 else "slip or lift" if solution.slip else "lift"
-            return f"the limit lies within the uncertainty of the {error}, which no mesh can reduce"
+            if self.margin == 0:
+                return "the limit lies within the uncertainty of the slip, which no mesh reduces"
+            error = "slip and lift" if solution.slip else "lift"
+            return (
+                f"the limit lies within the uncertainty of the {error}, which no further mesh "
+                "reduces; a smaller flow.rtol reduces that of the lift"
+            )
         return ""
 
     def too_slow(self, history: ConvergenceHistory, growth: float) -> str:

@@ -248,8 +248,8 @@ def _slip(patch: Patch, seal: SealLeak) -> Uncertainty | None:
     knudsen = drive.mean_free_path(patch.scene.viscosity) / seal.critical_gap
     if law is None:
         sentence = (
-            f"slip of the gas at the walls is not computed and adds about {per_cent(6 * knudsen)} "
-            "to the flow at the tightest place"
+            "slip of the gas at the walls is left out and would add about "
+            f"{per_cent(6 * knudsen)} to the flow at the tightest place"
         )
         return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
     if law.coefficient is FIRST_ORDER:

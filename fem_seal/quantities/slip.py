@@ -73,13 +73,13 @@ def slip_interval(patch: Patch) -> Uncertainty | None:
 def first_order(knudsen: float) -> Uncertainty:
     """Entry of first-order slip at a Knudsen number."""
     sentence = (
-        "slip of the gas at the walls is computed to first order in the mean free path, which is "
-        f"too low; Knudsen number {knudsen:.2g} at the tightest place"
+        "slip of the gas at the walls is computed to first order in the mean free path, and more "
+        f"leaks than that; Knudsen number {knudsen:.2g} at the tightest place"
     )
     if knudsen <= LARGEST_KNUDSEN:
         return Uncertainty("slip", "estimated", sentence, 1.0, 1 + EXCESS * knudsen)
     sentence += (
-        f", and above {LARGEST_KNUDSEN:g} the upper bound does not hold, the lower one does; "
+        f"; above {LARGEST_KNUDSEN:g} the upper bound does not hold, the lower one does; "
         "fluid.slip = 'kinetic' covers it"
     )
     return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)
@@ -123,7 +123,7 @@ def _without_slip(patch: Patch, knudsen: float) -> Uncertainty:
     sigma = present(scene.fluid, "[fluid]").accommodation or 1.0
     added = 6 * knudsen * (2 - sigma) / sigma
     sentence = (
-        f"slip of the gas at the walls is not computed and adds about {per_cent(added)} to the "
+        f"slip of the gas at the walls is left out and would add about {per_cent(added)} to the "
         f"flow at the tightest place (mean free path {with_prefix(knudsen * critical, 'm')} at the "
         f"mean pressure, gap {with_prefix(critical, 'm')})"
     )

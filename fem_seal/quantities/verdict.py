@@ -278,7 +278,7 @@ def _advice(
         if total > LEAST_RTOL:
             return f"accuracy.total = {total:.2g} might decide"
     if rtol is not None and unknowns is not None:
-        return f"flow.rtol = {rtol:.2g} might decide, with about {float(unknowns):.2g} unknowns"
+        return f"flow.rtol = {rtol:.2g} might decide, with about {in_digits(unknowns, 2)} unknowns"
     if open_entries(rest):
         return _sentences(open_entries(rest))
     if counted:
