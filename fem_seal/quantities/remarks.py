@@ -17,6 +17,7 @@ THICK = 0.1  # mean gap over the length of the film above which the same holds
 # Part of the load carried by the solid below which the user is warned. Bolts and gauges easily have
 # an error of 5 %: it may take all of that part away (docs/guide/lift.md).
 NEAR_LIFT_OFF = 0.05
+JUMP = 1e-3  # jump of a gap over its mean, above which it is named
 FEW = 10  # samples in contact below which the contact area is meaningless
 
 
@@ -46,7 +47,7 @@ def cautions(
         sentences.extend(filter(None, (_contact(patch, gap), thick)))
     elif isinstance(film := patch.film, MeshFilm):
         thick = _thickness(film.mean_gap, float(np.ptp(film.mesh.xy, axis=0).min()))
-        sentences.extend(filter(None, (thick,)))
+        sentences.extend(filter(None, (thick, _jump(film))))
     return tuple(sentences)
 
 
@@ -116,6 +117,28 @@ def _thickness(mean_gap: float, length: float) -> str | None:
     return (
         f"the mean gap is {with_prefix(mean_gap, 'm')}, no thin film on a length of "
         f"{with_prefix(length, 'm')}: are gap and lengths in the right units?"
+    )
+
+
+def _jump(film: MeshFilm) -> str | None:
+    """Warn if a formula of the gap jumps where theta does, at 180 degrees, inside the film."""
+    if film.formula is None:
+        return None
+    x, y = np.moveaxis(film.mesh.xy[film.mesh.cells], 2, 0)
+    across = (x.max(axis=1) < 0) & (y.min(axis=1) < 0) & (y.max(axis=1) >= 0)
+    radii = np.hypot(x, y)[across].ravel()
+    if radii.size == 0:
+        return None
+    # The sign of a zero y says on which side of the jump a point lies.
+    above, below = (
+        film.formula(np.column_stack([-radii, np.full_like(radii, side)])) for side in (0.0, -0.0)
+    )
+    jump = float(np.abs(above - below).max())
+    if jump <= JUMP * film.mean_gap:
+        return None
+    return (
+        f"the gap jumps by {with_prefix(jump, 'm')} at theta = 180 degrees, from where theta goes "
+        "on at -180 degrees; the film is linear between the vertices on both sides"
     )
 
 

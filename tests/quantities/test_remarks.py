@@ -76,6 +76,28 @@ def test_a_formula_in_micrometres_is_no_thin_film(formula, thick):
     assert [("no thin film" in caution) for caution in cautions] == [True] * thick
 
 
+@pytest.mark.parametrize(
+    ("kind", "formula", "jumps"),
+    [
+        ({"kind": "face-seal"}, "1e-6 * (1 + theta / 8)", True),
+        ({"kind": "face-seal"}, "1e-6 * (1 + abs(theta) + sin(2 * theta) / 8)", False),
+        ({"kind": "sector", "angle": 5.0}, "1e-6 * (1 + theta / 8)", False),
+        ({"kind": "sector", "angle": 2.0}, "1e-6 * (1 + theta / 8)", False),
+    ],
+)
+def test_a_gap_that_jumps_with_theta(kind, formula, jumps):
+    """In a ring theta jumps from π to -π, and 1 + theta/8 with it; in a sector it does not."""
+    ring = {"inner_radius": 0.02, "outer_radius": 0.025, "mesh_size": 0.003}
+    scene = {
+        "shape": {**kind, **ring, "gap_expression": formula},
+        "fluid": {"viscosity": 1e-3},
+        "flow": {"pressure_drop": 1e5},
+        "output": {"products": ["leak_rate"]},
+    }
+    cautions = summarise(Patch(Scene.from_mapping(scene))).cautions
+    assert [("jumps by 785.4 nm" in caution) for caution in cautions] == [True] * jumps
+
+
 def test_a_gap_higher_than_the_patch_is_no_thin_film():
     """A mean gap of 1 mm over faces 32 um long: nearly flat, so that its slopes do not tell."""
     data = pressed(1e5).model_dump()
