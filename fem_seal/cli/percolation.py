@@ -47,7 +47,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
         type=Path,
         default=Path("results/percolation"),
         metavar="DIR",
-        help="results folder",
+        help="result folder (results/percolation)",
     )
     command.set_defaults(command=_percolation)
 

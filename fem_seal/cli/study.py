@@ -41,15 +41,19 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     cross = _study(studies, "cross-validation", "every method on one gap over ever finer grids")
     add_scene(cross)
-    cross.add_argument("--grids", type=int, default=3, metavar="N", help="each twice as fine (3)")
+    cross.add_argument(
+        "--grids", type=int, default=3, metavar="N", help="number of grids, each twice as fine (3)"
+    )
     add_work(cross, "method on a grid")
     cross.set_defaults(command=_shared(_cross_validation))
     exact = _study(studies, "exact", "every method where the leak rate is known exactly")
-    exact.add_argument("cases", nargs="*", metavar="CASE", help="all if left out")
-    exact.add_argument("--grids", type=int, default=4, metavar="N", help="8, 16, … squares (4)")
+    exact.add_argument("cases", nargs="*", metavar="CASE", help="exact cases by name (all)")
+    exact.add_argument(
+        "--grids", type=int, default=4, metavar="N", help="number of grids of 8, 16, … squares (4)"
+    )
     add_work(exact, "method on a grid")
     exact.set_defaults(command=_shared(_exact))
-    trade = _study(studies, "trade", "error against time: contact grids, methods, tolerances")
+    trade = _study(studies, "trade", "error against time of contact grids, methods and tolerances")
     add_scene(trade)
     trade.add_argument(
         "--lift",
@@ -83,7 +87,8 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
-    study = studies.add_parser(name, help=purpose, description=purpose)
+    description = f"{purpose[0].upper()}{purpose[1:]}."
+    study = studies.add_parser(name, help=purpose, description=description)
     default = f"results/{name}"
     study.add_argument(
         "--out",

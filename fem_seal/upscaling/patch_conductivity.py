@@ -6,8 +6,8 @@ component of the conductivity tensor, whose current need not cross straight ends
 slips, K is taken at the mean of the pressures of inlet and outlet.
 
 Bounds between two loads. The gap g(x; w) of a half-space falls with the load w and is convex in it.
-Proof: let L be the stiffness, whose kernel is negative off the diagonal, and f = L h for the
-heights h. Then g(w) is the least element of the set {g >= 0, L g + f + w >= 0} (R. W. Cottle and
+Proof: let M be the stiffness, whose kernel is negative off the diagonal, and f = M h for the
+heights h. Then g(w) is the least element of the set {g >= 0, M g + f + w >= 0} (R. W. Cottle and
 A. F. Veinott, Math. Program. 3, 238 (1972)). If g_1 and g_2 are in the sets of w_1 and w_2, their
 mean is in the set of the mean load, and so at least as large as the least element there. Hence for
 a < w < b < c
