@@ -18,6 +18,46 @@ def silent(stage: str, detail: str) -> None:
     """Report nothing."""
 
 
+class Pace:
+    """A `Report` that puts first how many points are done, and about how long the others take.
+
+    The estimate counts on points that take alike; there is none before the first one is done.
+
+    Parameters
+    ----------
+    total : int
+        Number of points to compute.
+    name : str
+        Name of the points, such as "patches".
+    report : callable
+    """
+
+    def __init__(self, total: int, name: str, report: Report):
+        self.done = 0
+        self._total, self._name, self._report = total, name, report
+        self._start = monotonic()
+
+    def count(self) -> None:
+        """Count one more point as done."""
+        self.done += 1
+
+    def __call__(self, stage: str, detail: str) -> None:
+        """Report a stage of the present point."""
+        text = f"{self.done} of {self._total} {self._name} done"
+        if 0 < self.done < self._total:
+            seconds = (monotonic() - self._start) * (self._total - self.done) / self.done
+            text += f", about {_duration(seconds)} left"
+        self._report(f"{text}: {stage}" if stage else text, detail)
+
+
+def _duration(seconds: float) -> str:
+    """Time in words, in one unit."""
+    for unit, length in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 1.5 * length:
+            return f"{seconds / length:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
 class Display:
     """Context manager that shows stage, detail and elapsed time in a line on standard error.
 

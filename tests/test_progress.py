@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from fem_seal.progress import Display
+from fem_seal.progress import Display, Pace
 
 FAST = {"patience": 0.05, "beat": 0.01}  # seconds
 
@@ -52,3 +52,26 @@ def test_plain_lines_where_there_is_no_terminal(monkeypatch, capsys):
             for done, now[0] in enumerate([10.0, 31.0, 50.0, 62.0, 70.0], start=1):
                 report(f"{done}/9 points", "")
         assert capsys.readouterr().err.splitlines() == expected
+
+
+@pytest.mark.parametrize(
+    ("done", "seconds", "text"),
+    [
+        (0, 50.0, "0 of 8 patches done"),
+        (2, 10.0, "2 of 8 patches done, about 30 s left"),
+        (2, 40.0, "2 of 8 patches done, about 2 min left"),
+        (1, 1800.0, "1 of 8 patches done, about 4 h left"),
+        (8, 99.0, "8 of 8 patches done"),
+    ],
+)
+def test_pace(done, seconds, text, monkeypatch):
+    """The points that are left take as long as those that are done, if they take alike."""
+    now, heard = [1000.0], []
+    monkeypatch.setattr("fem_seal.progress.monotonic", lambda: now[0])
+    pace = Pace(8, "patches", lambda stage, detail: heard.append((stage, detail)))
+    for _ in range(done):
+        pace.count()
+    now[0] += seconds
+    pace("patch 3 of 8", "iteration 2")
+    pace("", "")
+    assert heard == [(f"{text}: patch 3 of 8", "iteration 2"), (text, "")]

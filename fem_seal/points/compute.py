@@ -11,7 +11,7 @@ from fem_seal.errors import FemSealError, MissingPackage, NotConverged
 from fem_seal.points.farm import WorkerKilledError, farm, report_to_farm, watch
 from fem_seal.points.task import Chain, Task, nothing
 from fem_seal.points.work import Work
-from fem_seal.progress import Report, silent
+from fem_seal.progress import Pace, Report, silent
 
 Failures: TypeAlias = dict[str, FemSealError]
 KILLED = "the process that computed it was killed; most likely it ran out of memory"
@@ -58,6 +58,7 @@ def compute_points(
     *,
     report: Report = silent,
     gather: Callable[[], object] = nothing,
+    name: str = "points",
 ) -> Outcome:
     """Compute the points of some chains that their folders do not hold.
 
@@ -72,6 +73,8 @@ def compute_points(
     gather : callable
         Makes a table of the finished points; the first process calls it now and then, and at the
         end.
+    name : str
+        Name of the points in the progress.
 
     Returns
     -------
@@ -90,12 +93,17 @@ def compute_points(
     failures: Failures = {}
     try:
         if missing and work.jobs == 1 and work.executor is None:
-            now_and_then = _Throttled(gather)
-            chain_report = under(f"{len(missing)} points", report)
+            now_and_then, pace = _Throttled(gather), Pace(len(missing), name, report)
+
+            def after_each() -> None:
+                pace.count()
+                now_and_then()
+
             for chain in mine:
-                failures |= compute_chain(chain, chain_report, after_each=now_and_then)
+                failures |= compute_chain(chain, pace, after_each=after_each)
         elif missing:
-            failures = _by_workers(mine, missing, work, report, gather)
+            pace = Pace(len(missing), name, report)
+            failures = _by_workers(mine, missing, work, pace, gather)
     finally:
         if parallel.is_root(work.comm):
             gather()
@@ -183,7 +191,7 @@ def _by_workers(
     chains: list[Chain],
     missing: Sequence[str],
     work: Work,
-    report: Report,
+    pace: Pace,
     gather: Callable[[], object],
 ) -> Failures:
     """Compute chains in workers; return the errors of points that failed and left no file."""
@@ -197,9 +205,9 @@ def _by_workers(
 
     def poll() -> int:
         now_and_then()
-        done = sum(folder_of[name].exists(name) for name in missing)
-        report(f"{done}/{len(missing)} points", latest)
-        return done
+        pace.done = sum(folder_of[name].exists(name) for name in missing)
+        pace(latest, "")
+        return pace.done
 
     chains = [chain for chain in chains if _without_file([chain])]
     failures: Failures = {}

@@ -66,7 +66,8 @@ class Seal(Section):
         1, le=1000, description="realizations: seeds, twins of a map, or windows of it"
     )
     window: tuple[Length, Length] | None = Field(
-        None, description="[along, across] the flow: patches are windows of the map"
+        None,
+        description="[along, across] the flow: patches are windows of the map, wide for its roughness",
     )
     rtol: Number = Field(
         0.2, ge=1e-6, description="largest (upper - lower) / sqrt(lower upper) of the seal"

@@ -21,7 +21,7 @@ from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
 from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
 from fem_seal.points.compute import compute_chain, under
-from fem_seal.progress import Report
+from fem_seal.progress import Pace, Report
 from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
@@ -31,6 +31,8 @@ from fem_seal.upscaling.profile import Uniform
 from fem_seal.upscaling.realizations import patch_of
 from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import seal_flow
+
+PATCHES = "patches"  # name of the points in the progress
 
 
 @dataclass(frozen=True)
@@ -227,10 +229,14 @@ def solved_patches(
     chains: list[Chain[SolvedPatch]] = [Chain(points, (task,)) for task in tasks]
     if work.jobs == 1 and work.executor is None:
         failures: dict[str, FemSealError] = {}
+        left = parallel.on_root(
+            lambda: sum(not points.finished(task.name) for task in tasks), like.comm
+        )
+        pace = Pace(left, PATCHES, like.report)
         for chain in chains:
-            failures |= compute_chain(chain, like.report, comm=like.comm)
+            failures |= compute_chain(chain, pace, comm=like.comm, after_each=pace.count)
     else:
-        failures = compute_points(chains, work, report=like.report).failures
+        failures = compute_points(chains, work, report=like.report, name=PATCHES).failures
     for error in failures.values():
         raise error
     return parallel.on_root(
