@@ -66,8 +66,7 @@ class Seal(Section):
         1, le=1000, description="realizations: seeds, twins of a map, or windows of it"
     )
     window: tuple[Length, Length] | None = Field(
-        None,
-        description="[along, across] the flow: patches are windows of the map, wide for its roughness",
+        None, description="[along, across] the flow: patches are windows of a map many waves wide"
     )
     rtol: Number = Field(
         0.2, ge=1e-6, description="largest (upper - lower) / sqrt(lower upper) of the seal"
