@@ -177,7 +177,7 @@ class Patch:
             return None
         if isinstance(surface, FileSurface):
             prepared = present(self.prepared, "prepared heights")
-            if contact is not None and contact.model == "gfmd":
+            if contact is not None and contact.is_elastic:
                 prepared.require_cell(f"heights in {surface.path}")
             return prepared.field
         with self.timed("surface"):

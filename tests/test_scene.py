@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from dataclasses import fields
 from typing import get_args
 
 import numpy as np
@@ -14,7 +15,10 @@ from fem_seal.contact.halfspace import BASES, PRECISIONS
 from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.patch import Patch
+from fem_seal.quantities.of_patch import QUANTITIES, THRESHOLDS, Quantities
+from fem_seal.quantities.uncertainties import ASSUMPTIONS
 from fem_seal.scene import Contact, Flow, Scene, SelfAffineSurface, Solid
+from fem_seal.scene.sections import Product
 from fem_seal.steps import CONTACTS, FLOWS
 from fem_seal.units import to_si
 
@@ -377,10 +381,17 @@ def test_choices_are_those_that_exist():
 
     assert choices(Contact, "solver") == set(METHODS)
     assert choices(Contact, "model") == set(CONTACTS)
+    assert set(CONTACTS) == set(ASSUMPTIONS) == set(THRESHOLDS) - {"gap"}
     assert choices(Contact, "precision") == set(PRECISIONS)
     assert choices(Solid, "layer_base") == set(BASES)
     assert choices(Flow, "links") == set(LINKS)
     assert choices(Flow, "method") == set(FLOWS)
+
+
+def test_quantities_are_products_of_the_page():
+    products = set(get_args(Product))
+    assert {field.name for field in fields(Quantities)} == set(QUANTITIES) <= products
+    assert products <= set(re.findall(r"^\| `(\w+)` \|", DOCUMENT, re.MULTILINE))
 
 
 def test_reference_scene_is_valid(tmp_path):

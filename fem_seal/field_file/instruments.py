@@ -109,7 +109,7 @@ def _exceptions(path: Path) -> tuple[type[Exception], ...]:
         from SurfaceTopography.Exceptions import ReadFileError, UnknownFileFormat
     except ImportError:
         raise MissingPackage(
-            f"{path} is none of .npz, .npy, .nc, .h5 or .txt; other formats need "
+            f"{path} is none of .npz, .npy, .nc, .h5, .txt and .csv; other formats need "
             "SurfaceTopography: .venv/bin/pip install -c .venv/debian.txt SurfaceTopography"
         ) from None
     return ReadFileError, UnknownFileFormat

@@ -58,8 +58,8 @@ def read_map(
     if heights and stated.missing != "none":
         refuse_markers(recorded.values, str(path))
     field = in_metres(recorded, stated, path).oriented(stated.turn, stated.transpose)
-    if field.periodic is None and _reader(path) is _instrument:
-        # A measured map is not periodic unless its file or the scene says so.
+    if field.periodic is None and path.suffix.lower() not in READERS:
+        # An instrument's map is not periodic unless its file or the scene says so.
         return replace(field, periodic=False)
     return field
 
@@ -67,11 +67,7 @@ def read_map(
 def read_recorded(path: Path, names: Names) -> Recorded:
     """Read a map and the statements of its file; see `read_map`."""
     with within_available_memory(str(path)):
-        return _reader(path)(path, names)
-
-
-def _reader(path: Path) -> "Callable[[Path, Names], Recorded]":
-    return READERS.get(path.suffix.lower(), _instrument)
+        return READERS.get(path.suffix.lower(), _instrument)(path, names)
 
 
 def _named(read: Callable[[Path, Names], NamedArrays], path: Path, names: Names) -> Recorded:

@@ -36,7 +36,7 @@ def fluid_pressure(patch: Patch) -> Uncertainty | None:
       same is done for a limit that the dry contact exceeds.
     """
     contact = patch.scene.contact
-    if contact is None or contact.model != "gfmd":
+    if contact is None or not contact.is_elastic:
         return None
     if patch.scene.lift == "resolved":
         return _resolved(patch)

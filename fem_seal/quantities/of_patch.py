@@ -115,7 +115,7 @@ def _constriction(patch: Patch) -> Constriction | None:
 
 def _threshold(patch: Patch) -> Threshold | None:
     patch.contact, patch.film  # noqa: B018 - all processes solve them, the first one searches
-    return parallel.on_root(lambda: _THRESHOLDS[_model(patch)](patch), patch.comm)
+    return parallel.on_root(lambda: THRESHOLDS[_model(patch)](patch), patch.comm)
 
 
 def _model(patch: Patch) -> str:
@@ -155,7 +155,7 @@ def _of_elastic(patch: Patch) -> Threshold | None:
     )
 
 
-_THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {
+THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {
     "gap": _of_gap,
     "bearing": _of_bearing,
     "gfmd": _of_elastic,

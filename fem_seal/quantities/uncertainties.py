@@ -65,14 +65,16 @@ def _one_patch(patch: Patch) -> Uncertainty | None:
     return Uncertainty(ONE_PATCH, "not covered", sentence)
 
 
+# Assumption of each contact model.
+ASSUMPTIONS = {
+    "gfmd": "a linear elastic contact without friction and adhesion",
+    "bearing": "a surface that is cut at a plane",
+}
+
+
 def _model(patch: Patch) -> Uncertainty:
     contact = patch.scene.contact
-    solid = ""
-    if contact is not None:
-        solid = {
-            "gfmd": ", and a linear elastic contact without friction and adhesion",
-            "bearing": ", and a surface that is cut at a plane",
-        }[contact.model]
+    solid = "" if contact is None else f", and {ASSUMPTIONS[contact.model]}"
     sentence = f"Reynolds' equation for a thin film between smooth slopes{solid}"
     return Uncertainty("model", "not covered", sentence)
 

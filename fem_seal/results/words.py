@@ -215,7 +215,7 @@ def threshold_words(threshold: Threshold) -> str:
     """Pressures and contact areas between which the contact seals."""
     areas = f"A/A0 = {threshold.area_leaking:.4g} and {threshold.area_sealed:.4g}"
     if threshold.pressure_sealed is None:
-        how = {"gap": "lowered uniformly, ", "bearing": ""}[threshold.model]
+        how = "lowered uniformly, " if threshold.model == "gap" else ""
         return f"{how}seals between {areas}"
     low, high = present(threshold.pressure_leaking, "pressure"), threshold.pressure_sealed
     return f"seals between {with_prefix(low, 'Pa')} and {with_prefix(high, 'Pa')}, {areas}"

@@ -1,19 +1,18 @@
 """Checks across the sections of a scene. Each raises ContradictionError; `check` runs them all."""
 
+from typing import get_args
+
 from fem_seal.fluid import Drive
 from fem_seal.scene.contents import Contents
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.measured import FileSurface
 from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.sections import LOADS
+from fem_seal.scene.sections import LOADS, Product
 from fem_seal.units import RateUnit
 
 MOST = 1e100  # largest limit [m³/s]; finite in any unit
-# Products of a scene with [shape].
-PRODUCTS = {
-    *("contact", "leak_rate", "pictures", "mesh"),
-    *("constriction", "threshold", "hydraulic_aperture", "trapped_volume"),
-}
+# Products that a scene with [shape] does not have.
+OF_PERIODIC_CELLS = {"conductivity_tensor", "seal"}
 # Why a shape does not take these fields of [flow].
 _ON_SHAPES = {"sides": "has its own walls", "representation": "has a gap linear on its triangles"}
 _IN_WORDS = {
@@ -109,11 +108,12 @@ def check_shape(scene: Contents) -> bool:
             "[accuracy] refines the grid of the contact, but a [shape] reads its gap at the "
             "vertices of a mesh that stays as it is; set flow.rtol, and compare meshes by mesh_size"
         )
-    unavailable = set(scene.output.products) - PRODUCTS
+    unavailable = OF_PERIODIC_CELLS.intersection(scene.output.products)
     if unavailable:
+        available = sorted(set(get_args(Product)) - OF_PERIODIC_CELLS)
         raise ContradictionError(
-            f"output.products names {sorted(unavailable)[0]!r}, which is that of a periodic cell; "
-            f"a [shape] is none: choose from {', '.join(sorted(PRODUCTS))}"
+            f"output.products names {min(unavailable)!r}, which is that of a periodic cell; "
+            f"a [shape] is none: choose from {', '.join(available)}"
         )
     if shape.own_gap:
         for name in ("gap", "surface", "solid", "contact"):
@@ -134,7 +134,7 @@ def check_gap(scene: Contents) -> None:
     if scene.surface is None or scene.contact is None:
         name = "surface" if scene.surface is None else "contact"
         raise ContradictionError(f"[{name}] is missing; give [surface] and [contact], or [gap]")
-    if scene.contact.model == "gfmd" and scene.solid is None:
+    if scene.contact.is_elastic and scene.solid is None:
         raise ContradictionError(
             "[solid] is missing: contact.model = 'gfmd' needs its contact_modulus"
         )
@@ -190,7 +190,7 @@ def check_seal(scene: Contents) -> None:
                 "grid of [surface]; leave one of the two out"
             )
     contact, own = scene.contact, scene.seal.own_load
-    if contact is not None and (contact.model != "gfmd" or (contact.pressure is None and not own)):
+    if contact is not None and not (contact.is_elastic and (contact.pressure is not None or own)):
         raise ContradictionError(
             "[seal] needs contact.pressure, the mean contact pressure that solid and fluid carry "
             "together, for an elastic contact (contact.model = 'gfmd')"
@@ -308,7 +308,7 @@ def check_lift(scene: Contents) -> None:
         raise ContradictionError(
             f"{setting} has nothing to lift: [gap] is given, and no solid is bent; leave it out"
         )
-    if contact.model != "gfmd":
+    if not contact.is_elastic:
         raise ContradictionError(
             f"{setting} has nothing to lift: contact.model = {contact.model!r} knows no "
             "elasticity; leave it out, or choose gfmd"
@@ -338,7 +338,7 @@ def check_ambient(scene: Contents) -> None:
             "flow.ambient_pressure goes with flow.inlet_pressure and flow.outlet_pressure; with "
             "flow.pressure_drop the outlet is at ambient pressure: leave it out"
         )
-    elastic = scene.contact is not None and scene.contact.model == "gfmd"
+    elastic = scene.contact is not None and scene.contact.is_elastic
     if elastic and ambient_is_open(flow.outlet_pressure, flow.ambient_pressure):
         raise ContradictionError(
             f"flow.ambient_pressure is missing: flow.outlet_pressure = {flow.outlet_pressure:g} Pa "

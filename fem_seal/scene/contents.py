@@ -107,7 +107,7 @@ class Contents(Section):
         if self.flow.lift is not None:
             return self.flow.lift
         contact = self.contact
-        elastic = contact is not None and contact.model == "gfmd" and bool(contact.pressure)
+        elastic = contact is not None and contact.is_elastic and bool(contact.pressure)
         return "resolved" if elastic and self.shape is None and self.seal is None else "none"
 
     @property

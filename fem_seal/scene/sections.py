@@ -275,6 +275,11 @@ class Contact(Section):
         return self
 
     @property
+    def is_elastic(self) -> bool:
+        """Whether the model knows elasticity and pressures; its state is a `ContactState`."""
+        return self.model == "gfmd"
+
+    @property
     def load(self) -> "contact.Load":
         """The one load that is set; see `Contents.load` for a scene whose [seal] gives it."""
         from fem_seal.contact.settings import one_load

@@ -147,7 +147,7 @@ def _dry(scene: Scene, products: tuple[str, ...], report: Report) -> Patch:
     InvalidInput if its load cannot rise, or nothing flows.
     """
     contact = scene.contact
-    elastic = contact is not None and contact.model == "gfmd" and contact.pressure is not None
+    elastic = contact is not None and contact.is_elastic and contact.pressure is not None
     if not elastic or scene.shape is not None or scene.accuracy is not None:
         raise InvalidInput(
             "a closing contact needs an elastic contact under a pressure on a given grid: "

@@ -82,7 +82,7 @@ def _one_path(one: Scene, other: Scene) -> bool:
     load, other_load, contact, other_contact = _load(one), _load(other), one.contact, other.contact
     if load is None or other_load is None or contact is None or other_contact is None:
         return False
-    if load.kind != other_load.kind or contact.model != "gfmd":
+    if load.kind != other_load.kind or not contact.is_elastic:
         return False
     unloaded = dict.fromkeys(EXTRAPOLATED)
     same = contact.model_copy(update=unloaded) == other_contact.model_copy(update=unloaded)
