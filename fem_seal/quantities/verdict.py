@@ -128,11 +128,12 @@ def verdict(
     rest = beside_flow(budget)
     open_points = _not_covered(rest)
     if leak.state == "lifted off":
-        sentence = "the fluid carries the whole load, and nothing limits the leak rate"
-        if limit_text is not None:
-            sentence += f"; {limit_text} allowed"
-        decision = "lifted off" if limit is None else "above limit"
-        return Verdict.of(decision, f"{decision}: {sentence}", "", limit_text)
+        off = "lifted off: the fluid carries the whole load, and nothing limits the leak rate"
+        if limit is None:
+            return Verdict.of("lifted off", off, "")
+        return Verdict.of(
+            "above limit", f"above limit: {off}; {limit_text} allowed", "", limit_text
+        )
     if leak.state == "sealed":
         return _of_sealed(shown, limit_text, limit_solved, rest)
     if limit_solved is None:

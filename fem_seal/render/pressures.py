@@ -26,6 +26,7 @@ from fem_seal.render.window import (
 
 CONTACT_PRESSURE_COLOURS, PRESSURE_COLOURS = "contact pressure", "pressure"
 OPEN = Swatch("open", WHITE)
+POCKET = Swatch("pocket: its fluid pressure is assumed", (246, 222, 150))
 # Part of the contact whose pressure lies within the colour bar; single peaks lie above it.
 SHOWN = 0.999
 
@@ -93,6 +94,8 @@ def fluid_pressure_panel(
 ) -> Panel:
     """Draw the fluid's pressure with isobars and a bar of its own, and contact in grey.
 
+    Pockets have a colour of their own: no fluid moves there, and nothing determines its pressure.
+
     Parameters
     ----------
     film : GridFilm
@@ -115,9 +118,10 @@ def fluid_pressure_panel(
     colours = 255 * colour_map(scale.colours)(scale.position(values))[:, :, :3]
     line = _isolines(values, levels)[:, :, None]
     ground = np.rint((1 - line) * colours + line * np.array(WHITE)).astype(np.uint8)
-    # Draw the contact over the pressure, which is continued there.
-    palette = np.array([(*CONTACT_COLOUR, 255), (*CONTACT_COLOUR, 0)])
-    contact: Tiles = view.mean_colours((view.samples > 0).astype(np.uint8), palette)
+    # Draw contact and pockets over the pressure, which is continued there.
+    palette = np.array([(*CONTACT_COLOUR, 255), (*CONTACT_COLOUR, 0), (*POCKET.colour, 255)])
+    classes = np.where(film.pockets, np.uint8(2), (view.samples > 0).astype(np.uint8))
+    contact: Tiles = view.mean_colours(classes, palette)
     pixels = paint(contact, view.window, long_side, ground)
     return panel_of(film, pixels, view.window, title, scale=scale, marked=True)
 
@@ -132,6 +136,9 @@ def lift_picture(
     long_side: int = 600,
 ) -> Path:
     """Four pictures of a lift: gap, dry and lifted, and the pressures of solid and fluid.
+
+    Of a sealed film the fluid's part of the load is an assumption: its pressure is known up to the
+    place where it is sealed and behind it, and continued smoothly in between.
 
     Parameters
     ----------
@@ -171,9 +178,10 @@ def lift_picture(
         lifted,
         fluid_pressure,
         long_side=long_side,
-        title=f"the fluid carries {_mean(fluid_pressure)}",
+        title=f"the fluid carries {_mean(fluid_pressure)}{', by assumption' * lifted.sealed}",
     )
-    return write_page([gap_panels, [solid, fluid]], path, key=(CONTACT, OPEN))
+    key = (CONTACT, OPEN, POCKET) if lifted.pockets.any() else (CONTACT, OPEN)
+    return write_page([gap_panels, [solid, fluid]], path, key=key)
 
 
 def _area(film: GridFilm) -> str:

@@ -19,6 +19,7 @@ from fem_seal.quantities.error_budget import (
     factor_words,
 )
 from fem_seal.render.report_page import PAGE
+from fem_seal.render.report_words import CAPTIONS, OF_A_PATCH, caption, described
 from fem_seal.results import Result
 from fem_seal.results.rates import RateBounds, RateRecord, rate_words, unit_words
 from fem_seal.results.words import summary_of
@@ -26,22 +27,6 @@ from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
 from fem_seal.tables import html_table
 
-CAPTIONS = {
-    "flow": "Where it leaks: flow density on a logarithmic scale.",
-    "gap": "The gap; contact is grey.",
-    "lift": "What the fluid's pressure does: gap without and with it, and what carries the load.",
-    "contact_pressure": "Pressure between the solids; white where they do not touch.",
-    "contact": "Contact and open domains; the largest connected one of each is coloured.",
-    "seal": "Left: contact pressure P, fluid pressure p and conductivity K along the leak path, of "
-    "the patch of median leak rate; the shaded part decides the leak rate. Right: K of every patch "
-    "against its net load P - p. A cross marks the load from which on a patch is sealed; it "
-    "leaks in the seal all the same if that is above the highest P less the inlet's pressure.",
-    "shape": "Mesh of the film before refinement, with its inlet, outlet and walls.",
-    "pressure": "Pressure in the part of the gap that carries flow.",
-    "relief": "The gap as a landscape, its depth exaggerated, with the flow on it.",
-    "mesh": "Mesh of the last solve, and its surroundings of strongest flow.",
-    "bounds": "How sure: bounds of the leak rate and half-width of their bracket against unknowns.",
-}
 PICTURES = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
 
 
@@ -74,6 +59,7 @@ def report(folder: str | Path) -> Path:
     }
     text = PAGE.substitute(
         title=html.escape(printable(folder.resolve().name)),
+        described=html.escape(described(scene)),
         made=html.escape(_made(result)),
         verdict=html.escape(verdict(result)),
         remarks=_items(map(html.escape, remarks(result))),
@@ -282,9 +268,17 @@ def _figures(folder: Path, result: Result) -> Iterator[str]:
 
     if close_in(result.levels):
         images.setdefault("bounds.png", _bounds(result))
-    order = {name: k for k, name in enumerate(CAPTIONS)}
+    if result.state == "lifted off":
+        # Results of older versions have the dry contact, which is not the state.
+        images = {
+            name: image for name, image in images.items() if Path(name).stem not in OF_A_PATCH
+        }
+    # The picture of a seal comes before those of its first patch.
+    names = sorted(CAPTIONS, key=lambda name: name != "seal")
+    order = {name: k for k, name in enumerate(names)}
     for name in sorted(images, key=lambda name: (order.get(Path(name).stem, len(order)), name)):
-        yield _figure(Path(name), images[name])
+        words = caption(Path(name).stem, result)
+        yield _figure(Path(name).suffix, images[name], words)
 
 
 def _no_pictures(result: Result) -> str:
@@ -306,10 +300,8 @@ def _bounds(result: Result) -> bytes:
         return bounds_plot(levels, scratch / "bounds.png").read_bytes()
 
 
-def _figure(name: Path, picture: bytes) -> str:
+def _figure(suffix: str, picture: bytes, words: str) -> str:
     data = base64.b64encode(picture).decode("ascii")
-    caption = html.escape(CAPTIONS.get(name.stem, name.stem))
-    source = f"data:{PICTURES[name.suffix]};base64,{data}"
-    return (
-        f'<figure><img src="{source}" alt="{caption}"><figcaption>{caption}</figcaption></figure>'
-    )
+    text = html.escape(words)
+    source = f"data:{PICTURES[suffix]};base64,{data}"
+    return f'<figure><img src="{source}" alt="{text}"><figcaption>{text}</figcaption></figure>'

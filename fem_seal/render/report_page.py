@@ -13,6 +13,7 @@ body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 70rem; marg
        padding: 0 1rem; overflow-wrap: break-word; }
 h1 { font-size: 1.5rem; margin-bottom: 0; }
 h2 { font-size: 1.2rem; margin-top: 2rem; }
+.described { margin: 0.3rem 0 0; }
 .made { color: #555; margin-top: 0; }
 .verdict { font-size: 1.15rem; border-left: 4px solid #2654a4; padding: 0.3rem 0 0.3rem 1rem; }
 .budget, .pictures { display: grid; gap: 1.5rem;
@@ -41,6 +42,7 @@ summary { cursor: pointer; font-size: 1.1rem; margin-top: 1rem; }
 </head>
 <body>
 <h1>$title</h1>
+<p class="described">$described</p>
 <p class="made">$made</p>
 <p class="verdict">$verdict</p>
 $remarks

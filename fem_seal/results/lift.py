@@ -64,8 +64,12 @@ class LiftRecord(Record):
         )
 
 
-def lift_words(lift: LiftRecord) -> str:
-    """Loads of fluid and solid, or the range of leak rates, in words."""
+def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
+    """Loads of fluid and solid, or the range of leak rates, in words.
+
+    In a sealed film the fluid's pressure is continued from inlet and outlet, so that the loads are
+    an assumption.
+    """
     area = 100 * lift.dry.contact_area_fraction
     dry = f"dry, {area:.4g} % of the area would touch"
     if lift.model == "range":
@@ -83,7 +87,8 @@ def lift_words(lift: LiftRecord) -> str:
         passes += ", not settled"
     elif lift.change is not None:
         passes += f", the last three within {100 * lift.change:.2g} %"
-    return f"the fluid carries {carried}, the solid {kept}; {dry}; {passes}"
+    assumed = ", if its pressure falls smoothly from inlet to outlet" if sealed else ""
+    return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {passes}"
 
 
 def _finite(number: float | None) -> float | None:

@@ -144,7 +144,7 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
         *_line("surface", preparation_words, result.preparation or None),
         *_line("seal", partial(seal_words, gas=result.gas), result.seal),
         *_line("in units", partial(rate_words, gas=result.gas), result.leak_rate_shown),
-        *_line("lift", lift_words, result.lift),
+        *_line("lift", partial(lift_words, sealed=result.state == "sealed"), result.lift),
         *_line("gas", gas_words, result.gas),
         *_line("verdict", attrgetter("sentence"), result.verdict if scene_has_limit else None),
         *(("caution", caution) for caution in result.cautions),

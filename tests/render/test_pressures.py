@@ -10,6 +10,7 @@ from fem_seal.grid import GridField
 from fem_seal.render.pressures import (
     CONTACT_PRESSURE_COLOURS,
     OPEN,
+    POCKET,
     PRESSURE_COLOURS,
     contact_pressure_panel,
     contact_pressure_picture,
@@ -88,6 +89,18 @@ def test_uniform_fluid_pressure_has_no_isobars():
     pressure = GridField(np.full((20, 20), 8e4), gap.spacing, True)
     panel = fluid_pressure_panel(GridFilm(gap, "periodic"), pressure, long_side=240)
     assert not (panel.pixels == 255).all(axis=2).any()
+
+
+def test_the_pressure_in_a_pocket_is_not_drawn():
+    """Nothing determines it; the fluid beside the inlet has a pressure."""
+    gap = np.zeros((20, 20))
+    gap[:4, 8:12] = gap[10:14, 8:12] = 1e-6
+    film = GridFilm(GridField(gap, (1e-6, 1e-6)), "wall", "constant")
+    pressure = GridField(np.linspace(1e5, 0, 20)[:, None].repeat(20, 1), (1e-6, 1e-6))
+    pixels = fluid_pressure_panel(film, pressure, long_side=200).pixels
+    pocket = (pixels == POCKET.colour).all(axis=2)
+    assert pocket[81:119, 101:139].all()
+    assert pocket.mean() == pytest.approx(16 / 400, rel=0.05)  # edges between pixels
 
 
 def test_lift_is_one_page_of_four_pictures(tmp_path):

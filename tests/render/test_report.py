@@ -11,7 +11,8 @@ from PIL import Image
 from fem_seal import job
 from fem_seal.errors import InvalidInput
 from fem_seal.quantities.error_budget import Uncertainty
-from fem_seal.render.report import CAPTIONS, flat, remarks, report, verdict
+from fem_seal.render.report import flat, remarks, report, verdict
+from fem_seal.render.report_words import CAPTIONS, described
 from fem_seal.results import Result
 from fem_seal.results.result import RateBounds
 from fem_seal.results.words import summary_of
@@ -91,6 +92,27 @@ def test_every_number_and_picture_is_inside(folder):
     expected = [(folder / f"{name}.png").read_bytes() for name in ("flow", "gap", "zebra")]
     assert page.pictures == expected
     assert page.texts["figcaption"] == [CAPTIONS["flow"], CAPTIONS["gap"], "zebra"]
+
+
+def test_the_line_below_the_title_says_what_was_computed(folder):
+    """Every word from the scene, with units; the folder's name says nothing."""
+    scene = Result.from_folder(folder).provenance.scene
+    assert described(scene).startswith("Patch. Surface: size 32 um, 32 um")
+    assert "Solid: contact modulus 10 MPa. Load: contact area fraction 0.1. Fluid: liquid" in (
+        described(scene)
+    )
+    assert read(report(folder)).texts["p"][0] == described(scene)
+    seal = {"leak_path": 5e-4, "circumference": 0.15, "pressure_profile": "hertz"}
+    text = described(scene | {"seal": seal})
+    assert text.startswith("Whole seal: leak path 500 um, circumference 150 mm. Surface: ")
+    assert "profile hertz" in text
+
+
+def test_pictures_of_a_contact_that_is_lifted_off_are_left_out(folder):
+    """Those that an older version drew: the dry contact is not the state."""
+    text = changed(folder, state="lifted off", leak_rate=None).to_json()
+    (folder / "result.json").write_text(text, encoding="utf-8")
+    assert read(report(folder)).texts["figcaption"] == [CAPTIONS["flow"], "zebra"]
 
 
 def test_flat_leaves_out_what_is_not_there():
