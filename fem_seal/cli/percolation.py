@@ -154,6 +154,6 @@ def difference_line(row: "DifferenceRow") -> str:
     """Line on the amount by which elastic deformation lowers a threshold."""
     spread = "" if row.spread is None else f" ± {row.spread:.4f}"
     return (
-        f"lowered  n {row.n} H {row.hurst:g} short {row.short:g} long {row.long:g} "
-        f"{row.edges:8} {row.pair:13} by {row.difference:.4f}{spread}"
+        f"n {row.n} H {row.hurst:g} short {row.short:g} long {row.long:g} {row.edges:8} "
+        f"{row.pair:13} elasticity lowers A*/A0 by {row.difference:.4f}{spread}"
     )

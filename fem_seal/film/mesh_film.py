@@ -125,14 +125,14 @@ class MeshFilm:
         (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)
         edges = ", ".join(f"{len(ends)} {name}" for name, ends in mesh.groups())
         low, high = self.values.min(), self.values.max()
-        path = "sealed: no open path joins inlet and outlet"
+        path = "state      sealed, no open path joins inlet and outlet"
         if self.constriction is not None:
             x, y = self.constriction.position
-            tightest = length(self.constriction.gap)
-            path = f"critical constriction {tightest} at x = {length(x)}, y = {length(y)}"
+            height = length(self.constriction.gap)
+            path = f"tightest   {height} high, at x = {length(x)}, y = {length(y)}"
         return (
             f"mesh       {len(mesh.cells)} triangles, {self._areas.sum():.6g} m^2, edges: {edges}",
             f"extent     {length(x0)} to {length(x1)} by {length(y0)} to {length(y1)}",
             f"gap        {length(low)} to {length(high)}, mean {length(self.mean_gap)}",
-            f"way        {path}",
+            path,
         )

@@ -1,7 +1,7 @@
 """A patch whose contact closes: gap and flow under loads that rise until it is sealed."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -56,12 +56,12 @@ class LoadRow:
         Sentence on why the flow has not reached its tolerance; empty if it has.
     """
 
-    pressure: float
-    contact_area_fraction: float
+    pressure: float = field(metadata={"header": "pressure [Pa]"})
+    contact_area_fraction: float = field(metadata={"header": "contact area"})
     state: str
-    leak_rate: float
-    lower: float | None
-    upper: float | None
+    leak_rate: float = field(metadata={"header": "leak rate [m^3/s]"})
+    lower: float | None = field(metadata={"header": "lower [m^3/s]"})
+    upper: float | None = field(metadata={"header": "upper [m^3/s]"})
     reason: str
 
     @classmethod

@@ -401,7 +401,7 @@ def test_run_mesh_and_render(tmp_path, capsys):
     assert "triangles" in words["mesh"]
     assert words["extent"] == "-2 m to 2 m by -2 m to 2 m"
     assert words["gap"] == "5 um to 5 um, mean 5 um"
-    assert words["way"].startswith("critical constriction 5 um at ")
+    assert words["tightest"].startswith("5 um high, at x = ")
     assert {p.name for p in (tmp_path / "b").iterdir()} == {"gap.png", "mesh.vtu", "shape.png"}
     before = (tmp_path / "a" / "shape.png").read_bytes()
     for name in drawn:
