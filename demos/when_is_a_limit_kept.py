@@ -100,8 +100,8 @@ def main(out: Path = Path("out"), n: int = 256) -> list[Point]:
     out.mkdir(parents=True, exist_ok=True)
     draw(points, out / "limit.png")
     for p in points:
-        most = "any leak rate" if p.counted_upper is None else f"{p.counted_upper:.6f}"
-        print(f"{p.name}: {p.decision}, {p.counted_lower:.6f} to {most} ml/h")
+        end = "or more" if p.counted_upper is None else f"to {p.counted_upper:.6f}"
+        print(f"{p.name}: {p.decision}, {p.counted_lower:.6f} {end} ml/h")
     # A limit that is kept or exceeded lies outside the interval, and an undecided one inside.
     for p in points:
         most = p.counted_upper
