@@ -3,7 +3,7 @@
 import csv
 import html
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, fields
+from dataclasses import fields
 from io import StringIO
 from typing import TYPE_CHECKING
 
@@ -43,13 +43,15 @@ def as_csv(rows: "Sequence[DataclassInstance]") -> str:
 
     Parameters
     ----------
-    rows : the dataclasses, at least one; their fields are the columns
+    rows : the dataclasses, at least one; their fields are the columns, a field that is itself a
+        dataclass by its `str`
 
     Returns
     -------
     Text with a header, otherwise as `csv_text`.
     """
-    return csv_text(_header(rows), map(astuple, rows))
+    names = _header(rows)
+    return csv_text(names, ([getattr(row, name) for name in names] for row in rows))
 
 
 def aligned(lines: Sequence[Sequence[str]]) -> str:

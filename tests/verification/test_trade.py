@@ -1,5 +1,6 @@
 """The price of accuracy: the split of the error, the Pareto front, the advice."""
 
+import csv
 import re
 from dataclasses import replace
 
@@ -157,6 +158,8 @@ def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     assert cli.main(["study", "trade", str(path), "--out", str(tmp_path / "trade")]) == 0
     text = capsys.readouterr().out
     assert (tmp_path / "trade" / "advice.txt").read_text().strip() in text
+    rows = csv.DictReader((tmp_path / "trade" / "trade.csv").read_text().splitlines())
+    assert {"finite-difference", "adaptive, rtol 0.1"} <= {row["flow"] for row in rows}
     assert sorted(p.name for p in (tmp_path / "trade").iterdir()) == [
         "advice.txt",
         "points",
