@@ -104,6 +104,7 @@ def _sweep(options: argparse.Namespace) -> int:
 
 def _summary(point: "Point") -> str:
     """One line about a point."""
+    from fem_seal.fluid import volume_conditions
     from fem_seal.leak_rate import rate_text
 
     numbers = point.numbers
@@ -119,4 +120,8 @@ def _summary(point: "Point") -> str:
     state, decision = numbers["state"], numbers["decision"]
     if state == "sealed" or leak_rate is None:
         return f"{state if decision in (state, None) else f'{state}, {decision}'}, {area}"
-    return f"{decision}, {rate_text(leak_rate, lower, upper, 'm^3/s')}, {area}"
+    unit, kelvin = "m^3/s", "gas.reference_temperature"
+    if kelvin in numbers:
+        conditions = (point.number(name) for name in (kelvin, "gas.reference_pressure"))
+        unit += f" {volume_conditions(*(present(value, 'condition') for value in conditions))}"
+    return f"{decision}, {rate_text(leak_rate, lower, upper, unit)}, {area}"

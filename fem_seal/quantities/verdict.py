@@ -19,6 +19,7 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.units import Rate
 
+ZERO = "; zero holds only for what is covered"
 LEAST_RTOL = 1e-6  # smallest tolerance that is advised; the estimate is not more precise
 
 
@@ -36,8 +37,8 @@ class Verdict:
         The decision in words, with the uncertainties that were counted and those that are not
         covered.
     headline : str
-        The first part of the sentence: the decision, and what was compared with the limit. Empty in
-        results of older versions.
+        The sentence without its uncertainties: the decision, what was compared with the limit, and
+        what would decide. Empty in results of older versions.
     limit : str or None
         Limit of the leak rate as the scene states it; None without one.
     needed_rtol : float or None
@@ -163,8 +164,8 @@ def verdict(
         held = f"{_ends(low or None, high, shown, limit_solved)} the {allowed}"
     else:
         held = f"{shown.between(leak)} as computed, and anything with all errors; {allowed}"
-    headline = f"undecided: {held}"
-    sentence = f"{headline}{counting}; {advice}{open_points}"
+    headline = f"undecided: {held}; {advice}"
+    sentence = f"undecided: {held}{counting}; {advice}{open_points}"
     return Verdict("undecided", sentence, limit_text, rtol, unknowns, headline)
 
 
@@ -239,12 +240,13 @@ def _of_sealed(
     if any(entry.name == ONE_PATCH for entry in rest):
         no_path += f" of this patch ({NOT_THE_SEAL})"
     if limit is None:
-        return Verdict.of("sealed", f"sealed as computed: {no_path}", _not_covered(rest))
+        headline = f"sealed as computed: {no_path}"
+        return Verdict.of("sealed", headline, ZERO + _not_covered(rest))
     allowed = f"{shown.text(limit)} allowed"
     if not opened:
         held = f"{in_digits(limit * shown.per_solved)} {shown.unit} allowed"
         headline = f"within limit: sealed as computed, {held}: {no_path}"
-        return Verdict.of("within limit", headline, _not_covered(rest), limit_text)
+        return Verdict.of("within limit", headline, ZERO + _not_covered(rest), limit_text)
     rate = opened[0].upper_rate if len(opened) == 1 else None
     _, upper = combined(entry for entry in rest if entry not in opened)
     if rate is not None and upper is not None and rate * upper <= limit:

@@ -68,7 +68,7 @@ def report(folder: str | Path) -> Path:
         scene=html_table(rows_of_mapping(scene, Scene)),
         counted=_counted(result),
         open=_not_covered(result),
-        levels=_levels(levels),
+        levels=_levels(levels, result),
         numbers=html_table(flat(numbers)),
         provenance=html_table(flat(provenance)),
     )
@@ -126,7 +126,8 @@ def remarks(result: Result) -> list[str]:
         )
         own = [e.sentence for e in budget if e.counted and e.name not in IN_BOUNDS]
         sentences.extend(sentence for sentence in own if sentence not in result.cautions)
-    sentences.extend(result.cautions)
+    headline = result.verdict.headline if result.verdict else ""
+    sentences.extend(caution for caution in result.cautions if caution not in headline)
     return [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(sentences)]
 
 
@@ -179,11 +180,11 @@ def _shown(value: object) -> str:
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
-def _levels(levels: list[dict]) -> str:
+def _levels(levels: list[dict], result: Result) -> str:
     """Table of the meshes, bounds rounded outwards; empty for a whole seal or a sealed film."""
     if not levels:
         return ""
-    head = ("mesh", "unknowns", "at least [m³/s]", "at most [m³/s]", "half-width", "time [s]")
+    head = ("mesh", "unknowns", "at least", "at most", "half-width", "time [s]")
     rows = [_cells("th", head)]
     for k, level in enumerate(levels, 1):
         lower, upper = level["lower"], level["upper"]
@@ -193,7 +194,7 @@ def _levels(levels: list[dict]) -> str:
         texts = (str(k), str(level["unknowns"]), *bounds, half_width, seconds)
         rows.append(_cells("td", texts))
     table = '<div class="wide"><table class="levels">\n' + "\n".join(rows) + "\n</table></div>"
-    title = "How the bounds closed, mesh by mesh"
+    title = f"How the bounds closed, mesh by mesh, in {unit_words('m^3/s', result.gas)}"
     return f"<details>\n<summary>{title}</summary>\n{table}\n</details>"
 
 

@@ -52,6 +52,7 @@ def test_sealed_and_without_limit():
     assert verdict(sealed, SHOWN, None, None).decision == "sealed"
     kept = judged(sealed, 1e-9)
     assert kept.headline.startswith("within limit: sealed as computed, 3.6 ml/h allowed")
+    assert "zero holds only for what is covered" in kept.sentence
     found = verdict(LEAK, SHOWN, None, None)
     assert (found.decision, found.limit) == ("leaking", None)
     assert "0.36 and 1.44 ml/h" in found.sentence
