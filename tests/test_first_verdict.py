@@ -77,5 +77,8 @@ def test_page(tmp_path, monkeypatch, capsys):
     assert Path("results/map/report.html").is_file()
     assert Path("results/ring/seal.png").is_file()
     ring = tomllib.loads(Path("ring.toml").read_text(encoding="utf-8"))
+    # The window of the page is that of `fem-seal new`, by its rule.
+    proposed = re.search(r"^# (window = .*?\])", Path("map.toml").read_text("utf-8"), re.MULTILINE)
+    assert tomllib.loads(proposed[1])["window"] == ring["seal"]["window"]
     assert "crop" not in ring["surface"]
     assert "rtol" not in ring["flow"]

@@ -61,10 +61,8 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
     if isinstance(surface, FileSurface) and window is not None:
         patches = f"patches made of windows, {_lengths(window)},"
         sides, kept = window, kept_roughness(heights, window, surface.detrend or "mean")
-        loss, lost = (
-            f", and levelled, keep {per_cent(kept)} of the map's rms height",
-            1 - kept > MOST_LOST,
-        )
+        loss = f"; levelled, they keep {per_cent(kept)} of the rms height of the map"
+        lost = 1 - kept > MOST_LOST
         remedy = "leave seal.window out: the patches are then the map and its twins"
     elif isinstance(surface, FileSurface):
         # The mirror images of a map contain no more of the surface.
@@ -75,7 +73,7 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
         wide = f"are {ratio:.2g} of the longest wavelengths, {with_prefix(longest, 'm')}, wide"
     small = longest is None or ratio < WAVES
     if lost:
-        loss += ", which biases the leak rate and is no scatter"
+        loss += ", which biases the leak rate, and no scatter shows it"
     sentence = f"{patches} {wide}{loss}; larger ones scatter less"
     if remedy and (small or lost):
         sentence += f"; {remedy}"
