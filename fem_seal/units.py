@@ -16,6 +16,8 @@ _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s
 _STANDARD_VOLUME = re.compile(
     r"\b(s(lp?|cc|cf)[hms]|standard_liter_per_minute|std|N(ml|l|L|cm|m\W?[3³]))(?![^\W\d_])"
 )
+# Pint's "px" is the 1/96 inch of web pages.
+_PIXEL = re.compile(r"\b(px|pixels?)\b")
 _WORD = re.compile(r"[^\W\d_]+")
 # Example of a quantity of each SI unit, for messages.
 _EXAMPLES = {"m": "5 um", "Pa": "2 MPa", "Pa s": "1 mPa s", "s": "10 min", "byte": "2 GB"}
@@ -102,6 +104,11 @@ def _convert(number: str, text: str, unit: str, expected: str) -> float:
 
     import pint
 
+    if _PIXEL.search(text):
+        raise ValueError(
+            f"is in pixels, which are of no fixed length; {expected}: their number times the "
+            "distance of the samples"
+        )
     registry = _registry()
     try:
         # parse_units accepts names and powers only; parse_expression reads "5,0 um" as 50 um.

@@ -74,6 +74,13 @@ def test_symbols_have_no_plural(text, unit):
     assert to_si("3 inches", "m") == 0.0762
 
 
+@pytest.mark.parametrize("text", ["5 px", "5 um/px", "5 pixels"])
+def test_a_pixel_has_no_length(text):
+    """Pint's px is a 96th of an inch; of a map it would be the distance of the samples."""
+    with pytest.raises(ValueError, match="is in pixels"):
+        to_si(text, "m")
+
+
 def test_all_errors_at_once(small_scene):
     """A line each, misspelt keys first; of one section as of several."""
     small_scene["surface"] |= {"hrust": 0.8, "shape": [32, 0]}
@@ -176,6 +183,8 @@ def test_layer_of_one_solid():
             | {"layer_thickness": 1e-3, "layer_poisson_ratio": 0.5},
             "layer_poisson_ratio = 0.5 and poisson_ratio = 0.4 are those of one layer",
         ),
+        ({"contact_modulus": 1e7, "layer_base": "sliding"}, "give its layer_thickness"),
+        ({"contact_modulus": 1e7, "layer_poisson_ratio": 0.4}, "give its layer_thickness"),
     ],
 )
 def test_solids_that_contradict_themselves(small_scene, solid, message):
@@ -189,9 +198,9 @@ def test_layer_reaches_the_contact(small_scene):
     size = to_si(size, "m")
     areas = {}
     for thickness in (None, 100 * size, 0.01 * size):
-        solid = {"contact_modulus": 1e7, "layer_base": "sliding"}
+        solid = {"contact_modulus": 1e7}
         if thickness:
-            solid["layer_thickness"] = thickness
+            solid |= {"layer_thickness": thickness, "layer_base": "sliding"}
         contact = {"pressure": 2e5, "precision": "double"}
         scene = Scene.from_mapping(small_scene | {"solid": solid, "contact": contact})
         areas[thickness] = Patch(scene).contact.contact_area_fraction
@@ -423,6 +432,7 @@ INSTEAD = {
     "rms_height": ["surface.rms_slope="],
     "youngs_modulus": ["solid.contact_modulus=", "solid.poisson_ratio=[0.5, 0.3]"],
     "poisson_ratio": ["solid.contact_modulus=", "solid.youngs_modulus=[1e7, 1e11]"],
+    "layer_poisson_ratio": ["solid.layer_thickness=1 mm"],
     "area_fraction": ["contact.pressure="],
     "mean_gap": ["contact.pressure="],
     "inlet_pressure": ["flow.pressure_drop=", "flow.outlet_pressure=1 bar"],

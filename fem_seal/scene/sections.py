@@ -196,6 +196,11 @@ class Solid(Section):
             if not -1 < nu <= 0.5:
                 raise ContradictionError(f"poisson_ratio = {nu:g} must be above -1 and at most 0.5")
         if self.layer_thickness is None:
+            if self.layer_base != "fixed" or self.layer_poisson_ratio is not None:
+                raise ContradictionError(
+                    "layer_base and layer_poisson_ratio are those of a layer; give its "
+                    "layer_thickness, or leave them out for a half-space"
+                )
             return self
         if len(E) == 2:
             raise ContradictionError(
