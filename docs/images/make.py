@@ -15,6 +15,7 @@ from PIL import Image
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 COLOURS = 256
+NOT_CONVERGED = 3  # exit status of fem-seal
 FEM_SEAL = "-m fem_seal"
 FIRST = "demos/scenes/first.toml"
 # Width in pixels; arguments of Python (of several commands with && between them), in a folder with
@@ -82,7 +83,10 @@ def make(arguments: str, names: list[str]) -> None:
         for needed in ("demos", "meshes"):
             (Path(folder) / needed).symlink_to(ROOT / needed)
         for command in arguments.split(" && "):
-            subprocess.run([sys.executable, *command.split()], cwd=folder, check=True)
+            done = subprocess.run([sys.executable, *command.split()], cwd=folder, check=False)
+            # A sweep draws its picture also if some of its points have not converged.
+            if done.returncode != NOT_CONVERGED:
+                done.check_returncode()
         for name in names:
             width, _, drawn = PICTURES[name]
             small(Path(folder) / drawn, width, HERE / name)
