@@ -34,7 +34,7 @@ from fem_seal.flow.film_on_mesh import (
     S,
     Solution,
 )
-from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.look_ahead import refined_ahead
 from fem_seal.flow.marking import Marks, mark, mark_all
 from fem_seal.flow.start import Guess, Start
@@ -270,7 +270,7 @@ def _with_regularised_dual(
 
 
 # Arguments of `refined_ahead`: start, gap, marks, flows, times.
-_Step = tuple[Start, LinearGap | ConstantGap | VertexGap, Marks, list[FlowEstimate], int]
+_Step = tuple[Start, GapOnMesh, Marks, list[FlowEstimate], int]
 
 
 def _uniform_step(problem: FilmOnMesh[P, S, B], solution: _Solved) -> _Step:

@@ -18,9 +18,10 @@ from functools import partial
 import numpy as np
 
 from fem_seal.fenicsx import MPI
+from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.film_on_mesh import CornerValues, FilmOnMesh, FlowEstimate
-from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap
+from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import Minimum

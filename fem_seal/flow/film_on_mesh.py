@@ -12,7 +12,8 @@ from typing import Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.gap_on_mesh import CellContact, CellData, ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.cell_data import CellContact, CellData
+from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.hierarchical import (
     USUAL_EFFORT,
@@ -154,7 +155,7 @@ class FilmOnMesh(ABC, Generic[P, S, B]):
 
     def __init__(
         self,
-        gap: LinearGap | ConstantGap | VertexGap,
+        gap: GapOnMesh,
         mesh: NestedMesh | TriangleMesh,
         values: np.ndarray,
         data: CellData,

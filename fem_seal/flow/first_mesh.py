@@ -7,7 +7,7 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm, MeshFilm, require_film
 from fem_seal.film.law import CUBE, FilmLaw
-from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, GapOnMesh, LinearGap, VertexGap
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
@@ -33,7 +33,7 @@ def first_mesh(
     ceiling: float,
     coarsest: int | None,
     law: FilmLaw = CUBE,
-) -> tuple[LinearGap | ConstantGap | VertexGap, NestedMesh | TriangleMesh]:
+) -> tuple[GapOnMesh, NestedMesh | TriangleMesh]:
     """Gap in units of its maximum, and the first mesh.
 
     Parameters

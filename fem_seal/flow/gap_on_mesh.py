@@ -13,35 +13,33 @@ import numpy as np
 
 from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow import averages
-from fem_seal.flow.cell_data import ISOTROPIC, CellContact, CellData
+from fem_seal.flow.cell_data import ISOTROPIC, CellData
 from fem_seal.flow.quarters import QuarterData, on_quarters, thrice_centroids, with_middles
 from fem_seal.grid import GridField
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
 
-__all__ = [
-    "ISOTROPIC",
-    "REPRESENTATIONS",
-    "CellContact",
-    "CellData",
-    "ConstantGap",
-    "LinearGap",
-    "VertexGap",
-]
-
-
 Span = tuple[np.ndarray, np.ndarray]
 
 
-class _GapOnMesh(ABC):
-    """Base class of the three kinds of gap.
+class GapOnMesh(ABC):
+    """Gap at the vertices of a mesh, and averages on its cells: base of the three kinds of gap.
 
     Attributes
     ----------
+    aspect : (2,) float or float
+        Factors that scale the coordinates of a mesh.
+    cut : float
+        The dual treats gaps below it as contact.
+    ceiling : float
+        Gap with the largest conductivity in the dual.
     law : FilmLaw
         Conductivity of a gap.
     """
 
+    aspect: np.ndarray | float
+    cut: float
+    ceiling: float
     law: FilmLaw
 
     def with_law(self, law: FilmLaw) -> Self:
@@ -70,11 +68,33 @@ class _GapOnMesh(ABC):
         return CellData.joined(mesh, partial(self._data_of, values))
 
     @abstractmethod
+    def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
+        """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
+
+    @abstractmethod
+    def refined_values(
+        self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
+    ) -> np.ndarray:
+        """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
+
+        The values are those of the coarser mesh.
+        """
+
+    @abstractmethod
+    def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
+        """Averages on the quarters of n cells.
+
+        Parameters
+        ----------
+        xy, gaps : (3, n, 2), corners of the cells and the gap there
+        """
+
+    @abstractmethod
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
         """Data of n cells with vertices (3, n) at xy (3, n, 2); values as for `cell_data`."""
 
 
-class LinearGap(_GapOnMesh):
+class LinearGap(GapOnMesh):
     """The samples are vertices, and the gap is linear on the pixel triangles.
 
     Parameters
@@ -179,10 +199,7 @@ class LinearGap(_GapOnMesh):
     def refined_values(
         self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
-        """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
-
-        Samples on pixel vertices, linear between them.
-        """
+        """Vertex values (V', 2): samples on pixel vertices, linear between them."""
         a, b = (values.take(ends, axis=0) for ends in edge_ends.T)
         x, y = fine.xy[len(values) :].T
         return np.concatenate([values, self._sampled(x, y, (a + b) / 2)])
@@ -206,12 +223,7 @@ class LinearGap(_GapOnMesh):
         return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling, self.law)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
-        """Averages on the quarters of n cells.
-
-        Parameters
-        ----------
-        xy, gaps : (3, n, 2), corners of the cells and the gap there
-        """
+        """Averages on the quarters of cells; see `GapOnMesh.quarter_data`."""
         six, (width, is_diagonal) = with_middles(gaps), averages.extent(xy)
         # Triangles two pixels wide have midpoints that are samples.
         two = np.flatnonzero(width == 2 * PIXEL)
@@ -234,7 +246,7 @@ class LinearGap(_GapOnMesh):
         return QuarterData.of(cube, inverse_cube)
 
 
-class VertexGap(_GapOnMesh):
+class VertexGap(GapOnMesh):
     """The gap is prescribed at the vertices of a mesh, and linear on its triangles.
 
     Parameters
@@ -266,10 +278,7 @@ class VertexGap(_GapOnMesh):
     def refined_values(
         self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
-        """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
-
-        The midpoint of an edge gets the mean of its ends, so the gap stays the same function.
-        """
+        """Vertex values (V', 2): midpoints get the mean of the ends, so the function stays."""
         return np.concatenate([values, (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2])
 
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
@@ -278,7 +287,7 @@ class VertexGap(_GapOnMesh):
         return CellData.of_gaps(xy, self.aspect, gaps, linear, means, self.ceiling, self.law)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
-        """Averages on the quarters of cells; see `LinearGap.quarter_data`."""
+        """Averages on the quarters of cells; see `GapOnMesh.quarter_data`."""
         return QuarterData.of(*_quarter_means(with_middles(gaps), self.law))
 
 
@@ -319,7 +328,7 @@ def _quarter_means(
     return cube.reshape(4, -1), inverse_cube.reshape(4, -1)
 
 
-class ConstantGap(_GapOnMesh):
+class ConstantGap(GapOnMesh):
     """Each sample fills one square pixel; no vertex carries a gap. Parameters: as for LinearGap."""
 
     def __init__(
@@ -379,7 +388,7 @@ class ConstantGap(_GapOnMesh):
         return CellData(none, blocked, none, most < cube, cube, isotropic[:, None] * ISOTROPIC)
 
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
-        """Averages on the quarters of cells; see `LinearGap.quarter_data`; gaps are (3, n, 0)."""
+        """Averages on the quarters of cells; see `GapOnMesh.quarter_data`; gaps are (3, n, 0)."""
         i, j = thrice_centroids(np.moveaxis(xy, -1, 0)) // (3 * PIXEL)
         cube, inverse_cube = self._means[:, i, j]
         coarse = np.flatnonzero(averages.extent(xy)[0] > 2 * PIXEL)

@@ -23,7 +23,7 @@ from scipy.sparse import csr_matrix
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.cell_data import CellContact
-from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gap_on_mesh import GapOnMesh, LinearGap
 from fem_seal.flow.numbering import numbered
 from fem_seal.flow.quarters import QuarterData, Shape
 from fem_seal.mesh.grouping import parts
@@ -134,7 +134,7 @@ class Correction:
 
 
 def energy_drops(
-    gap: LinearGap | ConstantGap | VertexGap,
+    gap: GapOnMesh,
     mesh: NestedMesh | TriangleMesh,
     values: np.ndarray,
     energies: Sequence[Correction],
@@ -212,7 +212,7 @@ def drops_of_one_function(
 
 
 def _energies_with_bubbles(
-    gap: LinearGap | ConstantGap | VertexGap,
+    gap: GapOnMesh,
     mesh: NestedMesh | TriangleMesh,
     values: np.ndarray,
     energies: Sequence[Correction],

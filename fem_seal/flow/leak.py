@@ -12,7 +12,7 @@ from fem_seal.film import GridFilm, MeshFilm, film_conductivity
 from fem_seal.film.law import CUBE
 from fem_seal.flow.adapt import refined, unchanged
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
-from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.level import LeakSolution, LevelProblem
 from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
@@ -261,7 +261,7 @@ def _first(
     tuning: Tuning,
     coarsest: int | None,
     slipping: SlippingFilm | None,
-) -> tuple[LinearGap | ConstantGap | VertexGap, NestedMesh | TriangleMesh]:
+) -> tuple[GapOnMesh, NestedMesh | TriangleMesh]:
     """Normalised gap and first mesh of a film; `narrowest` in units of the largest gap."""
     cut, floor, ceiling = (narrowest * p for p in (tuning.cut, tuning.floor, tuning.ceiling))
     law = slipping.mean_law if slipping else CUBE

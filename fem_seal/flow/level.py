@@ -17,9 +17,10 @@ import numpy as np
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.adapt import LevelSolution
 from fem_seal.flow.bounds import Bounds
+from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
-from fem_seal.flow.gap_on_mesh import ISOTROPIC, ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gap_on_mesh import GapOnMesh, LinearGap
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.hierarchical import USUAL_EFFORT, Effort
 from fem_seal.flow.integrals import AT_ONCE
@@ -82,7 +83,7 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
 
     def __init__(
         self,
-        gap: LinearGap | ConstantGap | VertexGap,
+        gap: GapOnMesh,
         mesh: NestedMesh | TriangleMesh,
         values: np.ndarray,
         comm: MPI.Comm,

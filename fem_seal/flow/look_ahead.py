@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fem_seal.flow.cell_data import CellData
 from fem_seal.flow.film_on_mesh import FlowEstimate
-from fem_seal.flow.gap_on_mesh import CellData, ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.marking import Marks
@@ -30,7 +31,7 @@ _PART = 0.5
 
 def refined_ahead(
     start: Start,
-    gap: LinearGap | ConstantGap | VertexGap,
+    gap: GapOnMesh,
     marks: Marks,
     flows: Sequence[FlowEstimate],
     times: int,
@@ -41,7 +42,7 @@ def refined_ahead(
     ----------
     start : Start
         Solutions on the mesh that was solved.
-    gap : LinearGap, ConstantGap or VertexGap
+    gap : GapOnMesh
         The gap as represented.
     marks : Marks
         Marked cells of this mesh.

@@ -20,7 +20,7 @@ from fem_seal.film.law import (
     mean_pressure_law,
 )
 from fem_seal.flow.bounds import Bounds
-from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.level import LeakSolution, LevelProblem
 from fem_seal.fluid import Slip
 
@@ -80,7 +80,7 @@ class SlippingFilm:
         first = self._bounding_law(at_constriction, at_constriction)
         self._largest_ratio = _largest_ratio(first, self.mean_law)
         self._chosen: tuple[PressureWeight, PressureWeight] | None = None
-        self._gap: LinearGap | ConstantGap | VertexGap | None = None
+        self._gap: GapOnMesh | None = None
         self._best = SlipBounds()
 
     @property
@@ -116,7 +116,7 @@ class SlippingFilm:
         self._best = SlipBounds(*self._best.tightened(Bounds(lower, upper)))
         return replace(solution, slip=self._best)
 
-    def _under_bounding_law(self, solution: LeakSolution) -> LinearGap | ConstantGap | VertexGap:
+    def _under_bounding_law(self, solution: LeakSolution) -> GapOnMesh:
         """The gap under the law of two weights, kept for the next mesh unless others gain there."""
         chosen = solution.problem.space.comm.bcast(self._choice(solution))
         if self._gap is None or chosen is not None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_seal.flow.gap_on_mesh import ConstantGap, LinearGap, VertexGap
+from fem_seal.flow.gap_on_mesh import ConstantGap, GapOnMesh, LinearGap
 from fem_seal.mesh.bisection import refine
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh
@@ -50,14 +50,12 @@ class Start:
     streams: np.ndarray
 
     @classmethod
-    def first(
-        cls, gap: LinearGap | ConstantGap | VertexGap, mesh: NestedMesh | TriangleMesh
-    ) -> "Start":
+    def first(cls, gap: GapOnMesh, mesh: NestedMesh | TriangleMesh) -> "Start":
         """Start on the first mesh with the solution of a uniform gap."""
         pressures, streams = map(np.atleast_2d, mesh.first_guess())
         return cls(mesh, gap.vertex_values(mesh), pressures[:, mesh.cells], streams)
 
-    def refined(self, gap: LinearGap | ConstantGap | VertexGap, times: np.ndarray) -> "Start":
+    def refined(self, gap: GapOnMesh, times: np.ndarray) -> "Start":
         """Bisect each cell at least `times` (C,) times; prolongate the gap and all functions."""
         step = refine(self.mesh, times)
         values = self.values
@@ -67,11 +65,11 @@ class Start:
         streams = np.stack([step.at_vertices(psi) for psi in self.streams])
         return Start(step.mesh, values, pressures, streams)
 
-    def through(self, gap: LinearGap | ConstantGap | VertexGap) -> "Start":
+    def through(self, gap: GapOnMesh) -> "Start":
         """The same mesh and functions, for another gap on the same grid."""
-        if isinstance(gap, VertexGap) or not isinstance(self.mesh, NestedMesh):
-            raise TypeError("only films on a grid share a mesh")
-        return replace(self, values=gap.values_at(self.mesh))
+        if isinstance(gap, LinearGap | ConstantGap) and isinstance(self.mesh, NestedMesh):
+            return replace(self, values=gap.values_at(self.mesh))
+        raise TypeError("only films on a grid share a mesh")
 
 
 @dataclass(eq=False)

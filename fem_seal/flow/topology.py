@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from fem_seal.flow.gap_on_mesh import CellContact, CellData
+from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.numbering import Numbering, numbered
 from fem_seal.mesh.nested import NestedMesh
 from fem_seal.mesh.triangles import TriangleMesh

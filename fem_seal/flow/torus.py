@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.flow.gap_on_mesh import CellContact, CellData
+from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.numbering import Numbering, numbered
 from fem_seal.flow.topology import (
     components,
