@@ -116,10 +116,19 @@ def pass_in(copy: Path, tests: list[str], longest: float | None) -> bool:
         return False
 
 
+def of_same_name(part: str) -> list[str]:
+    """Folder of tests of the name of a package; without one, the modules that begin so."""
+    name = Path(Path(part).parts[0]).stem
+    folder = Path("tests", name)
+    if (ROOT / folder).is_dir():
+        return [str(folder)]
+    return sorted(str(path.relative_to(ROOT)) for path in ROOT.glob(f"tests/test_{name}*.py"))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("part", help="package or module of fem_seal, such as coupling or grid.py")
-    parser.add_argument("--tests", nargs="+", help="what is run (the folder of the same name)")
+    parser.add_argument("--tests", nargs="+", help="what is run (tests of the same name)")
     parser.add_argument("--count", type=int, default=15, help="number of mutations (15)")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
@@ -127,7 +136,9 @@ def main() -> None:
     files = sorted(part.rglob("*.py")) if part.is_dir() else [part]
     every = [m for file in files for m in mutations(file.relative_to(ROOT), file.read_bytes())]
     chosen = random.Random(options.seed).sample(every, min(options.count, len(every)))
-    tests = options.tests or [f"tests/{Path(options.part).parts[0]}"]
+    tests = options.tests or of_same_name(options.part)
+    if not tests:
+        parser.error(f"no tests are named after {options.part}: name them by --tests")
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder, "project")
         shutil.copytree(ROOT, copy, symlinks=True, ignore=shutil.ignore_patterns(*LEFT_OUT))

@@ -4,7 +4,7 @@ import ast
 from pathlib import Path
 
 import pytest
-from mutations import mutations
+from mutations import mutations, of_same_name
 from project import ROOT
 
 
@@ -36,3 +36,8 @@ def test_every_change_is_a_program():
     before = ast.dump(ast.parse(source))
     for mutation in every:
         assert ast.dump(ast.parse(mutation.apply(source))) != before
+
+
+def test_every_package_has_of_same_name_its_name():
+    packages = {path.parent.name for path in (ROOT / "fem_seal").glob("*/__init__.py")}
+    assert {name for name in packages if not of_same_name(name)} == set()

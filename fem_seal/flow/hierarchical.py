@@ -23,7 +23,7 @@ from scipy.sparse import csr_matrix
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.cell_data import CellContact
-from fem_seal.flow.gap_on_mesh import GapOnMesh, LinearGap
+from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.numbering import numbered
 from fem_seal.flow.quarters import QuarterData, Shape
 from fem_seal.mesh.grouping import parts
@@ -174,7 +174,7 @@ def energy_drops(
 
 
 def drops_of_one_function(
-    gaps: Sequence[tuple[LinearGap, np.ndarray]],
+    gaps: Sequence[tuple[GapOnMesh, np.ndarray]],
     mesh: NestedMesh | TriangleMesh,
     energy: Correction,
     comm: MPI.Comm,

@@ -302,8 +302,13 @@ def _result(solution: LeakSolution, levels: list[Level], method: str, scale: flo
     )
 
 
-def _pressure_field(solution: LeakSolution, film: GridFilm, pressure_drop: float) -> FlowField:
-    """Pressure and gap on the mesh of a solution; the flux is set to zero."""
+def _pressure_field(
+    solution: LeakSolution, film: GridFilm | MeshFilm, pressure_drop: float
+) -> FlowField:
+    """Pressure and gap on the mesh of a solution, its points parted where the pressure jumps.
+
+    The flux is set to zero.
+    """
     problem = solution.problem
     number, first = problem.parted_points()
     vertex = problem.mesh.cells[problem.kept].ravel()[first]
@@ -323,23 +328,17 @@ def _field(
     pressure_drop: float,
     slip_factor: float,
 ) -> FlowField:
-    """The flow on the mesh of a solution, its points parted where the pressure jumps."""
-    problem, highest = solution.problem, film.highest
-    cells = problem.mesh.cells[problem.kept]
-    number, first = problem.parted_points()
-    vertex = cells.ravel()[first]
-    pressure = solution.pressure.corner_values * pressure_drop
-    conductivity = slip_factor * film_conductivity(highest, viscosity)
+    """The flow on the mesh of a solution."""
+    problem = solution.problem
+    conductivity = slip_factor * film_conductivity(film.highest, viscosity)
     flux = -problem.data.K[:, None] * problem.gradients(solution.pressure.corner_values)
     if solution.stream is not None:
         # Where the pressure was taken to be constant, take the flux from the stream function.
         equipotential = problem.data.equipotential
         flux[equipotential] = problem.flux(solution.stream)[equipotential]
-    return FlowField(
-        points=points_of(film, problem.mesh)[vertex],
-        cells=number,
-        gap=highest * problem.vertex_gap[vertex],
-        pressure=pressure.ravel()[first],
+    field = _pressure_field(solution, film, pressure_drop)
+    return replace(
+        field,
         flux=flux * conductivity * pressure_drop / length_unit(film),
-        facet_tags=problem.facet_tags(number),
+        facet_tags=problem.facet_tags(field.cells),
     )

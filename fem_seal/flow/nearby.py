@@ -102,7 +102,7 @@ class MeshedFlow:
         """Upper bounds of energies of the same function, widened for rounding errors."""
         own = problems[0]
         gaps = [(problem.gap, problem.values) for problem in problems]
-        drops = drops_of_one_function(gaps, own.mesh, correction, own.space.comm)  # type: ignore[arg-type]
+        drops = drops_of_one_function(gaps, own.mesh, correction, own.space.comm)
         # The rounding error of a drop grows with the energy of the bubble functions. That energy is
         # largest in the film itself, and the drop there is at least as large: use it for all films.
         return np.array(
