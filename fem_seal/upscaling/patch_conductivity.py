@@ -209,18 +209,19 @@ class LoadedPatch:
 
     def _state(self, load: float) -> ContactState:
         if load not in self._states:
-            state = parallel.on_root(lambda: self._pressed(load), self.patch.comm)
+            # All processes make the surface together: the first one must not make it alone.
+            surface = present(self.patch.surface, "surface")
+            state = parallel.on_root(lambda: self._pressed(surface, load), self.patch.comm)
             self._states[load] = state
         return self._states[load]
 
-    def _pressed(self, load: float) -> ContactState:
+    def _pressed(self, surface: GridField, load: float) -> ContactState:
         nearest = sorted(self._states, key=lambda known: abs(known - load))[:2]
         predictor = Predictor()
         for known in reversed(nearest):
             predictor.remember(Load("pressure", known), self._states[known])
         target = Load("pressure", load)
         patch = self.patch
-        surface = present(patch.surface, "surface")
         return elastic_contact(patch.scene, surface, predictor.start(target), target, patch.report)
 
     def gain_of_sharpening(self, load: float) -> float:
