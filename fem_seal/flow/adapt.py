@@ -40,9 +40,7 @@ from fem_seal.flow.marking import Marks, mark, mark_all
 from fem_seal.flow.start import Guess, Start
 from fem_seal.flow.stopping import SolvedLevel, Stopping
 from fem_seal.flow.strategy import Strategy
-from fem_seal.mesh.bisection import TooFine
-from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
+from fem_seal.mesh.bisection import AnyMesh, TooFine
 
 if TYPE_CHECKING:
     from fem_seal.flow.slipping import SlipBounds
@@ -106,7 +104,7 @@ def unchanged(
 
 
 def refined(
-    make_problem: Callable[[NestedMesh | TriangleMesh, np.ndarray], FilmOnMesh[P, S, B]],
+    make_problem: Callable[[AnyMesh, np.ndarray], FilmOnMesh[P, S, B]],
     start: Start,
     strategy: Strategy,
     stopping: Stopping,

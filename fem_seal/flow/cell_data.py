@@ -7,9 +7,8 @@ import numpy as np
 
 from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow import traces
+from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
-from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
 
 _AT_ONCE = 1 << 13  # cells of a batch
 
@@ -98,7 +97,7 @@ class CellData(CellContact):
     @classmethod
     def joined(
         cls,
-        mesh: NestedMesh | TriangleMesh,
+        mesh: AnyMesh,
         data_of: Callable[[np.ndarray, np.ndarray], "CellData"],
     ) -> "CellData":
         """Data of all cells of a mesh, computed in batches that fit into the cache.

@@ -18,9 +18,9 @@ from fem_seal.flow.tensor_bounds import TensorBounds, widest
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.limits import USUAL_GROWTH, Limits
-from fem_seal.mesh.nested import NestedMesh, coarsest_width
+from fem_seal.mesh.bisection import AnyMesh
+from fem_seal.mesh.nested import coarsest_width
 from fem_seal.mesh.torus import Torus, uniform_torus
-from fem_seal.mesh.triangles import TriangleMesh
 
 # Smallest part of the largest conductivity that can be resolved. The pressure is prescribed
 # nowhere, so its rounding errors in open regions hide smaller conductivities.
@@ -93,7 +93,7 @@ def conductivity_tensor(
         rtol=rtol, every_dual=stopping.doubtful, max_unknowns=limits.unknowns, tuning=tuning
     )
 
-    def make_problem(mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellProblem:
+    def make_problem(mesh: AnyMesh, values: np.ndarray) -> CellProblem:
         assert isinstance(mesh, Torus)  # bisection keeps the kind of a mesh
         return CellProblem(represented, mesh, values, comm, tuning.tolerance)
 

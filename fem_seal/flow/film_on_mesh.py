@@ -29,9 +29,8 @@ from fem_seal.flow.numbering import Numbering
 from fem_seal.flow.start import Guess, Start
 from fem_seal.flow.topology import components
 from fem_seal.flow.traces import mean_gradient_values
+from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
-from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
 
 # Pressure drop, relative to that of the whole film, below which equipotential groups count as
 # well joined if all the flow passes between them.
@@ -156,7 +155,7 @@ class FilmOnMesh(ABC, Generic[P, S, B]):
     def __init__(
         self,
         gap: GapOnMesh,
-        mesh: NestedMesh | TriangleMesh,
+        mesh: AnyMesh,
         values: np.ndarray,
         data: CellData,
         kept: np.ndarray,

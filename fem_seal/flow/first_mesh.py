@@ -9,6 +9,7 @@ from fem_seal.film import GridFilm, MeshFilm, require_film
 from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, GapOnMesh, LinearGap, VertexGap
 from fem_seal.grid import GridField
+from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
 from fem_seal.mesh.triangles import TriangleMesh
 
@@ -33,7 +34,7 @@ def first_mesh(
     ceiling: float,
     coarsest: int | None,
     law: FilmLaw = CUBE,
-) -> tuple[GapOnMesh, NestedMesh | TriangleMesh]:
+) -> tuple[GapOnMesh, AnyMesh]:
     """Gap in units of its maximum, and the first mesh.
 
     Parameters
@@ -92,6 +93,6 @@ def length_unit(film: GridFilm | MeshFilm) -> float:
     return float(np.ptp(film.mesh.xy, axis=0).max())
 
 
-def points_of(film: GridFilm | MeshFilm, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
+def points_of(film: GridFilm | MeshFilm, mesh: AnyMesh) -> np.ndarray:
     """Vertex coordinates (V, 2) [m] of a mesh that refines the first mesh of a film."""
     return mesh.points(np.array(film.gap.spacing)) if isinstance(film, GridFilm) else mesh.xy

@@ -16,8 +16,8 @@ from fem_seal.flow import averages
 from fem_seal.flow.cell_data import ISOTROPIC, CellData
 from fem_seal.flow.quarters import QuarterData, on_quarters, thrice_centroids, with_middles
 from fem_seal.grid import GridField
+from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.nested import DEPTH, PIXEL, NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
 
 Span = tuple[np.ndarray, np.ndarray]
 
@@ -52,11 +52,11 @@ class GapOnMesh(ABC):
         """Take a law, and compute the averages that depend on it."""
         self.law = law
 
-    def plotted_values(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> np.ndarray:
+    def plotted_values(self, mesh: AnyMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) at the vertices, for pictures."""
         return values[:, 0]
 
-    def cell_data(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> CellData:
+    def cell_data(self, mesh: AnyMesh, values: np.ndarray) -> CellData:
         """Averages, contact and resistivity tensors of all cells.
 
         Parameters
@@ -68,12 +68,12 @@ class GapOnMesh(ABC):
         return CellData.joined(mesh, partial(self._data_of, values))
 
     @abstractmethod
-    def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
+    def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
 
     @abstractmethod
     def refined_values(
-        self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
+        self, values: np.ndarray, fine: AnyMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
         """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
 
@@ -171,7 +171,7 @@ class LinearGap(GapOnMesh):
             ]
         )
 
-    def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
+    def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of a mesh of whole pixels."""
         i, j = (mesh.xy // PIXEL).T
         return self._samples[i, j]
@@ -197,7 +197,7 @@ class LinearGap(GapOnMesh):
         return values
 
     def refined_values(
-        self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
+        self, values: np.ndarray, fine: AnyMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
         """Vertex values (V', 2): samples on pixel vertices, linear between them."""
         a, b = (values.take(ends, axis=0) for ends in edge_ends.T)
@@ -271,12 +271,12 @@ class VertexGap(GapOnMesh):
         lowered = np.where(values < cut, 0.0, values)
         self._values = np.stack([raised, lowered], axis=-1)
 
-    def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
+    def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """Gap (raised, lowered) at the vertices (V, 2) of the first mesh."""
         return self._values
 
     def refined_values(
-        self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
+        self, values: np.ndarray, fine: AnyMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
         """Vertex values (V', 2): midpoints get the mean of the ends, so the function stays."""
         return np.concatenate([values, (values[edge_ends[:, 0]] + values[edge_ends[:, 1]]) / 2])
@@ -358,19 +358,19 @@ class ConstantGap(GapOnMesh):
             lambda strip: np.stack([self._means[:, strip]] * 2, axis=-1), self.squares, self._width
         )
 
-    def vertex_values(self, mesh: NestedMesh | TriangleMesh) -> np.ndarray:
+    def vertex_values(self, mesh: AnyMesh) -> np.ndarray:
         """No values (V, 0): the gap jumps at the vertices."""
         return np.empty((len(mesh.xy), 0))
 
     values_at = vertex_values
 
     def refined_values(
-        self, values: np.ndarray, fine: NestedMesh | TriangleMesh, edge_ends: np.ndarray
+        self, values: np.ndarray, fine: AnyMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
         """No values (V', 0)."""
         return np.empty((len(fine.xy), 0))
 
-    def plotted_values(self, mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> np.ndarray:
+    def plotted_values(self, mesh: AnyMesh, values: np.ndarray) -> np.ndarray:
         """Gap (V,) of the pixel above and to the right of each vertex, for pictures."""
         i, j = np.minimum(mesh.xy // PIXEL, np.asarray(self.squares) - 1).T
         return self._raised[i, j]

@@ -26,9 +26,8 @@ from fem_seal.flow.cell_data import CellContact
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.numbering import numbered
 from fem_seal.flow.quarters import QuarterData, Shape
+from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
-from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
 
 
 @dataclass(frozen=True)
@@ -70,9 +69,7 @@ class Bubbles:
     free: np.ndarray
 
 
-def pressure_bubbles(
-    mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray
-) -> Bubbles:
+def pressure_bubbles(mesh: AnyMesh, data: CellContact, kept: np.ndarray) -> Bubbles:
     """Bubble functions for p: none on inlet and outlet; two on a zero-gap edge, one per cell."""
     ends, of_cell = mesh.edges
     free = ~(_joins(mesh.inlet, ends) | _joins(mesh.outlet, ends))
@@ -83,7 +80,7 @@ def pressure_bubbles(
     return Bubbles(edge, free)
 
 
-def stream_bubbles(mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray) -> Bubbles:
+def stream_bubbles(mesh: AnyMesh, data: CellContact, kept: np.ndarray) -> Bubbles:
     """Bubble functions for ψ: none on side walls, in blocked cells and on power traces."""
     ends, edge = mesh.edges
     free = np.ones(len(ends), dtype=bool)
@@ -92,7 +89,7 @@ def stream_bubbles(mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.
     return Bubbles(edge, free)
 
 
-def _usable(mesh: NestedMesh | TriangleMesh, cells: np.ndarray) -> np.ndarray:
+def _usable(mesh: AnyMesh, cells: np.ndarray) -> np.ndarray:
     """Restrict a set of cells (C,) bool to those whose edge midpoints have integer coordinates."""
     return cells & mesh.can_halve_twice()
 
@@ -135,7 +132,7 @@ class Correction:
 
 def energy_drops(
     gap: GapOnMesh,
-    mesh: NestedMesh | TriangleMesh,
+    mesh: AnyMesh,
     values: np.ndarray,
     energies: Sequence[Correction],
     comm: MPI.Comm,
@@ -175,7 +172,7 @@ def energy_drops(
 
 def drops_of_one_function(
     gaps: Sequence[tuple[GapOnMesh, np.ndarray]],
-    mesh: NestedMesh | TriangleMesh,
+    mesh: AnyMesh,
     energy: Correction,
     comm: MPI.Comm,
 ) -> list[float]:
@@ -213,7 +210,7 @@ def drops_of_one_function(
 
 def _energies_with_bubbles(
     gap: GapOnMesh,
-    mesh: NestedMesh | TriangleMesh,
+    mesh: AnyMesh,
     values: np.ndarray,
     energies: Sequence[Correction],
     block: np.ndarray,

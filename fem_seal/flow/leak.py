@@ -22,8 +22,7 @@ from fem_seal.flow.strategy import Strategy, Tuning
 from fem_seal.fluid import Slip
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
-from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
+from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.registry import require_known
 
 METHODS = ("adaptive", "uniform")
@@ -135,7 +134,7 @@ def leak_rate(
     coarsest = None if strategy.uniform else strategy.tuning.coarsest
     gap, mesh = _first(film, narrowest, strategy.tuning, coarsest, slipping)
 
-    def make_problem(mesh: NestedMesh | TriangleMesh, values: np.ndarray) -> LevelProblem:
+    def make_problem(mesh: AnyMesh, values: np.ndarray) -> LevelProblem:
         return LevelProblem(gap, mesh, values, comm, strategy.tuning.tolerance)
 
     start = Start.first(gap, mesh) if last is None else last.through(gap)
@@ -261,7 +260,7 @@ def _first(
     tuning: Tuning,
     coarsest: int | None,
     slipping: SlippingFilm | None,
-) -> tuple[GapOnMesh, NestedMesh | TriangleMesh]:
+) -> tuple[GapOnMesh, AnyMesh]:
     """Normalised gap and first mesh of a film; `narrowest` in units of the largest gap."""
     cut, floor, ceiling = (narrowest * p for p in (tuning.cut, tuning.floor, tuning.ceiling))
     law = slipping.mean_law if slipping else CUBE

@@ -30,10 +30,10 @@ from fem_seal.flow.start import Guess, Start
 from fem_seal.flow.topology import dual_numbering, open_cells, primal_numbering, side_ends
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.leak_rate import FacetTag
+from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.edges import find_edges
 from fem_seal.mesh.grouping import parts
 from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
     def __init__(
         self,
         gap: GapOnMesh,
-        mesh: NestedMesh | TriangleMesh,
+        mesh: AnyMesh,
         values: np.ndarray,
         comm: MPI.Comm,
         tolerance: float,

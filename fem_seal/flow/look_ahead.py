@@ -19,9 +19,8 @@ from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.marking import Marks
 from fem_seal.flow.start import Start
+from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
-from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
 
 # Part of the smallest marked indicator above which a new cell is marked. Without a pressure only a
 # lower limit of its indicator is known. Of 1, 0.5 and 0.25, 0.5 took the least time and the fewest
@@ -113,7 +112,7 @@ class _NewCells:
         Resistivity of the regularised dual.
     """
 
-    mesh: NestedMesh | TriangleMesh
+    mesh: AnyMesh
     aspect: np.ndarray | float
     data: CellData
     tensor: np.ndarray

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_seal.flow.gap_on_mesh import ConstantGap, GapOnMesh, LinearGap
-from fem_seal.mesh.bisection import refine
+from fem_seal.mesh.bisection import AnyMesh, refine
 from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +43,13 @@ class Start:
         Stream functions at the vertices.
     """
 
-    mesh: NestedMesh | TriangleMesh
+    mesh: AnyMesh
     values: np.ndarray
     pressures: np.ndarray
     streams: np.ndarray
 
     @classmethod
-    def first(cls, gap: GapOnMesh, mesh: NestedMesh | TriangleMesh) -> "Start":
+    def first(cls, gap: GapOnMesh, mesh: AnyMesh) -> "Start":
         """Start on the first mesh with the solution of a uniform gap."""
         pressures, streams = map(np.atleast_2d, mesh.first_guess())
         return cls(mesh, gap.vertex_values(mesh), pressures[:, mesh.cells], streams)

@@ -12,8 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.numbering import Numbering, numbered
-from fem_seal.mesh.nested import NestedMesh
-from fem_seal.mesh.triangles import TriangleMesh
+from fem_seal.mesh.bisection import AnyMesh
 
 
 def components(pairs: np.ndarray, count: int) -> np.ndarray:
@@ -44,9 +43,7 @@ class OpenCells:
     outlet: np.ndarray
 
 
-def passable_sides(
-    mesh: NestedMesh | TriangleMesh, data: CellData
-) -> tuple[np.ndarray, np.ndarray]:
+def passable_sides(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, np.ndarray]:
     """Slots 3 cell + side of passable sides: K > 0 in the cell, and no zero-gap side.
 
     Returns
@@ -64,7 +61,7 @@ def passable_sides(
     return slots.compress(first & second, axis=0), slots[:, 0].compress(first & alone)
 
 
-def open_cells(mesh: NestedMesh | TriangleMesh, data: CellData) -> OpenCells:
+def open_cells(mesh: AnyMesh, data: CellData) -> OpenCells:
     """Find the cells that can carry flow: connected to both ends through passable sides."""
     pairs, alone = passable_sides(mesh, data)
     ends = mesh.cells.ravel()[side_ends(alone)]
@@ -84,9 +81,7 @@ def side_ends(slots: np.ndarray) -> np.ndarray:
     return np.stack([3 * cell + (side + 1) % 3, 3 * cell + (side + 2) % 3], axis=1)
 
 
-def primal_numbering(
-    mesh: NestedMesh | TriangleMesh, data: CellContact, cells: OpenCells
-) -> Numbering:
+def primal_numbering(mesh: AnyMesh, data: CellContact, cells: OpenCells) -> Numbering:
     """Number the pressure on the kept cells; p = 1 on passable inlet sides, 0 on outlet sides."""
     vertex = mesh.twin.take(mesh.cells)
     label, count = continuous_labels(vertex, len(mesh.xy), data.zero_gap, cells.kept, cells.pairs)
@@ -180,7 +175,7 @@ def continuous_labels(
 
 
 def dual_numbering(
-    mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray, merge_blocked: bool
+    mesh: AnyMesh, data: CellContact, kept: np.ndarray, merge_blocked: bool
 ) -> Numbering | None:
     """Number the stream function: one unknown for each contact patch, prescribed on side walls.
 
@@ -228,7 +223,7 @@ def dual_numbering(
 
 
 def patch_ties(
-    mesh: NestedMesh | TriangleMesh, data: CellContact, kept: np.ndarray, merge_blocked: bool
+    mesh: AnyMesh, data: CellContact, kept: np.ndarray, merge_blocked: bool
 ) -> list[np.ndarray]:
     """Pairs (n, 2) of vertices with the same stream function; see `dual_numbering`."""
     tie = ~kept | data.blocked if merge_blocked else ~kept

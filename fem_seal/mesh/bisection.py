@@ -22,7 +22,9 @@ from fem_seal.mesh.halvings import Halvings
 from fem_seal.mesh.nested import NestedMesh, TooFine
 from fem_seal.mesh.triangles import TriangleMesh
 
-__all__ = ["Refinement", "TooFine", "bisect", "refine"]
+__all__ = ["AnyMesh", "Refinement", "TooFine", "bisect", "refine"]
+
+AnyMesh = NestedMesh | TriangleMesh  # the meshes that bisection refines
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,7 @@ class Refinement:
         which the new one lies half-way.
     """
 
-    mesh: NestedMesh | TriangleMesh
+    mesh: AnyMesh
     halvings: Halvings
     rounds: tuple[np.ndarray, ...]
 
@@ -54,7 +56,7 @@ class Refinement:
         """(V' - V, 2) int32: for each new vertex the two vertices between which it lies."""
         return np.concatenate([np.empty((0, 2), dtype=np.int32), *self.rounds])
 
-    def by_rounds(self) -> Iterator[tuple[NestedMesh | TriangleMesh, np.ndarray]]:
+    def by_rounds(self) -> Iterator[tuple[AnyMesh, np.ndarray]]:
         """For each round the mesh with the vertices so far, and the row of `rounds` it added."""
         count = len(self.mesh.xy) - sum(map(len, self.rounds))
         for ends in self.rounds:
@@ -80,12 +82,12 @@ def _linear(corner_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([middle, a, b], axis=1), np.stack([middle, c, a], axis=1)
 
 
-def bisect(mesh: NestedMesh | TriangleMesh, marked: np.ndarray) -> Refinement:
+def bisect(mesh: AnyMesh, marked: np.ndarray) -> Refinement:
     """Halve the marked triangles (C,) bool once; see `refine`."""
     return refine(mesh, marked.astype(np.int8))
 
 
-def refine(mesh: NestedMesh | TriangleMesh, times: np.ndarray) -> Refinement:
+def refine(mesh: AnyMesh, times: np.ndarray) -> Refinement:
     """Halve triangles, and as many others as keep the mesh conforming.
 
     Parameters
@@ -141,7 +143,7 @@ class _Cut:
 class _Bisection:
     """A mesh while it is bisected: a first half replaces its parent, a second half is appended."""
 
-    def __init__(self, mesh: NestedMesh | TriangleMesh):
+    def __init__(self, mesh: AnyMesh):
         self._mesh, self._xy, self._twin = mesh, mesh.xy, mesh.twin
         self._cells, edges = mesh.cells.copy(), mesh.numbered_edges
         self._sides, self._ends = edges.sides.copy(), edges.ends.copy()
