@@ -77,7 +77,9 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
     sentence = f"{patches} {wide}{loss}; larger ones scatter less"
     if remedy and (small or lost):
         sentence += f"; {remedy}"
-    return Uncertainty("size of the patch", "not covered", sentence, caution=small or lost)
+    # Windows that lose roughness leak less than the map would, by an unknown factor.
+    lower, upper = (1.0, None) if lost else (None, None)
+    return Uncertainty("size of the patch", "not covered", sentence, lower, upper, small or lost)
 
 
 def _sides(heights: GridField) -> tuple[float, float]:

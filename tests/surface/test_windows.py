@@ -11,6 +11,7 @@ from fem_seal import cli
 from fem_seal.digits import with_prefix
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
+from fem_seal.quantities.error_budget import may_open
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.scene import Scene
 from fem_seal.surface import Spectrum, kept_roughness, longest_wavelength, self_affine
@@ -95,6 +96,8 @@ def test_windows_only_where_they_keep_the_roughness(rolloff, tmp_path, monkeypat
     apart, size = scale_entries(Patch(Scene.from_mapping(data)), 1e-3)
     assert size.caution == (rolloff != 8.0)
     assert ("biases the leak rate" in size.sentence) == (rolloff is None)
+    # A bias of unknown size: no verdict may rely on the upper end.
+    assert may_open(size) == (rolloff is None)
     capsys.readouterr()
     assert cli.main(["surface", "map.npz"]) == 0
     (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("longest")]
