@@ -55,6 +55,7 @@ leak_rate_unit = "ml/h"
 # leak_path = "0.5 mm"          # yours: width of the contact, from inlet to outlet
 # circumference = "150 mm"      # yours
 # pressure_profile = "hertz"    # or "uniform"; contact.pressure is the mean of either
+## or line_load = "3 N/mm", cylinder_radius = "2 mm" in place of leak_path and contact.pressure
 # patches = 8                   # {patches}
 {window}# rtol = 0.5                    # relative width of the bounds for each patch: ±24 %
 """
