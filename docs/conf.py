@@ -33,5 +33,5 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # the sections of numpydoc name the types that people need
+autodoc_typehints = "signature"
 numpydoc_show_class_members = False
