@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "sphinxarg.ext",
     "gallery_pages",
+    "mathml",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["_build"]
@@ -30,6 +31,7 @@ html_css_files = ["site.css"]
 smartquotes = False  # they would make one dash of the two of an option
 
 myst_enable_extensions = ["dollarmath"]
+html_math_renderer = "mathml"
 myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"

@@ -28,7 +28,7 @@ PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")
     for path in (ROOT / "README.md", *WRITTEN)
 }
-ENDINGS = {"csv", "html", "npy", "npz", "png", "py", "toml", "vtu"}
+ENDINGS = {"csv", "html", "md", "npy", "npz", "png", "py", "toml", "vtu"}
 EVERYTHING = "\n".join(PAGES.values())
 
 
@@ -204,6 +204,22 @@ def test_imports_of_the_pages_work():
     for module, names in found:
         for name in names.split(", "):
             assert hasattr(import_module(module), name), (module, name)
+
+
+def test_formulas_theorems_and_references_of_the_mathematics_are_numbered():
+    """In order, each theorem in the table of all, and each number that is cited exists."""
+    page = PAGES["docs/theory/mathematics.md"]
+    formulas = [int(n) for n in re.findall(r"^\$\$ \((\d+)\)$", page, re.MULTILINE)]
+    theorems = [int(n) for n in re.findall(r"^### [A-Z]\w+ (\d+) ", page, re.MULTILINE)]
+    rows = [int(n) for n in re.findall(r"^\| \[(\d+)\]\(#", page, re.MULTILINE)]
+    text, _, listed = page.partition("## References")
+    references = [int(n) for n in re.findall(r"^(\d+)\. ", listed, re.MULTILINE)]
+    for numbers in (formulas, theorems, references):
+        assert numbers == list(range(1, len(numbers) + 1))
+    assert rows == theorems
+    assert {int(n) for n in re.findall(r"(?<=[\s(\[])\((\d+)\)", text)} <= set(formulas)
+    cited = re.findall(r" \[([\d, ]+)\](?!\()", text)
+    assert {int(n) for group in cited for n in group.split(",")} == set(references)
 
 
 # Sphinx reads |g| as the name of a substitution, and a * that begins a word as emphasis.

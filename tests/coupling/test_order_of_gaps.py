@@ -1,9 +1,10 @@
 """Where the fluid presses more, no gap gets smaller: the theorem behind flow.lift = "range".
 
 Half-space, periodic, one total load P₀: p_f <= p_f' everywhere and P₀ > mean(p_f') give g <= g'
-everywhere (docs/theory/lift.md). The proof needs a stiffness that is negative off its diagonal. The
-root of the five-point Laplacian is, and the theorem holds for it to the last digit. The
-band-limited stiffness of the package is not; the theorem is tested for it on rough surfaces.
+everywhere (docs/theory/mathematics.md, theorem 10). The proof needs a stiffness that is negative
+off its diagonal. The root of the five-point Laplacian is, and the theorem holds for it to the last
+digit. The band-limited stiffness of the package is not; the theorem is tested for it on rough
+surfaces.
 """
 
 import numpy as np
