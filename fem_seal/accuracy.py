@@ -12,9 +12,10 @@ fluid lifts the solid.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import expm1, inf, log, log1p, sinh
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from fem_seal import parallel
+from fem_seal.contact.grid_error import GridError
 from fem_seal.contact.state import GapState
 from fem_seal.coupling import LiftedState, most_claimed
 from fem_seal.digits import per_cent
@@ -25,10 +26,19 @@ from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Accuracy, Scene
 from fem_seal.surface.resampling import resample
+from fem_seal.threshold import PRECISION, sealing_load
 
 # Factors of the grids coarser than the surface; they serve the error estimate only.
 COARSER = (0.25, 0.5)
 LEAST_SAMPLES = 8
+# Samples in the shortest wave below which a sealed grid is no evidence.
+LEAST_IN_SHORTEST = 2
+UNKNOWN = GridError(
+    None,
+    None,
+    "the coarser grids of the contact differ too much from the last one to say what a finer one "
+    "would change",
+)
 # Factors of the last change of the leak rate and of the change before it: see `contact_part`.
 SAFETY, BEFORE = 1.5, 0.5
 # Part of the error budget for the contact grid: while a finer grid may follow, and on the finest.
@@ -51,21 +61,12 @@ class Solved(Protocol):
         """Leak rate through the gap."""
 
 
-# (surface, rtol, contact of that surface or None) -> contact and leak rate
-OnGrid = Callable[[GridField, float, GapState | None], Solved]
+AnySolved = TypeVar("AnySolved", bound=Solved)
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A contact grid that was tried.
-
-    Attributes
-    ----------
-    samples : (nx, ny)
-        Samples of the grid.
-    leak_rate, lower, upper : float
-        Leak rate and its bounds [m³/s].
-    """
+    """A contact grid that was tried, with its leak rate and bounds [m³/s]."""
 
     samples: tuple[int, int]
     leak_rate: float
@@ -77,38 +78,21 @@ class Trial:
 class Choice:
     """The contact grid and the flow tolerance that keep a total error.
 
-    Attributes
-    ----------
-    total : float
-        Total relative error that the scene allows.
-    max_refinement : int
-        Finest grid allowed, in multiples of the samples of the surface.
-    surface, contact, lifted, leak_rate : GridField, GapState, LiftedState or None, LeakRate
-        Results on the chosen grid. The leak rate has `converged` False if no allowed grid keeps
-        the total error.
-    rtol : float
-        Tolerance of the flow.
-    contact_error : float
-        Estimated relative error of the contact grid.
-    flow_error : float
-        Relative half-width of the guaranteed bounds.
-    lift_error : float or None
-        Estimated relative error of the lift; None where the fluid lifts nothing.
-    trials : tuple[Trial, ...]
-        All grids tried, from coarse to fine; the last one was chosen.
+    The leak rate has `converged` False if no allowed grid keeps the total error.
     """
 
-    total: float
-    max_refinement: int
-    surface: GridField
+    total: float  #: relative error that the scene allows
+    max_refinement: int  #: finest grid allowed, in multiples of the samples of the surface
+    surface: GridField  #: heights on the chosen grid [m]
     contact: GapState
     lifted: LiftedState | None
     leak_rate: LeakRate
-    rtol: float
-    contact_error: float
-    flow_error: float
-    lift_error: float | None
-    trials: tuple[Trial, ...]
+    rtol: float  #: tolerance of the flow
+    grid_error: GridError  #: what a finer grid may change
+    contact_error: float | None  #: relative, estimated; None where sealed
+    flow_error: float  #: relative half-width of the guaranteed bounds
+    lift_error: float | None  #: relative, estimated; None where the fluid lifts nothing
+    trials: tuple[Trial, ...]  #: grids tried, from coarse to fine; the last one was chosen
 
     def asked(self, scene: Scene) -> Scene:
         """Scene with [accuracy], as the user wrote it, from the scene of the chosen patch."""
@@ -119,37 +103,36 @@ class Choice:
 def chosen_grid(
     total: float,
     surface: GridField,
-    on_grid: OnGrid,
+    on_grid: Callable[[GridField, float, GapState | None], AnySolved],
+    error_of_sealed: Callable[[Sequence[AnySolved]], GridError],
     max_refinement: int = 4,
     report: Report = silent,
 ) -> Choice:
     """Refine the contact grid until its error is small; flow and lift get the rest of the budget.
+
+    A sealed grid has no error of its leak rate: it is refined until it surely stays sealed.
 
     Parameters
     ----------
     total : allowed relative error of the leak rate, against the limit of ever finer contact grids
         and an exact solution of the flow
     surface : periodic heights; no grid coarser than theirs is chosen
-    on_grid : solves contact and flow of a resampled surface
+    on_grid : solves contact and flow of a resampled surface to an rtol, from its contact if that is
+        known
+    error_of_sealed : says whether a finer grid may open the last of the grids, which is sealed
     max_refinement : finest contact grid, in multiples of the samples of the surface
     report : called with each grid
-
-    Returns
-    -------
-    Choice
-
-    Raises
-    ------
-    NotConverged
-        If a contact or the linear solver fails.
     """
     budget = log1p(total)
     shapes = grids(surface.shape, max_refinement)
     trials: list[Trial] = []
+    tried: list[AnySolved] = []
+    grid_error = UNKNOWN
     for shape in shapes:
         report("accuracy", f"contact on {shape[0]} x {shape[1]}")
         resampled = resample(surface, shape)
         solved = on_grid(resampled, total, None)
+        tried.append(solved)
         leak = solved.leak_rate
         if leak.state == "lifted off":
             # The fluid carries the whole load on every grid.
@@ -157,8 +140,13 @@ def chosen_grid(
             break
         trials.append(Trial(shape, leak.value, *leak.bounds))
         part = contact_part([trial.leak_rate for trial in trials])
+        if shape[0] < surface.shape[0]:
+            continue
+        grid_error = error_of_sealed(tried) if leak.state == "sealed" else UNKNOWN
+        if leak.state == "sealed":
+            part = 0.0 if grid_error.upper == 1 else inf
         share = LAST_SHARE if shape == shapes[-1] else SHARE
-        if shape[0] >= surface.shape[0] and part <= share * budget:
+        if part <= share * budget:
             break
     rtol = total
     lifts, left = solved.lifted is not None, budget - part
@@ -171,9 +159,13 @@ def chosen_grid(
         leak = solved.leak_rate
     lift = lift_part(solved.lifted)
     missed = part + flow_part(leak) + lift > budget
-    if leak.converged and missed and leak.state != "lifted off":
+    if leak.converged and missed and leak.state == "leaking":
         words = _missed(total, part, shapes[-1]) if left <= least else _missed_by_lift(total, lift)
         leak = replace(leak, converged=False, reason=words)
+    error = relative_error(part)
+    if leak.state == "leaking" and error < inf:
+        sentence = "what a finer grid of the contact would change, from how coarser ones differ"
+        grid_error = GridError(1 / (1 + error), 1 + error, sentence)
     return Choice(
         total=total,
         max_refinement=max_refinement,
@@ -182,7 +174,8 @@ def chosen_grid(
         lifted=solved.lifted,
         leak_rate=leak,
         rtol=rtol,
-        contact_error=relative_error(part),
+        grid_error=grid_error,
+        contact_error=None if leak.state == "sealed" else error,
         flow_error=relative_error(flow_part(leak)),
         lift_error=relative_error(lift) if lifts else None,
         trials=tuple(trials),
@@ -200,14 +193,8 @@ def solved(
 
     Parameters
     ----------
-    scene : Scene
+    scene : with or without [accuracy]; without it there is no choice
     report, trust, comm : as of `Patch`
-
-    Returns
-    -------
-    patch : Patch
-    choice : Choice or None
-        Contact grid and tolerance for accuracy.total; None if the scene has no [accuracy].
 
     Raises
     ------
@@ -226,14 +213,17 @@ def solved(
 
     with first.timed("accuracy"):
         surface = present(first.surface, "surface of a scene with [accuracy]")
-        choice = chosen_grid(accuracy.total, surface, on_grid, accuracy.max_refinement, report)
+        sealing = SealingLoads(scene.shortest_wave(surface))
+        choice = chosen_grid(
+            accuracy.total, surface, on_grid, sealing.error, accuracy.max_refinement, report
+        )
     patch = first.on_grid(
         choice.surface,
         choice.rtol,
         contact=choice.contact,
         leak_rate=choice.leak_rate,
         lifted=choice.lifted,
-        contact_error=choice.contact_error,
+        grid_error=choice.grid_error,
     )
     patch.seconds.update(first.seconds)
     return patch, choice
@@ -251,19 +241,93 @@ def grids(samples: tuple[int, int], max_refinement: int) -> list[tuple[int, int]
     ]
 
 
-def contact_part(leak_rates: Sequence[float]) -> float:
-    """Estimate |ln| of the last leak rate over the limit on ever finer contact grids.
+class SealingLoads:
+    """Loads that just seal the grids of one surface, each sought once.
+
+    Where the grid is still too coarse, a finer one may need more load to seal. That a patch is
+    sealed therefore counts only if it stays so under the part 1 - 2 δ of its load, where δ is the
+    relative change of the sealing load between its grid and the next coarser one. Both grids must
+    have two samples in the shortest wave: on a coarser one that wave is missing.
 
     Parameters
     ----------
-    leak_rates : leak rates on contact grids, each twice as fine as the one before; 0 where sealed
+    shortest : shortest wavelength of the surface [m]
+    """
 
-    Returns
-    -------
-    float; inf with fewer than three grids, which do not allow an estimate.
+    def __init__(self, shortest: float) -> None:
+        self._shortest, self._found = shortest, dict[tuple[int, int], float | None]()
 
-    Notes
-    -----
+    def error(self, tried: Sequence[Patch]) -> GridError:
+        """Whether a finer grid may open the last of the grids, which is sealed."""
+        resolved = [patch for patch in tried[-2:] if self._resolves(patch)]
+        loads = [load for patch in resolved if (load := self._load(patch)) is not None]
+        if len(loads) < 2:
+            sentence = (
+                "sealed on one grid only: no coarser one has two samples in the shortest wave, and "
+                "a finer one may leak"
+            )
+            return GridError(1.0, None, sentence)
+        change = abs(loads[-1] / loads[-2] - 1) + PRECISION - 1
+        margin = f"twice the {per_cent(change)} by which the grid moves the load that seals"
+        if stays_sealed(tried[-1], 1 - 2 * change, loads[-1]):
+            return GridError(1.0, 1.0, f"it stays sealed under a load that is less by {margin}")
+        sentence = f"a finer grid may leak: this one does under a load that is less by {margin}"
+        return GridError(1.0, None, sentence)
+
+    def _resolves(self, patch: Patch) -> bool:
+        spacing = max(present(patch.surface, "surface").spacing)
+        return self._shortest >= LEAST_IN_SHORTEST * spacing * (1 - 1e-9)
+
+    def _load(self, patch: Patch) -> float | None:
+        shape = present(patch.surface, "surface").shape
+        if shape not in self._found:
+            self._found[shape] = sealing_load(patch)
+        return self._found[shape]
+
+
+def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
+    """Whether a sealed patch stays sealed under a part of its load.
+
+    The fluid's pressure counts as in the verdict on the whole load: resolved, or as much of the
+    load as the inlet's pressure if the patch is sealed under the rest.
+
+    Parameters
+    ----------
+    patch : a sealed patch
+    part : part of the load, < 1
+    sealing : load that just seals the dry contact, as of `sealing_load`
+    """
+    scene, contact = patch.scene, present(patch.scene.contact, "[contact]")
+    if not contact.is_elastic:
+        return part * present(patch.contact, "contact").contact_area_fraction >= sealing
+    load = present(patch.mean_pressure, "load")
+    inlet, outlet = scene.gauge_pressures
+    if scene.lift != "resolved":
+        rest = load - max(inlet, 0.0)
+        lifted = contact.pressure is not None and rest >= sealing
+        return part * (rest if lifted else load) >= sealing
+    if part * load - inlet >= sealing:
+        return True
+    if part * load - outlet < sealing:
+        return False
+    less = contact.model_copy(update={"pressure": part * load})
+    lighter = Patch(
+        scene.model_copy(update={"contact": less}),
+        patch.report,
+        trust=patch.trust,
+        surface=patch.surface,
+        contact_start=patch.elastic.pressure.values,
+        comm=patch.comm,
+    )
+    return lighter.leak_rate.state == "sealed" and lighter.leak_rate.converged
+
+
+def contact_part(leak_rates: Sequence[float]) -> float:
+    """Estimate |ln| of the last leak rate over the limit on ever finer contact grids.
+
+    The leak rates are those on contact grids, each twice as fine as the one before, 0 where sealed.
+    Fewer than three grids allow no estimate: inf.
+
     The estimate is 1.5 times the last change. The changes still to come add up to less than that if
     each is at most 0.6 of the one before it. One change may be small by chance: the estimate is at
     least half the change before the last. It is no bound; docs/measurements/price.md shows how well

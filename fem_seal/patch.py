@@ -29,6 +29,7 @@ from fem_seal.steps import (
 from fem_seal.tables import html_table
 
 if TYPE_CHECKING:
+    from fem_seal.contact.grid_error import GridError
     from fem_seal.contact.state import ContactState, GapState
     from fem_seal.coupling import LiftedState
     from fem_seal.film import GridFilm, MeshFilm
@@ -68,9 +69,8 @@ class Patch:
         Leak rate of that contact, if it is known already.
     lifted : LiftedState, optional
         Equilibrium of that contact with the fluid, if it is known already.
-    contact_error : float, optional
-        Estimated relative error of the leak rate due to the contact grid; infinite if it cannot be
-        estimated, None if it was not.
+    grid_error : GridError, optional
+        What a finer contact grid may change, if it was estimated.
     comm : MPI.Comm, optional
         The processes that read the steps together; all of this run if left out. With
         MPI.COMM_SELF each process solves a patch of its own.
@@ -92,7 +92,7 @@ class Patch:
         contact_start: np.ndarray | None = None,
         leak_rate: LeakRate | None = None,
         lifted: "LiftedState | None" = None,
-        contact_error: float | None = None,
+        grid_error: "GridError | None" = None,
         comm: parallel.Comm = None,
     ):
         if not isinstance(scene, Scene):
@@ -108,7 +108,7 @@ class Patch:
         require_trusted(scene, trust)
         parallel.start_petsc(comm)
         self.scene, self.report, self.trust, self.comm = scene, report, trust, comm
-        self.contact_error = contact_error
+        self.grid_error = grid_error
         self.seconds: dict[str, float] = {}
         self._surface, self._contact, self._contact_start = surface, contact, contact_start
         self._leak_rate, self._lifted = leak_rate, lifted
@@ -202,7 +202,7 @@ class Patch:
         contact: "GapState | None" = None,
         leak_rate: LeakRate | None = None,
         lifted: "LiftedState | None" = None,
-        contact_error: float | None = None,
+        grid_error: "GridError | None" = None,
     ) -> "Patch":
         """Same scene on another grid of the surface, with another tolerance of the flow.
 
@@ -212,7 +212,7 @@ class Patch:
             Heights [m].
         rtol : float
             Tolerance of the flow.
-        contact, leak_rate, lifted, contact_error : optional
+        contact, leak_rate, lifted, grid_error : optional
             As of `Patch`.
         """
         other = Patch(
@@ -223,7 +223,7 @@ class Patch:
             contact=contact,
             leak_rate=leak_rate,
             lifted=lifted,
-            contact_error=contact_error,
+            grid_error=grid_error,
             comm=self.comm,
         )
         if "prepared" in vars(self):

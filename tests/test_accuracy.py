@@ -11,7 +11,8 @@ import pytest
 from project import ROOT, write_toml
 
 from fem_seal import cli
-from fem_seal.accuracy import chosen_grid, contact_part, flow_part, grids, solved
+from fem_seal.accuracy import chosen_grid as chosen_grid_of
+from fem_seal.accuracy import contact_part, flow_part, grids, solved, stays_sealed
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -20,7 +21,20 @@ from fem_seal.quantities.error_budget import combined
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.scene import Accuracy, Scene
 from fem_seal.surface.resampling import resample
+from fem_seal.threshold import sealing_load
 
+# A patch of 64² samples, four in its shortest wave.
+FIRST = {
+    "surface": {
+        **{"kind": "self-affine", "shape": [64, 64], "size": ["100 um", "100 um"]},
+        **{"hurst": 0.8, "long_wavelength": "25 um", "short_wavelength": "6.25 um"},
+        **{"rms_slope": 0.1, "seed": 1},
+    },
+    "solid": {"contact_modulus": "10 MPa"},
+    "fluid": {"viscosity": "1 mPa s"},
+    "flow": {"pressure_drop": "200 Pa", "sides": "periodic"},
+    "output": {"products": ["leak_rate"]},
+}
 FLAT = GridField(np.zeros((64, 64)), (1.0, 1.0), periodic=True)
 
 
@@ -52,6 +66,11 @@ def on_grid_of(error, asked=None):
         return Fake(f"contact {surface.shape[0]}", leak)
 
     return solve
+
+
+def chosen_grid(total, surface, on_grid, **more):
+    """The choice where no grid is sealed."""
+    return chosen_grid_of(total, surface, on_grid, lambda tried: pytest.fail("sealed"), **more)
 
 
 @pytest.fixture
@@ -151,6 +170,55 @@ def test_the_total_error_is_kept(accurate_scene, seed):
     # The promise is made of its two parts.
     parts = log1p(choice.contact_error) + log1p(choice.flow_error)
     assert parts <= log1p(0.2) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(("seed", "pressure"), [(35, "0.22 MPa"), (22, "0.24 MPa")])
+def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path, seed, pressure):
+    """64² samples and coarser are sealed, 128² leak: undecided, or the finer grid's answer.
+
+    Far above the load that seals, and only there, the same surface is within a limit.
+    """
+    scene = FIRST | {
+        "surface": FIRST["surface"] | {"seed": seed},
+        "contact": {"pressure": pressure},
+        "limit": {"leak_rate": "1e-17 ml/h"},
+        "accuracy": {"total": 0.1, "max_refinement": 1},
+    }
+    path = write_toml(tmp_path / "scene.toml", scene)
+    run = ["run", str(path), "--strict", "--out", str(tmp_path / "out"), "--overwrite"]
+    assert cli.main(run) == 4
+    record = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert (record["state"], record["verdict"]["decision"]) == ("sealed", "undecided")
+    assert record["accuracy"]["contact_error"] is None
+    patch, choice = solved(Scene.from_file(path, ["accuracy.max_refinement=2"]))
+    assert patch.leak_rate.state == "leaking"
+    assert [trial.leak_rate > 0 for trial in choice.trials] == [False, False, False, True]
+    assert cli.main([*run, "--set", "contact.pressure=0.4 MPa"]) == 0
+
+
+def test_a_grid_that_misses_the_shortest_wave_is_no_evidence():
+    """Two samples in the shortest wave on the scene's grid, one on the next coarser: not judged."""
+    fine = FIRST["surface"] | {"short_wavelength": "3.125 um", "seed": 35}
+    scene = FIRST | {"surface": fine, "contact": {"pressure": "0.6 MPa"}}
+    for finest, upper in ((1, None), (2, 1.0)):
+        accuracy = {"total": 0.1, "max_refinement": finest}
+        patch, choice = solved(Scene.from_mapping(scene | {"accuracy": accuracy}))
+        assert patch.leak_rate.state == "sealed"
+        assert patch.grid_error.upper == upper
+        assert choice.surface.shape == (64 * finest, 64 * finest)
+
+
+@pytest.mark.parametrize("lift", ["none", "range", "resolved"])
+def test_less_load_only_opens(lift):
+    """Sealed under a part of the load where the contact under that part is, or may be, sealed."""
+    flow = FIRST["flow"] | {"lift": lift, "pressure_drop": "20 kPa"}
+    sealed = Patch(Scene.from_mapping(FIRST | {"contact": {"pressure": "0.4 MPa"}, "flow": flow}))
+    assert sealed.leak_rate.state == "sealed"
+    load = sealing_load(sealed)
+    # The fluid takes at most 20 kPa of the load, and `sealing_load` is up to 1 % too large.
+    safe, unsafe = (load + 2e4) / 4e5, 0.98 * load / 4e5
+    assert stays_sealed(sealed, 1.001 * safe, load)
+    assert not stays_sealed(sealed, unsafe, load)
 
 
 def test_a_lift_is_not_solved_to_any_tolerance():

@@ -44,6 +44,7 @@ ORDER = [
         "steps",
         "lifting",
         "patch",
+        "threshold",
         "accuracy",
         "upscaling",
         "quantities",

@@ -34,22 +34,9 @@ def on_finer_grids(
 
     Parameters
     ----------
-    height, contact_modulus, pressure, area_fraction, mean_gap, tolerance, threads
-        As in `solve`.
-    factors : sequence of float
-        Multiples of the number of samples: increasing, and such that the numbers are whole. With a
-        factor below 1 the surface loses the waves that the coarse grid cannot represent.
-
-    Returns
-    -------
-    iterator of ContactState
-
-    Raises
-    ------
-    InvalidInput
-        At once, if the factors or the load do not fit.
-    NotConverged
-        While iterating.
+    height, contact_modulus, pressure, area_fraction, mean_gap, tolerance, threads : as in `solve`
+    factors : multiples of the number of samples: increasing, and such that the numbers are whole.
+        With a factor below 1 the surface loses the waves that the coarse grid cannot represent
     """
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
     shapes = [_shape(height.shape, factor) for factor in factors]
@@ -76,22 +63,21 @@ def _states(
 
 
 @dataclass(frozen=True)
-class Extrapolation:
-    """Limit of a sequence on finer and finer grids.
+class GridError:
+    """Estimate of what a finer grid of the contact may change."""
 
-    Attributes
-    ----------
-    limit : float
-        Extrapolated value.
-    error : float
-        Distance of the finest value from the limit: the estimate of the grid's error.
-    order : float
-        Observed order of convergence in the spacing; nan where the sequence is not monotone.
-    """
+    lower: float | None  #: least true over computed leak rate; None if it is not known
+    upper: float | None  #: largest true over computed leak rate; None if it is not known
+    sentence: str  #: where the estimate comes from
+
+
+@dataclass(frozen=True)
+class Extrapolation:
+    """Limit of a sequence on finer and finer grids."""
 
     limit: float
-    error: float
-    order: float
+    error: float  #: distance of the finest value from the limit
+    order: float  #: observed order in the spacing; nan where the sequence is not monotone
 
 
 def extrapolate(values: Sequence[float], refinement: float = 2.0) -> Extrapolation:
@@ -102,15 +88,8 @@ def extrapolate(values: Sequence[float], refinement: float = 2.0) -> Extrapolati
 
     Parameters
     ----------
-    values : sequence of float
-        A quantity (area, mean gap, leak rate) on a sequence of grids.
-    refinement : float
-        Ratio of the spacings of consecutive grids.
-
-    Raises
-    ------
-    InvalidInput
-        If there are fewer than three values.
+    values : a quantity (area, mean gap, leak rate) on a sequence of grids
+    refinement : ratio of the spacings of consecutive grids
     """
     if len(values) < 3:
         raise InvalidInput(f"an extrapolation needs three grids, got {len(values)}")

@@ -1,16 +1,13 @@
 """The quantities and the verdict of a scene, from the steps of its Patch."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from fem_seal import parallel
-from fem_seal.contact.settings import Load
-from fem_seal.contact.state import ContactState
 from fem_seal.errors import present
 from fem_seal.film import GridFilm
 from fem_seal.fluid import GasDrive
-from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.aperture import (
     HydraulicAperture,
@@ -20,10 +17,9 @@ from fem_seal.quantities.aperture import (
 from fem_seal.quantities.constriction import Constriction, constriction
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.quantities.threshold import Threshold, threshold_of_cut, threshold_of_pressure
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Shown, Verdict, verdict
-from fem_seal.steps import elastic_contact
+from fem_seal.threshold import Threshold, threshold
 
 
 @dataclass(frozen=True)
@@ -113,55 +109,6 @@ def _constriction(patch: Patch) -> Constriction | None:
     return parallel.on_root(lambda: constriction(patch.film, field, potential), patch.comm)
 
 
-def _threshold(patch: Patch) -> Threshold | None:
-    patch.contact, patch.film  # noqa: B018 - all processes solve them, the first one searches
-    return parallel.on_root(lambda: THRESHOLDS[_model(patch)](patch), patch.comm)
-
-
-def _model(patch: Patch) -> str:
-    return "gap" if patch.scene.contact is None else patch.scene.contact.model
-
-
-def _of_gap(patch: Patch) -> Threshold | None:
-    return threshold_of_cut(patch.film, "gap")
-
-
-def _of_bearing(patch: Patch) -> Threshold | None:
-    surface = present(patch.surface, "surface")
-    untouched = GridField(
-        surface.values.max() - surface.values, surface.spacing, periodic=surface.periodic
-    )
-    return threshold_of_cut(patch.film_of(untouched), "bearing")
-
-
-def _of_elastic(patch: Patch) -> Threshold | None:
-    surface = present(patch.surface, "surface")
-    if patch.elastic.mean_pressure == 0:
-        return None
-
-    def press(pressure: float, start: ContactState) -> ContactState:
-        patch.report("threshold", f"contact at {pressure:.3e} Pa")
-        return elastic_contact(patch.scene, surface, start, Load("pressure", pressure))
-
-    dry = threshold_of_pressure(patch.elastic, press, lambda gap: patch.film_of(gap).sealed)
-    if patch.scene.lift == "none":
-        return dry
-    # The fluid carries at least the outlet's pressure and at most the inlet's.
-    inlet, outlet = patch.scene.gauge_pressures
-    return replace(
-        dry,
-        pressure_leaking=present(dry.pressure_leaking, "pressure") + outlet,
-        pressure_sealed=present(dry.pressure_sealed, "pressure") + inlet,
-    )
-
-
-THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {
-    "gap": _of_gap,
-    "bearing": _of_bearing,
-    "gfmd": _of_elastic,
-}
-
-
 def _hydraulic_aperture(patch: Patch) -> HydraulicAperture:
     scene, film = patch.scene, patch.film
     if isinstance(film, GridFilm):
@@ -202,7 +149,7 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
 
 QUANTITIES: dict[str, Callable[[Patch], object]] = {
     "constriction": _constriction,
-    "threshold": _threshold,
+    "threshold": threshold,
     "hydraulic_aperture": _hydraulic_aperture,
     "trapped_volume": _trapped_volume,
     "conductivity_tensor": _conductivity_tensor,

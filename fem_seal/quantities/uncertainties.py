@@ -4,7 +4,6 @@ To add one, write a function `(Patch) -> Uncertainty | None` and put it into `SO
 """
 
 from collections.abc import Callable
-from math import isfinite
 
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
@@ -34,21 +33,22 @@ def _flow(patch: Patch) -> Uncertainty:
 def _contact_grid(patch: Patch) -> Uncertainty | None:
     if patch.scene.contact is None:
         return None
-    error = patch.contact_error
+    error = patch.grid_error
     if error is None:
         sentence = (
             "what a finer grid of the contact would change was not computed; accuracy.total in "
             "place of flow.rtol estimates it"
         )
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    if not isfinite(error):
-        sentence = (
-            "the coarser grids of the contact differ too much from the last one to say what a "
-            "finer one would change"
-        )
-        return Uncertainty(CONTACT_GRID, "not covered", sentence)
-    sentence = "what a finer grid of the contact would change, from how coarser ones differ"
-    return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
+    known = error.lower is not None or error.upper is not None
+    return Uncertainty(
+        CONTACT_GRID,
+        "estimated" if known else "not covered",
+        error.sentence,
+        error.lower,
+        error.upper,
+        caution=known and error.upper is None,
+    )
 
 
 def _given_gap(patch: Patch) -> Uncertainty | None:

@@ -61,7 +61,10 @@ FileName = Annotated[str, AfterValidator(_beside)]
 
 
 class AccuracyRecord(Record):
-    """Contact grid and tolerance that were chosen for accuracy.total; an unknown error is null."""
+    """Contact grid and tolerance that were chosen for accuracy.total.
+
+    An error that is not known is null, and so is the contact error of a sealed grid.
+    """
 
     total: float
     samples: tuple[int, int]
@@ -78,11 +81,15 @@ class AccuracyRecord(Record):
             total=choice.total,
             samples=choice.surface.shape,
             rtol=choice.rtol,
-            contact_error=choice.contact_error if isfinite(choice.contact_error) else None,
-            flow_error=choice.flow_error if isfinite(choice.flow_error) else None,
+            contact_error=_finite(choice.contact_error),
+            flow_error=_finite(choice.flow_error),
             trials=choice.trials,
             lift_error=choice.lift_error,
         )
+
+
+def _finite(error: float | None) -> float | None:
+    return error if error is not None and isfinite(error) else None
 
 
 @dataclass(frozen=True)

@@ -27,12 +27,12 @@ from fem_seal.quantities.error_budget import (
     may_open,
 )
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.quantities.threshold import Threshold
 from fem_seal.results.lift import lift_words
 from fem_seal.results.preparation import preparation_words
 from fem_seal.results.rates import GasRecord, rate_words
 from fem_seal.results.result import AccuracyRecord, Result
 from fem_seal.results.seal import seal_words
+from fem_seal.threshold import Threshold
 
 Part = TypeVar("Part")
 
@@ -66,7 +66,7 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
         lines.append(("leak rate", "unlimited: the fluid carries the whole load"))
     lines.extend(lines_of(result))
     if result.accuracy:
-        lines.append(("accuracy", accuracy_words(result.accuracy)))
+        lines.append(("accuracy", accuracy_words(result.accuracy, result.state)))
     if result.error_budget:
         lines.append(("errors", budget_words(result.error_budget, result.state)))
     if result.seal is None or result.state != "lifted off":
@@ -116,17 +116,17 @@ def contact_words(result: Result) -> str:
     return text if result.seal is None else f"{text}; of the first patch, dry"
 
 
-def accuracy_words(accuracy: AccuracyRecord) -> str:
+def accuracy_words(accuracy: AccuracyRecord, state: FlowState) -> str:
     """Contact grid and tolerance that were chosen for the total error."""
+    nx, ny = accuracy.samples
+    chosen = f"chosen for {100 * accuracy.total:g} %: contact on {nx} x {ny}"
+    if state == "sealed":
+        return f"{chosen}, sealed"
     contact, flow = (
         "unknown" if part is None else per_cent(part)
         for part in (accuracy.contact_error, accuracy.flow_error)
     )
-    nx, ny = accuracy.samples
-    text = (
-        f"chosen for {100 * accuracy.total:g} %: contact on {nx} x {ny} (error about {contact}), "
-        f"flow.rtol = {accuracy.rtol:.2g} (at most {flow})"
-    )
+    text = f"{chosen} (error about {contact}), flow.rtol = {accuracy.rtol:.2g} (at most {flow})"
     if accuracy.lift_error is None:
         return text
     return f"{text}, lift (about {per_cent(accuracy.lift_error)})"

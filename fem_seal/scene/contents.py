@@ -7,6 +7,7 @@ from pydantic import Field
 
 from fem_seal.errors import present
 from fem_seal.fluid import Drive, Slip
+from fem_seal.grid import GridField
 from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.fluid import Fluid, drive, gauge_pressures, slip_of
 from fem_seal.scene.limit import Limit
@@ -47,6 +48,15 @@ class Contents(Section):
         if isinstance(self.surface, ProfileSurface):
             paths += self.surface.path
         return [*paths, self.seal.table] if self.seal and self.seal.table else paths
+
+    def shortest_wave(self, heights: GridField) -> float:
+        """Shortest wavelength of the surface [m], whose heights are given.
+
+        For measured heights it is the shortest one that their samples can hold.
+        """
+        if isinstance(self.surface, SelfAffineSurface):
+            return self.surface.short_wavelength
+        return 2 * max(heights.spacing)
 
     @property
     def needs_flow(self) -> bool:

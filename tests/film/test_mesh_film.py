@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fem_seal.patch import Patch
-from fem_seal.quantities.threshold import threshold_of_cut
 from fem_seal.scene import Scene
+from fem_seal.threshold import threshold_of_cut
 
 SIZE = 0.05  # of the mesh, in units of the square's side
 

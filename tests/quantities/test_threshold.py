@@ -11,8 +11,8 @@ from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.constriction import constriction
 from fem_seal.quantities.of_patch import quantities
-from fem_seal.quantities.threshold import threshold_of_cut, threshold_of_pressure
 from fem_seal.scene import Scene
+from fem_seal.threshold import threshold_of_cut, threshold_of_pressure
 
 
 @pytest.fixture

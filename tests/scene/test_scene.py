@@ -15,11 +15,12 @@ from fem_seal.contact.halfspace import BASES, PRECISIONS
 from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.finite_difference.links import LINKS
 from fem_seal.patch import Patch
-from fem_seal.quantities.of_patch import QUANTITIES, THRESHOLDS, Quantities
+from fem_seal.quantities.of_patch import QUANTITIES, Quantities
 from fem_seal.quantities.uncertainties import ASSUMPTIONS
 from fem_seal.scene import Contact, Flow, Scene, SelfAffineSurface, Solid
 from fem_seal.scene.sections import Product
 from fem_seal.steps import CONTACTS, FLOWS
+from fem_seal.threshold import THRESHOLDS
 from fem_seal.units import to_si
 
 DOCUMENT = (ROOT / "docs/reference/scene.md").read_text()

@@ -1,0 +1,167 @@
+"""Distance of a contact from its percolation threshold, at which it begins or ceases to leak."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import sqrt
+
+import numpy as np
+
+from fem_seal import parallel
+from fem_seal.contact.settings import Load
+from fem_seal.contact.state import ContactState
+from fem_seal.errors import present
+from fem_seal.film import Film
+from fem_seal.grid import GridField
+from fem_seal.patch import Patch
+from fem_seal.steps import elastic_contact
+
+PRECISION = 1.01  # ratio of the two pressures between which an elastic contact seals
+STEP = 1.5  # ratio of pressures while only a leaking or only a sealed one is known
+LEAST = 1e-6  # the search ends below this part of the first pressure
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """The last leaking and the first sealed state while the contact grows.
+
+    Under a fluid that lifts the solid, the pressures are total loads of solid and fluid: under the
+    first the patch leaks and under the second it is sealed, at any fluid pressure between those of
+    the ends.
+    """
+
+    model: str  #: how the contact grows: "gfmd" under pressure, "bearing" or "gap" by lowering
+    area_leaking: float  #: contact area of the last leaking state, A/A0
+    area_sealed: float  #: contact area of the first sealed state, A/A0
+    pressure_leaking: float | None = None  #: [Pa], of an elastic contact
+    pressure_sealed: float | None = None  #: [Pa]; dry at most 1 % above `pressure_leaking`
+    contacts: int = 0  #: elastic contacts that were solved
+
+
+def threshold_of_cut(film: Film, model: str) -> Threshold | None:
+    """Lower a gap uniformly until it seals: exact, at the gap of the critical constriction.
+
+    For "bearing", whose contact is exactly this cut, the film is that of the gap before the
+    surfaces touch. None if the gap is sealed already.
+    """
+    if film.constriction is None:
+        return None
+    critical = film.constriction.gap
+    return Threshold(
+        model,
+        area_leaking=film.area_not_above(np.nextafter(critical, 0.0)),
+        area_sealed=film.area_not_above(critical),
+    )
+
+
+def threshold_of_pressure(
+    start: ContactState,
+    press: Callable[[float, ContactState], ContactState],
+    is_sealed: Callable[[GridField], bool],
+) -> Threshold:
+    """Bisect the pressure between a leaking and a sealed elastic contact.
+
+    Contact only grows with the pressure (J. R. Barber, Q. J. Mech. Appl. Math. 27, 1 (1974)), so
+    that the threshold is unique. The search solves about ten contacts, each started from the last
+    leaking one.
+
+    Parameters
+    ----------
+    start : a contact under any pressure > 0
+    press : solves the contact under a pressure [Pa], started from another contact
+    is_sealed : whether a gap is sealed
+    """
+    first, contacts = start.mean_pressure, 0
+    state = start
+    leaking, sealed = (None, state) if is_sealed(state.gap) else (state, None)
+    while leaking is None or sealed is None or _ratio(leaking, sealed) > PRECISION:
+        if leaking is not None and sealed is not None:
+            pressure = sqrt(leaking.mean_pressure * sealed.mean_pressure)
+        elif leaking is not None:
+            pressure = state.mean_pressure * STEP
+        else:
+            pressure = state.mean_pressure / STEP
+            if pressure < LEAST * first:
+                break  # sealed by the first touch, as by a ring
+        state, contacts = press(pressure, leaking or state), contacts + 1
+        leaking, sealed = (leaking, state) if is_sealed(state.gap) else (state, sealed)
+    sealed = present(sealed, "sealed contact")
+    return Threshold(
+        "gfmd",
+        area_leaking=leaking.contact_area_fraction if leaking else 0.0,
+        area_sealed=sealed.contact_area_fraction,
+        pressure_leaking=leaking.mean_pressure if leaking else 0.0,
+        pressure_sealed=sealed.mean_pressure,
+        contacts=contacts,
+    )
+
+
+def _ratio(leaking: ContactState, sealed: ContactState) -> float:
+    return sealed.mean_pressure / leaking.mean_pressure
+
+
+def threshold(patch: Patch) -> Threshold | None:
+    """Threshold of the contact, or of the given gap, of a patch.
+
+    None if a contact without load, or a given gap that is sealed already, has none.
+    """
+    patch.contact, patch.film  # noqa: B018 - all processes solve them, the first one searches
+    model = "gap" if patch.scene.contact is None else patch.scene.contact.model
+    return parallel.on_root(lambda: THRESHOLDS[model](patch), patch.comm)
+
+
+def _of_gap(patch: Patch) -> Threshold | None:
+    return threshold_of_cut(patch.film, "gap")
+
+
+def _of_bearing(patch: Patch) -> Threshold | None:
+    surface = present(patch.surface, "surface")
+    untouched = GridField(
+        surface.values.max() - surface.values, surface.spacing, periodic=surface.periodic
+    )
+    return threshold_of_cut(patch.film_of(untouched), "bearing")
+
+
+def dry_threshold(patch: Patch) -> Threshold | None:
+    """Threshold of an elastic contact, without the fluid's pressure."""
+    surface = present(patch.surface, "surface")
+    if patch.elastic.mean_pressure == 0:
+        return None
+
+    def press(pressure: float, start: ContactState) -> ContactState:
+        patch.report("threshold", f"contact at {pressure:.3e} Pa")
+        return elastic_contact(patch.scene, surface, start, Load("pressure", pressure))
+
+    return threshold_of_pressure(patch.elastic, press, lambda gap: patch.film_of(gap).sealed)
+
+
+def _of_elastic(patch: Patch) -> Threshold | None:
+    dry = dry_threshold(patch)
+    if dry is None or patch.scene.lift == "none":
+        return dry
+    # The fluid carries at least the outlet's pressure and at most the inlet's.
+    inlet, outlet = patch.scene.gauge_pressures
+    return replace(
+        dry,
+        pressure_leaking=present(dry.pressure_leaking, "pressure") + outlet,
+        pressure_sealed=present(dry.pressure_sealed, "pressure") + inlet,
+    )
+
+
+def sealing_load(patch: Patch) -> float | None:
+    """Least load that seals the dry contact of a patch: mean pressure [Pa], or A/A0 of a bearing.
+
+    That of an elastic contact is up to 1 % too large. None without load.
+    """
+    patch.contact, patch.film  # noqa: B018 - all processes solve them, the first one searches
+    if present(patch.scene.contact, "[contact]").is_elastic:
+        found = parallel.on_root(lambda: dry_threshold(patch), patch.comm)
+        return None if found is None else found.pressure_sealed
+    cut = parallel.on_root(lambda: _of_bearing(patch), patch.comm)
+    return None if cut is None else cut.area_sealed
+
+
+THRESHOLDS: dict[str, Callable[[Patch], Threshold | None]] = {
+    "gap": _of_gap,
+    "bearing": _of_bearing,
+    "gfmd": _of_elastic,
+}
