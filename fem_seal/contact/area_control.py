@@ -46,11 +46,6 @@ def pressure_for_area(
 
     The search runs at a loose tolerance. It is repeated at the final tolerance if it ends at a
     jump, or if the area changes when the state is solved to the final tolerance.
-
-    Raises
-    ------
-    NotConverged
-        If a solve does not converge, or 100 solves do not bracket the area.
     """
     loose = max(stopping.tolerance, SEARCH_TOLERANCE)
     search = replace(stopping, tolerance=loose, gap_tolerance=np.inf)
@@ -127,10 +122,8 @@ def _between(
 
     Parameters
     ----------
-    below, above : tuple[float, float]
-        Ends of the bracket.
-    same_side : int
-        Number of consecutive areas that missed on the same side.
+    below, above : ends of the bracket
+    same_side : number of consecutive areas that missed on the same side
     target
         Y of the prescribed area.
     """

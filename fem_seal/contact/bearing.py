@@ -16,11 +16,9 @@ def bearing(
     ----------
     height : GridField [m]
         The counter-face; its highest points touch first.
-    area_fraction : float
-        Contact area fraction in [0, 1), reached to half a sample (more where heights are equal:
-        they touch together); the highest point always touches.
-    mean_gap : float [m]
-        > 0. Exactly one of the two.
+    area_fraction : contact area fraction in [0, 1), reached to half a sample (more where heights
+        are equal: they touch together); the highest point always touches
+    mean_gap : [m], > 0. Exactly one of the two
 
     Raises
     ------

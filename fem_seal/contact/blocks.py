@@ -27,10 +27,8 @@ class RowPasses:
 
     Parameters
     ----------
-    threads : int
-        Number of threads.
-    strip : int
-        Blocks that a thread takes at a time.
+    threads : number of threads
+    strip : blocks that a thread takes at a time
     """
 
     def __init__(self, threads: int = 1, strip: int = STRIP):

@@ -17,31 +17,16 @@ LEAST_SPAN = 1e-100  # [m]; below it, or above its inverse, squares of heights l
 
 @dataclass(frozen=True, eq=False)
 class ContactPair:
-    """A counter-face and a solid, ready to be loaded again and again.
+    """A counter-face and a solid, ready to be loaded again and again."""
 
-    Attributes
-    ----------
-    height : GridField [m]
-        Counter-face, periodic.
-    contact_modulus : float [Pa]
-        E*.
-    half_space : HalfSpace
-        The elastic solid on this grid.
-    unit_height : float [m]
-        Unit of length of the normalised problem: the rms height, or a sample's spacing where
-        the surface is flat.
-    unit_pressure : float [Pa]
-        Unit of pressure of the normalised problem.
-    heights : (nx, ny)
-        Heights in `unit_height`, zero mean, unit rms.
-    """
-
-    height: GridField
-    contact_modulus: float
-    half_space: HalfSpace
+    height: GridField  #: counter-face [m], periodic
+    contact_modulus: float  #: E* [Pa]
+    half_space: HalfSpace  #: the elastic solid on this grid
+    #: [m] unit of length of the normalised problem: the rms height, or a sample's spacing where
+    #: the surface is flat
     unit_height: float
-    unit_pressure: float
-    heights: np.ndarray
+    unit_pressure: float  #: [Pa], unit of pressure of the normalised problem
+    heights: np.ndarray  #: (nx, ny), heights in `unit_height`, zero mean, unit rms
 
     @classmethod
     def prepared(
@@ -52,14 +37,7 @@ class ContactPair:
         threads: int = 1,
         precision: str = "mixed",
     ) -> "ContactPair":
-        """Check the input, plan the transforms and normalise heights and pressures.
-
-        Raises
-        ------
-        InvalidInput
-            If the surface is not periodic, its heights are beyond double precision, or E* or the
-            number of threads is not positive.
-        """
+        """Check the input, plan the transforms and normalise heights and pressures."""
         if not isinstance(height, GridField):
             raise InvalidInput(
                 f"the surface is a {type(height).__name__}; make it a GridField(values, spacing, "

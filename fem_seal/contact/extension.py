@@ -31,12 +31,9 @@ class Extension:
     ----------
     free : (nx, ny) float
         1 at free points, 0 elsewhere. Not copied: call `update` after changing it.
-    levels : int
-        Number of coarser grids.
-    fade : float
-        Weight s / (s + fade (1 - s)) of a cell of which a fraction s is free.
-    passes : RowPasses, optional
-        Threads of the passes; one by default.
+    levels : number of coarser grids
+    fade : weight s / (s + fade (1 - s)) of a cell of which a fraction s is free
+    passes : threads of the passes; one by default
     """
 
     def __init__(
@@ -91,10 +88,8 @@ class _Level:
 
     Attributes
     ----------
-    outside : (nx, ny)
-        Fraction of each point that is not free.
-    values, scale : arrays
-        Work array and weights of the means, on the coarser grid.
+    outside : (nx, ny), fraction of each point that is not free
+    values, scale : work array and weights of the means, on the coarser grid
     """
 
     def __init__(self, shape: tuple[int, int], dtype: np.dtype, fade: float, passes: RowPasses):

@@ -34,24 +34,15 @@ class ExtensionRule:
     below a certificate of 0.02, and in a start below 0.2 mostly at once (measured from 256² to
     1024², 5 to 60 % of contact, H = 0.4 and 0.8). On larger grids both limits must fall inversely
     to the number of samples along a side: at 2048² 0.02 is too early, 0.01 is not.
-
-    Parameters
-    ----------
-    settled, settled_at_start : float
-        Certificates below which the free set counts as settled, later and in the start.
-    rises : int
-        Iterations without a new smallest certificate after which the extension is left out
-        again.
-    patience : int
-        Iterations without a halved certificate after which it is left out again.
-    fall : float
-        Factor by which the certificate must fall before the extension is tried once more.
     """
 
+    #: certificates below which the free set counts as settled, later and in the start
     settled: float = 0.02
     settled_at_start: float = 0.2
+    #: iterations without a new smallest certificate after which the extension is left out again
     rises: int = 2
-    patience: int = 12
+    patience: int = 12  #: iterations without a halved certificate after which it is left out again
+    #: factor by which the certificate must fall before the extension is tried once more
     fall: float = 5
 
 
@@ -135,29 +126,16 @@ def free_set_cg(
 
 @dataclass
 class _Settling:
-    """Whether the free set has settled, judged by the fall of the certificate.
-
-    Attributes
-    ----------
-    rule : ExtensionRule
-    below : float
-        Certificate below which the free set next counts as settled.
-    later : float
-        Largest value of `below` once the free set has settled for the first time.
-    settled : bool
-        Whether the free set counts as settled: the extension is then in use.
-    least, least_at : float, int
-        Smallest certificate since then, and its iteration.
-    halved, halved_at : float, int
-        The certificate when it last had fallen by half, and the iteration.
-    """
+    """Whether the free set has settled, judged by the fall of the certificate."""
 
     rule: ExtensionRule
-    below: float
-    later: float
-    settled: bool = False
+    below: float  #: certificate below which the free set next counts as settled
+    later: float  #: largest value of `below` once the free set has settled for the first time
+    settled: bool = False  #: whether the free set counts as settled: the extension is then in use
+    #: smallest certificate since then, and its iteration
     least: float = field(default=np.inf, init=False)
     least_at: int = field(default=0, init=False)
+    #: the certificate when it last had fallen by half, and the iteration
     halved: float = field(default=np.inf, init=False)
     halved_at: int = field(default=0, init=False)
 
@@ -189,16 +167,11 @@ class _Settling:
 
 @dataclass
 class _Mean:
-    """The mean over the free set.
-
-    Attributes
-    ----------
-    number : float
-        Number of free samples; inf where no load is prescribed, so that nothing is subtracted.
-    """
+    """The mean over the free set."""
 
     passes: RowPasses
     free: np.ndarray
+    #: number of free samples; inf where no load is prescribed, so that nothing is subtracted
     number: float
 
     def subtract_mean(

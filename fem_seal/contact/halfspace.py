@@ -41,24 +41,15 @@ class Layer:
     tends to 1 for short waves (P. Meijers, Appl. Sci. Res. 18, 353 (1968); K. L. Johnson, Contact
     Mechanics (1985), section 5.8). E* = E/(1 - ν²) is the layer's own: the counter-face is rigid.
 
-    Parameters
-    ----------
-    thickness : float [m]
-        > 0.
-    base : "fixed" or "sliding"
-        Bonded to the base, or without friction on it.
-    poisson_ratio : float
-        ν in (-1, 0.5]; it matters for the bonded layer only.
-
     Raises
     ------
     InvalidInput
         If one of them is out of range.
     """
 
-    thickness: float
-    base: str = "fixed"
-    poisson_ratio: float = 0.5
+    thickness: float  #: [m], > 0
+    base: str = "fixed"  #: "fixed" or "sliding": bonded to the base, or without friction on it
+    poisson_ratio: float = 0.5  #: ν in (-1, 0.5]; it matters for the bonded layer only
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.thickness) and self.thickness > 0):
@@ -85,24 +76,17 @@ class HalfSpace:
 
     Parameters
     ----------
-    shape, spacing : (nx, ny), (dx, dy)
-        The periodic grid.
-    layer : Layer, optional
-        Layer of finite thickness; None for a half-space.
-    threads : int
-        Threads of the FFTs and of the passes over the arrays.
-    precision : "mixed" or "double"
-        Precision of preconditioner and curvature, which only steer the iteration. Displacements
-        are always double.
+    shape, spacing : (nx, ny), (dx, dy), the periodic grid
+    layer : layer of finite thickness; None for a half-space
+    threads : threads of the FFTs and of the passes over the arrays
+    precision : "mixed" or "double": precision of preconditioner and curvature, which only steer the
+        iteration. Displacements are always double
 
     Attributes
     ----------
-    exact, steer : RealTransform
-        The work arrays, in double and in the steering precision.
-    passes : RowPasses
-        The threads of the passes.
-    pairs : float
-        FFT pairs (forward and backward) spent so far.
+    exact, steer : the work arrays, in double and in the steering precision
+    passes : the threads of the passes
+    pairs : FFT pairs (forward and backward) spent so far
     """
 
     def __init__(

@@ -22,10 +22,8 @@ class Halving:
 
     Parameters
     ----------
-    shape : (nx, ny)
-        Samples of the fine grid.
-    passes : RowPasses, optional
-        Threads of the passes; one by default.
+    shape : (nx, ny), samples of the fine grid
+    passes : threads of the passes; one by default
     """
 
     def __init__(self, shape: tuple[int, int], passes: RowPasses | None = None):

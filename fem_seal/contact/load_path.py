@@ -49,17 +49,11 @@ def load_path(
     ----------
     height, contact_modulus
         As in `solve`.
-    pressures, mean_gaps, area_fractions : sequence of float or None
-        Mean pressures [Pa], mean gaps [m] or A/A0: exactly one of them, in any order; neighbours
-        should be near each other.
+    pressures, mean_gaps, area_fractions : mean pressures [Pa], mean gaps [m] or A/A0: exactly one
+        of them, in any order; neighbours should be near each other
     tolerance, solver, layer, threads, precision, max_iterations
         As in `solve`.
-    start : array, GridField or ContactState, optional
-        Pressure [Pa] from which the first load starts.
-
-    Returns
-    -------
-    iterator of ContactState
+    start : pressure [Pa] from which the first load starts
 
     Raises
     ------

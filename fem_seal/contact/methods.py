@@ -17,21 +17,12 @@ Progress = Callable[[int, float], None]
 
 @dataclass(frozen=True)
 class Method:
-    """An iterative method for the contact problem.
+    """An iterative method for the contact problem."""
 
-    Attributes
-    ----------
-    iterates : Callable[[Problem, array], Iterates]
-        Generator of iterates that never ends by itself.
-    max_iterations : int
-        Default limit of the iterations.
-    starts_coarse : bool
-        Whether `solve` starts it from the solution on a coarser grid.
-    """
-
+    #: generator of iterates that never ends by itself
     iterates: Callable[[Problem, np.ndarray], Iterates]
-    max_iterations: int
-    starts_coarse: bool = False
+    max_iterations: int  #: default limit of the iterations
+    starts_coarse: bool = False  #: whether `solve` starts it from the solution on a coarser grid
 
 
 METHODS = {
@@ -55,27 +46,15 @@ SMALLEST_TOLERANCE = 1e-13
 
 @dataclass(frozen=True)
 class ContactStopping:
-    """When to stop an iterative method.
+    """When to stop an iterative method."""
 
-    Parameters
-    ----------
-    solver : str
-        Name of the method.
-    tolerance : float
-        Tolerance of the certificate.
-    max_iterations : int or None
-        Largest number of iterations; None for the method's own limit.
-    progress : Progress or None
-        Called after each iteration.
-    gap_tolerance : float
-        Limit of ``|g|`` on pressed samples and of the overlap, in units of the rms height; inf
-        where only the energy matters, as in a start for another solve.
-    """
-
-    solver: str = "free-set-cg"
-    tolerance: float = 1e-6
+    solver: str = "free-set-cg"  #: name of the method
+    tolerance: float = 1e-6  #: tolerance of the certificate
+    #: largest number of iterations; None for the method's own limit
     max_iterations: int | None = None
-    progress: Progress | None = None
+    progress: Progress | None = None  #: called after each iteration
+    #: limit of ``|g|`` on pressed samples and of the overlap, in units of the rms height; inf where
+    #: only the energy matters, as in a start for another solve
     gap_tolerance: float = GAP_TOLERANCE
 
     def __post_init__(self) -> None:
@@ -107,33 +86,17 @@ class ContactStopping:
 
 @dataclass(frozen=True, eq=False)
 class Converged:
-    """Result of a converged iteration.
+    """Result of a converged iteration."""
 
-    Attributes
-    ----------
-    iterate : Iterate
-        The accepted iterate.
-    measures : Measures
-        Its measures.
-    residuals : tuple[float, ...]
-        Certificate after each iterate.
-    """
-
-    iterate: Iterate
-    measures: Measures
-    residuals: tuple[float, ...]
+    iterate: Iterate  #: the accepted iterate
+    measures: Measures  #: its measures
+    residuals: tuple[float, ...]  #: certificate after each iterate
 
 
 def converge(problem: Problem, pressure: np.ndarray, stopping: ContactStopping) -> Converged:
     """Iterate until the certificate, the contact set and the mean gap meet their limits.
 
     The other measures are computed only once the certificate has met its limit, to save time.
-
-    Raises
-    ------
-    NotConverged
-        At the limit of iterations, if no measure improves any more, or if the error is NaN. The
-        message names each measure that was missed.
     """
     method = METHODS[stopping.solver]
     limit = stopping.max_iterations or method.max_iterations

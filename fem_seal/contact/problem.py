@@ -15,21 +15,11 @@ MOST_STEPS = 200
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Find p >= 0 and gap = S p - h + offset >= 0 with p gap = 0, at one load.
+    """Find p >= 0 and gap = S p - h + offset >= 0 with p gap = 0, at one load."""
 
-    Attributes
-    ----------
-    heights : (nx, ny) float64
-        Heights h of the counter-face, zero mean, unit rms.
-    half_space : HalfSpace
-        The operator S from pressure to displacement.
-    mean_pressure, mean_gap : float or None
-        Prescribed load or mean gap > 0, in the units of HalfSpace; exactly one of them is not
-        None.
-    """
-
-    heights: np.ndarray
-    half_space: HalfSpace
+    heights: np.ndarray  #: (nx, ny) float64, heights h of the counter-face, zero mean, unit rms
+    half_space: HalfSpace  #: the operator S from pressure to displacement
+    #: prescribed load or mean gap > 0, in the units of HalfSpace; exactly one of them is not None
     mean_pressure: float | None = None
     mean_gap: float | None = None
 
@@ -123,12 +113,6 @@ class Problem:
         Under pressure control that is max(u, h), the letter's hard wall. Under mean-gap control
         it is max(u + s, h) with the shift s that gives the mean: a piecewise linear equation,
         solved by Newton's method in finitely many steps.
-
-        Raises
-        ------
-        NotConverged
-            If the mean gap is not reached: the displacement is not finite, or too large for its
-            digits.
         """
         if self.mean_gap is None:
             return np.maximum(displacement, self.heights)
@@ -147,49 +131,24 @@ class Problem:
 
 @dataclass(frozen=True)
 class Measures:
-    """Residuals of a pressure in a `Problem`; lengths in units of the rms height.
+    """Residuals of a pressure in a `Problem`; lengths in units of the rms height."""
 
-    Attributes
-    ----------
-    certificate : float
-        Duality gap Σ p (g - min g) / Σ p.
-    complementarity : float
-        Σ |p g| / Σ p.
-    pressed_gap : float
-        Largest ``|g|`` on the samples that carry pressure.
-    penetration : float
-        Deepest overlap, the largest -g of all samples.
-    mean_gap_error : float
-        Relative error of the mean gap where it is prescribed, else 0.
-    """
-
-    certificate: float
-    complementarity: float
-    pressed_gap: float
-    penetration: float
-    mean_gap_error: float
+    certificate: float  #: duality gap Σ p (g - min g) / Σ p
+    complementarity: float  #: Σ |p g| / Σ p
+    pressed_gap: float  #: largest ``|g|`` on the samples that carry pressure
+    penetration: float  #: deepest overlap, the largest -g of all samples
+    mean_gap_error: float  #: relative error of the mean gap where it is prescribed, else 0
 
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """One step of a method.
+    """One step of a method."""
 
-    Attributes
-    ----------
-    iteration : int
-        Number of the step.
-    pressure : (nx, ny)
-        Admissible pressure.
-    error : float
-        Certificate of this pressure.
-    gap : (nx, ny) or None
-        S p - h up to a constant, in float64, computed from this pressure alone; None only where
-        the error is infinite. The method reads it again: do not overwrite it.
-    """
-
-    iteration: int
-    pressure: np.ndarray
-    error: float
+    iteration: int  #: number of the step
+    pressure: np.ndarray  #: (nx, ny), admissible pressure
+    error: float  #: certificate of this pressure
+    #: (nx, ny), S p - h up to a constant, in float64, computed from this pressure alone; None only
+    #: where the error is infinite. The method reads it again: do not overwrite it
     gap: np.ndarray | None = None
 
 

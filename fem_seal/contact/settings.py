@@ -10,33 +10,19 @@ from fem_seal.errors import InvalidInput
 
 @dataclass(frozen=True)
 class Solid:
-    """The elastic solid.
+    """The elastic solid."""
 
-    Attributes
-    ----------
-    contact_modulus : float
-        E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
-    layer : Layer or None
-        Layer of finite thickness; None for a half-space.
-    """
-
-    contact_modulus: float
-    layer: Layer | None = None
+    contact_modulus: float  #: E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2
+    layer: Layer | None = None  #: layer of finite thickness; None for a half-space
 
 
 @dataclass(frozen=True)
 class Arithmetic:
-    """How the transforms are computed.
+    """How the transforms are computed."""
 
-    Attributes
-    ----------
-    threads : int
-        Threads of the FFTs and of the passes over the arrays.
-    precision : "mixed" or "double"
-        Mixed computes search directions in float32, all else in float64: same iterations.
-    """
-
-    threads: int = 1
+    threads: int = 1  #: threads of the FFTs and of the passes over the arrays
+    #: "mixed" or "double": mixed computes search directions in float32, all else in float64: same
+    #: iterations
     precision: str = "mixed"
 
 
@@ -44,20 +30,14 @@ class Arithmetic:
 class Load:
     """The one prescribed quantity.
 
-    Attributes
-    ----------
-    kind : "pressure", "area_fraction" or "mean_gap"
-    value : float
-        Mean pressure [Pa] >= 0, contact area fraction in [0, 1), or mean gap [m] > 0.
-
     Raises
     ------
     InvalidInput
         If the value is out of range.
     """
 
-    kind: str
-    value: float
+    kind: str  #: "pressure", "area_fraction" or "mean_gap"
+    value: float  #: mean pressure [Pa] >= 0, contact area fraction in [0, 1), or mean gap [m] > 0
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.value):
@@ -74,13 +54,7 @@ class Load:
 
 
 def one_load(**named_loads: float | None) -> Load:
-    """Return the only load that is not None.
-
-    Raises
-    ------
-    InvalidInput
-        Unless exactly one load is not None and it is in its range.
-    """
+    """Return the only load that is not None."""
     loads = [Load(kind, float(value)) for kind, value in named_loads.items() if value is not None]
     if len(loads) != 1:
         named = ", ".join(load.kind for load in loads) or "none"

@@ -42,36 +42,22 @@ def solve(
     ----------
     height : GridField [m]
         Periodic; the highest points touch first.
-    contact_modulus : float [Pa]
-        E*, 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
-    pressure : float [Pa]
-        Nominal (mean) pressure >= 0; 0 is first touch.
-    area_fraction : float
-        Raw contact area fraction in [0, 1), reached to 1 part in 1000 or half a sample or, where
-        equal heights touch together, to the nearer side of the jump; 0 is first touch.
-    mean_gap : float [m]
-        > 0, reached to 1 part in 10 000. Exactly one of the three loads.
-    tolerance : float
-        Tolerance of the certificate, see `ContactState`. At every tolerance pressed samples touch
-        to 1e-4 of the rms height.
-    solver : str
-        "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics.
+    contact_modulus : E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2
+    pressure : nominal (mean) pressure [Pa] >= 0; 0 is first touch
+    area_fraction : raw contact area fraction in [0, 1), reached to 1 part in 1000 or half a sample
+        or, where equal heights touch together, to the nearer side of the jump; 0 is first touch
+    mean_gap : [m], > 0, reached to 1 part in 10 000. Exactly one of the three loads
+    tolerance : tolerance of the certificate, see `ContactState`. At every tolerance pressed samples
+        touch to 1e-4 of the rms height
+    solver : "free-set-cg" (fastest), "polonsky-keer", "fista", or "damped": the letter's dynamics
     start : pressure to start from [Pa]
         Array, field or the state of another load; it is set to zero on samples that it leaves open.
-    layer : Layer
-        A solid of finite thickness in place of the half-space.
-    threads : int
-        Threads of the FFTs and of the passes over the arrays.
-    precision : "mixed" or "double"
-        Mixed computes search directions in float32, all else in float64: same iterations.
-    max_iterations : int
-        Largest number of iterations of a solve; the default depends on the solver.
-    progress : callable(iteration, residual)
-        Called after each iteration (damped, fista: every 20).
-
-    Returns
-    -------
-    ContactState
+    layer : a solid of finite thickness in place of the half-space
+    threads : threads of the FFTs and of the passes over the arrays
+    precision : "mixed" or "double": mixed computes search directions in float32, all else in
+        float64: same iterations
+    max_iterations : largest number of iterations of a solve; the default depends on the solver
+    progress : callable(iteration, residual), called after each iteration (damped, fista: every 20)
 
     Raises
     ------
@@ -99,19 +85,9 @@ def contact_under(
 
     Parameters
     ----------
-    height : GridField
-        Heights [m].
-    solid : Solid
-    load : Load
-    stopping : ContactStopping
-        Method and tolerance.
-    arithmetic : Arithmetic
-    start : array, GridField or ContactState, optional
-        Pressure to start from [Pa].
-
-    Returns
-    -------
-    ContactState
+    height : heights [m]
+    stopping : method and tolerance
+    start : pressure to start from [Pa]
 
     Raises
     ------
@@ -147,13 +123,7 @@ def load_to(
 
 
 def start_pressure(start: Start | None, shape: tuple[int, int]) -> np.ndarray | None:
-    """Pressure to start from as an array [Pa].
-
-    Raises
-    ------
-    InvalidInput
-        If it is not a finite array >= 0 of the grid's shape.
-    """
+    """Pressure to start from as an array [Pa]."""
     if start is None:
         return None
     field = start.pressure if isinstance(start, ContactState) else start

@@ -18,18 +18,13 @@ PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
 class GapState:
     """A gap and the contact in it.
 
-    Parameters
-    ----------
-    gap : GridField [m]
-        >= 0 and periodic; **contact is where it is exactly 0**.
-
     Raises
     ------
     InvalidInput
         If a gap is negative.
     """
 
-    gap: GridField
+    gap: GridField  #: [m] >= 0 and periodic; **contact is where it is exactly 0**
 
     def __post_init__(self) -> None:
         lowest = self.gap.values.min()
@@ -78,15 +73,9 @@ class GapState:
 
 @dataclass(frozen=True, eq=False)
 class BearingState(GapState):
-    """The bearing ("cutting") model: the counter-face moved by `shift` and cut at the plane.
+    """The bearing ("cutting") model: the counter-face moved by `shift` and cut at the plane."""
 
-    Attributes
-    ----------
-    shift : float [m]
-        Approach of the surfaces from first touch.
-    """
-
-    shift: float
+    shift: float  #: approach of the surfaces from first touch [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,46 +86,24 @@ class ContactState(GapState):
     mean gap. Where the pressure is positive, ``|g|`` is at most `pressed_gap`, and the gap of the
     state is exactly 0. Elsewhere the gap is g, clipped at 0: samples that overlap, by at most
     `penetration`, touch as well.
-
-    Parameters
-    ----------
-    gap : GridField [m]
-    pressure : GridField [Pa]
-        >= 0, on the same grid.
-    contact_modulus : float [Pa]
-        E*.
-    certificate : float
-        Duality gap of the returned pressure, Σ p (g - min g) / (h_rms Σ p), computed from this
-        pressure alone in float64. It proves that the energy per area lies within certificate ×
-        mean pressure × h_rms above the minimum.
-    complementarity : float
-        ``Σ |p g| / (h_rms Σ p)`` of the computed gap.
-    pressed_gap : float
-        Largest ``|g|`` of the computed gap where the pressure is positive, in units of h_rms.
-    penetration : float
-        Deepest overlap of the computed gap, in units of h_rms.
-    iterations : int
-    fft_pairs : float
-        Forward and backward transforms spent, start and certificate included.
-    residuals : tuple of float
-        Certificate at each iteration for which it was computed (damped and fista: every 20).
-    solver : str
-        Name of the method.
-    converged : bool
-        True for every state that `solve` returns.
     """
 
-    pressure: GridField
-    contact_modulus: float
+    pressure: GridField  #: [Pa] >= 0, on the same grid
+    contact_modulus: float  #: E* [Pa]
+    #: duality gap of the returned pressure, Σ p (g - min g) / (h_rms Σ p), computed from this
+    #: pressure alone in float64. It proves that the energy per area lies within certificate × mean
+    #: pressure × h_rms above the minimum
     certificate: float
-    complementarity: float
+    complementarity: float  #: ``Σ |p g| / (h_rms Σ p)`` of the computed gap
+    #: largest ``|g|`` of the computed gap where the pressure is positive, in units of h_rms
     pressed_gap: float
-    penetration: float
+    penetration: float  #: deepest overlap of the computed gap, in units of h_rms
     iterations: int
-    fft_pairs: float
+    fft_pairs: float  #: forward and backward transforms spent, start and certificate included
+    #: certificate at each iteration for which it was computed (damped and fista: every 20)
     residuals: tuple[float, ...]
-    solver: str
-    converged: bool
+    solver: str  #: name of the method
+    converged: bool  #: true for every state that `solve` returns
 
     def __post_init__(self) -> None:
         super().__post_init__()

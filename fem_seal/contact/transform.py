@@ -25,14 +25,10 @@ class RealTransform:
 
     Parameters
     ----------
-    shape : (nx, ny)
-        Samples.
-    precision : "float64" or "float32"
-        Of the samples.
-    threads : int
-        FFTW's threads.
-    measured_from : int
-        Least number of samples for which plans are chosen by trial, and kept.
+    shape : (nx, ny), samples
+    precision : "float64" or "float32": of the samples
+    threads : FFTW's threads
+    measured_from : least number of samples for which plans are chosen by trial, and kept
     """
 
     def __init__(
