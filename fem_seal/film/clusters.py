@@ -13,18 +13,11 @@ from fem_seal.registry import require_known
 
 @dataclass(frozen=True, eq=False)
 class SeamLinks:
-    """Pairs of clusters that neighbour each other across a periodic seam.
+    """Pairs of clusters that neighbour each other across a periodic seam."""
 
-    Attributes
-    ----------
-    first, second : (m,) int
-        Labels of the two clusters, > 0.
-    shift : (m, 2) int
-        Seams crossed along each axis on the way from `first` to `second`: -1, 0 or 1.
-    """
-
-    first: np.ndarray
-    second: np.ndarray
+    first: np.ndarray  #: (m,) int, label of one cluster, > 0
+    second: np.ndarray  #: (m,) int, label of the other, > 0
+    #: (m, 2) int, seams crossed along each axis on the way from `first` to `second`: -1, 0 or 1
     shift: np.ndarray
 
 
@@ -36,23 +29,15 @@ def label(
     Parameters
     ----------
     mask : (nx, ny) bool
-    connectivity : "4", "8" or "triangulation"
-        The triangulation has the 4 neighbours and, in pixel (i, j), the diagonal
-        (i, j)-(i+1, j+1) if i + j is even, (i+1, j)-(i, j+1) if it is odd.
-    periodic : (bool, bool)
-        Along each axis, whether the last sample neighbours the first.
+    connectivity : "4", "8" or "triangulation": the triangulation has the 4 neighbours and, in pixel
+        (i, j), the diagonal (i, j)-(i+1, j+1) if i + j is even, (i+1, j)-(i, j+1) if it is odd
+    periodic : along each axis, whether the last sample neighbours the first
 
     Returns
     -------
     labels : (nx, ny) int
         0 outside the mask, 1 to `count` inside.
-    count : int
-        Number of clusters.
-
-    Raises
-    ------
-    InvalidInput
-        For an unknown connectivity or a mask that is not two-dimensional.
+    count : number of clusters
     """
     labels, number, count = _pieces(mask, connectivity, periodic)
     return number[labels], count
@@ -131,8 +116,7 @@ def touching(labels: np.ndarray, count: int, *lines: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     labels, count : result of `label`
-    lines : int arrays
-        Labels along each line: `labels[0]` and `labels[-1]` for inlet and outlet.
+    lines : labels along each line: `labels[0]` and `labels[-1]` for inlet and outlet
 
     Returns
     -------
@@ -183,14 +167,12 @@ def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool
 
     Parameters
     ----------
-    labels : (nx, ny) int
-        Labels from `label_inside`.
+    labels : (nx, ny) int, labels from `label_inside`
     connectivity, periodic : as in `label`
 
     Returns
     -------
-    SeamLinks
-        Links of a cluster to itself are included: such a cluster winds around the cell.
+    Links of a cluster to itself are included: such a cluster winds around the cell.
     """
     shape = np.array(labels.shape)
     start, stop = _last_edges(labels.shape[0], labels.shape[1], connectivity)

@@ -21,18 +21,11 @@ from fem_seal.film.widest_path import widest_path
 
 @dataclass(frozen=True)
 class CriticalConstriction:
-    """The tightest place of the widest path.
+    """The tightest place of the widest path."""
 
-    Attributes
-    ----------
-    gap : float
-        Critical gap g_c [m]: a flat plate of this height still passes from inlet to outlet.
-    position : (x, y)
-        A point of the path where the gap is g_c [m].
-    """
-
+    #: critical gap g_c [m]: a flat plate of this height still passes from inlet to outlet
     gap: float
-    position: tuple[float, float]
+    position: tuple[float, float]  #: (x, y), a point of the path where the gap is g_c [m]
 
 
 def critical_constriction(sites: Lattice) -> CriticalConstriction | None:

@@ -17,21 +17,11 @@ def euler_characteristic(
     Parameters
     ----------
     mask : (nx, ny) bool
-    connectivity : "4", "8" or "triangulation", see `clusters.label`
-        For "8" the complex is the union of the closed pixels of the mask; for "4" and
-        "triangulation" it consists of the points of the mask, the edges between them, and the
-        pixels or triangles whose corners are all in the mask.
-    periodic : (bool, bool)
-        Along each axis, whether the last sample neighbours the first.
-
-    Returns
-    -------
-    int
-
-    Raises
-    ------
-    InvalidInput
-        For an unknown connectivity or a mask that is not two-dimensional.
+    connectivity : "4", "8" or "triangulation": see `clusters.label`, for "8" the complex is the
+        union of the closed pixels of the mask; for "4" and "triangulation" it consists of the
+        points of the mask, the edges between them, and the pixels or triangles whose corners are
+        all in the mask
+    periodic : along each axis, whether the last sample neighbours the first
     """
     count = choose(_COUNTS, connectivity, "connectivity")
     mask = np.asarray(mask, dtype=bool)

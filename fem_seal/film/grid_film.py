@@ -17,16 +17,6 @@ from fem_seal.grid import GridField
 class GridFilm:
     """A gap on a grid, the way it is read between its samples, and its sides.
 
-    Parameters
-    ----------
-    gap : GridField
-        Gap [m], >= 0 and exactly 0 in contact; inlet at x = 0, outlet at x = Lx.
-    sides : "wall" or "periodic"
-        No flow through y = 0 and y = Ly, or the two are one line.
-    representation : "linear" or "constant"
-        The samples are vertices and the gap is linear on triangles between them, or each sample
-        fills one pixel.
-
     Raises
     ------
     InvalidInput
@@ -34,8 +24,11 @@ class GridFilm:
         periodic while a linear gap is neither periodic nor has equal first and last columns.
     """
 
-    gap: GridField
+    gap: GridField  #: gap [m], >= 0 and exactly 0 in contact; inlet at x = 0, outlet at x = Lx
+    #: "wall" or "periodic": no flow through y = 0 and y = Ly, or the two are one line
     sides: str = "wall"
+    #: "linear" or "constant": the samples are vertices and the gap is linear on triangles between
+    #: them, or each sample fills one pixel
     representation: str = "linear"
 
     def __post_init__(self) -> None:

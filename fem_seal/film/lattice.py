@@ -31,28 +31,15 @@ SIDES = {"wall": False, "periodic": True}
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """The sites of a gap and their neighbourhood; every physical point is one site.
+    """The sites of a gap and their neighbourhood; every physical point is one site."""
 
-    Attributes
-    ----------
-    gap : (mx, my) float
-        Gap at the sites [m]; row 0 is the inlet, row mx - 1 the outlet.
-    connectivity : "triangulation" or "4"
-        Connectivity of the open sites; contact has the dual one.
-    periodic : (bool, bool)
-        Along each axis, whether the last site neighbours the first.
-    origin, spacing : (float, float)
-        Site [i, j] sits at origin + (i dx, j dy) [m].
-    seam : bool
-        Whether the gap's samples repeat column 0 after the last column of sites.
-    """
-
-    gap: np.ndarray
+    gap: np.ndarray  #: (mx, my), gap at the sites [m]; row 0 is the inlet, row mx - 1 the outlet
+    #: "triangulation" or "4": connectivity of the open sites; contact has the dual one
     connectivity: str
-    periodic: tuple[bool, bool]
-    origin: tuple[float, float]
-    spacing: tuple[float, float]
-    seam: bool
+    periodic: tuple[bool, bool]  #: along each axis, whether the last site neighbours the first
+    origin: tuple[float, float]  #: site [i, j] sits at origin + (i dx, j dy) [m]
+    spacing: tuple[float, float]  #: (dx, dy) [m]
+    seam: bool  #: whether the gap's samples repeat column 0 after the last column of sites
 
     @property
     def open(self) -> np.ndarray:
@@ -92,20 +79,10 @@ class Lattice:
 def lattice(film: "GridFilm") -> Lattice:
     """Sites of a film: the vertices of its triangulation ("linear") or its pixels ("constant").
 
-    Parameters
-    ----------
-    film : GridFilm
-
     Returns
     -------
-    Lattice; the sites of a linear gap are gap.vertices(), without the last column if the sides
+    The sites of a linear gap are gap.vertices(), without the last column if the sides
     are periodic, since it repeats the first.
-
-    Raises
-    ------
-    InvalidInput
-        If a choice is unknown, the gap is negative, or the sides are periodic while a linear gap
-        is neither periodic nor has equal first and last columns.
     """
     gap = film.gap
     periodic_sides = choose(SIDES, film.sides, "sides")

@@ -28,8 +28,7 @@ def film_conductivity(gap: Gap, viscosity: float) -> Gap:
     Parameters
     ----------
     gap : float, array or UFL expression [m]
-    viscosity : float
-        η [Pa s].
+    viscosity : η [Pa s]
 
     Returns
     -------
@@ -46,20 +45,11 @@ class Conductivity:
     m = g. On an interval of gaps a convex function is at most its chord and at least its tangent in
     the middle; for a concave function it is the other way round. That bounds κ by forms
     α g³ + β g², whose means over a triangle are known.
-
-    Parameters
-    ----------
-    gaps : (n,) float
-        0, the kinks of m in ascending order, and 1.
-    convex : (n,) float
-        Convex part of m at these gaps.
-    concave : (n,) float or None
-        Concave part; None: zero.
     """
 
-    gaps: np.ndarray
-    convex: np.ndarray
-    concave: np.ndarray | None = None
+    gaps: np.ndarray  #: (n,): 0, the kinks of m in ascending order, and 1
+    convex: np.ndarray  #: (n,), convex part of m at these gaps
+    concave: np.ndarray | None = None  #: (n,), concave part; None: zero
 
     @cached_property
     def is_cube(self) -> bool:
@@ -131,16 +121,10 @@ def _tangent(x: np.ndarray, y: np.ndarray, low: Gap, high: Gap) -> Line:
 
 @dataclass(frozen=True)
 class FilmLaw:
-    """Upper and lower bound of the conductivity of the film.
+    """Upper and lower bound of the conductivity of the film."""
 
-    Parameters
-    ----------
-    above, below : Conductivity
-        The two bounds; the same object if the conductivity is known exactly.
-    """
-
-    above: Conductivity
-    below: Conductivity
+    above: Conductivity  #: upper bound
+    below: Conductivity  #: lower bound; the same object if the conductivity is known exactly
 
 
 _CUBE = Conductivity(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
@@ -152,9 +136,7 @@ def mean_pressure_law(slip: Slip, highest: float) -> FilmLaw:
 
     Parameters
     ----------
-    slip : Slip
-    highest : float
-        Largest gap [m].
+    highest : largest gap [m]
     """
     c = slip.coefficient
     most = highest * slip.mean_pressure / slip.product
@@ -166,17 +148,11 @@ def mean_pressure_law(slip: Slip, highest: float) -> FilmLaw:
 
 @dataclass(frozen=True, eq=False)
 class PressureWeight:
-    """w(p) > 0 in φ = ∫ w dp, piecewise linear between the pressures of outlet and inlet.
+    """w(p) > 0 in φ = ∫ w dp, piecewise linear between the pressures of outlet and inlet."""
 
-    Parameters
-    ----------
-    reference : float
-        Gap g₀, in units of the largest one; w is proportional to c(g₀ p/B), or close to it.
-    pressures, values : (n,) float
-        Kinks of w, the first one p_out, the last one p_in [Pa], and w there.
-    """
-
+    #: gap g₀, in units of the largest one; w is proportional to c(g₀ p/B), or close to it
     reference: float
+    #: (n,), kinks of w, the first one p_out, the last one p_in [Pa], and w there
     pressures: np.ndarray
     values: np.ndarray
 
@@ -225,13 +201,9 @@ def bounding_law(
 
     Parameters
     ----------
-    slip : Slip
-    highest : float
-        Largest gap [m].
-    above, below : PressureWeight
-        Weights w of the upper and of the lower bound.
-    unit : float
-        Value of κ/g² that becomes 1.
+    highest : largest gap [m]
+    above, below : weights w of the upper and of the lower bound
+    unit : value of κ/g² that becomes 1
 
     Notes
     -----
@@ -290,9 +262,7 @@ def gap_table(slip: Slip, highest: float, reference: float) -> np.ndarray:
 
     Parameters
     ----------
-    slip, highest : Slip, float
-    reference : float
-        g₀, one of the gaps if it is not above 1.
+    reference : g₀, one of the gaps if it is not above 1
     """
     kinks = slip.coefficient.kinks
     start, ratio = (kinks[0], kinks[1] / kinks[0]) if len(kinks) else (1e-3, _RATIO)
@@ -314,9 +284,7 @@ def conductivities(
 
     Parameters
     ----------
-    slip, highest, weight : Slip, float, PressureWeight
-    gaps, pressures : arrays that broadcast
-        Gaps in units of the largest one, pressures [Pa].
+    gaps, pressures : arrays that broadcast, gaps in units of the largest one, pressures [Pa]
     """
     t = gaps * (highest / slip.product) * pressures
     return slip.coefficient(t) * (weight.mean / weight(pressures))

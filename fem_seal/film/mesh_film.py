@@ -20,15 +20,6 @@ if TYPE_CHECKING:
 class MeshFilm:
     """A gap that is linear on the triangles of a mesh; the mesh names inlet, outlet and walls.
 
-    Parameters
-    ----------
-    mesh : TriangleMesh
-    values : (V,) float
-        Gap at the vertices [m], >= 0 and exactly 0 in contact, equal at twins.
-    formula : Formula, optional
-        Formula from which the gap at the vertices was computed, if any. The film is linear between
-        the vertices all the same; pictures show the contact of the formula.
-
     Raises
     ------
     InvalidInput
@@ -36,7 +27,10 @@ class MeshFilm:
     """
 
     mesh: "TriangleMesh"
+    #: (V,), gap at the vertices [m], >= 0 and exactly 0 in contact, equal at twins
     values: np.ndarray
+    #: formula from which the gap at the vertices was computed, if any. The film is linear between
+    #: the vertices all the same; pictures show the contact of the formula
     formula: "Formula | None" = None
 
     def __post_init__(self) -> None:

@@ -15,17 +15,8 @@ def spans(mask: np.ndarray, connectivity: str, sides: str = "wall") -> bool:
     Parameters
     ----------
     mask : (nx, ny) bool
-    connectivity : "4", "8" or "triangulation", see `clusters.label`
+    connectivity : "4", "8" or "triangulation": see `clusters.label`
     sides : "wall", or "periodic": the last column neighbours the first
-
-    Returns
-    -------
-    bool
-
-    Raises
-    ------
-    InvalidInput
-        For an unknown connectivity or sides.
     """
     periodic = (False, choose(SIDES, sides, "sides"))
     return clusters.joins_ends(mask, connectivity, periodic)
@@ -44,19 +35,13 @@ def winds(
     Parameters
     ----------
     mask : (nx, ny) bool
-    connectivity : "4", "8" or "triangulation", see `clusters.label`
+    connectivity : "4", "8" or "triangulation": see `clusters.label`
     axis : 0 (along the flow) or 1 (around the seal)
-    periodic : (bool, bool)
-        Along each axis, whether the last sample neighbours the first.
+    periodic : along each axis, whether the last sample neighbours the first
 
     Returns
     -------
-    bool; False along an axis that is not periodic.
-
-    Raises
-    ------
-    InvalidInput
-        For an unknown connectivity.
+    False along an axis that is not periodic.
     """
     labels, _ = clusters.label_inside(mask, connectivity)
     links = clusters.seam_links(labels, connectivity, periodic)
@@ -73,8 +58,7 @@ def _has_inconsistent_loop(neighbours: dict[int, list[tuple[int, int]]]) -> bool
 
     Parameters
     ----------
-    neighbours : dict
-        For each cluster its linked clusters, each with the step to it: the seams crossed.
+    neighbours : for each cluster its linked clusters, each with the step to it: the seams crossed
     """
     winding: dict[int, int] = {}
     for root in neighbours:

@@ -21,23 +21,9 @@ def shaped_film(shape: AnyShape, grid: GridField | None, *, trust: bool = False)
 
     Parameters
     ----------
-    shape : Shape
-        Section of the scene.
-    grid : GridField or None
-        Samples of the gap, if the section gives neither a number nor a formula.
-    trust : bool
-        Whether to run a .geo file that is not one of the package's own.
-
-    Returns
-    -------
-    MeshFilm
-
-    Raises
-    ------
-    InvalidInput
-        If the geometry or mesh cannot be used or is not trusted, or the gap does not fit it.
-    MissingPackage
-        If gmsh is needed and missing.
+    shape : section of the scene
+    grid : samples of the gap, if the section gives neither a number nor a formula
+    trust : whether to run a .geo file that is not one of the package's own
     """
     source = gap_source(shape, grid)
     triangles = _triangles(shape, source, trust)

@@ -17,30 +17,21 @@ from fem_seal.film.widest_path import highest_spanning
 
 @dataclass(frozen=True, eq=False)
 class VertexGraph:
-    """The vertices of a mesh as a graph along its edges.
+    """The vertices of a mesh as a graph along its edges."""
 
-    Attributes
-    ----------
-    gap : (V,) float
-        Gap at the vertices [m], zero in contact.
-    edges : (E, 2) int
-        Vertices at the ends of each edge. Vertices at one point (on a seam) must share one number.
-    inlet, outlet : (V,) bool
-        Vertices on the inlet and on the outlet.
-    """
-
-    gap: np.ndarray
+    gap: np.ndarray  #: (V,), gap at the vertices [m], zero in contact
+    #: (E, 2) int, vertices at the ends of each edge. Vertices at one point (on a seam) must share
+    #: one number
     edges: np.ndarray
-    inlet: np.ndarray
-    outlet: np.ndarray
+    inlet: np.ndarray  #: (V,) bool, vertices on the inlet
+    outlet: np.ndarray  #: (V,) bool, vertices on the outlet
 
     def constriction(self, points: np.ndarray) -> CriticalConstriction | None:
         """Tightest place of the widest path from inlet to outlet; None if no open path joins them.
 
         Parameters
         ----------
-        points : (V, 2) float
-            Coordinates of the vertices [m].
+        points : (V, 2), coordinates of the vertices [m]
         """
         critical = highest_spanning(self.gap[self.gap > 0], lambda h: bool(self._spanning(h).any()))
         if critical == 0:

@@ -28,11 +28,9 @@ def highest_spanning(gaps: np.ndarray, spans: Callable[[float], bool]) -> float:
 
     Parameters
     ----------
-    gaps : (n,) float
-        Gaps of the sites [m], in any order.
-    spans : callable
-        Maps h [m] to whether the sites with a gap >= h span (or wind around a cell). If they do at
-        one h, they do at every smaller h.
+    gaps : (n,), gaps of the sites [m], in any order
+    spans : maps h [m] to whether the sites with a gap >= h span (or wind around a cell). If they do
+        at one h, they do at every smaller h
 
     Returns
     -------
@@ -64,10 +62,8 @@ def _bisect(
 
     Returns
     -------
-    low, high : float
-        The sites span at `low` (0 if that is known of no gap), and not at `high` (or inf).
-    between : (m,) float
-        The gaps between them.
+    low, high : the sites span at `low` (0 if that is known of no gap), and not at `high` (or inf)
+    between : (m,), the gaps between them
     """
     low, high = 0.0, np.inf
     while gaps.size > until:

@@ -19,18 +19,12 @@ def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
 
     Parameters
     ----------
-    gap : GridField
-        Gap [m], zero in contact.
+    gap : gap [m], zero in contact
     representation : "linear" or "constant"
 
     Returns
     -------
     (nx, ny) float [m]
-
-    Raises
-    ------
-    InvalidInput
-        If the gap is not periodic in both directions.
     """
     require_known(OPEN_CONNECTIVITY, representation, "representation")
     if gap.periodic:
@@ -50,19 +44,13 @@ def widest_winding(gap: GridField, representation: str, axis: int) -> float:
 
     Parameters
     ----------
-    gap : GridField
-        Gap [m], zero in contact, periodic in both directions.
+    gap : gap [m], zero in contact, periodic in both directions
     representation : "linear" or "constant"
     axis : 0 or 1
 
     Returns
     -------
     float [m]; 0 if the open part of the gap does not wind around the cell along this axis.
-
-    Raises
-    ------
-    InvalidInput
-        As in `periodic_sites`.
     """
     sites = periodic_sites(gap, representation)
     connectivity = OPEN_CONNECTIVITY[representation]
