@@ -33,22 +33,13 @@ EXACT_TOL = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class CoarseGrid:
-    """Cells of a coarse grid, each a block of samples.
+    """Cells of a coarse grid, each a block of samples."""
 
-    Attributes
-    ----------
-    conductivity : (cx, cy) float
-        Effective conductivity of the cells, in units of the largest g³.
-    edges_x, edges_y : (cx + 1,), (cy + 1,) float
-        Coordinates of the sides of the cells [m].
-    periodic : bool
-        Whether y = 0 and y = Ly are the same line.
-    """
-
+    #: (cx, cy), effective conductivity of the cells, in units of the largest g³
     conductivity: np.ndarray
-    edges_x: np.ndarray
-    edges_y: np.ndarray
-    periodic: bool
+    edges_x: np.ndarray  #: (cx + 1,), ends of the cells along x [m]
+    edges_y: np.ndarray  #: (cy + 1,), ends along y [m]
+    periodic: bool  #: whether y = 0 and y = Ly are the same line
 
     def network(self) -> Network:
         """Links between the centres of neighbouring cells, and to the two ends."""
@@ -72,18 +63,13 @@ class InitialError:
 
     The energy excess is (energy of the guess - Q) / Q at unit pressure drop. The rms error is the
     root mean square error of the pressure over the carrying nodes, in units of the pressure drop.
-
-    Attributes
-    ----------
-    mean_field_energy, cascade_energy : float
-        Energy excess of the uniform pressure gradient and of the cascade's guess.
-    mean_field_rms, cascade_rms : float or None
-        Rms error of the uniform pressure gradient and of the cascade's guess; None if the
-        converged pressure was not computed.
     """
 
+    #: energy excess of the uniform pressure gradient and of the cascade's guess
     mean_field_energy: float
     cascade_energy: float
+    #: rms error of the uniform pressure gradient and of the cascade's guess; None if the converged
+    #: pressure was not computed
     mean_field_rms: float | None
     cascade_rms: float | None
 
@@ -105,14 +91,8 @@ def coarse_grid(grid: FlowGrid, block: int) -> CoarseGrid:
 
     Parameters
     ----------
-    grid : FlowGrid
-        The finest grid.
-    block : int
-        Samples along the side of a block; the last blocks may be smaller.
-
-    Returns
-    -------
-    CoarseGrid
+    grid : the finest grid
+    block : samples along the side of a block; the last blocks may be smaller
     """
     sites = grid.sites
     cubes = (sites.gap / sites.gap.max()) ** 3
@@ -143,17 +123,11 @@ def first_guess(grid: FlowGrid) -> np.ndarray:
 
     Parameters
     ----------
-    grid : FlowGrid
-        The finest grid.
+    grid : the finest grid
 
     Returns
     -------
     (mx, my) float, from 1 at the inlet to 0 at the outlet.
-
-    Raises
-    ------
-    NotConverged
-        If the relaxation of a coarse grid fails.
     """
     sites = grid.sites
     period = grid.size[1] if sites.periodic[1] else None
@@ -190,19 +164,8 @@ def initial_error(grid: FlowGrid, pressure: bool = True) -> InitialError:
 
     Parameters
     ----------
-    grid : FlowGrid
-        The finest grid, not sealed.
-    pressure : bool
-        Whether to compute the converged pressure, for the rms errors.
-
-    Returns
-    -------
-    InitialError
-
-    Raises
-    ------
-    NotConverged
-        If a relaxation fails.
+    grid : the finest grid, not sealed
+    pressure : whether to compute the converged pressure, for the rms errors
     """
     guess = first_guess(grid)
     mean_field = np.broadcast_to(1 - grid.nodes_x[:, None] / grid.nodes_x[-1], guess.shape)

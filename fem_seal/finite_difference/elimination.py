@@ -28,18 +28,11 @@ INLET, OUTLET = -2, -1
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A part of the network after its inner nodes have been eliminated.
+    """A part of the network after its inner nodes have been eliminated."""
 
-    Attributes
-    ----------
-    nodes : (N,) int
-        Numbers of the outer nodes, sorted, without repetition; INLET and OUTLET come first.
-    links : (N, N) float
-        Conductances between them; the diagonal has no meaning.
-    """
-
+    #: (N,) int, numbers of the outer nodes, sorted, without repetition; INLET and OUTLET come first
     nodes: np.ndarray
-    links: np.ndarray
+    links: np.ndarray  #: (N, N), conductances between them; the diagonal has no meaning
 
 
 def conductance(network: Network) -> float:
@@ -47,8 +40,7 @@ def conductance(network: Network) -> float:
 
     Parameters
     ----------
-    network : Network
-        Links of the grid, >= 0.
+    network : links of the grid, >= 0
 
     Returns
     -------
@@ -78,12 +70,10 @@ def _dissect(
 
     Parameters
     ----------
-    pixels : Pixels
-        The network.
-    rows, columns : (int, int)
-        First tile and last tile + 1 along each axis.
-    tiles : (rows, columns, N, N) float, optional
-        Links of the tiles; computed when the rectangle is at most CHUNK tiles long.
+    pixels : the network
+    rows, columns : first tile and last tile + 1 along each axis
+    tiles : (rows, columns, N, N), links of the tiles; computed when the rectangle is at most CHUNK
+        tiles long
     """
     extent = rows[1] - rows[0], columns[1] - columns[0]
     if tiles is None and max(extent) <= CHUNK:
@@ -109,9 +99,7 @@ def _join(a: Piece, b: Piece, outer: Callable[[np.ndarray], np.ndarray]) -> Piec
 
     Parameters
     ----------
-    a, b : Piece
-    outer : callable
-        Function from node numbers (N,) to (N,) bool, True for nodes that are not eliminated.
+    outer : function from node numbers (N,) to (N,) bool, True for nodes that are not eliminated
     """
     nodes = np.union1d(a.nodes, b.nodes)
     kept = outer(nodes)

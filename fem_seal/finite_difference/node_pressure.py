@@ -13,11 +13,8 @@ def node_pressure(film: GridFilm, pressure_drop: float, links: str = "linear-gap
 
     Parameters
     ----------
-    film : GridFilm
-    pressure_drop : float
-        Δp [Pa].
-    links : str
-        Name of the rule, see `links.LINKS`.
+    pressure_drop : δp [Pa]
+    links : name of the rule, see `links.LINKS`
 
     Returns
     -------

@@ -37,25 +37,13 @@ EXHAUSTED = 1e-200
 
 @dataclass(frozen=True, eq=False)
 class Relaxed:
-    """A pressure with its energy and fluxes, after some steps of conjugate gradients.
+    """A pressure with its energy and fluxes, after some steps of conjugate gradients."""
 
-    Attributes
-    ----------
-    pressure : (mx, my) float
-        p, from 1 at the inlet to 0 at the outlet.
-    energy : float
-        Dissipation at unit pressure drop, which is the conductance Q/Δp [m^3/(Pa s)].
-    inflow, outflow : float
-        Flux through inlet and outlet at unit pressure drop [m^3/(Pa s)].
-    iterations : int
-        Steps of conjugate gradients.
-    """
-
-    pressure: np.ndarray
-    energy: float
-    inflow: float
-    outflow: float
-    iterations: int
+    pressure: np.ndarray  #: (mx, my) float p, from 1 at the inlet to 0 at the outlet
+    energy: float  #: dissipation at unit pressure drop, which is the conductance Q/Δp [m^3/(Pa s)]
+    inflow: float  #: flux through the inlet at unit pressure drop [m^3/(Pa s)]
+    outflow: float  #: flux through the outlet
+    iterations: int  #: steps of conjugate gradients
 
 
 def energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) -> float:
@@ -63,10 +51,8 @@ def energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) -> floa
 
     Parameters
     ----------
-    network : Network
     pressure : (mx, my) float
-    carrying : (mx, my) bool
-        Nodes connected to both inlet and outlet.
+    carrying : (mx, my) bool, nodes connected to both inlet and outlet
 
     Returns
     -------
@@ -89,24 +75,10 @@ def relax(
 
     Parameters
     ----------
-    network : Network
-    carrying : (mx, my) bool
-        Nodes connected to both inlet and outlet.
-    start : (mx, my) float
-        First guess of p; the first and the last row are replaced by 1 and 0.
-    tol : float
-        Relative tolerance of the energy; inflow and outflow then agree to sqrt(tol).
-    max_iterations : int, optional
-        Limit on the number of steps; STEPS_PER_NODE (mx + my) if left out.
-
-    Returns
-    -------
-    Relaxed
-
-    Raises
-    ------
-    NotConverged
-        If the tolerance is not met within the limit.
+    carrying : (mx, my) bool, nodes connected to both inlet and outlet
+    start : (mx, my), first guess of p; the first and the last row are replaced by 1 and 0
+    tol : relative tolerance of the energy; inflow and outflow then agree to sqrt(tol)
+    max_iterations : limit on the number of steps; STEPS_PER_NODE (mx + my) if left out
     """
     mx, my = network.shape
     limit = STEPS_PER_NODE * (mx + my) if max_iterations is None else max_iterations

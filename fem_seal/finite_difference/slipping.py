@@ -26,18 +26,9 @@ def film_without_slip(
 
     Parameters
     ----------
-    film : GridFilm
-        Film that leaks.
-    slip : Slip
-    links : str
-        Name of the rule, see `links.LINKS`.
-    most_steps : int
-        Largest number of steps.
-
-    Raises
-    ------
-    NotConverged
-        If the pressures still change after `most_steps` steps.
+    film : film that leaks
+    links : name of the rule, see `links.LINKS`
+    most_steps : largest number of steps
     """
     critical = present(film.constriction, "constriction").gap
     p_out, p_in = slip.pressures

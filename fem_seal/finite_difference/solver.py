@@ -41,22 +41,16 @@ def solve(
 
     Parameters
     ----------
-    film : GridFilm
-        Film; nodes are the vertices of a linear gap or the pixels' centres of a constant one.
-    viscosity : float
-        η [Pa s], > 0.
-    pressure_drop : float
-        Δp = p_in - p_out [Pa], > 0; for a gas that of the liquid that leaks as much without slip.
-    slip : Slip or None
-        Slip of a gas at the walls; None if there is none.
-    links : str
-        Mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear gap
-        that varies along the flow only, "harmonic" for a stepwise one.
-    tol : float
-        Relative tolerance of the leak rate; used with the cascade only.
-    cascade : bool
-        False: eliminate the nodes, which is exact to rounding at any contrast. True: relax on the
-        letter's cascade of grids, on each from the pressure of the coarser one.
+    film : film; nodes are the vertices of a linear gap or the pixels' centres of a constant one
+    viscosity : η [Pa s], > 0
+    pressure_drop : δp = p_in - p_out [Pa], > 0; for a gas that of the liquid that leaks as much
+        without slip
+    slip : slip of a gas at the walls; None if there is none
+    links : mean of g³ between two nodes, one of `links.LINKS`. "linear-gap" is exact for a linear
+        gap that varies along the flow only, "harmonic" for a stepwise one
+    tol : relative tolerance of the leak rate; used with the cascade only
+    cascade : false: eliminate the nodes, which is exact to rounding at any contrast. True: relax on
+        the letter's cascade of grids, on each from the pressure of the coarser one
 
     Returns
     -------

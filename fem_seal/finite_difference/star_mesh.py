@@ -30,10 +30,8 @@ def star_mesh(links: np.ndarray, eliminated: int) -> np.ndarray:
 
     Parameters
     ----------
-    links : (batch, N, N) float, >= 0
-        Symmetric conductances; the diagonals are never read. Overwritten.
-    eliminated : int
-        Number of leading nodes to eliminate.
+    links : (batch, N, N), >= 0, symmetric conductances; the diagonals are never read. Overwritten
+    eliminated : number of leading nodes to eliminate
 
     Returns
     -------
@@ -64,14 +62,12 @@ def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int
 
     Parameters
     ----------
-    rows : (batch, width, N) float
-        Links of the nodes of the panel to one another and to all later nodes. Rows from `first` on
-        already include the effect of all nodes before `first`. Rows up to `last` are updated.
-    ratios : (batch, width, N) float
-        Links c_a over the sum of their star at its elimination; rows `first` to `last` - 1 are
-        filled in.
-    first, last : int
-        First node of the panel to eliminate, and last one + 1.
+    rows : (batch, width, N), links of the nodes of the panel to one another and to all later nodes.
+        Rows from `first` on already include the effect of all nodes before `first`. Rows up to
+        `last` are updated
+    ratios : (batch, width, N), links c_a over the sum of their star at its elimination; rows
+        `first` to `last` - 1 are filled in
+    first, last : first node of the panel to eliminate, and last one + 1
     """
     if last - first > FEW:
         middle = (first + last) // 2
@@ -93,10 +89,8 @@ def star_mesh_in_step(links: np.ndarray, eliminated: int) -> np.ndarray:
 
     Parameters
     ----------
-    links : (N, N, batch) float, >= 0
-        Symmetric conductances; the diagonals are never read. Overwritten.
-    eliminated : int
-        Number of leading nodes to eliminate.
+    links : (N, N, batch), >= 0, symmetric conductances; the diagonals are never read. Overwritten
+    eliminated : number of leading nodes to eliminate
 
     Returns
     -------

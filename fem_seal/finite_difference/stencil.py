@@ -23,20 +23,14 @@ class Network:
     """Conductances between neighbouring nodes of an (mx, my) grid.
 
     The nodes of row 0 have the pressure of the inlet, those of row mx - 1 that of the outlet.
-
-    Attributes
-    ----------
-    x : (mx - 1, my) float
-        Conductance of the link from node (i, j) to (i + 1, j) [m^3/(Pa s)].
-    y : (mx, my - 1) float with walls, (mx, my) with periodic sides
-        Conductance of the link from node (i, j) to (i, j + 1), or from the last column to column 0.
-    periodic : bool
-        Whether column my - 1 is linked to column 0.
     """
 
+    #: (mx - 1, my), conductance of the link from node (i, j) to (i + 1, j) [m^3/(Pa s)]
     x: np.ndarray
+    #: (mx, my - 1) with walls, (mx, my) with periodic sides, conductance of the link from node (i,
+    #: j) to (i, j + 1), or from the last column to column 0
     y: np.ndarray
-    periodic: bool
+    periodic: bool  #: whether column my - 1 is linked to column 0
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -46,27 +40,13 @@ class Network:
 
 @dataclass(frozen=True, eq=False)
 class FlowGrid:
-    """Network of a gap's samples with the coordinates of its nodes.
+    """Network of a gap's samples with the coordinates of its nodes."""
 
-    Attributes
-    ----------
-    sites : Lattice
-        Samples of the gap.
-    network : Network
-        Links between the samples, and to the two ends.
-    open : (mx, my) bool
-        Nodes that are not in contact.
-    nodes_x : (mx,) float
-        Coordinates of the nodes along the flow, from 0 to Lx [m].
-    size : (Lx, Ly)
-        Lengths of the rectangle [m].
-    """
-
-    sites: Lattice
-    network: Network
-    open: np.ndarray
-    nodes_x: np.ndarray
-    size: tuple[float, float]
+    sites: Lattice  #: samples of the gap
+    network: Network  #: links between the samples, and to the two ends
+    open: np.ndarray  #: (mx, my) bool, nodes that are not in contact
+    nodes_x: np.ndarray  #: (mx,), coordinates of the nodes along the flow, from 0 to Lx [m]
+    size: tuple[float, float]  #: (Lx, Ly), lengths of the rectangle [m]
 
     @cached_property
     def carrying(self) -> np.ndarray:
@@ -85,23 +65,11 @@ def flow_grid(film: GridFilm, viscosity: float, links: str) -> FlowGrid:
 
     Parameters
     ----------
-    film : GridFilm
-        Film. Nodes in contact have no links. A linear gap has its nodes at the vertices, and links
-        along walls have half the width. A constant gap has them at the centres of the pixels, and
-        links to inlet and outlet have half the length.
-    viscosity : float
-        η [Pa s].
-    links : str
-        Name of the rule, see `links.LINKS`.
-
-    Returns
-    -------
-    FlowGrid
-
-    Raises
-    ------
-    InvalidInput
-        If the rule is unknown, or a linear gap has a single row or column.
+    film : film. Nodes in contact have no links. A linear gap has its nodes at the vertices, and
+        links along walls have half the width. A constant gap has them at the centres of the pixels,
+        and links to inlet and outlet have half the length
+    viscosity : η [Pa s]
+    links : name of the rule, see `links.LINKS`
     """
     rule = choose(LINKS, links, "links")
     return _BUILDERS[film.representation](film.sites, rule, film_conductivity(1.0, viscosity))

@@ -21,21 +21,11 @@ SHORT_CIRCUIT = 1e20
 
 @dataclass(frozen=True, eq=False)
 class Pixels:
-    """A network of nx × ny pixels, both multiples of TILE, with a link on every edge of a pixel.
+    """A network of nx × ny pixels, both multiples of TILE, with a link on every edge of a pixel."""
 
-    Attributes
-    ----------
-    x : (nx, ny + 1) float
-        Conductances of the edges along x, relative to the largest.
-    y : (nx + 1, ny) float
-        Conductances of the edges along y.
-    seam : bool
-        Whether the first and the last column of nodes are the same.
-    """
-
-    x: np.ndarray
-    y: np.ndarray
-    seam: bool
+    x: np.ndarray  #: (nx, ny + 1), conductances of the edges along x, relative to the largest
+    y: np.ndarray  #: (nx + 1, ny), conductances of the edges along y
+    seam: bool  #: whether the first and the last column of nodes are the same
 
     @property
     def tiles(self) -> tuple[int, int]:
@@ -50,13 +40,7 @@ def whole_tiles(network: Network, largest: float) -> Pixels:
 
     Parameters
     ----------
-    network : Network
-    largest : float
-        Largest conductance of its links.
-
-    Returns
-    -------
-    Pixels
+    largest : largest conductance of its links
     """
     x, y = network.x / largest, network.y / largest
     if network.periodic:
@@ -76,9 +60,7 @@ def tile_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) 
 
     Parameters
     ----------
-    pixels : Pixels
-    rows, columns : (int, int)
-        First tile and last tile + 1 along each axis.
+    rows, columns : first tile and last tile + 1 along each axis
 
     Returns
     -------
@@ -139,12 +121,9 @@ def _merge_in_step(blocks: np.ndarray, size: tuple[int, int], axis: int) -> np.n
 
     Parameters
     ----------
-    blocks : (N, N, batch) float
-        Links between the rim nodes of the blocks.
-    size : (int, int)
-        Pixels of a block along each axis.
-    axis : int
-        Axis along which the blocks of the second half adjoin those of the first.
+    blocks : (N, N, batch), links between the rim nodes of the blocks
+    size : pixels of a block along each axis
+    axis : axis along which the blocks of the second half adjoin those of the first
 
     Returns
     -------
@@ -184,10 +163,9 @@ def _merge_plan(
 
     Returns
     -------
-    first, second : tuples of (slice, slice)
-        For each run of consecutive rim nodes of a block, its nodes and their places in the order.
-    total, inner : int
-        Number of nodes of the joined blocks, and of inner nodes among them.
+    first, second : tuples of (slice, slice), for each run of consecutive rim nodes of a block, its
+        nodes and their places in the order
+    total, inner : number of nodes of the joined blocks, and of inner nodes among them
     """
     step = (size[0], 0) if axis == 0 else (0, size[1])
     outer = rim(size[0] + step[0], size[1] + step[1])
