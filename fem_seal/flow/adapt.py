@@ -54,27 +54,16 @@ TOO_MANY = "the next mesh would have more than {} unknowns"
 
 @dataclass(frozen=True, eq=False)
 class LevelSolution(Generic[P, S, B]):
-    """One level of the refinement: the best bounds so far and the solutions on this mesh.
+    """One level of the refinement: the best bounds so far and the solutions on this mesh."""
 
-    Attributes
-    ----------
-    level : SolvedLevel
-        Best bounds so far, and the cost of this level.
-    problem : LevelProblem or CellProblem
-        The mesh with its numberings.
-    pressure : Minimum or Family
-        Solution of the primal problem.
-    stream : Stream, StreamFamily or None
-        Solution of the true dual problem; None if it was not solved, or blocked cells close every
-        channel.
-    slip : SlipBounds or None
-        Bounds for a gas that slips, if a `widen` of the loop has added them.
-    """
-
-    level: SolvedLevel[B]
-    problem: Any  # a LevelProblem of a leak rate, a CellProblem of a tensor
-    pressure: P
+    level: SolvedLevel[B]  #: best bounds so far, and the cost of this level
+    #: the mesh with its numberings, a LevelProblem of a leak rate or a CellProblem of a tensor
+    problem: Any
+    pressure: P  #: solution of the primal problem
+    #: solution of the true dual problem; None if it was not solved, or blocked cells close every
+    #: channel
     stream: S | None
+    #: bounds for a gas that slips, if a `widen` of the loop has added them
     slip: "SlipBounds | None" = None
 
     @property

@@ -122,13 +122,10 @@ def resistivity_of_corners(
 
     Parameters
     ----------
-    law : Conductivity
-    a, b, c : arrays
-        Gaps at the corners.
-    span : pair of arrays or None
-        Least and largest gap of a larger triangle that contains this one; α and β are taken from
-        it, so that the means over its parts add up to no more than the mean over the whole. None:
-        α and β of the triangle itself.
+    a, b, c : gaps at the corners
+    span : least and largest gap of a larger triangle that contains this one; α and β are taken from
+        it, so that the means over its parts add up to no more than the mean over the whole. None: α
+        and β of the triangle itself
     """
     if law.is_cube:
         return inverse_cube_of_corners(a, b, c)
@@ -165,25 +162,16 @@ class Pyramid:
     """Two means over all triangles of the nested family, up to squares 2^k pixels wide.
 
     For k = 0, the pixel itself, both tables are empty: the closed forms hold there.
-
-    Attributes
-    ----------
-    diagonal : tuple of (2, mx/2^k, my/2^k, 2)
-        Means over the triangles whose hypotenuse is the diagonal of a square 2^k pixels wide.
-        Last index: right angle at the lower or the upper side.
-    axial : tuple of (2, mx/2^k, my/2^k, 4)
-        Means over the triangles whose hypotenuse is the south, east, north or west side of such
-        a square and whose right angle is its centre.
-    means : (2, n)
-        All tables, one after the other.
-    starts : (k, 2)
-        First index of diagonal[k] and of axial[k] in `means`.
     """
 
+    #: (2, mx/2^k, my/2^k, 2), means over the triangles whose hypotenuse is the diagonal of
+    #: a square 2^k pixels wide. Last index: right angle at the lower or the upper side
     diagonal: tuple[np.ndarray, ...]
+    #: (2, mx/2^k, my/2^k, 4), means over the triangles whose hypotenuse is the south,
+    #: east, north or west side of such a square and whose right angle is its centre
     axial: tuple[np.ndarray, ...]
-    means: np.ndarray
-    starts: np.ndarray
+    means: np.ndarray  #: (2, n), all tables, one after the other
+    starts: np.ndarray  #: (k, 2), first index of diagonal[k] and of axial[k] in `means`
 
     @classmethod
     def from_pixels(
@@ -241,25 +229,13 @@ def _summed(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """Position in a pyramid of n cells, each a pixel triangle or larger.
+    """Position in a pyramid of n cells, each a pixel triangle or larger."""
 
-    Attributes
-    ----------
-    level : (n,) int
-        Level k of the square, 2^k pixels wide, that contains the cell.
-    i, j : (n,) int
-        Column and row of this square.
-    is_diagonal : (n,) bool
-        Whether the hypotenuse is a diagonal of the square.
-    part : (n,) int
-        Last index into the diagonal or the axial means.
-    """
-
-    level: np.ndarray
-    i: np.ndarray
-    j: np.ndarray
-    is_diagonal: np.ndarray
-    part: np.ndarray
+    level: np.ndarray  #: (n,) int, level k of the square, 2^k pixels wide, that contains the cell
+    i: np.ndarray  #: (n,) int, column of this square
+    j: np.ndarray  #: (n,) int, its row
+    is_diagonal: np.ndarray  #: (n,) bool, whether the hypotenuse is a diagonal of the square
+    part: np.ndarray  #: (n,) int, last index into the diagonal or the axial means
 
     @classmethod
     def of(cls, xy: np.ndarray) -> "Place":

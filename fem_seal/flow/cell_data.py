@@ -17,42 +17,23 @@ ISOTROPIC = np.array([1.0, 0.0, 1.0])  # the unit tensor: xx, xy, yy
 
 @dataclass(frozen=True, eq=False)
 class CellContact:
-    """Contact as each of C cells sees it.
+    """Contact as each of C cells sees it."""
 
-    Attributes
-    ----------
-    zero_gap : (C, 3) bool
-        Zero-gap sides (opposite each corner): the gap is zero along the whole side.
-    blocked : (C,) bool
-        Blocked cells: the stream function must be constant in them.
-    contact_vertex : (C, 3) bool
-        Contact vertices: corners from which the stream function rises as a power.
-    equipotential : (C,) bool
-        Cells so conductive that the pressure is taken to be constant in each.
-    """
-
+    #: (C, 3) bool, zero-gap sides (opposite each corner): the gap is zero along the whole side
     zero_gap: np.ndarray
-    blocked: np.ndarray
+    blocked: np.ndarray  #: (C,) bool, blocked cells: the stream function must be constant in them
+    #: (C, 3) bool, contact vertices: corners from which the stream function rises as a power
     contact_vertex: np.ndarray
+    #: (C,) bool, cells so conductive that the pressure is taken to be constant in each
     equipotential: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class CellData(CellContact):
-    """Data of C cells for the primal and the dual problem; see also `CellContact`.
+    """Data of C cells for the primal and the dual problem."""
 
-    Attributes
-    ----------
-    K : (C,)
-        Mean of the conductivity; zero where the whole cell is contact.
-    resistivity : (C, 3)
-        Tensor xx, xy, yy of the dual problem; zero where `blocked`.
-    zero_gap, blocked, contact_vertex, equipotential : arrays
-        As in `CellContact`.
-    """
-
-    K: np.ndarray
-    resistivity: np.ndarray
+    K: np.ndarray  #: (C,), mean of the conductivity; zero where the whole cell is contact
+    resistivity: np.ndarray  #: (C, 3), tensor xx, xy, yy of the dual problem; zero where `blocked`
 
     @classmethod
     def of_gaps(
@@ -69,18 +50,12 @@ class CellData(CellContact):
 
         Parameters
         ----------
-        xy, aspect : arrays
-            Coordinates (3, n, 2) of the corners, and the factors that scale x and y.
-        gaps : (3, n, 2) float
-            Gap at the corners, raised for the primal and lowered for the dual.
-        linear : (n,) bool, or one bool
-            Cells on which the gap is linear.
-        means : pair of (n,) float
-            Means of the conductivity and of its inverse.
-        ceiling : float
-            Gap with the largest conductivity in the dual.
-        law : FilmLaw
-            Conductivity of a gap.
+        xy, aspect : coordinates (3, n, 2) of the corners, and the factors that scale x and y
+        gaps : (3, n, 2), gap at the corners, raised for the primal and lowered for the dual
+        linear : (n,) bool, or one bool, cells on which the gap is linear
+        means : pair of (n,), means of the conductivity and of its inverse
+        ceiling : gap with the largest conductivity in the dual
+        law : conductivity of a gap
         """
         (raised, lowered), (cube, inverse_cube) = np.moveaxis(gaps, -1, 0), means
         zero, contact = (raised == 0) & linear, (lowered == 0) & linear
@@ -104,10 +79,8 @@ class CellData(CellContact):
 
         Parameters
         ----------
-        mesh : NestedMesh or TriangleMesh
-            The mesh.
-        data_of : callable
-            Data of n cells from their vertices (3, n) and their coordinates (3, n, 2).
+        mesh : the mesh
+        data_of : data of n cells from their vertices (3, n) and their coordinates (3, n, 2)
         """
         count = len(mesh.cells)
         flags, sides, numbers = (count, bool), ((count, 3), bool), (count, float)
@@ -129,11 +102,9 @@ class CellData(CellContact):
 
         Parameters
         ----------
-        epsilon : float
-            ε, the conductivity of blocked cells relative to the primal problem.
-        cut : float
-            `cut` of the gap. Its cube is the smallest K that counts: without it the contrast makes
-            CG break down on fine meshes.
+        epsilon : ε, the conductivity of blocked cells relative to the primal problem
+        cut : `cut` of the gap. Its cube is the smallest K that counts: without it the contrast
+            makes CG break down on fine meshes
         """
         conducted = epsilon * np.maximum(self.K, cut**3)
         # Cells with K = 0 and cut = 0 carry no flow and are in neither problem.

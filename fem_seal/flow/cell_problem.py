@@ -42,23 +42,12 @@ _CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])  # J×G = J·_CROSS·G
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Minimisers for a basis of jumps.
+    """Minimisers for a basis of jumps."""
 
-    Attributes
-    ----------
-    jumps : (k, 2)
-        The jumps across both seams.
-    minima : list of Minimum
-        The k minimisers.
-    energies : (k, k)
-        ∫ ∇v_a·T·∇v_b, raised by a bound of its rounding error.
-    epsilon : float
-        Factor ε of the regularised dual; zero in the true dual and in the primal.
-    """
-
-    jumps: np.ndarray
-    minima: Sequence[Minimum]
-    energies: np.ndarray
+    jumps: np.ndarray  #: (k, 2), the jumps across both seams
+    minima: Sequence[Minimum]  #: the k minimisers
+    energies: np.ndarray  #: (k, k) ∫ ∇v_a·T·∇v_b, raised by a bound of its rounding error
+    #: factor ε of the regularised dual; zero in the true dual and in the primal
     epsilon: float = 0.0
 
     @property
@@ -89,15 +78,10 @@ class Family:
 
 @dataclass(frozen=True, eq=False)
 class StreamFamily(Family):
-    """Stream functions for a basis of jumps.
+    """Stream functions for a basis of jumps."""
 
-    Attributes
-    ----------
-    psi : (2, V)
-        Values at the vertices of the stream functions of unit jumps across x and across y; zero
-        where nothing flows.
-    """
-
+    #: (2, V), values at the vertices of the stream functions of unit jumps across x and across y;
+    #: zero where nothing flows
     psi: np.ndarray = field(kw_only=True)
 
 
@@ -126,13 +110,11 @@ class CellProblem(FilmOnMesh[Family, StreamFamily, MatrixBounds]):
     Parameters
     ----------
     gap : the gap as represented
-    mesh : mesh of the torus
     values : gap at its vertices
-    comm : MPI communicator
     tolerance : relative energy error at which CG stops
     """
 
-    mesh: Torus
+    mesh: Torus  #: mesh of the torus
 
     def __init__(
         self,

@@ -63,11 +63,6 @@ def conductivity_tensor(
     Returns
     -------
     TensorBounds [m³/(Pa s)]; zero matrices if nothing winds around the cell.
-
-    Raises
-    ------
-    InvalidInput
-        If the gap is not periodic, a choice is unknown, or a value is out of range.
     """
     require_positive({"viscosity": viscosity, "rtol": rtol})
     sites = periodic_sites(gap, representation)

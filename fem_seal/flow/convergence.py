@@ -20,14 +20,11 @@ def out_of_reach(history: ConvergenceHistory, rtol: float, growth: float) -> str
 
     Parameters
     ----------
-    history : sequence of (int, float)
-        Unknowns and relative width of the bounds of each mesh.
-    rtol : float
-        Tolerance of the relative width.
-    growth : float
-        Usual growth of the unknowns from mesh to mesh. Where a mesh grows faster, it has been
-        refined along lines before a solve could tell which of them matter: the history must then
-        be as many meshes long as sixteenfold growth usually takes.
+    history : unknowns and relative width of the bounds of each mesh
+    rtol : tolerance of the relative width
+    growth : usual growth of the unknowns from mesh to mesh. Where a mesh grows faster, it has been
+        refined along lines before a solve could tell which of them matter: the history must then be
+        as many meshes long as sixteenfold growth usually takes
     """
     unknowns, width = history[-1]
     meshes = round(np.log(LONG) / np.log(growth))

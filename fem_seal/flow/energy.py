@@ -25,21 +25,11 @@ _TERM = 80 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Energy:
-    """An energy ∫ ∇v·T·∇v with a bound of its rounding error.
+    """An energy ∫ ∇v·T·∇v with a bound of its rounding error."""
 
-    Attributes
-    ----------
-    value : float
-        Energy as computed.
-    error : float
-        Bound of the rounding errors of its terms.
-    terms : float
-        Energy with every term of each gradient replaced by its absolute value.
-    """
-
-    value: float
-    error: float = 0.0
-    terms: float = 0.0
+    value: float  #: energy as computed
+    error: float = 0.0  #: bound of the rounding errors of its terms
+    terms: float = 0.0  #: energy with every term of each gradient replaced by its absolute value
 
     @classmethod
     def sum(cls, energies: Iterable["Energy"]) -> "Energy":
@@ -55,14 +45,10 @@ class Energy:
 
         Parameters
         ----------
-        corners : (n, 3, 2) float
-            Corners, the first one at the origin.
-        tensor : (n, 3) float
-            Components xx, xy, yy of T.
-        corner_values : (n, 3) float
-            Values of v.
-        blur : float
-            Largest error of a coordinate in units of the rounding unit.
+        corners : (n, 3, 2), corners, the first one at the origin
+        tensor : (n, 3), components xx, xy, yy of T
+        corner_values : (n, 3), values of v
+        blur : largest error of a coordinate in units of the rounding unit
         """
         slopes, areas = shape_gradients(corners)
         gx, gy = gradients(slopes, corner_values).T

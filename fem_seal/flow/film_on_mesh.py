@@ -94,29 +94,16 @@ B = TypeVar("B", bound=LevelBounds)
 
 @dataclass(frozen=True, eq=False)
 class FlowEstimate:
-    """Estimates of one flow through the film: a pressure p, and a flux J that should be -K∇p.
+    """Estimates of one flow through the film: a pressure p, and a flux J that should be -K∇p."""
 
-    Attributes
-    ----------
-    pressure : callable
-        Corner values (n, 3) of p on a slice of n cells.
-    stream : (V,)
-        Stream function ψ of unit flux at the vertices: J = Q (∂ψ/∂y, -∂ψ/∂x), Q the `rate`.
-    rate : float
-        Flow rate.
-    epsilon : float
-        Factor ε of the regularised dual that ψ solves; zero for the true dual.
-    drop : float
-        Pressure drop.
-    weights : (k,) or None
-        ψ as a combination of the stream functions that were solved for; None if it is the only one.
-    """
-
-    pressure: CornerValues
+    pressure: CornerValues  #: corner values (n, 3) of p on a slice of n cells
+    #: (V,), stream function ψ of unit flux at the vertices: J = Q (∂ψ/∂y, -∂ψ/∂x), Q the `rate`
     stream: np.ndarray
-    rate: float
-    epsilon: float
-    drop: float = 1.0
+    rate: float  #: flow rate
+    epsilon: float  #: factor ε of the regularised dual that ψ solves; zero for the true dual
+    drop: float = 1.0  #: pressure drop
+    #: (k,), ψ as a combination of the stream functions that were solved for; None if it is
+    #: the only one
     weights: np.ndarray | None = None
 
     @property
@@ -144,7 +131,6 @@ class FilmOnMesh(ABC, Generic[P, S, B]):
     data : averages of all cells
     kept : (cells of the mesh,) bool, the C cells that carry flow
     numbering : numbering of the pressure on these cells
-    comm : MPI communicator
     tolerance : relative energy error at which CG stops
 
     Notes

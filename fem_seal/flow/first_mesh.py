@@ -39,14 +39,10 @@ def first_mesh(
 
     Parameters
     ----------
-    film : GridFilm or MeshFilm
-    cut, floor, ceiling : float
-        As for `LinearGap`, in units of the largest gap.
-    coarsest : int or None
-        Squares along the shorter side of the first mesh on a grid; None: the grid's pixels. A
-        shape begins with the mesh that it has.
-    law : FilmLaw
-        Conductivity of a gap.
+    cut, floor, ceiling : as for `LinearGap`, in units of the largest gap
+    coarsest : squares along the shorter side of the first mesh on a grid; None: the grid's pixels.
+        A shape begins with the mesh that it has
+    law : conductivity of a gap
     """
     raise TypeError(type(film).__name__)
 

@@ -41,12 +41,8 @@ def film_from_dolfinx(
         other tags.
     gap : dolfinx.fem.Function
         Continuous and linear (P1) on this mesh [m], exactly 0 in contact.
-    inlet, outlet, wall : int or several
-        Tags of the edges on the inlet, the outlet and the walls; each edge of the boundary has one.
-
-    Returns
-    -------
-    MeshFilm
+    inlet, outlet, wall : one or several tags of the edges on the inlet, the outlet and the walls;
+        each edge of the boundary has one
 
     Raises
     ------
@@ -114,12 +110,9 @@ def _gathered(msh: mesh.Mesh, facet_tags: MeshTags, gap: fem.Function) -> list[n
     Returns
     -------
     vertices : (C, 3) int
-    points : (C, 3, 3) float
-        Coordinates of the corners [m].
-    values : (C, 3) float
-        Gap at the corners [m].
-    edges : (n, 2) int
-        Vertices of the tagged edges.
+    points : (C, 3, 3), coordinates of the corners [m]
+    values : (C, 3), gap at the corners [m]
+    edges : (n, 2) int, vertices of the tagged edges
     tags : (n,) int
     """
     gap.x.scatter_forward()

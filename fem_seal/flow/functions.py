@@ -22,27 +22,15 @@ from fem_seal.leak_rate import FacetTag, FlowField
 
 @dataclass(frozen=True, eq=False)
 class FlowFunctions:
-    """The flow of a `FlowField` as DOLFINx functions.
+    """The flow of a `FlowField` as DOLFINx functions."""
 
-    Attributes
-    ----------
-    mesh : dolfinx.mesh.Mesh
-        Mesh of the cells that carry flow, parted along contact lines.
-    gap : dolfinx.fem.Function
-        Gap, linear [m].
-    pressure : dolfinx.fem.Function
-        Pressure, linear [Pa].
-    flux : dolfinx.fem.Function
-        Flow density, constant on each cell [m²/s].
-    facet_tags : dolfinx.mesh.MeshTags or None
-        `FacetTag` of every exterior facet; None if the field has none. The pressure on opposite
-        facets of a SEAM is the same, but the mesh does not join them.
-    """
-
+    #: mesh of the cells that carry flow, parted along contact lines
     mesh: mesh.Mesh
-    gap: fem.Function
-    pressure: fem.Function
-    flux: fem.Function
+    gap: fem.Function  #: gap, linear [m]
+    pressure: fem.Function  #: pressure, linear [Pa]
+    flux: fem.Function  #: flow density, constant on each cell [m²/s]
+    #: `FacetTag` of every exterior facet; None if the field has none.
+    #: The pressure on opposite facets of a SEAM is the same, but the mesh does not join them
     facet_tags: MeshTags | None
 
 

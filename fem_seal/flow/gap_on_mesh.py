@@ -23,24 +23,12 @@ Span = tuple[np.ndarray, np.ndarray]
 
 
 class GapOnMesh(ABC):
-    """Gap at the vertices of a mesh, and averages on its cells: base of the three kinds of gap.
+    """Gap at the vertices of a mesh, and averages on its cells: base of the three kinds of gap."""
 
-    Attributes
-    ----------
-    aspect : (2,) float or float
-        Factors that scale the coordinates of a mesh.
-    cut : float
-        The dual treats gaps below it as contact.
-    ceiling : float
-        Gap with the largest conductivity in the dual.
-    law : FilmLaw
-        Conductivity of a gap.
-    """
-
-    aspect: np.ndarray | float
-    cut: float
-    ceiling: float
-    law: FilmLaw
+    aspect: np.ndarray | float  #: (2,) or float, factors that scale the coordinates of a mesh
+    cut: float  #: the dual treats gaps below it as contact
+    ceiling: float  #: gap with the largest conductivity in the dual
+    law: FilmLaw  #: conductivity of a gap
 
     def with_law(self, law: FilmLaw) -> Self:
         """The same gap under another law."""
@@ -61,9 +49,8 @@ class GapOnMesh(ABC):
 
         Parameters
         ----------
-        mesh : NestedMesh or TriangleMesh
-        values : (V, 2) or (V, 0) float
-            Gap at its vertices, raised and lowered; nothing for a gap that jumps there.
+        values : (V, 2) or (V, 0), gap at its vertices, raised and lowered; nothing for a gap that
+            jumps there
         """
         return CellData.joined(mesh, partial(self._data_of, values))
 
@@ -99,19 +86,13 @@ class LinearGap(GapOnMesh):
 
     Parameters
     ----------
-    gap : GridField
-        Gap in units of its maximum.
-    cut : float
-        The dual treats gaps below it as contact: a smaller gap lowers the lower bound.
-    floor : float
-        The primal raises positive gaps to it: a larger gap raises the upper bound.
-    width : int
-        Width of the squares of the first mesh, in pixels.
-    ceiling : float
-        Cells with a mean conductivity above that of such a gap are equipotential in the primal,
-        and have its conductivity in the dual. Both bounds stay valid.
-    law : FilmLaw
-        Conductivity of a gap.
+    gap : gap in units of its maximum
+    cut : the dual treats gaps below it as contact: a smaller gap lowers the lower bound
+    floor : the primal raises positive gaps to it: a larger gap raises the upper bound
+    width : width of the squares of the first mesh, in pixels
+    ceiling : cells with a mean conductivity above that of such a gap are equipotential in the
+        primal, and have its conductivity in the dual. Both bounds stay valid
+    law : conductivity of a gap
     """
 
     def __init__(

@@ -32,22 +32,14 @@ from fem_seal.mesh.grouping import parts
 
 @dataclass(frozen=True)
 class Effort:
-    """Work and memory of a correction; the bounds are valid for any values.
+    """Work and memory of a correction; the bounds are valid for any values."""
 
-    Parameters
-    ----------
-    steps : int
-        Steps of CG. The bracket is 0.48, 0.41, 0.39, 0.39 times as wide after 1, 2, 3, 4 of them.
-    block : int
-        Cells of a block, whose bubble functions are computed together. Bubble functions on the rim
-        of a block are left out, which widens the bracket by 0.3 %.
-    at_once : int
-        Cells that are integrated at once.
-    """
-
+    #: steps of CG. The bracket is 0.48, 0.41, 0.39, 0.39 times as wide after 1, 2, 3, 4 of them
     steps: int = 4
+    #: cells of a block, whose bubble functions are computed together. Bubble functions on the rim
+    #: of a block are left out, which widens the bracket by 0.3 %
     block: int = 1 << 17
-    at_once: int = 1 << 13
+    at_once: int = 1 << 13  #: cells that are integrated at once
 
 
 USUAL_EFFORT = Effort()
@@ -55,18 +47,10 @@ USUAL_EFFORT = Effort()
 
 @dataclass(frozen=True, eq=False)
 class Bubbles:
-    """Bubble functions of the edges of a mesh.
+    """Bubble functions of the edges of a mesh."""
 
-    Attributes
-    ----------
-    edge : (C, 3) int32
-        Edge at each side of a cell.
-    free : (edges,) bool
-        Edges with a bubble function; all cells at the edge must admit it.
-    """
-
-    edge: np.ndarray
-    free: np.ndarray
+    edge: np.ndarray  #: (C, 3) int32, edge at each side of a cell
+    free: np.ndarray  #: edges with a bubble function; all cells at the edge must admit it
 
 
 def pressure_bubbles(mesh: AnyMesh, data: CellContact, kept: np.ndarray) -> Bubbles:
@@ -110,24 +94,13 @@ def _any(of_sides: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """An energy ∫ c |∇v|² to be lowered by bubble functions, for k functions v.
+    """An energy ∫ c |∇v|² to be lowered by bubble functions, for k functions v."""
 
-    Attributes
-    ----------
-    count : int
-        Number k of functions.
-    bubbles : Bubbles
-        Bubbles from `pressure_bubbles` or `stream_bubbles`.
-    corner_values : callable
-        Corner values (n, 3) of each function on n cells.
-    coefficient : callable
-        Coefficient c on the quarters.
-    """
-
-    count: int
-    bubbles: Bubbles
+    count: int  #: number k of functions
+    bubbles: Bubbles  #: bubbles from `pressure_bubbles` or `stream_bubbles`
+    #: corner values (n, 3) of each function on n cells
     corner_values: Callable[[np.ndarray], Sequence[np.ndarray]]
-    coefficient: Callable[[QuarterData], np.ndarray]
+    coefficient: Callable[[QuarterData], np.ndarray]  #: coefficient c on the quarters
 
 
 def energy_drops(
@@ -143,12 +116,9 @@ def energy_drops(
     Parameters
     ----------
     gap, mesh, values : the gap, the mesh and the gap at its vertices
-    energies : sequence of Correction
-        Energies to be lowered; all use the same averages on the quarters.
-    comm : MPI communicator
-        Ranks that share the work, all with the same mesh.
-    effort : Effort
-        Work and memory.
+    energies : energies to be lowered; all use the same averages on the quarters
+    comm : ranks that share the work, all with the same mesh
+    effort : work and memory
 
     Returns
     -------
@@ -184,13 +154,11 @@ def drops_of_one_function(
     ----------
     gaps : sequence of (gap, values at the vertices of the mesh)
     mesh : mesh of all gaps
-    energy : Correction
-        Correction of one function.
-    comm : MPI communicator
+    energy : correction of one function
 
     Returns
     -------
-    list of float; negative where the energy rises.
+    Negative where the energy rises.
     """
     effort = USUAL_EFFORT
     sides = _Sides.of([energy.bubbles], effort.block)
@@ -233,24 +201,15 @@ def _energies_with_bubbles(
 
 @dataclass(frozen=True, eq=False)
 class _Sides:
-    """Edges with a bubble function, numbered in the order of the cells, and blocks of the cells.
+    """Edges with a bubble function, numbered in the order of the cells, and blocks of the cells."""
 
-    Attributes
-    ----------
-    number : (C, 3) int32
-        Number of the edge at each side, -1 where no energy has a bubble function.
-    blocks : list[array]
-        Cells with a bubble function, (n,) indices for each block.
-    first : list[int]
-        First edge number that is new in each block; at the end the number of all edges.
-    free : list[array]
-        For each energy (edges,) bool: edges with a bubble function all of whose cells lie in
-        one block.
-    """
-
+    #: (C, 3) int32, number of the edge at each side, -1 where no energy has a bubble function
     number: np.ndarray
-    blocks: list[np.ndarray]
+    blocks: list[np.ndarray]  #: cells with a bubble function, (n,) indices for each block
+    #: first edge number that is new in each block; at the end the number of all edges
     first: list[int]
+    #: for each energy (edges,) bool: edges with a bubble function all of whose cells lie in one
+    #: block
     free: list[np.ndarray]
 
     @classmethod
@@ -291,20 +250,11 @@ class _Sides:
 
 @dataclass(frozen=True, eq=False)
 class _CellEnergies:
-    """Energy of v + Σ s φ on each of n cells, quadratic in the coefficients s of its bubbles φ.
+    """Energy of v + Σ s φ on each of n cells, quadratic in the coefficients s of its bubbles φ."""
 
-    Attributes
-    ----------
-    slope : (k, 3, n)
-        Half the derivative by s at s = 0, for each function v.
-    own : (3, n)
-        Stiffness of each bubble function.
-    with_first : (n, 2)
-        Stiffness of bubbles 1 and 2 with bubble 0; the former two do not overlap.
-    """
-
-    slope: np.ndarray
-    own: np.ndarray
+    slope: np.ndarray  #: (k, 3, n), half the derivative by s at s = 0, for each function v
+    own: np.ndarray  #: (3, n), stiffness of each bubble function
+    #: (n, 2), stiffness of bubbles 1 and 2 with bubble 0; the former two do not overlap
     with_first: np.ndarray
 
     @classmethod
@@ -351,12 +301,10 @@ class _CellEnergies:
 
         Parameters
         ----------
-        bubble : (3, n) int
-            Number of the bubble function of each side; the number after the last for none.
-        free : (bubbles,) bool
-            Bubble functions whose coefficient may change.
-        steps : int
-            Number of steps.
+        bubble : (3, n) int, number of the bubble function of each side; the number after the last
+            for none
+        free : bubble functions whose coefficient may change
+        steps : number of steps
         """
         count = len(free)
         diagonal = _summed(bubble, self.own, count)
@@ -404,14 +352,10 @@ def _few_steps_of_cg(
 
     Parameters
     ----------
-    stiffness : callable
-        Product of A with coefficients.
-    start : array
-        Residual at s = 0.
-    inverse : array
-        Diagonal preconditioner; zero where a coefficient stays zero.
-    steps : int
-        Number of steps.
+    stiffness : product of A with coefficients
+    start : residual at s = 0
+    inverse : diagonal preconditioner; zero where a coefficient stays zero
+    steps : number of steps
     """
     r, rz_before = start.copy(), np.inf
     s, d = np.zeros((2, len(start)))

@@ -50,10 +50,8 @@ class Batch:
 
         Parameters
         ----------
-        corners : (n, 3, 2) float
-            Corners of the cells.
-        tensor : (n, 3) float
-            Components xx, xy, yy of T.
+        corners : (n, 3, 2), corners of the cells
+        tensor : (n, 3), components xx, xy, yy of T
         """
         n = len(corners)
         # Assign x and y separately: both at once would take three times as long.

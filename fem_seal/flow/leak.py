@@ -74,15 +74,11 @@ def leak_rate(
     field : keep the flow on the last mesh
     every_dual : compute bounds from both sides on every level, to show how they close
     tuning : parameters that change the cost of the bounds, never their validity
-    kept : mesh of the last flow, if any, on which to begin; it receives the last mesh of this one.
-        Only for films on one grid and the adaptive method
+    kept : mesh of the last flow, if any, on which to begin; it receives the last mesh of this one;
+        only for films on one grid and the adaptive method
     comm : all its ranks must call this together, with the same film
     keep : called with the flow on the last mesh, for bounds of other films on the same grid; not
         called if a limit ends the refinement between two meshes
-
-    Returns
-    -------
-    LeakRate
 
     Raises
     ------
@@ -183,7 +179,7 @@ def pressure_on_kept(
 
     Returns
     -------
-    LeakRate, not converged, with a lower bound of 0; its field has the pressure and no flux
+    Not converged, with a lower bound of 0; its field has the pressure and no flux
     """
     start, tuning = present(kept.start, "kept mesh"), Tuning()
     scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
@@ -221,11 +217,6 @@ def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) ->
     ----------
     highest : largest gap [m]
     viscosity, pressure_drop : [Pa s], [Pa]
-
-    Raises
-    ------
-    InvalidInput
-        If this leak rate is beyond double precision.
     """
     with np.errstate(over="ignore", under="ignore"):
         unit = film_conductivity(np.float64(highest), viscosity) * pressure_drop
@@ -242,10 +233,8 @@ def require_conducting(tightest: str, narrowest: float) -> None:
 
     Parameters
     ----------
-    tightest : str
-        Name of the narrowest place, for the message.
-    narrowest : float
-        Gap there over the largest gap.
+    tightest : name of the narrowest place, for the message
+    narrowest : gap there over the largest gap
     """
     if narrowest < NARROWEST:
         raise InvalidInput(

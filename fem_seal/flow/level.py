@@ -38,27 +38,13 @@ from fem_seal.mesh.nested import NestedMesh
 
 @dataclass(frozen=True, eq=False)
 class Stream:
-    """A stream function of unit flux, from the true or from the regularised dual.
+    """A stream function of unit flux, from the true or from the regularised dual."""
 
-    Attributes
-    ----------
-    psi : (V,)
-        ψ at the vertices of the mesh; zero where nothing flows.
-    energy : Energy
-        ∫ ∇ψ·R·∇ψ.
-    iterations : int
-        CG iterations.
-    epsilon : float
-        Factor ε of the regularised dual; zero in the true dual.
-    stalled : str
-        Reason why CG stopped short of its tolerance, else "".
-    """
-
-    psi: np.ndarray
-    energy: Energy
-    iterations: int
-    epsilon: float
-    stalled: str = ""
+    psi: np.ndarray  #: (V,) ψ at the vertices of the mesh; zero where nothing flows
+    energy: Energy  #: ∫ ∇ψ·R·∇ψ
+    iterations: int  #: CG iterations
+    epsilon: float  #: factor ε of the regularised dual; zero in the true dual
+    stalled: str = ""  #: reason why CG stopped short of its tolerance, else ""
 
     @property
     def conductance(self) -> float:
@@ -77,7 +63,6 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
     gap : the gap as represented
     mesh : mesh of the nested family, or of any triangles
     values : gap at its vertices
-    comm : MPI communicator
     tolerance : relative energy error at which CG stops
     """
 
@@ -244,12 +229,9 @@ class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
 
         Parameters
         ----------
-        pressure : Minimum
-            Solution of the primal problem.
-        stream : Stream
-            Solution of the true dual problem.
-        effort : Effort
-            Work and memory of the correction.
+        pressure : solution of the primal problem
+        stream : solution of the true dual problem
+        effort : work and memory of the correction
         """
         lowered, raised = self._bubble_drops([pressure.corners], [stream.psi], effort)
         lower = 1 / stream.energy.least_upper(raised.item())

@@ -42,27 +42,14 @@ _BOOMERAMG = {
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """The minimiser of an energy.
+    """The minimiser of an energy."""
 
-    Attributes
-    ----------
-    numbering : Numbering
-        Numbering of the corners.
-    values : (count,)
-        Values of the unknowns, on every rank.
-    total : Energy
-        ∫ ∇v·T·∇v, summed cell by cell (all terms are positive).
-    iterations : int
-        CG iterations.
-    stalled : str
-        Reason why CG stopped short of its tolerance, else "". The energy is then further above
-        its minimum, but still that of an admissible function.
-    """
-
-    numbering: Numbering
-    values: np.ndarray
-    total: Energy
-    iterations: int
+    numbering: Numbering  #: numbering of the corners
+    values: np.ndarray  #: (count,), values of the unknowns, on every rank
+    total: Energy  #: ∫ ∇v·T·∇v, summed cell by cell (all terms are positive)
+    iterations: int  #: CG iterations
+    #: reason why CG stopped short of its tolerance, else "". The energy is then further above its
+    #: minimum, but still that of an admissible function
     stalled: str = ""
 
     @property
@@ -85,17 +72,12 @@ class CellSpace:
 
     Parameters
     ----------
-    count : int
-        Number of cells, C.
-    corners : callable
-        Coordinates (n, 3, 2) of the corners of a slice of n cells, relative to the first corner;
-        the same on every rank.
-    sides : callable
-        Number (C, 3) of the side opposite each corner, the same for both cells at the side.
-    comm : MPI.Comm
-        MPI communicator.
-    blur : float
-        Largest error of a coordinate in units of the rounding unit.
+    count : number of cells, C
+    corners : coordinates (n, 3, 2) of the corners of a slice of n cells, relative to the first
+        corner; the same on every rank
+    sides : number (C, 3) of the side opposite each corner, the same for both cells at the side
+    comm : MPI communicator
+    blur : largest error of a coordinate in units of the rounding unit
     """
 
     def __init__(
@@ -122,17 +104,12 @@ class CellSpace:
 
         Parameters
         ----------
-        tensor : callable
-            Components xx, xy, yy of T, (n, 3), on a slice of n cells.
-        numbering : Numbering
-            Numbering of the corners.
-        guess : (count,) float
-            Initial values of the unknowns.
-        tolerance : float
-            Relative error of the energy at which CG stops.
-        balanced : bool
-            Stop only if the sum of the residuals, too, is at most √tolerance times the energy. For
-            a pressure this sum is the difference of inflow and outflow.
+        tensor : components xx, xy, yy of T, (n, 3), on a slice of n cells
+        numbering : numbering of the corners
+        guess : (count,), initial values of the unknowns
+        tolerance : relative error of the energy at which CG stops
+        balanced : stop only if the sum of the residuals, too, is at most √tolerance times the
+            energy. For a pressure this sum is the difference of inflow and outflow
 
         Notes
         -----
@@ -214,10 +191,8 @@ class CellSpace:
 
         Parameters
         ----------
-        tensor : callable
-            Components xx, xy, yy of T, (n, 3), on a slice of n cells.
-        corner_values : callable
-            Corner values (n, 3) of v on a slice of n cells.
+        tensor : components xx, xy, yy of T, (n, 3), on a slice of n cells
+        corner_values : corner values (n, 3) of v on a slice of n cells
         """
         energies = []
         for part in self._own_parts():
@@ -290,18 +265,10 @@ class CellSpace:
 
 @dataclass(frozen=True)
 class Iterations:
-    """How a run of CG ended.
+    """How a run of CG ended."""
 
-    Attributes
-    ----------
-    iterations : int
-        Number of iterations.
-    stalled : str
-        Reason why CG stopped short of its tolerance, else "".
-    """
-
-    iterations: int
-    stalled: str
+    iterations: int  #: number of iterations
+    stalled: str  #: reason why CG stopped short of its tolerance, else ""
 
 
 def cg_with_boomeramg(matrix: PETSc.Mat) -> PETSc.KSP:
@@ -335,16 +302,11 @@ def minimise_by_cg(
     ----------
     solver, right_side : PETSc.KSP, PETSc.Vec
         CG for A, and the right side b; x is the correction of a start.
-    x : PETSc.Vec
-        Receives the solution.
-    start : float
-        Energy of the start.
-    tolerance, balanced : float, bool
-        As in `CellSpace.minimise`.
-    least : float
-        Stop as well if the energy falls below this value.
-    max_iterations : int
-        Largest number of iterations, after which CG counts as stalled.
+    x : receives the solution
+    start : energy of the start
+    tolerance, balanced : as in `CellSpace.minimise`
+    least : stop as well if the energy falls below this value
+    max_iterations : largest number of iterations, after which CG counts as stalled
 
     Notes
     -----

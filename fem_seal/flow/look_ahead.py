@@ -39,22 +39,16 @@ def refined_ahead(
 
     Parameters
     ----------
-    start : Start
-        Solutions on the mesh that was solved.
-    gap : GapOnMesh
-        The gap as represented.
-    marks : Marks
-        Marked cells of this mesh.
-    flows : sequence of FlowEstimate
-        The flows from which the marks come. Their stream functions are those of `start`, or
-        combinations of them.
-    times : int
-        Largest number of halvings ahead.
+    start : solutions on the mesh that was solved
+    gap : the gap as represented
+    marks : marked cells of this mesh
+    flows : the flows from which the marks come. Their stream functions are those of `start`, or
+        combinations of them
+    times : largest number of halvings ahead
 
     Returns
     -------
-    Start
-        Start on the refined mesh; at new vertices each ψ is better than its linear interpolation.
+    Start on the refined mesh; at new vertices each ψ is better than its linear interpolation.
     """
     before = len(start.mesh.xy)
     start = start.refined(gap, marks.times)
@@ -82,12 +76,9 @@ def least_indicator(J: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndar
 
     Parameters
     ----------
-    J : (n, 2) float
-        Q ∇ψ: the flux (Q ∂ψ/∂y, -Q ∂ψ/∂x) turned by a right angle.
-    K : (n,) float
-        Mean of g³. Where it is zero, the term with K is left out.
-    tensor : (n, 3) float
-        Resistivity xx, xy, yy in the axes of that gradient.
+    J : (n, 2), Q ∇ψ: the flux (Q ∂ψ/∂y, -Q ∂ψ/∂x) turned by a right angle
+    K : (n,), mean of g³. Where it is zero, the term with K is left out
+    tensor : (n, 3), resistivity xx, xy, yy in the axes of that gradient
     """
     (jx, jy), (xx, xy, yy) = J.T, tensor.T
     conducting = np.where(K > 0, K, np.inf)
@@ -98,24 +89,12 @@ def least_indicator(J: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndar
 
 @dataclass(frozen=True, eq=False)
 class _NewCells:
-    """The n cells at new vertices, visited in batches to save memory.
+    """The n cells at new vertices, visited in batches to save memory."""
 
-    Attributes
-    ----------
-    mesh : NestedMesh or TriangleMesh
-        Mesh of these cells, with all vertices.
-    aspect : array or float
-        Aspect of a pixel.
-    data : CellData
-        Data of the cells.
-    tensor : (n, 3)
-        Resistivity of the regularised dual.
-    """
-
-    mesh: AnyMesh
-    aspect: np.ndarray | float
-    data: CellData
-    tensor: np.ndarray
+    mesh: AnyMesh  #: mesh of these cells, with all vertices
+    aspect: np.ndarray | float  #: aspect of a pixel
+    data: CellData  #: data of the cells
+    tensor: np.ndarray  #: (n, 3), resistivity of the regularised dual
 
     def _parts(self) -> Iterator[tuple[slice, np.ndarray, np.ndarray, np.ndarray]]:
         for part in parts(0, len(self.mesh.cells), AT_ONCE):
@@ -127,10 +106,8 @@ class _NewCells:
 
         Parameters
         ----------
-        psi : (V,)
-            Stream function at the vertices.
-        free : (V,) bool
-            Vertices that may change.
+        psi : (V,), stream function at the vertices
+        free : (V,) bool, vertices that may change
         """
         of_corner = np.empty((2, *self.mesh.cells.shape))
         for part, cells, slopes, areas in self._parts():

@@ -24,21 +24,11 @@ LEAST_STEP = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """Marked cells of a mesh of C cells.
+    """Marked cells of a mesh of C cells."""
 
-    Attributes
-    ----------
-    times : (C,) int8
-        How often each cell is to be halved.
-    least_indicator : float
-        Smallest error indicator of a marked cell; infinite if none is marked.
-    least_flux : float
-        Smallest flux through a marked blocked cell; infinite if none is marked.
-    """
-
-    times: np.ndarray
-    least_indicator: float
-    least_flux: float
+    times: np.ndarray  #: (C,) int8, how often each cell is to be halved
+    least_indicator: float  #: smallest error indicator of a marked cell; infinite if none is marked
+    least_flux: float  #: smallest flux through a marked blocked cell; infinite if none is marked
 
 
 def mark_all(problem: FilmOnMesh) -> Marks:
@@ -101,10 +91,8 @@ def doerfler(indicators: np.ndarray, theta: float) -> np.ndarray:
 
     Parameters
     ----------
-    indicators : (C,) float
-        Error indicators, >= 0 up to rounding.
-    theta : float
-        Part of the sum, between 0 and 1.
+    indicators : (C,), error indicators, >= 0 up to rounding
+    theta : part of the sum, between 0 and 1
 
     Returns
     -------

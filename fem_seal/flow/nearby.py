@@ -27,20 +27,11 @@ from fem_seal.grid import GridField
 
 @dataclass(frozen=True, eq=False)
 class MeshedFlow:
-    """The flow through a film on the last mesh of its refinement.
+    """The flow through a film on the last mesh of its refinement."""
 
-    Parameters
-    ----------
-    film : GridFilm
-        Film on a grid, linear between samples.
-    solution : LeakSolution
-        Solution on the last mesh.
-    slip_factor : float
-        Conductivity of the film's largest gap, over its conductivity without slip.
-    """
-
-    film: GridFilm
-    solution: LeakSolution
+    film: GridFilm  #: film on a grid, linear between samples
+    solution: LeakSolution  #: solution on the last mesh
+    #: conductivity of the film's largest gap, over its conductivity without slip
     slip_factor: float = 1.0
 
     @property
@@ -53,8 +44,7 @@ class MeshedFlow:
 
         Parameters
         ----------
-        films : sequence of GridFilm
-            The film itself first.
+        films : the film itself first
 
         Returns
         -------
@@ -74,8 +64,7 @@ class MeshedFlow:
 
         Parameters
         ----------
-        films : sequence of GridFilm
-            The film itself first.
+        films : the film itself first
 
         Returns
         -------

@@ -15,22 +15,13 @@ from fem_seal.mesh.grouping import parts
 
 @dataclass(frozen=True, eq=False)
 class Numbering:
-    """A numbering of the corners of C cells: v = offset + value of the unknown of the corner.
+    """A numbering of the corners of C cells: v = offset + value of the unknown of the corner."""
 
-    Attributes
-    ----------
-    of_corner : (C, 3) int32
-        Unknown of each corner, or -1 where the value is prescribed. Unknowns are numbered in
-        the order in which the cells first use them.
-    offset : (C, 3)
-        Prescribed values, and jumps that are added to the unknowns.
-    count : int
-        Number of unknowns.
-    """
-
+    #: (C, 3) int32, unknown of each corner, or -1 where the value is prescribed. Unknowns are
+    #: numbered in the order in which the cells first use them
     of_corner: np.ndarray
-    offset: np.ndarray
-    count: int
+    offset: np.ndarray  #: (C, 3), prescribed values, and jumps that are added to the unknowns
+    count: int  #: number of unknowns
 
     def corners(self, values: np.ndarray, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Corner values (n, 3), on all or given cells, of the function with `values` (count,)."""
@@ -76,8 +67,8 @@ class Numbering:
 
         Parameters
         ----------
-        sides : (C, 3) int
-            Number of the side opposite each corner, the same for both cells at the side.
+        sides : (C, 3) int, number of the side opposite each corner, the same for both cells at the
+            side
 
         Notes
         -----
@@ -116,17 +107,14 @@ def numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
 
     Parameters
     ----------
-    label : (C, 3) int
-        Label of each corner.
-    free : (labels,) bool
-        Labels that are unknowns.
+    label : (C, 3) int, label of each corner
+    free : (labels,) bool, labels that are unknowns
 
     Returns
     -------
-    number : (C, 3) int32
-        Consecutive numbers of the free labels in the order of the cells; -1 for the others.
-    count : int
-        Number of unknowns.
+    number : (C, 3) int32, consecutive numbers of the free labels in the order of the cells; -1 for
+        the others
+    count : number of unknowns
     """
     met = label.ravel()
     last = len(met)

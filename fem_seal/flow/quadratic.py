@@ -41,21 +41,11 @@ METHOD = "quadratic"
 
 @dataclass(frozen=True, eq=False)
 class _NodeNumbering:
-    """Unknowns of the six nodes of each cell: three corners and the opposite midpoints.
+    """Unknowns of the six nodes of each cell: three corners and the opposite midpoints."""
 
-    Attributes
-    ----------
-    of_node : (C, 6) int
-        Unknown of each node, or -1 where the pressure is prescribed.
-    prescribed : (C, 6)
-        Prescribed pressure; 0 at nodes with an unknown.
-    count : int
-        Number of unknowns.
-    """
-
-    of_node: np.ndarray
-    prescribed: np.ndarray
-    count: int
+    of_node: np.ndarray  #: (C, 6) int, unknown of each node, or -1 where the pressure is prescribed
+    prescribed: np.ndarray  #: (C, 6), prescribed pressure; 0 at nodes with an unknown
+    count: int  #: number of unknowns
 
 
 def quadratic_upper(
@@ -78,11 +68,6 @@ def quadratic_upper(
     Returns
     -------
     LeakRate whose value is the upper bound; the lower one is 0.
-
-    Raises
-    ------
-    NotConverged
-        If CG with BoomerAMG does not converge.
     """
     if film.sealed:
         return LeakRate.sealed(METHOD)

@@ -51,17 +51,10 @@ def thrice_centroids(corners: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class QuarterData:
-    """Averages on the quarters of n cells: first all first quarters, then all second ones, ...
+    """Averages on the quarters of n cells: first all first quarters, then all second ones, ..."""
 
-    Attributes
-    ----------
-    K : (4 n,)
-        Mean of the conductivity.
-    resistivity : (4 n, 1)
-        Mean of the inverse of the conductivity; zero where it is infinite.
-    """
-
-    K: np.ndarray
+    K: np.ndarray  #: (4 n,), mean of the conductivity
+    #: (4 n, 1), mean of the inverse of the conductivity; zero where it is infinite
     resistivity: np.ndarray
 
     @classmethod
@@ -73,21 +66,13 @@ class QuarterData:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Products ∫ ∇λ·∇λ, each (n,), of the barycentric coordinates λ_b and λ_c of n triangles.
+    """Products ∫ ∇λ·∇λ, each (n,), of the barycentric coordinates λ_b and λ_c of n triangles."""
 
-    Attributes
-    ----------
-    bb, bc, cc : array
-        Products of λ_b and λ_c with themselves and with each other.
-    sums, differences : array
-        Products of λ_b + λ_c, and of λ_b - λ_c, with itself.
-    """
-
-    bb: np.ndarray
-    bc: np.ndarray
-    cc: np.ndarray
-    sums: np.ndarray
-    differences: np.ndarray
+    bb: np.ndarray  #: products λ_b λ_b
+    bc: np.ndarray  #: products λ_b λ_c
+    cc: np.ndarray  #: products λ_c λ_c
+    sums: np.ndarray  #: of λ_b + λ_c with itself
+    differences: np.ndarray  #: of λ_b - λ_c with itself
 
     @classmethod
     def of(cls, x: np.ndarray, y: np.ndarray) -> "Shape":

@@ -48,15 +48,12 @@ class SlippingFilm:
 
     Parameters
     ----------
-    slip : Slip
-        Slip of the gas between the two pressures.
-    highest, critical : float
-        Largest gap and gap of the critical constriction [m].
+    slip : slip of the gas between the two pressures
+    highest, critical : largest gap and gap of the critical constriction [m]
 
     Attributes
     ----------
-    slip_factor : float
-        Conductivity of the largest gap in the law of the mesh, over that without slip.
+    slip_factor : conductivity of the largest gap in the law of the mesh, over that without slip
     """
 
     def __init__(self, slip: Slip, highest: float, critical: float):
@@ -173,20 +170,12 @@ class _Estimate:
 
     It is ln Σ E exp(max ±(ln κ₀ - ln w)) ± ln mean(w), the maximum over the pressures, + for the
     upper and - for the lower bound: the smaller, the better.
-
-    Attributes
-    ----------
-    pressures : (m,) float
-    ratio : (n, m) float
-        Ln κ₀: conductivity of n gaps at the pressures, over that in the law of the mesh.
-    energy : (n,) float
-        E, energy in the law of the mesh of the cells with about these gaps.
-    sign : int
     """
 
-    pressures: np.ndarray
+    pressures: np.ndarray  #: (m,) [Pa]
+    #: (n, m), ln κ₀: conductivity of n gaps at the pressures, over that in the law of the mesh
     ratio: np.ndarray
-    energy: np.ndarray
+    energy: np.ndarray  #: (n,), E, energy in the law of the mesh of the cells with about these gaps
     sign: int
 
     def exact(self, logarithm: np.ndarray) -> float:

@@ -11,18 +11,10 @@ from fem_seal.mesh.nested import NestedMesh
 
 @dataclass(frozen=True, eq=False)
 class Guess:
-    """Initial values of the solves on one mesh, in the form that its problem takes.
+    """Initial values of the solves on one mesh, in the form that its problem takes."""
 
-    Attributes
-    ----------
-    pressure : array
-        Initial pressure of the primal problem.
-    stream : array
-        Initial stream functions of the dual problems.
-    """
-
-    pressure: np.ndarray
-    stream: np.ndarray
+    pressure: np.ndarray  #: initial pressure of the primal problem
+    stream: np.ndarray  #: initial stream functions of the dual problems
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,23 +22,13 @@ class Start:
     """A mesh, the gap at its vertices, and functions to start from.
 
     A leak rate has one pressure and one stream function, a conductivity tensor two of each.
-
-    Attributes
-    ----------
-    mesh : NestedMesh or TriangleMesh
-        Mesh to be solved next.
-    values : (V, n)
-        Gap at its vertices, raised and lowered; n = 0 for pixels of constant gap.
-    pressures : (k, C, 3)
-        Pressures at the corners, since they jump across contact.
-    streams : (k, V)
-        Stream functions at the vertices.
     """
 
-    mesh: AnyMesh
+    mesh: AnyMesh  #: mesh to be solved next
+    #: (V, n), gap at its vertices, raised and lowered; n = 0 for pixels of constant gap
     values: np.ndarray
-    pressures: np.ndarray
-    streams: np.ndarray
+    pressures: np.ndarray  #: (k, C, 3), pressures at the corners, since they jump across contact
+    streams: np.ndarray  #: (k, V), stream functions at the vertices
 
     @classmethod
     def first(cls, gap: GapOnMesh, mesh: AnyMesh) -> "Start":
@@ -73,15 +55,7 @@ class Start:
 
 @dataclass(eq=False)
 class KeptMesh:
-    """The mesh on which a flow ended, to begin the flow through a film that differs little.
+    """The mesh on which a flow ended, to begin the flow through a film that differs little."""
 
-    Attributes
-    ----------
-    start : Start or None
-        Mesh and solutions of the last flow; None before the first.
-    narrowest : float
-        Gap of the critical constriction of its film [m].
-    """
-
-    start: Start | None = None
-    narrowest: float = 0.0
+    start: Start | None = None  #: mesh and solutions of the last flow; None before the first
+    narrowest: float = 0.0  #: gap of the critical constriction of its film [m]

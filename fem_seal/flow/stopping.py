@@ -23,38 +23,21 @@ DOUBTFUL = 1e-6
 
 @dataclass(frozen=True)
 class SolvedLevel(Generic[B]):
-    """One mesh of a refinement in the units of the problem, with its bounds and cost.
+    """One mesh of a refinement in the units of the problem, with its bounds and cost."""
 
-    Attributes
-    ----------
-    unknowns : int
-        Unknowns of the primal problem, for one direction.
-    cells : int
-        Open triangles of the mesh.
-    bounds : Bounds or MatrixBounds
-        Best bounds so far.
-    iterations, seconds : dict
-        As in `leak_rate.Level`.
-    """
-
-    unknowns: int
-    cells: int
-    bounds: B
-    iterations: dict[str, int] = field(default_factory=dict)
+    unknowns: int  #: unknowns of the primal problem, for one direction
+    cells: int  #: open triangles of the mesh
+    bounds: B  #: best bounds so far
+    iterations: dict[str, int] = field(default_factory=dict)  #: as in `leak_rate.Level`
     seconds: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Stopping criterion: bounds near to each other, upper - lower ≤ rtol √(lower upper).
+    """Stopping criterion: bounds near to each other, upper - lower ≤ rtol √(lower upper)."""
 
-    Parameters
-    ----------
-    rtol : float
-        Largest relative width of the bounds; for a gas that slips of those at the mean pressure,
-        since no mesh closes the rest.
-    """
-
+    #: largest relative width of the bounds; for a gas that slips of those at the mean pressure,
+    #: since no mesh closes the rest
     rtol: float
 
     def reached(self, solution: "LevelSolution") -> bool:
@@ -78,20 +61,11 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Decision:
-    """Stopping criterion: both bounds on one side of a limit, at any distance from each other.
+    """Stopping criterion: both bounds on one side of a limit, at any distance from each other."""
 
-    Parameters
-    ----------
-    limit : float
-        Limit of the leak rate [m³/s].
-    unit : float
-        Leak rate [m³/s] in which the bounds are written.
-    margin : float
-        Error of ln Q beside the bounds, by which they are widened before they are compared.
-    """
-
-    limit: float
-    unit: float
+    limit: float  #: limit of the leak rate [m³/s]
+    unit: float  #: leak rate [m³/s] in which the bounds are written
+    #: error of ln Q beside the bounds, by which they are widened before they are compared
     margin: float = 0.0
 
     # Near a tolerance the steps of a refinement become smaller. A decision may need any width.
@@ -134,44 +108,19 @@ class Decision:
 
 @dataclass(eq=False)
 class Stopping:
-    """Decides when a refinement ends: its criterion is met or out of reach, or a limit is reached.
+    """Ends a refinement whose criterion is met or out of reach, or at a limit."""
 
-    Parameters
-    ----------
-    criterion : Tolerance or Decision
-        Condition on the bounds.
-    limits : Limits
-        Limits on unknowns, time and memory.
-    growth : float
-        Expected ratio of the unknowns of the next mesh to those of the last.
-    narrowest : float
-        Gap of the critical constriction over the largest gap.
-    comm : MPI.Comm
-        The first of its ranks decides.
-    advice : str
-        What to do if the tolerance is out of reach.
-    started : float
-        perf_counter() at the start.
-
-    Attributes
-    ----------
-    levels : list of SolvedLevel
-        History of the refinement.
-    reached : bool
-        Whether the criterion is met.
-    reason : str
-        Reason to end although the criterion is not met; empty if there is none.
-    """
-
-    criterion: Tolerance | Decision
-    limits: Limits
-    growth: float
-    narrowest: float
-    comm: MPI.Comm
-    advice: str = ""
-    started: float = field(default_factory=time.perf_counter)
+    criterion: Tolerance | Decision  #: condition on the bounds
+    limits: Limits  #: limits on unknowns, time and memory
+    growth: float  #: expected ratio of the unknowns of the next mesh to those of the last
+    narrowest: float  #: gap of the critical constriction over the largest gap
+    comm: MPI.Comm  #: the first of its ranks decides
+    advice: str = ""  #: what to do if the tolerance is out of reach
+    started: float = field(default_factory=time.perf_counter)  #: perf_counter() at the start
+    #: history of the refinement
     levels: list[SolvedLevel] = field(default_factory=list, init=False)
-    reached: bool = field(default=False, init=False)
+    reached: bool = field(default=False, init=False)  #: whether the criterion is met
+    #: reason to end although the criterion is not met; empty if there is none
     reason: str = field(default="", init=False)
 
     @property

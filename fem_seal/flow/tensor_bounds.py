@@ -10,16 +10,10 @@ ROUNDING = 1e-14
 
 @dataclass(frozen=True, eq=False)
 class MatrixBounds:
-    """Two matrices between which the tensor lies as a quadratic form.
+    """Two matrices between which the tensor lies as a quadratic form."""
 
-    Attributes
-    ----------
-    lower, upper : (2, 2)
-        E·lower·e <= e·K*·e <= e·upper·e for every direction e.
-    """
-
-    lower: np.ndarray
-    upper: np.ndarray
+    lower: np.ndarray  #: (2, 2), e·lower·e <= e·K*·e for every direction e
+    upper: np.ndarray  #: (2, 2), e·K*·e <= e·upper·e
 
     @property
     def value(self) -> np.ndarray:
@@ -68,24 +62,12 @@ class MatrixBounds:
 
 @dataclass(frozen=True, eq=False)
 class TensorBounds(MatrixBounds):
-    """Bounds of a conductivity tensor [m³/(Pa s)], and how they were reached.
+    """Bounds of a conductivity tensor [m³/(Pa s)], and how they were reached."""
 
-    Attributes
-    ----------
-    unknowns : int
-        Unknowns of the last mesh for one direction.
-    converged : bool
-        Whether the tolerance was reached.
-    reason : str
-        Sentence on why it was not; empty if it was.
-    levels : tuple[tuple[int, float], ...]
-        Unknowns and relative width of each mesh.
-    """
-
-    unknowns: int = 0
-    converged: bool = True
-    reason: str = ""
-    levels: tuple[tuple[int, float], ...] = ()
+    unknowns: int = 0  #: unknowns of the last mesh for one direction
+    converged: bool = True  #: whether the tolerance was reached
+    reason: str = ""  #: sentence on why it was not; empty if it was
+    levels: tuple[tuple[int, float], ...] = ()  #: unknowns and relative width of each mesh
 
 
 def geometric_mean(A: np.ndarray, B: np.ndarray) -> np.ndarray:

@@ -25,22 +25,12 @@ def components(pairs: np.ndarray, count: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class OpenCells:
-    """Cells connected to inlet and outlet, and the sides through which they are connected.
+    """Cells connected to inlet and outlet, and the sides through which they are connected."""
 
-    Attributes
-    ----------
-    kept : (C,) bool
-        Cells that carry flow.
-    pairs : (n, 2) int32
-        Slots 3 cell + side of the two sides of each passable edge.
-    inlet, outlet : (m,) int32
-        Slots of passable sides on the inlet and on the outlet.
-    """
-
-    kept: np.ndarray
-    pairs: np.ndarray
-    inlet: np.ndarray
-    outlet: np.ndarray
+    kept: np.ndarray  #: (C,) bool, cells that carry flow
+    pairs: np.ndarray  #: (n, 2) int32, slots 3 cell + side of the two sides of each passable edge
+    inlet: np.ndarray  #: (m,) int32, slots of passable sides on the inlet
+    outlet: np.ndarray  #: (m,) int32, slots of passable sides on the outlet
 
 
 def passable_sides(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, np.ndarray]:
@@ -48,10 +38,8 @@ def passable_sides(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, np.ndarra
 
     Returns
     -------
-    pairs : (n, 2) int32
-        Slots of the two sides of each passable edge between two cells.
-    alone : (m,) int32
-        Slots of passable sides on the boundary.
+    pairs : (n, 2) int32, slots of the two sides of each passable edge between two cells
+    alone : (m,) int32, slots of passable sides on the boundary
     """
     slots = mesh.numbered_edges.slots()
     passable = ((data.K > 0)[:, None] & ~data.zero_gap).ravel()
@@ -102,12 +90,9 @@ def _of_one_pressure(equipotential: np.ndarray, ends: list[np.ndarray], count: i
 
     Parameters
     ----------
-    equipotential : (n, 3) int
-        Labels of the corners of equipotential cells.
-    ends : list of arrays
-        Labels at the inlet and at the outlet.
-    count : int
-        Number of labels.
+    equipotential : (n, 3) int, labels of the corners of equipotential cells
+    ends : labels at the inlet and at the outlet
+    count : number of labels
     """
     if len(equipotential) == 0:
         return np.arange(count, dtype=np.int32)
@@ -135,23 +120,16 @@ def continuous_labels(
 
     Parameters
     ----------
-    vertex : (C, 3) int
-        Point of each corner, below `vertices`.
-    vertices : int
-        Number of points.
-    zero_gap : (C, 3) bool
-        Sides along which the gap is zero.
-    kept : (C,) bool
-        Cells that carry flow.
-    pairs : (n, 2) int
-        Slots of the sides through which kept cells are joined.
+    vertex : (C, 3) int, point of each corner, below `vertices`
+    vertices : number of points
+    zero_gap : (C, 3) bool, sides along which the gap is zero
+    kept : (C,) bool, cells that carry flow
+    pairs : (n, 2) int, slots of the sides through which kept cells are joined
 
     Returns
     -------
-    label : (3 C,) int
-        Label of each corner.
-    count : int
-        Number above all labels.
+    label : (3 C,) int, label of each corner
+    count : number above all labels
     """
     # Labels of a point can differ only at zero-gap sides and next to cells that carry no flow.
     special = np.zeros(vertices, dtype=bool)
@@ -181,18 +159,14 @@ def dual_numbering(
 
     Parameters
     ----------
-    mesh, data : NestedMesh, CellContact
-        The mesh and the contact of its cells.
-    kept : (C,) bool
-        Cells that carry flow; the stream function is constant in all others.
-    merge_blocked : bool
-        True: the corners of a blocked cell are one unknown (true dual). False: they are free
-        (regularised dual, in which blocked cells conduct a little).
+    mesh, data : the mesh and the contact of its cells
+    kept : (C,) bool, cells that carry flow; the stream function is constant in all others
+    merge_blocked : true: the corners of a blocked cell are one unknown (true dual). False: they are
+        free (regularised dual, in which blocked cells conduct a little)
 
     Returns
     -------
-    Numbering or None
-        Numbering of the kept cells; None if the patches close every channel.
+    Numbering of the kept cells; None if the patches close every channel.
     """
     pairs = patch_ties(mesh, data, kept, merge_blocked) + mesh.wall_ties()
     patch = components(np.concatenate(pairs), len(mesh.xy))

@@ -25,24 +25,12 @@ from fem_seal.mesh.torus import Torus
 
 @dataclass(frozen=True, eq=False)
 class Unwound:
-    """Pieces of clusters laid out in the plane, joined across the seams.
+    """Pieces of clusters laid out in the plane, joined across the seams."""
 
-    Attributes
-    ----------
-    root : (n,) int
-        One piece of each joined cluster.
-    offset : (n, 2) int
-        Seams crossed from the root to the piece.
-    windings : (k, 2) int
-        Closed paths around the cell, as numbers of seams crossed.
-    winding_roots : (k,) int
-        Root of the cluster of each winding.
-    """
-
-    root: np.ndarray
-    offset: np.ndarray
-    windings: np.ndarray
-    winding_roots: np.ndarray
+    root: np.ndarray  #: (n,) int, one piece of each joined cluster
+    offset: np.ndarray  #: (n, 2) int, seams crossed from the root to the piece
+    windings: np.ndarray  #: (k, 2) int, closed paths around the cell, as numbers of seams crossed
+    winding_roots: np.ndarray  #: (k,) int, root of the cluster of each winding
 
 
 def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) -> Unwound:
@@ -50,12 +38,9 @@ def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) 
 
     Parameters
     ----------
-    first, second : (m,) int
-        Linked pieces.
-    jump : (m, 2) int
-        Distance, in cells, of the copy of `second` that touches `first`.
-    count : int
-        Number of pieces.
+    first, second : (m,) int, linked pieces
+    jump : (m, 2) int, distance, in cells, of the copy of `second` that touches `first`
+    count : number of pieces
     """
     neighbours: dict[int, list[tuple[int, tuple[int, int]]]] = {}
     links = np.unique(np.column_stack([first, second, jump]), axis=0)
@@ -126,24 +111,12 @@ def _primitive(windings: np.ndarray) -> tuple[int, int]:
 
 @dataclass(frozen=True, eq=False)
 class OpenTorus:
-    """Cells that wind around the torus, and the sides through which they are joined.
+    """Cells that wind around the torus, and the sides through which they are joined."""
 
-    Attributes
-    ----------
-    kept : (C,) bool
-        Cells that carry flow.
-    pairs : (n, 2) int
-        Side slots of each passable edge.
-    component : (C,) int
-        Component of each cell; joined cells have the same.
-    windings : (k, 2) int
-        Closed paths around the torus.
-    """
-
-    kept: np.ndarray
-    pairs: np.ndarray
-    component: np.ndarray
-    windings: np.ndarray
+    kept: np.ndarray  #: (C,) bool, cells that carry flow
+    pairs: np.ndarray  #: (n, 2) int, side slots of each passable edge
+    component: np.ndarray  #: (C,) int, component of each cell; joined cells have the same
+    windings: np.ndarray  #: (k, 2) int, closed paths around the torus
 
 
 def open_torus(mesh: Torus, data: CellData) -> OpenTorus:
@@ -178,21 +151,12 @@ def pressure_numbering(mesh: Torus, data: CellData, cells: OpenTorus) -> Numberi
 
 @dataclass(frozen=True, eq=False)
 class StreamNumbering:
-    """Periodic part of the stream function, and the jumps that it admits: ψ = periodic part + J·n.
+    """Periodic part of the stream function, and the jumps J that it admits: ψ = part + J·n."""
 
-    Attributes
-    ----------
-    numbering : Numbering
-        Numbering of the periodic part; its offset is 0.
-    seams_crossed : (C, 3, 2)
-        Number n of seams crossed at each corner.
-    jumps : (k, 2)
-        Basis of the jumps J that the contact patches admit; empty if they block every
-        direction.
-    """
-
-    numbering: Numbering
-    seams_crossed: np.ndarray
+    numbering: Numbering  #: numbering of the periodic part; its offset is 0
+    seams_crossed: np.ndarray  #: (C, 3, 2), number n of seams crossed at each corner
+    #: (k, 2), basis of the jumps J that the contact patches admit; empty if they block every
+    #: direction
     jumps: np.ndarray
 
 

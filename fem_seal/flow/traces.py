@@ -165,16 +165,11 @@ def resistivity(
 
     Parameters
     ----------
-    xy, aspect : arrays
-        Coordinates (3, n, 2) of the corners, and the factors that scale x and y.
-    gaps : (3, n) float
-        Gap at the corners.
-    contact : (3, n) bool
-        Contact vertices.
-    inverse_cube : (n,) float
-        Mean of 1/gap³, or of the inverse of the law.
-    law : Conductivity
-        Lower bound of the conductivity.
+    xy, aspect : coordinates (3, n, 2) of the corners, and the factors that scale x and y
+    gaps : (3, n), gap at the corners
+    contact : (3, n) bool, contact vertices
+    inverse_cube : (n,), mean of 1/gap³, or of the inverse of the law
+    law : lower bound of the conductivity
 
     Returns
     -------
