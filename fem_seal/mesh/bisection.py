@@ -29,21 +29,12 @@ AnyMesh = NestedMesh | TriangleMesh  # the meshes that bisection refines
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """A refined mesh and its relation to the coarser one.
+    """A refined mesh and its relation to the coarser one."""
 
-    Attributes
-    ----------
-    mesh : NestedMesh or TriangleMesh
-        The finer mesh, of V' vertices; the first V are those of the coarser one.
-    halvings : Halvings
-        The cells that were halved, and their halves.
-    rounds : tuple of (n, 2) int32
-        For each round of bisection and each vertex that it added, the two older vertices between
-        which the new one lies half-way.
-    """
-
-    mesh: AnyMesh
-    halvings: Halvings
+    mesh: AnyMesh  #: the finer mesh, of V' vertices; the first V are those of the coarser one
+    halvings: Halvings  #: the cells that were halved, and their halves
+    #: (n, 2) int32, for each round of bisection and each vertex that it added, the two
+    #: older vertices between which the new one lies half-way
     rounds: tuple[np.ndarray, ...]
 
     @property
@@ -92,13 +83,7 @@ def refine(mesh: AnyMesh, times: np.ndarray) -> Refinement:
 
     Parameters
     ----------
-    mesh : NestedMesh or TriangleMesh
-    times : (C,) int
-        Least number of times to halve each triangle, and then all parts of it.
-
-    Returns
-    -------
-    Refinement
+    times : (C,) int, least number of times to halve each triangle, and then all parts of it
 
     Raises
     ------
@@ -121,23 +106,13 @@ class _Cut:
     """The n edges that are cut in one round.
 
     The half of an edge from its first end to the middle keeps the number of the edge.
-
-    Attributes
-    ----------
-    index : (E,) int32
-        For each edge of the mesh its index among the cut edges, -1 if it is not cut.
-    ends : (n, 2) int32
-        Vertices at the ends of the cut edges.
-    middle : (n,) int32
-        Vertices in their middles.
-    second : (n,) int32
-        Numbers of the halves from the middle to the second end.
     """
 
+    #: (E,) int32, for each edge of the mesh its index among the cut edges, -1 if it is not cut
     index: np.ndarray
-    ends: np.ndarray
-    middle: np.ndarray
-    second: np.ndarray
+    ends: np.ndarray  #: (n, 2) int32, vertices at the ends of the cut edges
+    middle: np.ndarray  #: (n,) int32, vertices in their middles
+    second: np.ndarray  #: (n,) int32, numbers of the halves from the middle to the second end
 
 
 class _Bisection:

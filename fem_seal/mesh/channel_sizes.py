@@ -20,15 +20,8 @@ def channel_sizes(
 
     Parameters
     ----------
-    gap : GapSource
-    rectangle : Rectangle
-        Bounding box of the shape.
-    smallest, largest : float
-        Edge lengths [m].
-
-    Returns
-    -------
-    SizeField
+    rectangle : bounding box of the shape
+    smallest, largest : edge lengths [m]
     """
     from scipy.ndimage import distance_transform_edt
 

@@ -18,23 +18,13 @@ def labelled(
 
     Parameters
     ----------
-    mesh : Triangles
-    source : str
-        Name of the mesh at the beginning of messages.
-    reorient : bool
-        Whether clockwise triangles are reversed; otherwise they are refused.
+    source : name of the mesh at the beginning of messages
+    reorient : whether clockwise triangles are reversed; otherwise they are refused
 
     Returns
     -------
     xy, cells, sides
         The arguments of `shape.shape_mesh`, without points that no triangle uses.
-
-    Raises
-    ------
-    InvalidInput
-        If a triangle is clockwise, degenerate or overlaps its neighbour, an edge belongs to more
-        than two triangles, a node hangs in the middle of an edge, points are duplicated, or a
-        boundary edge is in no group or in two.
     """
     used, cells = np.unique(mesh.cells, return_inverse=True)
     xy, cells = mesh.xy[used], cells.reshape(-1, 3)
@@ -125,17 +115,11 @@ def _labels(
 
     Parameters
     ----------
-    mesh : Triangles
-    used : (V,) int
-        Points of the mesh that are vertices of triangles.
-    count : int
-        Number V of these points.
-    values : (E,) int
-        Keys of the edges of the triangles, sorted.
-    cells_at : (E,) int
-        Number of triangles at each edge.
-    source : str
-        Name of the mesh for messages.
+    used : (V,) int, points of the mesh that are vertices of triangles
+    count : number V of these points
+    values : (E,) int, keys of the edges of the triangles, sorted
+    cells_at : (E,) int, number of triangles at each edge
+    source : name of the mesh for messages
     """
     label = np.full(len(values), INSIDE, dtype=np.int8)
     for name, code in (("inlet", INLET), ("outlet", OUTLET), ("wall", ISLAND)):
@@ -170,14 +154,10 @@ def _why_unlabelled(
     Parameters
     ----------
     xy : (V, 2) float [m]
-    ends : (E, 2) int
-        Vertices at the ends of the edges.
-    on_boundary : (E,) bool
-        Edges of a single triangle.
-    unlabelled : (n,) int
-        Boundary edges that are in no group.
-    source : str
-        Name of the mesh.
+    ends : (E, 2) int, vertices at the ends of the edges
+    on_boundary : (E,) bool, edges of a single triangle
+    unlabelled : (n,) int, boundary edges that are in no group
+    source : name of the mesh
     """
     boundary = np.unique(ends[on_boundary])
     extent = np.ptp(xy, axis=0).max()

@@ -18,10 +18,8 @@ def shortest_path(
     Parameters
     ----------
     cells : (C, 3) int
-    sides : (C, 3) int8
-        Labels of the sides.
-    start, end : (m,) int
-        Vertices of the two loops.
+    sides : (C, 3) int8, labels of the sides
+    start, end : (m,) int, vertices of the two loops
 
     Returns
     -------
@@ -62,16 +60,14 @@ def cut_open(
     ----------
     xy : (V, 2) float [m]
     cells : (C, 3) int
-    sides : (C, 3) int8
-        Labels of the sides.
-    path : (n,) int
-        Vertices of the path, from `shortest_path`.
+    sides : (C, 3) int8, labels of the sides
+    path : (n,) int, vertices of the path, from `shortest_path`
 
     Returns
     -------
     xy, cells, sides : mesh with n more vertices
-    twin : (V + n,) int
-        For each copy the vertex that it copies; for each other vertex the vertex itself.
+    twin : (V + n,) int, for each copy the vertex that it copies; for each other vertex the vertex
+        itself
     """
     index = np.full(len(xy), -1)  # index of each vertex in the path; -1 if it is not in it
     index[path] = np.arange(len(path))
@@ -100,12 +96,9 @@ def _joined_corners(slot: np.ndarray, ends: np.ndarray, on_path: np.ndarray) -> 
 
     Parameters
     ----------
-    slot : (n, 3) int
-        Numbers of the corners of n cells.
-    ends : (n, 3, 2) int
-        Vertices at the ends of their sides.
-    on_path : (n, 3) bool
-        Sides on the path, which join nothing.
+    slot : (n, 3) int, numbers of the corners of n cells
+    ends : (n, 3, 2) int, vertices at the ends of their sides
+    on_path : (n, 3) bool, sides on the path, which join nothing
 
     Returns
     -------

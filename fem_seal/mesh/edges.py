@@ -13,17 +13,10 @@ from fem_seal.mesh.grouping import parts, stable_order
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """The E edges of C cells.
+    """The E edges of C cells."""
 
-    Attributes
-    ----------
-    ends : (E, 2) int32
-        Vertices at the ends of each edge.
-    sides : (C, 3) int32
-        Number of the side opposite each corner: 2 e or 2 e + 1 for edge e.
-    """
-
-    ends: np.ndarray
+    ends: np.ndarray  #: (E, 2) int32, vertices at the ends of each edge
+    #: (C, 3) int32, number of the side opposite each corner: 2 e or 2 e + 1 for edge e
     sides: np.ndarray
 
     @property
@@ -49,15 +42,9 @@ def find_edges(ends: np.ndarray, count: int) -> Edges:
 
     Parameters
     ----------
-    ends : (C, 3, 2) int
-        Vertices at the ends of each side of each cell; on a seam those of the twin at the bottom,
-        so that the two sides of an edge have the same vertices.
-    count : int
-        Number of vertices.
-
-    Returns
-    -------
-    Edges
+    ends : (C, 3, 2) int, vertices at the ends of each side of each cell; on a seam those of the
+        twin at the bottom, so that the two sides of an edge have the same vertices
+    count : number of vertices
     """
     low = np.minimum(ends[..., 0], ends[..., 1]).ravel()
     high = np.maximum(ends[..., 0], ends[..., 1]).ravel()

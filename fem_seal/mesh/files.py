@@ -40,36 +40,20 @@ _UNREADABLE = (
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A mesh as its file describes it; only the format has been checked.
+    """A mesh as its file describes it; only the format has been checked."""
 
-    Attributes
-    ----------
-    xy : (V, 2) float
-        Coordinates of the points [m].
-    cells : (C, 3) int
-        Corners of the triangles.
-    inlet, outlet, wall : (n, 2) int
-        End points of the boundary edges of each group.
-    """
-
-    xy: np.ndarray
-    cells: np.ndarray
-    inlet: np.ndarray
+    xy: np.ndarray  #: (V, 2), coordinates of the points [m]
+    cells: np.ndarray  #: (C, 3) int, corners of the triangles
+    inlet: np.ndarray  #: (n, 2) int, ends of the boundary edges of the group, as of the two below
     outlet: np.ndarray
     wall: np.ndarray
 
 
 @dataclass(frozen=True)
 class GroupNames:
-    """Names of the boundary groups in a mesh file.
+    """Names of the boundary groups in a mesh file."""
 
-    Parameters
-    ----------
-    inlet, outlet, wall : str or int
-        Name of the group, or the number of its tag.
-    """
-
-    inlet: str | int = "inlet"
+    inlet: str | int = "inlet"  #: name of the group, or number of its tag, as of the two below
     outlet: str | int = "outlet"
     wall: str | int = "wall"
 
@@ -85,14 +69,6 @@ def read_triangles(
     unit : length of the file's unit [m]; none of the formats has one
     names : names of the groups of inlet, outlet and walls
     source : file that the mesh was made from; messages name it in place of `path`
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be read, is not a plane mesh of straight triangles, or has no inlet or
-        outlet.
-    MissingPackage
-        If .xdmf is read without h5py.
     """
     source = source or path
     return triangles_of(read_file(path, source), source, unit, names)

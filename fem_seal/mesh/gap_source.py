@@ -20,14 +20,9 @@ UNIT_SUSPECTED = 200  # ratio of the extents of mesh and grid beyond which their
 
 @dataclass(frozen=True)
 class Uniform:
-    """A uniform gap.
+    """A uniform gap."""
 
-    Parameters
-    ----------
-    gap : float [m]
-    """
-
-    gap: float
+    gap: float  #: [m]
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Gap (n,) [m] at points (n, 2) [m]."""
@@ -38,18 +33,10 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Formula:
-    """A gap [m] by a formula in x, y, r and theta.
+    """A gap [m] by a formula in x, y, r and theta."""
 
-    Parameters
-    ----------
-    text : str
-        The formula, see `expression.evaluate`.
-    middle : float
-        theta lies within π of this angle [rad].
-    """
-
-    text: str
-    middle: float = 0.0
+    text: str  #: the formula, see `expression.evaluate`
+    middle: float = 0.0  #: theta lies within π of this angle [rad]
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Gap (n,) [m] at points (n, 2) [m]."""
@@ -60,28 +47,15 @@ class Formula:
 
 @dataclass(frozen=True, eq=False)
 class _Grid(ABC):
-    """Samples of a gap at the points of a grid.
+    """Samples of a gap at the points of a grid."""
 
-    Parameters
-    ----------
-    samples : (nx, ny) float
-        Gap [m].
-    origin, spacing : (float, float)
-        Coordinates of the first sample, and distances between samples along each axis.
-    """
-
-    samples: np.ndarray
+    samples: np.ndarray  #: (nx, ny), gap [m]
+    #: coordinates of the first sample, and distances between samples along each axis
     origin: tuple[float, float]
     spacing: tuple[float, float]
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Gap (n,) [m] at points (n, 2) [m].
-
-        Raises
-        ------
-        InvalidInput
-            If a point lies outside the grid.
-        """
+        """Gap (n,) [m] at points (n, 2) [m]."""
         self._check_extent(points)
         return _linear(self.samples, _within(points, self._steps(points), self.samples.shape))
 
@@ -99,15 +73,7 @@ class _Grid(ABC):
 
 
 class CartesianGrid(_Grid):
-    """Samples of a gap at origin + (i dx, j dy).
-
-    Parameters
-    ----------
-    samples : (nx, ny) float
-        Gap [m]; a periodic gap repeats its first row and column at the end.
-    origin, spacing : (float, float)
-        First sample (x0, y0) and distances (dx, dy) [m].
-    """
+    """Samples of a gap at origin + (i dx, j dy) [m]; a periodic gap repeats its first ones."""
 
     @classmethod
     def of(cls, gap: GridField, origin: tuple[float, float] = (0.0, 0.0)) -> "CartesianGrid":
@@ -125,14 +91,8 @@ class CartesianGrid(_Grid):
 class PolarGrid(_Grid):
     """Samples of a gap at radius r0 + i dr and angle theta0 + j dtheta around the point (0, 0).
 
-    Parameters
-    ----------
-    samples : (nr, ntheta) float
-        Gap [m]; a full turn repeats its first angle at the end.
-    origin : (float, float)
-        r0 [m] and theta0 [rad].
-    spacing : (float, float)
-        dr [m] and dtheta [rad].
+    `origin` is (r0 [m], theta0 [rad]), `spacing` (dr [m], dtheta [rad]). A full turn repeats its
+    first angle at the end.
     """
 
     @classmethod
@@ -143,15 +103,8 @@ class PolarGrid(_Grid):
 
         Parameters
         ----------
-        gap : GridField
-            Gap [m], with spacing (dr [m], dtheta [rad]).
-        origin : (float, float)
-            r0 [m] and theta0 [rad].
-
-        Raises
-        ------
-        InvalidInput
-            If the angles exceed a full turn.
+        gap : gap [m], with spacing (dr [m], dtheta [rad])
+        origin : r0 [m] and theta0 [rad]
         """
         turns = gap.shape[1] * gap.spacing[1] / (2 * np.pi)
         whole = abs(turns - 1) < 1e-6
@@ -214,8 +167,7 @@ def _linear(samples: np.ndarray, steps: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     samples : (nx, ny) float
-    steps : (n, 2) float
-        Positions in units of the spacing.
+    steps : (n, 2), positions in units of the spacing
     """
     i, j = np.minimum(steps.astype(int), np.array(samples.shape) - 2).T
     s, t = steps[:, 0] - i, steps[:, 1] - j

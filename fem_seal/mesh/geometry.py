@@ -51,11 +51,6 @@ def require_trust(geo: Path, trust: bool) -> bytes | None:
     Returns
     -------
     Content of the file if it is the package's own, else None.
-
-    Raises
-    ------
-    InvalidInput
-        If it must not be run.
     """
     own = own_source(geo)
     if own is None and not trust:
@@ -89,14 +84,6 @@ def mesh_geometry(
     largest : largest edge length anywhere [m]
     trust : whether to run a file that is not the package's own
     longest : time [s] that such a file may take
-
-    Raises
-    ------
-    InvalidInput
-        If the file is neither the package's own nor trusted, if gmsh finds an error in it, crashes
-        on it or takes too long, or if `files.read_triangles` rejects its mesh.
-    MissingPackage
-        If gmsh is not installed.
     """
     own = require_trust(geo, trust)
     if not find_spec("gmsh"):

@@ -23,15 +23,9 @@ _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 @dataclass(frozen=True)
 class Rectangle:
-    """Bounding box of a geometry.
+    """Bounding box of a geometry."""
 
-    Parameters
-    ----------
-    x0, x1, y0, y1 : float
-        Ends of the box along x and y [m].
-    """
-
-    x0: float
+    x0: float  #: ends along x and y [m]
     x1: float
     y0: float
     y1: float
@@ -39,17 +33,10 @@ class Rectangle:
 
 @dataclass(frozen=True, eq=False)
 class SizeField:
-    """Largest edge lengths on a rectangular raster, bilinear between its points.
+    """Largest edge lengths on a rectangular raster, bilinear between its points."""
 
-    Parameters
-    ----------
-    sizes : (nx, ny) float
-        Edge lengths [m], at least 2 × 2.
-    origin, spacing : (float, float)
-        Point (x0, y0) of sizes[0, 0], and distances (dx, dy) of the points [m].
-    """
-
-    sizes: np.ndarray
+    sizes: np.ndarray  #: (nx, ny), edge lengths [m], at least 2 × 2
+    #: point (x0, y0) of sizes[0, 0], and distances (dx, dy) of the points [m]
     origin: tuple[float, float]
     spacing: tuple[float, float]
 
@@ -69,41 +56,20 @@ Sizes = Callable[[Rectangle], SizeField]
 
 @dataclass(frozen=True)
 class Job:
-    """One geometry to mesh.
+    """One geometry to mesh."""
 
-    Parameters
-    ----------
-    path : str
-        The .geo file, named in messages.
-    content : bytes or None
-        Text of one of the package's own sources, which is run in place of the file; None runs the
-        file.
-    numbers : mapping
-        Values of the constants of `content` by name.
-    unit : float
-        Unit of length of the geometry [m].
-    sizes : Sizes or None
-        Largest edge lengths by position.
-    largest : float or None
-        Largest edge length anywhere [m].
-    """
-
-    path: str
+    path: str  #: the .geo file, named in messages
+    #: text of one of the package's own sources, which is run in place of the file; None runs the
+    #: file
     content: bytes | None
-    numbers: Mapping[str, float]
-    unit: float
-    sizes: Sizes | None
-    largest: float | None
+    numbers: Mapping[str, float]  #: values of the constants of `content` by name
+    unit: float  #: unit of length of the geometry [m]
+    sizes: Sizes | None  #: largest edge lengths by position
+    largest: float | None  #: largest edge length anywhere [m]
 
 
 def mesh(job: Job, folder: Path) -> None:
-    """Mesh a job's geometry into MESH_FILE of a folder.
-
-    Raises
-    ------
-    InvalidInput
-        If gmsh finds an error in the geometry, or `largest` is tiny.
-    """
+    """Mesh a job's geometry into MESH_FILE of a folder."""
     import gmsh
 
     gmsh.initialize(["gmsh"], readConfigFiles=False)

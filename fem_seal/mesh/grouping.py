@@ -17,7 +17,6 @@ def stable_order(keys: np.ndarray, count: int) -> np.ndarray:
     Parameters
     ----------
     keys : (n,) int, 0 ≤ key < count
-    count : int
 
     Notes
     -----

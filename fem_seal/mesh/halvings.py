@@ -12,21 +12,15 @@ class Halvings:
 
     While the cells are halved, a first half (m, a, b) takes the number of its parent, and a second
     half (m, c, a) gets a new number after those of all cells before it.
-
-    Attributes
-    ----------
-    steps : tuple of ((n,) int, (n,) int)
-        For each step the cells that were halved, and the numbers of their second halves.
-    order : (C',) int32
-        For each cell of the new mesh its number while halving. In the new mesh the parts of a cell
-        take its place, so that neighbours in the mesh are neighbours in memory.
-    parent : (C',) int32
-        For each cell of the new mesh the old cell that contains it.
     """
 
+    #: ((n,), (n,)) int, for each step the cells that were halved, and the numbers of
+    #: their second halves
     steps: tuple[tuple[np.ndarray, np.ndarray], ...]
+    #: (C',) int32, for each cell of the new mesh its number while halving. In the new mesh the
+    #: parts of a cell take its place, so that neighbours in the mesh are neighbours in memory
     order: np.ndarray
-    parent: np.ndarray
+    parent: np.ndarray  #: (C',) int32, for each cell of the new mesh the old cell that contains it
 
     @classmethod
     def of(cls, steps: Sequence[tuple[np.ndarray, np.ndarray]], count: int) -> "Halvings":
@@ -56,10 +50,8 @@ class Halvings:
 
         Parameters
         ----------
-        values : (C, ...)
-            Values of the old cells.
-        halves : callable
-            Maps values (n, ...) of cells to those of their first and of their second halves.
+        values : (C, ...), values of the old cells
+        halves : maps values (n, ...) of cells to those of their first and of their second halves
 
         Returns
         -------

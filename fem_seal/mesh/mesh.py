@@ -9,25 +9,14 @@ from fem_seal.mesh.edges import Edges, find_edges
 
 
 class Mesh(ABC):
-    """Triangles whose sides are opposite their corners.
+    """Triangles whose sides are opposite their corners."""
 
-    Attributes
-    ----------
-    xy : (V, 2)
-        Coordinates of the vertices.
-    cells : (C, 3) int32
-        Vertices of the triangles.
-    twin : (V,) int32
-        For a vertex on the far side of a seam, the vertex on the near side that is the same point;
-        for all others the vertex itself.
-    carried_edges : Edges or None
-        Edges of the mesh, if bisection has already made them.
-    """
-
-    xy: np.ndarray
-    cells: np.ndarray
+    xy: np.ndarray  #: (V, 2), coordinates of the vertices
+    cells: np.ndarray  #: (C, 3) int32, vertices of the triangles
+    #: (V,) int32, for a vertex on the far side of a seam, the vertex on the near side that is the
+    #: same point; for all others the vertex itself
     twin: np.ndarray
-    carried_edges: Edges | None
+    carried_edges: Edges | None  #: edges of the mesh, if bisection has already made them
 
     @cached_property
     def periodic(self) -> bool:

@@ -30,29 +30,17 @@ class TooFine(NotConverged):
 
 @dataclass(frozen=True, eq=False)
 class NestedMesh(Mesh):
-    """A mesh of the nested family over a rectangle of (mx, my) pixels.
+    """A mesh of the nested family over a rectangle of (mx, my) pixels."""
 
-    Parameters
-    ----------
-    xy : (V, 2) int64
-        Coordinates of the vertices in units of 2^-DEPTH pixels.
-    cells : (C, 3) int32
-        Vertices of the triangles: the right angle first, then the ends of the hypotenuse; so that
-        the side opposite corner 0 is the hypotenuse.
-    squares : (int, int)
-        Number of pixels (mx, my) along each axis.
-    twin : (V,) int32
-        With periodic sides, for a vertex at y = my the one at y = 0 that is the same point; for all
-        other vertices the vertex itself.
-    carried_edges : Edges, optional
-        Edges of the mesh, if bisection has already made them.
-    """
-
-    xy: np.ndarray
+    xy: np.ndarray  #: (V, 2) int64, coordinates of the vertices in units of 2^-DEPTH pixels
+    #: (C, 3) int32, vertices of the triangles: the right angle first, then the ends of the
+    #: hypotenuse; so that the side opposite corner 0 is the hypotenuse
     cells: np.ndarray
-    squares: tuple[int, int]
+    squares: tuple[int, int]  #: number of pixels (mx, my) along each axis
+    #: (V,) int32, with periodic sides, for a vertex at y = my the one at y = 0 that is the same
+    #: point; for all other vertices the vertex itself
     twin: np.ndarray
-    carried_edges: Edges | None = None
+    carried_edges: Edges | None = None  #: edges of the mesh, if bisection has already made them
 
     @property
     def extent(self) -> np.ndarray:
@@ -179,16 +167,9 @@ def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> 
 
     Parameters
     ----------
-    squares : (int, int)
-        Pixels (mx, my) along each axis, multiples of `width`.
-    width : int
-        A power of two.
-    periodic_sides : bool
-        Whether the sides y = 0 and y = my are the same line.
-
-    Returns
-    -------
-    NestedMesh
+    squares : pixels (mx, my) along each axis, multiples of `width`
+    width : a power of two
+    periodic_sides : whether the sides y = 0 and y = my are the same line
     """
     nx, ny = squares[0] // width, squares[1] // width
     i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
@@ -210,14 +191,12 @@ def coarsest_width(squares: tuple[int, int], at_least: int = 8) -> int:
 
     Parameters
     ----------
-    squares : (int, int)
-        Pixels (mx, my) along each axis.
-    at_least : int
-        Least number of squares along each axis.
+    squares : pixels (mx, my) along each axis
+    at_least : least number of squares along each axis
 
     Returns
     -------
-    int, a power of two; 1 if mx or my is odd.
+    A power of two; 1 if mx or my is odd.
     """
     width = 1
     while all(m % (2 * width) == 0 and m // (2 * width) >= at_least for m in squares):

@@ -37,22 +37,10 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
 
     Parameters
     ----------
-    xy : (V, 2) float
-        Coordinates of the vertices [m]; each belongs to a cell.
-    cells : (C, 3) int
-        Conforming triangles, counterclockwise.
-    sides : (C, 3) int8
-        Label of the side opposite each corner: INLET, OUTLET, ISLAND (any wall) or INSIDE.
-
-    Returns
-    -------
-    TriangleMesh
-
-    Raises
-    ------
-    InvalidInput
-        If the mesh is not in one piece or touches itself in a point, or if inlet and outlet touch
-        each other, or one of them is missing or in several pieces.
+    xy : (V, 2), coordinates of the vertices [m]; each belongs to a cell
+    cells : (C, 3) int, conforming triangles, counterclockwise
+    sides : (C, 3) int8, label of the side opposite each corner: INLET, OUTLET, ISLAND (any wall) or
+        INSIDE
     """
     return shape_mesh_with_values(xy, cells, sides, np.empty((len(xy), 0)))[0]
 
@@ -66,8 +54,7 @@ def shape_mesh_with_values(
     ----------
     xy, cells, sides
         As for `shape_mesh`, which lists the errors as well.
-    values : (V, ...) float
-        Values at the vertices; the function is linear on each triangle.
+    values : (V, ...), values at the vertices; the function is linear on each triangle
     """
     _require_one_piece(len(xy), cells)
     loops = _Loops(xy, cells, sides)
@@ -105,22 +92,12 @@ def _require_one_piece(count: int, cells: np.ndarray) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """Consecutive sides with the same label on a boundary loop.
+    """Consecutive sides with the same label on a boundary loop."""
 
-    Attributes
-    ----------
-    loop : int
-        Number of the loop.
-    start, length : int
-        Index of the first side in the loop, and number of sides.
-    vertices : (n,) int
-        Vertices of the sides.
-    """
-
-    loop: int
-    start: int
-    length: int
-    vertices: np.ndarray
+    loop: int  #: number of the loop
+    start: int  #: index of the first side in the loop
+    length: int  #: number of sides
+    vertices: np.ndarray  #: (n,) int, vertices of the sides
 
 
 class _Loops:

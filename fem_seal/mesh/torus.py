@@ -69,10 +69,8 @@ def uniform_torus(squares: tuple[int, int], width: int) -> Torus:
 
     Parameters
     ----------
-    squares : (int, int)
-        Pixels (mx, my) along each axis, multiples of `width`.
-    width : int
-        A power of two.
+    squares : pixels (mx, my) along each axis, multiples of `width`
+    width : a power of two
     """
     mesh = uniform_mesh(squares, width, periodic_sides=False)
     while squares_across(mesh) < LEAST_SQUARES:

@@ -30,29 +30,17 @@ NARROWEST = 2.0**-40  # shortest edge to halve over the largest coordinate, whic
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh(Mesh):
-    """A conforming mesh of triangles, counterclockwise.
+    """A conforming mesh of triangles, counterclockwise."""
 
-    Parameters
-    ----------
-    xy : (V, 2) float
-        Coordinates of the vertices [m].
-    cells : (C, 3) int32
-        Vertices of the triangles: first that opposite the edge that is halved next, then the ends
-        of this edge.
-    sides : (C, 3) int8
-        Label of the side opposite each corner.
-    twin : (V,) int32
-        For a vertex on the TOP bank of a cut the one on the BOTTOM bank at the same point; for all
-        other vertices the vertex itself.
-    carried_edges : Edges, optional
-        Edges of the mesh, if bisection has already made them.
-    """
-
-    xy: np.ndarray
+    xy: np.ndarray  #: (V, 2), coordinates of the vertices [m]
+    #: (C, 3) int32, vertices of the triangles: first that opposite the edge that is halved next,
+    #: then the ends of this edge
     cells: np.ndarray
-    sides: np.ndarray
+    sides: np.ndarray  #: (C, 3) int8, label of the side opposite each corner
+    #: (V,) int32, for a vertex on the TOP bank of a cut the one on the BOTTOM bank at the same
+    #: point; for all other vertices the vertex itself
     twin: np.ndarray
-    carried_edges: Edges | None = None
+    carried_edges: Edges | None = None  #: edges of the mesh, if bisection has already made them
 
     @cached_property
     def inlet(self) -> np.ndarray:
