@@ -21,20 +21,11 @@ SELDOM = 50
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of `compute_points`.
+    """Result of `compute_points`."""
 
-    Attributes
-    ----------
-    computed : int
-        Number of points that any process has computed meanwhile.
-    missing : int
-        Number of points without a file, those of other parts included.
-    failures : dict of str to FemSealError
-        Errors by label, of points that failed and left no file.
-    """
-
-    computed: int
-    missing: int
+    computed: int  #: number of points that any process has computed meanwhile
+    missing: int  #: number of points without a file, those of other parts included
+    #: errors by label, of points that failed and left no file
     failures: Failures
 
 
@@ -64,21 +55,12 @@ def compute_points(
 
     Parameters
     ----------
-    chains : sequence of Chain
-        Chains of all parts.
-    work : Work
-        How they are shared among workers.
-    report : callable
-        Called with point and stage, and with a detail.
-    gather : callable
-        Makes a table of the finished points; the first process calls it now and then, and at the
-        end.
-    name : str
-        Name of the points in the progress.
-
-    Returns
-    -------
-    Outcome
+    chains : chains of all parts
+    work : how they are shared among workers
+    report : called with point and stage, and with a detail
+    gather : makes a table of the finished points; the first process calls it now and then, and at
+        the end
+    name : name of the points in the progress
 
     Raises
     ------
@@ -142,13 +124,9 @@ def compute_chain(
 
     Parameters
     ----------
-    chain : Chain
-    report : callable
-        Called with point and stage, and with a detail.
-    comm : MPI.Comm, optional
-        The processes that compute the chain together; all of this run if left out.
-    after_each : callable
-        Called by the first of them after each point.
+    report : called with point and stage, and with a detail
+    comm : the processes that compute the chain together; all of this run if left out
+    after_each : called by the first of them after each point
 
     Returns
     -------

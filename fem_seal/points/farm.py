@@ -51,8 +51,7 @@ def prepare(modules: Sequence[str]) -> None:
 
     Parameters
     ----------
-    modules : sequence of str
-        Modules to import; none of them may start MPI, which does not survive a fork.
+    modules : modules to import; none of them may start MPI, which does not survive a fork
     """
     multiprocessing.set_forkserver_preload(list(modules))
     # The fork server and its workers inherit this mask: only the present process handles Ctrl-C.
@@ -79,24 +78,17 @@ def farm(
 
     Parameters
     ----------
-    chains : sequence
-        Chains to compute; each is pickled.
-    compute : callable
-        Computes a chain in a process of its own; a function of a module.
-    jobs : int
-        Most processes at a time.
-    poll : callable
-        Called every half second and at the end; returns how many points are finished.
-    memory : int, optional
-        Most memory of all processes together [bytes]; what the machine has if left out.
-    show : callable
-        Called before each poll with the latest report, by `report_to_farm`, of the first chain that
-        runs; "" if there is none.
+    chains : chains to compute; each is pickled
+    compute : computes a chain in a process of its own; a function of a module
+    jobs : most processes at a time
+    poll : called every half second and at the end; returns how many points are finished
+    memory : most memory of all processes together [bytes]; what the machine has if left out
+    show : called before each poll with the latest report, by `report_to_farm`, of the first chain
+        that runs; "" if there is none
 
     Returns
     -------
-    list
-        Answers of `compute`, in the order in which they came.
+    Answers of `compute`, in the order in which they came.
 
     Raises
     ------
@@ -147,12 +139,9 @@ def processes_that_fit(need: int, resident: Sequence[int], available: int) -> in
 
     Parameters
     ----------
-    need : int
-        Memory that a process takes at most [bytes].
-    resident : sequence of int
-        What each running process holds already [bytes]; it may still grow to `need`.
-    available : int
-        Memory that nobody uses [bytes].
+    need : memory that a process takes at most [bytes]
+    resident : what each running process holds already [bytes]; it may still grow to `need`
+    available : memory that nobody uses [bytes]
     """
     if not need:
         return 1
@@ -173,14 +162,12 @@ def watch(
     ----------
     chains, compute, poll : as in `farm`
     executor : concurrent.futures.Executor
-    most_running : callable, optional
-        Largest number of chains that run at a time, from the number of finished points. If left
-        out, all chains are submitted at once.
+    most_running : largest number of chains that run at a time, from the number of finished points.
+        If left out, all chains are submitted at once
 
     Returns
     -------
-    list
-        As of `farm`.
+    As of `farm`.
     """
     waiting = deque(chains)
     running: set[Future[Answer]] = set()

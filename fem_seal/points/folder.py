@@ -90,8 +90,7 @@ class RecordFolder(PointFolder[Point]):
     Parameters
     ----------
     folder : pathlib.Path
-    kind : type
-        The dataclass.
+    kind : the dataclass
     """
 
     def __init__(self, folder: Path, kind: type[Point]):

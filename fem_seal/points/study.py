@@ -17,22 +17,14 @@ Point = TypeVar("Point")
 
 @dataclass(frozen=True)
 class StudyTask(Task[Point]):
-    """A point that a function computes from its arguments.
+    """A point that a function computes from its arguments."""
 
-    Attributes
-    ----------
-    function : callable
-        A function of a module, so that workers can import it.
-    arguments : tuple
-    options : mapping of str to Any
-        Keyword arguments of the function.
-    settings : mapping of str to Any
-        Attributes that a stored point must have; they are not part of its name.
-    """
-
-    function: Callable[..., Point]
+    function: Callable[..., Point]  #: a function of a module, so that workers can import it
     arguments: tuple[Any, ...]
+    #: keyword arguments of the function
     options: Mapping[str, Any] = field(default_factory=dict)
+    #: attributes that a stored point must have; they are not part of its
+    #: name
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def compute(self, handed_on: Any, report: Report, comm: Comm) -> Point:
@@ -66,8 +58,7 @@ def compute_study(
 
     Parameters
     ----------
-    chains : sequence of Chain
-        Chains of `StudyTask`.
+    chains : chains of `StudyTask`
     work, report, gather : as of `compute_points`; one after the other if `work` is None
 
     Raises

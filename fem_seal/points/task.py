@@ -14,18 +14,10 @@ Point = TypeVar("Point")
 
 @dataclass(frozen=True)
 class Task(ABC, Generic[Point]):
-    """A point to compute; pickled for the process that computes it.
+    """A point to compute; pickled for the process that computes it."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the point's file, without suffix.
-    label : str
-        Name of the point in messages.
-    """
-
-    name: str
-    label: str
+    name: str  #: name of the point's file, without suffix
+    label: str  #: name of the point in messages
 
     @abstractmethod
     def compute(self, handed_on: Any, report: Report, comm: Comm) -> Point:
@@ -33,12 +25,9 @@ class Task(ABC, Generic[Point]):
 
         Parameters
         ----------
-        handed_on : Any
-            The object that the points of the chain share; see `Chain.begin`.
-        report : callable
-            Called with stage and detail.
-        comm : MPI.Comm or None
-            The processes that solve together.
+        handed_on : the object that the points of the chain share; see `Chain.begin`
+        report : called with stage and detail
+        comm : the processes that solve together
 
         Raises
         ------
@@ -57,17 +46,9 @@ def nothing() -> None:
 
 @dataclass(frozen=True)
 class Chain(Generic[Point]):
-    """Points computed by one process, one after the other; a worker gets the chain as a whole.
+    """Points computed by one process, one after the other; a worker gets the chain as a whole."""
 
-    Attributes
-    ----------
-    folder : PointFolder
-        Folder of the finished points.
-    tasks : tuple of Task
-    begin : callable
-        Makes the object that the points hand on to each other, such as the last contact.
-    """
-
-    folder: PointFolder[Point]
+    folder: PointFolder[Point]  #: folder of the finished points
     tasks: tuple[Task[Point], ...]
+    #: makes the object that the points hand on to each other, such as the last contact
     begin: Callable[[], Any] = nothing

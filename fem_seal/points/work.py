@@ -11,31 +11,22 @@ from fem_seal.errors import InvalidInput
 class Work:
     """How the points of a study are shared among processes.
 
-    Attributes
-    ----------
-    jobs : int
-        Number of worker processes on this machine.
-    part : tuple of int
-        (k, n): compute every n-th chain from the k-th on, k from 1. Parts may run anywhere.
-    executor : concurrent.futures.Executor, optional
-        Executor that computes the chains in place of processes of this machine, such as
-        `client.get_executor()` of Dask or mpi4py's `MPIPoolExecutor`. Its workers must have the
-        same files under the same names.
-    gather : bool
-        Whether to compute nothing, and to make the table of the points computed so far.
-    memory : int, optional
-        Most memory of all jobs together [bytes]; the available memory of the machine if left out.
-
     Raises
     ------
     InvalidInput
         If a value is out of range, or there are several jobs in each process of an mpirun.
     """
 
-    jobs: int = 1
+    jobs: int = 1  #: number of worker processes on this machine
+    #: (k, n): compute every n-th chain from the k-th on, k from 1. Parts may run anywhere
     part: tuple[int, int] = (1, 1)
+    #: executor that computes the chains in place of processes of this
+    #: machine, such as `client.get_executor()` of Dask or mpi4py's `MPIPoolExecutor`. Its workers
+    #: must have the same files under the same names
     executor: Executor | None = None
+    #: whether to compute nothing, and to make the table of the points computed so far
     gather: bool = False
+    #: most memory of all jobs together [bytes]; the available memory of the machine if left out
     memory: int | None = None
 
     def __post_init__(self) -> None:
