@@ -17,20 +17,12 @@ def bounds_animation(levels: Sequence[Level], path: str | Path) -> Path:
 
     Parameters
     ----------
-    levels : sequence of Level
-        Refinement history, at least one level with a positive upper bound.
-    path : str or Path
-        The file, .gif.
+    levels : refinement history, at least one level with a positive upper bound
+    path : the file, .gif
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If no level has a positive upper bound, or the path does not end in .gif or cannot be
-        written.
     """
     path = Path(path)
     if path.suffix != ".gif":

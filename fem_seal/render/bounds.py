@@ -39,19 +39,12 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
 
     Parameters
     ----------
-    levels : sequence of Level
-        Refinement history, at least one level with a positive upper bound.
-    path : str or Path
-        The file, .png, .pdf or .svg.
+    levels : refinement history, at least one level with a positive upper bound
+    path : the file, .png, .pdf or .svg
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If no level has a positive upper bound, or the path cannot be written.
     """
     with new_figure((7.5, 3.4), path) as figure:
         draw_bounds(figure, levels)
@@ -65,10 +58,8 @@ def draw_bounds(figure: "Figure", levels: Sequence[Level], count: int | None = N
     ----------
     figure : matplotlib Figure
         Figure without axes.
-    levels : sequence of Level
-        All levels; they determine the limits of the axes.
-    count : int, optional
-        Number of levels to draw; all if left out.
+    levels : all levels; they determine the limits of the axes
+    count : number of levels to draw; all if left out
     """
     levels = [level for level in levels if level.upper > 0]
     if not levels:

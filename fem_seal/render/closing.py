@@ -39,21 +39,12 @@ def closing_animation(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
 
     Parameters
     ----------
-    steps : sequence of LoadedFilm
-        Loads with film and leak rate; at least one of them leaks.
-    path : str or Path
-        The file, .gif.
+    steps : loads with film and leak rate; at least one of them leaks
+    path : the file, .gif
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If no step leaks, or the path does not end in .gif or cannot be written.
-    MissingPackage
-        If no OpenGL library is installed.
     """
     path = Path(path)
     if path.suffix != ".gif":
@@ -81,21 +72,12 @@ def closing_strip(steps: Sequence[LoadedFilm], path: str | Path) -> Path:
 
     Parameters
     ----------
-    steps : sequence of LoadedFilm
-        As of `closing_animation`. The first and the last are shown.
-    path : str or Path
-        The file, .png, .pdf or .svg.
+    steps : as of `closing_animation`. The first and the last are shown
+    path : the file, .png, .pdf or .svg
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If no step leaks or the path cannot be written.
-    MissingPackage
-        If no OpenGL library is installed.
     """
     places = np.linspace(0, len(steps) - 1, min(len(steps), MOST_COLUMNS)).round().astype(int)
     columns = _panels([steps[k] for k in places], STRIP_SIDE)

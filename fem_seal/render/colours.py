@@ -31,8 +31,7 @@ def colour_map(name: str) -> "Colormap":
 
     Parameters
     ----------
-    name : str
-        A name of _PARTS, or of a map of matplotlib.
+    name : a name of _PARTS, or of a map of matplotlib
 
     Returns
     -------

@@ -26,10 +26,6 @@ def contact_classes(sites: Lattice) -> np.ndarray:
     The connectivities of contact and open sites are dual: at most one of the two largest clusters
     spans.
 
-    Parameters
-    ----------
-    sites : Lattice
-
     Returns
     -------
     uint8 array of the shape of sites.gap
@@ -73,21 +69,13 @@ def contact_picture(
 
     Parameters
     ----------
-    film : GridFilm
-        Film on a grid; clusters are connected across its periodic sides.
-    path : str or Path
-        The file, .png, .pdf or .svg.
-    window : Window, optional
-        Part of the seal to show [m]; all if left out. Clusters are those of the whole seal.
+    film : film on a grid; clusters are connected across its periodic sides
+    path : the file, .png, .pdf or .svg
+    window : part of the seal to show [m]; all if left out. Clusters are those of the whole seal
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If the window extends beyond the seal, or the path cannot be written.
     """
     panel = contact_panel(film, window=window)
     return write_page([[panel]], path, key=CONTACT_KEY)

@@ -29,21 +29,7 @@ EDGES = (0, 0, 0)
 
 
 def flow_of(leak: LeakRate) -> FlowField:
-    """Flow field of a leak rate.
-
-    Parameters
-    ----------
-    leak : LeakRate
-
-    Returns
-    -------
-    FlowField
-
-    Raises
-    ------
-    InvalidInput
-        If the gap is sealed, or the solver did not keep its field.
-    """
+    """Flow field of a leak rate."""
     if leak.state == "sealed":
         raise InvalidInput("the seal is sealed: there is no flow to draw; draw the contact instead")
     if leak.field is None:
@@ -63,20 +49,9 @@ def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
 
     Parameters
     ----------
-    *fields : FlowField
-        The fields to compare.
-    decades : int
-        Largest length of the bar; weaker flow has the colour of its lower end. If no flow is that
-        weak, the bar is shorter, but at least one decade long.
-
-    Returns
-    -------
-    Scale
-
-    Raises
-    ------
-    InvalidInput
-        If the flow density is zero everywhere.
+    *fields : the fields to compare
+    decades : largest length of the bar; weaker flow has the colour of its lower end. If no flow is
+        that weak, the bar is shorter, but at least one decade long
     """
     density = np.concatenate([flow_density(field) for field in fields])
     peak = density.max(initial=0.0)
@@ -157,27 +132,15 @@ def flow_picture(
 
     Parameters
     ----------
-    leak : LeakRate
-        Leak rate with its flow field.
-    film : GridFilm
-        Film on a grid through which the fluid flows.
-    path : str or Path
-        The file, .png, .pdf or .svg.
-    scale : Scale, optional
-        Scale from `flow_scale`, to compare pictures; if left out that of this flow.
-    window : Window, optional
-        Part of the seal to show [m]; all if left out.
+    leak : leak rate with its flow field
+    film : film on a grid through which the fluid flows
+    path : the file, .png, .pdf or .svg
+    scale : scale from `flow_scale`, to compare pictures; if left out that of this flow
+    window : part of the seal to show [m]; all if left out
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If the gap is sealed, the field is missing, or the path cannot be written.
-    MissingPackage
-        If no OpenGL library is installed.
     """
     field = flow_of(leak)
     scale = flow_scale(field) if scale is None else scale

@@ -22,20 +22,12 @@ def gap_scale(*gaps: np.ndarray) -> tuple[Scale, float]:
 
     Parameters
     ----------
-    *gaps : arrays
-        The gaps to compare [m], 0 in contact.
+    *gaps : the gaps to compare [m], 0 in contact
 
     Returns
     -------
-    scale : Scale
-        Scale in the readable unit.
-    factor : float
-        Factor from metres to that unit.
-
-    Raises
-    ------
-    InvalidInput
-        If the gap is zero everywhere.
+    scale : scale in the readable unit
+    factor : factor from metres to that unit
     """
     values = np.concatenate([gap.ravel() for gap in gaps])
     values = values[values > 0]
@@ -76,15 +68,10 @@ def tile_colours(
 
     Parameters
     ----------
-    view : Mosaic
-    values : (kx, ky) float
-        Values of the samples inside the window.
-    coloured : (kx, ky) bool
-        Samples whose value is shown.
-    scale : (Scale, float) or None
-        Scale and the factor to its unit; None if no sample is coloured.
-    rest : (int, int, int)
-        Colour of the other samples.
+    values : (kx, ky), values of the samples inside the window
+    coloured : (kx, ky) bool, samples whose value is shown
+    scale : scale and the factor to its unit; None if no sample is coloured
+    rest : colour of the other samples
 
     Returns
     -------
@@ -114,23 +101,14 @@ def gap_picture(
 
     Parameters
     ----------
-    film : GridFilm
-        Film on a grid.
-    path : str or Path
-        The file, .png, .pdf or .svg.
-    scale : (Scale, float), optional
-        Scale from `gap_scale`, to compare pictures; if left out that of this gap.
-    window : Window, optional
-        Part of the seal to show [m]; all if left out.
+    film : film on a grid
+    path : the file, .png, .pdf or .svg
+    scale : scale from `gap_scale`, to compare pictures; if left out that of this gap
+    window : part of the seal to show [m]; all if left out
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If the window extends beyond the seal, or the path cannot be written.
     """
     if scale is None and film.highest > 0:
         scale = gap_scale(film.gap.values)

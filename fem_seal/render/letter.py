@@ -38,16 +38,9 @@ def contact_figure(
 
     Parameters
     ----------
-    contacts : dict of GridField
-        Gap [m] by model.
-    folder : Path
-        Folder for fig1.png and fig1.pdf.
-    panel_side : int
-        Pixels of the longer side of each panel.
-
-    Returns
-    -------
-    list of Path, the files
+    contacts : gap [m] by model
+    folder : folder for fig1.png and fig1.pdf
+    panel_side : pixels of the longer side of each panel
     """
     whole = [
         contact_panel(GridFilm(gap, "periodic"), long_side=panel_side, title=_title(model, gap))
@@ -67,16 +60,9 @@ def flow_figure(
 
     Parameters
     ----------
-    flows : dict of FlowPicture
-        Flow by model.
-    folder : Path
-        Folder for fig2.png and fig2.pdf.
-    panel_side : int
-        Pixels of the longer side of each panel.
-
-    Returns
-    -------
-    list of Path, the files
+    flows : flow by model
+    folder : folder for fig2.png and fig2.pdf
+    panel_side : pixels of the longer side of each panel
     """
     scale = Scale("flow density / peak", 10.0**-DECADES, 1.0, True, FLOW_COLOURS, "min")
     whole, parts = [], []
@@ -116,16 +102,10 @@ def current_figure(
 
     Parameters
     ----------
-    currents : sequence of CurrentRow
-        Points of both models and all seeds; the logarithmic axis has no place for sealed ones.
-    persson : sequence of PerssonRow
-        Persson's predictions with the modified Bruggeman medium, for each law of the area.
-    folder : Path
-        Folder for fig3.png and fig3.pdf.
-
-    Returns
-    -------
-    list of Path, the files
+    currents : points of both models and all seeds; the logarithmic axis has no place for sealed
+        ones
+    persson : Persson's predictions with the modified Bruggeman medium, for each law of the area
+    folder : folder for fig3.png and fig3.pdf
     """
     paths = _paths(folder, "fig3")
     with new_figure((9.6, 4.6), *paths) as figure:
@@ -240,14 +220,8 @@ def error_figure(errors: Sequence[ErrorRow], folder: Path) -> list[Path]:
 
     Parameters
     ----------
-    errors : sequence of ErrorRow
-        At least one row.
-    folder : Path
-        Folder for errors.png and errors.pdf.
-
-    Returns
-    -------
-    list of Path, the files
+    errors : at least one row
+    folder : folder for errors.png and errors.pdf
     """
     paths = _paths(folder, "errors")
     with new_figure((5.2, 3.8), *paths) as figure:

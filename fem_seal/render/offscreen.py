@@ -37,79 +37,39 @@ GL_LIBRARIES = {
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """Triangles coloured by values on cells or at points.
+    """Triangles coloured by values on cells or at points."""
 
-    Parameters
-    ----------
-    points : (N, 2) float
-        Coordinates [m].
-    cells : (C, 3) int
-        Corners of the triangles.
-    values : (C,) or (N,) float
-        Values that are constant on cells, or at points and linear on cells.
-    scale : Scale
-        Colour scale of the values.
-    """
-
-    points: np.ndarray
-    cells: np.ndarray
+    points: np.ndarray  #: (N, 2), coordinates [m]
+    cells: np.ndarray  #: (C, 3) int, corners of the triangles
+    #: (C,) or (N,), values that are constant on cells, or at points and linear on cells
     values: np.ndarray
-    scale: Scale
+    scale: Scale  #: colour scale of the values
 
 
 @dataclass(frozen=True, eq=False)
 class Isolines:
-    """Isolines of values that are linear on triangles.
+    """Isolines of values that are linear on triangles."""
 
-    Parameters
-    ----------
-    points : (N, 2) float
-        Coordinates [m].
-    cells : (C, 3) int
-        Corners of the triangles.
-    values : (N,) float
-        Values at the points.
-    levels : sequence of float
-        Values of the lines.
-    """
-
-    points: np.ndarray
-    cells: np.ndarray
-    values: np.ndarray
-    levels: Sequence[float]
+    points: np.ndarray  #: (N, 2), coordinates [m]
+    cells: np.ndarray  #: (C, 3) int, corners of the triangles
+    values: np.ndarray  #: (N,), values at the points
+    levels: Sequence[float]  #: values of the lines
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles in one colour, drawn as edges or filled.
+    """Triangles in one colour, drawn as edges or filled."""
 
-    Parameters
-    ----------
-    points : (N, 2) float
-        Coordinates [m].
-    cells : (C, 3) int
-        Corners of the triangles.
-    colour : (int, int, int)
-        Red, green, blue, 0..255.
-    line : float
-        Width of the edges [pixel]; 0 fills the triangles.
-    """
-
-    points: np.ndarray
-    cells: np.ndarray
-    colour: tuple[int, int, int]
-    line: float
+    points: np.ndarray  #: (N, 2), coordinates [m]
+    cells: np.ndarray  #: (C, 3) int, corners of the triangles
+    colour: tuple[int, int, int]  #: red, green, blue, 0..255
+    line: float  #: width of the edges [pixel]; 0 fills the triangles
 
 
 def require_gl() -> None:
     """Choose a render window that works without a screen.
 
     Without its OpenGL library VTK would end the process.
-
-    Raises
-    ------
-    MissingPackage
-        If the OpenGL library of the window is not installed.
     """
     chosen = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW")
     if chosen is not None and chosen not in GL_LIBRARIES:
@@ -156,19 +116,12 @@ def draw(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) ->
     Parameters
     ----------
     layers : sequence of Triangles, Isolines and Mesh
-    window : Window
-        The rectangle [m] that fills the picture exactly.
-    long_side : int
-        Length of the longer side [pixel].
+    window : the rectangle [m] that fills the picture exactly
+    long_side : length of the longer side [pixel]
 
     Returns
     -------
     (height, width, 3) uint8, first row at y = y1, first column at x = x0.
-
-    Raises
-    ------
-    MissingPackage
-        If no OpenGL library is installed.
     """
     vista = _import_pyvista()
     width, height = window.pixels(long_side)
@@ -197,24 +150,14 @@ def draw(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) ->
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """A landscape with a picture on it.
+    """A landscape with a picture on it."""
 
-    Parameters
-    ----------
-    points : (mx, my, 3) float
-        Points of the landscape in any unit, x and y from 0.
-    picture : (height, width, 3) uint8
-        Picture that covers the landscape, first row at the largest y.
-    edges : ((int, int, int), (int, int, int))
-        Colours of the edges at the smallest and at the largest x.
-    pin : (x, y, z) or None
-        Foot of a black pin.
-    """
-
-    points: np.ndarray
+    points: np.ndarray  #: (mx, my, 3), points of the landscape in any unit, x and y from 0
+    #: (height, width, 3) uint8, picture that covers the landscape, first row at the largest y
     picture: np.ndarray
+    #: colours of the edges at the smallest and at the largest x
     edges: tuple[tuple[int, int, int], tuple[int, int, int]]
-    pin: tuple[float, float, float] | None
+    pin: tuple[float, float, float] | None  #: (x, y, z), foot of a black pin
 
 
 def draw_relief(relief: Relief, long_side: int = LONG_SIDE) -> np.ndarray:
@@ -222,18 +165,11 @@ def draw_relief(relief: Relief, long_side: int = LONG_SIDE) -> np.ndarray:
 
     Parameters
     ----------
-    relief : Relief
-    long_side : int
-        Width of the picture before its margins are cut off [pixel].
+    long_side : width of the picture before its margins are cut off [pixel]
 
     Returns
     -------
     (height, width, 3) uint8
-
-    Raises
-    ------
-    MissingPackage
-        If no OpenGL library is installed.
     """
     vista = _import_pyvista()
     points = relief.points / relief.points[..., :2].max()

@@ -39,38 +39,22 @@ KEY, KEY_LINE, ENTRY = 0.28, 0.2, 0.5
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A drawing, with the rectangle of the seal that it shows.
+    """A drawing, with the rectangle of the seal that it shows."""
 
-    Parameters
-    ----------
-    pixels : (height, width, 3) uint8
-        The drawing.
-    window : Window
-        The rectangle [m].
-    title : str
-        Title above the drawing, or empty.
-    along_x : bool
-        Whether the fluid flows along x, from left to right, and the label of the axis shows it.
-    scale : Scale, optional
-        Scale of this drawing alone; its colour bar stands beside the drawing.
-    ends : (bool, bool)
-        Whether the left edge is the inlet, and the right edge the outlet.
-    constriction : (x, y), optional
-        Critical constriction [m], to be marked.
-    axes : bool
-        Whether the drawing has a frame with lengths; otherwise it has a title only.
-    enlarged : Window, optional
-        Part of the drawing that another panel shows enlarged [m]; a rectangle marks it.
-    """
-
-    pixels: np.ndarray
-    window: Window
-    title: str = ""
+    pixels: np.ndarray  #: (height, width, 3) uint8, the drawing
+    window: Window  #: the rectangle [m]
+    title: str = ""  #: title above the drawing, or empty
+    #: whether the fluid flows along x, from left to right, and the label of the axis shows it
     along_x: bool = True
+    #: scale of this drawing alone; its colour bar stands beside the drawing
     scale: Scale | None = None
+    #: whether the left edge is the inlet, and the right edge the outlet
     ends: tuple[bool, bool] = (False, False)
+    #: (x, y), critical constriction [m], to be marked
     constriction: tuple[float, float] | None = None
+    #: whether the drawing has a frame with lengths; otherwise it has a title only
     axes: bool = True
+    #: part of the drawing that another panel shows enlarged [m]; a rectangle marks it
     enlarged: Window | None = None
 
     @property
@@ -97,18 +81,10 @@ class Panel:
 
 @dataclass(frozen=True)
 class Swatch:
-    """One entry of the key: a colour and its meaning.
+    """One entry of the key: a colour and its meaning."""
 
-    Parameters
-    ----------
-    name : str
-        The meaning.
-    colour : (int, int, int)
-        Red, green, blue, 0..255.
-    """
-
-    name: str
-    colour: tuple[int, int, int]
+    name: str  #: the meaning
+    colour: tuple[int, int, int]  #: red, green, blue, 0..255
 
 
 # In print without colour the inlet is a darker grey than the outlet.
@@ -130,12 +106,10 @@ def panel_of(
 
     Parameters
     ----------
-    film : GridFilm
-        The film that the pixels show.
+    film : the film that the pixels show
     pixels, window, title, scale
         As of `Panel`.
-    marked : bool
-        Whether the critical constriction is marked, if there is one.
+    marked : whether the critical constriction is marked, if there is one
     """
     length = film.size[0]
     rounding = 1e-9 * length
@@ -168,15 +142,6 @@ def write_page(
     path : the file, .png, .pdf or .svg; the last two embed the pixels and have letters as outlines
     scale : scale of all panels; each row gets a colour bar. (A panel may have one of its own.)
     key : colours with their meaning, shown below the panels
-
-    Returns
-    -------
-    path
-
-    Raises
-    ------
-    InvalidInput
-        For a suffix other than .png, .pdf, .svg, or a folder that cannot be written to.
     """
     path = picture_path(path)
     with lettering():
@@ -372,10 +337,7 @@ def _name_decades(bar: "Colorbar", scale: Scale, name_height: float) -> None:
 
     Parameters
     ----------
-    bar : Colorbar
-    scale : Scale
-    name_height : float
-        Height of a number, as part of the bar.
+    name_height : height of a number, as part of the bar
     """
     from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 

@@ -18,15 +18,8 @@ def new_figure(size: tuple[float, float], *paths: str | Path) -> "Iterator[Figur
 
     Parameters
     ----------
-    size : (float, float)
-        Width and height [inch].
-    *paths : str or Path
-        The files, .png, .pdf or .svg.
-
-    Raises
-    ------
-    InvalidInput
-        If the suffix is another one, or the folder cannot be written to.
+    size : width and height [inch]
+    *paths : the files, .png, .pdf or .svg
     """
     files = [picture_path(path) for path in paths]
     import matplotlib

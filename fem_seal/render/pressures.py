@@ -67,23 +67,14 @@ def contact_pressure_picture(
 
     Parameters
     ----------
-    film : GridFilm
-        Film between the solids.
-    pressure : GridField
-        Contact pressure [Pa]; in a lifted contact its excess over the fluid's pressure.
-    path : str or Path
-        The file, .png, .pdf or .svg.
-    window : Window, optional
-        Part of the seal to show [m]; all if left out.
+    film : film between the solids
+    pressure : contact pressure [Pa]; in a lifted contact its excess over the fluid's pressure
+    path : the file, .png, .pdf or .svg
+    window : part of the seal to show [m]; all if left out
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If the window extends beyond the seal, or the path cannot be written.
     """
     panel = contact_pressure_panel(film, pressure, window=window)
     return write_page([[panel]], path, key=(OPEN,))
@@ -98,13 +89,9 @@ def fluid_pressure_panel(
 
     Parameters
     ----------
-    film : GridFilm
-        Film of the fluid.
-    pressure : GridField
-        Pressure [Pa] of the fluid, continued to the samples in contact.
-    long_side : int
-        Length of the longer side [pixel].
-    title : str
+    film : film of the fluid
+    pressure : pressure [Pa] of the fluid, continued to the samples in contact
+    long_side : length of the longer side [pixel]
     """
     view = mosaic(film, None, long_side)
     samples = _on_samples(film, pressure)
@@ -142,23 +129,14 @@ def lift_picture(
 
     Parameters
     ----------
-    lifted, dry : GridFilm
-        Films with and without the fluid's pressure.
-    contact_pressure, fluid_pressure : GridField
-        Pressures of the lifted contact [Pa].
-    path : str or Path
-        The file, .png, .pdf or .svg.
-    long_side : int
-        Length of the longer side of each picture [pixel].
+    lifted, dry : films with and without the fluid's pressure
+    contact_pressure, fluid_pressure : pressures of the lifted contact [Pa]
+    path : the file, .png, .pdf or .svg
+    long_side : length of the longer side of each picture [pixel]
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If the path cannot be written.
     """
     gaps = [film.gap.values for film in (dry, lifted)]
     scale = gap_scale(*gaps) if any(gap.any() for gap in gaps) else None

@@ -23,10 +23,8 @@ def exaggeration(deepest: float, length: float) -> float:
 
     Parameters
     ----------
-    deepest : float
-        Largest gap [m].
-    length : float
-        Longer side of the seal [m].
+    deepest : largest gap [m]
+    length : longer side of the seal [m]
     """
     return step_above(DEPTH * length / deepest)
 
@@ -36,23 +34,13 @@ def relief_picture(leak: LeakRate, film: GridFilm, path: str | Path) -> Path:
 
     Parameters
     ----------
-    leak : LeakRate
-        Leak rate with its flow field.
-    film : GridFilm
-        Film on a grid through which the fluid flows.
-    path : str or Path
-        The file, .png, .pdf or .svg.
+    leak : leak rate with its flow field
+    film : film on a grid through which the fluid flows
+    path : the file, .png, .pdf or .svg
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If the gap is sealed, the field is missing, or the path cannot be written.
-    MissingPackage
-        If no OpenGL library is installed.
     """
     field = flow_of(leak)
     scale = flow_scale(field)

@@ -40,11 +40,6 @@ def report(folder: str | Path) -> Path:
     Returns
     -------
     Path of report.html in that folder.
-
-    Raises
-    ------
-    InvalidInput
-        If the folder holds no result, or cannot be written to.
     """
     folder = Path(folder)
     result = Result.from_folder(folder)
@@ -153,10 +148,8 @@ def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
 
     Parameters
     ----------
-    value : dict, list, str, float, bool or None
-        Nested dicts and lists of JSON.
-    name : str
-        Path of the value so far.
+    value : nested dicts and lists of JSON
+    name : path of the value so far
 
     Yields
     ------

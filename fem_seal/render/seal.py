@@ -23,14 +23,8 @@ def seal_picture(seal: SealRecord, path: str | Path) -> Path:
 
     Parameters
     ----------
-    seal : SealRecord
-        Seal of a result.json.
-    path : str or Path
-        PNG file to write.
-
-    Returns
-    -------
-    Path
+    seal : seal of a result.json
+    path : PNG file to write
     """
     figure = seal_figure(seal)
     path = Path(path)

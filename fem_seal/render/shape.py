@@ -36,21 +36,12 @@ def mesh_picture(film: MeshFilm, path: str | Path) -> Path:
 
     Parameters
     ----------
-    film : MeshFilm
-        Film on the mesh.
-    path : str or Path
-        The file, .png, .pdf or .svg.
+    film : film on the mesh
+    path : the file, .png, .pdf or .svg
 
     Returns
     -------
     Path of the file.
-
-    Raises
-    ------
-    InvalidInput
-        If the path cannot be written.
-    MissingPackage
-        If no OpenGL library is installed.
     """
     mesh = film.mesh
     layers = (*_contact_of(film), Mesh(mesh.xy, mesh.cells, EDGES, 0.5), *_boundaries(mesh))

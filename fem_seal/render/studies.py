@@ -28,14 +28,10 @@ def cross_validation_figure(
 
     Parameters
     ----------
-    rows : sequence of Row
-        Rows from `cross_validation`.
-    path : Path
-        The file.
-    title : str
-        Name of the gap.
-    reference : Reference, optional
-        Certified bracket, drawn as a band; errors below its half-width cannot be resolved.
+    rows : rows from `cross_validation`
+    path : the file
+    title : name of the gap
+    reference : certified bracket, drawn as a band; errors below its half-width cannot be resolved
 
     Returns
     -------
@@ -110,11 +106,8 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
 
     Parameters
     ----------
-    result : Trade
-    path : Path
-        The file.
-    title : str
-        Scene and machine.
+    path : the file
+    title : scene and machine
 
     Returns
     -------
@@ -178,10 +171,8 @@ def saddle_figure(series: Sequence[Sequence[SaddlePoint]], path: Path) -> Path:
 
     Parameters
     ----------
-    series : sequence of sequences of SaddlePoint
-        Points of each grid.
-    path : Path
-        The file.
+    series : points of each grid
+    path : the file
 
     Returns
     -------

@@ -22,12 +22,9 @@ def surface_figure(field: GridField, fit: SpectrumFit | None, path: str | Path) 
 
     Parameters
     ----------
-    field : GridField
-        Heights [m] as they are pressed.
-    fit : SpectrumFit or None
-        Fit of their spectrum; without it the spectrum is not drawn.
-    path : str or Path
-        The file; its suffix chooses the format.
+    field : heights [m] as they are pressed
+    fit : fit of their spectrum; without it the spectrum is not drawn
+    path : the file; its suffix chooses the format
     """
     panels = 1 if fit is None else 2
     with new_figure((5.0 * panels, 3.9), path) as figure:

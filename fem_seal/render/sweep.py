@@ -35,21 +35,12 @@ _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
 
 @dataclass(frozen=True)
 class Curve:
-    """Leak rates against one field, the other fields fixed.
+    """Leak rates against one field, the other fields fixed."""
 
-    Parameters
-    ----------
-    label : str
-        The other fields with their values; empty if there are none.
-    groups : tuple of (float, Group)
-        Place on the axis, ascending, and the points at that place; they differ in their seed only.
-    joined : bool
-        Whether a line joins the places; False if the places are seeds.
-    """
-
-    label: str
+    label: str  #: the other fields with their values; empty if there are none
+    #: place on the axis, ascending, and the points at that place; they differ in their seed only
     groups: tuple[tuple[float, Group], ...]
-    joined: bool
+    joined: bool  #: whether a line joins the places; False if the places are seeds
 
     @property
     def seeds(self) -> bool:
@@ -90,16 +81,9 @@ def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) ->
 
     Parameters
     ----------
-    keys : tuple of str
-        Names of the fields that vary.
-    table : sequence of Point
+    keys : names of the fields that vary
     folder : pathlib.Path
         Folder of sweep.png.
-
-    Raises
-    ------
-    InvalidInput
-        If no point leaks, or there are too many curves.
     """
     others = tuple(key for key in keys if key not in SEEDS)
     along = others[0] if others else keys[0]

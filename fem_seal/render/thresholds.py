@@ -24,27 +24,15 @@ PALE = 0.45  # opacity of points whose Hurst exponent is not the largest
 
 @dataclass(frozen=True)
 class _Kind:
-    """A quantity of the rows and the style of its points.
+    """A quantity of the rows and the style of its points."""
 
-    Attributes
-    ----------
-    name : str
-        Name in the legend.
-    model : str
-        Contact model of the rows to draw.
-    value, spread : str
-        Names of two fields of a row: threshold, and its standard deviation over the seeds.
-    colour : str
-    filled : bool
-        Whether markers are filled; visible also in print without colour.
-    """
-
-    name: str
-    model: str
+    name: str  #: name in the legend
+    model: str  #: contact model of the rows to draw
+    #: names of two fields of a row: threshold, and its standard deviation over the seeds
     value: str
     spread: str
     colour: str
-    filled: bool
+    filled: bool  #: whether markers are filled; visible also in print without colour
 
 
 KINDS = (
@@ -70,15 +58,9 @@ def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> list[Path]:
 
     Parameters
     ----------
-    rows : sequence of ThresholdRow
-        Rows of one or several runs of `fem_seal.letter.percolation`. Only those with the kind of
-        edges of the first row are drawn.
-    folder : Path
-        Folder for thresholds.png and thresholds.pdf.
-
-    Returns
-    -------
-    list of Path, the files
+    rows : rows of one or several runs of `fem_seal.letter.percolation`. Only those with the kind of
+        edges of the first row are drawn
+    folder : folder for thresholds.png and thresholds.pdf
     """
     paths = [folder / f"thresholds.{suffix}" for suffix in FORMATS]
     with new_figure((6.6, 4.4), *paths) as figure:

@@ -17,17 +17,10 @@ from fem_seal.render.window import LONG_SIDE, Window
 
 @dataclass(frozen=True, eq=False)
 class Tiles:
-    """Equal rectangles of one colour each that fill a window.
+    """Equal rectangles of one colour each that fill a window."""
 
-    Parameters
-    ----------
-    colours : (nx, ny, 3) uint8, or (nx, ny, 4) with opacity
-    extent : Window
-        The window [m].
-    """
-
-    colours: np.ndarray
-    extent: Window
+    colours: np.ndarray  #: (nx, ny, 3) uint8, or (nx, ny, 4) with opacity
+    extent: Window  #: the window [m]
 
 
 def paint(
@@ -37,13 +30,9 @@ def paint(
 
     Parameters
     ----------
-    tiles : Tiles
-    window : Window
-        The rectangle [m] that fills the picture exactly.
-    long_side : int
-        Length of the longer side [pixel].
-    ground : (height, width, 3) uint8, optional
-        Picture to paint on; white if left out.
+    window : the rectangle [m] that fills the picture exactly
+    long_side : length of the longer side [pixel]
+    ground : (height, width, 3) uint8, picture to paint on; white if left out
 
     Returns
     -------
@@ -90,28 +79,14 @@ def _means(values: np.ndarray, edges: np.ndarray, axis: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Mosaic:
-    """The samples inside a window, and the block of samples of each tile.
+    """The samples inside a window, and the block of samples of each tile."""
 
-    Attributes
-    ----------
-    sites : Lattice
-        Sites of the gap.
-    samples : (mx, my) float
-        Gap at all samples [m].
-    window : Window
-        Part of the seal to show.
-    first, last : (int, int)
-        First sample inside the window and last sample + 1, along each axis.
-    block : (int, int)
-        Samples per tile along each axis.
-    """
-
-    sites: Lattice
-    samples: np.ndarray
-    window: Window
-    first: tuple[int, int]
-    last: tuple[int, int]
-    block: tuple[int, int]
+    sites: Lattice  #: sites of the gap
+    samples: np.ndarray  #: (mx, my), gap at all samples [m]
+    window: Window  #: part of the seal to show
+    first: tuple[int, int]  #: first sample inside the window, along each axis
+    last: tuple[int, int]  #: last sample inside + 1
+    block: tuple[int, int]  #: samples per tile along each axis
 
     def crop(self, field: np.ndarray) -> np.ndarray:
         """Samples (kx, ky) of a field (mx, my) inside the window."""
@@ -122,8 +97,7 @@ class Mosaic:
 
         Parameters
         ----------
-        field : (kx, ky) float
-            Samples inside the window, from `crop`.
+        field : (kx, ky), samples inside the window, from `crop`
 
         Returns
         -------
@@ -142,12 +116,8 @@ class Mosaic:
 
         Parameters
         ----------
-        colours : (tiles along x, tiles along y, 3 or 4) float
-            Colours 0..255, the fourth number their opacity.
-
-        Returns
-        -------
-        Tiles
+        colours : (tiles along x, tiles along y, 3 or 4), colours 0..255, the fourth number their
+            opacity
         """
         (dx, dy), (ox, oy) = self.sites.spacing, self.sites.origin
         x0, y0 = ox + (self.first[0] - 0.5) * dx, oy + (self.first[1] - 0.5) * dy
@@ -160,14 +130,8 @@ class Mosaic:
 
         Parameters
         ----------
-        classes : (mx, my) uint8
-            Index of every sample in the palette.
-        palette : (k, 3) or (k, 4)
-            Colours 0..255, or colours with opacity.
-
-        Returns
-        -------
-        Tiles
+        classes : (mx, my) uint8, index of every sample in the palette
+        palette : (k, 3) or (k, 4), colours 0..255, or colours with opacity
         """
         cropped = self.crop(classes)
         colours = sum(
@@ -186,21 +150,9 @@ def mosaic(
 
     Parameters
     ----------
-    film : GridFilm
-        Film on a grid.
-    window : Window, optional
-        Part of the seal to show; all if left out.
-    long_side : int
-        Length of the longer side of the picture in pixels.
-
-    Returns
-    -------
-    Mosaic
-
-    Raises
-    ------
-    InvalidInput
-        If a linear gap has a single row or column, or the window extends beyond the seal.
+    film : film on a grid
+    window : part of the seal to show; all if left out
+    long_side : length of the longer side of the picture in pixels
     """
     sites = film.sites
     samples = sites.on_samples(sites.gap)

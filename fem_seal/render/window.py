@@ -13,24 +13,11 @@ ISOLINE_WIDTH = 1.6  # width of all isolines [pixel]
 
 @dataclass(frozen=True)
 class Window:
-    """The rectangle of the seal that a picture shows.
+    """The rectangle of the seal that a picture shows."""
 
-    Parameters
-    ----------
-    x0, x1 : float
-        Ends along the flow [m], x0 < x1.
-    y0, y1 : float
-        Ends across the flow [m], y0 < y1.
-
-    Raises
-    ------
-    InvalidInput
-        If the rectangle is empty.
-    """
-
-    x0: float
+    x0: float  #: ends along the flow [m], x0 < x1
     x1: float
-    y0: float
+    y0: float  #: ends across the flow [m], y0 < y1
     y1: float
 
     def __post_init__(self) -> None:
@@ -50,31 +37,16 @@ class Window:
 
 @dataclass(frozen=True)
 class Scale:
-    """Colour scale of a quantity, for the field and for its colour bar.
+    """Colour scale of a quantity, for the field and for its colour bar."""
 
-    Parameters
-    ----------
-    label : str
-        Quantity and unit, "gap [µm]".
-    low, high : float
-        Values at the ends of the bar. Values beyond an end have the colour of that end.
-    logarithmic : bool
-        Whether the colour depends on the logarithm of the value.
-    colours : str
-        Name of a map of `fem_seal.render.colours`.
-    beyond : "neither", "min", "max" or "both"
-        Ends of the bar beyond which there are values.
-    lines : sequence of float
-        Values of the isolines in the picture and in the bar.
-    """
-
-    label: str
-    low: float
+    label: str  #: quantity and unit, "gap [µm]"
+    low: float  #: values at the ends of the bar. Values beyond an end have the colour of that end
     high: float
-    logarithmic: bool = False
-    colours: str = "viridis"
+    logarithmic: bool = False  #: whether the colour depends on the logarithm of the value
+    colours: str = "viridis"  #: name of a map of `fem_seal.render.colours`
+    #: "neither", "min", "max" or "both": ends of the bar beyond which there are values
     beyond: str = "neither"
-    lines: tuple[float, ...] = ()
+    lines: tuple[float, ...] = ()  #: values of the isolines in the picture and in the bar
 
     def __post_init__(self) -> None:
         least = 0.0 if self.logarithmic else -np.inf
@@ -98,14 +70,11 @@ def logarithmic_scale(label: str, least: float, peak: float, decades: int, colou
 
     Parameters
     ----------
-    label : str
-        Quantity and unit.
-    least, peak : float
-        Smallest and largest value, peak > 0.
-    decades : int
-        Largest length of the bar; it is shorter if no value is that small, but one decade at least.
-    colours : str
-        Name of a map of `fem_seal.render.colours`.
+    label : quantity and unit
+    least, peak : smallest and largest value, peak > 0
+    decades : largest length of the bar; it is shorter if no value is that small, but one decade at
+        least
+    colours : name of a map of `fem_seal.render.colours`
     """
     high = step_above(peak)
     low = high / 10.0**decades
