@@ -36,26 +36,17 @@ def effective_conductivity(
 
     Parameters
     ----------
-    conductivity : (..., m) float
-        Local conductivities k >= 0 of each medium, or the values of a histogram, along the last
-        axis, in any unit.
-    dimension : float
-        Dimension n >= 1.
-    weights : (m,) or (..., m) float, optional
-        Part of the area with each value; equal if left out. Normalised here to 1 - `contact`.
-    contact : float
-        Part c of the whole area in contact, in [0, 1], besides the values k = 0.
-    rtol : float
-        Relative tolerance of K.
+    conductivity : (..., m), local conductivities k >= 0 of each medium, or the values of a
+        histogram, along the last axis, in any unit
+    dimension : dimension n >= 1
+    weights : (m,) or (..., m), part of the area with each value; equal if left out. Normalised here
+        to 1 - `contact`
+    contact : part c of the whole area in contact, in [0, 1], besides the values k = 0
+    rtol : relative tolerance of K
 
     Returns
     -------
     (...) float in the unit of the conductivities; exactly 0 where the medium does not percolate.
-
-    Raises
-    ------
-    InvalidInput
-        For negative conductivities or weights, n < 1, or a contact part outside [0, 1].
     """
     k = np.asarray(conductivity, dtype=float)
     w = np.ones(k.shape[-1]) if weights is None else np.asarray(weights, dtype=float)
@@ -110,19 +101,12 @@ def effective_dimension(contact_area: float, threshold: float = ELASTIC_THRESHOL
 
     Parameters
     ----------
-    contact_area : float
-        A/A0 in [0, 1].
-    threshold : float
-        A*/A0 in (0, 1).
+    contact_area : A/A0 in [0, 1]
+    threshold : A*/A0 in (0, 1)
 
     Returns
     -------
-    float, >= 1; a threshold of 1/2 gives 2, Bruggeman's own medium, for every contact area.
-
-    Raises
-    ------
-    InvalidInput
-        If an area is out of range.
+    >= 1; a threshold of 1/2 gives 2, Bruggeman's own medium, for every contact area.
     """
     if not (0 <= contact_area <= 1 and 0 < threshold < 1):
         raise InvalidInput(
@@ -139,23 +123,15 @@ def leak_rate(
 
     Parameters
     ----------
-    gap : GridField
-        Gap g [m], zero in contact. The positions of its samples do not matter.
-    viscosity : float
-        η [Pa s].
-    pressure_drop : float
-        Δp along the first axis [Pa].
-    dimension : float
-        2 for Bruggeman's own medium; for the letter's, `effective_dimension` of the contact area.
+    gap : gap g [m], zero in contact. The positions of its samples do not matter
+    viscosity : η [Pa s]
+    pressure_drop : δp along the first axis [Pa]
+    dimension : 2 for Bruggeman's own medium; for the letter's, `effective_dimension` of the contact
+        area
 
     Returns
     -------
     float [m^3/s]
-
-    Raises
-    ------
-    InvalidInput
-        As in `effective_conductivity`.
     """
     K = effective_conductivity(
         gap.values.ravel() ** 3 / (12 * viscosity), dimension=dimension, rtol=1e-10

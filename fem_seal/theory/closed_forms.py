@@ -13,10 +13,8 @@ def parallel_plates(gap: float, length: float, width: float, viscosity: float) -
 
     Parameters
     ----------
-    gap, length, width : float
-        g, Lx along the flow, and Ly across it [m].
-    viscosity : float
-        η [Pa s].
+    gap, length, width : g, Lx along the flow, and Ly across it [m]
+    viscosity : η [Pa s]
 
     Returns
     -------
@@ -34,7 +32,7 @@ def series(conductivity: np.ndarray) -> float:
 
     Returns
     -------
-    float; 0 if a layer has K = 0.
+    0 if a layer has K = 0.
     """
     K = np.asarray(conductivity, dtype=float)
     return float(K.size / np.sum(1 / K)) if np.all(K > 0) else 0.0
@@ -46,10 +44,6 @@ def parallel(conductivity: np.ndarray) -> float:
     Parameters
     ----------
     conductivity : (n,) float, >= 0
-
-    Returns
-    -------
-    float
     """
     return float(np.mean(conductivity))
 
@@ -62,8 +56,7 @@ def piecewise_linear_channel(gap: np.ndarray) -> float:
 
     Parameters
     ----------
-    gap : (n,) float
-        Samples of the gap [m], n >= 2.
+    gap : (n,), samples of the gap [m], n >= 2
 
     Returns
     -------
@@ -81,20 +74,10 @@ def cosine_channel(amplitude: float, *, across: bool) -> float:
 
     Parameters
     ----------
-    amplitude : float
-        a in [0, 1].
-    across : bool
-        True: the wave crests lie across the flow, 1/<g⁻³> = (1 - a²)^(5/2) / (1 + a²/2) (integrals
-        of A. Sommerfeld, Z. Math. Phys. 50, 97 (1904)). False: along it, <g³> = 1 + 3 a²/2.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    InvalidInput
-        If the amplitude is out of range.
+    amplitude : a in [0, 1]
+    across : true: the wave crests lie across the flow, 1/<g⁻³> = (1 - a²)^(5/2) / (1 + a²/2)
+        (integrals of A. Sommerfeld, Z. Math. Phys. 50, 97 (1904)). False: along it, <g³> = 1 + 3
+        a²/2
     """
     a = amplitude
     if not 0 <= a <= 1:
@@ -111,10 +94,6 @@ def checkerboard(K1: float, K2: float) -> float:
     Parameters
     ----------
     K1, K2 : float, >= 0
-
-    Returns
-    -------
-    float
     """
     return float(np.sqrt(K1) * np.sqrt(K2))
 
@@ -129,10 +108,6 @@ def four_phase_checkerboard(K1: float, K2: float, K3: float, K4: float) -> tuple
     Parameters
     ----------
     K1, K2, K3, K4 : float, > 0
-
-    Returns
-    -------
-    (float, float)
     """
     total = K1 + K2 + K3 + K4
     triples = K2 * K3 * K4 + K1 * K3 * K4 + K1 * K2 * K4 + K1 * K2 * K3
@@ -151,10 +126,8 @@ def smooth_checkerboard(x: np.ndarray, y: np.ndarray, amplitude: float) -> np.nd
 
     Parameters
     ----------
-    x, y : float arrays
-        Coordinates in periods.
-    amplitude : float
-        A; the contrast is exp(2 A).
+    x, y : coordinates in periods
+    amplitude : A; the contrast is exp(2 A)
 
     Returns
     -------
@@ -172,17 +145,7 @@ def disc_array(area_fraction: float) -> float:
 
     Parameters
     ----------
-    area_fraction : float
-        f in [0, π/4).
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    InvalidInput
-        If the discs would overlap.
+    area_fraction : f in [0, π/4)
     """
     f = area_fraction
     if not 0 <= f < np.pi / 4:
@@ -199,12 +162,7 @@ def dilute_discs(area_fraction: float) -> float:
 
     Parameters
     ----------
-    area_fraction : float
-        f in [0, 1].
-
-    Returns
-    -------
-    float
+    area_fraction : f in [0, 1]
     """
     return (1 - area_fraction) / (1 + area_fraction)
 
@@ -214,10 +172,8 @@ def annulus(conductivity: float, inner_radius: float, outer_radius: float) -> fl
 
     Parameters
     ----------
-    conductivity : float
-        K [m^3/(Pa s)].
-    inner_radius, outer_radius : float
-        r_in and r_out [m].
+    conductivity : K [m^3/(Pa s)]
+    inner_radius, outer_radius : r_in and r_out [m]
 
     Returns
     -------
@@ -233,11 +189,6 @@ def lognormal(mean_log_conductivity: float) -> float:
 
     Parameters
     ----------
-    mean_log_conductivity : float
-        <ln K>, with K in the unit of the result.
-
-    Returns
-    -------
-    float
+    mean_log_conductivity : <ln K>, with K in the unit of the result
     """
     return float(np.exp(mean_log_conductivity))

@@ -60,29 +60,17 @@ class IsotropicSpectrum(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class PerssonState:
-    """Contact at one pressure on a ladder of n + 1 magnifications, in Persson's theory.
+    """Contact at one pressure on a ladder of n + 1 magnifications, in Persson's theory."""
 
-    Attributes
-    ----------
-    q : (n + 1,) float
-        Largest wavenumber ζ q0 resolved [1/m]; the last one is q1, full resolution.
-    area : (n + 1,) float
-        A(ζ)/A0, falling from 1.
-    mean_gap : (n + 1,) float
-        ū(ζ), mean gap over the area in contact at ζ [m]; 0 at full resolution.
-    opened_area : (n,) float
-        Part of A0 that leaves contact between neighbouring magnifications.
-    opened_gap : (n,) float
-        u1, mean gap of that area [m].
-    unseen_rms : (n,) float
-        Rms height of the roughness not resolved there: wavenumbers from ζ q0 to q1 [m].
-    """
-
+    #: (n + 1,), largest wavenumber ζ q0 resolved [1/m]; the last one is q1, full resolution
     q: np.ndarray
-    area: np.ndarray
+    area: np.ndarray  #: (n + 1,), A(ζ)/A0, falling from 1
+    #: (n + 1,) float ū(ζ), mean gap over the area in contact at ζ [m]; 0 at full resolution
     mean_gap: np.ndarray
+    #: (n,), part of A0 that leaves contact between neighbouring magnifications
     opened_area: np.ndarray
-    opened_gap: np.ndarray
+    opened_gap: np.ndarray  #: (n,) float u1, mean gap of that area [m]
+    #: (n,), rms height of the roughness not resolved there: wavenumbers from ζ q0 to q1 [m]
     unseen_rms: np.ndarray
 
 
@@ -121,12 +109,9 @@ def contact_area(
 
     Parameters
     ----------
-    pressure, contact_modulus : float
-        p0 and E* [Pa].
-    mean_square_slope : float
-        h'rms² = 2π ∫ q³ C dq of the resolved roughness.
-    law : "persson" or "wang-mueser"
-        See `AREA_LAWS`.
+    pressure, contact_modulus : p0 and E* [Pa]
+    mean_square_slope : h'rms² = 2π ∫ q³ C dq of the resolved roughness
+    law : "persson" or "wang-mueser": see `AREA_LAWS`
 
     Returns
     -------
@@ -152,28 +137,13 @@ def persson_state(
 
     Parameters
     ----------
-    spectrum : IsotropicSpectrum
-        C(q) with its range of wavenumbers.
-    pressure : float
-        p0 [Pa], > 0.
-    contact_modulus : float
-        E* [Pa], > 0.
-    area : "persson" or "wang-mueser"
-        Law of the contact area, see `AREA_LAWS`. The mean gap is that of Yang and Persson with the
-        pressure p0 A0/A of this law.
-    gamma : float
-        γ of the mean gap.
-    cells_per_octave : int
-        Number of magnifications between a wavenumber and its double.
-
-    Returns
-    -------
-    PerssonState
-
-    Raises
-    ------
-    InvalidInput
-        If the pressure or the modulus is not positive, or for an unknown law.
+    spectrum : C(q) with its range of wavenumbers
+    pressure : p0 [Pa], > 0
+    contact_modulus : E* [Pa], > 0
+    area : "persson" or "wang-mueser": law of the contact area, see `AREA_LAWS`. The mean gap is
+        that of Yang and Persson with the pressure p0 A0/A of this law
+    gamma : γ of the mean gap
+    cells_per_octave : number of magnifications between a wavenumber and its double
 
     Notes
     -----
@@ -245,8 +215,7 @@ def inner_integral(x: np.ndarray, gamma: float = GAMMA) -> np.ndarray:
     Parameters
     ----------
     x : float array, > 0
-    gamma : float
-        γ
+    gamma : γ
 
     Returns
     -------
@@ -286,20 +255,12 @@ def gap_distribution(
 
     Parameters
     ----------
-    state : PerssonState
-    gap : (m,) float
-        Gaps u >= 0 [m].
-    scatter : "almqvist" or "afferrante"
-        Width s of the scatter, see `SCATTERS`.
+    gap : (m,), gaps u >= 0 [m]
+    scatter : "almqvist" or "afferrante": width s of the scatter, see `SCATTERS`
 
     Returns
     -------
     (m,) float [1/m], with ∫ P du = 1 - A/A0
-
-    Raises
-    ------
-    InvalidInput
-        For an unknown scatter.
     """
     s = scatter_width(state, scatter)
     opens = (state.opened_area > 0) & (s > 0)

@@ -17,47 +17,26 @@ HALVINGS = 60
 
 @dataclass(frozen=True, eq=False)
 class Cumulative:
-    """Integral from the lowest wavenumber up to each edge and each quadrature point.
+    """Integral from the lowest wavenumber up to each edge and each quadrature point."""
 
-    Attributes
-    ----------
-    at_edges : (n + 1,) float
-        Integral up to the edges of the cells.
-    at_nodes : (n, POINTS) float
-        Integral up to the quadrature points.
-    """
-
-    at_edges: np.ndarray
-    at_nodes: np.ndarray
+    at_edges: np.ndarray  #: (n + 1,), integral up to the edges of the cells
+    at_nodes: np.ndarray  #: (n, POINTS), integral up to the quadrature points
 
 
 @dataclass(frozen=True, eq=False)
 class LogGrid:
-    """Cells in ln q with their quadrature points.
+    """Cells in ln q with their quadrature points."""
 
-    Attributes
-    ----------
-    edges : (n + 1,) float
-        Wavenumbers that bound the cells [1/m].
-    nodes, weights : (n, POINTS) float
-        Quadrature points and weights of ∫ f dq [1/m].
-    """
-
-    edges: np.ndarray
-    nodes: np.ndarray
-    weights: np.ndarray
+    edges: np.ndarray  #: (n + 1,), wavenumbers that bound the cells [1/m]
+    nodes: np.ndarray  #: (n, POINTS), quadrature points of ∫ f dq [1/m]
+    weights: np.ndarray  #: (n, POINTS), their weights [1/m]
 
     def cumulative(self, integrand: Callable[[np.ndarray], np.ndarray]) -> Cumulative:
         """Integrate from the lowest edge up to every edge and every node.
 
         Parameters
         ----------
-        integrand : callable
-            Vectorised function of q [1/m], smooth inside each cell.
-
-        Returns
-        -------
-        Cumulative
+        integrand : vectorised function of q [1/m], smooth inside each cell
         """
         whole = (integrand(self.nodes) * self.weights).sum(axis=1)
         at_edges = np.concatenate([[0.0], np.cumsum(whole)])
@@ -71,20 +50,9 @@ def log_grid(wavenumbers: tuple[float, ...], cells_per_octave: int) -> LogGrid:
 
     Parameters
     ----------
-    wavenumbers : tuple of float
-        Smallest wavenumber, kinks of the integrand, and largest wavenumber, ascending [1/m].
-        Repeated values count once.
-    cells_per_octave : int
-        Number of cells between a wavenumber and its double.
-
-    Returns
-    -------
-    LogGrid
-
-    Raises
-    ------
-    InvalidInput
-        If the wavenumbers are not positive and ascending, or span no range.
+    wavenumbers : smallest wavenumber, kinks of the integrand, and largest wavenumber, ascending
+        [1/m]. Repeated values count once
+    cells_per_octave : number of cells between a wavenumber and its double
     """
     marks = np.array(wavenumbers, dtype=float)
     if not (marks.size >= 2 and marks[0] > 0 and (np.diff(marks) >= 0).all()):
@@ -105,15 +73,13 @@ def graded_cell(start: float, stop: float) -> tuple[np.ndarray, np.ndarray, np.n
 
     Parameters
     ----------
-    start, stop : float
-        Edges of the cell [1/m].
+    start, stop : edges of the cell [1/m]
 
     Returns
     -------
-    nodes, weights : (m,) float
-        Quadrature points and weights of ∫ f dq over the cell [1/m].
-    inner : (m, POINTS, 2) float
-        Points [..., 0] and weights [..., 1] of the integrals from `start` to each node.
+    nodes, weights : (m,), quadrature points and weights of ∫ f dq over the cell [1/m]
+    inner : (m, POINTS, 2), points [..., 0] and weights [..., 1] of the integrals from `start` to
+        each node
     """
     t, gauss = 0.5 * (NODES + 1), 0.5 * WEIGHTS
     halves = np.log(stop / start) * 0.5 ** np.arange(HALVINGS)

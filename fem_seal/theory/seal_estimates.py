@@ -33,23 +33,14 @@ def effective_film_conductivity(
 
     Parameters
     ----------
-    state : PerssonState
-    viscosity : float
-        η [Pa s].
-    threshold : float
-        A*/A0; 1/2 gives Bruggeman's own medium.
-    scatter : "almqvist" or "afferrante"
-        Width of the scatter of the gap, see `persson.SCATTERS`.
+    viscosity : η [Pa s]
+    threshold : A*/A0; 1/2 gives Bruggeman's own medium
+    scatter : "almqvist" or "afferrante": width of the scatter of the gap, see `persson.SCATTERS`
 
     Returns
     -------
     float [m^3/(Pa s)]; exactly 0 where the contact area reaches the threshold. The leak rate is
     K Δp Ly/Lx.
-
-    Raises
-    ------
-    InvalidInput
-        For an unknown scatter or a threshold out of range.
     """
     contact = float(state.area[-1])
     dimension = effective_dimension(contact, threshold)
