@@ -20,13 +20,9 @@ class Enclosure:
 
     Between two neighbouring places the chord of `upper` is an upper bound of K, and the chord of
     1/`lower` an upper bound of 1/K (see `patch_conductivity`).
-
-    Parameters
-    ----------
-    lower, upper : (n,) float
-        Bounds of K [m³/(Pa s)] at n >= 2 places, evenly from the lower load to the higher one.
     """
 
+    #: (n,), bounds of K [m³/(Pa s)] at n >= 2 places, evenly from the lower load to the higher one
     lower: tuple[float, ...]
     upper: tuple[float, ...]
 
@@ -52,18 +48,11 @@ class Enclosure:
 
 @dataclass(frozen=True, eq=False)
 class ConductivitySteps:
-    """A conductivity that falls with the load in steps.
+    """A conductivity that falls with the load in steps."""
 
-    Parameters
-    ----------
-    loads : (n,) float
-        Net loads [Pa], ascending, at which the conductivity falls.
-    conductivity : (n + 1,) float
-        K [m³/(Pa s)] below the first load, between the loads, and above the last load. It does
-        not increase; infinite where the film may be open, zero where it may be sealed.
-    """
-
-    loads: np.ndarray
+    loads: np.ndarray  #: (n,), net loads [Pa], ascending, at which the conductivity falls
+    #: (n + 1,), K [m³/(Pa s)] below the first load, between the loads, and above the last load. It
+    #: does not increase; infinite where the film may be open, zero where it may be sealed
     conductivity: np.ndarray
 
     def __call__(self, load: np.ndarray) -> np.ndarray:
@@ -81,15 +70,6 @@ class ConductivityTable:
     the largest one at this load and above, the lower bound to the smallest one at this load and
     below.
 
-    Parameters
-    ----------
-    loads : (n,) float
-        Net loads w = P - p [Pa], >= 0, ascending.
-    lower, upper : (n,) float
-        Bounds of K [m³/(Pa s)], 0 <= lower <= upper; both 0 where the patch is sealed.
-    between : (n - 1,) Enclosure or None, optional
-        Narrower bounds between the loads; None: those of the two loads.
-
     Raises
     ------
     InvalidInput
@@ -97,9 +77,11 @@ class ConductivityTable:
         bounds cross.
     """
 
-    loads: np.ndarray
+    loads: np.ndarray  #: (n,), net loads w = P - p [Pa], >= 0, ascending
+    #: (n,), bounds of K [m³/(Pa s)], 0 <= lower <= upper; both 0 where the patch is sealed
     lower: np.ndarray
     upper: np.ndarray
+    #: (n - 1,) Enclosure or None, narrower bounds between the loads; None: those of the two loads
     between: tuple[Enclosure | None, ...] = ()
 
     def __post_init__(self) -> None:

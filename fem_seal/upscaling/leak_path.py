@@ -16,21 +16,14 @@ Number = TypeVar("Number", float, np.ndarray)
 class StraightPath:
     """A leak path of constant width.
 
-    Parameters
-    ----------
-    length : float
-        L along the flow [m].
-    circumference : float
-        W across it [m].
-
     Raises
     ------
     InvalidInput
         If a length is not positive.
     """
 
-    length: float
-    circumference: float
+    length: float  #: L along the flow [m]
+    circumference: float  #: W across it [m]
 
     def __post_init__(self) -> None:
         if not (self.length > 0 and self.circumference > 0):
@@ -45,19 +38,14 @@ class StraightPath:
 class RingPath:
     """A flat ring, through which the fluid leaks from one radius to the other.
 
-    Parameters
-    ----------
-    inlet_radius, outlet_radius : float
-        Radii [m]; the inlet may be inside or outside.
-
     Raises
     ------
     InvalidInput
         If the radii are not positive or equal.
     """
 
-    inlet_radius: float
-    outlet_radius: float
+    inlet_radius: float  #: [m]; the inlet may be inside or outside
+    outlet_radius: float  #: [m]
 
     def __post_init__(self) -> None:
         if not (min(self.inlet_radius, self.outlet_radius) > 0 and self.length > 0):
@@ -86,25 +74,17 @@ LeakPath = StraightPath | RingPath
 class EndPressures:
     """Pressures above ambient at both ends, and the quantity Φ whose gradient drives the fluid.
 
-    Parameters
-    ----------
-    inlet, outlet : float
-        p_in > p_out [Pa], above the pressure on the back of the solid.
-    ambient : float
-        Absolute pressure on the back of the solid [Pa]; used for a gas only.
-    per_square : float
-        0 for a liquid, Φ = p. For a gas T0/(2 T p0) [1/Pa], Φ = per_square × p_abs²: volumes count
-        at T0 and p0.
-
     Raises
     ------
     InvalidInput
         If the inlet's pressure is not above the outlet's.
     """
 
-    inlet: float
-    outlet: float = 0.0
-    ambient: float = 0.0
+    inlet: float  #: p_in > p_out [Pa], above the pressure on the back of the solid
+    outlet: float = 0.0  #: p_out [Pa]
+    ambient: float = 0.0  #: absolute pressure on the back of the solid [Pa]; used for a gas only
+    #: 0 for a liquid, Φ = p. For a gas T0/(2 T p0) [1/Pa], Φ = per_square × p_abs²: volumes count
+    #: at T0 and p0
     per_square: float = 0.0
 
     def __post_init__(self) -> None:
@@ -120,9 +100,7 @@ class EndPressures:
 
         Parameters
         ----------
-        drive : LiquidDrive or GasDrive
-        gauge_pressures : (float, float)
-            Pressures of inlet and outlet above ambient [Pa].
+        gauge_pressures : pressures of inlet and outlet above ambient [Pa]
         """
         inlet, outlet = gauge_pressures
         if not isinstance(drive, GasDrive):

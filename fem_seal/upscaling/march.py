@@ -32,10 +32,7 @@ def leak_rate(
 
     Parameters
     ----------
-    steps : ConductivitySteps
-    pressure, lengths : (n,) float
-        P of each cell [Pa], and its Δs.
-    ends : EndPressures
+    pressure, lengths : (n,), P of each cell [Pa], and its Δs
     """
     net = pressure.max() - ends.inlet
     if net <= 0:
@@ -65,17 +62,9 @@ def _root(
 
     Parameters
     ----------
-    excess : callable
-        Function of ln Q, without unit.
-    low, high : float
-        Guesses of ln Q, moved until one is below the root and the other above.
-    most : int
-        Largest number of iterations.
-
-    Raises
-    ------
-    NotConverged
-        If no bracket is found, or the iterations end before ln Q is known to `SHOOTING`.
+    excess : function of ln Q, without unit
+    low, high : guesses of ln Q, moved until one is below the root and the other above
+    most : largest number of iterations
     """
     from scipy.optimize import toms748
 
@@ -94,13 +83,7 @@ def _root(
 
 
 def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> float:
-    """Move ln Q in steps until the excess is 0 or has the sign of the step.
-
-    Raises
-    ------
-    NotConverged
-        If `MOST_WIDENINGS` steps are not enough.
-    """
+    """Move ln Q in steps until the excess is 0 or has the sign of the step."""
     for _ in range(MOST_WIDENINGS):
         reached = excess(log_rate)
         if reached * step >= 0:
@@ -118,10 +101,7 @@ class March:
 
     Parameters
     ----------
-    steps : ConductivitySteps
-    pressure, lengths : (n,) float
-        P of each cell [Pa], and its Δs; the first cell is at the inlet.
-    ends : EndPressures
+    pressure, lengths : (n,), P of each cell [Pa], and its Δs; the first cell is at the inlet
     """
 
     def __init__(

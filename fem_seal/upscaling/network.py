@@ -33,14 +33,13 @@ def network_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> flo
 
     Parameters
     ----------
-    conductivity : (m, n) float
-        K of the patches, m along the flow and n across, in any unit; 0 where sealed.
-    nodes : int
-        Nodes along a side of each patch.
+    conductivity : (m, n), K of the patches, m along the flow and n across, in any unit; 0 where
+        sealed
+    nodes : nodes along a side of each patch
 
     Returns
     -------
-    float, in the unit of K: the conductance between both ends times m/n.
+    In the unit of K: the conductance between both ends times m/n.
     """
     K = np.kron(np.asarray(conductivity, dtype=float), np.ones((nodes, nodes)))
     m, n = K.shape
@@ -57,14 +56,9 @@ def network_conductivity(conductivity: np.ndarray, *, nodes: int = NODES) -> flo
 
 @dataclass(frozen=True)
 class PatchCount:
-    """Number of patches of a seal.
+    """Number of patches of a seal."""
 
-    Parameters
-    ----------
-    along, across : int
-        Patches along the part of the leak path that seals, and around the seal; at least 1.
-    """
-
+    #: patches along the part of the leak path that seals, and around the seal; at least 1
     along: int
     across: int
 
@@ -80,18 +74,10 @@ class PatchCount:
 
 @dataclass(frozen=True, eq=False)
 class DrawnSeals:
-    """Leak rates of seals whose patches are drawn from a few realizations.
+    """Leak rates of seals whose patches are drawn from a few realizations."""
 
-    Parameters
-    ----------
-    mean : (3,) float
-        Means over the draws of lower bound, value and upper bound.
-    scatter : float
-        Standard deviation of a seal's leak rate over its mean, from draw to draw.
-    """
-
-    mean: np.ndarray
-    scatter: float
+    mean: np.ndarray  #: (3,), means over the draws of lower bound, value and upper bound
+    scatter: float  #: standard deviation of a seal's leak rate over its mean, from draw to draw
 
 
 def drawn_seals(
@@ -101,16 +87,12 @@ def drawn_seals(
 
     Parameters
     ----------
-    rates : (N, 3) float
-        Lower bound, value and upper bound of the leak rate that the seal would have if all its
-        patches were alike, for each realization.
-    count : PatchCount
-    draws : int
-    seed : int
+    rates : (N, 3), lower bound, value and upper bound of the leak rate that the seal would have if
+        all its patches were alike, for each realization
 
     Returns
     -------
-    DrawnSeals; with one realization, or one patch along the path, the mean needs no draws.
+    With one realization, or one patch along the path, the mean needs no draws.
     """
     rates = np.asarray(rates, dtype=float)
     if len(rates) == 1:
@@ -152,15 +134,10 @@ def generalised_interval(
 
     Parameters
     ----------
-    rates : (N,) float
-        Leak rates of the patches, 0 if sealed.
-    along : int
-        Patches along the leak path.
-    level : float
-        Probability that the interval holds the truth.
-    draws : int, optional
-        Draws of the pivots: 20 000 for one patch along the path, 200 for a network.
-    seed : int
+    rates : (N,), leak rates of the patches, 0 if sealed
+    along : patches along the leak path
+    level : probability that the interval holds the truth
+    draws : draws of the pivots: 20 000 for one patch along the path, 200 for a network
 
     Returns
     -------
@@ -205,11 +182,8 @@ def lognormal_patches(
 
     Parameters
     ----------
-    shape : (int, int)
-    sigma : float
-        Scatter of ln K.
-    leaking : float
-        Share of the patches that leak.
+    sigma : scatter of ln K
+    leaking : share of the patches that leak
     rng : numpy.random.Generator
 
     Returns
@@ -221,17 +195,7 @@ def lognormal_patches(
 
 
 def sealed_share(sealed: int, patches: int, *, level: float = LEVEL) -> tuple[float, float]:
-    """Confidence interval of the share of sealed patches by Clopper and Pearson.
-
-    Parameters
-    ----------
-    sealed, patches : int
-    level : float
-
-    Returns
-    -------
-    (lower, upper) : (float, float)
-    """
+    """Confidence interval of the share of sealed patches by Clopper and Pearson."""
     from scipy.stats import binomtest
 
     interval = binomtest(sealed, patches).proportion_ci(level, method="exact")
@@ -243,12 +207,8 @@ def may_conduct(leaking: float, count: PatchCount, *, draws: int = 100, seed: in
 
     Parameters
     ----------
-    leaking : float
-        Share of the patches that leak.
-    count : PatchCount
-    draws : int
-        Number of blocks.
-    seed : int
+    leaking : share of the patches that leak
+    draws : number of blocks
     """
     rng = np.random.default_rng(seed)
     shape = min(count.along, MOST_ALONG), min(count.across, BLOCK)
@@ -264,11 +224,8 @@ def patches_for(sigma: float, factor: float, *, level: float = LEVEL) -> int:
 
     Parameters
     ----------
-    sigma : float
-        Scatter of the logarithms.
-    factor : float
-        Upper end of the interval over the lower one.
-    level : float
+    sigma : scatter of the logarithms
+    factor : upper end of the interval over the lower one
     """
     from scipy.stats import norm
 

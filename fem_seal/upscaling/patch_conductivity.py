@@ -81,12 +81,10 @@ class LoadedPatch:
 
     Parameters
     ----------
-    patch : Patch
-        Patch of a scene with an elastic contact on a grid. The load of the scene is not used.
-    most_loose : float
-        Most unknowns of a flow whose load does not matter yet, over those of the first flow.
-    least_limit : int
-        Smallest such limit on the unknowns.
+    patch : patch of a scene with an elastic contact on a grid. The load of the scene is not used
+    most_loose : most unknowns of a flow whose load does not matter yet, over those of the first
+        flow
+    least_limit : smallest such limit on the unknowns
     """
 
     def __init__(
@@ -105,20 +103,10 @@ class LoadedPatch:
         self._enclosures: dict[tuple[float, float], Enclosure | None] = {}
 
     def bounds(self, load: float) -> tuple[float, float]:
-        """Bounds of K at a net load [Pa].
+        """Bounds of K [m³/(Pa s)] at a net load [Pa]; both 0 where the patch is sealed.
 
         The contact starts from an extrapolation of the two states nearest in load, the flow from
         the mesh and the functions of the nearest lower load.
-
-        Returns
-        -------
-        (lower, upper) : (float, float)
-            K [m³/(Pa s)]; both 0 where the patch is sealed.
-
-        Raises
-        ------
-        NotConverged
-            If the contact is not solved to its tolerance.
         """
         if load not in self._bounds:
             loose = bool(self._flows) and self.patch.scene.flow.method != "uniform"
@@ -311,23 +299,12 @@ def at_mean_pressure(slip: Slip | None) -> Slip | None:
 
 @dataclass(frozen=True, eq=False)
 class PatchFlow:
-    """Conductivity table of a patch, and the leak rate of a seal that consists of such patches.
+    """Conductivity table of a patch, and the leak rate of a seal that consists of such patches."""
 
-    Parameters
-    ----------
-    table : ConductivityTable or None
-        None if the seal lifts off.
-    flow : SealFlow
-    converged : bool
-        Whether the bounds of the leak rate meet the tolerance.
-    reason : str
-        Why they do not, and what to change; else empty.
-    """
-
-    table: ConductivityTable | None
+    table: ConductivityTable | None  #: none if the seal lifts off
     flow: SealFlow
-    converged: bool = True
-    reason: str = ""
+    converged: bool = True  #: whether the bounds of the leak rate meet the tolerance
+    reason: str = ""  #: why they do not, and what to change; else empty
 
 
 def refined(
@@ -352,27 +329,14 @@ def refined(
 
     Parameters
     ----------
-    patch : LoadedPatch
-    flow_of : callable
-        Table -> leak rate of the seal, a SealFlow.
-    highest : float
-        Largest contact pressure of the profile [Pa].
-    inlet, outlet : float
-        Pressures above ambient [Pa].
-    uniform : bool
-        Whether the contact pressure is the same everywhere; then the seal has no net load below
-        highest - inlet.
-    tolerance : float
-        Largest (upper - lower)/√(lower upper) of the leak rate.
-    most_loads : int
-    max_seconds : float, optional
-        Limit of the time; the bounds that have been reached are returned then.
-    progress : callable
-        Called with a text on the state of the table.
-
-    Returns
-    -------
-    PatchFlow
+    flow_of : table -> leak rate of the seal, a SealFlow
+    highest : largest contact pressure of the profile [Pa]
+    inlet, outlet : pressures above ambient [Pa]
+    uniform : whether the contact pressure is the same everywhere; then the seal has no net load
+        below highest - inlet
+    tolerance : largest (upper - lower)/√(lower upper) of the leak rate
+    max_seconds : limit of the time; the bounds that have been reached are returned then
+    progress : called with a text on the state of the table
 
     Raises
     ------
@@ -452,21 +416,13 @@ def _width(flow: SealFlow) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _LoadError:
-    """Parts of ln(upper/lower) of the leak rate due to n loads and to the intervals between them.
+    """Parts of ln(upper/lower) of the leak rate due to n loads and the intervals between them."""
 
-    Parameters
-    ----------
-    of_loads : (n - 1,) float
-        Error of each interval due to the distance of its loads, with the present enclosures.
-    expected : (n - 1,) float
-        Estimate of this error if the interval had an enclosure.
-    of_flows : (n,) float
-        Error of each load due to the bounds of its flow.
-    """
-
+    #: (n - 1,), error of each interval due to the distance of its loads, with the present
+    #: enclosures
     of_loads: np.ndarray
-    expected: np.ndarray
-    of_flows: np.ndarray
+    expected: np.ndarray  #: (n - 1,), estimate of this error if the interval had an enclosure
+    of_flows: np.ndarray  #: (n,), error of each load due to the bounds of its flow
 
 
 def _load_error(table: ConductivityTable, flow: SealFlow) -> _LoadError:

@@ -41,21 +41,14 @@ def _require_positive(**numbers: float) -> None:
 class Uniform:
     """The same pressure everywhere.
 
-    Parameters
-    ----------
-    pressure : float
-        P [Pa], > 0.
-    length : float
-        L [m], > 0.
-
     Raises
     ------
     InvalidInput
         For numbers out of range.
     """
 
-    pressure: float
-    length: float
+    pressure: float  #: P [Pa], > 0
+    length: float  #: L [m], > 0
 
     def __post_init__(self) -> None:
         _require_positive(pressure=self.pressure, length=self.length)
@@ -79,21 +72,14 @@ class Uniform:
 class Hertz:
     """Pressure of a cylinder on a plane, P(x) = P_max √(1 - (x - a)²/a²).
 
-    Parameters
-    ----------
-    maximum : float
-        P_max [Pa], > 0; π/4 of it is the mean pressure.
-    length : float
-        Width 2 a of the contact [m], > 0.
-
     Raises
     ------
     InvalidInput
         For numbers out of range.
     """
 
-    maximum: float
-    length: float
+    maximum: float  #: P_max [Pa], > 0; π/4 of it is the mean pressure
+    length: float  #: width 2 a of the contact [m], > 0
 
     def __post_init__(self) -> None:
         _require_positive(maximum=self.maximum, length=self.length)
@@ -106,12 +92,9 @@ class Hertz:
 
         Parameters
         ----------
-        line_load : float
-            w, force per length of the cylinder [N/m].
-        radius : float
-            R of the cylinder [m]; of two cylinders 1/R = 1/R1 + 1/R2.
-        contact_modulus : float
-            E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
+        line_load : w, force per length of the cylinder [N/m]
+        radius : R of the cylinder [m]; of two cylinders 1/R = 1/R1 + 1/R2
+        contact_modulus : E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2
         """
         _require_positive(line_load=line_load, radius=radius, contact_modulus=contact_modulus)
         a = 2 * sqrt(line_load * radius / (pi * contact_modulus))
@@ -137,21 +120,16 @@ class Hertz:
 class TabulatedProfile:
     """Pressure that is linear between the places of a table.
 
-    Parameters
-    ----------
-    x : (n,) float
-        Places [m] along the leak path, ascending from the inlet; the first one becomes 0. n >= 2.
-    pressure : (n,) float
-        P [Pa], >= 0, not 0 everywhere.
-
     Raises
     ------
     InvalidInput
         For lists of different lengths, places that do not ascend, or pressures out of range.
     """
 
+    #: (n,), places [m] along the leak path, ascending from the inlet; the first one becomes 0. n >=
+    #: 2
     x: np.ndarray
-    pressure: np.ndarray
+    pressure: np.ndarray  #: (n,), P [Pa], >= 0, not 0 everywhere
 
     def __post_init__(self) -> None:
         x, P = np.array(self.x, dtype=float), np.array(self.pressure, dtype=float)

@@ -24,17 +24,11 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
 
     Parameters
     ----------
-    scene : Scene
-        Scene with [seal].
+    scene : scene with [seal]
 
     Returns
     -------
-    tuple of Scene, `seal.patches` long
-
-    Raises
-    ------
-    InvalidInput
-        If the map cannot be read, or holds fewer windows.
+    `seal.patches` long
     """
     seal = present(scene.seal, "[seal]")
     surface = scene.surface
@@ -109,9 +103,7 @@ def largest_scale(sides: Sequence[float], window: Sequence[float], patches: int)
 
     Parameters
     ----------
-    sides, window : (2,) sequence of float
-        Sides of the map and of the window, in one unit.
-    patches : int
+    sides, window : (2,) sequence of float, sides of the map and of the window, in one unit
     """
     ratios = [side / part for side, part in zip(sides, window, strict=True)]
     # At the largest factor a whole number of windows fills one side of the map.

@@ -16,13 +16,7 @@ SAME_LENGTH = 1e-4
 
 
 def profile_of(scene: Scene) -> tuple[Profile, LeakPath]:
-    """Contact pressure along the leak path, and the path, of a scene with [seal].
-
-    Raises
-    ------
-    InvalidInput
-        If the table of the pressure profile cannot be read, or is not as long as the ring is wide.
-    """
+    """Contact pressure along the leak path, and the path, of a scene with [seal]."""
     seal = present(scene.seal, "[seal]")
     width = seal.leak_path
     ring = None
@@ -71,15 +65,6 @@ def read_profile(path: Path) -> TabulatedProfile:
     Two columns, separated by commas, semicolons or blanks. A first line may name them, with units
     in brackets: "x [mm], pressure [MPa]"; without units they are m and Pa. Lines that begin with #
     are left out.
-
-    Parameters
-    ----------
-    path : Path
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be read as such a table.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")

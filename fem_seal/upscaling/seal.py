@@ -27,53 +27,32 @@ from fem_seal.upscaling.solved_patches import solved_patches
 
 @dataclass(frozen=True, eq=False)
 class SealLeak:
-    """Leak rate of a seal, and the patches from which it is computed.
-
-    Parameters
-    ----------
-    state : FlowState
-    value, lower, upper : float
-        Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off. The
-        bounds are those of flow and load table, for the patches at hand.
-    patches : tuple of PatchFlow
-        Each realization, with the leak rate of a seal that consists of such patches.
-    count : PatchCount
-        Patches along the part of the path that seals, and around the seal.
-    scatter : float
-        Standard deviation of the leak rate of such seals over its mean.
-    interval : (float, float) or None
-        Confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
-        few realizations leak to estimate it.
-    share_sealed : (float, float, float)
-        Share of sealed realizations, and its confidence interval (Clopper and Pearson).
-    converged : bool
-    reason : str
-        Sentence on why it has not converged; empty if it has.
-    leak_path : float
-        Length from inlet to outlet [m].
-    sealing : SealingPart or None
-        Part of the path that seals, with the median patch; None if lifted off.
-    contact_error : float or None
-        Largest estimated relative error of a patch's conductivity due to the grid of its contact;
-        None if there is no estimate for one of the leaking patches.
-    critical_gap : float or None
-        Smallest critical constriction [m] of a leaking patch at the load that matters most.
-    """
+    """Leak rate of a seal, and the patches from which it is computed."""
 
     state: FlowState
+    #: leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off. The
+    #: bounds are those of flow and load table, for the patches at hand
     value: float
     lower: float
     upper: float
+    #: each realization, with the leak rate of a seal that consists of such patches
     patches: tuple[PatchFlow, ...]
-    count: PatchCount
-    scatter: float
+    count: PatchCount  #: patches along the part of the path that seals, and around the seal
+    scatter: float  #: standard deviation of the leak rate of such seals over its mean
+    #: confidence interval [m³/s] of the leak rate due to the scatter of the patches; None if too
+    #: few realizations leak to estimate it
     interval: tuple[float, float] | None
+    #: share of sealed realizations, and its confidence interval (Clopper and Pearson)
     share_sealed: tuple[float, float, float]
     converged: bool
-    reason: str
-    leak_path: float
+    reason: str  #: sentence on why it has not converged; empty if it has
+    leak_path: float  #: length from inlet to outlet [m]
+    #: part of the path that seals, with the median patch; None if lifted off
     sealing: SealingPart | None = None
+    #: largest estimated relative error of a patch's conductivity due to the grid of its contact;
+    #: None if there is no estimate for one of the leaking patches
     contact_error: float | None = None
+    #: smallest critical constriction [m] of a leaking patch at the load that matters most
     critical_gap: float | None = None
 
 
@@ -82,23 +61,9 @@ def solve_seal(patch: Patch, folder: Path | None = None, work: Work | None = Non
 
     Parameters
     ----------
-    patch : Patch
-        First of the realizations.
-    folder : Path, optional
-        Folder of a file for each patch, from which an interrupted run goes on.
-    work : Work, optional
-        How the patches are shared among workers; one after the other if left out.
-
-    Returns
-    -------
-    SealLeak
-
-    Raises
-    ------
-    InvalidInput
-        If the table of the pressure profile or the map cannot be read.
-    NotConverged
-        If a contact is not solved to its tolerance.
+    patch : first of the realizations
+    folder : folder of a file for each patch, from which an interrupted run goes on
+    work : how the patches are shared among workers; one after the other if left out
     """
     scene, seal = patch.scene, present(patch.scene.seal, "[seal]")
     profile, path = profile_of(scene)

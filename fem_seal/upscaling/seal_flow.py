@@ -35,16 +35,11 @@ MOST_FALL = 20.0
 
 @dataclass(frozen=True)
 class SealingPart:
-    """The part of the leak path that seals.
+    """The part of the leak path that seals."""
 
-    Parameters
-    ----------
-    start, middle, end : float
-        Distances from the inlet [m]. Of the influence on the leak rate 5 % lie before the start,
-        half before the middle, and 5 % behind the end. For a sealed seal: start and end of the part
-        that no fluid passes, and the middle between them.
-    """
-
+    #: distances from the inlet [m]. Of the influence on the leak rate 5 % lie before the start,
+    #: half before the middle, and 5 % behind the end. For a sealed seal: start and end of the part
+    #: that no fluid passes, and the middle between them
     start: float
     middle: float
     end: float
@@ -52,25 +47,14 @@ class SealingPart:
 
 @dataclass(frozen=True, eq=False)
 class PathFlow:
-    """Pressures and conductivity along the leak path, from the inlet to the outlet.
+    """Pressures and conductivity along the leak path, from the inlet to the outlet."""
 
-    Parameters
-    ----------
-    x : (n,) float
-        Ends of the cells [m].
-    contact_pressure, fluid_pressure : (n,) float
-        P and p [Pa], p above ambient.
-    conductivity : (n,) float
-        K(P - p) [m³/(Pa s)]; infinite where the film is open, P <= p.
-    net_loads, influences : (n - 1, m) float
-        Net loads [Pa] along each cell, and the influence of ln K at each of them on ln Q: d ln Q =
-        Σ influence × d ln K. The sum is 1.
-    """
-
-    x: np.ndarray
-    contact_pressure: np.ndarray
-    fluid_pressure: np.ndarray
-    conductivity: np.ndarray
+    x: np.ndarray  #: (n,), ends of the cells [m]
+    contact_pressure: np.ndarray  #: (n,), P [Pa]
+    fluid_pressure: np.ndarray  #: (n,), p [Pa] above ambient
+    conductivity: np.ndarray  #: (n,), K(P - p) [m³/(Pa s)]; infinite where the film is open, P <= p
+    #: (n - 1, m), net loads [Pa] along each cell, and the influence of ln K at each of them on ln
+    #: Q: d ln Q = Σ influence × d ln K. The sum is 1
     net_loads: np.ndarray
     influences: np.ndarray
 
@@ -94,29 +78,19 @@ class PathFlow:
 
 @dataclass(frozen=True, eq=False)
 class SealFlow:
-    """Leak rate of a seal with bounds, under the hypothesis that the scales are apart.
+    """Leak rate of a seal with bounds, under the hypothesis that the scales are apart."""
 
-    Parameters
-    ----------
-    state : FlowState
-        "lifted off": P <= p_in everywhere, there is no contact left and no leak rate.
-    value, lower, upper : float
-        Leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off.
-    path : PathFlow or None
-        Pressures and conductivity along the path at the value. If sealed, no place has an
-        influence; if lifted off, the fluid has the pressure of the inlet everywhere.
-    sealing : SealingPart or None
-        Part of the path that seals; None if lifted off.
-    bounding : tuple of PathFlow
-        The same at the lower and at the upper bound, if they are positive and finite.
-    """
-
+    #: "lifted off": P <= p_in everywhere, there is no contact left and no leak rate
     state: FlowState
+    #: leak rate [m³/s], of a gas at reference conditions; 0 if sealed, infinite if lifted off
     value: float
     lower: float
     upper: float
+    #: pressures and conductivity along the path at the value. If sealed, no place has an influence;
+    #: if lifted off, the fluid has the pressure of the inlet everywhere
     path: PathFlow | None = None
-    sealing: SealingPart | None = None
+    sealing: SealingPart | None = None  #: part of the path that seals; None if lifted off
+    #: the same at the lower and at the upper bound, if they are positive and finite
     bounding: tuple[PathFlow, ...] = ()
 
 
@@ -132,20 +106,11 @@ def seal_flow(
 
     Parameters
     ----------
-    table : ConductivityTable
-        K of a patch against its net load.
-    profile : Profile
-        Contact pressure P(x).
-    path : StraightPath or RingPath
-        Leak path, as long as the profile.
-    ends : EndPressures
-    cells : int
-        Least number of cells of the leak path, which are equally long but for the nodes of the
-        profile. The bounds hold for any number.
-
-    Returns
-    -------
-    SealFlow
+    table : K of a patch against its net load
+    profile : contact pressure P(x)
+    path : leak path, as long as the profile
+    cells : least number of cells of the leak path, which are equally long but for the nodes of the
+        profile. The bounds hold for any number
 
     Raises
     ------

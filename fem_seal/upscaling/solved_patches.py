@@ -37,39 +37,20 @@ PATCHES = "patches"  # name of the points in the progress
 
 @dataclass(frozen=True)
 class SolvedPatch:
-    """Conductivity of a patch at the net loads that the seal needs.
+    """Conductivity of a patch at the net loads that the seal needs."""
 
-    Parameters
-    ----------
-    loads, lower, upper : tuple of float
-        Net loads [Pa] and bounds of K [m³/(Pa s)]; see `ConductivityTable`.
-    between : tuple of Enclosure or None
-        Narrower bounds between the loads.
-    size : (float, float)
-        Lengths (Lx, Ly) of the patch [m].
-    converged : bool
-        Whether the leak rate of a seal of such patches is known to seal.rtol.
-    reason : str
-        Why it is not, else empty.
-    contact_error : float or None
-        Estimated relative error of the conductivity due to the grid of the contact, at the load
-        that matters most; None if there is no estimate.
-    critical_gap : float or None
-        Gap of the critical constriction at that load [m]; None if sealed.
-    seconds : float
-        Time of the computation.
-    """
-
-    loads: tuple[float, ...]
-    lower: tuple[float, ...]
+    loads: tuple[float, ...]  #: net loads [Pa], as in `ConductivityTable`
+    lower: tuple[float, ...]  #: bounds of K [m³/(Pa s)]
     upper: tuple[float, ...]
-    between: tuple[Enclosure | None, ...]
-    size: tuple[float, float]
-    converged: bool
-    reason: str
+    between: tuple[Enclosure | None, ...]  #: narrower bounds between the loads
+    size: tuple[float, float]  #: lengths (Lx, Ly) of the patch [m]
+    converged: bool  #: whether the leak rate of a seal of such patches is known to seal.rtol
+    reason: str  #: why it is not, else empty
+    #: estimated relative error of the conductivity due to the grid of the contact, at the load that
+    #: matters most; None if there is no estimate
     contact_error: float | None
-    critical_gap: float | None
-    seconds: float
+    critical_gap: float | None  #: gap of the critical constriction at that load [m]; None if sealed
+    seconds: float  #: time of the computation
 
     @property
     def table(self) -> ConductivityTable:
@@ -80,15 +61,9 @@ class SolvedPatch:
 
 @dataclass(frozen=True)
 class PatchTask(Task[SolvedPatch]):
-    """A patch to be solved under a chain of loads.
+    """A patch to be solved under a chain of loads."""
 
-    Parameters
-    ----------
-    scene : Scene
-        Scene of the realization, with its [seal].
-    """
-
-    scene: Scene
+    scene: Scene  #: scene of the realization, with its [seal]
 
     def compute(self, handed_on: None, report: Report, comm: Comm) -> SolvedPatch:
         """Solve the patch; nothing is handed on from patch to patch."""
@@ -100,15 +75,7 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
 
     Parameters
     ----------
-    scene : Scene
-        Scene with [seal] that does not lift off.
-    report : callable
-    comm : MPI.Comm or None
-
-    Raises
-    ------
-    NotConverged
-        If a contact is not solved to its tolerance.
+    scene : scene with [seal] that does not lift off
     """
     start = perf_counter()
     seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
@@ -145,12 +112,7 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
 
 
 class _TableReport:
-    """A `Report` that puts the state of the conductivity table before each stage.
-
-    Parameters
-    ----------
-    report : callable
-    """
+    """A `Report` that puts the state of the conductivity table before each stage."""
 
     def __init__(self, report: Report):
         self._report, self._state = report, ""
@@ -201,20 +163,11 @@ def solved_patches(
 
     Parameters
     ----------
-    scenes : tuple of Scene
-        Scenes of the realizations.
-    like : Patch
-        The patch whose report and processes are used.
-    folder : Path or None
-        Folder of a file for each patch, from which an interrupted run goes on; None: nothing is
-        kept, and this process computes all patches.
-    work : Work
-        How the patches are shared among workers.
-
-    Raises
-    ------
-    NotConverged
-        If a patch failed; the others are computed all the same.
+    scenes : scenes of the realizations
+    like : the patch whose report and processes are used
+    folder : folder of a file for each patch, from which an interrupted run goes on; None: nothing
+        is kept, and this process computes all patches
+    work : how the patches are shared among workers
     """
     number = len(scenes)
     tasks = [
