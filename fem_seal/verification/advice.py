@@ -12,7 +12,6 @@ def recommend(result: Trade, targets: Sequence[float] = TARGETS) -> tuple[str, .
 
     Parameters
     ----------
-    result : result of `trade`
     targets : total relative errors
 
     Returns

@@ -32,55 +32,29 @@ EXACT = 1e-7  # smaller relative errors count as none: CG stops at 1e-8 of the e
 
 @dataclass(frozen=True)
 class Row:
-    """A leak rate by one method on one grid, compared with the reference.
+    """A leak rate by one method on one grid, compared with the reference."""
 
-    Attributes
-    ----------
-    method : str
-        Name of the method, for linear elements with the bound: "FE upper".
-    squares : int
-        Squares of the grid along the flow.
-    unknowns : int
-        Unknowns of the solve.
-    value : float
-        Leak rate [m^3/s].
-    error : float
-        Error relative to the reference.
-    band : float or None
-        Relative error that the method itself claims: half-width of its bracket, or change from
-        the coarser grid. None on the first grid of a method without bounds.
-    order, expected : float or None
-        Order of convergence in the spacing, observed and by theory. None where the error is
-        below the half-width of the reference, or where theory gives no simple order.
-    verdict : str
-        Comparison with the reference; see `judge`.
-    seconds : float
-        CPU time [s].
-    """
-
-    method: str
-    squares: int
-    unknowns: int
-    value: float = field(metadata=shown_as("leak rate [m^3/s]"))
-    error: float = field(metadata=shown_as("error/Q"))
+    method: str  #: name of the method, for linear elements with the bound: "FE upper"
+    squares: int  #: squares of the grid along the flow
+    unknowns: int  #: unknowns of the solve
+    value: float = field(metadata=shown_as("leak rate [m^3/s]"))  #: leak rate [m^3/s]
+    error: float = field(metadata=shown_as("error/Q"))  #: error relative to the reference
+    #: relative error that the method itself claims: half-width of its bracket, or change from the
+    #: coarser grid. None on the first grid of a method without bounds
     band: float | None = field(metadata=shown_as("band/Q"))
+    #: order of convergence in the spacing, observed and by theory. None where the error is below
+    #: the half-width of the reference, or where theory gives no simple order
     order: float | None
     expected: float | None
-    verdict: str
-    seconds: float = field(metadata=shown_as("CPU time [s]"))
+    verdict: str  #: comparison with the reference; see `judge`
+    seconds: float = field(metadata=shown_as("CPU time [s]"))  #: CPU time [s]
 
 
 @dataclass(frozen=True)
 class Reference:
-    """The exact leak rate, or the narrowest certified bracket.
+    """The exact leak rate, or the narrowest certified bracket."""
 
-    Attributes
-    ----------
-    lower, upper : float
-        Bounds of the leak rate [m^3/s]; equal if it is known exactly.
-    """
-
-    lower: float
+    lower: float  #: bounds of the leak rate [m^3/s]; equal if it is known exactly
     upper: float
 
     @property
@@ -91,17 +65,11 @@ class Reference:
 
 @dataclass(frozen=True)
 class Answers:
-    """Answers of one method on one grid; the content of a file of points/.
-
-    Attributes
-    ----------
-    answers : tuple[Answer, ...]
-        Three for linear elements, one for any other method.
-    """
+    """Answers of one method on one grid; the content of a file of points/."""
 
     __pydantic_config__ = {"ser_json_inf_nan": "constants"}  # noqa: RUF012 (pydantic reads it)
 
-    answers: tuple[Answer, ...]
+    answers: tuple[Answer, ...]  #: three for linear elements, one for any other method
 
 
 Series = dict[int, list[Answer]]
@@ -132,11 +100,6 @@ def on_exact_cases(
     Rows of each case by method and grid, with the verdict "high", "low" or "exact"; None if some
     points are left to other parts of the study. The bounds hold for the sampled gap: on a coarse
     grid both may lie on one side of the exact leak rate.
-
-    Raises
-    ------
-    InvalidInput
-        For an unknown method.
     """
     tasks = []
     for case in cases:
@@ -191,11 +154,6 @@ def on_film(
     -------
     Rows by method and grid, and the bracket that is their reference; None if some points are left
     to other parts of the study.
-
-    Raises
-    ------
-    InvalidInput
-        For an unknown method, or values out of range.
     """
     # The gap is the same on every grid: one adaptive run is enough.
     tasks = {

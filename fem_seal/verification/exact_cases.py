@@ -22,29 +22,18 @@ SMOOTH = 0.5 * np.log(1e4)  # amplitude A of the smooth checkerboard, for a cont
 
 @dataclass(frozen=True)
 class ExactCase:
-    """A gap whose leak rate is known, and its samples on any grid.
+    """A gap whose leak rate is known, and its samples on any grid."""
 
-    Parameters
-    ----------
-    films : Callable[[int], tuple[GridFilm, ...]]
-        Function from the number of squares along the flow to one or more films between side
-        walls. `exact` is the geometric mean of their leak rates: for two dual films only the
-        product is known.
-    exact : float
-        Leak rate at Δp = 1, η = 1/12.
-    order : float or None
-        Expected order of convergence of each bound in the spacing; None if unknown.
-    source : str
-        Source of the exact value and of the order.
-    quadratic_order : float or None
-        Expected order of quadratic elements if it is not `order`. It is the same if the gap itself
-        is interpolated or a corner limits the order.
-    """
-
+    #: function from the number of squares along the flow to one or more films between side walls.
+    #: `exact` is the geometric mean of their leak rates: for two dual films only the product is
+    #: known
     films: Callable[[int], tuple[GridFilm, ...]]
-    exact: float
+    exact: float  #: leak rate at Δp = 1, η = 1/12
+    #: expected order of convergence of each bound in the spacing; None if unknown
     order: float | None
-    source: str
+    source: str  #: source of the exact value and of the order
+    #: expected order of quadratic elements if it is not `order`. It is the same if the gap itself
+    #: is interpolated or a corner limits the order
     quadratic_order: float | None = None
 
 

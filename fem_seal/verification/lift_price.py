@@ -29,68 +29,39 @@ LIFTS = ("none", "range", "resolved")
 
 @dataclass(frozen=True)
 class LiftRun:
-    """Leak rate with one setting of flow.lift on one contact grid.
+    """Leak rate with one setting of flow.lift on one contact grid."""
 
-    Attributes
-    ----------
-    samples : (nx, ny)
-        Samples of the contact grid.
-    lift : str
-        Setting of flow.lift: "none", "range" or "resolved".
-    leak_rate : float
-        Leak rate [m³/s]; for "range" that of the dry contact.
-    lower, upper : float or None
-        Ends of the leak rate [m³/s]: bounds of the dry flow; ends of the range; bounds of the
-        lifted flow, widened by the uncertainty of the passes. None if there is no end.
-    converged : bool
-        Whether the tolerance was reached.
-    seconds : float
-        CPU time of contact, flow and lift [s].
-    memory_bytes : int
-        Largest resident memory of the process during the solve, libraries included.
-    """
-
-    samples: tuple[int, int]
-    lift: str
+    samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
+    lift: str  #: setting of flow.lift: "none", "range" or "resolved"
+    #: leak rate [m³/s]; for "range" that of the dry contact
     leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))
+    #: ends of the leak rate [m³/s]: bounds of the dry flow; ends of the range; bounds of the lifted
+    #: flow, widened by the uncertainty of the passes. None if there is no end
     lower: float | None = field(metadata=shown_as("at least [m^3/s]"))
     upper: float | None = field(metadata=shown_as("at most [m^3/s]"))
-    converged: bool
+    converged: bool  #: whether the tolerance was reached
+    #: CPU time of contact, flow and lift [s]
     seconds: float = field(metadata=shown_as("CPU time [s]"))
+    #: largest resident memory of the process during the solve, libraries included
     memory_bytes: int = field(metadata=shown_as("memory [byte]"))
 
 
 @dataclass(frozen=True)
 class LiftRow(LiftRun):
-    """A `LiftRun` compared with the resolved one on its grid.
+    """A `LiftRun` compared with the resolved one on its grid."""
 
-    Attributes
-    ----------
-    off : float or None
-        Largest factor between an end of the leak rate and the resolved leak rate; None if there is
-        no end, or only one of the two is sealed.
-    dry_runs : float
-        CPU time over that of the dry contact and its flow.
-    """
-
+    #: largest factor between an end of the leak rate and the resolved leak rate; None if there is
+    #: no end, or only one of the two is sealed
     off: float | None = field(default=None, metadata=shown_as("off by a factor"))
-    dry_runs: float = 1.0
+    dry_runs: float = 1.0  #: CPU time over that of the dry contact and its flow
 
 
 @dataclass(frozen=True)
 class LiftTask(Task[LiftRun]):
-    """Task of one setting of flow.lift on one contact grid.
+    """Task of one setting of flow.lift on one contact grid."""
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene with its flow.lift.
-    samples : (nx, ny)
-        Samples of the contact grid.
-    """
-
-    scene: Scene
-    samples: tuple[int, int]
+    scene: Scene  #: the scene with its flow.lift
+    samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
 
     def compute(self, handed_on: object, report: Report, comm: Comm) -> LiftRun:
         """Solve the scene from its surface; tasks share nothing, so that their times compare."""
@@ -142,14 +113,7 @@ def lift_price(
 
     Returns
     -------
-    list of LiftRow, three for each grid; None if some are left to other parts of the study.
-
-    Raises
-    ------
-    InvalidInput
-        If the fluid's pressure lifts nothing in this scene, or too few grids are possible.
-    NotConverged
-        If a contact does not reach its tolerance.
+    Three for each grid; None if some are left to other parts of the study.
     """
     if scene.flow.method == "finite-difference":
         raise InvalidInput(

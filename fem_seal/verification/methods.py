@@ -20,46 +20,23 @@ CASCADE_UNKNOWNS = 70_000
 
 @dataclass(frozen=True)
 class Setting:
-    """Fluid, drive and tolerance for all methods.
+    """Fluid, drive and tolerance for all methods."""
 
-    Parameters
-    ----------
-    viscosity : float
-        Viscosity η [Pa s].
-    pressure_drop : float
-        Pressure drop Δp [Pa].
-    rtol : float
-        Largest relative width (upper - lower) / √(lower upper) of the adaptive bracket.
-    """
-
-    viscosity: float
-    pressure_drop: float
-    rtol: float
+    viscosity: float  #: viscosity η [Pa s]
+    pressure_drop: float  #: pressure drop Δp [Pa]
+    rtol: float  #: largest relative width (upper - lower) / √(lower upper) of the adaptive bracket
 
 
 @dataclass(frozen=True)
 class Answer:
-    """One number of one method on one grid.
+    """One number of one method on one grid."""
 
-    Attributes
-    ----------
-    method : str
-        Name of the method, with "upper" or "lower" for a bound.
-    value : float
-        Leak rate [m^3/s]; nan if the method did not converge.
-    certified : "above", "below" or ""
-        Whether the number is an upper bound, a lower bound or neither.
-    unknowns : int
-        Unknowns of the solve.
-    seconds : float
-        CPU time [s].
-    """
-
-    method: str
-    value: float
+    method: str  #: name of the method, with "upper" or "lower" for a bound
+    value: float  #: leak rate [m^3/s]; nan if the method did not converge
+    #: "above", "below" or "", whether the number is an upper bound, a lower bound or neither
     certified: str
-    unknowns: int
-    seconds: float
+    unknowns: int  #: unknowns of the solve
+    seconds: float  #: CPU time [s]
 
 
 def _bounds(

@@ -25,9 +25,7 @@ def refined(film: GridFilm, times: int = 1) -> GridFilm:
 
     Parameters
     ----------
-    film : GridFilm
-    times : int
-        Number of times that the spacing is halved.
+    times : number of times that the spacing is halved
 
     Returns
     -------

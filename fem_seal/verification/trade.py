@@ -38,18 +38,11 @@ LEAST_SAMPLES = 8
 
 @dataclass(frozen=True)
 class FlowMethod:
-    """A flow method with its tolerance.
+    """A flow method with its tolerance."""
 
-    Parameters
-    ----------
-    method : "adaptive", "uniform" or "finite-difference"
-        Name of the method, as in flow.method.
-    rtol : float or None
-        Relative width of the bracket; None if the method has no tolerance.
-    """
-
+    #: "adaptive", "uniform" or "finite-difference": name of the method, as in flow.method
     method: str
-    rtol: float | None
+    rtol: float | None  #: relative width of the bracket; None if the method has no tolerance
 
     def __str__(self) -> str:
         return self.method if self.rtol is None else f"{self.method}, rtol {self.rtol:g}"
@@ -57,42 +50,25 @@ class FlowMethod:
 
 @dataclass(frozen=True)
 class Point:
-    """One leak rate, its error and its cost.
+    """One leak rate, its error and its cost."""
 
-    Attributes
-    ----------
-    samples : (nx, ny)
-        Samples of the contact grid.
-    flow : FlowMethod
-        Flow method and its tolerance.
-    leak_rate : float
-        Leak rate [m^3/s].
-    lower, upper : float or None
-        Bounds of the leak rate [m^3/s]; None for finite differences.
-    contact_error, flow_error, total_error : float
-        Relative errors; the total is the sum of the other two.
-    seconds : float
-        CPU time [s] of contact and flow.
-    contact_seconds : float
-        CPU time [s] of the contact alone.
-    memory_bytes : int
-        Largest resident memory of the process during the flow solve, libraries included.
-    pareto : bool
-        Whether no other point is both faster and more accurate, among those with bounds if it has
-        bounds, otherwise among those without.
-    """
-
-    samples: tuple[int, int]
-    flow: FlowMethod
-    leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))
+    samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
+    flow: FlowMethod  #: flow method and its tolerance
+    leak_rate: float = field(metadata=shown_as("leak rate [m^3/s]"))  #: leak rate [m^3/s]
+    #: bounds of the leak rate [m^3/s]; None for finite differences
     lower: float | None = field(metadata=shown_as("lower [m^3/s]"))
     upper: float | None = field(metadata=shown_as("upper [m^3/s]"))
+    #: relative errors; the total is the sum of the other two
     contact_error: float = field(metadata=shown_as("contact error/Q"))
     flow_error: float = field(metadata=shown_as("flow error/Q"))
     total_error: float = field(metadata=shown_as("total error/Q"))
-    seconds: float = field(metadata=shown_as("CPU time [s]"))
+    seconds: float = field(metadata=shown_as("CPU time [s]"))  #: CPU time [s] of contact and flow
+    #: CPU time [s] of the contact alone
     contact_seconds: float = field(metadata=shown_as("its contact [s]"))
+    #: largest resident memory of the process during the flow solve, libraries included
     memory_bytes: int = field(metadata=shown_as("memory [byte]"))
+    #: whether no other point is both faster and more accurate, among those with bounds if it has
+    #: bounds, otherwise among those without
     pareto: bool = False
 
     @property
@@ -103,37 +79,17 @@ class Point:
 
 @dataclass(frozen=True)
 class Run:
-    """A flow solve on one contact grid, before its error is known.
+    """A flow solve on one contact grid, before its error is known."""
 
-    Attributes
-    ----------
-    samples : (nx, ny)
-        Samples of the contact grid.
-    flow : FlowMethod
-        Flow method and its tolerance.
-    state : str
-        State of the leak rate, such as "leaking".
-    leak_rate : float
-        Leak rate [m³/s].
-    lower, upper : float or None
-        Bounds of the leak rate [m³/s]; None for finite differences.
-    seconds : float
-        CPU time [s] of contact and flow.
-    contact_seconds : float
-        CPU time [s] of the contact alone.
-    memory_bytes : int
-        Largest resident memory of the process during the flow solve.
-    """
-
-    samples: tuple[int, int]
-    flow: FlowMethod
-    state: FlowState
-    leak_rate: float
-    lower: float | None
+    samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
+    flow: FlowMethod  #: flow method and its tolerance
+    state: FlowState  #: state of the leak rate, such as "leaking"
+    leak_rate: float  #: leak rate [m³/s]
+    lower: float | None  #: bounds of the leak rate [m³/s]; None for finite differences
     upper: float | None
-    seconds: float
-    contact_seconds: float
-    memory_bytes: int
+    seconds: float  #: CPU time [s] of contact and flow
+    contact_seconds: float  #: CPU time [s] of the contact alone
+    memory_bytes: int  #: largest resident memory of the process during the flow solve
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -163,21 +119,11 @@ class _Contact:
 
 @dataclass(frozen=True)
 class RunTask(Task[Run]):
-    """Task of one flow solve on one contact grid.
+    """Task of one flow solve on one contact grid."""
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    samples : (nx, ny)
-        Samples of the contact grid.
-    flow : FlowMethod
-        Flow method and its tolerance.
-    """
-
-    scene: Scene
-    samples: tuple[int, int]
-    flow: FlowMethod
+    scene: Scene  #: the scene
+    samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
+    flow: FlowMethod  #: flow method and its tolerance
 
     def compute(self, handed_on: _Contact, report: Report, comm: Comm) -> Run:
         """Solve the flow, and before it the contact unless an earlier flow on its grid has."""
@@ -214,21 +160,11 @@ class RunTask(Task[Run]):
 
 @dataclass(frozen=True)
 class Trade:
-    """Leak rates of one scene over contact grids and flow methods.
+    """Leak rates of one scene over contact grids and flow methods."""
 
-    Attributes
-    ----------
-    points : tuple[Point, ...]
-        All leak rates with errors and cost.
-    reference : float
-        Leak rate extrapolated to a contact grid of spacing 0 [m^3/s].
-    uncertainty : float
-        Relative uncertainty of the reference.
-    """
-
-    points: tuple[Point, ...]
-    reference: float
-    uncertainty: float
+    points: tuple[Point, ...]  #: all leak rates with errors and cost
+    reference: float  #: leak rate extrapolated to a contact grid of spacing 0 [m^3/s]
+    uncertainty: float  #: relative uncertainty of the reference
 
     def front(self, certified: bool) -> tuple[Point, ...]:
         """Pareto front of the points with or without bounds, the fastest point first."""
@@ -261,15 +197,7 @@ def trade(
 
     Returns
     -------
-    Trade; None if some solves are left to other parts of the study.
-
-    Raises
-    ------
-    InvalidInput
-        If the scene gives a gap in place of a surface, fewer than three grids are possible, or the
-        finest contact is sealed.
-    NotConverged
-        If a contact does not reach its tolerance.
+    None if some solves are left to other parts of the study.
     """
     with ExitStack() as held:
         if out is None:
@@ -323,13 +251,7 @@ def warm_up() -> None:
 
 
 def grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:
-    """Contact grids: samples times factors that give whole numbers, the coarsest first.
-
-    Raises
-    ------
-    InvalidInput
-        If there are fewer than three.
-    """
+    """Contact grids: samples times factors that give whole numbers, the coarsest first."""
     ratios = sorted(Fraction(factor).limit_denominator(1024) for factor in factors)
     scaled = [(shape[0] * ratio, shape[1] * ratio) for ratio in ratios]
     whole = [
