@@ -18,12 +18,11 @@ def bracket_digits(value: float, lower: float, upper: float) -> tuple[str, str, 
 
     Parameters
     ----------
-    value, lower, upper : float
-        lower <= value <= upper, of either sign.
+    value, lower, upper : lower <= value <= upper, of either sign
 
     Returns
     -------
-    (str, str, str), the texts of value, lower and upper.
+    The texts of value, lower and upper.
     """
     size, half_width = max(abs(lower), abs(upper)), 0.5 * (upper - lower)
     resolved = 3 + math.floor(math.log10(size / half_width)) if half_width > 0 else _MOST
@@ -85,17 +84,13 @@ def readable(largest: float, unit: str) -> tuple[float, str]:
 
     Parameters
     ----------
-    largest : float
-        Largest magnitude to write, in the SI unit.
-    unit : str
-        Symbol of the SI unit, "m" or "Pa".
+    largest : largest magnitude to write, in the SI unit
+    unit : symbol of the SI unit, "m" or "Pa"
 
     Returns
     -------
-    scale : float
-        Factor from the SI unit to the unit with the prefix.
-    symbol : str
-        Symbol with the prefix, from femto to giga; zero and all other numbers get no prefix.
+    scale : factor from the SI unit to the unit with the prefix
+    symbol : symbol with the prefix, from femto to giga; zero and all other numbers get no prefix
     """
     finite = 0 < largest < math.inf
     exponent = 3 * math.floor(math.log10(largest) / 3 + 1e-12) if finite else 0

@@ -58,30 +58,14 @@ print("2 threads" if abs(y[0, 0] - 4096) < 1e-9 else "")
 
 @dataclass(frozen=True)
 class Finding:
-    """Result of one check.
+    """Result of one check."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the part.
-    needed_for : str
-        Feature that needs the part.
-    works : bool
-        Whether the part works.
-    found : str
-        Its version, or the first line of the error.
-    remedy : str
-        Remedy: a package to install, or a command.
-    required : bool
-        Whether `fem-seal run` needs the part.
-    """
-
-    name: str
-    needed_for: str
-    works: bool
-    found: str
-    remedy: str
-    required: bool = True
+    name: str  #: name of the part
+    needed_for: str  #: feature that needs the part
+    works: bool  #: whether the part works
+    found: str  #: its version, or the first line of the error
+    remedy: str  #: remedy: a package to install, or a command
+    required: bool = True  #: whether `fem-seal run` needs the part
 
 
 def examine() -> Iterator[Finding]:

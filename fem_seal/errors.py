@@ -48,10 +48,8 @@ class InvalidScene(InvalidInput):
 
     Parameters
     ----------
-    source : str
-        Scene file; empty if the scene was not read from a file.
-    errors : sequence of str
-        One sentence each, at least one.
+    source : scene file; empty if the scene was not read from a file
+    errors : one sentence each, at least one
     """
 
     def __init__(self, source: str, errors: Sequence[str]) -> None:
@@ -90,13 +88,7 @@ def present(value: Value | None, name: str) -> Value:
     Parameters
     ----------
     value : object or None
-    name : str
-        Name of the value, for the message.
-
-    Raises
-    ------
-    Inconsistent
-        If it is None, which is a defect of the caller.
+    name : name of the value, for the message
     """
     if value is None:
         raise Inconsistent(f"{name} is missing; this is a defect of fem_seal, please report it")

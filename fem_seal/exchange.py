@@ -21,18 +21,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture; a notebook shows it if it is the value of a cell.
+    """A picture; a notebook shows it if it is the value of a cell."""
 
-    Parameters
-    ----------
-    name : str
-        Name of the picture, such as "gap".
-    png : bytes
-        The picture as the content of a PNG file.
-    """
-
-    name: str
-    png: bytes
+    name: str  #: name of the picture, such as "gap"
+    png: bytes  #: the picture as the content of a PNG file
 
     def __repr__(self) -> str:
         return f"Picture({self.name!r}, {len(self.png) / 1000:.0f} kB)"
@@ -52,15 +44,13 @@ def pictures(patch: Patch) -> dict[str, Picture]:
 
     Parameters
     ----------
-    patch : Patch
-        The pictures need some of its steps; those not computed yet are computed. The flow is drawn
-        if the scene's products need it and contain "pictures" or "mesh": only then its field is
-        kept.
+    patch : the pictures need some of its steps; those not computed yet are computed. The flow is
+        drawn if the scene's products need it and contain "pictures" or "mesh": only then its field
+        is kept
 
     Returns
     -------
-    dict
-        Pictures by name: "contact", "gap", "flow" and others (docs/guide/pictures.md).
+    Pictures by name: "contact", "gap", "flow" and others (docs/guide/pictures.md).
     """
     with temporary_folder() as folder:
         names = draw_patch(patch, folder)
@@ -73,9 +63,8 @@ def to_xarray(fields: GridField | GapState) -> "xr.Dataset":
 
     Parameters
     ----------
-    fields : GridField or GapState
-        A field becomes the variable "values"; a contact the variables "gap" [m] and, if it is
-        elastic, "pressure" [Pa].
+    fields : a field becomes the variable "values"; a contact the variables "gap" [m] and, if it is
+        elastic, "pressure" [Pa]
 
     Returns
     -------
@@ -118,8 +107,7 @@ def to_pyvista(leak: LeakRate) -> "pv.PolyData":
 
     Parameters
     ----------
-    leak : LeakRate
-        Leak rate with its field: of a patch whose scene has the product "pictures" or "mesh".
+    leak : leak rate with its field: of a patch whose scene has the product "pictures" or "mesh"
 
     Returns
     -------

@@ -51,21 +51,13 @@ def evaluate(text: str, points: np.ndarray, middle: float = 0.0) -> np.ndarray:
 
     Parameters
     ----------
-    text : str
-        The formula, such as "5e-6 * (1 + 0.2 * cos(3 * theta))", with lengths in metres.
-    points : (n, 2) float
-        Coordinates x, y [m]; r and theta are the polar coordinates.
-    middle : float
-        theta [rad] lies within π of this angle, in (-π, π] if left out.
+    text : the formula, such as "5e-6 * (1 + 0.2 * cos(3 * theta))", with lengths in metres
+    points : (n, 2), coordinates x, y [m]; r and theta are the polar coordinates
+    middle : theta [rad] lies within π of this angle, in (-π, π] if left out
 
     Returns
     -------
     (n,) float; inf or nan where the formula has no finite value.
-
-    Raises
-    ------
-    InvalidInput
-        If the formula uses anything but numbers, x, y, r, theta, pi, + - * / ** and FUNCTIONS.
     """
     tree = _parsed(text)
     x, y = points.T

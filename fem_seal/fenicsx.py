@@ -91,11 +91,6 @@ def explained_compilation() -> Iterator[None]:
 
     DOLFINx compiles each form once and keeps it in a cache: without a compiler it fails at the
     first form that is not in the cache.
-
-    Raises
-    ------
-    MissingPackage
-        If the body cannot compile a form.
     """
     from cffi import VerificationError
 
@@ -145,11 +140,8 @@ def create_triangle_mesh(comm: MPI.Comm, points: np.ndarray, cells: np.ndarray) 
 
     Parameters
     ----------
-    comm : MPI communicator
-    points : (V, 2) float
-        Coordinates [m].
-    cells : (C, 3) int
-        Vertices of each triangle.
+    points : (V, 2), coordinates [m]
+    cells : (C, 3) int, vertices of each triangle
 
     Returns
     -------

@@ -26,28 +26,18 @@ def volume_conditions(temperature: float, pressure: float) -> str:
 
     Parameters
     ----------
-    temperature : float
-        T0 [K].
-    pressure : float
-        p0 [Pa].
+    temperature : T0 [K]
+    pressure : p0 [Pa]
     """
     return f"at {temperature - 273.15:.4g} degC, {1e-5 * pressure:.4g} bar"
 
 
 @dataclass(frozen=True)
 class LiquidDrive:
-    """An incompressible liquid under a pressure drop.
+    """An incompressible liquid under a pressure drop."""
 
-    Parameters
-    ----------
-    pressure_drop : float
-        Δp = p_in - p_out [Pa].
-    outlet_pressure : float
-        p_out [Pa].
-    """
-
-    pressure_drop: float
-    outlet_pressure: float = 0.0
+    pressure_drop: float  #: δp = p_in - p_out [Pa]
+    outlet_pressure: float = 0.0  #: p_out [Pa]
 
     @property
     def rates(self) -> dict[str, float]:
@@ -69,16 +59,10 @@ class LiquidDrive:
 
 @dataclass(frozen=True)
 class TwoPressures:
-    """Absolute pressures of a gas at the two ends of a film.
+    """Absolute pressures of a gas at the two ends of a film."""
 
-    Parameters
-    ----------
-    inlet_pressure, outlet_pressure : float
-        p_in > p_out >= 0 [Pa].
-    """
-
-    inlet_pressure: float
-    outlet_pressure: float
+    inlet_pressure: float  #: p_in > p_out [Pa]
+    outlet_pressure: float  #: p_out >= 0 [Pa]
 
     @property
     def mean_pressure(self) -> float:
@@ -94,19 +78,10 @@ class Slip(TwoPressures):
     B = 6 Λ (2 - σ)/σ, Λ mean free path times pressure. To first order that is
     g³/(12 η) (p + B/g) (J. C. Maxwell 1879; E. B. Arkilic et al., J. Microelectromech. Syst. 6, 167
     (1997)).
-
-    Parameters
-    ----------
-    inlet_pressure, outlet_pressure : float
-        Absolute pressures p_in > p_out >= 0 [Pa].
-    product : float
-        B > 0 [Pa m], a constant of the gas, its temperature and the walls.
-    coefficient : PoiseuilleCoefficient
-        The function c.
     """
 
-    product: float
-    coefficient: PoiseuilleCoefficient = FIRST_ORDER
+    product: float  #: B > 0 [Pa m], a constant of the gas, its temperature and the walls
+    coefficient: PoiseuilleCoefficient = FIRST_ORDER  #: the function c
 
     @property
     def pressures(self) -> tuple[float, float]:
@@ -139,24 +114,12 @@ class Slip(TwoPressures):
 
 @dataclass(frozen=True)
 class GasDrive(TwoPressures):
-    """An isothermal ideal gas between two absolute pressures.
+    """An isothermal ideal gas between two absolute pressures."""
 
-    Parameters
-    ----------
-    inlet_pressure, outlet_pressure : float
-        Absolute pressures p_in > p_out >= 0 [Pa].
-    temperature : float
-        T of the gas and the walls [K].
-    molar_mass : float
-        M [kg/mol].
-    reference_temperature, reference_pressure : float
-        T0 [K] and p0 [Pa], the conditions at which volumes are stated.
-    """
-
-    temperature: float
-    molar_mass: float
-    reference_temperature: float
-    reference_pressure: float
+    temperature: float  #: T of the gas and the walls [K]
+    molar_mass: float  #: M [kg/mol]
+    reference_temperature: float  #: T0 [K], at which volumes are stated
+    reference_pressure: float  #: p0 [Pa], at which volumes are stated
 
     @property
     def pressure_drop(self) -> float:
@@ -191,12 +154,9 @@ class GasDrive(TwoPressures):
 
         Parameters
         ----------
-        solved : array
-            Solution of the linear problem, `pressure_drop` at the inlet.
-        slip : Slip or None
-            Slip with which the problem was solved.
-        critical : float
-            Gap of the critical constriction [m].
+        solved : solution of the linear problem, `pressure_drop` at the inlet
+        slip : slip with which the problem was solved
+        critical : gap of the critical constriction [m]
         """
         p_out, part = self.outlet_pressure, solved / self.pressure_drop
         if slip is None:
@@ -217,12 +177,9 @@ class GasDrive(TwoPressures):
 
         Parameters
         ----------
-        viscosity : float
-            Dynamic viscosity η [Pa s].
-        accommodation : float
-            Part σ of the molecules that a wall reflects diffusely, 0 < σ <= 1.
-        law : str
-            Name in `rarefied.LAWS`.
+        viscosity : dynamic viscosity η [Pa s]
+        accommodation : part σ of the molecules that a wall reflects diffusely, 0 < σ <= 1
+        law : name in `rarefied.LAWS`
         """
         path_times_pressure = self.mean_free_path(viscosity) * self.mean_pressure
         product = 6 * path_times_pressure * (2 - accommodation) / accommodation
@@ -236,8 +193,7 @@ class GasDrive(TwoPressures):
 
         Parameters
         ----------
-        viscosity : float
-            Dynamic viscosity η [Pa s].
+        viscosity : dynamic viscosity η [Pa s]
 
         Returns
         -------

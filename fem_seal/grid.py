@@ -11,25 +11,20 @@ from fem_seal.errors import InvalidInput
 class GridField:
     """Samples of a scalar on a uniform rectangular grid; sample [i, j] sits at (i dx, j dy).
 
-    Parameters
-    ----------
-    values : (nx, ny) float
-        Finite samples; the flow runs along the first axis. Stored as a read-only float64 array.
-    spacing : (float, float)
-        Distances dx, dy > 0 of neighbouring samples along each axis [m].
-    periodic : bool
-        False: the samples are the vertices of a rectangle of (nx - 1) dx by (ny - 1) dy. True: the
-        field has the periods nx dx and ny dy, as in an FFT: sample 0 repeats at x = nx dx and
-        y = ny dy.
-
     Raises
     ------
     InvalidInput
         If the array is not two-dimensional, is empty or not finite, or a spacing is not positive.
     """
 
+    #: (nx, ny), finite samples; the flow runs along the first axis. Stored as a read-only float64
+    #: array
     values: np.ndarray
+    #: distances dx, dy > 0 of neighbouring samples along each axis [m]
     spacing: tuple[float, float]
+    #: false: the samples are the vertices of a rectangle of (nx - 1) dx by (ny - 1) dy. True: the
+    #: field has the periods nx dx and ny dy, as in an FFT: sample 0 repeats at x = nx dx and y = ny
+    #: dy
     periodic: bool = False
 
     def __post_init__(self) -> None:

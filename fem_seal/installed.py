@@ -41,11 +41,6 @@ def require_fenicsx(what: str, otherwise: str = "") -> None:
     ----------
     what : the computation that needs it, for the message
     otherwise : end of the message, about computations that work without it
-
-    Raises
-    ------
-    MissingPackage
-        If FEniCSx cannot be found.
     """
     if not find_spec("dolfinx"):
         raise MissingPackage(f"{what} needs FEniCSx ({how_to_get_fenicsx()}){otherwise}")

@@ -19,12 +19,11 @@ def relative_width(lower: float, upper: float) -> float:
 
     Parameters
     ----------
-    lower, upper : float
-        Bounds in any one unit, upper > 0.
+    lower, upper : bounds in any one unit, upper > 0
 
     Returns
     -------
-    float; infinite if the lower bound is 0.
+    Infinite if the lower bound is 0.
     """
     # Avoid the product of the two, which may underflow.
     return (upper / lower - 1) * np.sqrt(lower / upper) if lower > 0 else np.inf
@@ -45,25 +44,14 @@ def half_width_of(rtol: float) -> float:
 
 @dataclass(frozen=True)
 class Level:
-    """One mesh of a refinement, with its bounds and cost.
+    """One mesh of a refinement, with its bounds and cost."""
 
-    Parameters
-    ----------
-    unknowns : int
-        Unknowns of the primal problem.
-    cells : int
-        Open triangles of the mesh.
-    lower, upper : float
-        Bounds of the leak rate [m^3/s].
-    iterations, seconds : dict
-        Iterations and time by stage ("primal", "dual", "mesh", ...). The time to choose the cells
-        to refine belongs to the finer level.
-    """
-
-    unknowns: int
-    cells: int
-    lower: float
+    unknowns: int  #: unknowns of the primal problem
+    cells: int  #: open triangles of the mesh
+    lower: float  #: bounds of the leak rate [m^3/s]
     upper: float
+    #: iterations and time by stage ("primal", "dual", "mesh", ...). The time to choose the cells to
+    #: refine belongs to the finer level
     iterations: dict[str, int] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -92,35 +80,18 @@ class FacetTag(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class FlowField:
-    """The flow on the last mesh, for pictures and files.
+    """The flow on the last mesh, for pictures and files."""
 
-    Parameters
-    ----------
-    points : (N, 2) float
-        Coordinates of the corners [m]. A point on a contact line occurs once for each of its sides.
-    cells : (C, 3) int
-        Corners of the triangles that carry flow.
-    gap : (N,) float
-        Gap [m]; zero in pockets of a grid.
-    pressure : (N,) float
-        Pressure [Pa].
-    flux : (C, 2) float
-        Flow density j of the primal solution, volume per time and width [m^2/s].
-    facet_tags : (C, 3) int8 or None
-        `FacetTag` of the side opposite each corner, INSIDE where another cell shares the side.
-        None in files that an earlier version wrote.
-
-    Raises
-    ------
-    InvalidInput
-        If the shapes do not agree.
-    """
-
+    #: (N, 2), coordinates of the corners [m]. A point on a contact line occurs once for each of its
+    #: sides
     points: np.ndarray
-    cells: np.ndarray
-    gap: np.ndarray
-    pressure: np.ndarray
+    cells: np.ndarray  #: (C, 3) int, corners of the triangles that carry flow
+    gap: np.ndarray  #: (N,), gap [m]; zero in pockets of a grid
+    pressure: np.ndarray  #: (N,), pressure [Pa]
+    #: (C, 2), flow density j of the primal solution, volume per time and width [m^2/s]
     flux: np.ndarray
+    #: (C, 3) int8, `FacetTag` of the side opposite each corner, INSIDE where another cell
+    #: shares the side. None in files that an earlier version wrote
     facet_tags: np.ndarray | None = None
 
     def __post_init__(self) -> None:
@@ -149,55 +120,36 @@ class LeakRate:
 
     `str(leak)` is a sentence with value and bounds; `repr(leak)` omits levels and field.
 
-    Parameters
-    ----------
-    state : FlowState
-        "leaking", "sealed" or "lifted off".
-    method : str
-        Name of the method.
-    value : float
-        Best estimate [m^3/s]: √(lower upper), or the upper bound if the lower bound is 0.
-    lower, upper : float or None
-        Guaranteed bounds [m^3/s], `slip_interval` included; None for finite differences. A lower
-        bound of 0 of a leaking gap means that no mesh so far was fine enough for a stream
-        function, not that Q may be 0.
-    unknowns : int
-        Unknowns of the last solve.
-    converged : bool
-        Whether the tolerance was reached, or the leak rate was decided against the limit.
-    reason : str
-        Sentence on why it did not converge; empty if it did.
-    inflow, outflow : float
-        Discrete flux of the pressure on the last mesh through inlet and outlet [m^3/s], equal up to
-        the error of the linear solver. It may exceed the upper bound, since a hierarchical
-        correction lowers that further.
-    levels : tuple of Level
-        Refinement history.
-    field : FlowField or None
-        Flow on the last mesh, if the caller of the solver wanted it.
-    slip_interval : (float, float) or None
-        For a gas with slip: factors <= 1 and >= 1 from the bounds at the mean pressure to `lower`
-        and `upper`, because the pressure at each place is only known to lie in an interval.
-        Refinement does not narrow them. The levels hold the bounds at the mean pressure.
-
     Raises
     ------
     Inconsistent
         If lower > upper.
     """
 
-    state: FlowState
-    method: str
+    state: FlowState  #: "leaking", "sealed" or "lifted off"
+    method: str  #: name of the method
+    #: best estimate [m^3/s]: √(lower upper), or the upper bound if the lower bound is 0
     value: float
+    #: guaranteed bounds [m^3/s], `slip_interval` included; None for finite differences. A lower
+    #: bound of 0 of a leaking gap means that no mesh so far was fine enough for a stream function,
+    #: not that Q may be 0
     lower: float | None = None
     upper: float | None = None
-    unknowns: int = 0
+    unknowns: int = 0  #: unknowns of the last solve
+    #: whether the tolerance was reached, or the leak rate was decided against the limit
     converged: bool = True
-    reason: str = ""
+    reason: str = ""  #: sentence on why it did not converge; empty if it did
+    #: discrete flux of the pressure on the last mesh through inlet and outlet [m^3/s], equal up to
+    #: the error of the linear solver. It may exceed the upper bound, since a hierarchical
+    #: correction lowers that further
     inflow: float = 0.0
     outflow: float = 0.0
-    levels: tuple[Level, ...] = field(default=(), repr=False)
+    levels: tuple[Level, ...] = field(default=(), repr=False)  #: refinement history
+    #: flow on the last mesh, if the caller of the solver wanted it
     field: FlowField | None = field(default=None, repr=False)
+    #: for a gas with slip: factors <= 1 and >= 1 from the bounds at the mean pressure to `lower`
+    #: and `upper`, because the pressure at each place is only known to lie in an interval.
+    #: Refinement does not narrow them. The levels hold the bounds at the mean pressure
     slip_interval: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -257,15 +209,8 @@ def rate_text(value: float, lower: float | None, upper: float | None, unit: str)
 
     Parameters
     ----------
-    value : float
-    lower, upper : float or None
-        Bounds; None without bounds.
-    unit : str
-        Unit of all three.
-
-    Returns
-    -------
-    str
+    lower, upper : bounds; None without bounds
+    unit : unit of all three
     """
     if lower is None or upper is None:
         return f"{value:.4g} {unit}, without bounds"

@@ -11,22 +11,15 @@ USUAL_GROWTH = 2.0
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits at which a refinement stops although its criterion is not met.
+    """Limits at which a refinement stops although its criterion is not met."""
 
-    Parameters
-    ----------
-    unknowns : int or None
-        Largest number of unknowns of a mesh; the first mesh is solved in any case.
-    seconds : float or None
-        Wall time. The next level is not begun if it is expected to end later, judged by the time
-        of the last one.
-    memory_bytes : float or None
-        Memory of one process. The next level is not begun if it is expected to need more. The
-        available memory of the machine is a limit in any case.
-    """
-
+    #: largest number of unknowns of a mesh; the first mesh is solved in any case
     unknowns: int | None = None
+    #: wall time. The next level is not begun if it is expected to end later, judged by the time of
+    #: the last one
     seconds: float | None = None
+    #: memory of one process. The next level is not begun if it is expected to need more. The
+    #: available memory of the machine is a limit in any case
     memory_bytes: float | None = None
 
     def exceeded(self, started: float, growth: float = USUAL_GROWTH, last: float = 0.0) -> str:
@@ -34,12 +27,10 @@ class Limits:
 
         Parameters
         ----------
-        started : float
-            perf_counter() at the start.
-        growth : float
-            Expected ratio of the unknowns, and thus of time and memory, to those of the last level.
-        last : float
-            Duration of the last level [s].
+        started : perf_counter() at the start
+        growth : expected ratio of the unknowns, and thus of time and memory, to those of the last
+            level
+        last : duration of the last level [s]
         """
         spent = time.perf_counter() - started
         if self.seconds is not None and spent >= self.seconds:

@@ -28,16 +28,10 @@ def peak_memory() -> int:
 
 @dataclass(frozen=True)
 class ProcessMemory:
-    """Memory of a process.
+    """Memory of a process."""
 
-    Attributes
-    ----------
-    resident, peak : int
-        Resident memory now, and at its peak [bytes].
-    """
-
-    resident: int
-    peak: int
+    resident: int  #: resident memory now [bytes]
+    peak: int  #: its peak [bytes]
 
 
 def memory_of(process: int) -> ProcessMemory | None:
@@ -122,11 +116,6 @@ def refuse_too_large(size: float, what: str, available: float | None = None) -> 
     size : memory that reading takes [bytes]
     what : name of the data, for the message
     available : memory [bytes]; `available_memory()` if left out
-
-    Raises
-    ------
-    InvalidInput
-        If less memory is available.
     """
     available = available_memory() if available is None else available
     if size > available:
@@ -142,11 +131,6 @@ def within_available_memory(what: str) -> Iterator[None]:
 
     Some libraries allocate whatever size a file declares. Under the limit such an allocation fails
     at once; without it the machine would run out of memory.
-
-    Raises
-    ------
-    InvalidInput
-        If the body needs more memory; the message names `what`.
     """
     statistics = Path("/proc/self/statm")
     if not statistics.is_file():  # macOS, which ignores the limit below

@@ -68,21 +68,11 @@ SEEDS = "seeds of the random surface"
 
 @dataclass(frozen=True)
 class NewScene:
-    """A new scene file, not written yet.
+    """A new scene file, not written yet."""
 
-    Attributes
-    ----------
-    text : str
-        TOML, with comments.
-    facts : tuple of str
-        Properties of the file of heights, to be shown to the user.
-    needed : tuple of str
-        Fields that the user must still fill in.
-    """
-
-    text: str
-    facts: tuple[str, ...]
-    needed: tuple[str, ...]
+    text: str  #: TOML, with comments
+    facts: tuple[str, ...]  #: properties of the file of heights, to be shown to the user
+    needed: tuple[str, ...]  #: fields that the user must still fill in
 
 
 def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
@@ -90,17 +80,9 @@ def new_scene(path: Path, folder: Path, stated: Stated) -> NewScene:
 
     Parameters
     ----------
-    path : Path
-        File of heights, or text file of profiles.
-    folder : Path
-        Folder of the scene; the path to the file in the scene is relative to it.
-    stated : Stated
-        Unit and size that the file does not contain.
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be read.
+    path : file of heights, or text file of profiles
+    folder : folder of the scene; the path to the file in the scene is relative to it
+    stated : unit and size that the file does not contain
     """
     if path.suffix.lower() == ".toml":
         raise InvalidInput(f"{path} is a scene already; name a file of heights")

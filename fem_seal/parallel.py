@@ -65,8 +65,7 @@ def start_petsc(comm: Comm) -> None:
 
     Parameters
     ----------
-    comm : MPI.Comm or None
-        The processes that solve together; nothing is done for all of this run.
+    comm : the processes that solve together; nothing is done for all of this run
     """
     world = _world()
     if comm is None or world is None or comm.size == world.size:
@@ -102,9 +101,7 @@ def on_root(compute: Callable[[], Answer], comm: Comm = None) -> Answer:
 
     Parameters
     ----------
-    compute : callable
-    comm : MPI.Comm, optional
-        The processes that call this together; all of this run if left out.
+    comm : the processes that call this together; all of this run if left out
     """
     together = _together(comm)
     if together is None:
@@ -146,14 +143,11 @@ def fail(message: str, status: int, more: Sequence[str] = ()) -> int:
 
     Parameters
     ----------
-    message : str
-    status : int
-    more : sequence of str
-        Further lines of the message.
+    more : further lines of the message
 
     Returns
     -------
-    int, the status, if there is one process; several are ended here.
+    The status, if there is one process; several are ended here.
     """
     # The name of a file in the message may contain line breaks or control characters.
     lines = (printable(" ".join(line.splitlines())) for line in (message, *more))

@@ -25,11 +25,8 @@ class Pace:
 
     Parameters
     ----------
-    total : int
-        Number of points to compute.
-    name : str
-        Name of the points, such as "patches".
-    report : callable
+    total : number of points to compute
+    name : name of the points, such as "patches"
     """
 
     def __init__(self, total: int, name: str, report: Report):
@@ -66,10 +63,8 @@ class Display:
 
     Parameters
     ----------
-    shown : bool
-        False shows nothing.
-    patience, beat : float
-        Seconds before the line appears, and between its updates.
+    shown : false shows nothing
+    patience, beat : seconds before the line appears, and between its updates
     """
 
     def __init__(self, shown: bool = True, *, patience: float = 2.0, beat: float = 0.5):

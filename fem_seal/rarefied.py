@@ -39,18 +39,10 @@ _LOWEST, _HIGHEST, _STEP = -32.0, 2.2, 0.25
 
 @dataclass(frozen=True, eq=False)
 class PoiseuilleCoefficient:
-    """The function c(t), convex and piecewise linear; beyond the last kink it is one line.
+    """The function c(t), convex and piecewise linear; beyond the last kink it is one line."""
 
-    Parameters
-    ----------
-    t : (n,) float
-        0, the kinks, and one value beyond the last kink.
-    c : (n,) float
-        Values c(t) > 0.
-    """
-
-    t: np.ndarray
-    c: np.ndarray
+    t: np.ndarray  #: (n,): 0, the kinks, and one value beyond the last kink
+    c: np.ndarray  #: (n,), values c(t) > 0
 
     @property
     def kinks(self) -> np.ndarray:
@@ -96,8 +88,7 @@ def kinetic(accommodation: float) -> PoiseuilleCoefficient:
 
     Parameters
     ----------
-    accommodation : float
-        σ, from `LEAST_ACCOMMODATION` to 1.
+    accommodation : σ, from `LEAST_ACCOMMODATION` to 1
 
     Notes
     -----
@@ -135,10 +126,8 @@ def flow_rate(delta: float, accommodation: float = 1.0) -> float:
 
     Parameters
     ----------
-    delta : float
-        Rarefaction parameter δ = √π g/(2 λ) > 0.
-    accommodation : float
-        σ, 0 < σ <= 1.
+    delta : rarefaction parameter δ = √π g/(2 λ) > 0
+    accommodation : σ, 0 < σ <= 1
 
     Notes
     -----

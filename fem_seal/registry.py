@@ -13,21 +13,13 @@ def choose(registry: Mapping[str, Choice], name: str, field: str) -> Choice:
 
     Parameters
     ----------
-    registry : mapping
-        The values by name.
-    name : str
-        Name of the value.
-    field : str
-        Name of the input that makes the choice, for the message.
+    registry : the values by name
+    name : name of the value
+    field : name of the input that makes the choice, for the message
 
     Returns
     -------
     The value registered under `name`.
-
-    Raises
-    ------
-    InvalidInput
-        If the name is not in the registry; the message lists the names that are.
     """
     require_known(registry, name, field)
     return registry[name]

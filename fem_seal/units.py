@@ -48,10 +48,8 @@ def to_si(value: object, unit: str) -> float:
 
     Parameters
     ----------
-    value : float or str
-        A number in the SI unit, or a text with a number and a unit such as "5 um".
-    unit : str
-        The SI unit, such as "Pa s".
+    value : a number in the SI unit, or a text with a number and a unit such as "5 um"
+    unit : the SI unit, such as "Pa s"
 
     Returns
     -------
@@ -122,21 +120,11 @@ def _convert(number: str, text: str, unit: str, expected: str) -> float:
 
 @dataclass(frozen=True)
 class RateUnit:
-    """A unit of leak rates.
+    """A unit of leak rates."""
 
-    Parameters
-    ----------
-    name : str
-        The unit as it was written.
-    kind : str
-        A key of `RATES`.
-    size : float
-        Size of the unit in the SI unit of its kind.
-    """
-
-    name: str
-    kind: str
-    size: float
+    name: str  #: the unit as it was written
+    kind: str  #: a key of `RATES`
+    size: float  #: size of the unit in the SI unit of its kind
 
     def __str__(self) -> str:
         return self.name
@@ -175,13 +163,7 @@ class RateUnit:
 
 @dataclass(frozen=True)
 class Rate:
-    """A leak rate with its unit, "1 ml/h".
-
-    Parameters
-    ----------
-    number : float
-    unit : RateUnit
-    """
+    """A leak rate with its unit, "1 ml/h"."""
 
     number: float
     unit: RateUnit

@@ -8,14 +8,8 @@ from project import ROOT
 PACKAGE = ROOT / "fem_seal"
 # Packages and modules where types are still said twice.
 NOT_YET = [
-    *("upscaling", "film", "theory", "finite_difference", "mesh", "render", "surface"),
-    *("verification", "field_file", "quantities", "results", "files", "flow", "contact"),
-    *("letter", "sweep", "points", "scene", "cli", "coupling"),
-    *("digits.py", "expression.py", "fenicsx.py", "fluid.py", "grid.py", "leak_rate.py"),
-    *("doctor.py", "gap_file.py", "parallel.py", "progress.py", "units.py", "accuracy.py"),
-    *("limits.py", "memory.py", "errors.py", "interrupts.py", "installed.py", "tables.py"),
-    *("job.py", "patch.py", "steps.py", "registry.py", "lifting.py", "exchange.py"),
-    *("rarefied.py", "new_scene.py"),
+    *("surface", "field_file", "quantities", "results", "letter", "sweep", "scene", "coupling"),
+    *("accuracy.py", "patch.py", "steps.py", "lifting.py"),
 ]
 
 SECTION = re.compile(r"^([A-Z]\w+)\n-{3,}\n(.*?)(?=\n\n|\Z)", re.MULTILINE | re.DOTALL)
@@ -40,8 +34,10 @@ def annotations(node):
     """Annotations of the arguments of a function, or of the fields of a class, by their names."""
     if isinstance(node, ast.ClassDef):
         fields = {f.target.id: f.annotation for f in node.body if isinstance(f, ast.AnnAssign)}
-        makers = (f for f in node.body if getattr(f, "name", "") == "__init__")
-        return next(map(annotations, makers), {}) | fields
+        makers = [f for f in node.body if getattr(f, "name", "") == "__init__"]
+        # Attributes that the constructor sets have no annotation.
+        names = {a.attr: None for f in makers for a in ast.walk(f) if isinstance(a, ast.Attribute)}
+        return names | next(map(annotations, makers), {}) | fields
     of = node.args
     several = [argument for argument in (of.vararg, of.kwarg) if argument]
     return {a.arg: a.annotation for a in [*of.posonlyargs, *of.args, *of.kwonlyargs, *several]}

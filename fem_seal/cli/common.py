@@ -140,9 +140,7 @@ def add_work(command: argparse.ArgumentParser, noun: str) -> None:
 
     Parameters
     ----------
-    command : argparse.ArgumentParser
-    noun : str
-        Name of the items of which a part computes every N-th, such as "surface".
+    noun : name of the items of which a part computes every N-th, such as "surface"
     """
     add_jobs(command, "processes of this machine (1)")
     command.add_argument(

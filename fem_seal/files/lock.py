@@ -38,10 +38,8 @@ def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
 
     Parameters
     ----------
-    folder : Path
-        Folder to be written into.
-    shared : bool
-        Whether other processes may hold a shared lock at the same time.
+    folder : folder to be written into
+    shared : whether other processes may hold a shared lock at the same time
 
     Raises
     ------

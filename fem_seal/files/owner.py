@@ -18,22 +18,13 @@ _NAME = re.compile(rf"{re.escape(PREFIX)}(.+)-(\d+)-(\d+)-[0-9a-f]+(\.\w+)?")
 
 @dataclass(frozen=True)
 class Owner:
-    """A process, distinguished from any later process of the same number.
+    """A process, distinguished from any later process of the same number."""
 
-    Attributes
-    ----------
-    place : str
-        Host name and process namespace; each container of a host counts its processes
-        separately.
-    process : int
-        Number of the process.
-    start : int
-        Clock ticks between the start of the machine and that of the process; 0 if the system does
-        not tell.
-    """
-
+    #: host name and process namespace; each container of a host counts its processes separately
     place: str
-    process: int
+    process: int  #: number of the process
+    #: clock ticks between the start of the machine and that of the process; 0 if the system does
+    #: not tell
     start: int
 
     def gone(self) -> bool:
