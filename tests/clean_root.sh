@@ -1,17 +1,28 @@
 #!/bin/sh
-# Runs the tests on another release of Debian, in a clean root: tests/clean_root.sh trixie
+# Runs a command, else demo and tests, on another release of Debian, in a clean root:
+#
+#     tests/clean_root.sh trixie
+#     tests/clean_root.sh sid make demo
 #
 # Needs root, debootstrap and a network. The last commit is what is tested. The root stays in
-# .cache/RELEASE, 4 GB; a second run uses it again with a fresh checkout.
+# .cache/RELEASE, 4 GB; a second run uses it again with a fresh checkout. Debian's packages come
+# from the mirror of this machine's own sources, or from that of the variable MIRROR.
 set -eu
 cd "$(dirname "$0")/.."
 release=$1
+shift
+[ $# -gt 0 ] || set -- make demo test
 root=$PWD/.cache/$release
 
 if [ ! -e "$root/complete" ]; then
+    # Security updates have a mirror of their own, which comes after that of the release.
+    mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Identifier: Packages' | head -n 1)}
+    [ -n "$mirror" ] || {
+        echo "clean_root.sh: apt knows no mirror of Debian here; name one in MIRROR" >&2
+        exit 2
+    }
     rm -rf "$root"
-    debootstrap --variant=minbase --include=ca-certificates,make,git \
-        "$release" "$root" http://deb.debian.org/debian
+    debootstrap --variant=minbase --include=ca-certificates,make,git "$release" "$root" "$mirror"
     touch "$root/complete"
 fi
 
@@ -29,9 +40,11 @@ git clone -q --no-hardlinks . "$root/fem_seal"
 
 # A mount namespace of its own: the kernel unmounts everything when the command ends.
 unshare --mount sh -eu -c '
-    mount -t proc proc "$0/proc"
-    mount --rbind /dev "$0/dev"
-    mount --rbind /sys "$0/sys"
+    root=$1
+    shift
+    mount -t proc proc "$root/proc"
+    mount --rbind /dev "$root/dev"
+    mount --rbind /sys "$root/sys"
     exec env -i HOME=/root LANG=C.UTF-8 PATH=/usr/sbin:/usr/bin:/sbin:/bin \
         PIP_CERT=/etc/ssl/certs/ca-certificates.crt \
-        chroot "$0" make -C /fem_seal demo test' "$root"
+        chroot "$root" sh -c "cd /fem_seal && exec \"\$@\"" sh "$@"' sh "$root" "$@"
