@@ -20,12 +20,11 @@ import fem_seal.fenicsx
 import dolfinx
 print(dolfinx.__version__)
 """
-_HYPRE = """
-import fem_seal.fenicsx
-from petsc4py import PETSc
-pc = PETSc.PC().create(PETSc.COMM_SELF)
-pc.setType("hypre")
-print("PETSc " + ".".join(map(str, PETSc.Sys.getVersion())))
+_PETSC = """
+from fem_seal.fenicsx import HAS_HYPRE, PETSc
+version = "PETSc " + ".".join(map(str, PETSc.Sys.getVersion()))
+gamg = "this PETSc has no hypre: GAMG takes its place, with more iterations"
+print(f"{version} with hypre" if HAS_HYPRE else f"{version}; {gamg}")
 """
 _MPI = """
 from mpi4py import MPI
@@ -71,7 +70,7 @@ class Finding:
 def examine() -> Iterator[Finding]:
     """Run all checks, those with the simplest remedy first; takes a few seconds."""
     yield _probe("DOLFINx", "leak rates with bounds", _DOLFINX, how_to_get_fenicsx())
-    yield _probe("PETSc + hypre", "the linear solver", _HYPRE, how_to_get_fenicsx())
+    yield _probe("PETSc", "the linear solver", _PETSC, how_to_get_fenicsx())
     yield _mpi()
     yield _cache()
     yield _probe("form compiler", "leak rates with bounds", _FORM, _compiler_remedy())

@@ -12,6 +12,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
+from fem_seal.errors import MissingPackage
+
 
 @contextmanager
 def _quietly() -> Iterator[None]:
@@ -35,20 +39,36 @@ def _quietly() -> Iterator[None]:
                 os.environ[name] = environment[name]
 
 
+def _require_real_petsc() -> None:
+    """Raise MissingPackage unless DOLFINx was built with PETSc, and PETSc for real numbers."""
+    needed = "fem_seal needs a DOLFINx with petsc4py, for real numbers"
+    # Before DOLFINx 0.9 there is no such flag: its Python interface always had PETSc.
+    if not getattr(dolfinx, "has_petsc4py", True):
+        raise MissingPackage(f"this DOLFINx has no PETSc; {needed}")
+    if np.dtype(PETSc.ScalarType).kind == "c":
+        raise MissingPackage(f"this PETSc computes with complex numbers; {needed}")
+
+
 with _quietly():
-    import dolfinx
-    from petsc4py import PETSc
+    try:
+        import dolfinx
+        from petsc4py import PETSc
+    except ModuleNotFoundError as error:
+        if error.name != "petsc4py":
+            raise
+        raise MissingPackage("this DOLFINx has no PETSc: petsc4py is not installed") from None
+
+_require_real_petsc()
 
 import dolfinx.fem.petsc  # noqa: E402
-import numpy as np  # noqa: E402
 import ufl  # noqa: E402
 from dolfinx import fem, mesh  # noqa: E402
 from mpi4py import MPI  # noqa: E402
 
-from fem_seal.errors import MissingPackage  # noqa: E402
 from fem_seal.memory import give_back_freed_memory  # noqa: E402
 
 __all__ = [
+    "HAS_HYPRE",
     "MPI",
     "VERSION",
     "MeshTags",
@@ -69,6 +89,8 @@ __all__ = [
 ]
 
 VERSION = tuple(int(i) for i in dolfinx.__version__.split(".")[:2])
+
+HAS_HYPRE = PETSc.Sys.hasExternalPackage("hypre")
 
 give_back_freed_memory()
 

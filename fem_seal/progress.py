@@ -2,6 +2,8 @@
 
 import sys
 from collections.abc import Callable
+from datetime import timedelta
+from shutil import get_terminal_size
 from threading import Event, Thread
 from time import monotonic
 from types import TracebackType
@@ -72,7 +74,8 @@ class Display:
         self._shown = shown and terminal
         self._lines = shown and not terminal
         self._patience, self._beat_seconds = patience, beat
-        self._next = monotonic() + LINES_APART
+        self._start = monotonic()
+        self._next = self._start + LINES_APART
         self._line = ""
         self._done = Event()
         self._thread = Thread(target=self._refresh, daemon=True)
@@ -103,9 +106,11 @@ class Display:
         """Update the line from a thread, so that the time advances during a long library call."""
         if self._done.wait(self._patience):
             return
-        from tqdm import tqdm
+        while not self._done.wait(self._beat_seconds):
+            elapsed = timedelta(seconds=int(monotonic() - self._start))
+            self._draw(f"{self._line}  [{elapsed}]"[: get_terminal_size().columns - 1])
+        self._draw("")
 
-        with tqdm(bar_format="{desc}  [{elapsed}]", leave=False, file=sys.stderr) as bar:
-            bar.start_t -= self._patience
-            while not self._done.wait(self._beat_seconds):
-                bar.set_description_str(self._line)
+    def _draw(self, line: str) -> None:
+        """Write a line over the one before."""
+        print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)  # noqa: T201

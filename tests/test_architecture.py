@@ -177,7 +177,7 @@ def modules_after(code):
 
 
 HEAVY = {"numpy", "scipy", "dolfinx", "petsc4py", "mpi4py", "pyvista", "vtkmodules", "matplotlib"}
-HEAVY |= {"pydantic", "pint", "meshio", "pyfftw", "tqdm"}
+HEAVY |= {"pydantic", "pint", "meshio", "pyfftw"}
 
 
 @pytest.mark.parametrize(
@@ -198,7 +198,7 @@ def test_layers_are_cheap_to_import(name):
     """Drawing, plotting and finite elements are imported where they are used."""
     fenced = {"dolfinx", "petsc4py", "mpi4py"} if name not in FINITE_ELEMENTS else set()
     loaded = modules_after(f"import fem_seal.{name}")
-    assert not loaded & (fenced | {"pyvista", "vtkmodules", "matplotlib", "pint", "tqdm"})
+    assert not loaded & (fenced | {"pyvista", "vtkmodules", "matplotlib", "pint"})
 
 
 def test_names_of_shared_test_modules_occur_once():

@@ -7,14 +7,16 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from project import ROOT, write_toml
 
 import fem_seal
-from fem_seal import cli, doctor
+from fem_seal import cli, doctor, fenicsx
 from fem_seal.cli.common import default_folder
+from fem_seal.errors import MissingPackage
 from fem_seal.installed import DEBIAN_PETSC
 
 LEAK = [sys.executable, "-m", "fem_seal", "leak", "gap.npz"]
@@ -70,6 +72,30 @@ def test_no_compiler_and_nothing_compiled_yet(folder):
     said = sentence(LEAK, CC="/nowhere/gcc", XDG_CACHE_HOME=str(folder / "cache"))
     assert "FEniCSx could not compile a form" in said
     assert "apt-get install gcc python3-dev" in said
+
+
+def test_dolfinx_without_petsc(folder):
+    program = (
+        "import sys; sys.modules['petsc4py'] = None; from fem_seal.cli import main; "
+        "sys.exit(main(['leak', 'gap.npz']))"
+    )
+    said = sentence([sys.executable, "-c", program])
+    assert said == "fem-seal: this DOLFINx has no PETSc: petsc4py is not installed\n"
+
+
+@pytest.mark.parametrize(
+    ("flags", "scalar", "said"),
+    [
+        ({"has_petsc4py": False}, float, "this DOLFINx has no PETSc"),
+        ({"has_petsc4py": True}, complex, "this PETSc computes with complex numbers"),
+        ({}, complex, "this PETSc computes with complex numbers"),
+    ],
+)
+def test_builds_of_dolfinx_that_do_not_do(flags, scalar, said, monkeypatch):
+    monkeypatch.setattr(fenicsx, "dolfinx", SimpleNamespace(**flags))
+    monkeypatch.setattr(fenicsx, "PETSc", SimpleNamespace(ScalarType=scalar))
+    with pytest.raises(MissingPackage, match=said):
+        fenicsx._require_real_petsc()
 
 
 def without_network(command):

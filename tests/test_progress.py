@@ -28,7 +28,14 @@ def watch(stream, monkeypatch, until, shown=True, **pace):
 
 
 def test_shown_on_a_terminal(monkeypatch):
-    assert "contact: iteration 3" in watch(Terminal(), monkeypatch, until=30, **FAST)
+    """One line, cut at the edge of the terminal, drawn over itself and erased at the end."""
+    monkeypatch.setenv("COLUMNS", "27")
+    written = watch(Terminal(), monkeypatch, until=30, **FAST)
+    *drawn, erased, end = written.split("\x1b[K")
+    assert "\rcontact: iteration 3  [0:0" in drawn
+    assert max(map(len, drawn)) <= len("\r") + 26
+    assert {len(line) for line in drawn} == {len("\r") + 26}
+    assert (erased, end) == ("\r", "")
 
 
 @pytest.mark.parametrize(("stream", "shown"), [(io.StringIO(), True), (Terminal(), False)])

@@ -1,4 +1,4 @@
-"""Minimisation of energies of functions linear on each cell, by CG with BoomerAMG (PETSc).
+"""Minimisation of energies of functions linear on each cell, by CG with multigrid (PETSc).
 
 A problem is an energy E(v) = ∫ ∇v·T·∇v (`forms.py`) with a constant tensor T on each cell, over
 functions v = offset + P x. P is the 0/1 matrix of the numbering (`numbering.py`), never formed.
@@ -8,7 +8,9 @@ With the stiffness matrix A of the cells, x solves
 
 The cells are integrated in batches (`integrals.py`), and the corners of an unknown add up in its
 row. From the solution on the coarser mesh, CG with BoomerAMG needs a handful of iterations at any
-size. The matrix must not be scaled by its diagonal: constants would no longer be near-null vectors.
+size, and with GAMG, where PETSc has no hypre, a few dozen. Whatever CG reaches is an admissible
+function, so that an inexact solve only widens the bounds. The matrix must not be scaled by its
+diagonal: constants would no longer be near-null vectors.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.fenicsx import MPI, PETSc
+from fem_seal.fenicsx import HAS_HYPRE, MPI, PETSc
 from fem_seal.flow.energy import Energy
 from fem_seal.flow.integrals import AT_ONCE, batch
 from fem_seal.flow.numbering import Numbering
@@ -31,13 +33,22 @@ LOST = 1e-11
 WORTH = 0.9
 
 # The options tried are in docs/measurements/bounds.md.
-_BOOMERAMG = {
-    "pc_hypre_type": "boomeramg",
-    "pc_hypre_boomeramg_coarsen_type": "PMIS",
-    "pc_hypre_boomeramg_interp_type": "ext+i",
-    "pc_hypre_boomeramg_P_max": 4,
-    "pc_hypre_boomeramg_strong_threshold": 0.25,
+_OPTIONS = {
+    "hypre": {
+        "pc_hypre_type": "boomeramg",
+        "pc_hypre_boomeramg_coarsen_type": "PMIS",
+        "pc_hypre_boomeramg_interp_type": "ext+i",
+        "pc_hypre_boomeramg_P_max": 4,
+        "pc_hypre_boomeramg_strong_threshold": 0.25,
+    },
+    "gamg": {
+        "pc_gamg_threshold": 0.02,
+        # Chebyshev, the default, estimates eigenvalues, which goes wrong at large contrasts.
+        "mg_levels_ksp_type": "richardson",
+        "mg_levels_pc_type": "sor",
+    },
 }
+_PREFIX = "fem_seal_"
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +146,7 @@ class CellSpace:
         if not numberings:
             return []
         matrix = self._assembled(tensor, numberings[0])
-        solver = cg_with_boomeramg(matrix)
+        solver = preconditioned_cg(matrix)
         try:
             return [
                 self._minimum(solver, tensor, numbering, guess, tolerance, balanced)
@@ -271,17 +282,25 @@ class Iterations:
     stalled: str  #: reason why CG stopped short of its tolerance, else ""
 
 
-def cg_with_boomeramg(matrix: PETSc.Mat) -> PETSc.KSP:
-    """CG for a matrix, preconditioned by BoomerAMG, which is set up at the first solve."""
+def preconditioner() -> str:
+    """PETSc's name of the preconditioner: "hypre" (BoomerAMG), or "gamg" where PETSc has no hypre.
+
+    The environment variable PETSC_OPTIONS = "-fem_seal_pc_type gamg" asks for GAMG anywhere.
+    """
+    return PETSc.Options(_PREFIX).getString("pc_type", "hypre" if HAS_HYPRE else "gamg")
+
+
+def preconditioned_cg(matrix: PETSc.Mat) -> PETSc.KSP:
+    """CG for a matrix, with a preconditioner that is set up at the first solve."""
     solver = PETSc.KSP().create(matrix.comm)
-    solver.setOptionsPrefix("fem_seal_")
-    options = PETSc.Options("fem_seal_")
-    for name, value in _BOOMERAMG.items():
-        options[name] = value
+    solver.setOptionsPrefix(_PREFIX)
+    options, name = PETSc.Options(_PREFIX), preconditioner()
+    for option, value in _OPTIONS.get(name, {}).items():
+        options[option] = value
     solver.setOperators(matrix)
     solver.setType("cg")
     solver.setNormType(PETSc.KSP.NormType.NATURAL)
-    solver.getPC().setType("hypre")
+    solver.getPC().setType(name)
     solver.setFromOptions()
     return solver
 
@@ -341,5 +360,5 @@ def minimise_by_cg(
     state = "where rounding hides what is left of the residuals"
     if not reached[0] <= tolerance:
         state = f"at a relative energy error of {reached[0]:.1e}, wanted {tolerance:.0e}"
-    stopped = f"CG with BoomerAMG stopped after {iterations} iterations {state}"
+    stopped = f"CG stopped after {iterations} iterations {state}"
     return Iterations(iterations, stopped)

@@ -28,7 +28,7 @@ from fem_seal.fenicsx import (
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.flow.forms import energy, reynolds
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
-from fem_seal.flow.linear import MAX_ITERATIONS, cg_with_boomeramg, minimise_by_cg
+from fem_seal.flow.linear import MAX_ITERATIONS, minimise_by_cg, preconditioned_cg
 from fem_seal.flow.numbering import Numbering
 from fem_seal.flow.strategy import Tuning
 from fem_seal.flow.topology import OpenCells, open_cells, primal_numbering
@@ -164,7 +164,7 @@ def _solved(
     )
     b, x = A.createVecLeft(), A.createVecRight()
     b.array = load
-    solver = cg_with_boomeramg(A)
+    solver = preconditioned_cg(A)
     try:
         cg = minimise_by_cg(solver, b, x, start, tolerance, max_iterations=max_iterations)
         if cg.stalled:

@@ -26,6 +26,7 @@ from fem_seal.quantities.of_patch import Quantities, quantities, verdict_of
 from fem_seal.quantities.remarks import cautions
 from fem_seal.quantities.seal import leak_rate_of, seal_budget, seal_verdict
 from fem_seal.quantities.slope import slope_between_samples
+from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.quantities.uncertainties import error_budget
 from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.lift import LiftRecord
@@ -41,7 +42,7 @@ from fem_seal.upscaling.seal import SealLeak, solve_seal
 
 RESULT_FILE = "result.json"
 _PACKAGES = (
-    *("fem_seal", "fenics-dolfinx", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista"),
+    *("fem_seal", "fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista"),
     *("h5py", "SurfaceTopography"),
 )
 
@@ -160,6 +161,7 @@ class Result(Record):
     reason: str
     method: str | None
     unknowns: int
+    preconditioner: str | None = None
     inflow: float | None
     outflow: float | None
     lift: LiftRecord | None = None
@@ -293,6 +295,7 @@ def summarise(
         leak_rate=None if leak is None else RateBounds.of(leak),
         method=None if leak is None else leak.method,
         unknowns=0 if leak is None else leak.unknowns,
+        preconditioner=_preconditioner(leak, tensor, seal),
         inflow=None if leak is None else leak.inflow,
         outflow=None if leak is None else leak.outflow,
         levels=() if leak is None else leak.levels,
@@ -322,6 +325,18 @@ def summarise(
             patch.scene if choice is None else choice.asked(patch.scene), patch.comm, origin
         ),
     )
+
+
+def _preconditioner(
+    leak: LeakRate | None, tensor: ConductivityTensor | None, seal: SealLeak | None
+) -> str | None:
+    """PETSc's name of the preconditioner of the flows; None if none was solved."""
+    by_elements = leak is not None and bool(leak.levels)
+    if not (by_elements or tensor or (seal is not None and seal.state == "leaking")):
+        return None
+    from fem_seal.flow.linear import preconditioner
+
+    return preconditioner()
 
 
 def _versions() -> Iterator[tuple[str, str]]:

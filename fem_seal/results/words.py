@@ -101,6 +101,8 @@ def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> st
 def flow_words(result: Result) -> str:
     """Method, number of unknowns and, on a grid, the sides: the leak rate depends on them."""
     text = f"{result.method}, {result.unknowns} unknowns"
+    if result.preconditioner not in ("hypre", None):
+        text += f" (preconditioner {result.preconditioner})"
     shaped = "shape" in result.provenance.scene
     return text if shaped else f"{text}, {result.flow().sides} sides"
 

@@ -1,0 +1,89 @@
+"""GAMG in place of hypre's BoomerAMG: another way to the same bounds, which the result names."""
+
+import numpy as np
+import pytest
+from gaps import level_problem, represented, solved
+from project import scene_of_samples
+from sample_gaps import FLUID
+
+from fem_seal.fenicsx import PETSc
+from fem_seal.film import GridFilm
+from fem_seal.flow import Limits, leak_rate, linear
+from fem_seal.grid import GridField
+from fem_seal.patch import Patch
+from fem_seal.results.result import summarise
+from fem_seal.results.words import flow_words
+from fem_seal.scene import Scene
+from fem_seal.theory.closed_forms import piecewise_linear_channel
+
+
+@pytest.fixture
+def gamg():
+    """Ask for GAMG, as PETSC_OPTIONS="-fem_seal_pc_type gamg" does."""
+    options = PETSc.Options("fem_seal_")
+    options["pc_type"] = "gamg"
+    yield
+    options.delValue("pc_type")
+
+
+def random_gap(seed: int, decades: int) -> GridField:
+    """Independent samples whose cubes span so many decades."""
+    exponents = np.random.default_rng(seed).uniform(-decades / 3, 0, (24, 24))
+    return GridField(10**exponents, (1.0, 1.0), periodic=True)
+
+
+def bounds(gap: GridField) -> tuple[float, float]:
+    film = GridFilm(gap, sides="periodic")
+    return leak_rate(film, rtol=0.02, limits=Limits(unknowns=6000), **FLUID).bounds
+
+
+@pytest.mark.parametrize("decades", [1, 12])
+def test_bounds_by_gamg_and_by_hypre_hold_the_same_leak_rate(decades, gamg):
+    """Both brackets hold one leak rate, so they overlap; they differ by how CG stops."""
+    gap = random_gap(decades, decades)
+    lower, upper = bounds(gap)
+    PETSc.Options("fem_seal_")["pc_type"] = "hypre"
+    other_lower, other_upper = bounds(gap)
+    assert 0 < max(lower, other_lower) <= min(upper, other_upper)
+    assert upper / lower < (other_upper / other_lower) ** 1.5
+
+
+@pytest.mark.parametrize("contrast", [1e3, 1e12])
+def test_bounds_by_gamg_hold_a_closed_form(contrast, gamg):
+    """A narrow film across the flow, of so many times less conductivity than the rest."""
+    samples = np.where(np.abs((np.arange(32) + 0.5) / 32 - 0.5) < 0.1, contrast ** (-1 / 3), 1.0)
+    film = GridFilm(GridField(np.repeat(samples[:, None], 32, axis=1), (1.0, 1.0)))
+    flow = leak_rate(film, rtol=0.01, limits=Limits(unknowns=20_000), **FLUID)
+    assert flow.converged
+    exact = piecewise_linear_channel(samples)
+    assert flow.lower * (1 - 1e-12) < exact < flow.upper * (1 + 1e-12)
+
+
+def test_a_solve_that_stops_early_only_widens_the_bounds(gamg):
+    """Every step of CG gives functions that are admissible, however far from the minimum."""
+    gap = represented(random_gap(1, 12))
+    least, most = np.inf, 0.0
+    for tolerance in (1e2, 1.0, 1e-2, 1e-8):
+        pressure, stream = solved(level_problem(gap, tolerance=tolerance))
+        least, most = min(least, pressure.energy), max(most, stream.conductance)
+        assert most <= least
+        # A tighter tolerance gives a smaller energy, but for its rounding error.
+        assert pressure.energy <= least * (1 + 1e-12)
+
+
+@pytest.mark.parametrize(("has_hypre", "name"), [(True, "hypre"), (False, "gamg")])
+def test_without_hypre_gamg_takes_its_place(has_hypre, name, monkeypatch):
+    monkeypatch.setattr(linear, "HAS_HYPRE", has_hypre)
+    matrix = PETSc.Mat().createAIJ((2, 2), nnz=1, comm=PETSc.COMM_SELF)
+    solver = linear.preconditioned_cg(matrix)
+    assert solver.getPC().getType() == linear.preconditioner() == name
+
+
+def test_the_result_names_the_preconditioner(gamg):
+    """As it does not where nothing was solved by finite elements."""
+    sections = scene_of_samples(16)
+    assert summarise(Patch(Scene.from_mapping(sections))).preconditioner is None
+    sections["flow"]["method"] = "adaptive"
+    result = summarise(Patch(Scene.from_mapping(sections)))
+    assert result.preconditioner == "gamg"
+    assert "(preconditioner gamg)" in flow_words(result)
