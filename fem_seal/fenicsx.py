@@ -50,6 +50,9 @@ def _require_real_petsc() -> None:
 
 
 with _quietly():
+    # MPI comes first: PyPI's third-party wheel of DOLFINx takes it from mpi4py.
+    from mpi4py import MPI
+
     try:
         import dolfinx
         from petsc4py import PETSc
@@ -63,7 +66,6 @@ _require_real_petsc()
 import dolfinx.fem.petsc  # noqa: E402
 import ufl  # noqa: E402
 from dolfinx import fem, mesh  # noqa: E402
-from mpi4py import MPI  # noqa: E402
 
 from fem_seal.memory import give_back_freed_memory  # noqa: E402
 

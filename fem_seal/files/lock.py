@@ -2,8 +2,9 @@
 
 The kernel releases a flock when its process ends, for whatever reason: no lock is ever stale. Over
 NFS, Linux turns it into a lock of the server. PyPI's filelock was considered: its shared locks are
-those of an SQLite database, which names no owner for the message. On systems without flock the owners listed in
-the file serve as the lock; two processes that start at the same instant may then both take it.
+those of an SQLite database, which names no owner for the message. On systems without flock the
+owners listed in the file serve as the lock; two processes that start at the same instant may then
+both take it.
 """
 
 import errno

@@ -42,8 +42,8 @@ from fem_seal.upscaling.seal import SealLeak, solve_seal
 
 RESULT_FILE = "result.json"
 _PACKAGES = (
-    *("fem_seal", "fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "pyfftw", "pyvista"),
-    *("h5py", "SurfaceTopography"),
+    *("fem_seal", "fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy", "pyfftw"),
+    *("pyvista", "h5py", "SurfaceTopography"),
 )
 
 
