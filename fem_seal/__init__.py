@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fem_seal.results import Result
     from fem_seal.scene import Scene
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "FemSealError",

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from project import ROOT, write_toml
 
-import fem_seal
 from fem_seal import cli, doctor, fenicsx
 from fem_seal.cli.common import default_folder
 from fem_seal.errors import MissingPackage
@@ -262,8 +261,3 @@ def test_setup_leaves_a_python_with_its_own_dolfinx_alone(tmp_path):
     assert error.count("\n") == 1
     assert not (tmp_path / "installed").exists()
     assert not (tmp_path / ".venv").exists()
-
-
-def test_citation_has_the_version_of_the_package():
-    lines = (ROOT / "CITATION.cff").read_text().splitlines()
-    assert f"version: {fem_seal.__version__}" in lines
