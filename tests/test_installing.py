@@ -17,10 +17,10 @@ DEBIAN_PYTHON = "/usr/bin/python3"
 PIP = ("-m", "pip", "--disable-pip-version-check", "-q")
 
 
-def run(*command, **changes):
+def run(*command, cwd=ROOT.parent, **changes):
     clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
     done = subprocess.run(
-        command, env=clean | changes, capture_output=True, text=True, check=False, cwd=ROOT.parent
+        command, env=clean | changes, capture_output=True, text=True, check=False, cwd=cwd
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -74,7 +74,10 @@ def installed(way, distributions, folder):
 @pytest.mark.parametrize("way", ["venv", "user", "target", "editable"])
 def test_a_built_in_shape_runs_after_any_way_of_installing(way, distributions, tmp_path):
     python, environment = installed(way, distributions, tmp_path / "installed")
-    where = Path(run(python, "-c", "import fem_seal; print(fem_seal.__file__)", **environment))
+    # From a folder that holds a checkout called fem_seal, which must not stand for the package.
+    (tmp_path / "fem_seal").mkdir()
+    code = "import fem_seal; print(fem_seal.__file__)"
+    where = Path(run(python, "-c", code, cwd=tmp_path, **environment))
     home = distributions / "checkout" if way == "editable" else tmp_path / "installed"
     assert where.is_relative_to(home)
     scene = str(ROOT / "demos/scenes/face-seal.toml")
