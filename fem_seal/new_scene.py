@@ -16,6 +16,7 @@ from fem_seal.field_file.read import HEIGHT_NAMES, TEXT_ENDINGS, read_recorded
 from fem_seal.field_file.recorded import FieldMap, Recorded, Stated, in_metres
 from fem_seal.field_file.text_table import is_text
 from fem_seal.scene import Scene
+from fem_seal.surface import outliers
 
 COMMENT_COLUMN = 32
 MOST_FILLED = 0.1  # the default of surface.max_missing
@@ -123,17 +124,22 @@ def _map(path: Path, name: str, stated: Stated) -> tuple[list[str], list[str], l
         raise InvalidInput(f"all {values.size} points of {path} are missing")
     part = missing / values.size
     facts = [f"{nx} x {ny} points, {missing} missing ({100 * part:.2g} %)"]
+    spikes = np.count_nonzero(outliers(FieldMap(values, (1, 1), recorded.periodic)))
     lines = [*_quoted_header(recorded), "[surface]", 'kind = "file"', f"path = {name}"]
     more, needed = _unit_and_size(path, recorded, stated)
     lines += more
     if mark is not None:
         lines.append(_line("missing", f"{mark[0]!r}", f"stands {mark[1]} times: no height"))
+    if spikes:
+        facts.append(f"{spikes} of them spikes")
+        comment = f"{spikes} points far from all their neighbours; out if they are real"
+        lines.append(_line("outliers", '"missing"', comment))
     if recorded.periodic:
         lines.append(_line("detrend", '"mean"', "the map repeats, says the file"))
     else:
         lines.append(_line("detrend", '"plane"', 'the tilt; "quadratic" takes a bow away as well'))
-    if missing:
-        lines.append(_line("fill", '"harmonic"', f"{missing} points are missing"))
+    if missing + spikes:
+        lines.append(_line("fill", '"harmonic"', f"{missing + spikes} points are missing"))
     if part > MOST_FILLED:
         lines.append(_line("max_missing", f"{np.ceil(20 * part) / 20:g}", "more than 0.1: a crop?"))
     if not recorded.periodic:

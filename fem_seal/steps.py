@@ -77,16 +77,18 @@ def prepared_surface(surface: FileSurface) -> "PreparedSurface":
 
 
 def whole_map(surface: FileSurface) -> GridField:
-    """Heights [m] of a file, after `surface.crop`, without tilt and holes.
+    """Heights [m] of a file, after `surface.crop` and `surface.outliers`, without tilt and holes.
 
     The map is neither made periodic nor replaced by its twin; it is the one that windows are cut
     out of.
     """
     from fem_seal.field_file import HEIGHT_NAMES, read_map
-    from fem_seal.surface import cropped, levelled_map
+    from fem_seal.surface import cropped, levelled_map, without_outliers
 
     heights = read_map(surface.path, HEIGHT_NAMES, surface.stated, heights=True)
-    return levelled_map(heights if surface.crop is None else cropped(heights, surface.crop))
+    if surface.crop is not None:
+        heights = cropped(heights, surface.crop)
+    return levelled_map(heights if surface.outliers is None else without_outliers(heights))
 
 
 def elastic_contact(

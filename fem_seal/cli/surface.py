@@ -11,6 +11,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.tables import aligned, csv_text
 
 if TYPE_CHECKING:
+    from fem_seal.patch import Patch
     from fem_seal.scene import Scene
     from fem_seal.surface import MapStatistics, PreparedSurface, SpectrumFit
 
@@ -38,6 +39,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _surface(options: argparse.Namespace) -> int:
+    from fem_seal.patch import Patch
     from fem_seal.surface import fit_spectrum
 
     if options.out is not None and options.out.suffix.lower() not in PICTURES:
@@ -45,7 +47,9 @@ def _surface(options: argparse.Namespace) -> int:
     if options.csv is not None and options.csv.suffix.lower() != ".csv":
         raise InvalidInput(f"--csv {options.csv} must end in .csv")
     scene = _scene(options)
-    prepared = _prepared(scene)
+    # The contact grid that [accuracy] chooses does not change the surface.
+    patch = Patch(scene.with_tolerance(scene.flow.rtol))
+    prepared = _prepared(patch)
     try:
         fit, failure = fit_spectrum(prepared.measured), ""
     except InvalidInput as error:
@@ -61,7 +65,8 @@ def _surface(options: argparse.Namespace) -> int:
         write_text(options.csv, _csv(scene, prepared))
     refusal = _refusal(prepared) if _is_scene(options) else []
     spectrum = [*_longest_line(scene), *_spectrum_lines(fit, failure)]
-    lines = [steps_table(prepared), *refusal, "", *spectrum]
+    cautions = [f"caution: {sentence}" for sentence in _cautions(patch, prepared)]
+    lines = [steps_table(prepared), *refusal, *cautions, "", _sides(prepared), *spectrum]
     if not _is_scene(options):
         lines.append(f"fem-seal new {options.scene} writes a scene that presses it")
     lines += _profile_lines(scene)
@@ -153,18 +158,27 @@ def _refusal(prepared: "PreparedSurface") -> list[str]:
     return []
 
 
-def _prepared(scene: "Scene") -> "PreparedSurface":
-    from fem_seal.patch import Patch
+def _prepared(patch: "Patch") -> "PreparedSurface":
     from fem_seal.surface import MapStatistics, PreparedSurface, Step
 
-    # The contact grid that [accuracy] chooses does not change the surface.
-    patch = Patch(scene.with_tolerance(scene.flow.rtol))
     if patch.prepared is not None:
         return patch.prepared
     field = patch.surface
     if field is None:
         raise InvalidInput("the scene has a gap in place of a surface; there is nothing to press")
     return PreparedSurface(field, field, (Step("made", MapStatistics.of(field)),))
+
+
+def _cautions(patch: "Patch", prepared: "PreparedSurface") -> list[str]:
+    from fem_seal.quantities.remarks import cautions_of_map, steep
+
+    slope = steep(prepared.steps[-1].statistics.rms_slope, "the surface")
+    return [*cautions_of_map(patch), *([slope] if slope else [])]
+
+
+def _sides(prepared: "PreparedSurface") -> str:
+    """Line on the lengths of the map before it was made periodic."""
+    return "sides               " + " by ".join(map(_length, prepared.measured.size))
 
 
 def steps_table(prepared: "PreparedSurface") -> str:

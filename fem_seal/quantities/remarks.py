@@ -10,6 +10,9 @@ from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.slope import slope_between_samples
+from fem_seal.scene import FileSurface
+from fem_seal.steps import whole_map
+from fem_seal.surface import outliers, spikes_caution
 from fem_seal.upscaling.seal import SealLeak, median_patch
 
 STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably wrong
@@ -24,7 +27,7 @@ FEW = 10  # samples in contact below which the contact area is meaningless
 def cautions(
     patch: Patch, budget: ErrorBudget | None, seal: SealLeak | None = None
 ) -> tuple[str, ...]:
-    """Sentences about the error budget, the contact and the gap of a patch.
+    """Sentences about the error budget, the heights, the contact and the gap of a patch.
 
     Parameters
     ----------
@@ -36,6 +39,7 @@ def cautions(
         Leak rate of the whole seal, for a scene with [seal].
     """
     sentences = [entry.sentence for entry in budget or () if entry.caution]
+    sentences.extend(cautions_of_map(patch))
     near = _near_lift_off(patch) if seal is None else _seal_near_lift_off(patch, seal)
     sentences.extend(filter(None, (near,)))
     if seal is not None and seal.state == "lifted off":
@@ -43,12 +47,28 @@ def cautions(
     shape = patch.scene.shape
     if shape is None or not shape.own_gap:
         gap = patch.grid_gap
-        thick = _slope(gap) or _thickness(float(gap.values.mean()), gap.size[0])
+        slope = steep(slope_between_samples(gap), "the gap")
+        thick = slope or _thickness(float(gap.values.mean()), gap.size[0])
         sentences.extend(filter(None, (_contact(patch, gap), thick)))
     elif isinstance(film := patch.film, MeshFilm):
         thick = _thickness(film.mean_gap, float(np.ptp(film.mesh.xy, axis=0).min()))
         sentences.extend(filter(None, (thick, _jump(film))))
     return tuple(sentences)
+
+
+def cautions_of_map(patch: Patch) -> tuple[str, ...]:
+    """Sentences about the heights of a measured map; of a seal's windows, about the whole map."""
+    surface, seal = patch.scene.surface, patch.scene.seal
+    if not isinstance(surface, FileSurface):
+        return ()
+    spikes = None
+    if surface.outliers is None:
+        windows = seal is not None and seal.window is not None
+        heights = (
+            whole_map(surface) if windows else present(patch.prepared, "prepared heights").measured
+        )
+        spikes = spikes_caution(np.count_nonzero(outliers(heights)))
+    return tuple(filter(None, (spikes,)))
 
 
 def _near_lift_off(patch: Patch) -> str | None:
@@ -142,12 +162,11 @@ def _jump(film: MeshFilm) -> str | None:
     )
 
 
-def _slope(gap: GridField) -> str | None:
-    """Warn if the gap is too steep for a thin film."""
-    slope = slope_between_samples(gap)
+def steep(slope: float, what: str) -> str | None:
+    """Warn if a gap or surface with this rms slope is too steep for contact and film."""
     if slope <= STEEP:
         return None
     return (
-        f"the gap has slopes of {slope:.2g} (rms), where contact and film want them well below 1: "
+        f"{what} has slopes of {slope:.2g} (rms), where contact and film want them well below 1: "
         "are heights and spacing in the same unit?"
     )

@@ -88,6 +88,9 @@ class FileSurface(FieldFile):
     crop: tuple[tuple[Coordinate, Coordinate], tuple[Coordinate, Coordinate]] | None = Field(
         None, description="kept rectangle [[x0, x1], [y0, y1]] from the first sample"
     )
+    outliers: Literal["missing"] | None = Field(
+        None, description="points far from all their neighbours become missing"
+    )
     detrend: Literal["mean", "plane", "quadratic"] | None = Field(
         None, description="least-squares trend that is subtracted"
     )

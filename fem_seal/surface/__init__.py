@@ -7,6 +7,7 @@ from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.measured import load_heights, measured_surface
 from fem_seal.surface.missing import fill
+from fem_seal.surface.outliers import outliers, spikes_caution, without_outliers
 from fem_seal.surface.preparation import Preparation, PreparedSurface, Step, prepare
 from fem_seal.surface.profiles import (
     IsotropicSpectrum,
@@ -52,6 +53,7 @@ __all__ = [
     "longest_wavelength",
     "map_spectrum",
     "measured_surface",
+    "outliers",
     "periodic_cell",
     "prepare",
     "profile_spectrum",
@@ -60,5 +62,7 @@ __all__ = [
     "rms_height",
     "rms_slope",
     "self_affine",
+    "spikes_caution",
     "twin",
+    "without_outliers",
 ]

@@ -5,13 +5,14 @@ from numpy.polynomial.legendre import legvander
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
+from fem_seal.grid import GridField
 from fem_seal.registry import choose
 
 # Degree of the polynomial in x and y together.
 DEGREES = {"mean": 0, "plane": 1, "quadratic": 2}
 
 
-def detrended(heights: FieldMap, trend: str) -> FieldMap:
+def detrended(heights: FieldMap | GridField, trend: str) -> FieldMap:
     """Subtract the polynomial of least squares that fits the known points best.
 
     Parameters

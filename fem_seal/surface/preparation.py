@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
+from fem_seal.registry import require_known
 from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.missing import fill
+from fem_seal.surface.outliers import without_outliers
 from fem_seal.surface.statistics import MapStatistics
 from fem_seal.surface.twin import twin
 
@@ -27,6 +29,8 @@ class Preparation:
     ----------
     crop : ((x0, x1), (y0, y1)), optional
         Rectangle to keep [m].
+    outliers : "missing", optional
+        Points far from all their neighbours become missing.
     detrend : "mean", "plane" or "quadratic", optional
         Trend to subtract, fitted to the points that are not missing.
     fill : "harmonic" or "linear", optional
@@ -40,6 +44,7 @@ class Preparation:
     """
 
     crop: Rectangle | None = None
+    outliers: str | None = None
     detrend: str | None = None
     fill: str | None = None
     max_missing: float = 0.1
@@ -146,6 +151,10 @@ def _on_maps(heights: FieldMap, plan: Preparation) -> Iterator[tuple[str, FieldM
     if plan.crop is not None:
         heights = cropped(heights, plan.crop)
         yield "crop", heights
+    if plan.outliers is not None:
+        require_known(("missing",), plan.outliers, "outliers")
+        heights = without_outliers(heights)
+        yield f"outliers {plan.outliers}", heights
     # Filled points are no measurements: the trend is that of the others, and holes at a tilted
     # border are filled without the tilt.
     if plan.detrend is not None:
