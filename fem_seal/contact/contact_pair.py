@@ -99,11 +99,14 @@ class ContactPair:
         self, mean_pressure: float, stopping: ContactStopping, start: np.ndarray | None = None
     ) -> ContactState:
         """Contact under a mean pressure [Pa] > 0, from a uniform or another pressure [Pa]."""
+        return self._converged(*self.loaded(mean_pressure, start), stopping)
+
+    def loaded(self, mean_pressure: float, start: np.ndarray | None) -> tuple[Problem, np.ndarray]:
+        """Problem under a mean pressure [Pa] > 0, and its first pressure: both without units."""
         load = mean_pressure / self.unit_pressure
         pressure = np.ones(self.height.shape) if start is None or not start.any() else start.copy()
         pressure *= load / pressure.mean()
-        problem = Problem(self.heights, self.half_space, mean_pressure=load)
-        return self._converged(problem, pressure, stopping)
+        return Problem(self.heights, self.half_space, mean_pressure=load), pressure
 
     def at_mean_gap(
         self, mean_gap: float, stopping: ContactStopping, start: np.ndarray | None = None
