@@ -9,7 +9,6 @@ from importlib import import_module
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
-import pytest
 from project import ROOT
 from pydantic import BaseModel
 
@@ -73,21 +72,24 @@ def test_every_key_of_a_scene_is_listed_and_every_key_listed_exists():
     assert scene | {"shape": shapes["shape"]} == SECTIONS
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_fields_that_a_page_names_exist(page):
+def test_fields_that_a_page_names_exist():
     """`flow.rtol`, in the text as in --set."""
-    sections = "|".join(SECTIONS)
-    for section, key in re.findall(rf"(?<![\w./-])({sections})\.([a-z]\w+)\b(?![/(])", PAGES[page]):
+    key_of_a_section = re.compile(rf"(?<![\w./-])({'|'.join(SECTIONS)})\.([a-z]\w+)\b(?![/(])")
+    of_results = set(leaves(Result))
+    assert not [
+        (page, section, key)
+        for page, text in PAGES.items()
+        for section, key in key_of_a_section.findall(text)
+        if key not in ENDINGS | SECTIONS[section]
         # `seal` is a section of a scene and of a result.
-        of_result = page.endswith("results.md") and f"{section}.{key}" in set(leaves(Result))
-        if key not in ENDINGS and not of_result:
-            assert key in SECTIONS[section], f"{section}.{key}"
+        and not (page.endswith("results.md") and f"{section}.{key}" in of_results)
+    ]
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_toml_of_a_page_is_toml(page):
-    for block in re.findall(r"```toml\n(.*?)```", PAGES[page], re.DOTALL):
-        assert tomllib.loads(block), block
+def test_toml_of_the_pages_is_toml():
+    blocks = re.findall(r"```toml\n(.*?)```", EVERYTHING, re.DOTALL)
+    assert blocks
+    assert all(tomllib.loads(block) for block in blocks)
 
 
 def leaves(model, path=""):
@@ -137,10 +139,8 @@ def commands(parser, name=("fem-seal",)):
 PARSERS = dict(commands(cli.parser()))
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_commands_and_options_that_a_page_names_exist(page):
-    text = PAGES[page]
-    for line in re.findall(r"fem-seal(?: [^\s`|,;:.)]+)+", text):
+def test_commands_and_options_that_the_pages_name_exist():
+    for line in re.findall(r"fem-seal(?: [^\s`|,;:.)]+)+", EVERYTHING):
         words = line.split()
         if not re.fullmatch(r"--\w+|[a-z-]+", words[1]):
             continue  # prose: fem-seal is the subject of a sentence
@@ -167,23 +167,26 @@ def anchors(page):
     return {heading.replace(" ", "-") for heading in plain}
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_links_lead_somewhere(page):
-    for link in re.findall(r"\]\(([^)\s]+)\)", PAGES[page]):
-        if link.startswith("https://"):
-            continue
-        name, _, anchor = link.partition("#")
-        target = ((ROOT / page).parent / name).resolve() if name else ROOT / page
-        assert target.exists(), link
-        if anchor:
-            assert anchor in anchors(str(target.relative_to(ROOT))), link
+def leads_somewhere(page, link):
+    """Whether the file that a link names exists, and has its heading."""
+    name, _, anchor = link.partition("#")
+    target = ((ROOT / page).parent / name).resolve() if name else ROOT / page
+    return target.exists() and (not anchor or anchor in anchors(str(target.relative_to(ROOT))))
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_files_that_a_page_names_are_there(page):
+def test_links_lead_somewhere():
+    assert not [
+        (page, link)
+        for page, text in PAGES.items()
+        for link in re.findall(r"\]\(([^)\s]+)\)", text)
+        if not link.startswith("https://") and not leads_somewhere(page, link)
+    ]
+
+
+def test_files_that_the_pages_name_are_there():
     places = r"(?:demos|docs|fem_seal|meshes|tests)/[\w./*-]*\w"
-    for name in re.findall(rf"(?<![\w./-])({places})", PAGES[page]):
-        assert list(ROOT.glob(name)), name
+    names = set(re.findall(rf"(?<![\w./-])({places})", EVERYTHING))
+    assert not [name for name in names if not list(ROOT.glob(name))]
 
 
 def test_every_page_is_reached_from_the_first_one():
