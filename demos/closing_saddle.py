@@ -24,7 +24,7 @@ from fem_seal.letter.saddle import (
     closing_pressure,
     local_exponents,
 )
-from fem_seal.render.studies import saddle_figure
+from fem_seal.verification.pictures import saddle_figure
 
 # %% [markdown]
 # ## What to do

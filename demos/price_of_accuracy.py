@@ -21,9 +21,9 @@
 import argparse
 from pathlib import Path
 
-from fem_seal.render.studies import trade_figure
 from fem_seal.scene import Scene
 from fem_seal.verification.advice import recommend
+from fem_seal.verification.pictures import trade_figure
 from fem_seal.verification.trade import Point, Trade, trade
 
 # %% [markdown]

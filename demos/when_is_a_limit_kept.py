@@ -20,9 +20,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from fem_seal import Patch, Scene
-from fem_seal.quantities.error_budget import beside_flow, combined
-from fem_seal.quantities.uncertainties import error_budget
+from fem_seal import Scene, solve
 from fem_seal.render.plot import new_figure
 
 SCENE = Path(__file__).parent / "scenes" / "verdict.toml"
@@ -52,14 +50,12 @@ def point(n: int, pressure: float, lift: str) -> Point:
     """Verdict under a contact pressure [MPa]."""
     settings = [f"surface.shape=[{n}, {n}]", f'contact.pressure="{pressure} MPa"']
     settings += [f"flow.lift={lift}", 'output.products=["leak_rate"]']
-    patch = Patch(Scene.from_file(SCENE, settings))
-    leak, verdict = patch.leak_rate, patch.verdict
-    low, high = combined(beside_flow(error_budget(patch)))
-    assert low is not None
-    bounds = leak.lower / ML_PER_HOUR, leak.upper / ML_PER_HOUR
+    solved = solve(Scene.from_file(SCENE, settings))
     name = f"{pressure} MPa" + (", dry" if lift == "none" else "")
-    most = None if high is None else high * bounds[1]
-    return Point(name, *bounds, low * bounds[0], most, verdict.decision)
+    leak, head = solved.leak_rate, solved.headline
+    rates = (leak.lower, leak.upper, head.lower, head.upper)
+    bounds = (None if rate is None else rate / ML_PER_HOUR for rate in rates)
+    return Point(name, *bounds, solved.verdict.decision)
 
 
 # %% [markdown]

@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from fem_seal.exchange import pictures, to_pyvista, to_xarray
     from fem_seal.gap_file import load_gap
     from fem_seal.grid import GridField
-    from fem_seal.job import run
     from fem_seal.leak_rate import LeakRate
     from fem_seal.patch import Patch
     from fem_seal.results import Result
     from fem_seal.scene import Scene
+    from fem_seal.solved import Solved, run, solve
 
 __version__ = "0.2.0"
 
@@ -30,9 +30,11 @@ __all__ = [
     "Patch",
     "Result",
     "Scene",
+    "Solved",
     "load_gap",
     "pictures",
     "run",
+    "solve",
     "to_pyvista",
     "to_xarray",
 ]
@@ -43,9 +45,11 @@ _HOMES = {
     "Patch": "fem_seal.patch",
     "Result": "fem_seal.results",
     "Scene": "fem_seal.scene",
+    "Solved": "fem_seal.solved",
     "load_gap": "fem_seal.gap_file",
     "pictures": "fem_seal.exchange",
-    "run": "fem_seal.job",
+    "run": "fem_seal.solved",
+    "solve": "fem_seal.solved",
     "to_pyvista": "fem_seal.exchange",
     "to_xarray": "fem_seal.exchange",
 }

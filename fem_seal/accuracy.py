@@ -45,7 +45,7 @@ SAFETY, BEFORE = 1.5, 0.5
 SHARE, LAST_SHARE = 2 / 3, 0.9
 
 
-class Solved(Protocol):
+class Pressed(Protocol):
     """A dry contact, its equilibrium with the fluid if that is resolved, and the leak rate."""
 
     @property
@@ -61,7 +61,7 @@ class Solved(Protocol):
         """Leak rate through the gap."""
 
 
-AnySolved = TypeVar("AnySolved", bound=Solved)
+AnyPressed = TypeVar("AnyPressed", bound=Pressed)
 
 
 @dataclass(frozen=True)
@@ -103,8 +103,8 @@ class Choice:
 def chosen_grid(
     total: float,
     surface: GridField,
-    on_grid: Callable[[GridField, float, GapState | None], AnySolved],
-    error_of_sealed: Callable[[Sequence[AnySolved]], GridError],
+    on_grid: Callable[[GridField, float, GapState | None], AnyPressed],
+    error_of_sealed: Callable[[Sequence[AnyPressed]], GridError],
     max_refinement: int = 4,
     report: Report = silent,
 ) -> Choice:
@@ -126,7 +126,7 @@ def chosen_grid(
     budget = log1p(total)
     shapes = grids(surface.shape, max_refinement)
     trials: list[Trial] = []
-    tried: list[AnySolved] = []
+    tried: list[AnyPressed] = []
     grid_error = UNKNOWN
     for shape in shapes:
         report("accuracy", f"contact on {shape[0]} x {shape[1]}")
@@ -182,7 +182,7 @@ def chosen_grid(
     )
 
 
-def solved(
+def chosen_patch(
     scene: Scene,
     report: Report = silent,
     *,

@@ -10,9 +10,10 @@ from fem_seal.contact.state import ContactState, GapState
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.files import temporary_folder
 from fem_seal.grid import GridField
-from fem_seal.job import draw_patch
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
+from fem_seal.render.patch import draw_patch
+from fem_seal.solved import Solved
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -39,21 +40,14 @@ class Picture:
         return path
 
 
-def pictures(patch: Patch) -> dict[str, Picture]:
-    """Draw the pictures of a patch, as `run` draws those of its scene.
+def pictures(of: Solved | Patch) -> dict[str, Picture]:
+    """Draw the pictures of an answer or a patch, as `run` draws those of its scene.
 
-    Parameters
-    ----------
-    patch : the pictures need some of its steps; those not computed yet are computed. The flow is
-        drawn if the scene's products need it and contain "pictures" or "mesh": only then its field
-        is kept
-
-    Returns
-    -------
-    Pictures by name: "contact", "gap", "flow" and others (docs/guide/pictures.md).
+    They are named "contact", "gap", "flow" and others (docs/guide/pictures.md). The flow is drawn
+    if the scene's products need it and contain "pictures" or "mesh": only then its field is kept.
     """
     with temporary_folder() as folder:
-        names = draw_patch(patch, folder)
+        names = draw_patch(of.patch if isinstance(of, Solved) else of, folder)
         drawn = {Path(name).stem: (folder / name).read_bytes() for name in names}
     return {name: Picture(name, png) for name, png in drawn.items()}
 

@@ -175,7 +175,8 @@ class LeakRate:
         if self.state == "sealed":
             return "sealed: 0 m^3/s, no open path joins inlet and outlet"
         unfinished = "" if self.converged else f"; {self.reason}"
-        return f"leaking: {rate_text(self.value, self.lower, self.upper, 'm^3/s')}{unfinished}"
+        rate = rate_text(self.value, self.lower, self.upper, "m^3/s")
+        return f"leaking: {rate}, flow only{unfinished}"
 
     def _repr_html_(self) -> str:
         rows = [("state", self.state), ("method", f"{self.method}, {self.unknowns} unknowns")]

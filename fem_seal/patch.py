@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -14,10 +13,9 @@ from fem_seal import parallel
 from fem_seal.errors import InvalidInput, present
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import LeakRate
+from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
-from fem_seal.scene.readable import rows_of
 from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import (
     CONTACTS,
@@ -26,15 +24,12 @@ from fem_seal.steps import (
     made_surface,
     prepared_surface,
 )
-from fem_seal.tables import html_table
 
 if TYPE_CHECKING:
     from fem_seal.contact.grid_error import GridError
     from fem_seal.contact.state import ContactState, GapState
     from fem_seal.coupling import LiftedState
     from fem_seal.film import GridFilm, MeshFilm
-    from fem_seal.quantities.verdict import Verdict
-    from fem_seal.results import Result
     from fem_seal.surface import PreparedSurface
 
 
@@ -52,26 +47,23 @@ class Patch:
 
     Parameters
     ----------
-    scene : Scene
-        The scene, without [accuracy]; for a scene with it `accuracy.solved` chooses the contact
-        grid and makes the Patch.
-    report : callable
+    scene
+        The scene, without [accuracy]; for a scene with it `accuracy.chosen_patch` chooses the
+        contact grid and makes the Patch.
+    report
         Called with stage and detail.
-    trust : bool
+    trust
         Whether gmsh may run a .geo file that is not the package's own, with your rights.
-    surface : GridField, optional
+    surface
         Heights [m] in place of the scene's surface, such as the same surface on another grid.
-    contact : GapState, optional
-        Contact of that surface, if it is known already.
-    contact_start : (nx, ny) array, optional
-        First guess of the contact pressure [Pa]; a good one saves iterations.
-    leak_rate : LeakRate, optional
-        Leak rate of that contact, if it is known already.
-    lifted : LiftedState, optional
-        Equilibrium of that contact with the fluid, if it is known already.
-    grid_error : GridError, optional
+    contact, leak_rate, lifted
+        Contact of that surface, its leak rate and its equilibrium with the fluid, where they are
+        known already.
+    contact_start
+        First guess of the contact pressure [Pa], (nx, ny); a good one saves iterations.
+    grid_error
         What a finer contact grid may change, if it was estimated.
-    comm : MPI.Comm, optional
+    comm
         The processes that read the steps together; all of this run if left out. With
         MPI.COMM_SELF each process solves a patch of its own.
 
@@ -102,8 +94,8 @@ class Patch:
             )
         if scene.accuracy is not None:
             raise InvalidInput(
-                "a scene with [accuracy] has no contact grid yet: patch, choice = solved(scene), "
-                "from fem_seal.accuracy, tries some and makes the Patch of the chosen one"
+                "a scene with [accuracy] has no contact grid yet: fem_seal.solve(scene) tries some "
+                "and makes the Patch of the chosen one"
             )
         require_trusted(scene, trust)
         parallel.start_petsc(comm)
@@ -112,50 +104,6 @@ class Patch:
         self.seconds: dict[str, float] = {}
         self._surface, self._contact, self._contact_start = surface, contact, contact_start
         self._leak_rate, self._lifted = leak_rate, lifted
-
-    @property
-    def verdict(self) -> "Verdict | None":
-        """The leak rate against the scene's limit, with all its known uncertainties.
-
-        None if no product of the scene needs the flow.
-        """
-        from fem_seal.quantities.of_patch import verdict_of
-
-        return verdict_of(self)
-
-    def save(self, folder: str | Path, *, overwrite: bool = False) -> "Result":
-        """Write the products of the scene into a result folder, as `fem_seal.run` does.
-
-        Parameters
-        ----------
-        folder : str or Path
-            Result folder; created if it does not exist.
-        overwrite : bool
-            Whether another scene's result may be replaced.
-
-        Returns
-        -------
-        Result
-
-        Raises
-        ------
-        InvalidInput, NotConverged
-            As `fem_seal.run`.
-        """
-        from fem_seal.job import save
-
-        return save(self, folder, overwrite=overwrite)
-
-    def _repr_html_(self) -> str:
-        """Table of the scene and of the steps computed so far; nothing is computed for it."""
-        rows = rows_of(self.scene)
-        computed = vars(self)
-        contact = computed.get("contact")
-        if contact is not None:
-            rows += [(f"contact: {name}", text) for name, text in contact.summary()]
-        if "leak_rate" in computed:
-            rows.append(("leak rate", str(self.leak_rate)))
-        return html_table(rows)
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -166,6 +114,18 @@ class Patch:
             yield
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
+
+    def solve(self) -> "tuple[GridFilm | MeshFilm, LeakRate | None]":
+        """Compute film and, if a product needs it, leak rate.
+
+        Under mpirun all processes call it, and may then leave what follows to the first one.
+        """
+        return self.film, self.leak_rate if self.scene.needs_flow else None
+
+    @property
+    def state(self) -> FlowState:
+        """Whether fluid flows through the patch."""
+        return "lifted off" if self.lifted_off else "sealed" if self.sealed else "leaking"
 
     @cached_property
     def surface(self) -> GridField | None:

@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from project import scene_of_samples, write_toml
 
-from fem_seal.job import run
+from fem_seal import run
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.sweep import sweep

@@ -12,7 +12,7 @@ from project import ROOT, write_toml
 
 from fem_seal import cli
 from fem_seal.accuracy import chosen_grid as chosen_grid_of
-from fem_seal.accuracy import contact_part, flow_part, grids, solved, stays_sealed
+from fem_seal.accuracy import chosen_patch, contact_part, flow_part, grids, stays_sealed
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
@@ -161,7 +161,7 @@ def test_the_total_error_is_kept(accurate_scene, seed):
     change from 128 to 256 samples over two.
     """
     accurate_scene["surface"]["seed"] = seed
-    patch, choice = solved(Scene.from_mapping(accurate_scene))
+    patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
     assert choice.surface.shape[0] <= 64
     assert patch.leak_rate.converged
     finer = resample(choice.surface, (256, 256))
@@ -190,7 +190,7 @@ def test_a_sealed_grid_counts_only_at_a_distance_from_opening(tmp_path, seed, pr
     record = json.loads((tmp_path / "out" / "result.json").read_text())
     assert (record["state"], record["verdict"]["decision"]) == ("sealed", "undecided")
     assert record["accuracy"]["contact_error"] is None
-    patch, choice = solved(Scene.from_file(path, ["accuracy.max_refinement=2"]))
+    patch, choice = chosen_patch(Scene.from_file(path, ["accuracy.max_refinement=2"]))
     assert patch.leak_rate.state == "leaking"
     assert [trial.leak_rate > 0 for trial in choice.trials] == [False, False, False, True]
     assert cli.main([*run, "--set", "contact.pressure=0.4 MPa"]) == 0
@@ -202,7 +202,7 @@ def test_a_grid_that_misses_the_shortest_wave_is_no_evidence():
     scene = FIRST | {"surface": fine, "contact": {"pressure": "0.6 MPa"}}
     for finest, upper in ((1, None), (2, 1.0)):
         accuracy = {"total": 0.1, "max_refinement": finest}
-        patch, choice = solved(Scene.from_mapping(scene | {"accuracy": accuracy}))
+        patch, choice = chosen_patch(Scene.from_mapping(scene | {"accuracy": accuracy}))
         assert patch.leak_rate.state == "sealed"
         assert patch.grid_error.upper == upper
         assert choice.surface.shape == (64 * finest, 64 * finest)
@@ -242,7 +242,7 @@ def test_the_lift_is_part_of_the_total(accurate_scene, total):
     accurate_scene["flow"]["lift"] = "resolved"
     accurate_scene["surface"]["short_wavelength"] = "8 um"
     accurate_scene["accuracy"] = {"total": total}
-    patch, choice = solved(Scene.from_mapping(accurate_scene))
+    patch, choice = chosen_patch(Scene.from_mapping(accurate_scene))
     assert patch.leak_rate.converged
     assert choice.lift_error > choice.flow_error
     lower, upper = combined(error_budget(patch))
@@ -253,7 +253,7 @@ def test_a_smaller_total_costs_a_finer_grid_or_a_narrower_bracket(accurate_scene
     found = []
     for total in (0.5, 0.1):
         accurate_scene["accuracy"] = {"total": total, "max_refinement": 8}
-        found.append(solved(Scene.from_mapping(accurate_scene))[1])
+        found.append(chosen_patch(Scene.from_mapping(accurate_scene))[1])
     loose, tight = found
     assert tight.leak_rate.converged
     assert tight.rtol < loose.rtol

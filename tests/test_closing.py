@@ -10,9 +10,9 @@ from project import ROOT, scene_of_samples, write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.render import closing_animation, closing_strip
-from fem_seal.render.closing import REDUCTION
 from fem_seal.scene import Scene
 from fem_seal.sweep.closing import FIRST, closing_contact, loads_to_closing
+from fem_seal.sweep.closing_picture import REDUCTION
 
 COUNT = 4
 

@@ -7,9 +7,9 @@ from project import write_toml
 from fem_seal.errors import InvalidInput
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive
 from fem_seal.patch import Patch
-from fem_seal.results import summarise
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Limit, Scene
+from fem_seal.solved import solve
 
 VISCOSITY, TEMPERATURE, MOLAR_MASS = 1.8e-5, 293.15, 0.029
 P_IN, P_OUT = 2.5e5, 1e5
@@ -79,7 +79,7 @@ def test_gas_that_slips_in_a_uniform_channel(gap_scene, method, accommodation):
     fluid = SLIPPING if accommodation is None else SLIPPING | {"accommodation": accommodation}
     scene = gap_scene(np.full((9, 5), 1e-7), fluid, products=["leak_rate", "hydraulic_aperture"])
     scene["flow"]["method"] = method
-    result = summarise(Patch(Scene.from_mapping(scene)))
+    result = solve(Scene.from_mapping(scene)).result()
     exact = channel_mass_rate(1e-7, 8e-6, 8e-6, accommodation or 1.0)
     # CG stops at a relative energy error of 1e-8.
     assert result.gas.mass_rate.lower == pytest.approx(exact, rel=1e-7)
@@ -110,7 +110,7 @@ def test_finite_differences_with_slip(gap_scene, law):
         fluid = SLIPPING | {"slip": law}
         scene = gap_scene(np.full((5, 5), 1e-7), fluid, products=["leak_rate"])
         scene["flow"]["method"] = method
-        result = summarise(Patch(Scene.from_mapping(scene)))
+        result = solve(Scene.from_mapping(scene)).result()
         rates[method] = result.leak_rate
         entry = next(entry for entry in result.error_budget if entry.name == "slip")
         assert ("BGK" in entry.sentence) is (law == "kinetic")
@@ -128,7 +128,7 @@ def test_verdict_with_first_order_slip(gap_scene, height, decision):
     gap[2] *= 0.8
     scene = Scene.from_mapping(gap_scene(gap, SLIPPING))
     limit = Limit(leak_rate=1.2 * Patch(scene).leak_rate.upper)
-    result = summarise(Patch(scene.model_copy(update={"limit": limit})))
+    result = solve(scene.model_copy(update={"limit": limit})).result()
     knudsen = air().mean_free_path(VISCOSITY) / (0.8 * height)
     assert result.gas.knudsen_number == pytest.approx(knudsen)
     assert result.verdict.decision == decision
@@ -142,7 +142,7 @@ def test_verdict_with_first_order_slip(gap_scene, height, decision):
         assert product == pytest.approx(bound, rel=1e-12)
     assert entries["slip interval"].upper > 1
     low = scene.model_copy(update={"limit": Limit(leak_rate=0.8 * result.leak_rate.lower)})
-    assert summarise(Patch(low)).verdict.decision == "above limit"
+    assert solve(low).result().verdict.decision == "above limit"
 
 
 @pytest.mark.parametrize(("height", "p_out"), [(1e-6, P_OUT), (1e-7, P_OUT), (1e-9, 0.0)])
@@ -152,7 +152,7 @@ def test_kinetic_slip(gap_scene, height, p_out):
     fluid = SLIPPING | {"slip": "kinetic"}
     products = ["leak_rate", "hydraulic_aperture", "mesh"]
     scene = Scene.from_mapping(gap_scene(np.full((9, 5), height), fluid, flow, products=products))
-    result = summarise(Patch(scene))
+    result = solve(scene).result()
     drive = scene.drive
     slip = drive.slip(VISCOSITY, 1.0, "kinetic")
     potentials = [slip.potential(p, height) for p in (p_out, P_IN)]
@@ -184,7 +184,7 @@ def test_kinetic_slip(gap_scene, height, p_out):
     assert "Knudsen number" in entry.sentence
     for part, decision in ((1.06, "within limit"), (1.01, "undecided"), (0.94, "above limit")):
         limit = Limit(leak_rate=part * result.leak_rate.value)
-        decided = summarise(Patch(scene.model_copy(update={"limit": limit}))).verdict.decision
+        decided = solve(scene.model_copy(update={"limit": limit})).result().verdict.decision
         if height < 1e-6 or part != 1.01:
             assert decision == decided
 
@@ -195,7 +195,7 @@ def test_molecules_that_fly_past_the_film(gap_scene, p_in, warns):
     flow = {"inlet_pressure": p_in, "outlet_pressure": 0.0}
     fluid = SLIPPING | {"slip": "kinetic"}
     gap = np.full((9, 9), 1e-7)
-    result = summarise(Patch(Scene.from_mapping(gap_scene(gap, fluid, flow))))
+    result = solve(Scene.from_mapping(gap_scene(gap, fluid, flow))).result()
     entry = next(entry for entry in result.error_budget if entry.name == "slip")
     assert entry.caution is warns
     assert ("longer than the film" in entry.sentence) is warns
@@ -296,7 +296,7 @@ def test_constriction_has_the_same_part_of_the_drop_for_gas_and_liquid(gap_scene
     shares = []
     for fluid, flow in ((GAS, None), ({"viscosity": 1e-3}, {"pressure_drop": 1e5})):
         scene = gap_scene(gap, fluid, flow, products=["constriction"])
-        constriction = summarise(Patch(Scene.from_mapping(scene))).quantities.constriction
+        constriction = solve(Scene.from_mapping(scene)).result().quantities.constriction
         shares.append(constriction.pressure_share)
     assert shares[0] == pytest.approx(shares[1], rel=1e-9)
     assert 0.3 < shares[0] < 1
@@ -308,7 +308,7 @@ def test_caution_where_the_gas_slips(gap_scene, rtol, slips):
     flow = {"inlet_pressure": P_IN, "outlet_pressure": P_OUT, "rtol": rtol}
     gap = np.full((5, 5), 1e-5)
     gap[0, 0] = 0.0
-    result = summarise(Patch(Scene.from_mapping(gap_scene(gap, flow=flow))))
+    result = solve(Scene.from_mapping(gap_scene(gap, flow=flow))).result()
     words = lines_of(result)
     assert any("slip of the gas" in text for label, text in words if label == "caution") is slips
     assert "mean free path 3" in dict(words)["gas"]
@@ -325,7 +325,7 @@ def test_verdict_of_a_gas_that_slips(gap_scene, part, decision):
     gap = np.full((5, 5), 1e-7)
     scene = Scene.from_mapping(gap_scene(gap))
     limit = Limit(leak_rate=part * Patch(scene).leak_rate.value)
-    verdict = summarise(Patch(scene.model_copy(update={"limit": limit}))).verdict
+    verdict = solve(scene.model_copy(update={"limit": limit})).result().verdict
     assert verdict.decision == decision
     assert "not covered" in verdict.sentence
     assert "slip" in verdict.sentence

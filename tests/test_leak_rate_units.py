@@ -6,8 +6,8 @@ from project import write_toml
 
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
-from fem_seal.results import summarise
 from fem_seal.scene import Scene
+from fem_seal.solved import solve
 from fem_seal.units import Rate, RateUnit
 
 GAS = {"kind": "gas", "viscosity": 1.8e-5, "temperature": 293.15, "molar_mass": 0.029}
@@ -85,7 +85,7 @@ def test_one_gas_in_every_unit(scene):
     for unit in ("l/min", "mbar l/s", "mol/s", "kg/s"):
         data = scene()
         data["output"]["leak_rate_unit"] = unit
-        result = summarise(Patch(Scene.from_mapping(data)))
+        result = solve(Scene.from_mapping(data)).result()
         shown[unit] = result.leak_rate_shown
         assert shown[unit].unit == unit
         assert shown[unit].lower <= shown[unit].value <= shown[unit].upper

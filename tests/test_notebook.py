@@ -11,11 +11,11 @@ from project import scene_of_samples
 from fem_seal import (
     InvalidInput,
     LeakRate,
-    Patch,
     Result,
     Scene,
     pictures,
     run,
+    solve,
     to_pyvista,
     to_xarray,
 )
@@ -30,8 +30,13 @@ SCENE = scene_of_samples(32) | {
 
 
 @pytest.fixture(scope="module")
-def patch():
-    return Patch(Scene.from_mapping(SCENE))
+def solved():
+    return solve(Scene.from_mapping(SCENE))
+
+
+@pytest.fixture(scope="module")
+def patch(solved):
+    return solved.patch
 
 
 def rows(thing):
@@ -48,16 +53,6 @@ def test_a_scene_shows_what_was_set_with_units():
     assert len(shown) == sum(map(len, SCENE.values()))
 
 
-def test_a_patch_shows_what_is_computed_and_computes_nothing():
-    fresh = Patch(Scene.from_mapping(SCENE))
-    assert rows(fresh) == rows(fresh.scene)
-    fresh.contact  # noqa: B018
-    assert set(rows(fresh)) - set(rows(fresh.scene)) == {
-        f"contact: {name}" for name in rows(fresh.contact)
-    }
-    assert "leak_rate" not in vars(fresh)
-
-
 def test_numbers_have_their_units(patch):
     contact, leak = rows(patch.contact), rows(patch.leak_rate)
     assert contact["mean pressure"] == "100 kPa"
@@ -72,21 +67,22 @@ def test_a_text_of_a_stranger_is_text():
     assert "<script>" not in leak._repr_html_()
 
 
-def test_completion_shows_no_names_of_pydantic(patch, tmp_path):
-    for thing in (patch.scene, patch.scene.flow, patch.save(tmp_path / "saved")):
+def test_completion_shows_no_names_of_pydantic(solved):
+    for thing in (solved.patch.scene, solved.patch.scene.flow, solved.result()):
         names = dir(thing)
         assert not [name for name in names if name.startswith(("model_", "parse_"))]
         assert set(type(thing).model_fields) <= set(names)
     assert "from_folder" in names
 
 
-def test_save_writes_what_run_writes(patch, tmp_path):
-    saved, ran = patch.save(tmp_path / "saved"), run(patch.scene, tmp_path / "ran")
+def test_save_writes_what_run_writes(solved, tmp_path):
+    saved, ran = solved.save(tmp_path / "saved"), run(solved.patch.scene, tmp_path / "ran")
     assert saved.files == ran.files
-    assert saved.leak_rate == ran.leak_rate
-    assert Result.from_folder(tmp_path / "saved").verdict == patch.verdict
-    assert patch.verdict.decision == "within limit"
-    other = Patch(Scene.from_mapping(SCENE | {"flow": {"pressure_drop": "9 kPa", "rtol": 0.2}}))
+    assert (saved.leak_rate, saved.together) == (ran.leak_rate, ran.together)
+    assert rows(solved)["leak rate"] == rows(ran)["leak rate"] == str(solved)
+    assert Result.from_folder(tmp_path / "saved").verdict == solved.verdict
+    assert solved.verdict.decision == "within limit"
+    other = solve(Scene.from_mapping(SCENE | {"flow": {"pressure_drop": "9 kPa", "rtol": 0.2}}))
     with pytest.raises(InvalidInput, match="overwrite"):
         other.save(tmp_path / "saved")
     assert other.save(tmp_path / "saved", overwrite=True).leak_rate.value == other.leak_rate.value
@@ -123,9 +119,9 @@ def test_pyvista_mesh_carries_the_flow(patch):
 @pytest.mark.render
 def test_pictures_at_a_prompt_are_those_of_a_run(tmp_path):
     products = {"products": ["contact", "leak_rate", "pictures"]}
-    patch = Patch(Scene.from_mapping(SCENE | {"output": products}))
-    shown = pictures(patch)
-    result = patch.save(tmp_path / "out")
+    solved = solve(Scene.from_mapping(SCENE | {"output": products}))
+    shown = pictures(solved)
+    result = solved.save(tmp_path / "out")
     assert {f"{name}.png" for name in shown} == {n for n in result.files if n.endswith(".png")}
     assert {"contact", "contact_pressure", "flow", "gap", "lift"} == set(shown)
     for name, picture in shown.items():
@@ -143,9 +139,9 @@ def test_a_notebook_shows_tables_and_pictures(tmp_path):
     pytest.importorskip("ipykernel", reason="pip install ipykernel")
     cells = [
         "import fem_seal",
-        f"patch = fem_seal.Patch(fem_seal.Scene.from_mapping({SCENE!r}))\npatch",
-        "patch.leak_rate",
-        "fem_seal.pictures(patch)['gap']",
+        f"solved = fem_seal.solve(fem_seal.Scene.from_mapping({SCENE!r}))\nsolved",
+        "solved.leak_rate",
+        "fem_seal.pictures(solved)['gap']",
     ]
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(c) for c in cells])
     kernel = preprocessors.ExecutePreprocessor(timeout=300, kernel_name="python3")

@@ -23,9 +23,9 @@ HEAVY = FINITE_ELEMENTS | DRAWING | FFT
 RUN = """
 import json, sys
 from fem_seal.scene import Scene
-from fem_seal.results import summarise
+from fem_seal.solved import answer, solve
 from fem_seal.patch import Patch
-result = summarise(Patch(Scene.from_mapping(json.loads(sys.argv[1]))))
+result = solve(Scene.from_mapping(json.loads(sys.argv[1]))).result()
 print(result.state, result.unknowns, *{name.partition('.')[0] for name in sys.modules})
 """
 

@@ -10,15 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fem_seal import job
+from fem_seal import run
 from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.patch import Patch
-from fem_seal.results import Result, ResultFolder, read_contact, read_flow, summarise
+from fem_seal.results import Result, ResultFolder, read_contact, read_flow
 from fem_seal.results.arrays import write_flow
 from fem_seal.results.preparation import StepRecord, preparation_words
 from fem_seal.results.result import Provenance
 from fem_seal.scene import Scene
+from fem_seal.solved import Solved, answer
 from fem_seal.steps import FLOWS
 
 LEVELS = (
@@ -73,7 +74,7 @@ def content(folder):
 
 
 def test_read_back_exactly(scene, spy, tmp_path):
-    result = job.run(scene, tmp_path / "out")
+    result = run(scene, tmp_path / "out")
     assert Result.from_folder(tmp_path / "out") == result
     assert result.leak_rate.value == spy.leak.value
     assert result.leak_rate.lower == spy.leak.lower
@@ -87,7 +88,7 @@ def test_read_back_exactly(scene, spy, tmp_path):
 
 
 def test_numbers_are_those_of_the_contact(scene, spy, tmp_path):
-    result = job.run(scene, tmp_path / "out")
+    result = run(scene, tmp_path / "out")
     gap, pressure = read_contact(tmp_path / "out")
     assert result.contact_area_fraction == np.mean(gap.values == 0)
     # Sums of some thousand numbers in another order.
@@ -102,12 +103,13 @@ def test_numbers_are_those_of_the_contact(scene, spy, tmp_path):
 
 def test_schema(scene, spy, tmp_path):
     """The keys that scripts rely on."""
-    job.run(scene, tmp_path / "out")
+    run(scene, tmp_path / "out")
     read = json.loads((tmp_path / "out" / "result.json").read_text())
-    assert read["schema"] == 1
+    assert read["schema"] == 2
     assert read["state"] == "leaking"
     assert read["percolates"] is True
     assert set(read["leak_rate"]) == {"value", "lower", "upper", "unit"}
+    assert set(read["together"]) == {"value", "lower", "upper", "unit", "sentence"}
     assert read["leak_rate"]["unit"] == "m^3/s"
     assert read["converged"] is True
     assert read["unknowns"] == 25
@@ -163,7 +165,7 @@ def test_flow_field_that_was_not_asked_for(tmp_path):
 
 
 def test_only_what_is_named_is_computed(small_scene, spy, tmp_path):
-    result = job.run(changed(small_scene, "output", products=["contact"]), tmp_path / "out")
+    result = run(changed(small_scene, "output", products=["contact"]), tmp_path / "out")
     assert spy.solves == 0
     assert result.leak_rate is None
     assert set(content(tmp_path)) == {"out/result.json", "out/contact.npz"}
@@ -177,8 +179,8 @@ def test_seal_is_made_of_a_scene():
 def test_each_step_is_computed_once(scene, spy):
     patch = Patch(scene)
     assert patch.contact is patch.contact
-    summarise(patch)
-    summarise(patch)
+    answer(patch).result()
+    answer(patch).result()
     assert spy.solves == 1
 
 
@@ -188,25 +190,25 @@ def test_sealed_gap_is_not_solved(small_scene, spy, tmp_path):
     scene["gap"] = {"path": str(tmp_path / "gap.npz")}
     scene["output"] = {"products": ["leak_rate"]}
     scene["flow"]["sides"] = "wall"
-    result = job.run(Scene.from_mapping(scene), tmp_path / "out")
+    result = run(Scene.from_mapping(scene), tmp_path / "out")
     assert (result.state, result.percolates, spy.solves) == ("sealed", False, 0)
     assert (result.leak_rate.value, result.leak_rate.lower, result.leak_rate.upper) == (0, 0, 0)
 
 
 def test_another_scene_is_refused(scene, small_scene, spy, tmp_path):
-    job.run(scene, tmp_path)
+    run(scene, tmp_path)
     before = content(tmp_path)
     other = changed(small_scene, "surface", seed=2)
     with pytest.raises(InvalidInput, match=r"another scene.*--overwrite"):
-        job.run(other, tmp_path)
+        run(other, tmp_path)
     assert content(tmp_path) == before
-    assert job.run(other, tmp_path, overwrite=True).provenance.seed == 2
+    assert run(other, tmp_path, overwrite=True).provenance.seed == 2
 
 
 def test_same_scene_may_be_run_again_and_other_files_stay(scene, small_scene, spy, tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    job.run(scene, tmp_path)
-    job.run(changed(small_scene, "output", products=["leak_rate"]), tmp_path)
+    run(scene, tmp_path)
+    run(changed(small_scene, "output", products=["leak_rate"]), tmp_path)
     assert set(content(tmp_path)) == {"notes.txt", "result.json", "contact.npz"}
 
 
@@ -217,9 +219,9 @@ def test_changed_input_file_is_another_scene(small_scene, spy, tmp_path):
     for gap in (np.ones((3, 3)), np.full((3, 3), 2.0)):
         np.savez(tmp_path / "gap.npz", gap=gap, spacing=[1, 1])
         if gap[0, 0] == 1:
-            job.run(Scene.from_mapping(scene), tmp_path / "out")
+            run(Scene.from_mapping(scene), tmp_path / "out")
     with pytest.raises(InvalidInput, match="another scene"):
-        job.run(Scene.from_mapping(scene), tmp_path / "out")
+        run(Scene.from_mapping(scene), tmp_path / "out")
 
 
 @pytest.mark.parametrize("failure", [KeyboardInterrupt, NotConverged("no"), InvalidInput("no")])
@@ -227,15 +229,15 @@ def test_changed_input_file_is_another_scene(small_scene, spy, tmp_path):
 def test_nothing_half_written(scene, spy, tmp_path, monkeypatch, failure, existing):
     """Whatever ends a run, before or while it writes, leaves what was there."""
     if existing:
-        job.run(scene, tmp_path / "out")
+        run(scene, tmp_path / "out")
     before = content(tmp_path)
 
-    def interrupted(patch, files, started, choice, seal, **others):
+    def interrupted(solved, files, origin):
         raise failure
 
-    monkeypatch.setattr(job, "summarise", interrupted)  # after the arrays have been written aside
+    monkeypatch.setattr(Solved, "result", interrupted)  # after the arrays have been written aside
     with pytest.raises(type(failure) if isinstance(failure, Exception) else failure):
-        job.run(scene, tmp_path / "out")
+        run(scene, tmp_path / "out")
     assert content(tmp_path) == before
     assert {path.name for path in tmp_path.iterdir()} == ({"out"} if existing else set())
 
@@ -245,8 +247,8 @@ def test_nothing_half_written(scene, spy, tmp_path, monkeypatch, failure, existi
 def test_a_move_that_is_cut_short_is_finished(scene, small_scene, spy, tmp_path, stops, ends):
     """Once all files are staged the new result is in, at the end of this run or by the next."""
     other = changed(small_scene, "contact", area_fraction=0.2)
-    job.run(scene, tmp_path / "new")
-    job.run(other, tmp_path / "out")
+    run(scene, tmp_path / "new")
+    run(other, tmp_path / "out")
     (tmp_path / "out" / "notes.txt").write_text("mine")
     steps = []
 
@@ -265,7 +267,7 @@ def test_a_move_that_is_cut_short_is_finished(scene, small_scene, spy, tmp_path,
         for module, name in ((os, "replace"), (Path, "rename"), (Path, "unlink"), (Path, "rmdir")):
             patch.setattr(module, name, step(getattr(module, name)))
         with suppress(Killed, KeyboardInterrupt):
-            job.run(scene, tmp_path / "out", overwrite=True)
+            run(scene, tmp_path / "out", overwrite=True)
     # Whoever reads now sees the old result, the new one or none, and never parts of both.
     seen = content(tmp_path / "out")
     if "result.json" in seen:
@@ -294,37 +296,37 @@ def test_a_folder_in_use_is_refused_and_its_user_named(scene, small_scene, spy, 
         ResultFolder(tmp_path / "out", Provenance.of(scene)),
         pytest.raises(InvalidInput, match=named),
     ):
-        job.run(changed(small_scene, "contact", area_fraction=0.2), tmp_path / "out")
+        run(changed(small_scene, "contact", area_fraction=0.2), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
 def test_a_foreign_file_is_not_replaced_unless_overwritten(scene, spy, tmp_path):
     (tmp_path / "contact.npz").write_text("mine")
     with pytest.raises(InvalidInput, match=r"contact\.npz that belongs to no result"):
-        job.run(scene, tmp_path)
+        run(scene, tmp_path)
     assert content(tmp_path) == {"contact.npz": b"mine"}
-    job.run(scene, tmp_path, overwrite=True)
+    run(scene, tmp_path, overwrite=True)
     assert Result.from_folder(tmp_path).files == ("contact.npz",)
 
 
 def test_a_run_does_not_replace_its_input(scene, small_scene, spy, tmp_path):
-    job.run(scene, tmp_path / "out")
+    run(scene, tmp_path / "out")
     before = content(tmp_path)
     sections = {key: small_scene[key] for key in ("fluid", "flow", "output")}
     leak = Scene.from_mapping({**sections, "gap": {"path": str(tmp_path / "out" / "contact.npz")}})
     with pytest.raises(InvalidInput, match="lies in the output folder and would be replaced"):
-        job.run(leak, tmp_path / "out", overwrite=True)
+        run(leak, tmp_path / "out", overwrite=True)
     assert content(tmp_path) == before
 
 
 def test_a_result_names_no_files_of_other_folders(scene, small_scene, spy, tmp_path):
     """A folder from elsewhere may say so; what it names is not removed."""
-    job.run(scene, tmp_path / "out")
+    run(scene, tmp_path / "out")
     (tmp_path / "precious").write_text("mine")
     result = Result.from_folder(tmp_path / "out")
     hostile = result.model_copy(update={"files": ("../precious", str(tmp_path / "precious"))})
     (tmp_path / "out" / "result.json").write_text(hostile.to_json())
-    job.run(scene, tmp_path / "out", overwrite=True)
+    run(scene, tmp_path / "out", overwrite=True)
     assert (tmp_path / "precious").read_text() == "mine"
 
 
@@ -350,7 +352,7 @@ def test_damaged_result(scene, tmp_path, text):
 @pytest.mark.parametrize("number", ["1e999", "-1e999", "Infinity", "NaN"])
 def test_result_beyond_double_precision(number, scene, spy, tmp_path):
     """A result has no such number; one from elsewhere would break what shows it."""
-    job.run(scene, tmp_path / "out")
+    run(scene, tmp_path / "out")
     path = tmp_path / "out" / "result.json"
     path.write_text(re.sub(r'(?<="mean_gap": )[^,]*', number, path.read_text()))
     with pytest.raises(InvalidInput, match="is not a result"):

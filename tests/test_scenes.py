@@ -3,7 +3,7 @@
 import pytest
 from project import ROOT
 
-from fem_seal import job
+from fem_seal import run
 from fem_seal.results import Result
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
@@ -31,7 +31,7 @@ def test_small_fields_are_of_scenes_that_exist():
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
 def test_scene_runs(path, tmp_path):
     scene = Scene.from_file(path, SMALL.get(path.stem, []))
-    result = job.run(scene, tmp_path / "out")
+    result = run(scene, tmp_path / "out")
     assert Result.from_folder(tmp_path / "out") == result
     assert result.converged, result.reason
     for name in result.files:

@@ -13,8 +13,8 @@ from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.files import locked_folder
 from fem_seal.patch import Patch
-from fem_seal.results import summarise
 from fem_seal.scene import Scene
+from fem_seal.solved import solve
 from fem_seal.steps import FLOWS
 from fem_seal.sweep import Axis
 from fem_seal.sweep.contact_path import ContactPath
@@ -264,7 +264,7 @@ def test_table_has_the_quantities(tmp_path):
     products = 'output.products=["leak_rate", "trapped_volume", "hydraulic_aperture"]'
     assert run("--set", products, "--vary", "contact.area_fraction=0.1,0.2", "--out", "out") == 0
     keys = ["contact.area_fraction=0.2", products]
-    quantities = summarise(Patch(Scene.from_file("scene.toml", keys))).quantities
+    quantities = solve(Scene.from_file("scene.toml", keys)).result().quantities
     row = rows(tmp_path / "out")[1]
     assert float(row["trapped_volume"]) == quantities.trapped_volume
     assert float(row["hydraulic_aperture.value"]) == quantities.hydraulic_aperture.value

@@ -218,9 +218,9 @@ def run_and_print(
     head: Sequence[str] = (),
 ) -> int:
     """Run a scene into a folder, print its result below a head and give the exit status."""
-    from fem_seal.job import run
     from fem_seal.progress import Display
     from fem_seal.results.result import Origin
+    from fem_seal.solved import run
 
     require_limit(options, scene)
     # result.json is UTF-8: bytes of other names become \xe9 and the like.

@@ -144,13 +144,10 @@ def _leak(options: argparse.Namespace) -> int:
 
 def _only_print(scene: "Scene", options: argparse.Namespace) -> int:
     from fem_seal import parallel
-    from fem_seal.job import require_packages
-    from fem_seal.patch import Patch
     from fem_seal.progress import Display
-    from fem_seal.results import summarise
+    from fem_seal.solved import solve
 
     require_limit(options, scene)
-    require_packages(scene)
     with Display(parallel.is_root()) as report:
-        result = summarise(Patch(scene, report))
+        result = solve(scene, report).result()
     return print_result(result, None, options, _assumed(scene, options))

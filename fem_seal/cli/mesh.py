@@ -25,7 +25,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 def _mesh(options: argparse.Namespace) -> int:
     from fem_seal import parallel
-    from fem_seal.job import mesh
+    from fem_seal.drawing import mesh
     from fem_seal.progress import Display
     from fem_seal.scene import Scene
 

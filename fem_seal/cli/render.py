@@ -28,7 +28,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _render(options: argparse.Namespace) -> int:
-    from fem_seal.job import draw
+    from fem_seal.drawing import draw
     from fem_seal.progress import Display
 
     with Display() as report:

@@ -13,6 +13,7 @@ from fem_seal.cli.common import (
     jobs_of,
     run_and_print,
 )
+from fem_seal.errors import InvalidInput
 
 
 def add(subparsers: argparse._SubParsersAction) -> None:
@@ -34,9 +35,12 @@ def add(subparsers: argparse._SubParsersAction) -> None:
 def _run(options: argparse.Namespace) -> int:
     from fem_seal.scene import Scene
 
-    scene = Scene.from_file(options.scene, options.overrides)
+    scene, work = Scene.from_file(options.scene, options.overrides), jobs_of(options)
+    if work.jobs > 1 and scene.seal is None:
+        raise InvalidInput(
+            f"--jobs = {work.jobs} distributes the patches of a [seal], which this scene has not; "
+            "leave it out, or start the command by mpirun"
+        )
     out = options.out or default_folder(options.scene, options.overrides)
     text = options.scene.read_text(encoding="utf-8-sig")
-    return run_and_print(
-        scene, out, options, trust=options.trust, work=jobs_of(options), scene_text=text
-    )
+    return run_and_print(scene, out, options, trust=options.trust, work=work, scene_text=text)

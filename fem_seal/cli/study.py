@@ -170,10 +170,10 @@ COLUMNS = (
 def _cross_validation(options: argparse.Namespace) -> int:
     from fem_seal.film import GridFilm
     from fem_seal.patch import Patch
-    from fem_seal.render.studies import cross_validation_figure
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.cross_validation import on_film
     from fem_seal.verification.methods import Setting
+    from fem_seal.verification.pictures import cross_validation_figure
 
     grids = _grids(options)
     scene = _scene(options)
@@ -208,10 +208,10 @@ def _cross_validation(options: argparse.Namespace) -> int:
 
 def _exact(options: argparse.Namespace) -> int:
     from fem_seal.registry import choose
-    from fem_seal.render.studies import cross_validation_figure
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.cross_validation import on_exact_cases
     from fem_seal.verification.exact_cases import CASES
+    from fem_seal.verification.pictures import cross_validation_figure
 
     squares = [8 * 2**k for k in range(_grids(options))]
     cases = {name: choose(CASES, name, "case") for name in options.cases or CASES}
@@ -231,10 +231,10 @@ def _exact(options: argparse.Namespace) -> int:
 def _trade(options: argparse.Namespace) -> int:
     from platform import machine, processor
 
-    from fem_seal.render.studies import trade_figure
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.advice import recommend
     from fem_seal.verification.lift_price import LiftRow, lift_price
+    from fem_seal.verification.pictures import trade_figure
     from fem_seal.verification.trade import trade
 
     scene = _scene(options)
@@ -267,8 +267,8 @@ def _saddle(options: argparse.Namespace) -> int:
         local_exponents,
         saddle_series,
     )
-    from fem_seal.render.studies import saddle_figure
     from fem_seal.tables import as_csv, as_text
+    from fem_seal.verification.pictures import saddle_figure
 
     samples = sorted(options.samples)
     paired = len(samples) > 1 and all(2 * n == m for n, m in pairwise(samples))
@@ -297,10 +297,10 @@ def _saddle(options: argparse.Namespace) -> int:
 def _closing(options: argparse.Namespace) -> int:
     from fem_seal.files import locked_folder
     from fem_seal.progress import Display
-    from fem_seal.render.closing import closing_animation, closing_strip
     from fem_seal.render.offscreen import require_gl
     from fem_seal.scene import Scene
     from fem_seal.sweep.closing import LoadRow, closing_contact, loads_to_closing
+    from fem_seal.sweep.closing_picture import closing_animation, closing_strip
     from fem_seal.tables import as_csv, as_text
 
     require_gl()

@@ -83,7 +83,7 @@ def _sweep(options: argparse.Namespace) -> int:
         with writing(out):
             write_summary(axes[0], tally.table, out)
             if options.picture:
-                from fem_seal.render.sweep import sweep_figure
+                from fem_seal.sweep.picture import sweep_figure
 
                 sweep_figure(axes[0], tally.table, out)
     names = [", ".join(map("{}={}".format, axes[0], point.values)) for point in tally.table]

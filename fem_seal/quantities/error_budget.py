@@ -12,9 +12,10 @@ from typing import Literal
 from fem_seal.digits import rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate
 
-FLOW, CONTACT_GRID, SLIP_INTERVAL = "flow", "contact grid", "slip interval"
-FLOW_AND_LOADS = "flow and load table"
-ONE_PATCH = "one patch"
+# Keys of entries that other modules look for.
+FLOW, CONTACT_GRID, SLIP_INTERVAL = "flow", "contact_grid", "slip_interval"
+FLOW_AND_LOADS = "flow_and_load_table"
+ONE_PATCH = "one_patch"
 LIFT = "lift"
 # Caution in the texts about a patch that is sealed.
 NOT_THE_SEAL = "this patch is sealed, others of the seal may leak: [seal] judges the seal"
@@ -30,37 +31,31 @@ Kind = Literal["guaranteed", "estimated", "not covered"]
 class Uncertainty:
     """One reason why the true leak rate may differ from the computed one.
 
-    Parameters
-    ----------
-    name : str
-        Name of the reason, such as "contact grid".
-    kind : "guaranteed", "estimated" or "not covered"
-        "guaranteed": a theorem gives the factors. "estimated": the factors are an estimate.
-        "not covered": nothing is known, or nothing on a side whose factor is None.
-    sentence : str
-        Meaning of the entry in plain words.
-    lower, upper : float or None
-        For this reason the true leak rate lies between `lower` times and `upper` times the
-        computed one. Both None: the entry is named but not counted. One None: the leak rate is
-        unbounded on that side, and no verdict may rely on it.
-    caution : bool
-        Whether the user is warned of it.
-    upper_rate : float or None
-        Upper bound of the leak rate under this reason [m³/s], where it was computed. A sealed
-        contact needs it, since no factor can raise its leak rate of 0.
-    per_rtol : float
-        The logarithms of the factors are at most this many times `flow.rtol`, so that a smaller one
-        narrows the entry; 0 if it does not.
+    For this reason the true leak rate lies between `lower` times and `upper` times the computed
+    one. Both None: the entry is named but not counted. One None: the leak rate is unbounded on that
+    side, and no verdict may rely on it. "guaranteed": a theorem gives the factors. "not covered":
+    nothing is known, or nothing on a side whose factor is None.
     """
 
-    name: str
+    key: str  #: what other modules look for, such as "contact_grid"
     kind: Kind
-    sentence: str
+    sentence: str  #: meaning of the entry in plain words
     lower: float | None = None
     upper: float | None = None
-    caution: bool = False
+    caution: bool = False  #: whether the user is warned of it
+    #: Upper bound of the leak rate under this reason [m³/s], where it was computed. A sealed
+    #: contact needs it, since no factor can raise its leak rate of 0.
     upper_rate: float | None = None
+    #: The logarithms of the factors are at most this many times `flow.rtol`, so that a smaller one
+    #: narrows the entry; 0 if it does not.
     per_rtol: float = 0.0
+    #: Whether the leak rate may be anywhere between the factors, and its value is no best guess.
+    is_range: bool = False
+    name: str = ""  #: the key in words
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            object.__setattr__(self, "name", self.key.replace("_", " "))
 
     @property
     def counted(self) -> bool:
@@ -84,13 +79,7 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
     the errors have a common cause. (A root of summed squares would be narrower, but requires
     independent errors.)
 
-    Parameters
-    ----------
-    budget : entries
-
-    Returns
-    -------
-    (lower, upper); None on a side that a counted entry leaves unbounded.
+    A side that a counted entry leaves unbounded is None.
     """
     counted = [entry for entry in budget if entry.counted]
     lowers = [entry.lower for entry in counted if entry.lower is not None]
@@ -102,14 +91,7 @@ def combined(budget: Iterable[Uncertainty]) -> tuple[float | None, float | None]
 
 
 def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> str:
-    """Text of a lower and an upper factor, rounded outwards; None or `USELESS` ones are unbounded.
-
-    Parameters
-    ----------
-    lower, upper : float or None
-    digits : int
-        Significant digits.
-    """
+    """Text of two factors, rounded outwards; None or `USELESS` ones are unbounded."""
     low = None if lower is None or lower < 1 / USELESS else rounded_down(lower, digits)
     high = None if upper is None or upper > USELESS else rounded_up(upper, digits)
     if low is None and high is None:
@@ -121,7 +103,7 @@ def factor_words(lower: float | None, upper: float | None, digits: int = 4) -> s
 
 def beside_flow(budget: Iterable[Uncertainty]) -> ErrorBudget:
     """List the entries that the bounds of the leak rate do not contain."""
-    return tuple(entry for entry in budget if entry.name not in IN_BOUNDS)
+    return tuple(entry for entry in budget if entry.key not in IN_BOUNDS)
 
 
 def parts_of_bounds(leak: LeakRate) -> tuple[tuple[float, float], tuple[float, float]]:

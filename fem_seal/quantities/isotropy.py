@@ -13,4 +13,4 @@ def isotropy(patch: Patch) -> Uncertainty | None:
         "the surface is random, isotropic and Gaussian with the spectrum of the profiles; lay, "
         "plateaus and pits of the measured one are not in it"
     )
-    return Uncertainty("isotropic surface", "not covered", sentence)
+    return Uncertainty("isotropic_surface", "not covered", sentence)

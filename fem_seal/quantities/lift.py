@@ -16,8 +16,8 @@ from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import LIFT, Kind, Uncertainty
 
-# Name of the entry if flow.lift is "none", and otherwise.
-NAME = "fluid pressure"
+# Key of the entry if flow.lift is "none", and otherwise.
+KEY = "fluid_pressure"
 # The fluid's pressure is neglected below this part of the contact pressure.
 NEGLIGIBLE = 1e-3
 
@@ -81,7 +81,7 @@ def fluid_pressure(patch: Patch) -> Uncertainty | None:
         lower, more = _when_closed(patch, load - outlet)
         words.extend(more)
     kind: Kind = "not covered" if None in (lower, upper) else "estimated"
-    return Uncertainty(NAME, kind, "; ".join(words), lower, upper, True, upper_rate)
+    return Uncertainty(KEY, kind, "; ".join(words), lower, upper, True, upper_rate)
 
 
 def _resolved(patch: Patch) -> Uncertainty:
@@ -102,7 +102,7 @@ def _resolved(patch: Patch) -> Uncertainty:
         lower = min(1.0, state.lowest / value) / beyond if value else 1.0
         upper = max(1.0, state.highest / value) * beyond if value and isfinite(beyond) else None
         rate = None if value else state.highest
-        return Uncertainty(LIFT, "estimated", state.reason, lower, upper, True, rate)
+        return Uncertainty(LIFT, "estimated", state.reason, lower, upper, True, rate, is_range=True)
     if state.state == "sealed":
         sentence = (
             f"no fluid pressure up to {_pressure(patch.scene.gauge_pressures[0])} opens the patch: "
@@ -138,8 +138,8 @@ def _range(patch: Patch) -> Uncertainty:
             "the inlet's pressure is no less than the load, so that the seal may lift off; at "
             f"least {rounded_down(_end(closed, 0))} m^3/s"
         )
-        return Uncertainty(LIFT, "not covered", sentence, lower, None, caution=True)
-    return Uncertainty(LIFT, "estimated", sentence, lower, upper, upper_rate=rate)
+        return Uncertainty(LIFT, "not covered", sentence, lower, None, caution=True, is_range=True)
+    return Uncertainty(LIFT, "estimated", sentence, lower, upper, upper_rate=rate, is_range=True)
 
 
 def _end(leak: LeakRate, side: int) -> float:
@@ -202,7 +202,7 @@ def _limit(patch: Patch) -> float | None:
 
 def _leak_under(patch: Patch, pressure: float) -> LeakRate | None:
     """Leak rate of the dry contact under another pressure [Pa]; None if it does not converge."""
-    with patch.timed(NAME):
+    with patch.timed("fluid pressure"):
         try:
             return patch.pressed_by(pressure).leak_rate
         except NotConverged:
@@ -222,7 +222,7 @@ def _of_other_loads(patch: Patch, pressure: float, load: float) -> Uncertainty:
         f"{_ratio(pressure, load)} the contact pressure and bends the solids; the film is that of "
         f"a dry contact with the {kept} of the scene"
     )
-    return Uncertainty(NAME, "not covered", sentence, caution=True)
+    return Uncertainty(KEY, "not covered", sentence, caution=True)
 
 
 def _ratio(pressure: float, load: float) -> str:

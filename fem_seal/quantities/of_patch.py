@@ -1,4 +1,4 @@
-"""The quantities and the verdict of a scene, from the steps of its Patch."""
+"""The quantities of a scene, from the steps of its Patch."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,36 +15,21 @@ from fem_seal.quantities.aperture import (
     uniform_rectangle,
 )
 from fem_seal.quantities.constriction import Constriction, constriction
-from fem_seal.quantities.error_budget import ErrorBudget
+from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.quantities.uncertainties import error_budget
-from fem_seal.quantities.verdict import Shown, Verdict, verdict
+from fem_seal.scene import Scene
 from fem_seal.threshold import Threshold, threshold
 
 
 @dataclass(frozen=True)
 class Quantities:
-    """The quantities that a scene names, in SI units; None if not named, or if it does not exist.
+    """The quantities that a scene names, in SI units; None if not named, or if there is none."""
 
-    Attributes
-    ----------
-    constriction : Constriction or None
-        Critical constriction.
-    threshold : Threshold or None
-        Percolation threshold.
-    hydraulic_aperture : HydraulicAperture or None
-        Hydraulic aperture [m].
-    trapped_volume : float or None
-        Volume of the pockets [m³].
-    conductivity_tensor : ConductivityTensor or None
-        Effective film conductivity in all directions.
-    """
-
-    constriction: Constriction | None = None
+    constriction: Constriction | None = None  #: the critical one
     threshold: Threshold | None = None
     hydraulic_aperture: HydraulicAperture | None = None
-    trapped_volume: float | None = None
-    conductivity_tensor: ConductivityTensor | None = None
+    trapped_volume: float | None = None  #: of the pockets [m³]
+    conductivity_tensor: ConductivityTensor | None = None  #: in all directions
 
 
 def quantities(patch: Patch) -> Quantities | None:
@@ -67,31 +52,8 @@ def quantities(patch: Patch) -> Quantities | None:
     return Quantities(**computed)
 
 
-def verdict_of(patch: Patch, budget: ErrorBudget | None = None) -> Verdict | None:
-    """Compare the leak rate with the scene's limit; None if the scene needs no flow.
-
-    Parameters
-    ----------
-    patch : Patch
-        Patch whose leak rate is judged.
-    budget : ErrorBudget or None
-        Uncertainties of the leak rate; made here if left out.
-    """
-    scene = patch.scene
-    if not scene.needs_flow:
-        return None
-    budget = budget or error_budget(patch) or ()
-    limit = scene.limit
-    shown = shown_in(patch)
-    if limit is None:
-        return verdict(patch.leak_rate, shown, None, None, budget)
-    allowed = limit.volume_rate(scene.drive)
-    return verdict(patch.leak_rate, shown, limit.leak_rate, allowed, budget)
-
-
-def shown_in(patch: Patch) -> Shown:
+def shown_in(scene: Scene) -> Shown:
     """Unit of the leak rate in texts: that of the output, else of the limit, else m³/s."""
-    scene = patch.scene
     unit = scene.output.leak_rate_unit or (scene.limit and scene.limit.leak_rate.unit)
     volume = not unit or unit.kind == "volume"
     conditions = scene.drive.conditions if volume and isinstance(scene.drive, GasDrive) else ""

@@ -51,7 +51,7 @@ def _scales(heights: GridField, longest: float | None, leak_path: float) -> Unce
         "the fluid's pressure varies little over the roughness; its longest wavelength"
         f"{its} {ratio:.2g} of the leak path"
     )
-    return Uncertainty("scales apart", "not covered", sentence, caution=ratio > APART)
+    return Uncertainty("scales_apart", "not covered", sentence, caution=ratio > APART)
 
 
 def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertainty:
@@ -79,7 +79,7 @@ def _size(patch: Patch, heights: GridField, longest: float | None) -> Uncertaint
         sentence += f"; {remedy}"
     # Windows that lose roughness leak less than the map would, by an unknown factor.
     lower, upper = (1.0, None) if lost else (None, None)
-    return Uncertainty("size of the patch", "not covered", sentence, lower, upper, small or lost)
+    return Uncertainty("size_of_the_patch", "not covered", sentence, lower, upper, small or lost)
 
 
 def _sides(heights: GridField) -> tuple[float, float]:

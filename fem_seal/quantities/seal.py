@@ -19,10 +19,9 @@ from fem_seal.quantities.error_budget import (
     Uncertainty,
 )
 from fem_seal.quantities.isotropy import isotropy
-from fem_seal.quantities.of_patch import shown_in
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import KINETIC_ERROR, first_order
-from fem_seal.quantities.verdict import Verdict, open_entries, verdict
+from fem_seal.quantities.verdict import open_entries
 from fem_seal.rarefied import FIRST_ORDER
 from fem_seal.upscaling.network import (
     LEAST_LEAKING,
@@ -36,7 +35,7 @@ PRESSURES = 9  # number of pressures at which the slip along the path is compare
 MOST_PATCHES = 1000  # largest number of patches of a scene
 NARROW = 2.0  # upper over lower end of an interval that is narrow enough
 
-# Advice on what narrows an entry of a seal's error budget, by the name of the entry.
+# Advice on what narrows an entry of a seal's error budget, by the key of the entry.
 REMEDIES = {
     FLOW_AND_LOADS: "a smaller seal.rtol",
     CONTACT_GRID: "a finer grid of the contact (surface.shape, or a map in smaller steps)",
@@ -58,25 +57,21 @@ def leak_rate_of(patch: Patch, seal: SealLeak) -> LeakRate:
     )
 
 
-def seal_verdict(patch: Patch, seal: SealLeak, budget: ErrorBudget) -> Verdict:
-    """Compare the leak rate of a seal, with its error budget, with the scene's limit."""
-    limit, leak = patch.scene.limit, leak_rate_of(patch, seal)
-    if limit is None:
-        return verdict(leak, shown_in(patch), None, None, budget)
-    allowed = limit.volume_rate(patch.scene.drive)
-    # No tolerance helps while an entry is unbounded on a side: its sentence is the advice then.
-    advice = "; ".join(entry.sentence for entry in open_entries(budget)) or _advice(seal, budget)
-    return verdict(leak, shown_in(patch), limit.leak_rate, allowed, budget, advice)
+def seal_advice(seal: SealLeak, budget: ErrorBudget) -> str:
+    """Advice for an undecided verdict: what narrows the widest entry of the budget.
 
-
-def _advice(seal: SealLeak, budget: ErrorBudget) -> str:
-    """Advice for an undecided verdict: what narrows the widest entry of the budget."""
+    No tolerance helps while an entry is unbounded on a side: its sentence is the advice then.
+    """
+    if unbounded := open_entries(budget):
+        return "; ".join(entry.sentence for entry in unbounded)
     widths = {
-        entry.name: log(entry.upper / entry.lower) if entry.lower else inf
+        entry.key: log(entry.upper / entry.lower) if entry.lower else inf
         for entry in budget
         if entry.lower is not None and entry.upper is not None
     }
-    widest = max(widths, key=lambda name: widths[name])
+    if not widths:
+        return ""
+    widest = max(widths, key=lambda key: widths[key])
     if widest == "patches":
         advice = "more realizations (seal.patches) or larger ones might decide"
         if widths[widest] <= log(NARROW):
@@ -84,7 +79,7 @@ def _advice(seal: SealLeak, budget: ErrorBudget) -> str:
         many = _realizations_for(seal, NARROW)
         return f"{advice}: {many} give the mean to a factor of {NARROW:g}"
     if widest not in REMEDIES:
-        return f"no setting narrows {widest}, the widest of them"
+        return f"no setting narrows {widest.replace('_', ' ')}, the widest of them"
     return f"{REMEDIES[widest]} might decide"
 
 
@@ -279,9 +274,9 @@ def _slip_along(patch: Patch, seal: SealLeak) -> Uncertainty | None:
         least, most = law.mean_pressure / high, law.mean_pressure / low
         sentence += f"; at any gap they lie between {least:.3g} and {most:.3g}"
     if low == 0:
-        return Uncertainty("slip along the path", "not covered", sentence, 1.0, None, caution=True)
+        return Uncertainty("slip_along_the_path", "not covered", sentence, 1.0, None, caution=True)
     t = gap * pressures / law.product
     gains = law.coefficient(t) / t / law.gain(gap)
     return Uncertainty(
-        "slip along the path", "estimated", sentence, float(gains.min()), float(gains.max())
+        "slip_along_the_path", "estimated", sentence, float(gains.min()), float(gains.max())
     )

@@ -55,7 +55,7 @@ def _given_gap(patch: Patch) -> Uncertainty | None:
     if patch.scene.gap is None:
         return None
     sentence = "the gap is given, and its own error is not known"
-    return Uncertainty("given gap", "not covered", sentence)
+    return Uncertainty("given_gap", "not covered", sentence)
 
 
 def _one_patch(patch: Patch) -> Uncertainty | None:

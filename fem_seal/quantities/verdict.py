@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 from math import expm1, log, sinh, sqrt
 
-from fem_seal.digits import bracket_digits, in_digits, rounded_down, rounded_up
+from fem_seal.digits import in_digits, rounded_down, rounded_up
 from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
-    NOT_THE_SEAL,
-    ONE_PATCH,
     SLIP_INTERVAL,
     ErrorBudget,
     Uncertainty,
@@ -17,9 +15,11 @@ from fem_seal.quantities.error_budget import (
     factor_words,
     may_open,
 )
+from fem_seal.quantities.headline import Shown, headline
 from fem_seal.units import Rate
 
 ZERO = "; zero holds only for what is covered"
+Needed = tuple[float | None, int | None]  # tolerance and unknowns that would decide
 LEAST_RTOL = 1e-6  # smallest tolerance that is advised; the estimate is not more precise
 
 
@@ -27,83 +27,22 @@ LEAST_RTOL = 1e-6  # smallest tolerance that is advised; the estimate is not mor
 class Verdict:
     """A decision and its reasons.
 
-    Attributes
-    ----------
-    decision : str
-        "sealed", "leaking" or "lifted off" where the scene has no limit; "within limit" if the
-        highest leak rate that the error budget allows is <= limit; "above limit" if the lowest is
-        > limit; else "undecided".
-    sentence : str
-        The decision in words, with the uncertainties that were counted and those that are not
-        covered.
-    headline : str
-        The sentence without its uncertainties: the decision, what was compared with the limit, and
-        what would decide. Empty in results of older versions.
-    limit : str or None
-        Limit of the leak rate as the scene states it; None without one.
-    needed_rtol : float or None
-        Estimate of the tolerance that would decide an undecided verdict, else None. It takes
-        √(lower upper) for the true leak rate.
-    needed_unknowns : int or None
-        Estimate of the unknowns that reach this tolerance, if the width of the bracket falls as
-        one over the unknowns; else None.
+    The decision is "sealed", "leaking" or "lifted off" where the scene has no limit; "within limit"
+    if the highest leak rate that the error budget allows is <= limit; "above limit" if the lowest
+    is > limit; else "undecided".
     """
 
     decision: str
+    #: The decision, the headline, how it compares with the limit, and all uncertainties.
     sentence: str
-    limit: str | None = None
+    limit: str | None = None  #: limit of the leak rate as the scene states it
+    #: Estimate of the tolerance that would decide an undecided verdict. It takes √(lower upper) for
+    #: the true leak rate.
     needed_rtol: float | None = None
+    #: Estimate of the unknowns that reach this tolerance, if the width of the bracket falls as one
+    #: over the unknowns.
     needed_unknowns: int | None = None
-    headline: str = ""
-
-    @classmethod
-    def of(cls, decision: str, headline: str, rest: str, limit: str | None = None) -> "Verdict":
-        """Verdict with the sentence that begins with a headline."""
-        return cls(decision, headline + rest, limit, headline=headline)
-
-
-@dataclass(frozen=True)
-class Shown:
-    """Unit of leak rates in texts.
-
-    Parameters
-    ----------
-    name : str
-        Name of the unit.
-    per_solved : float
-        Number of this unit in 1 m³/s of the solved leak rate.
-    conditions : str
-        Conditions at which the volume of a gas is stated, "at 0 degC, 1.013 bar"; else empty.
-    """
-
-    name: str
-    per_solved: float
-    conditions: str = ""
-
-    @property
-    def unit(self) -> str:
-        """The unit with the conditions."""
-        return f"{self.name} {self.conditions}".strip()
-
-    def text(self, solved: float) -> str:
-        """A solved leak rate [m³/s] in the unit."""
-        return f"{in_digits(solved * self.per_solved)} {self.name}"
-
-    def at_least(self, solved: float) -> str:
-        """A lower bound in the unit, rounded down."""
-        return f"{rounded_down(solved * self.per_solved)} {self.unit}"
-
-    def at_most(self, solved: float) -> str:
-        """An upper bound in the unit, rounded up."""
-        return f"{rounded_up(solved * self.per_solved)} {self.unit}"
-
-    def between(self, leak: LeakRate) -> str:
-        """Text of the bounds, or of the estimate where there are none."""
-        if leak.lower is None:
-            return f"about {in_digits(leak.value * self.per_solved)} {self.unit}, without bounds"
-        bracket = (self.per_solved * rate for rate in (leak.value, *leak.bounds))
-        _, low, high = bracket_digits(*bracket)
-        return f"between {low} and {high} {self.unit}"
+    comparison: str = ""  #: the leak rate against the limit, and what would decide
 
 
 def verdict(
@@ -114,75 +53,67 @@ def verdict(
     budget: ErrorBudget = (),
     advice: str | None = None,
 ) -> Verdict:
-    """Compare the bounds of a leak rate, widened by the error budget, with a limit.
+    """Compare the leak rate with all counted errors with a limit.
 
     Parameters
     ----------
-    leak : leak rate; it must have bounds if there is a limit
-    shown : the unit for the sentence
-    limit : the limit in the unit of the scene, or None
-    limit_solved : the limit of the solved leak rate [m³/s]
-    budget : uncertainties of the leak rate; its entry "flow" belongs to `leak`
-    advice : advice for an undecided verdict; if left out, a tolerance of the flow
+    leak
+        The leak rate; it must have bounds if there is a limit.
+    shown
+        The unit for the sentence.
+    limit, limit_solved
+        The limit in the unit of the scene, and as a leak rate that is solved for [m³/s].
+    budget
+        Uncertainties of the leak rate; the entry "flow" gives the bounds of `leak`.
+    advice
+        Advice for an undecided verdict; if left out, a tolerance of the flow.
     """
-    limit_text = None if limit is None else f"{in_digits(limit.number, 6)} {limit.unit.name}"
-    rest = beside_flow(budget)
+    head, rest = headline(leak, budget, shown), beside_flow(budget)
     open_points = _not_covered(rest)
-    if leak.state == "lifted off":
-        off = "lifted off: the fluid carries the whole load, and nothing limits the leak rate"
-        if limit is None:
-            return Verdict.of("lifted off", off, "")
-        return Verdict.of(
-            "above limit", f"above limit: {off}; {limit_text} allowed", "", limit_text
-        )
-    if leak.state == "sealed":
-        return _of_sealed(shown, limit_text, limit_solved, rest)
-    if limit_solved is None:
-        headline = f"leaking {shown.between(leak)}"
-        return Verdict.of("leaking", headline, f"; no limit was given{open_points}")
+    if limit is None or limit_solved is None:
+        why = {"leaking": "; no limit was given", "sealed": ZERO}.get(leak.state, "")
+        return Verdict(leak.state, f"{leak.state}: {head}{why}{open_points}")
+    limit_text = f"{in_digits(limit.number, 6)} {limit.unit.name}"
     allowed = f"{shown.text(limit_solved)} allowed"
-    counting = _counting(rest)
-    low, high = _range(leak, rest)
+    counting = _counting(rest) if leak.state == "leaking" else ""
+
+    def decided(decision: str, comparison: str, needed: Needed = (None, None)) -> Verdict:
+        sentence = f"{decision}: {head}; {comparison}{counting}{open_points}"
+        return Verdict(decision, sentence, limit_text, *needed, comparison)
+
+    low, high = head.lower, head.upper
+    if leak.state == "lifted off":
+        return decided("above limit", allowed)
+    if high == 0:
+        return decided("within limit", f"{allowed}{ZERO}")
     if high is not None and high <= limit_solved:
         share = rounded_up(100 * high / limit_solved)
-        most = f"at most {shown.at_most(high)}, {share} %"
-        headline = f"within limit: {most} of the {allowed}"
-        return Verdict.of("within limit", headline, counting + open_points, limit_text)
+        return decided("within limit", f"at most {share} % of the {allowed}")
     if low is not None and low > limit_solved:
         times = rounded_down(low / limit_solved)
-        least = f"at least {shown.at_least(low)}, {times} times"
-        headline = f"above limit: {least} the {allowed}"
-        return Verdict.of("above limit", headline, counting + open_points, limit_text)
-    rtol, unknowns = None, None
+        return decided("above limit", f"at least {times} times the {allowed}")
+    if leak.state == "sealed":
+        opening = _sentences([entry for entry in rest if may_open(entry)])
+        return decided("undecided", f"{opening}; {allowed}")
+    needed: Needed = (None, None)
     if advice is None:
-        others = (*(entry for entry in budget if entry.name == SLIP_INTERVAL), *rest)
+        others = (*(entry for entry in budget if entry.key == SLIP_INTERVAL), *rest)
         fixed = tuple(entry for entry in others if not entry.per_rtol)
         per_rtol = sum(entry.per_rtol for entry in others)
-        rtol, unknowns = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
-        advice = _advice(leak, rtol, unknowns, limit_solved, fixed)
-    if low or high is not None:
-        held = f"{_ends(low or None, high, shown, limit_solved)} the {allowed}"
-    else:
-        held = f"{shown.between(leak)} as computed, and anything with all errors; {allowed}"
-    headline = f"undecided: {held}; {advice}"
-    sentence = f"undecided: {held}{counting}; {advice}{open_points}"
-    return Verdict("undecided", sentence, limit_text, rtol, unknowns, headline)
+        needed = what_would_decide(leak, limit_solved, *combined(fixed), per_rtol)
+        advice = _advice(leak, *needed, limit_solved, fixed)
+    share = _share(low and low / limit_solved, high and high / limit_solved)
+    return decided("undecided", f"{share}{allowed}; {advice}", needed)
 
 
-def _ends(low: float | None, high: float | None, shown: Shown, limit: float) -> str:
-    """Text of the range of the leak rate, in its unit and in per cent of the limit."""
-    least = "" if low is None else shown.at_least(low)
-    most = "" if high is None else shown.at_most(high)
-    percents = [
-        f"{rounded(100 * rate / limit)} %"
-        for rate, rounded in ((low, rounded_down), (high, rounded_up))
-        if rate is not None
-    ]
+def _share(low: float | None, high: float | None) -> str:
+    """Text of the ends of a range over the limit, in per cent of it."""
+    least = "" if low is None else rounded_down(100 * low)
+    most = "" if high is None else rounded_up(100 * high)
     if least and most:
-        ends = f"between {least.removesuffix(shown.unit).strip()} and {most}"
-    else:
-        ends = f"at least {least}, no upper end" if least else f"at most {most}"
-    return f"{ends}, {' to '.join(percents)} of"
+        return f"{least} to {most} % of the "
+    ends = f"at least {least}" if least else f"at most {most}"
+    return f"{ends} % of the " if least or most else ""
 
 
 def what_would_decide(
@@ -191,7 +122,7 @@ def what_would_decide(
     lower: float | None = 1.0,
     upper: float | None = 1.0,
     per_rtol: float = 0.0,
-) -> tuple[float | None, int | None]:
+) -> Needed:
     """Tolerance and unknowns at which the bounds would exclude the limit; None if unknown.
 
     With a leak rate of Q = √(lower upper) and the factors of the other uncertainties, a bracket of
@@ -201,13 +132,13 @@ def what_would_decide(
 
     Parameters
     ----------
-    leak : LeakRate
+    leak
         Leak rate with bounds.
-    limit : float
+    limit
         Limit L [m³/s].
-    lower, upper : float or None
+    lower, upper
         Factors of the uncertainties beside the flow; None on an unbounded side.
-    per_rtol : float
+    per_rtol
         Errors of ln Q that are proportional to the tolerance of the flow, over this tolerance.
     """
     low, high = leak.bounds
@@ -223,38 +154,6 @@ def what_would_decide(
     reached = relative_width(*leak.refined_bounds)
     # This is sufficient. A wider bracket may decide too, if all of it lies on one side.
     return needed, max(round(leak.unknowns * reached / needed), leak.unknowns)
-
-
-def _range(leak: LeakRate, rest: ErrorBudget) -> tuple[float | None, float | None]:
-    """Lowest and highest leak rate [m³/s] by all counted entries; None where unbounded."""
-    (low, high), (lower, upper) = leak.bounds, combined(rest)
-    return None if lower is None else low * lower, None if upper is None else high * upper
-
-
-def _of_sealed(
-    shown: Shown, limit_text: str | None, limit: float | None, rest: ErrorBudget
-) -> Verdict:
-    """Verdict on a sealed gap; an entry of the budget may still open a path."""
-    opened = [entry for entry in rest if may_open(entry)]
-    no_path = "no open path joins inlet and outlet"
-    if any(entry.name == ONE_PATCH for entry in rest):
-        no_path += f" of this patch ({NOT_THE_SEAL})"
-    if limit is None:
-        headline = f"sealed as computed: {no_path}"
-        return Verdict.of("sealed", headline, ZERO + _not_covered(rest))
-    allowed = f"{shown.text(limit)} allowed"
-    if not opened:
-        held = f"{in_digits(limit * shown.per_solved)} {shown.unit} allowed"
-        headline = f"within limit: sealed as computed, {held}: {no_path}"
-        return Verdict.of("within limit", headline, ZERO + _not_covered(rest), limit_text)
-    rate = opened[0].upper_rate if len(opened) == 1 else None
-    _, upper = combined(entry for entry in rest if entry not in opened)
-    if rate is not None and upper is not None and rate * upper <= limit:
-        most = f"sealed as computed, and at most {shown.at_most(rate * upper)}"
-        headline = f"within limit: {most} with {_names(opened)}, {allowed}"
-        return Verdict.of("within limit", headline, _not_covered(rest), limit_text)
-    headline = f"undecided: {no_path} as computed, but {_sentences(opened)}; {allowed}"
-    return Verdict.of("undecided", headline, _not_covered(rest), limit_text)
 
 
 def _advice(
@@ -275,7 +174,7 @@ def _advice(
             "max_seconds, max_memory)"
         )
     counted = [entry for entry in rest if entry.counted]
-    if [entry.name for entry in counted] == [CONTACT_GRID]:
+    if [entry.key for entry in counted] == [CONTACT_GRID]:
         # A total error chooses flow.rtol itself.
         total = expm1(abs(log(limit / sqrt(low * high))))
         if total > LEAST_RTOL:
@@ -290,12 +189,7 @@ def _advice(
 
 
 def open_entries(rest: ErrorBudget) -> list[Uncertainty]:
-    """List the entries that leave a side unbounded.
-
-    Parameters
-    ----------
-    rest : entries beside the flow
-    """
+    """List the entries that leave a side unbounded."""
     return [entry for entry in rest if entry.counted and None in (entry.lower, entry.upper)]
 
 

@@ -8,8 +8,6 @@ from importlib import import_module
 _MODULE_OF = {
     "bounds_animation": "animation",
     "bounds_plot": "bounds",
-    "closing_animation": "closing",
-    "closing_strip": "closing",
     "contact_picture": "contact",
     "contact_pressure_picture": "pressures",
     "flow_picture": "flow",

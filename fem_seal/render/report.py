@@ -12,7 +12,6 @@ from fem_seal.files import atomic_write, temporary_folder
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.quantities.error_budget import (
     IN_BOUNDS,
-    NOT_THE_SEAL,
     ONE_PATCH,
     Uncertainty,
     combined,
@@ -21,7 +20,7 @@ from fem_seal.quantities.error_budget import (
 from fem_seal.render.report_page import PAGE
 from fem_seal.render.report_words import CAPTIONS, OF_A_PATCH, caption, described
 from fem_seal.results import Result
-from fem_seal.results.rates import RateBounds, RateRecord, rate_words, unit_words
+from fem_seal.results.rates import unit_words
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
@@ -81,66 +80,33 @@ def _made(result: Result) -> str:
 
 
 def verdict(result: Result) -> str:
-    """First sentence: what was decided or, without a limit, the state, and one range."""
-    judged = result.verdict
-    leak = result.leak_rate_shown or (result.seal or result).leak_rate
-    if judged and judged.limit:
-        # Results of older versions have no headline.
-        text = judged.headline or judged.sentence
-    elif result.state == "lifted off":
-        text = "lifted off: the fluid carries the whole load, and nothing limits the leak rate"
-    elif leak is None:
+    """First sentence: the decision or, without a limit, the state; the headline; the comparison."""
+    judged, head = result.verdict, result.together
+    if head is None:
         text = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact"
-    elif result.state == "sealed":
-        text = "sealed as computed: no open path joins inlet and outlet"
-        if any(entry.name == ONE_PATCH for entry in result.error_budget or ()):
-            text += f" of this patch ({NOT_THE_SEAL})"
-    elif _widened(result):
-        text = f"leaking: {_with_every_error(result, leak)}"
+        if result.state == "lifted off":
+            text = "lifted off, the fluid carries the whole load"
     else:
-        text = f"leaking: {rate_words(leak, result.gas)}"
+        decision = judged.decision if judged else result.state
+        parts = (f"{decision}: {head}", judged.comparison if judged else "")
+        text = "; ".join(filter(None, parts))
     return f"{text[0].upper()}{text[1:]}."
 
 
 def remarks(result: Result) -> list[str]:
-    """Sentences below the verdict: other ranges, why a sealed gap is sealed, and cautions."""
-    budget = result.error_budget or ()
-    leak = result.leak_rate_shown or (result.seal or result).leak_rate
-    judged = bool(result.verdict and result.verdict.limit)
+    """Sentences below the verdict: why a sealed gap is sealed, and cautions."""
+    budget, first = result.error_budget or (), verdict(result)
     sentences = []
     if not result.converged:
         sentences.append(f"What was asked for was not reached: {result.reason}")
-    if result.state == "leaking" and leak is not None:
-        if judged or _widened(result):
-            sentences.append(f"As computed: {rate_words(leak, result.gas)}")
-        if judged and _widened(result):
-            sentences.append(_with_every_error(result, leak))
     if result.state == "sealed":
         sentences.append(
             "Zero is the leak rate as computed; errors that are not covered may open a path"
         )
-        own = [e.sentence for e in budget if e.counted and e.name not in IN_BOUNDS]
+        own = [e.sentence for e in budget if e.counted and e.key not in IN_BOUNDS]
         sentences.extend(sentence for sentence in own if sentence not in result.cautions)
-    headline = result.verdict.headline if result.verdict else ""
-    sentences.extend(caution for caution in result.cautions if caution not in headline)
+    sentences.extend(caution for caution in result.cautions if caution not in first)
     return [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(sentences)]
-
-
-def _widened(result: Result) -> bool:
-    """Whether the budget counts more than the bounds of the flow."""
-    return any(e.counted and e.name not in IN_BOUNDS for e in result.error_budget or ())
-
-
-def _with_every_error(result: Result, leak: RateBounds | RateRecord) -> str:
-    """The leak rate times all factors of the budget, rounded outwards."""
-    lower, upper = combined(result.error_budget or ())
-    least = "" if lower is None else f"at least {rounded_down(lower * leak.value)}"
-    most = "" if upper is None else f"at most {rounded_up(upper * leak.value)}"
-    ends = " and ".join(filter(None, (least, most)))
-    counted = "with every error that was counted"
-    return (
-        f"{ends} {unit_words(leak.unit, result.gas)}, {counted}" if ends else f"anything {counted}"
-    )
 
 
 def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
@@ -215,7 +181,7 @@ def _counted(result: Result) -> str:
 
 def _what_opens(result: Result) -> Iterator[Uncertainty]:
     """Conditions under which a sealed patch may leak; none for a whole seal."""
-    one_patch = any(entry.name == ONE_PATCH for entry in result.error_budget or ())
+    one_patch = any(entry.key == ONE_PATCH for entry in result.error_budget or ())
     if result.state != "sealed" or not one_patch:
         return
     sentence = (
@@ -224,7 +190,7 @@ def _what_opens(result: Result) -> Iterator[Uncertainty]:
     )
     if result.quantities is None or result.quantities.threshold is None:
         sentence += "; the product threshold computes the load at which this patch begins to leak"
-    yield Uncertainty("what would open it", "not covered", sentence)
+    yield Uncertainty("what_would_open_it", "not covered", sentence)
 
 
 def _not_covered(result: Result) -> str:

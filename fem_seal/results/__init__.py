@@ -2,6 +2,6 @@
 
 from fem_seal.results.arrays import read_contact, read_flow, read_lift
 from fem_seal.results.folder import ResultFolder
-from fem_seal.results.result import Result, summarise
+from fem_seal.results.result import Result
 
-__all__ = ["Result", "ResultFolder", "read_contact", "read_flow", "read_lift", "summarise"]
+__all__ = ["Result", "ResultFolder", "read_contact", "read_flow", "read_lift"]

@@ -13,6 +13,7 @@ from fem_seal.files import write_npz
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
+from fem_seal.patch import Patch
 
 if TYPE_CHECKING:
     from fem_seal.film.mesh_film import MeshFilm
@@ -28,6 +29,13 @@ class Lift(NamedTuple):
 
     dry_gap: GridField
     fluid_pressure: GridField
+
+
+def lift_of(patch: Patch) -> Lift | None:
+    """Dry gap and fluid pressure of a lifted contact; None if dry or lifted off."""
+    if patch.lifted is None or patch.lifted_off:
+        return None
+    return Lift(patch.elastic.gap, patch.lifted.fluid_pressure)
 
 
 def write_contact(folder: Path, contact: GapState, lift: Lift | None = None) -> str:

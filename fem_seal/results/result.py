@@ -7,38 +7,28 @@ from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
 from pathlib import Path
 from platform import python_version
-from time import perf_counter
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, ValidationError
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from fem_seal import parallel
 from fem_seal.accuracy import Choice, Trial
-from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.files import digest
-from fem_seal.film import GridFilm
 from fem_seal.leak_rate import FlowState, LeakRate, Level
-from fem_seal.memory import peak_memory
-from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
-from fem_seal.quantities.of_patch import Quantities, quantities, verdict_of
-from fem_seal.quantities.remarks import cautions
-from fem_seal.quantities.seal import leak_rate_of, seal_budget, seal_verdict
-from fem_seal.quantities.slope import slope_between_samples
-from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.quantities.uncertainties import error_budget
+from fem_seal.quantities.headline import Headline, Shown, headline
+from fem_seal.quantities.of_patch import Quantities
 from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.lift import LiftRecord
 from fem_seal.results.preparation import StepRecord
-from fem_seal.results.rates import GasRecord, RateBounds, RateRecord
+from fem_seal.results.rates import GasRecord, Rate
 from fem_seal.results.record import Record
 from fem_seal.results.seal import SealRecord
 from fem_seal.scene import Flow, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
 from fem_seal.scene.messages import explain
 from fem_seal.tables import html_table
-from fem_seal.upscaling.seal import SealLeak, solve_seal
 
 RESULT_FILE = "result.json"
 _PACKAGES = (
@@ -95,18 +85,10 @@ def _finite(error: float | None) -> float | None:
 
 @dataclass(frozen=True)
 class Origin:
-    """Command and scene file of a result, as the user wrote them.
+    """Command and scene file of a result, as the user wrote them."""
 
-    Parameters
-    ----------
-    command : tuple of str
-        Command line, without the name of the program.
-    scene_text : str, optional
-        Text of the scene file; None without one.
-    """
-
-    command: tuple[str, ...]
-    scene_text: str | None = None
+    command: tuple[str, ...]  #: without the name of the program
+    scene_text: str | None = None  #: text of the scene file
 
 
 class Provenance(Record):
@@ -147,11 +129,12 @@ class Provenance(Record):
 class Result(Record):
     """The numbers of one run; docs/reference/results.md explains each."""
 
-    schema_version: Literal[1] = Field(1, alias="schema")
+    schema_version: Literal[2] = Field(2, alias="schema")
     state: FlowState
     percolates: bool
-    leak_rate: RateBounds | None
-    leak_rate_shown: RateRecord | None = None
+    together: Headline | None = None
+    leak_rate: Rate | None
+    leak_rate_shown: Rate | None = None
     gas: GasRecord | None = None
     verdict: Verdict | None = None
     error_budget: tuple[Uncertainty, ...] | None = None
@@ -159,23 +142,23 @@ class Result(Record):
     quantities: Quantities | None = None
     converged: bool
     reason: str
-    method: str | None
-    unknowns: int
+    method: str | None = None
+    unknowns: int = 0
     preconditioner: str | None = None
-    inflow: float | None
-    outflow: float | None
+    inflow: float | None = None
+    outflow: float | None = None
     lift: LiftRecord | None = None
     seal: SealRecord | None = None
     contact_area_fraction: float
     mean_gap: float
     gap_is_periodic: bool | None = None
     gap_slope: float | None = None
-    mean_pressure: float | None
-    kkt_residual: float | None
+    mean_pressure: float | None = None
+    kkt_residual: float | None = None
     pressed_gap: float | None = None
     penetration: float | None = None
-    contact_iterations: int | None
-    levels: tuple[Level, ...]
+    contact_iterations: int | None = None
+    levels: tuple[Level, ...] = ()
     accuracy: AccuracyRecord | None = None
     preparation: tuple[StepRecord, ...] | None = None
     files: tuple[FileName, ...]
@@ -187,6 +170,11 @@ class Result(Record):
         from fem_seal.results.words import summary_of
 
         return html_table(summary_of(self))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any) -> Any:
+        return _of_schema_1(data) if isinstance(data, dict) and data.get("schema") == 1 else data
 
     def to_json(self) -> str:
         """Text of result.json, with all digits of floats, so that reading returns them exactly."""
@@ -236,107 +224,23 @@ def _numbers(value: object) -> Iterator[float]:
         yield value
 
 
-def summarise(
-    patch: Patch,
-    files: tuple[str, ...] = (),
-    started: float | None = None,
-    *,
-    choice: Choice | None = None,
-    seal: SealLeak | None = None,
-    origin: Origin | None = None,
-) -> Result:
-    """Collect the numbers of the scene's products.
-
-    Parameters
-    ----------
-    patch : Patch
-        Patch whose steps are read; nothing beyond the products is computed.
-    files : tuple of str
-        Names of the files beside result.json.
-    started : float or None
-        perf_counter() at the start of the run, for its total time; None: the sum of the stages.
-    choice : Choice or None
-        Chosen contact grid, for a scene with [accuracy].
-    seal : SealLeak or None
-        Leak rate of the whole seal, for a scene with [seal]; solved here if left out.
-    origin : Origin or None
-        Command and scene file as the user wrote them.
-    """
-    leak = patch.leak_rate if patch.scene.needs_flow else None
-    sealed = patch.sealed
-    named = quantities(patch)
-    budget = error_budget(patch)
-    ends: tuple[LeakRate, ...] = patch.lift_range if patch.scene.lift == "range" else ()
-    decision, shown = verdict_of(patch, budget), RateRecord.shown(patch)
-    state: FlowState = "lifted off" if patch.lifted_off else "sealed" if sealed else "leaking"
-    if patch.scene.seal is not None:
-        if seal is None:
-            with patch.timed("seal"):
-                seal = solve_seal(patch)
-        budget, state = seal_budget(patch, seal), seal.state
-        decision, ends = seal_verdict(patch, seal, budget), (leak_rate_of(patch, seal),)
-        shown = RateRecord.in_unit(patch, ends[0])
-    film, contact = patch.film, patch.film_contact
-    grid = film if isinstance(film, GridFilm) else None
-    elastic = contact if isinstance(contact, ContactState) else None
-    tensor = None if named is None else named.conductivity_tensor
-    flows = [flow for flow in (leak, tensor, *ends) if flow is not None]
-    reasons = [flow.reason for flow in flows if flow.reason]
-    asked = patch.scene.deciding_rate is not None
-    if asked and decision is not None and decision.decision == "undecided" and not reasons:
-        reasons.append("limit.decide asks for a decision, and the verdict is undecided")
-    stages = dict(patch.seconds)
-    total = sum(stages.values()) if started is None else perf_counter() - started
-    return Result(
-        state=state,
-        lift=LiftRecord.of(patch),
-        seal=None if seal is None else SealRecord.of(seal),
-        percolates=not sealed,
-        leak_rate=None if leak is None else RateBounds.of(leak),
-        method=None if leak is None else leak.method,
-        unknowns=0 if leak is None else leak.unknowns,
-        preconditioner=_preconditioner(leak, tensor, seal),
-        inflow=None if leak is None else leak.inflow,
-        outflow=None if leak is None else leak.outflow,
-        levels=() if leak is None else leak.levels,
-        converged=not reasons and all(flow.converged for flow in flows),
-        reason="; ".join(dict.fromkeys(reasons)),
-        contact_area_fraction=film.contact_area_fraction,
-        mean_gap=film.mean_gap,
-        gap_is_periodic=None if grid is None else grid.gap.periodic,
-        gap_slope=None if grid is None else slope_between_samples(grid.gap),
-        mean_pressure=None if elastic is None else patch.mean_pressure,
-        kkt_residual=None if elastic is None else elastic.kkt_residual,
-        pressed_gap=None if elastic is None else elastic.pressed_gap,
-        penetration=None if elastic is None else elastic.penetration,
-        contact_iterations=None if elastic is None else elastic.iterations,
-        accuracy=None if choice is None else AccuracyRecord.of(choice),
-        preparation=StepRecord.all_of(patch),
-        gas=GasRecord.of(patch, leak if seal is None else ends[0]),
-        leak_rate_shown=shown,
-        verdict=decision,
-        error_budget=budget,
-        cautions=cautions(patch, budget, seal),
-        quantities=named,
-        files=files,
-        seconds=stages | {"total": total},
-        peak_memory_bytes=parallel.total(peak_memory(), patch.comm),
-        provenance=Provenance.of(
-            patch.scene if choice is None else choice.asked(patch.scene), patch.comm, origin
-        ),
-    )
-
-
-def _preconditioner(
-    leak: LeakRate | None, tensor: ConductivityTensor | None, seal: SealLeak | None
-) -> str | None:
-    """PETSc's name of the preconditioner of the flows; None if none was solved."""
-    by_elements = leak is not None and bool(leak.levels)
-    if not (by_elements or tensor or (seal is not None and seal.state == "leaking")):
-        return None
-    from fem_seal.flow.linear import preconditioner
-
-    return preconditioner()
+def _of_schema_1(data: dict[str, Any]) -> dict[str, Any]:
+    """The content of a result.json of the first schema in the present one."""
+    for entry in data.get("error_budget") or ():
+        entry.setdefault("key", entry["name"].replace(" ", "_"))
+    judged = data.get("verdict")
+    if judged is not None:
+        judged["comparison"] = judged.pop("headline", "").partition(": ")[2]
+    result = Result.model_validate(data | {"schema": 2})
+    leak = result.leak_rate if result.seal is None else result.seal.leak_rate
+    if leak is None:
+        return data | {"schema": 2}
+    shown = Shown()
+    if result.leak_rate_shown is not None and leak.value:
+        per_solved = result.leak_rate_shown.value / leak.value
+        shown = Shown(result.leak_rate_shown.unit, per_solved)
+    rate = LeakRate(result.state, result.method or "", leak.value, leak.lower, leak.upper)
+    return data | {"schema": 2, "together": headline(rate, result.error_budget or (), shown)}
 
 
 def _versions() -> Iterator[tuple[str, str]]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from fem_seal.digits import with_prefix
 from fem_seal.leak_rate import FlowState
-from fem_seal.results.rates import GasRecord, RateRecord, rate_words
+from fem_seal.results.rates import Rate
 from fem_seal.results.record import Record
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.seal import SealLeak, median_patch
@@ -84,7 +84,7 @@ class PathRecord(Record):
 class SealRecord(Record):
     """The whole seal; docs/reference/results.md explains each."""
 
-    leak_rate: RateRecord | None
+    leak_rate: Rate | None
     patches: tuple[SealPatchRecord, ...]
     share_sealed: ShareRecord
     patches_along: int
@@ -105,7 +105,7 @@ class SealRecord(Record):
         along = median_patch(seal.patches).flow.path
         sealing = seal.sealing
         return cls(
-            leak_rate=None if lifted else RateRecord(**bounds, unit="m^3/s"),
+            leak_rate=None if lifted else Rate(**bounds),
             patches=tuple(
                 SealPatchRecord(
                     state=one.flow.state,
@@ -149,17 +149,16 @@ def lifted_words(seal: SealRecord) -> str:
     )
 
 
-def seal_words(seal: SealRecord, gas: GasRecord | None = None) -> str:
-    """Leak rate of the seal, number of its patches, net loads, and the part that seals."""
+def seal_words(seal: SealRecord) -> str:
+    """Number of the patches of a seal, net loads, and the part that seals."""
     if seal.leak_rate is None:
         return lifted_words(seal)
     rate = seal.leak_rate
-    text = rate_words(rate, gas)
     number = "1 realization" if len(seal.patches) == 1 else f"{len(seal.patches)} realizations"
     sealed = sum(patch.state == "sealed" for patch in seal.patches)
     where = "along the path" if rate.upper == 0 else "along the part of the path that seals"
     made = f"{seal.patches_along} patches {where}, {seal.patches_around} around the seal"
-    words = f"{text}; {made}, drawn from {number}, {sealed} sealed"
+    words = f"{made}, drawn from {number}, {sealed} sealed"
     net = "(contact pressure less fluid pressure)"
     if len(seal.loads) == 1:
         words += f"; solved at a net load {net} of {with_prefix(seal.loads[0], 'Pa')}"

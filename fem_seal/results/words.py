@@ -19,8 +19,6 @@ from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
 from fem_seal.quantities.error_budget import (
     IN_BOUNDS,
-    NOT_THE_SEAL,
-    ONE_PATCH,
     ErrorBudget,
     combined,
     factor_words,
@@ -29,7 +27,7 @@ from fem_seal.quantities.error_budget import (
 from fem_seal.quantities.tensor import ConductivityTensor
 from fem_seal.results.lift import lift_words
 from fem_seal.results.preparation import preparation_words
-from fem_seal.results.rates import GasRecord, rate_words
+from fem_seal.results.rates import GasRecord
 from fem_seal.results.result import AccuracyRecord, Result
 from fem_seal.results.seal import seal_words
 from fem_seal.threshold import Threshold
@@ -43,27 +41,14 @@ WALLS = (
 
 
 def summary_of(result: Result) -> list[tuple[str, str]]:
-    """Labels and texts of a result, with units; result.json has all digits.
-
-    Parameters
-    ----------
-    result : result of a run
-    """
+    """Labels and texts of a result, with units; result.json has all digits."""
     lines: list[tuple[str, str]] = [("state", result.state)]
+    if result.together is not None:
+        lines.append(("leak rate", result.together.sentence))
     if result.leak_rate:
-        leak = result.leak_rate
-        sealed = result.state == "sealed"
-        rate = "0 m^3/s: no open path joins inlet and outlet"
-        if sealed and any(entry.name == ONE_PATCH for entry in result.error_budget or ()):
-            rate += f"; {NOT_THE_SEAL}"
-        if not sealed:
-            rate = rate_words(leak, result.gas)
-        lines.append(("leak rate", rate))
         lines.append(("flow", flow_words(result)))
         if result.gap_is_periodic and result.flow().sides == "wall":
             lines.append(("sides", WALLS))
-    elif result.state == "lifted off" and result.seal is None:
-        lines.append(("leak rate", "unlimited: the fluid carries the whole load"))
     lines.extend(lines_of(result))
     if result.accuracy:
         lines.append(("accuracy", accuracy_words(result.accuracy, result.state)))
@@ -93,7 +78,7 @@ def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> st
     if opening:
         words = f"may leak all the same: {', '.join(opening)}"
     elif state == "sealed":
-        why = (e for e in budget if e.counted and e.name not in IN_BOUNDS)
+        why = (e for e in budget if e.counted and e.key not in IN_BOUNDS)
         words = "; ".join(f"{e.name}: {e.sentence} ({e.kind})" for e in why)
     return "; ".join(filter(None, (words, named and f"not covered: {named}")))
 
@@ -135,17 +120,11 @@ def accuracy_words(accuracy: AccuracyRecord, state: FlowState) -> str:
 
 
 def lines_of(result: Result) -> list[tuple[str, str]]:
-    """Labels and texts of all products beside the leak rate in SI units.
-
-    Parameters
-    ----------
-    result : result of a run
-    """
+    """Labels and texts of all products beside the leak rate."""
     scene_has_limit = bool(result.provenance.scene.get("limit"))
     lines = [
         *_line("surface", preparation_words, result.preparation or None),
-        *_line("seal", partial(seal_words, gas=result.gas), result.seal),
-        *_line("in units", partial(rate_words, gas=result.gas), result.leak_rate_shown),
+        *_line("seal", seal_words, result.seal),
         *_line("lift", partial(lift_words, sealed=result.state == "sealed"), result.lift),
         *_line("gas", gas_words, result.gas),
         *_line("verdict", attrgetter("sentence"), result.verdict if scene_has_limit else None),

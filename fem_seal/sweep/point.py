@@ -10,26 +10,26 @@ from pathlib import Path
 from typing import Any
 
 from fem_seal import __version__
-from fem_seal.accuracy import solved
 from fem_seal.errors import InvalidInput, MissingPackage, NotConverged
 from fem_seal.parallel import Comm
 from fem_seal.progress import Report, silent
-from fem_seal.results.result import Result, digest, summarise
+from fem_seal.results.result import Result, digest
 from fem_seal.scene import Scene
+from fem_seal.solved import answer, solve
 from fem_seal.sweep.contact_path import ContactPath
 
 Number = str | float | int | bool | None
 
 # Columns that every point has, empty where the scene does not give them. SI units.
 COLUMNS = (
-    *("state", "decision", "leak_rate", "lower", "upper"),
+    *("state", "decision", "leak_rate", "lower", "upper", "together.lower", "together.upper"),
     *("contact_area_fraction", "mean_gap", "mean_pressure", "kkt_residual"),
     *("unknowns", "converged", "reason", "seconds", "peak_memory_bytes"),
 )
 # Parts of a result that are not numbers of the point, or are in COLUMNS under another name.
 _LEFT_OUT = {
     *("schema_version", "leak_rate", "verdict", "levels", "files", "seconds", "provenance"),
-    *("preparation", "error_budget"),
+    *("preparation", "error_budget", "together"),
 }
 # Products that are files.
 _FILES = ("mesh", "pictures")
@@ -162,12 +162,11 @@ def compute(
     """
     try:
         if scene.accuracy is None:
-            patch, choice = contacts.patch(scene, report, trust=trust, comm=comm), None
+            solved = answer(contacts.patch(scene, report, trust=trust, comm=comm))
+            contacts.follow(solved.patch)
         else:
-            patch, choice = solved(scene, report, trust=trust, comm=comm)
-        numbers = dict(_numbers(summarise(patch, choice=choice)))
-        if choice is None:
-            contacts.follow(patch)
+            solved = solve(scene, report, trust=trust, comm=comm)
+        numbers = dict(_numbers(solved.result()))
     except MissingPackage:
         raise
     except NotConverged as error:
@@ -193,11 +192,14 @@ def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
     """Columns of a result: those of COLUMNS, then all other numbers and texts that it has."""
     # State and decision are those of the seal as well.
     leak = result.leak_rate if result.seal is None else result.seal.leak_rate
+    together = result.together
     own = {
         "decision": result.verdict.decision if result.verdict else None,
         "leak_rate": leak.value if leak else None,
         "lower": leak.lower if leak else None,
         "upper": leak.upper if leak else None,
+        "together.lower": together.lower if together else None,
+        "together.upper": together.upper if together else None,
         "seconds": result.seconds["total"],
     }
     for name in COLUMNS:

@@ -9,13 +9,15 @@ from lifted_scenes import scene
 from project import write_toml
 from test_cli import FEM_SEAL, mpirun
 
-from fem_seal import cli, job
-from fem_seal.accuracy import solved
+from fem_seal import cli, run
+from fem_seal.accuracy import chosen_patch
+from fem_seal.drawing import draw
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
-from fem_seal.results import Result, read_contact, read_lift, summarise
+from fem_seal.results import Result, read_contact, read_lift
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
+from fem_seal.solved import answer, solve
 
 
 def entry(result):
@@ -80,12 +82,12 @@ def test_a_scene_without_a_leak_rate_is_dry():
     """Nothing flows: the contact alone, and no lift in the result."""
     patch = Patch(scene(output={"products": ["contact"]}))
     assert patch.lifted is None
-    assert summarise(patch).lift is None
+    assert answer(patch).result().lift is None
 
 
 def test_folder_holds_the_lifted_contact(tmp_path):
     """Area, gap and pressure are of the contact that the leak rate belongs to; dry beside them."""
-    result = job.run(scene(output={"products": ["contact", "leak_rate", "constriction"]}), tmp_path)
+    result = run(scene(output={"products": ["contact", "leak_rate", "constriction"]}), tmp_path)
     gap, pressure = read_contact(tmp_path)
     assert result.contact_area_fraction == np.count_nonzero(gap.values == 0) / gap.values.size
     assert result.lift.solid_pressure == pytest.approx(pressure.values.mean(), rel=1e-12)
@@ -103,7 +105,7 @@ def test_folder_holds_the_lifted_contact(tmp_path):
 def test_render_draws_the_lift_again_from_the_folder(tmp_path):
     """contact.npz holds the gap of the dry contact and the fluid's pressure."""
     products = {"products": ["contact", "leak_rate", "pictures"]}
-    result = job.run(scene(output=products), tmp_path)
+    result = run(scene(output=products), tmp_path)
     drawn = {"contact.png", "contact_pressure.png", "gap.png", "lift.png"}
     assert drawn | {"flow.png"} <= set(result.files)
     patch = Patch(scene())
@@ -113,12 +115,12 @@ def test_render_draws_the_lift_again_from_the_folder(tmp_path):
     before = {name: (tmp_path / name).read_bytes() for name in drawn}
     for name in drawn:
         (tmp_path / name).unlink()
-    assert set(job.draw(tmp_path)) == drawn  # the flow is drawn from flow.vtu, of product "mesh"
+    assert set(draw(tmp_path)) == drawn  # the flow is drawn from flow.vtu, of product "mesh"
     assert {name: (tmp_path / name).read_bytes() for name in drawn} == before
 
 
 def test_no_picture_of_a_lift_without_one(tmp_path):
-    result = job.run(scene(lift="none", output={"products": ["leak_rate", "pictures"]}), tmp_path)
+    result = run(scene(lift="none", output={"products": ["leak_rate", "pictures"]}), tmp_path)
     assert "lift.png" not in result.files
     assert "contact_pressure.png" in result.files
     assert read_lift(tmp_path) is None
@@ -126,15 +128,15 @@ def test_no_picture_of_a_lift_without_one(tmp_path):
 
 def test_what_is_lifted_off_has_no_pictures(tmp_path):
     """Contact and gap on file are those without load: nobody may take them for the state."""
-    result = job.run(scene(load=2e4, output={"products": ["leak_rate", "pictures"]}), tmp_path)
+    result = run(scene(load=2e4, output={"products": ["leak_rate", "pictures"]}), tmp_path)
     assert [name for name in result.files if name.endswith(".png")] == []
-    assert job.draw(tmp_path) == ()
+    assert draw(tmp_path) == ()
     assert dict(summary_of(result))["contact"].endswith("only just touch")
 
 
 def test_budget_and_verdict_count_the_lift():
     """The entry's factors widen the bounds of the flow, and a limit between them is undecided."""
-    result = summarise(Patch(scene()))
+    result = solve(scene()).result()
     lift, leak = entry(result), result.leak_rate
     assert lift.kind == "estimated"
     assert lift.lower < 1 < lift.upper < 1.1
@@ -148,7 +150,7 @@ def test_budget_and_verdict_count_the_lift():
     def decision(limit):
         mapping = scene().to_mapping()
         mapping["limit"] = {"leak_rate": limit}
-        return summarise(Patch(Scene.from_mapping(mapping))).verdict.decision
+        return solve(Scene.from_mapping(mapping)).result().verdict.decision
 
     assert decision(1.01 * leak.upper * lift.upper) == "within limit"
     assert decision(0.99 * leak.lower * lift.lower) == "above limit"
@@ -164,9 +166,9 @@ def test_a_decision_counts_the_lift():
     def judged(limit, **flow):
         mapping = scene(max_unknowns=20_000, **flow).to_mapping()
         mapping["limit"] = {"leak_rate": limit, "decide": True}
-        return summarise(Patch(Scene.from_mapping(mapping)))
+        return solve(Scene.from_mapping(mapping)).result()
 
-    exact = summarise(Patch(scene(rtol=0.005))).leak_rate
+    exact = solve(scene(rtol=0.005)).result().leak_rate
     far, near = judged(1.3 * exact.upper), judged(1.04 * exact.upper)
     assert (far.verdict.decision, far.converged) == ("within limit", True)
     assert (near.verdict.decision, near.converged) == ("undecided", False)
@@ -182,7 +184,7 @@ def test_a_decision_that_the_fluid_pressure_leaves_open_is_missing():
     mapping = scene(max_unknowns=20_000, lift="none").to_mapping()
     dry = Patch(Scene.from_mapping(mapping)).leak_rate
     mapping["limit"] = {"leak_rate": 1.5 * dry.upper, "decide": True}
-    result = summarise(Patch(Scene.from_mapping(mapping)))
+    result = solve(Scene.from_mapping(mapping)).result()
     assert result.leak_rate.upper < 1.5 * dry.upper
     assert (result.verdict.decision, result.converged) == ("undecided", False)
     assert "limit.decide" in result.reason
@@ -194,7 +196,7 @@ def test_budget_of_passes_that_have_not_settled():
     settled = patch.lifted
     seen = {"lowest": 0.7 * settled.lowest, "highest": 1.2 * settled.highest}
     state = patch.__dict__["lifted"] = replace(settled, converged=False, **seen)
-    result = summarise(patch)
+    result = answer(patch).result()
     assert not result.lift.settled
     assert "passes, not settled" in dict(summary_of(result))["lift"]
     lift = next(entry for entry in result.error_budget if entry.name == "lift")
@@ -208,15 +210,15 @@ def test_a_pressure_without_a_lower_bound_of_its_flow_leaves_the_lift_open():
     """The flow whose pressure lifts the solid ended before it had a lower bound."""
     patch = Patch(scene())
     patch.__dict__["lifted"] = replace(patch.lifted, mesh_width=np.inf)
-    lift = entry(summarise(patch))
+    lift = entry(answer(patch).result())
     assert (lift.kind, lift.lower, lift.upper) == ("not covered", 0.0, None)
     patch.__dict__["lifted"] = replace(patch.lifted, converged=False)
-    assert entry(summarise(patch)).upper is None
+    assert entry(answer(patch).result()).upper is None
 
 
 def test_range_in_the_result():
     """Both ends, and a budget whose factors lead from the dry bounds to them."""
-    result = summarise(Patch(scene(lift="range")))
+    result = solve(scene(lift="range")).result()
     low, high = Patch(scene(lift="range")).lift_range
     assert (result.lift.lowest, result.lift.highest) == (low.lower, high.upper)
     assert entry(result).upper * result.leak_rate.upper == pytest.approx(high.upper, rel=1e-9)
@@ -224,7 +226,7 @@ def test_range_in_the_result():
 
 
 def test_range_with_an_inlet_above_the_load_is_open():
-    result = summarise(Patch(scene(load=0.9e5, lift="range")))
+    result = solve(scene(load=0.9e5, lift="range")).result()
     assert result.lift.highest is None
     assert (entry(result).kind, entry(result).upper) == ("not covered", None)
 
@@ -233,7 +235,7 @@ def test_lifted_off_is_above_any_limit():
     mapping = scene(load=2e4).to_mapping()
     mapping["limit"] = {"leak_rate": 1.0}
     mapping["output"] = {"products": ["leak_rate", "constriction"], "leak_rate_unit": "ml/h"}
-    result = summarise(Patch(Scene.from_mapping(mapping)))
+    result = solve(Scene.from_mapping(mapping)).result()
     assert (result.state, result.leak_rate, result.converged) == ("lifted off", None, True)
     assert result.verdict.decision == "above limit"
     assert json.loads(result.to_json())["state"] == "lifted off"
@@ -244,7 +246,7 @@ def test_lifted_off_is_above_any_limit():
 @pytest.mark.parametrize(("load", "near"), [(5.4e4, True), (6e4, False)])
 def test_a_contact_next_to_lift_off_warns(load, near):
     """Below a twentieth of the load on the solid; without that part no contact is left."""
-    result = summarise(Patch(scene(load=load)))
+    result = solve(scene(load=load)).result()
     share = result.lift.solid_pressure / load
     assert (share < 1 / 20) is near
     warnings = [text for text in result.cautions if text.startswith("next to lift-off")]
@@ -259,7 +261,7 @@ def test_a_total_error_of_the_lifted_leak_rate():
     mapping = scene().to_mapping()
     mapping["flow"].pop("rtol", None)
     mapping["accuracy"] = {"total": 0.5, "max_refinement": 1}
-    patch, choice = solved(Scene.from_mapping(mapping))
+    patch, choice = chosen_patch(Scene.from_mapping(mapping))
     assert patch.leak_rate.value == choice.leak_rate.value
     assert patch.lifted is choice.lifted
     assert patch.film.gap is choice.lifted.contact.gap
@@ -269,7 +271,7 @@ def test_threshold_of_a_lifted_contact():
     """Sealed at any fluid pressure: the dry threshold and the inlet's pressure on top."""
     output = {"products": ["leak_rate", "threshold"]}
     dry, lifted = (
-        summarise(Patch(scene(lift=lift, output=output))).quantities.threshold
+        solve(scene(lift=lift, output=output)).result().quantities.threshold
         for lift in ("none", "resolved")
     )
     assert lifted.pressure_leaking == dry.pressure_leaking
@@ -284,7 +286,7 @@ def test_two_processes_lift_as_one_does(tmp_path):
     write_toml(tmp_path / "scene.toml", scene(rtol=0.1).to_mapping())
     status, _, error = mpirun(*FEM_SEAL, "run", tmp_path / "scene.toml", "--out", tmp_path / "two")
     assert status == 0, error
-    one, two = summarise(Patch(scene(rtol=0.1))), Result.from_folder(tmp_path / "two")
+    one, two = solve(scene(rtol=0.1)).result(), Result.from_folder(tmp_path / "two")
     assert two.provenance.processes == 2
     assert two.lift.steps == one.lift.steps
     assert two.leak_rate.value == pytest.approx(one.leak_rate.value, rel=1e-3)

@@ -12,8 +12,8 @@ from fem_seal.film import GridFilm
 from fem_seal.gap_file import load_gap
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
-from fem_seal.results import summarise
 from fem_seal.scene import Scene
+from fem_seal.solved import solve
 
 PART = "Input"
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -215,7 +215,7 @@ def test_fluids_that_lift_the_solid_off(part, small_scene, show):
     small_scene["flow"]["pressure_drop"] = part * load
     small_scene["limit"] = {"leak_rate": 1.0}
     small_scene["output"] = {"products": ["leak_rate"]}
-    found = summarise(Patch(Scene.from_mapping(small_scene))).verdict
+    found = solve(Scene.from_mapping(small_scene)).result().verdict
     assert found.decision == "undecided"
     assert "the seal would lift off" in found.sentence
     show("limited", "the verdict is undecided: the seal would lift off")

@@ -10,10 +10,9 @@ from fem_seal.fenicsx import PETSc
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate, linear
 from fem_seal.grid import GridField
-from fem_seal.patch import Patch
-from fem_seal.results.result import summarise
 from fem_seal.results.words import flow_words
 from fem_seal.scene import Scene
+from fem_seal.solved import solve
 from fem_seal.theory.closed_forms import piecewise_linear_channel
 
 
@@ -82,8 +81,8 @@ def test_without_hypre_gamg_takes_its_place(has_hypre, name, monkeypatch):
 def test_the_result_names_the_preconditioner(gamg):
     """As it does not where nothing was solved by finite elements."""
     sections = scene_of_samples(16)
-    assert summarise(Patch(Scene.from_mapping(sections))).preconditioner is None
+    assert solve(Scene.from_mapping(sections)).result().preconditioner is None
     sections["flow"]["method"] = "adaptive"
-    result = summarise(Patch(Scene.from_mapping(sections)))
+    result = solve(Scene.from_mapping(sections)).result()
     assert result.preconditioner == "gamg"
     assert "(preconditioner gamg)" in flow_words(result)

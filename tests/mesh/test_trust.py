@@ -14,8 +14,8 @@ from project import ROOT, write_toml
 
 from fem_seal import run
 from fem_seal.cli import main
+from fem_seal.drawing import draw
 from fem_seal.errors import InvalidInput
-from fem_seal.job import draw
 from fem_seal.mesh.files import GroupNames
 from fem_seal.mesh.geometry import SOURCES, mesh_geometry
 from fem_seal.scene import Scene

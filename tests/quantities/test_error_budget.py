@@ -6,8 +6,8 @@ from math import log1p
 import numpy as np
 import pytest
 
-from fem_seal import job
-from fem_seal.accuracy import solved
+from fem_seal import run
+from fem_seal.accuracy import chosen_patch
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
@@ -15,18 +15,20 @@ from fem_seal.quantities.error_budget import (
     combined,
     of_flow,
 )
+from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.uncertainties import error_budget
-from fem_seal.quantities.verdict import Shown, verdict, what_would_decide
+from fem_seal.quantities.verdict import verdict, what_would_decide
 from fem_seal.render.report import report
-from fem_seal.results import Result, summarise
+from fem_seal.results import Result
 from fem_seal.results.words import budget_words, summary_of
 from fem_seal.scene import Scene
+from fem_seal.solved import solve
 from fem_seal.units import Rate
 
 LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)
 SHOWN = Shown("m^3/s", 1.0)
 FLOW = of_flow(LEAK)
-GRID = Uncertainty("contact grid", "estimated", "a finer grid", 0.8, 1.25)
+GRID = Uncertainty("contact_grid", "estimated", "a finer grid", 0.8, 1.25)
 SLIP = Uncertainty("slip", "not covered", "the gas slips", 1.0, None, caution=True)
 MODEL = Uncertainty("model", "not covered", "Reynolds")
 
@@ -83,7 +85,7 @@ def test_open_above_only_above_limit_stands():
 
 
 def test_open_below_only_within_limit_stands():
-    suction = Uncertainty("fluid pressure", "not covered", "it closes", None, 1.0)
+    suction = Uncertainty("fluid_pressure", "not covered", "it closes", None, 1.0)
     assert judged(4e-10, suction).decision == "within limit"
     assert judged(0.9e-10, suction).decision == "undecided"
 
@@ -96,7 +98,7 @@ def test_what_would_decide_with_other_factors():
     assert 2e-10 * np.exp(half) * 1.25 == pytest.approx(limit, rel=1e-12)
     # 2e-10 × 1.25 and 2e-10 × 0.8 lie on both sides of 2.4e-10: no width is narrow enough.
     assert what_would_decide(LEAK, 2.4e-10, 0.8, 1.25) == (None, None)
-    lift = Uncertainty("fluid pressure", "estimated", "it opens", 1.0, 1.5, caution=True)
+    lift = Uncertainty("fluid_pressure", "estimated", "it opens", 1.0, 1.5, caution=True)
     assert "no flow.rtol decides it while fluid pressure" in judged(2.4e-10, lift).sentence
     # The entry of a computed lift is twice as wide as the bracket, and narrows with it.
     computed = Uncertainty("lift", "estimated", "passes", 0.5, 2.0, per_rtol=1.0)
@@ -111,7 +113,7 @@ def test_a_sealed_gap_that_may_open():
     sealed = LeakRate.sealed("adaptive")
     assert judged(1e-10, MODEL, leak=sealed).decision == "within limit"
     assert judged(1e-10, SLIP, leak=sealed).decision == "undecided"
-    lift = Uncertainty("fluid pressure", "estimated", "it opens", 1.0, None, True, upper_rate=2e-10)
+    lift = Uncertainty("fluid_pressure", "estimated", "it opens", 1.0, None, True, upper_rate=2e-10)
     assert judged(2e-10, lift, leak=sealed).decision == "within limit"
     assert judged(1.9e-10, lift, leak=sealed).decision == "undecided"
 
@@ -139,14 +141,14 @@ def rough(total=None, limit=None, **flow):
 
 def test_contact_error_counts_in_the_verdict(tmp_path):
     """A limit just above the bounds of the flow: the contact grid's error leaves it open."""
-    free, choice = solved(rough(total=0.3))
+    free, choice = chosen_patch(rough(total=0.3))
     leak, error = free.leak_rate, choice.contact_error
     assert error > 0.001
     near = leak.upper * (1 + 0.5 * error)
-    assert summarise(solved(rough(0.3, limit=near))[0]).verdict.decision == "undecided"
+    assert solve(rough(0.3, limit=near)).result().verdict.decision == "undecided"
     far = leak.upper * (1 + 1.01 * error)
     folder = tmp_path / "out"
-    result = job.run(rough(0.3, limit=far), folder)
+    result = run(rough(0.3, limit=far), folder)
     assert result.verdict.decision == "within limit"
     # One list wherever the result is shown.
     assert Result.from_folder(folder).error_budget == result.error_budget
@@ -176,7 +178,7 @@ def test_budget_of_a_scene():
 def test_an_older_result_still_reads_and_reports(tmp_path):
     """A folder from before the error budget was written."""
     folder = tmp_path / "out"
-    result = job.run(rough(rtol=0.5), folder)
+    result = run(rough(rtol=0.5), folder)
     older = result.model_dump(mode="json", by_alias=True)
     for key in ("error_budget", "cautions"):
         older.pop(key)

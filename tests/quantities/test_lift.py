@@ -4,13 +4,13 @@ import json
 
 import pytest
 
-from fem_seal import job
-from fem_seal.accuracy import solved
+from fem_seal import run
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
-from fem_seal.results import Result, summarise
+from fem_seal.results import Result
 from fem_seal.results.words import lines_of, summary_of
 from fem_seal.scene import Scene
+from fem_seal.solved import solve
 
 LOAD = 9e6  # Pa
 DROP = 1e6  # Pa
@@ -49,7 +49,7 @@ def leak_at(load, flow=None):
 
 @pytest.mark.parametrize(("drop", "warned"), [(1.01e-3 * LOAD, True), (0.99e-3 * LOAD, False)])
 def test_caution_from_a_thousandth_of_the_contact_pressure(drop, warned):
-    result = summarise(Patch(scene(flow={"pressure_drop": drop})))
+    result = solve(scene(flow={"pressure_drop": drop})).result()
     said = [text for label, text in lines_of(result) if label == "caution"]
     assert any("0.001 times the contact pressure" in text for text in said) is warned
     assert (entry(result) is not None) is warned
@@ -66,12 +66,12 @@ def test_verdict_against_the_other_end_of_the_load():
     """
     dry, opened = leak_at(LOAD), leak_at(LOAD - DROP)
     assert opened.lower > 1.5 * dry.upper  # or the cases below would not be three
-    within = summarise(Patch(scene(limit=1.05 * opened.upper)))
+    within = solve(scene(limit=1.05 * opened.upper)).result()
     assert within.verdict.decision == "within limit"
     assert "counting fluid pressure (estimated" in within.verdict.sentence
-    between = summarise(Patch(scene(limit=1.1 * dry.upper)))
+    between = solve(scene(limit=1.1 * dry.upper)).result()
     assert between.verdict.decision == "undecided"
-    above = summarise(Patch(scene(limit=0.9 * dry.lower)))
+    above = solve(scene(limit=0.9 * dry.lower)).result()
     assert above.verdict.decision == "above limit"
     # The second contact is solved only where it may decide.
     for result, computed in ((within, True), (between, True), (above, False)):
@@ -85,20 +85,20 @@ def test_verdict_against_the_other_end_of_the_load():
 def test_lift_off(load):
     """P ≤ p_in - ambient: more may leak than any number here says; "above limit" stands."""
     dry = leak_at(load)
-    result = summarise(Patch(scene(limit=100 * dry.upper, load={"pressure": load})))
+    result = solve(scene(limit=100 * dry.upper, load={"pressure": load})).result()
     assert result.verdict.decision == "undecided"
     assert "lift off" in result.verdict.sentence
     assert any("lift off" in caution for caution in result.cautions)
-    above = summarise(Patch(scene(limit=0.5 * dry.lower, load={"pressure": load})))
+    above = solve(scene(limit=0.5 * dry.lower, load={"pressure": load})).result()
     assert above.verdict.decision == "above limit"
 
 
 def test_a_second_contact_that_does_not_converge():
     """Enough iterations for full contact, too few for the opened one: open, and said so."""
     load, flow = {"pressure": 1e8}, {"pressure_drop": 9.9e7}
-    assert summarise(Patch(scene(1.0, load, flow))).verdict.decision == "within limit"
+    assert solve(scene(1.0, load, flow)).result().verdict.decision == "within limit"
     needed = Patch(scene(load=load)).contact.iterations
-    result = summarise(Patch(scene(1.0, {**load, "max_iterations": needed}, flow)))
+    result = solve(scene(1.0, {**load, "max_iterations": needed}, flow)).result()
     assert result.verdict.decision == "undecided"
     assert "did not converge" in result.verdict.sentence
 
@@ -107,15 +107,15 @@ def test_a_sealed_contact_that_the_fluid_opens():
     """Sealed when dry, leaking at the other end of the load: what leaks there is judged."""
     load, drop = {"pressure": 6e7}, {"pressure_drop": 5.1e7}
     opened = leak_at(LOAD, flow=drop)  # 6e7 - 5.1e7
-    free = summarise(Patch(scene(load=load, flow=drop)))
+    free = solve(scene(load=load, flow=drop)).result()
     assert free.verdict.decision == "sealed"
     assert free.cautions
-    within = summarise(Patch(scene(1.05 * opened.upper, load, drop)))
+    within = solve(scene(1.05 * opened.upper, load, drop)).result()
     assert within.verdict.decision == "within limit"
-    open_ = summarise(Patch(scene(0.9 * opened.lower, load, drop)))
+    open_ = solve(scene(0.9 * opened.lower, load, drop)).result()
     assert open_.verdict.decision == "undecided"
     # And one that stays sealed at that end.
-    slight = summarise(Patch(scene(opened.lower, load, {"pressure_drop": 1e6})))
+    slight = solve(scene(opened.lower, load, {"pressure_drop": 1e6})).result()
     assert slight.verdict.decision == "within limit"
     assert (entry(slight).lower, entry(slight).upper) == (1.0, 1.0)
     # Its caution does not speak of more leaks where nothing leaks.
@@ -134,9 +134,9 @@ def test_an_outlet_below_ambient_closes_the_film():
     flow = {"inlet_pressure": 1e5, "outlet_pressure": 0, "ambient_pressure": 1e6}
     dry, closed = leak_at(LOAD, flow), leak_at(LOAD + 1e6, flow)
     assert closed.upper < dry.lower / 1.5
-    assert summarise(Patch(scene(1.01 * dry.upper, flow=flow))).verdict.decision == "within limit"
-    assert summarise(Patch(scene(0.99 * dry.lower, flow=flow))).verdict.decision == "undecided"
-    assert summarise(Patch(scene(0.9 * closed.lower, flow=flow))).verdict.decision == "above limit"
+    assert solve(scene(1.01 * dry.upper, flow=flow)).result().verdict.decision == "within limit"
+    assert solve(scene(0.99 * dry.lower, flow=flow)).result().verdict.decision == "undecided"
+    assert solve(scene(0.9 * closed.lower, flow=flow)).result().verdict.decision == "above limit"
 
 
 def test_gauge_pressures_alone_matter():
@@ -144,15 +144,15 @@ def test_gauge_pressures_alone_matter():
     budgets = []
     for shift in (1e5, 2e6):
         flow = {"inlet_pressure": DROP + shift, "outlet_pressure": shift}
-        budgets.append(entry(summarise(Patch(scene(flow=flow)))))
-    drop = entry(summarise(Patch(scene())))
+        budgets.append(entry(solve(scene(flow=flow)).result()))
+    drop = entry(solve(scene()).result())
     assert budgets == [drop, drop]
 
 
 @pytest.mark.parametrize("load", [{"area_fraction": 0.1}, {"mean_gap": 2e-7}])
 def test_loads_other_than_a_pressure_are_named_only(load):
     """They are kept whatever the fluid carries: no number, a caution with the ratio."""
-    result = summarise(Patch(scene(limit=1.0, load=load)))
+    result = solve(scene(limit=1.0, load=load)).result()
     assert (entry(result).lower, entry(result).upper) == (None, None)
     assert entry(result).sentence in result.cautions
     assert result.verdict.decision == "within limit"
@@ -164,7 +164,7 @@ def test_with_a_total_error():
     plain = scene(limit=1.0)
     mapping = plain.to_mapping()
     mapping["flow"].pop("rtol")
-    result = summarise(solved(Scene.from_mapping({**mapping, "accuracy": {"total": 0.3}}))[0])
+    result = solve(Scene.from_mapping({**mapping, "accuracy": {"total": 0.3}})).result()
     names = [entry.name for entry in result.error_budget if entry.upper is not None]
     assert names == ["flow", "contact grid", "fluid pressure"]
 
@@ -187,7 +187,7 @@ def test_ambient_pressure_is_named_where_it_cannot_be_guessed():
 def test_an_older_result_without_ambient_pressure_is_rebuilt(tmp_path):
     """Its outlet in a vacuum was taken for the ambient; its scene still reads."""
     folder = tmp_path / "out"
-    job.run(scene(flow={**VACUUM, "ambient_pressure": 0}), folder)
+    run(scene(flow={**VACUUM, "ambient_pressure": 0}), folder)
     file = folder / "result.json"
     older = json.loads(file.read_text())
     older["provenance"]["scene"]["flow"].pop("ambient_pressure")

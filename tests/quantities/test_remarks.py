@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from fem_seal import job
-from fem_seal.patch import Patch
+from fem_seal import run
 from fem_seal.render.report import report
-from fem_seal.results import Result, summarise
+from fem_seal.results import Result
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
+from fem_seal.solved import solve
 
 
 def pressed(pressure, modulus=1e7):
@@ -37,7 +37,7 @@ def pressed(pressure, modulus=1e7):
 )
 def test_contact_everywhere_or_hardly_anywhere(pressure, words):
     """A pressure in Pa that was meant in MPa, and the other way round."""
-    result = summarise(Patch(pressed(pressure)))
+    result = solve(pressed(pressure)).result()
     assert len(result.cautions) == (words is not None)
     if words:
         assert words in result.cautions[0]
@@ -72,7 +72,7 @@ def test_a_formula_in_micrometres_is_no_thin_film(formula, thick):
         "flow": {"pressure_drop": 1e5},
         "output": {"products": ["leak_rate"]},
     }
-    cautions = summarise(Patch(Scene.from_mapping(scene))).cautions
+    cautions = solve(Scene.from_mapping(scene)).result().cautions
     assert [("no thin film" in caution) for caution in cautions] == [True] * thick
 
 
@@ -94,7 +94,7 @@ def test_a_gap_that_jumps_with_theta(kind, formula, jumps):
         "flow": {"pressure_drop": 1e5},
         "output": {"products": ["leak_rate"]},
     }
-    cautions = summarise(Patch(Scene.from_mapping(scene))).cautions
+    cautions = solve(Scene.from_mapping(scene)).result().cautions
     assert [("jumps by 785.4 nm" in caution) for caution in cautions] == [True] * jumps
 
 
@@ -102,7 +102,7 @@ def test_a_gap_higher_than_the_patch_is_no_thin_film():
     """A mean gap of 1 mm over faces 32 um long: nearly flat, so that its slopes do not tell."""
     data = pressed(1e5).model_dump()
     data["contact"] = {"mean_gap": 1e-3}
-    [caution] = summarise(Patch(Scene.from_mapping(data))).cautions
+    [caution] = solve(Scene.from_mapping(data)).result().cautions
     assert "no thin film" in caution
 
 
@@ -111,21 +111,21 @@ ROUGH = np.random.default_rng(3).random((9, 9)) * 1e-7
 
 def test_given_gaps(given):
     """Roundings of another program, everything in contact, and heights in µm taken for metres."""
-    [open_] = summarise(Patch(given(ROUGH + 1e-9))).cautions
+    [open_] = solve(given(ROUGH + 1e-9)).result().cautions
     assert "no sample is in contact" in open_
     assert "gap.contact_below" in open_
-    assert not summarise(Patch(given(ROUGH + 1e-9, contact_below="2 nm"))).cautions
-    [closed] = summarise(Patch(given(0 * ROUGH))).cautions
+    assert not solve(given(ROUGH + 1e-9, contact_below="2 nm")).result().cautions
+    [closed] = solve(given(0 * ROUGH)).result().cautions
     assert "all samples are in contact, and the mean gap is 0" in closed
     touching = np.where(ROUGH < 3e-8, 0, ROUGH)
-    assert not summarise(Patch(given(touching))).cautions
-    [steep] = summarise(Patch(given(1e6 * touching))).cautions
+    assert not solve(given(touching)).result().cautions
+    [steep] = solve(given(1e6 * touching)).result().cautions
     assert "are heights and spacing in the same unit?" in steep
 
 
 def test_cautions_are_shown_everywhere(given, tmp_path):
     folder = tmp_path / "out"
-    result = job.run(given(1e6 * np.where(ROUGH < 3e-8, 0, ROUGH)), folder)
+    result = run(given(1e6 * np.where(ROUGH < 3e-8, 0, ROUGH)), folder)
     [caution] = Result.from_folder(folder).cautions
     assert ("caution", caution) in summary_of(result)
     assert caution in report(folder).read_text(encoding="utf-8")

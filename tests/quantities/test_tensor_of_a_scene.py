@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
-from fem_seal import job
+from fem_seal import run
 from fem_seal.errors import InvalidInput
 from fem_seal.flow.tensor_bounds import TensorBounds
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.quantities.tensor import ConductivityTensor
-from fem_seal.results import Result, summarise
+from fem_seal.results import Result
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
+from fem_seal.solved import solve
 
 
 @pytest.fixture
@@ -25,7 +26,7 @@ def scene(small_scene):
 
 def test_tensor_of_a_scene(scene, tmp_path):
     """No pressures are needed, no leak rate is computed; all numbers survive the file."""
-    result = job.run(Scene.from_mapping(scene), tmp_path / "out")
+    result = run(Scene.from_mapping(scene), tmp_path / "out")
     assert Result.from_folder(tmp_path / "out") == result
     assert result.leak_rate is None
     found = result.quantities.conductivity_tensor
@@ -40,13 +41,13 @@ def test_tensor_of_a_scene(scene, tmp_path):
 
 def test_a_sealed_cell_has_no_easiest_direction(scene):
     scene["contact"]["area_fraction"] = 0.9
-    words = dict(lines_of(summarise(Patch(Scene.from_mapping(scene)))))["tensor"]
+    words = dict(lines_of(solve(Scene.from_mapping(scene)).result()))["tensor"]
     assert words.endswith("sealed in every direction")
 
 
 def test_tensor_that_does_not_converge_ends_the_run_with_its_bounds(scene, tmp_path):
     scene["flow"] = {"rtol": 0.001, "max_unknowns": 100}
-    result = job.run(Scene.from_mapping(scene), tmp_path / "out")
+    result = run(Scene.from_mapping(scene), tmp_path / "out")
     assert not result.converged
     assert "0.001 was asked for" in result.reason
     found = result.quantities.conductivity_tensor
@@ -73,7 +74,7 @@ def test_gap_that_is_not_periodic(scene, tmp_path):
         del scene[section]
     scene["gap"] = {"path": str(tmp_path / "gap.npz")}
     with pytest.raises(InvalidInput, match="periodic in both directions"):
-        job.run(Scene.from_mapping(scene), tmp_path / "out")
+        run(Scene.from_mapping(scene), tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 

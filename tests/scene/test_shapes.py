@@ -13,7 +13,7 @@ from mesh_files import CORNERS, scene_of, write_msh
 from project import ROOT, alone, write_toml
 from scipy.integrate import trapezoid
 
-from fem_seal import job
+from fem_seal import run
 from fem_seal.cli import main
 from fem_seal.errors import InvalidInput, MissingPackage
 from fem_seal.film import GridFilm
@@ -323,9 +323,9 @@ def test_bad_geometry(text, words, tmp_path):
 
 
 def test_gmsh_is_missed_before_the_work(monkeypatch, tmp_path):
-    monkeypatch.setattr("fem_seal.job.find_spec", lambda name: None if name == "gmsh" else name)
+    monkeypatch.setattr("fem_seal.solved.find_spec", lambda name: None if name == "gmsh" else name)
     with pytest.raises(MissingPackage, match=r"meshing a \[shape\] needs gmsh"):
-        job.run(Scene.from_mapping(scene(RING | {"gap": 1})), tmp_path / "out")
+        run(Scene.from_mapping(scene(RING | {"gap": 1})), tmp_path / "out")
 
 
 CONTRADICTIONS = [

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from project import write_toml
 from test_cli import FEM_SEAL, mpirun
 
-from fem_seal import job
+from fem_seal import run
 from fem_seal.cli.sweep import _summary
+from fem_seal.drawing import draw
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import combined, factor_words
@@ -84,7 +85,7 @@ def outcome(tmp_path_factory):
     asked = scene(
         output={"products": ["seal", "contact", "pictures"]}, limit={"leak_rate": "1 l/h"}
     )
-    return job.run(asked, folder), folder
+    return run(asked, folder), folder
 
 
 @pytest.mark.render
@@ -134,9 +135,9 @@ def test_a_limit_between_the_ends_is_undecided():
     patch = Patch(small)
     leak = solve_seal(patch).value
     asked = scene(seal={"patches": 1}, limit={"leak_rate": f"{leak * 3.6e9} ml/h"})
-    from fem_seal.results import summarise
+    from fem_seal.solved import solve
 
-    result = summarise(Patch(asked))
+    result = solve(asked).result()
     assert result.verdict.decision == "undecided"
     assert "seal.patches" in result.verdict.sentence
     assert "1.0e+02" not in result.verdict.sentence
@@ -144,10 +145,10 @@ def test_a_limit_between_the_ends_is_undecided():
 
 def test_undecided_names_the_range_that_is_held_against_the_limit():
     """The range of the budget encloses the limit, and the sentence says what to change."""
-    from fem_seal.results import summarise
+    from fem_seal.solved import solve
 
     leak = solve_seal(Patch(scene())).value * 3.6e9
-    result = summarise(Patch(scene(limit={"leak_rate": f"{leak} ml/h"})))
+    result = solve(scene(limit={"leak_rate": f"{leak} ml/h"})).result()
     assert result.verdict.decision == "undecided"
     lower, upper = combined(result.error_budget)
     words = re.match(
@@ -191,12 +192,12 @@ def test_a_seal_next_to_lift_off_warns(pressure, near):
 
 
 def test_sealed_and_lifted_off():
-    from fem_seal.results import summarise
+    from fem_seal.solved import solve
 
-    sealed = summarise(Patch(scene(contact={"pressure": 2e6}, seal={"patches": 1})))
+    sealed = solve(scene(contact={"pressure": 2e6}, seal={"patches": 1})).result()
     assert (sealed.state, sealed.seal.leak_rate.upper) == ("sealed", 0)
     assert sealed.verdict.decision == "sealed"
-    lifted = summarise(Patch(scene(contact={"pressure": 4e4}, seal={"patches": 1})))
+    lifted = solve(scene(contact={"pressure": 4e4}, seal={"patches": 1})).result()
     assert (lifted.state, lifted.seal.leak_rate) == ("lifted off", None)
     # The dry contact of a patch is not its state, nor do errors of patches matter.
     assert "contact" not in dict(summary_of(lifted))
@@ -307,9 +308,9 @@ def gas(**fluid):
 
 
 def entries(asked):
-    from fem_seal.results import summarise
+    from fem_seal.solved import solve
 
-    result = summarise(Patch(asked))
+    result = solve(asked).result()
     return result, {entry.name: entry for entry in result.error_budget}
 
 
@@ -564,7 +565,7 @@ def test_jobs_without_a_seal_are_refused(tmp_path):
     del data["seal"]
     data["output"]["products"] = ["leak_rate"]
     with pytest.raises(InvalidInput, match=r"--jobs = 2 distributes the patches of a \[seal\]"):
-        job.run(Scene.from_mapping(data), tmp_path / "out", work=Work(2))
+        run(Scene.from_mapping(data), tmp_path / "out", work=Work(2))
     assert not (tmp_path / "out").exists()
 
 
@@ -573,7 +574,7 @@ def test_picture_is_drawn_again_from_the_result(outcome):
     _, folder = outcome
     before = (folder / "seal.png").read_bytes()
     (folder / "seal.png").unlink()
-    assert "seal.png" in job.draw(folder)
+    assert "seal.png" in draw(folder)
     assert (folder / "seal.png").read_bytes() == before
 
 
@@ -604,7 +605,7 @@ def test_a_sealed_patch_does_not_make_a_sealed_seal():
     assert result.state == "sealed"
     assert names["patches"].upper == 1.0
     assert result.verdict.decision == "within limit"
-    assert "1 ml/h allowed" in result.verdict.headline
+    assert "1 ml/h allowed" in result.verdict.comparison
     # The reason stands where people look: in the printed lines and at the top of the report.
     assert names["patches"].sentence in dict(summary_of(result))["errors"]
     assert any(names["patches"].sentence.startswith(text[:-1]) for text in remarks(result))

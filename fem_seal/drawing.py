@@ -1,0 +1,143 @@
+"""The pictures of a result folder, drawn again (`draw`), and the mesh of a shape (`mesh`)."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from fem_seal import parallel
+from fem_seal.errors import InvalidInput, present
+from fem_seal.files import locked_folder, staging_folder, writing
+from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
+from fem_seal.progress import Report, silent
+from fem_seal.render.patch import SEAL_PICTURE, draw_details, draw_pictures
+from fem_seal.results import Result, ResultFolder, read_contact, read_flow
+from fem_seal.results.arrays import (
+    CONTACT_FILE,
+    FLOW_FILE,
+    MESH_FILE,
+    read_lift,
+    read_mesh,
+    write_mesh,
+)
+from fem_seal.scene import Scene
+from fem_seal.solved import require_packages
+
+
+def draw(
+    folder: str | Path, report: Report = silent, *, everything: bool = False
+) -> tuple[str, ...]:
+    """Draw the pictures of a result folder again, from its arrays.
+
+    Parameters
+    ----------
+    folder
+        Result folder of `run`; the flow is drawn if the folder holds it.
+    report
+        Called with stage and detail.
+    everything
+        Whether to draw those of `draw_details` too.
+
+    Returns
+    -------
+    Names of the pictures, in the folder.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder holds no result, or the file of its gap no longer exists.
+    """
+    folder = Path(folder)
+    if (folder / FLOW_FILE).is_file() or (folder / MESH_FILE).is_file():
+        from fem_seal.render.offscreen import require_gl
+
+        require_gl()
+    with ResultFolder(folder, Result.from_folder(folder).provenance) as target:
+        result = Result.from_folder(folder)
+        film = _film_of(result, folder)
+        leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
+        pressure, lift = None, None
+        if isinstance(film, GridFilm) and (folder / CONTACT_FILE).is_file():
+            pressure, lift = read_contact(folder)[1], read_lift(folder)
+        report("pictures", "")
+        with writing(folder):
+            names: tuple[str, ...] = ()
+            # The arrays of a result that is lifted off are those of a dry contact: not its state.
+            if result.state != "lifted off":
+                names = draw_pictures(film, leak, target.staged, pressure, lift)
+            if result.seal is not None:
+                from fem_seal.render.seal import seal_picture
+
+                names += (seal_picture(result.seal, target.staged / SEAL_PICTURE).name,)
+            if everything:
+                names += draw_details(film, leak, result.levels, target.staged)
+        files = tuple(sorted({*result.files, *names}))
+        target.commit(result.model_copy(update={"files": files}))
+    return names
+
+
+def _film_of(result: Result, folder: Path) -> GridFilm | MeshFilm:
+    """Film of a result, from the arrays in its folder or the gap that its scene names."""
+    if (folder / MESH_FILE).is_file():
+        from fem_seal.mesh.gap_source import Formula
+
+        shape = result.provenance.scene.get("shape", {})
+        text, middle = shape.get("gap_expression"), shape.get("angle", 0.0) / 2
+        return replace(read_mesh(folder), formula=None if text is None else Formula(text, middle))
+    if (folder / CONTACT_FILE).is_file():
+        flow = result.flow()
+        return GridFilm(read_contact(folder)[0], flow.sides, flow.representation)
+    if "gap" not in result.provenance.scene:
+        raise InvalidInput(f"{folder} holds neither {CONTACT_FILE} nor {MESH_FILE}; run it again")
+    return Patch(result.scene()).film
+
+
+def mesh(
+    scene: Scene, out: str | Path, report: Report = silent, *, trust: bool = False
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Write and draw the mesh of a scene's shape.
+
+    Parameters
+    ----------
+    scene
+        Scene with [shape].
+    out
+        Folder of mesh.vtu, shape.png and gap.png.
+    report, trust
+        As of `solve`.
+
+    Returns
+    -------
+    Lines of the summary of the mesh, and the names of the files.
+
+    Raises
+    ------
+    InvalidInput
+        If the mesh cannot be made, or the folder cannot be written; nothing is written then.
+    """
+    require_packages(scene, pictures=True)
+    film = Patch(scene, report, trust=trust).film
+    if not isinstance(film, MeshFilm):
+        raise InvalidInput("the scene has no [shape] to mesh")
+    return film.summary(), parallel.on_root(lambda: _write_mesh(film, Path(out).absolute()))
+
+
+def _write_mesh(film: MeshFilm, out: Path) -> tuple[str, ...]:
+    with locked_folder(out), staging_folder(out) as staged, writing(out):
+        names = tuple(sorted((write_mesh(staged, film), *draw_pictures(film, None, staged))))
+        for name in names:
+            (staged / name).replace(out / name)
+    return names
+
+
+def _drawable(result: Result, folder: Path) -> LeakRate:
+    """Leak rate of a result, with the field from its folder."""
+    leak = present(result.leak_rate, "leak rate")
+    return LeakRate(
+        state=result.state,
+        method=present(result.method, "flow method"),
+        value=leak.value,
+        lower=leak.lower,
+        upper=leak.upper,
+        field=read_flow(folder),
+    )

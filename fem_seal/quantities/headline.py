@@ -1,0 +1,138 @@
+"""The headline: the one number of a scene, its leak rate with all counted errors, in one sentence.
+
+The factors of all counted entries of the error budget multiply. The part that a theorem covers, the
+flow through the gap as it is represented, is named behind them.
+"""
+
+from dataclasses import dataclass
+
+from fem_seal.digits import bracket_digits, in_digits, per_cent, rounded_down, rounded_up
+from fem_seal.leak_rate import LeakRate, relative_half_width
+from fem_seal.quantities.error_budget import (
+    FLOW,
+    IN_BOUNDS,
+    NOT_THE_SEAL,
+    ONE_PATCH,
+    USELESS,
+    ErrorBudget,
+    beside_flow,
+    combined,
+    may_open,
+)
+
+NO_PATH = "no open path joins inlet and outlet"
+COUNTED = "with all counted errors"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Unit of leak rates in texts."""
+
+    name: str = "m^3/s"
+    per_solved: float = 1.0  #: number of this unit in 1 m³/s of the solved leak rate
+    conditions: str = ""  #: of a volume of gas, "at 0 degC, 1.013 bar"
+
+    @property
+    def unit(self) -> str:
+        """The unit with the conditions."""
+        return f"{self.name} {self.conditions}".strip()
+
+    def text(self, solved: float) -> str:
+        """A solved leak rate [m³/s] in the unit."""
+        return f"{in_digits(solved * self.per_solved)} {self.name}"
+
+
+@dataclass(frozen=True)
+class Headline:
+    """The leak rate with all counted errors; `str(headline)` is the sentence."""
+
+    value: float | None  #: None if lifted off, where nothing limits the leak rate
+    lower: float | None  #: None where an error leaves this side open
+    upper: float | None  #: the same
+    unit: str  #: of the three numbers
+    sentence: str  #: the same in the unit that the scene asks for, and what is guaranteed
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+def headline(leak: LeakRate, budget: ErrorBudget, shown: Shown | None = None) -> Headline:
+    """Headline of a leak rate [m³/s] of a patch or a seal.
+
+    Parameters
+    ----------
+    leak, budget
+        The leak rate, and its uncertainties; the entry "flow" gives the bounds of `leak`.
+    shown
+        Unit of the sentence; m³/s if left out.
+    """
+    shown, SI = shown or Shown(), "m^3/s"
+    if leak.state == "lifted off":
+        return Headline(None, None, None, SI, "unlimited, the fluid carries the whole load")
+    if leak.state == "sealed":
+        return Headline(0.0, 0.0, *_sealed(budget, shown, SI))
+    if leak.lower is None:
+        words = f"{in_digits(leak.value * shown.per_solved)} {shown.unit}, without bounds"
+        return Headline(leak.value, None, None, SI, words)
+    (lower, upper), (least, most) = leak.bounds, combined(beside_flow(budget))
+    low = least * lower or None if least is not None else None
+    high = None if most is None else most * upper
+    words = (
+        f"{_all_errors(leak.value, low, high, budget, shown)}; {_flow_alone(leak, budget, shown)}"
+    )
+    return Headline(leak.value, low, high, SI, words)
+
+
+def _sealed(budget: ErrorBudget, shown: Shown, unit: str) -> tuple[float | None, str, str]:
+    """Upper end of a sealed leak rate [m³/s], its unit, and the sentence."""
+    opening = [entry for entry in budget if may_open(entry)]
+    no_path = NO_PATH
+    if any(entry.key == ONE_PATCH for entry in budget):
+        no_path += f" of this patch ({NOT_THE_SEAL})"
+    if not opening:
+        return 0.0, unit, f"0 {shown.unit} as computed; {no_path}"
+    rate = opening[0].upper_rate if len(opening) == 1 else None
+    _, factor = combined(entry for entry in budget if entry not in opening)
+    if rate is None or factor is None:
+        names = " and ".join(entry.name for entry in opening)
+        words = f"0 {shown.unit} as computed, no upper end {COUNTED} ({names}); {no_path}"
+        return None, unit, words
+    high = rounded_up(rate * factor * shown.per_solved)
+    words = f"0 to {high} {shown.unit} {COUNTED}; as computed, {no_path}"
+    return rate * factor, unit, words
+
+
+def _all_errors(
+    value: float, low: float | None, high: float | None, budget: ErrorBudget, shown: Shown
+) -> str:
+    """The value and its range with all counted errors, or the range alone; "at least" if open."""
+    scale = shown.per_solved
+    if high is not None and high > USELESS * value:
+        high = None
+    if low is not None and low * USELESS < value:
+        low = None
+    number = f"{in_digits(value * scale)} {shown.unit}, "
+    if low is not None and high is not None:
+        text, least, most = bracket_digits(value * scale, low * scale, high * scale)
+        number, ends = f"{text} {shown.unit}, ", f"{least} to {most}"
+    elif low is not None:
+        ends = f"at least {rounded_down(low * scale)}"
+    else:
+        ends = "anything" if high is None else f"at most {rounded_up(high * scale)}"
+    if any(entry.is_range for entry in budget):
+        return f"{ends} {shown.unit} {COUNTED}"
+    return f"{number}{ends} {COUNTED}"
+
+
+def _flow_alone(leak: LeakRate, budget: ErrorBudget, shown: Shown) -> str:
+    """The part that the bounds of the flow cover, by its name in the budget."""
+    flows = (entry for entry in budget if entry.key in IN_BOUNDS)
+    name, kind = next(((entry.name, entry.kind) for entry in flows), (FLOW, "guaranteed"))
+    lower, upper = (shown.per_solved * end for end in leak.bounds)
+    if lower == 0:
+        width = f"at most {rounded_up(upper)}"
+    elif any(entry.is_range for entry in budget):
+        width = f"{rounded_down(lower)} to {rounded_up(upper)}"
+    else:
+        width = f"±{per_cent(relative_half_width(lower, upper))}"
+    return f"{name} alone {width}, {kind}"

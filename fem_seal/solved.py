@@ -1,0 +1,381 @@
+"""The runner: from a scene to its answer, `Solved`, and to its result folder."""
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from fem_seal import parallel
+from fem_seal.accuracy import Choice, chosen_patch
+from fem_seal.contact.state import ContactState, GapState
+from fem_seal.errors import MissingPackage
+from fem_seal.files import writing
+from fem_seal.film import GridFilm, MeshFilm
+from fem_seal.installed import require_fenicsx
+from fem_seal.leak_rate import FlowState, LeakRate
+from fem_seal.memory import peak_memory
+from fem_seal.patch import Patch
+from fem_seal.points import Work
+from fem_seal.progress import Report, silent
+from fem_seal.quantities.error_budget import ErrorBudget
+from fem_seal.quantities.headline import Headline, headline
+from fem_seal.quantities.of_patch import Quantities, quantities, shown_in
+from fem_seal.quantities.remarks import cautions
+from fem_seal.quantities.seal import leak_rate_of, seal_advice, seal_budget
+from fem_seal.quantities.slope import slope_between_samples
+from fem_seal.quantities.uncertainties import error_budget
+from fem_seal.quantities.verdict import Verdict, verdict
+from fem_seal.render.patch import PICTURES, SEAL_PICTURE, draw_patch
+from fem_seal.results import Result, ResultFolder
+from fem_seal.results.arrays import (
+    CONTACT_FILE,
+    FLOW_FILE,
+    MESH_FILE,
+    lift_of,
+    write_contact,
+    write_flow,
+    write_mesh,
+)
+from fem_seal.results.folder import PATCHES
+from fem_seal.results.lift import LiftRecord
+from fem_seal.results.preparation import StepRecord
+from fem_seal.results.rates import GasRecord, Rate
+from fem_seal.results.result import AccuracyRecord, Origin, Provenance
+from fem_seal.results.seal import SealRecord
+from fem_seal.results.words import summary_of
+from fem_seal.scene import Scene
+from fem_seal.tables import html_table
+from fem_seal.upscaling.realizations import realizations
+from fem_seal.upscaling.scene_profile import profile_of
+from fem_seal.upscaling.seal import SealLeak, solve_seal
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """The answer of a scene; `str(solved)` is its headline."""
+
+    patch: Patch  #: surface, contact, film and flow of the patch, the first one of a seal
+    state: FlowState  #: of the seal where the scene has one
+    leak_rate: LeakRate | None  #: flow only, of the seal where the scene has one; None if not asked
+    budget: ErrorBudget  #: all reasons for which the leak rate is uncertain
+    headline: Headline | None  #: the leak rate with all counted errors
+    verdict: Verdict | None  #: how that compares with the limit of the scene
+    cautions: tuple[str, ...]
+    quantities: Quantities | None
+    seal: SealLeak | None
+    choice: Choice | None  #: contact grid and tolerance that [accuracy] has chosen
+    converged: bool
+    reason: str  #: why it has not converged
+    seconds: float  #: time of the solution
+
+    @property
+    def contact(self) -> GapState | None:
+        """Contact whose gap is the film, with the fluid's pressure where that is resolved."""
+        return self.patch.film_contact
+
+    def __str__(self) -> str:
+        film = self.patch.film
+        return str(
+            self.headline or f"{100 * film.contact_area_fraction:.4g} % of the area in contact"
+        )
+
+    def __repr__(self) -> str:
+        return f"<Solved: {self.state}, {self}>"
+
+    def _repr_html_(self) -> str:
+        return html_table(summary_of(self.result()))
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> Result:
+        """Write result.json, arrays and pictures, as `run` does.
+
+        Raises
+        ------
+        InvalidInput
+            If the folder cannot be written, or holds another scene's result and `overwrite` is
+            False; nothing is written then.
+        """
+        with _reserved(self.patch.scene, folder, overwrite, self.patch.comm) as target:
+            return self.write(target)
+
+    def write(self, folder: ResultFolder, origin: Origin | None = None) -> Result:
+        """Write into a folder that is held; under mpirun all processes call it."""
+        files = parallel.on_root(lambda: _write_products(self, folder.staged), self.patch.comm)
+        result = self.result(files, origin)
+        parallel.on_root(lambda: folder.commit(result), self.patch.comm)
+        return result
+
+    def result(self, files: tuple[str, ...] = (), origin: Origin | None = None) -> Result:
+        """The content of result.json, with the names of the files beside it."""
+        patch, scene, film = self.patch, self.patch.scene, self.patch.film
+        leak = patch.leak_rate if scene.needs_flow else None
+        grid = film if isinstance(film, GridFilm) else None
+        elastic = self.contact if isinstance(self.contact, ContactState) else None
+        asked = scene if self.choice is None else self.choice.asked(scene)
+        total = self.seconds + patch.seconds.get("pictures", 0.0)
+        return Result(
+            state=self.state,
+            percolates=not patch.sealed,
+            together=self.headline,
+            leak_rate=Rate.of(leak),
+            leak_rate_shown=self._shown(),
+            gas=GasRecord.of(patch, self.leak_rate),
+            verdict=self.verdict,
+            error_budget=self.budget or None,
+            cautions=self.cautions,
+            quantities=self.quantities,
+            converged=self.converged,
+            reason=self.reason,
+            **_fields(leak, "method", "unknowns", "inflow", "outflow", "levels"),
+            preconditioner=_preconditioner(self),
+            lift=LiftRecord.of(patch),
+            seal=None if self.seal is None else SealRecord.of(self.seal),
+            contact_area_fraction=film.contact_area_fraction,
+            mean_gap=film.mean_gap,
+            gap_is_periodic=None if grid is None else grid.gap.periodic,
+            gap_slope=None if grid is None else slope_between_samples(grid.gap),
+            mean_pressure=None if elastic is None else patch.mean_pressure,
+            contact_iterations=None if elastic is None else elastic.iterations,
+            **_fields(elastic, "kkt_residual", "pressed_gap", "penetration"),
+            accuracy=None if self.choice is None else AccuracyRecord.of(self.choice),
+            preparation=StepRecord.all_of(patch),
+            files=files,
+            seconds=patch.seconds | {"total": total},
+            peak_memory_bytes=parallel.total(peak_memory(), patch.comm),
+            provenance=Provenance.of(asked, patch.comm, origin),
+        )
+
+    def _shown(self) -> Rate | None:
+        """The leak rate in output.leak_rate_unit, if the scene names one."""
+        unit = self.patch.scene.output.leak_rate_unit
+        return None if unit is None else Rate.of(self.leak_rate, shown_in(self.patch.scene))
+
+
+def _fields(part: object, *names: str) -> dict[str, Any]:
+    """Fields of a part of the answer under their own names; none if the scene has no such part."""
+    return {} if part is None else {name: getattr(part, name) for name in names}
+
+
+def solve(
+    scene: Scene,
+    report: Report = silent,
+    *,
+    trust: bool = False,
+    comm: parallel.Comm = None,
+    patches: Path | None = None,
+    work: Work | None = None,
+) -> Solved:
+    """Compute the answer of a scene: lifted or dry, on a grid or a shape, of a patch or a seal.
+
+    If a limit of the scene ended the flow, the answer has the best bounds so far, and `converged`
+    is False.
+
+    Parameters
+    ----------
+    scene
+        The scene, which says all of that.
+    report
+        Called with stage and detail.
+    trust
+        Whether gmsh may run a .geo file that is not the package's own, with your rights.
+    comm
+        Processes that call this together, all of this run if left out; with MPI.COMM_SELF each
+        process solves a scene of its own.
+    patches
+        Folder that keeps the solved patches of a [seal]; a later run continues from there.
+    work
+        How these patches are shared among workers.
+
+    Raises
+    ------
+    InvalidInput
+        If the scene cannot be computed here.
+    NotConverged
+        If the contact does not reach its tolerance.
+    """
+    start = perf_counter()
+    require_packages(scene)
+    patch, choice = chosen_patch(scene, report, trust=trust, comm=comm)
+    return answer(patch, choice, start=start, patches=patches, work=work)
+
+
+def answer(
+    patch: Patch,
+    choice: Choice | None = None,
+    *,
+    start: float | None = None,
+    patches: Path | None = None,
+    work: Work | None = None,
+) -> Solved:
+    """Compute the products of a patch's scene; what the patch has computed already is used.
+
+    Parameters
+    ----------
+    patch, choice
+        As `accuracy.chosen_patch` returns them.
+    start
+        perf_counter() at the start of the solution; now if left out.
+    patches, work
+        As of `solve`.
+    """
+    start, scene = perf_counter() if start is None else start, patch.scene
+    # All processes solve film and flow together; what follows is the first one's in places.
+    (_, own), seal = patch.solve(), None
+    leak, budget, state, advice = own, error_budget(patch) or (), patch.state, None
+    ends: tuple[LeakRate, ...] = patch.lift_range if scene.lift == "range" else ()
+    if scene.seal is not None:
+        with patch.timed("seal"):
+            seal = solve_seal(patch, patches, work)
+        leak, budget, state = leak_rate_of(patch, seal), seal_budget(patch, seal), seal.state
+        advice, ends = seal_advice(seal, budget), (leak,)
+    named = quantities(patch)
+    decision, shown = None, None if leak is None else shown_in(scene)
+    if leak is not None and shown is not None:
+        limit = scene.limit
+        allowed = None if limit is None else limit.volume_rate(scene.drive)
+        stated = None if limit is None else limit.leak_rate
+        decision = verdict(leak, shown, stated, allowed, budget, advice)
+    tensor = None if named is None else named.conductivity_tensor
+    flows = [flow for flow in (own, tensor, *ends) if flow is not None]
+    reasons = [flow.reason for flow in flows if flow.reason]
+    undecided = decision is not None and decision.decision == "undecided"
+    if scene.deciding_rate is not None and undecided and not reasons:
+        reasons.append("limit.decide asks for a decision, and the verdict is undecided")
+    return Solved(
+        patch=patch,
+        state=state,
+        leak_rate=leak,
+        budget=budget,
+        headline=None if leak is None else headline(leak, budget, shown),
+        verdict=decision,
+        cautions=cautions(patch, budget, seal),
+        quantities=named,
+        seal=seal,
+        choice=choice,
+        converged=not reasons and all(flow.converged for flow in flows),
+        reason="; ".join(dict.fromkeys(reasons)),
+        seconds=perf_counter() - start,
+    )
+
+
+def run(
+    scene: Scene,
+    out: str | Path,
+    *,
+    overwrite: bool = False,
+    report: Report = silent,
+    trust: bool = False,
+    comm: parallel.Comm = None,
+    work: Work | None = None,
+    origin: Origin | None = None,
+) -> Result:
+    """Solve a scene and save the answer in a folder; scene and folder are checked first.
+
+    Parameters
+    ----------
+    scene, report, trust, comm, work
+        As of `solve`.
+    out
+        Result folder: result.json, contact.npz where a contact was solved, the pictures and the
+        mesh where they are products.
+    overwrite
+        Whether another scene's result may be replaced.
+    origin
+        Command and scene file, to be kept in result.json.
+
+    Raises
+    ------
+    InvalidInput
+        If the scene cannot be computed here, or the folder cannot be written; nothing is written
+        then.
+    NotConverged
+        If the contact does not reach its tolerance; nothing is written then.
+    """
+    with _reserved(scene, out, overwrite, comm) as folder:
+        patches = folder.path / PATCHES
+        solved = solve(scene, report, trust=trust, comm=comm, patches=patches, work=work)
+        return solved.write(folder, origin)
+
+
+@contextmanager
+def _reserved(
+    scene: Scene, out: str | Path, overwrite: bool, comm: parallel.Comm
+) -> Iterator[ResultFolder]:
+    """Check scene and folder before any work, and hold the folder until the result is written."""
+    require_packages(scene, pictures="pictures" in scene.output.products)
+    if scene.seal is not None:
+        # Refuse a table that cannot be read, or windows that do not fit, before the work.
+        profile_of(scene)
+        realizations(scene)
+    folder = ResultFolder(out, Provenance.of(scene, comm), overwrite, _names(scene))
+    with ExitStack() as held:
+        # `and None`: the open folder of the first process must not be sent to the others.
+        parallel.on_root(lambda: held.enter_context(folder) and None, comm)
+        yield folder
+
+
+def require_packages(scene: Scene, *, pictures: bool = False) -> None:
+    """Raise MissingPackage before any work if a package is missing that the work needs later."""
+    # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
+    by_elements = scene.needs_rates and scene.flow.method != "finite-difference"
+    if pictures and (by_elements or scene.shape is not None):
+        from fem_seal.render.offscreen import require_gl
+
+        require_gl()
+    if scene.shape is not None and scene.shape.needs_gmsh and not find_spec("gmsh"):
+        from fem_seal.mesh.geometry import NO_GMSH
+
+        raise MissingPackage(NO_GMSH)
+    tensor = "conductivity_tensor" in scene.output.products
+    if by_elements or tensor:
+        without = "; flow.method = 'finite-difference' works without" if not tensor else ""
+        require_fenicsx(f"flow.method = {scene.flow.method!r}", without)
+
+
+def _names(scene: Scene) -> Iterator[str]:
+    """Names of the files that a run of the scene may write, beside result.json."""
+    if scene.contact is not None:
+        yield CONTACT_FILE
+    if scene.shape is not None:
+        yield MESH_FILE
+    if "mesh" in scene.output.products:
+        yield FLOW_FILE
+    if "pictures" in scene.output.products:
+        yield from PICTURES
+
+
+def _write_products(solved: Solved, folder: Path) -> tuple[str, ...]:
+    """Write arrays and pictures, and return the names of the files."""
+    patch, seal = solved.patch, solved.seal
+    products, film, names = patch.scene.output.products, patch.film, list[str]()
+    leak = patch.leak_rate if patch.scene.needs_flow else None
+    with writing(folder.parent):
+        if solved.contact is not None:
+            names.append(write_contact(folder, solved.contact, lift_of(patch)))
+        if isinstance(film, MeshFilm):
+            names.append(write_mesh(folder, film))
+        if "mesh" in products and leak is not None and leak.field is not None:
+            names.append(write_flow(folder, leak.field))
+        if "pictures" in products:
+            with patch.timed("pictures"):
+                if seal is None or seal.state != "lifted off":
+                    names.extend(draw_patch(patch, folder))
+                if seal is not None:
+                    from fem_seal.render.seal import seal_picture
+
+                    names.append(seal_picture(SealRecord.of(seal), folder / SEAL_PICTURE).name)
+    return tuple(sorted(names))
+
+
+def _preconditioner(solved: Solved) -> str | None:
+    """PETSc's name of the preconditioner of the flows; None if none was solved."""
+    leak, seal, named = solved.leak_rate, solved.seal, solved.quantities
+    by_elements = leak is not None and bool(leak.levels)
+    tensor = named is not None and named.conductivity_tensor is not None
+    if not (by_elements or tensor or (seal is not None and seal.state == "leaking")):
+        return None
+    from fem_seal.flow.linear import preconditioner
+
+    return preconditioner()
