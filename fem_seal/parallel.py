@@ -90,6 +90,17 @@ def processes(comm: Comm = None) -> int:
     return 1 if together is None else together.size
 
 
+def cores() -> int:
+    """Cores for one process of this run: those it may use, over the processes; at least 1.
+
+    OMP_NUM_THREADS, where set, is an upper limit.
+    """
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    stated = os.environ.get("OMP_NUM_THREADS", "")
+    limit = int(stated) if stated.isdecimal() and int(stated) else sys.maxsize
+    return max(1, min((usable or 1) // processes(), limit))
+
+
 def is_root(comm: Comm = None) -> bool:
     """Whether this process is the first; only the first one writes, draws and prints."""
     together = _together(comm)

@@ -34,7 +34,7 @@ class ContactPair:
         height: GridField,
         contact_modulus: float,
         layer: Layer | None = None,
-        threads: int = 1,
+        threads: int | None = None,
         precision: str = "mixed",
     ) -> "ContactPair":
         """Check the input, plan the transforms and normalise heights and pressures."""
@@ -53,7 +53,7 @@ class ContactPair:
             raise InvalidInput(
                 f"contact_modulus must be a positive pressure in Pa, got {contact_modulus}"
             )
-        if threads != int(threads) or threads < 1:
+        if threads is not None and (threads != int(threads) or threads < 1):
             raise InvalidInput(f"threads must be a positive integer, got {threads}")
         with np.errstate(over="ignore"):
             span = float(np.ptp(height.values))
@@ -66,7 +66,7 @@ class ContactPair:
         heights = height.values - height.values.mean()
         unit_height = float(heights.std()) if span > 0 else length
         heights /= unit_height
-        half_space = HalfSpace(height.shape, height.spacing, layer, int(threads), precision)
+        half_space = HalfSpace(height.shape, height.spacing, layer, threads, precision)
         unit_pressure = contact_modulus * unit_height / (2 * length)
         return cls(height, contact_modulus, half_space, unit_height, unit_pressure, heights)
 

@@ -26,7 +26,7 @@ def on_finer_grids(
     mean_gap: float | None = None,
     factors: Sequence[float] = (0.5, 1, 2, 4),
     tolerance: float = 1e-6,
-    threads: int = 1,
+    threads: int | None = None,
 ) -> Iterator[ContactState]:
     """Yield the contact of Fourier-resampled heights on one grid after the other.
 

@@ -8,6 +8,7 @@ import numpy as np
 from fem_seal.contact.blocks import RowPasses
 from fem_seal.contact.transform import RealTransform
 from fem_seal.errors import InvalidInput
+from fem_seal.parallel import cores
 from fem_seal.registry import choose, require_known
 from fem_seal.surface.waves import multiplicity, wavenumbers
 
@@ -63,6 +64,10 @@ class Layer:
         return BASES[self.base](np.asarray(q) * self.thickness, self.poisson_ratio)
 
 
+# On fewer samples a second thread costs about as much as it saves.
+THREADED_FROM = 512**2
+
+
 class HalfSpace:
     """Displacement under a pressure, ũ(q) = p̃(q) / k(q), and the inverse, by FFT.
 
@@ -78,7 +83,8 @@ class HalfSpace:
     ----------
     shape, spacing : (nx, ny), (dx, dy), the periodic grid
     layer : layer of finite thickness; None for a half-space
-    threads : threads of the FFTs and of the passes over the arrays
+    threads : threads of the FFTs and of the passes over the arrays; None for the cores of this
+        process, or for one below `THREADED_FROM` samples
     precision : "mixed" or "double": precision of preconditioner and curvature, which only steer the
         iteration. Displacements are always double
 
@@ -94,10 +100,12 @@ class HalfSpace:
         shape: tuple[int, int],
         spacing: tuple[float, float],
         layer: Layer | None = None,
-        threads: int = 1,
+        threads: int | None = None,
         precision: str = "mixed",
     ):
         self.shape, self.pairs = shape, 0.0
+        if threads is None:
+            threads = cores() if shape[0] * shape[1] >= THREADED_FROM else 1
         self.layer, self.threads, self.precision = layer, threads, precision
         self.passes = RowPasses(threads)
         self.steering = np.dtype(choose(PRECISIONS, precision, "precision"))

@@ -33,7 +33,7 @@ def load_path(
     solver: str = "free-set-cg",
     start: Start | None = None,
     layer: Layer | None = None,
-    threads: int = 1,
+    threads: int | None = None,
     precision: str = "mixed",
     max_iterations: int | None = None,
 ) -> Iterator[ContactState]:

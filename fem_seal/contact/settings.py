@@ -20,7 +20,7 @@ class Solid:
 class Arithmetic:
     """How the transforms are computed."""
 
-    threads: int = 1  #: threads of the FFTs and of the passes over the arrays
+    threads: int | None = None  #: of FFTs and passes over arrays; None: `HalfSpace` chooses
     #: "mixed" or "double": mixed computes search directions in float32, all else in float64: same
     #: iterations
     precision: str = "mixed"

@@ -28,7 +28,7 @@ def solve(
     solver: str = "free-set-cg",
     start: Start | None = None,
     layer: Layer | None = None,
-    threads: int = 1,
+    threads: int | None = None,
     precision: str = "mixed",
     max_iterations: int | None = None,
     progress: Progress | None = None,
@@ -53,7 +53,8 @@ def solve(
     start : pressure to start from [Pa]
         Array, field or the state of another load; it is set to zero on samples that it leaves open.
     layer : a solid of finite thickness in place of the half-space
-    threads : threads of the FFTs and of the passes over the arrays
+    threads : threads of the FFTs and of the passes over the arrays; the cores of this process on
+        large grids if left out
     precision : "mixed" or "double": mixed computes search directions in float32, all else in
         float64: same iterations
     max_iterations : largest number of iterations of a solve; the default depends on the solver

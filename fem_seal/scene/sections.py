@@ -265,7 +265,9 @@ class Contact(Section):
     precision: Literal["mixed", "double"] = Field(
         "mixed", description="precision of search directions; all else is double"
     )
-    threads: Count = Field(1, le=1024, description="threads of the contact")
+    threads: Count | None = Field(
+        None, le=1024, description="threads of the contact; the cores of this process if left out"
+    )
 
     @model_validator(mode="after")
     def _check(self) -> "Contact":
