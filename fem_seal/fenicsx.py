@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fem_seal.errors import MissingPackage
+from fem_seal.files import use_writable_cache
 
 
 @contextmanager
@@ -49,6 +50,7 @@ def _require_real_petsc() -> None:
         raise MissingPackage(f"this PETSc computes with complex numbers; {needed}")
 
 
+use_writable_cache()
 with _quietly():
     # MPI comes first: PyPI's third-party wheel of DOLFINx takes it from mpi4py.
     from mpi4py import MPI

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pint
 
+LEAST = 1e-300  # least number of a scene but 0, in SI units
+
 _NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
 # Volumes per time at standard conditions, "slm", "sccm", "Nl/min". Pint's "slm" is a pressure times
@@ -65,14 +67,21 @@ def to_si(value: object, unit: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(expected)
     if not isinstance(value, str):
-        return float(value)
+        return require_size(float(value))
     match = _NUMBER_AND_UNIT.fullmatch(value)
     if not match:
         raise ValueError(expected)
     number, text = match.groups()
     if not text:
         raise ValueError(f"has no unit; {expected}")
-    return _convert(number, text, unit, expected)
+    return require_size(_convert(number, text, unit, expected))
+
+
+def require_size(number: float) -> float:
+    """Return a number; ValueError if it is so small that its products would be 0."""
+    if 0 < abs(number) < LEAST:
+        raise ValueError(f"is closer to 0 than {LEAST:g}; give 0 or check its unit")
+    return number
 
 
 def _parsed(text: str) -> "pint.Unit":
@@ -178,7 +187,7 @@ class Rate:
 
     @classmethod
     def parse(cls, value: object) -> "Rate":
-        """Read a leak rate > 0: a number with a unit, or a number in m³/s.
+        """Read a leak rate > 0, a number with a unit.
 
         Raises
         ------
@@ -189,8 +198,8 @@ class Rate:
         if not match:
             raise ValueError("should be a leak rate such as '1 ml/h'")
         number, text = match.groups()
-        if not text and isinstance(value, str):
-            raise ValueError("has no unit; a leak rate is written such as '1 ml/h'")
+        if not text:
+            raise ValueError("has no unit; a leak rate is written such as '1 ml/h' or '1 m^3/s'")
         if not 0 < float(number) < inf:
             raise ValueError("should be greater than 0 and finite")
-        return cls(float(number), RateUnit.parse(text or RATES["volume"]))
+        return cls(float(number), RateUnit.parse(text))

@@ -6,6 +6,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,6 +17,7 @@ from project import ROOT, write_toml
 from fem_seal import cli, doctor, fenicsx
 from fem_seal.cli.common import default_folder
 from fem_seal.errors import MissingPackage
+from fem_seal.files import use_writable_cache
 from fem_seal.installed import DEBIAN_PETSC
 
 LEAK = [sys.executable, "-m", "fem_seal", "leak", "gap.npz"]
@@ -71,6 +73,24 @@ def test_no_compiler_and_nothing_compiled_yet(folder):
     said = sentence(LEAK, CC="/nowhere/gcc", XDG_CACHE_HOME=str(folder / "cache"))
     assert "FEniCSx could not compile a form" in said
     assert "apt-get install gcc python3-dev" in said
+
+
+def test_a_home_that_cannot_be_written(folder, monkeypatch):
+    """A file in place of the home folder: one line, and a cache that only this user can write."""
+    for name in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    homeless = {"HOME": "/dev/null", "TMPDIR": str(folder)}
+    status, _, error = outcome([*LEAK, "--method", "finite-difference"], **homeless)
+    (cache,) = folder.glob("fem-seal-cache-*")
+    assert (status, error.count("\n")) == (0, 1)
+    assert f"{cache} keeps compiled forms" in error
+    assert cache.stat().st_mode & 0o077 == 0
+    # A folder that others can write, and might fill with programs, is not used.
+    cache.chmod(0o777)
+    monkeypatch.setenv("HOME", "/dev/null")
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    assert use_writable_cache()
+    assert os.environ["XDG_CACHE_HOME"] != str(cache)
 
 
 def test_dolfinx_without_petsc(folder):

@@ -295,3 +295,15 @@ def test_decisions_of_a_sweep(tmp_path):
     assert [row["decision"] for row in rows(tmp_path / "out")] == ["above limit", "within limit"]
     assert run("--vary", "flow.links=arithmetic", "--out", "plain") == 0
     assert [row["decision"] for row in rows(tmp_path / "plain")] == ["leaking"]
+
+
+def test_equal_points_are_one(tmp_path, capsys):
+    """The same pressure in two units is one point, also for a later sweep in other words."""
+    options = ("--set", "contact.area_fraction=", "--out", "o", "--vary")
+    assert run(*options, "contact.pressure=0.1MPa,1e5") == 0
+    said = capsys.readouterr().out
+    assert "contact.pressure=1e5 is the same scene as contact.pressure=0.1MPa" in said
+    assert "1 points, 1 of them computed now" in said
+    assert [row["contact.pressure"] for row in rows(tmp_path / "o")] == ["0.1MPa"]
+    assert run(*options, "contact.pressure=100kPa") == 0
+    assert "1 points, 0 of them computed now" in capsys.readouterr().out

@@ -32,6 +32,7 @@ with ended_silently():
         sweep,
     )
     from fem_seal.errors import FemSealError, InvalidInput, MissingPackage, printable
+    from fem_seal.files import use_writable_cache
     from fem_seal.installed import why_not_imported
     from fem_seal.interrupts import interruptible
 
@@ -112,6 +113,8 @@ def main(arguments: list[str] | None = None) -> int:
         with interruptible():
             options = parser().parse_args(arguments)
             options.command_line = sys.argv[1:] if arguments is None else arguments
+            if (elsewhere := use_writable_cache()) and parallel.is_root():
+                print(f"fem-seal: {printable(elsewhere)}", file=sys.stderr)  # noqa: T201
             status = options.command(options)
             # Flush now: at the exit of Python a closed pipe could not be handled any more.
             sys.stdout.flush()

@@ -90,6 +90,8 @@ def _sweep(options: argparse.Namespace) -> int:
     width = max(map(len, names), default=0)
     for name, point in zip(names, tally.table, strict=True):
         say(f"{name:{width}}  {_summary(point)}")
+    for sentence in tally.equal:
+        say(sentence)
     say(f"{tally.points} points, {tally.computed} of them computed now, in {out}/sweep.csv")
     if tally.failed:
         message = f"{tally.failed} of {tally.points} points failed or did not converge"

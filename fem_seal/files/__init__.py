@@ -15,6 +15,7 @@ from fem_seal.files.atomic import (
     write_text,
     writing,
 )
+from fem_seal.files.caches import use_writable_cache
 from fem_seal.files.digest import digest
 from fem_seal.files.lock import locked_folder
 from fem_seal.files.owner import clear_abandoned
@@ -28,6 +29,7 @@ __all__ = [
     "staging_folder",
     "temporary_folder",
     "to_disk",
+    "use_writable_cache",
     "write_npz",
     "write_text",
     "writing",

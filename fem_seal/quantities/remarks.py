@@ -20,6 +20,8 @@ THICK = 0.1  # mean gap over the length of the film above which the same holds
 # Part of the load carried by the solid below which the user is warned. Bolts and gauges easily have
 # an error of 5 %: it may take all of that part away (docs/guide/lift.md).
 NEAR_LIFT_OFF = 0.05
+# Contact pressure that no metal bears [Pa]; hardened steel yields at a mean of 6 to 8 GPa.
+UNBEARABLE = 10e9
 JUMP = 1e-3  # jump of a gap over its mean, above which it is named
 FEW = 10  # samples in contact below which the contact area is meaningless
 
@@ -49,7 +51,7 @@ def cautions(
         gap = patch.grid_gap
         slope = steep(slope_between_samples(gap), "the gap")
         thick = slope or _thickness(float(gap.values.mean()), gap.size[0])
-        sentences.extend(filter(None, (_contact(patch, gap), thick)))
+        sentences.extend(filter(None, (_contact(patch, gap), _peak(patch), thick)))
     elif isinstance(film := patch.film, MeshFilm):
         thick = _thickness(film.mean_gap, float(np.ptp(film.mesh.xy, axis=0).min()))
         sentences.extend(filter(None, (thick, _jump(film))))
@@ -128,6 +130,18 @@ def _contact(patch: Patch, gap: GridField) -> str | None:
             "modulus in the right units?"
         )
     return None
+
+
+def _peak(patch: Patch) -> str | None:
+    """Warn if the peak of an elastic contact pressure is beyond what any metal bears."""
+    contact = patch.film_contact
+    peak = float(contact.pressure.values.max()) if isinstance(contact, ContactState) else 0.0
+    if peak <= UNBEARABLE:
+        return None
+    return (
+        f"the elastic contact pressure is up to {with_prefix(peak, 'Pa')}, which no metal bears: "
+        "it yields, more of it touches, and less leaks than computed"
+    )
 
 
 def _thickness(mean_gap: float, length: float) -> str | None:

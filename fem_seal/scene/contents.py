@@ -117,8 +117,12 @@ class Contents(Section):
         if self.flow.lift is not None:
             return self.flow.lift
         contact = self.contact
-        elastic = contact is not None and contact.is_elastic and bool(contact.pressure)
-        return "resolved" if elastic and self.shape is None and self.seal is None else "none"
+        pressed = contact is not None and contact.is_elastic and contact.pressure is not None
+        if not pressed or self.shape is not None or self.seal is not None:
+            return "none"
+        # Without load the solids only touch, unless the fluid lifts them off.
+        touches = present(contact, "[contact]").pressure == 0 and self.gauge_pressures[0] <= 0
+        return "none" if touches else "resolved"
 
     @property
     def deciding_rate(self) -> float | None:

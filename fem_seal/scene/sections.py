@@ -23,7 +23,7 @@ from fem_seal.errors import present
 from fem_seal.limits import Limits
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.readable import own_names
-from fem_seal.units import RateUnit, to_si
+from fem_seal.units import RateUnit, require_size, to_si
 
 if TYPE_CHECKING:
     from fem_seal import contact
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 def _plain_number(value: object) -> object:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError("should be a number")
+    require_size(value)
     return value
 
 
@@ -41,7 +42,10 @@ def readable_file(value: object, info: ValidationInfo) -> Path:
     if not isinstance(value, str | Path):
         raise ValueError("should be the path of a file, in quotes")
     folder = (info.context or {}).get("folder", Path())
-    path = (folder / value).resolve()
+    try:
+        path = (folder / value).resolve()
+    except (OSError, RuntimeError):  # RuntimeError: Python before 3.13, of links in a circle
+        raise ValueError("is not a file: its links lead back to themselves") from None
     try:
         str(path).encode()
     except UnicodeEncodeError:

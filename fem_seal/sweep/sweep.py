@@ -21,47 +21,23 @@ from fem_seal.sweep.store import SweepFolder
 
 @dataclass(frozen=True)
 class Tally:
-    """Outcome of a sweep.
+    """Outcome of a sweep."""
 
-    Attributes
-    ----------
-    points : int
-        Number of points.
-    computed : int
-        Number of points that this sweep computed.
-    failed : int
-        Number of points without a result, or with one that a limit has cut short.
-    missing : int
-        Number of points that are neither computed nor failed, since they belong to another
-        part.
-    table : tuple[Point, ...]
-        All points of the folder, those of this sweep first.
-    """
-
-    points: int
-    computed: int
-    failed: int
-    missing: int
-    table: tuple[Point, ...]
+    points: int  #: number of different points
+    computed: int  #: number of points that this sweep computed
+    failed: int  #: number of points without a result, or with one that a limit has cut short
+    missing: int  #: number of points that are left to other parts
+    table: tuple[Point, ...]  #: all points of the folder, those of this sweep first
+    equal: tuple[str, ...] = ()  #: sentences on points that are the same as earlier ones
 
 
 @dataclass(frozen=True)
 class ScenePoint(Task[Point]):
-    """A point of a sweep that is to be computed.
+    """A point of a sweep that is to be computed."""
 
-    Parameters
-    ----------
-    values : tuple[str, ...]
-        Values of the axes, as text.
-    scene : Scene
-        Scene of the point.
-    trust : bool
-        Whether gmsh may run its geometry.
-    """
-
-    values: tuple[str, ...]
+    values: tuple[str, ...]  #: values of the axes, as text
     scene: Scene
-    trust: bool
+    trust: bool  #: whether gmsh may run its geometry
 
     def compute(self, handed_on: ContactPath, report: Report, comm: Comm) -> Point:
         """Compute the point; `handed_on` holds surface and contact of the last point."""
@@ -113,12 +89,16 @@ def sweep(
     """
     work = work or Work()
     keys, points = axes if isinstance(axes, tuple) else combinations(list(axes))
-    tasks = []
+    tasks_of: dict[str, ScenePoint] = {}
+    equal = []
     for values in points:
         scene = Scene.from_file(path, [*overrides, *map("{}={}".format, keys, values)])
         require_trusted(scene, trust)
         label = ", ".join(map("{}={}".format, keys, values))
-        tasks.append(ScenePoint(name_of(scene), label, values, scene, trust))
+        task = ScenePoint(name_of(scene), label, values, scene, trust)
+        if (first := tasks_of.setdefault(task.name, task)) is not task:
+            equal.append(f"{label} is the same scene as {first.label}: one point of both")
+    tasks = list(tasks_of.values())
     folder = SweepFolder(out.absolute(), keys)
     order = [task.name for task in tasks]
     with ExitStack() as held:
@@ -128,11 +108,12 @@ def sweep(
             _chains(tasks, folder), work, report=report, gather=lambda: folder.gather(order)
         )
         table = parallel.on_root(lambda: folder.gather(order), work.comm)
-    finished = {point.values: point for point in table}
-    own = [finished[task.values] for task in tasks if task.values in finished]
+    # An earlier sweep may have written a point in other words, such as 100 kPa for 0.1 MPa.
+    found = parallel.on_root(lambda: [folder.point(name) for name in order], work.comm)
+    own = [point for point in found if point is not None]
     failures = sum(not point.converged for point in own)
     missing = len(tasks) - len(own)
-    return Tally(len(tasks), outcome.computed, failures, missing, tuple(table))
+    return Tally(len(tasks), outcome.computed, failures, missing, tuple(table), tuple(equal))
 
 
 def _open(held: ExitStack, folder: SweepFolder, origin: Provenance, overwrite: bool) -> None:

@@ -149,7 +149,7 @@ def test_budget_and_verdict_count_the_lift():
 
     def decision(limit):
         mapping = scene().to_mapping()
-        mapping["limit"] = {"leak_rate": limit}
+        mapping["limit"] = {"leak_rate": f"{limit} m^3/s"}
         return solve(Scene.from_mapping(mapping)).result().verdict.decision
 
     assert decision(1.01 * leak.upper * lift.upper) == "within limit"
@@ -165,7 +165,7 @@ def test_a_decision_counts_the_lift():
 
     def judged(limit, **flow):
         mapping = scene(max_unknowns=20_000, **flow).to_mapping()
-        mapping["limit"] = {"leak_rate": limit, "decide": True}
+        mapping["limit"] = {"leak_rate": f"{limit} m^3/s", "decide": True}
         return solve(Scene.from_mapping(mapping)).result()
 
     exact = solve(scene(rtol=0.005)).result().leak_rate
@@ -183,7 +183,7 @@ def test_a_decision_that_the_fluid_pressure_leaves_open_is_missing():
     """A dry contact whose flow is decided, while its fluid may let more leak than is allowed."""
     mapping = scene(max_unknowns=20_000, lift="none").to_mapping()
     dry = Patch(Scene.from_mapping(mapping)).leak_rate
-    mapping["limit"] = {"leak_rate": 1.5 * dry.upper, "decide": True}
+    mapping["limit"] = {"leak_rate": f"{1.5 * dry.upper} m^3/s", "decide": True}
     result = solve(Scene.from_mapping(mapping)).result()
     assert result.leak_rate.upper < 1.5 * dry.upper
     assert (result.verdict.decision, result.converged) == ("undecided", False)
@@ -231,9 +231,13 @@ def test_range_with_an_inlet_above_the_load_is_open():
     assert (entry(result).kind, entry(result).upper) == ("not covered", None)
 
 
-def test_lifted_off_is_above_any_limit():
-    mapping = scene(load=2e4).to_mapping()
-    mapping["limit"] = {"leak_rate": 1.0}
+@pytest.mark.parametrize("load", [2e4, 0.0])
+def test_lifted_off_is_above_any_limit(load):
+    """Also where there is no load, and flow.lift is left out."""
+    mapping = scene(load=load).to_mapping()
+    if not load:
+        mapping["flow"].pop("lift", None)
+    mapping["limit"] = {"leak_rate": "1 m^3/s"}
     mapping["output"] = {"products": ["leak_rate", "constriction"], "leak_rate_unit": "ml/h"}
     result = solve(Scene.from_mapping(mapping)).result()
     assert (result.state, result.leak_rate, result.converged) == ("lifted off", None, True)

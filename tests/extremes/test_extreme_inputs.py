@@ -213,7 +213,7 @@ def test_fluids_that_lift_the_solid_off(part, small_scene, show):
     small_scene["contact"] = {"pressure": load}
     small_scene["flow"] = {"sides": "periodic", "rtol": 0.5, "lift": "none"}
     small_scene["flow"]["pressure_drop"] = part * load
-    small_scene["limit"] = {"leak_rate": 1.0}
+    small_scene["limit"] = {"leak_rate": "1 m^3/s"}
     small_scene["output"] = {"products": ["leak_rate"]}
     found = solve(Scene.from_mapping(small_scene)).result().verdict
     assert found.decision == "undecided"

@@ -135,7 +135,7 @@ def rough(total=None, limit=None, **flow):
     if total:
         scene["accuracy"] = {"total": total}
     if limit:
-        scene["limit"] = {"leak_rate": limit}
+        scene["limit"] = {"leak_rate": f"{limit} m^3/s"}
     return Scene.from_mapping(scene)
 
 

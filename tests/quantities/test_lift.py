@@ -34,7 +34,7 @@ def scene(limit=None, load=None, flow=None, products=("leak_rate",), **solid):
         "output": {"products": list(products)},
     }
     if limit:
-        mapping["limit"] = {"leak_rate": limit}
+        mapping["limit"] = {"leak_rate": f"{limit} m^3/s"}
     return Scene.from_mapping(mapping)
 
 

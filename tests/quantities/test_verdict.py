@@ -161,7 +161,7 @@ def test_limit_of_a_shape():
                 "shape": {"kind": "rectangle", **size},
                 "fluid": {"viscosity": 1e-3},
                 "flow": {"pressure_drop": 1e5},
-                "limit": {"leak_rate": part * exact},
+                "limit": {"leak_rate": f"{part * exact} m^3/s"},
                 "output": {"products": ["leak_rate"]},
             }
         )

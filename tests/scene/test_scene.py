@@ -293,6 +293,8 @@ BAD = {
     "flow.pressure_drop=": "flow.pressure_drop is missing",
     "flow.sides=open": "flow.sides = 'open' is not allowed; choose from 'wall' or 'periodic'",
     "flow.rtol=0": "flow.rtol = 0 should be greater than or equal to 0.000000001",
+    "flow.rtol=1e-301": "flow.rtol = 1e-301 is closer to 0 than 1e-300",
+    "solid.contact_modulus=1e-305 Pa": "solid.contact_modulus = '1e-305 Pa' is closer to 0",
     "flow.rtol=1e-300": "flow.rtol = 1e-300 should be greater than or equal to 0.000000001",
     "flow.rtol=true": "flow.rtol = True should be a number",
     "flow.rtol=five": "flow.rtol = 'five' should be a number",
@@ -464,3 +466,12 @@ def test_a_key_of_another_section_names_it():
     """As where a header such as [limit] is still a comment."""
     with pytest.raises(InvalidInput, match=r"output\.leak_rate is not .* belongs in \[limit\]"):
         Scene.from_mapping({"output": {"leak_rate": "1 ml/h"}})
+
+
+def test_links_in_a_circle(tmp_path, small_scene):
+    """Files that lead back to themselves are named, as any other input that is no file."""
+    (tmp_path / "one").symlink_to("two")
+    (tmp_path / "two").symlink_to("one")
+    small_scene["surface"] = {"kind": "file", "path": "one"}
+    with pytest.raises(InvalidScene, match="surface.path = 'one' is not a file: its links lead"):
+        Scene.from_mapping(small_scene, folder=tmp_path)
