@@ -34,7 +34,7 @@ MODEL = Uncertainty("model", "not covered", "Reynolds")
 
 
 def judged(limit, *entries, leak=LEAK):
-    return verdict(leak, SHOWN, Rate.parse(limit), limit, (of_flow(leak), *entries))
+    return verdict(leak, SHOWN, Rate.parse(f"{limit} m^3/s"), limit, (of_flow(leak), *entries))
 
 
 def test_products_enclose_errors_of_any_dependence():

@@ -21,7 +21,7 @@ LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns
 
 def judged(leak, limit):
     """Verdict against a limit in m³/s."""
-    return verdict(leak, SHOWN, Rate.parse(limit), limit)
+    return verdict(leak, SHOWN, Rate.parse(f"{limit} m^3/s"), limit)
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def rough(tmp_path):
                 "gap": {"path": str(tmp_path / "gap.npz")},
                 "fluid": {"viscosity": 1e-3},
                 "flow": {"pressure_drop": 1e5, **flow},
-                "limit": {"leak_rate": leak_rate, "decide": decide},
+                "limit": {"leak_rate": f"{leak_rate} m^3/s", "decide": decide},
                 "output": {"products": ["leak_rate"]},
             }
         )
