@@ -80,6 +80,11 @@ def test_nothing_to_advise():
     assert "no lower bound yet" in judged(unbounded, 3e-10).sentence
 
 
+def with_unit(rate):
+    """Text of a leak rate, in m³/s if it is a number."""
+    return rate if isinstance(rate, str) else f"{rate} m^3/s"
+
+
 @pytest.fixture
 def rough(tmp_path):
     """A scene of a rough gap with a limit."""
@@ -92,7 +97,7 @@ def rough(tmp_path):
                 "gap": {"path": str(tmp_path / "gap.npz")},
                 "fluid": {"viscosity": 1e-3},
                 "flow": {"pressure_drop": 1e5, **flow},
-                "limit": {"leak_rate": f"{leak_rate} m^3/s", "decide": decide},
+                "limit": {"leak_rate": with_unit(leak_rate), "decide": decide},
                 "output": {"products": ["leak_rate"]},
             }
         )
