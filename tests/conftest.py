@@ -11,7 +11,9 @@ from hypothesis import HealthCheck, settings
 # Modules that tests share lie beside the tests that need them most, under names that occur once
 # (test_architecture.py), and are imported by these names from everywhere.
 TESTS = Path(__file__).parent
-sys.path[:0] = [str(TESTS), *sorted(str(path) for path in TESTS.iterdir() if path.is_dir())]
+# The letter of demos/ is a package of the checkout.
+sys.path[:0] = [str(TESTS.parent), str(TESTS)]
+sys.path[2:2] = sorted(str(path) for path in TESTS.iterdir() if path.is_dir())
 
 from project import scene_of_samples  # noqa: E402
 

@@ -3,7 +3,7 @@
     python tests/kills.py --count 200 --seed 1
 
 A round starts a command (a run, also on two processes or with gmsh, a sweep, two sweeps into one
-folder, percolation thresholds), ends it after a random time by SIGKILL, SIGINT or SIGTERM, and
+folder), ends it after a random time by SIGKILL, SIGINT or SIGTERM, and
 checks that each result in its folder is whole and right: the numbers are those of an undisturbed
 run. After every few rounds the command is left to end, and its folder and the temporary folder
 must hold what an undisturbed run leaves, and nothing else.
@@ -45,7 +45,6 @@ FEM_SEAL = (sys.executable, "-c", "import sys; from fem_seal.cli import main; sy
 FD = ("--set", "flow.method=finite-difference")
 AREAS = ("0.02", "0.05", "0.08", "0.1", "0.12", "0.15", "0.2", "0.25", "0.3", "0.35")
 SEEDS = tuple(map(str, range(1, 13)))
-TINY = "--n 16 --short 4 --long 0.5 --edges open --resolution 0.02 --no-flow"
 MPIRUN = ("mpirun", "-n", "2", "--oversubscribe")
 RUN = ("run", "scene.toml", "--out", "out", "--set", 'output.products=["leak_rate","mesh"]')
 AREA_SWEEP = ("sweep", "scene.toml", "--out", "out", *FD, "--vary")
@@ -79,11 +78,6 @@ JOBS = (
             (*FEM_SEAL, *AREA_SWEEP, f"surface.seed={','.join(SEEDS[:8])}"),
             (*FEM_SEAL, *AREA_SWEEP, f"surface.seed={','.join(SEEDS[4:])}"),
         ),
-        3,
-    ),
-    Job(
-        "percolation",
-        ((*FEM_SEAL, "percolation", *TINY.split(), "--seeds", "4", "--out", "out"),),
         3,
     ),
 )
@@ -191,7 +185,7 @@ def faults(job: Job, folder: Path, ended: bool) -> Iterator[str]:
     for name, what in there.items():
         if name not in job.files:
             yield f"{name} is no file of an undisturbed run"
-        elif name.endswith((".csv", "percolation.json")) and not ended:
+        elif name.endswith(".csv") and not ended:
             # A table holds fewer rows before the end, but no other ones.
             whole = job.files[name]
             if isinstance(what, list) and not set(what) <= set(whole):

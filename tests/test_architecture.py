@@ -50,7 +50,7 @@ ORDER = [
         "quantities",
         "results",
     ),
-    *("letter", "render", "solved", "sweep", "verification"),
+    *("render", "solved", "sweep", "verification"),
     *("drawing", "exchange", "doctor", "cli", "__main__"),
 ]
 
@@ -62,7 +62,7 @@ FENCES = {
     "petsc4py": FINITE_ELEMENTS | {"parallel"},
     "pyvista": {"render", "exchange"},
     "vtk": {"render"},
-    "pydantic": {"scene", "results", "points", "sweep", "letter"},
+    "pydantic": {"scene", "results", "points", "sweep"},
     "pint": {"units"},
 }
 

@@ -12,10 +12,10 @@ DEMOS = sorted(path.stem for path in (ROOT / "demos").glob("*.py"))
 # Arguments of main that make a demo small; the others are small by themselves.
 SMALL = {
     "certified_leak": {"n": 128, "rtol": 0.1},
-    "closing_saddle": {"n": 128},
+    "closing_contact": {"loads": 3, "changes": ("surface.shape=[64, 64]",)},
+    "closing_saddle": {},
     "gas_that_slips": {"n": 32, "rtol": 0.1},
     "how_contact_is_solved": {"n": 64},
-    "letter": {"n": 64, "seeds": 3, "areas": (0.2,)},
     "ordinary_dolfinx": {"n": 32},
     "price_of_accuracy": {"n": 32},
     "when_does_the_fluid_matter": {"n": 64},

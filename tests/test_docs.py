@@ -260,7 +260,8 @@ def test_every_picture_of_the_pages_has_its_command():
             arguments = made[name][1].removeprefix("-m fem_seal").split()
             assert "images/make.py" in text or " ".join(arguments[:2]) in text, (page, name)
         for name in re.findall(r"letter/(\w+)\.png", text):
-            assert re.search(r"fem-seal (letter|percolation|study saddle) -", text), (page, name)
+            command = r"demos[./](letter\.reproduce|closing_saddle\.py) -"
+            assert re.search(command, text), (page, name)
 
 
 def test_every_picture_is_explained():

@@ -1,7 +1,7 @@
 """Draw the pictures of README and of the guide again: python docs/images/make.py [NAME.png ...].
 
 Each is drawn by the command that stands beside it on its page, then made smaller and given fewer
-colours. Without names all are drawn, and the figures of the letter's page, which take three CPU
+colours. Without names all are drawn, and the figures of the letter's page, which take ten CPU
 minutes.
 """
 
@@ -40,7 +40,11 @@ PICTURES = {
         f"{FEM_SEAL} surface demos/scenes/blasted.toml --out surface.png",
         "surface.png",
     ),
-    "closing.png": (1100, f"{FEM_SEAL} study closing {FIRST} --out made", "made/closing.png"),
+    "closing.png": (
+        1100,
+        f"demos/closing_contact.py {FIRST} --loads 12 --out made",
+        "made/closing.png",
+    ),
     "sweep.png": (
         900,
         f"{FEM_SEAL} sweep {FIRST} --set surface.shape=[128,128] --vary "
@@ -59,9 +63,9 @@ PICTURES = {
     ),
     "price.png": (1000, "demos/price_of_accuracy.py", "out/price_of_accuracy.png"),
 }
-LETTER = "letter --size 1024 --seeds 1 --edges open --no-flow --skip grids cascade differences"
+LETTER = "-m demos.letter.reproduce --size 1024 --seeds 1 --only currents pictures grids"
 PICTURES |= {
-    f"../letter/{name}.png": (width, f"{FEM_SEAL} {LETTER} --out made", f"made/{name}.png")
+    f"../letter/{name}.png": (width, f"{LETTER} --out made", f"made/{name}.png")
     for name, width in (("fig1", 1100), ("fig2", 1200), ("fig3", 1300))
 }
 

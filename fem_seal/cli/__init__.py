@@ -19,10 +19,9 @@ with ended_silently():
     from fem_seal.cli import (
         doctor,
         leak,
-        letter,
         mesh,
+        moved,
         new,
-        percolation,
         render,
         report,
         run,
@@ -38,7 +37,7 @@ with ended_silently():
 
 COMMANDS = (
     *(new, run, leak, sweep, report, render, surface, mesh),
-    *(study, percolation, letter, doctor, schema),
+    *(study, doctor, schema),
 )
 INTERRUPTED = 130
 
@@ -93,6 +92,7 @@ def parser() -> argparse.ArgumentParser:
     subparsers = top.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
     for command in COMMANDS:
         command.add(subparsers)
+    moved.add(subparsers, moved.COMMANDS)
     return top
 
 

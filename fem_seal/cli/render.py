@@ -22,7 +22,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--all",
         action="store_true",
-        help="also pressure, refined mesh, relief, and how the bounds closed as plot and animation",
+        help="also pressure, refined mesh, relief, and how the bounds closed",
     )
     command.set_defaults(command=_render)
 

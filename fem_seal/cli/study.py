@@ -1,14 +1,13 @@
-"""fem-seal study: comparison of methods, price of accuracy, closing saddle and contact."""
+"""fem-seal study: comparison of methods, and price of accuracy."""
 
 import argparse
 from collections.abc import Callable, Iterable
-from contextlib import nullcontext
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from fem_seal import parallel
+from fem_seal.cli import moved
 from fem_seal.cli.common import (
     add_command,
     add_scene,
@@ -33,7 +32,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     command = add_command(
         subparsers,
         "study",
-        "methods side by side, price of accuracy, a closing saddle or contact",
+        "methods side by side, and the price of accuracy",
         "fem-seal study trade demos/scenes/first.toml (fem-seal study trade --help says more)",
     )
     studies = command.add_subparsers(
@@ -62,28 +61,7 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     )
     add_work(trade, "contact grid")
     trade.set_defaults(command=_shared(_trade))
-    saddle = _study(studies, "saddle", "how the leak rate of one closing saddle vanishes")
-    saddle.add_argument(
-        "--samples",
-        type=int,
-        nargs="+",
-        default=[64, 128, 256],
-        metavar="N",
-        help="samples of a period; at least two grids, each twice as fine (64 128 256)",
-    )
-    add_work(saddle, "grid")
-    saddle.set_defaults(command=_shared(_saddle))
-    closing = _study(studies, "closing", "gap and flow as the load rises until the patch is sealed")
-    add_scene(closing)
-    closing.add_argument(
-        "--loads", type=int, default=12, metavar="N", help="frames of the film (12)"
-    )
-    closing.add_argument(
-        "--pressures",
-        metavar="P1,P2,…",
-        help="in place of --loads: mean contact pressures, such as 0.1MPa,0.2MPa",
-    )
-    closing.set_defaults(command=_closing)
+    moved.add(studies, moved.STUDIES)
 
 
 def _study(studies: argparse._SubParsersAction, name: str, purpose: str) -> argparse.ArgumentParser:
@@ -257,84 +235,3 @@ def _trade(options: argparse.Namespace) -> int:
         _write(options.out, [("trade-lift.csv", as_csv(lifts))])
         say(f"\nthe fluid's pressure:\n{as_text(lifts)}")
     return 0
-
-
-def _saddle(options: argparse.Namespace) -> int:
-    from fem_seal.letter.saddle import (
-        EXPONENT,
-        LEAST_SAMPLES,
-        limiting_exponent,
-        local_exponents,
-        saddle_series,
-    )
-    from fem_seal.tables import as_csv, as_text
-    from fem_seal.verification.pictures import saddle_figure
-
-    samples = sorted(options.samples)
-    paired = len(samples) > 1 and all(2 * n == m for n, m in pairwise(samples))
-    if not paired or samples[0] < LEAST_SAMPLES:
-        raise InvalidInput(
-            f"--samples must be two grids or more, each twice as fine, from {LEAST_SAMPLES} on, "
-            f"got {samples}"
-        )
-    work = work_of(options)
-    closed = _with_progress(partial(saddle_series, samples, options.out, work))
-    if closed is None:
-        return _unfinished(work)
-    for one in closed:
-        closing = one.closing
-        say(f"{closing.samples} samples a period: closes at {closing.pressure:.6f} E* H/λ")
-    series = [one.points for one in closed]
-    _write(options.out, [("saddle.csv", as_csv([point for points in series for point in points]))])
-    saddle_figure(series, options.out / "saddle.png")
-    exponents = [local_exponents(points) for points in series]
-    say(as_text(exponents[-1]))
-    limit = limiting_exponent(exponents[-2], exponents[-1])
-    say(f"at closing: {limit.value:.3f} ± {limit.error:.3f}; published {EXPONENT}")
-    return 0
-
-
-def _closing(options: argparse.Namespace) -> int:
-    from fem_seal.files import locked_folder
-    from fem_seal.progress import Display
-    from fem_seal.render.offscreen import require_gl
-    from fem_seal.scene import Scene
-    from fem_seal.sweep.closing import LoadRow, closing_contact, loads_to_closing
-    from fem_seal.sweep.closing_picture import closing_animation, closing_strip
-    from fem_seal.tables import as_csv, as_text
-
-    require_gl()
-    scene = Scene.from_file(options.scene, options.overrides)
-    root = parallel.is_root()
-    # Under mpirun all processes solve the flows, and the first one writes.
-    with locked_folder(options.out) if root else nullcontext(), Display(root) as report:
-        if options.pressures is None:
-            pressures = loads_to_closing(scene, options.loads, report)
-        else:
-            pressures = _pressures(options.pressures)
-        steps = list(closing_contact(scene, pressures, report))
-        rows = [LoadRow.of(step) for step in steps]
-        if root:
-            report("pictures", "")
-            closing_strip(steps, options.out / "closing.png")
-            closing_animation(steps, options.out / "closing.gif")
-            _write(options.out, [("closing.csv", as_csv(rows))])
-    _say_if_dry(scene)
-    say(as_text(rows))
-    say(f"closing.csv, closing.gif, closing.png in {options.out}")
-    if any(row.reason for row in rows):
-        return parallel.fail(
-            "fem-seal: some flows did not converge; column reason says why",
-            NotConverged.exit_status,
-        )
-    return 0
-
-
-def _pressures(text: str) -> tuple[float, ...]:
-    """Pressures [Pa] with units and commas between."""
-    from fem_seal.units import to_si
-
-    try:
-        return tuple(to_si(part.strip(), "Pa") for part in text.split(","))
-    except ValueError as error:
-        raise InvalidInput(f"--pressures {text}: {error}") from None

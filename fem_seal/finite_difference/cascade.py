@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.relaxation import energy, relax
+from fem_seal.finite_difference.relaxation import relax
 from fem_seal.finite_difference.stencil import FlowGrid, Network
 from fem_seal.theory.bruggeman import effective_conductivity
 
@@ -27,8 +26,6 @@ CLOSED_BLOCK = 1e-6
 # only a first guess for the next grid.
 BLOCK_RTOL = 1e-3
 GUESS_TOL = 1e-6
-# Tolerance of the energy of the pressure taken as exact in `initial_error`.
-EXACT_TOL = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,35 +52,6 @@ class CoarseGrid:
         """Coordinates of the nodes along x, with the two ends, and along y [m]."""
         centres_x, centres_y = (0.5 * (e[:-1] + e[1:]) for e in (self.edges_x, self.edges_y))
         return np.concatenate([self.edges_x[:1], centres_x, self.edges_x[-1:]]), centres_y
-
-
-@dataclass(frozen=True)
-class InitialError:
-    """Errors of two first guesses on the finest grid.
-
-    The energy excess is (energy of the guess - Q) / Q at unit pressure drop. The rms error is the
-    root mean square error of the pressure over the carrying nodes, in units of the pressure drop.
-    """
-
-    #: energy excess of the uniform pressure gradient and of the cascade's guess
-    mean_field_energy: float
-    cascade_energy: float
-    #: rms error of the uniform pressure gradient and of the cascade's guess; None if the converged
-    #: pressure was not computed
-    mean_field_rms: float | None
-    cascade_rms: float | None
-
-    @property
-    def energy_reduction(self) -> float:
-        """Ratio of the energy excesses, uniform gradient to cascade."""
-        return self.mean_field_energy / self.cascade_energy
-
-    @property
-    def rms_reduction(self) -> float | None:
-        """Ratio of the rms errors, uniform gradient to cascade."""
-        if self.mean_field_rms is None or self.cascade_rms is None:
-            return None
-        return self.mean_field_rms / self.cascade_rms
 
 
 def coarse_grid(grid: FlowGrid, block: int) -> CoarseGrid:
@@ -154,27 +122,3 @@ def _interpolate(
     """Bilinear interpolation from nodes (x, y); constant beyond the outer y unless periodic."""
     along_x = np.array([np.interp(new_x, x, column) for column in values.T])
     return np.array([np.interp(new_y, y, row, period=period) for row in along_x.T])
-
-
-def initial_error(grid: FlowGrid, pressure: bool = True) -> InitialError:
-    """Errors of the cascade's guess and of the uniform pressure gradient.
-
-    The elimination gives Q, exact to rounding: the errors of the energy need no converged pressure.
-    (That takes thousands of steps near percolation.)
-
-    Parameters
-    ----------
-    grid : the finest grid, not sealed
-    pressure : whether to compute the converged pressure, for the rms errors
-    """
-    guess = first_guess(grid)
-    mean_field = np.broadcast_to(1 - grid.nodes_x[:, None] / grid.nodes_x[-1], guess.shape)
-    exact = conductance(grid.network)
-    starts = (mean_field, guess)
-    excess = [energy(grid.network, start, grid.carrying) / exact - 1 for start in starts]
-    rms: list[float | None] = [None, None]
-    if pressure:
-        relaxed = relax(grid.network, grid.carrying, guess, tol=EXACT_TOL).pressure
-        errors = ((start - relaxed)[grid.carrying] for start in starts)
-        rms = [float(np.sqrt(np.mean(error**2))) for error in errors]
-    return InitialError(excess[0], excess[1], rms[0], rms[1])

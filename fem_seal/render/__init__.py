@@ -6,7 +6,6 @@ Each function below, with PyVista or matplotlib, is imported when its name is fi
 from importlib import import_module
 
 _MODULE_OF = {
-    "bounds_animation": "animation",
     "bounds_plot": "bounds",
     "contact_picture": "contact",
     "contact_pressure_picture": "pressures",

@@ -46,33 +46,24 @@ def bounds_plot(levels: Sequence[Level], path: str | Path) -> Path:
     -------
     Path of the file.
     """
-    with new_figure((7.5, 3.4), path) as figure:
-        draw_bounds(figure, levels)
-    return Path(path)
-
-
-def draw_bounds(figure: "Figure", levels: Sequence[Level], count: int | None = None) -> None:
-    """Draw the two axes of `bounds_plot` into a matplotlib figure.
-
-    Parameters
-    ----------
-    figure : matplotlib Figure
-        Figure without axes.
-    levels : all levels; they determine the limits of the axes
-    count : number of levels to draw; all if left out
-    """
     levels = [level for level in levels if level.upper > 0]
     if not levels:
         raise InvalidInput(
             "there are no bounds to plot: the leak rate holds no level with flow; "
             "only methods with bounds keep their levels"
         )
+    with new_figure((7.5, 3.4), path) as figure:
+        draw_bounds(figure, levels)
+    return Path(path)
+
+
+def draw_bounds(figure: "Figure", levels: Sequence[Level]) -> None:
+    """Draw the two axes of `bounds_plot` into a figure without axes."""
     rates, widths = figure.subplots(1, 2)
     _limits(rates, widths, levels)
-    drawn = levels[:count]
-    unknowns = np.array([level.unknowns for level in drawn], dtype=float)
-    upper = np.array([level.upper for level in drawn])
-    lower = np.array([level.lower for level in drawn])
+    unknowns = np.array([level.unknowns for level in levels], dtype=float)
+    upper = np.array([level.upper for level in levels])
+    lower = np.array([level.lower for level in levels])
     bounded = lower > 0
     rates.fill_between(unknowns[bounded], lower[bounded], upper[bounded], color="0.88", linewidth=0)
     rates.plot(unknowns, upper, "v-", color=UPPER, markersize=4, label="upper bound")
@@ -81,7 +72,7 @@ def draw_bounds(figure: "Figure", levels: Sequence[Level], count: int | None = N
     )
     rates.set(xlabel="unknowns", ylabel="leak rate Q [m³/s]")
     rates.legend(frameon=False, loc="upper right")
-    half_width = np.array([level.half_width for level in drawn])
+    half_width = np.array([level.half_width for level in levels])
     positive = half_width > 0
     widths.plot(unknowns[positive], half_width[positive], "o-", color=HALF_WIDTH, markersize=4)
     _optimal_rate(widths, levels)
@@ -89,7 +80,7 @@ def draw_bounds(figure: "Figure", levels: Sequence[Level], count: int | None = N
 
 
 def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
-    """Make the axes logarithmic, with limits for all levels: an animation must not change them."""
+    """Make the axes logarithmic, with limits beside all levels."""
     unknowns = np.array([level.unknowns for level in levels], dtype=float)
     values = np.array([[level.lower, level.upper] for level in levels])
     half_width = np.array([level.half_width for level in levels])

@@ -96,9 +96,6 @@ def draw_details(
     from fem_seal.render.bounds import bounds_plot, close_in
 
     if close_in(levels):
-        from fem_seal.render.animation import bounds_animation
-
         bounds_plot(levels, folder / "bounds.png")
-        bounds_animation(levels, folder / "bounds.gif")
-        names += ["bounds.png", "bounds.gif"]
+        names.append("bounds.png")
     return tuple(names)

@@ -26,7 +26,7 @@ from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
 from fem_seal.tables import html_table
 
-PICTURES = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
+PICTURES = {".png": "image/png", ".svg": "image/svg+xml"}
 
 
 def report(folder: str | Path) -> Path:
@@ -34,7 +34,7 @@ def report(folder: str | Path) -> Path:
 
     Parameters
     ----------
-    folder : result folder of `fem_seal.run`; the report shows all pictures (.png, .gif, .svg) in it
+    folder : result folder of `fem_seal.run`; the report shows all pictures (.png, .svg) in it
 
     Returns
     -------

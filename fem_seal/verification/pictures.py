@@ -1,13 +1,11 @@
-"""Figures of three studies: comparison of methods, price of accuracy, closing saddle."""
+"""Figures of two studies: comparison of methods, price of accuracy."""
 
 from collections.abc import Sequence
-from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fem_seal.errors import printable
 from fem_seal.leak_rate import relative_half_width
-from fem_seal.letter.saddle import EXPONENT, SaddlePoint, local_exponents
 from fem_seal.render.bounds import label_axis
 from fem_seal.render.plot import new_figure
 from fem_seal.verification.cross_validation import EXACT, Reference, Row
@@ -164,41 +162,3 @@ def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Poi
     axes.figure.legend(
         handles=entries, loc="outside lower center", ncols=4, frameon=False, fontsize=9
     )
-
-
-def saddle_figure(series: Sequence[Sequence[SaddlePoint]], path: Path) -> Path:
-    """Draw leak rates of a closing saddle against the distance in load, and local exponents.
-
-    Parameters
-    ----------
-    series : points of each grid
-    path : the file
-
-    Returns
-    -------
-    Path of the file.
-    """
-    with new_figure((10, 4.4), path) as figure:
-        rates, slopes = figure.subplots(1, 2)
-        for points, marker in zip(series, cycle("osD^v")):
-            label = f"{points[0].samples} samples a period"
-            distance = [point.distance for point in points]
-            style = {"marker": marker, "ms": 4, "lw": 1}
-            rates.plot(distance, [point.leak_rate for point in points], label=label, **style)
-            local = local_exponents(points)
-            centre, value = [e.distance for e in local], [e.value for e in local]
-            slopes.errorbar(centre, value, [e.error for e in local], capsize=2, **style)
-        last = series[-1][-1]
-        law = [last.leak_rate * (x / last.distance) ** EXPONENT for x in distance]
-        rates.plot(distance, law, "k--", lw=1, label="$(p_c - p)^{69/20}$")
-        slopes.axhline(EXPONENT, color="k", ls="--", lw=1)
-        rates.set(xscale="log", yscale="log", ylabel="leak rate [H³ Δp/(12 η)]")
-        slopes.set(
-            xscale="log",
-            ylabel="$d\\,\\ln Q\\,/\\,d\\,\\ln(p_c - p)$",
-            title="local exponent (dashed: 69/20)",
-        )
-        for axes in (rates, slopes):
-            axes.set_xlabel("distance in load, $(p_c - p)\\,/\\,p_c$")
-        rates.legend(frameon=False, fontsize=8)
-    return path

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from matplotlib import rc_context
 from matplotlib.figure import Figure
-from PIL import Image
 
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Level
-from fem_seal.render import bounds_animation, bounds_plot
+from fem_seal.render import bounds_plot
 from fem_seal.render.bounds import draw_bounds
 from fem_seal.render.page import DPI, FONT_POINTS
 
@@ -53,24 +52,10 @@ def test_reference_line_has_slope_minus_one_through_the_last_level():
     assert y[-1] == pytest.approx(LEVELS[-1].half_width)
 
 
-def test_axes_stay_fixed_while_levels_are_added():
-    limits = set()
-    for seen in (1, 2, 4):
-        figure = Figure()
-        draw_bounds(figure, LEVELS, seen)
-        limits.add(tuple((axes.get_xlim(), axes.get_ylim()) for axes in figure.axes))
-    assert len(limits) == 1
-
-
 @pytest.mark.filterwarnings("error")
 def test_exact_bounds_have_no_half_width_to_plot(tmp_path):
     exact = [Level(10, 20, 1.0, 1.0)]  # as in a uniform channel
     assert bounds_plot(exact, tmp_path / "bounds.png").stat().st_size > 1000
-
-
-def test_animation_has_one_frame_per_level(tmp_path):
-    with Image.open(bounds_animation(LEVELS, tmp_path / "bounds.gif")) as image:
-        assert image.n_frames == len(LEVELS)
 
 
 def test_bad_input_is_refused(tmp_path):
@@ -78,8 +63,6 @@ def test_bad_input_is_refused(tmp_path):
         bounds_plot((), tmp_path / "bounds.png")
     with pytest.raises(InvalidInput, match="end in"):
         bounds_plot(LEVELS, tmp_path / "bounds.jpg")
-    with pytest.raises(InvalidInput, match=r"\.gif"):
-        bounds_animation(LEVELS, tmp_path / "bounds.png")
     assert not list(tmp_path.iterdir())
 
 

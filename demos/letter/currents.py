@@ -1,0 +1,201 @@
+"""Points of the letter's Fig. 3: contacts of both models and their leak rates by all methods."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from time import process_time
+
+import numpy as np
+
+from demos.letter.contacts import (
+    CONTACT_MODULUS,
+    CONTACT_TOLERANCE,
+    PRESSURE_DROP,
+    SIDES,
+    SLOPE,
+    VISCOSITY,
+    RoughCase,
+    at_area,
+    certified,
+)
+from fem_seal.contact import ContactState, on_finer_grids
+from fem_seal.film import GridFilm
+from fem_seal.finite_difference import solve
+from fem_seal.theory.bruggeman import effective_dimension, leak_rate
+
+# Link rules in increasing order of the leak rate: every link has harmonic <= linear-gap <=
+# arithmetic, and no leak rate falls when a link conducts better (Rayleigh).
+LINKS = ("harmonic", "linear-gap", "arithmetic")
+RATES = (
+    *("lower", "value", "upper", "harmonic", "linear_gap", "arithmetic"),
+    *("bruggeman", "modified", "finer"),
+)
+FLOW_AREA = 0.2  # A/A0 of Fig. 2 and of the total that the models are compared by
+# Effective media are compared up to this part of the letter's thresholds.
+UP_TO = {"bearing": 0.8 * 0.5, "elastic": 0.8 * 0.42}
+
+
+@dataclass(frozen=True)
+class Current:
+    """A contact of one surface and its leak rates [m³/s], or these over that at first contact."""
+
+    case: RoughCase
+    model: str
+    seed: int
+    wanted: float  #: prescribed A/A0; 0 is first contact
+    rtol: float  #: (upper - lower) / √(lower upper) at most
+    area: float  #: A/A0, counted in samples
+    corrected: float  #: A/A0 less what pixels add along the perimeter
+    load: float | None  #: p/(E* h'rms); None for the bearing model
+    state: str  #: "leaking" or "sealed"
+    lower: float
+    value: float  #: √(lower upper)
+    upper: float
+    harmonic: float | None  #: finite differences, as the next two; None if they were left out
+    linear_gap: float | None
+    arithmetic: float | None
+    bruggeman: float  #: effective medium of the same gaps in dimension 2
+    modified: float | None  #: the same in the letter's n_eff with A* = 0.42; elastic contact only
+    unknowns: int
+    seconds: float  #: CPU time of contact and flows [s]
+    finer: float | None = None  #: certified value on a finer contact grid under the same pressure
+
+    def over(self, first: float) -> "Current":
+        """Leak rates over that at first contact."""
+        rates = {name: getattr(self, name) for name in RATES}
+        return replace(self, **{n: None if r is None else r / first for n, r in rates.items()})
+
+    @property
+    def half_width(self) -> float:
+        """ln of upper over value: the relative error of the flow."""
+        return float(np.log(self.upper / self.value))
+
+    @property
+    def grid_change(self) -> float | None:
+        """|ln| of the leak rate on the finer contact grid over this; None if one of them is 0."""
+        return abs(float(np.log(self.finer / self.value))) if self.finer and self.value else None
+
+
+def current(
+    case: RoughCase, model: str, seed: int, wanted: float, rtol: float, differences: bool
+) -> Current:
+    """Press a surface to a contact area and compute its leak rates."""
+    start = process_time()
+    state = at_area(case.surface(seed), model, wanted)
+    gap = state.gap
+    leak = certified(gap, rtol)
+    lower, upper = leak.bounds
+    scales = {"viscosity": VISCOSITY, "pressure_drop": PRESSURE_DROP}
+    film = GridFilm(gap, sides=SIDES)
+    rates = [solve(film, links=links, **scales).value if differences else None for links in LINKS]
+    elastic = isinstance(state, ContactState)
+    dimension = effective_dimension(state.contact_area_fraction)
+    return Current(
+        *(case, model, seed, wanted, rtol),
+        area=state.contact_area_fraction,
+        corrected=state.contact_area_corrected if elastic else state.contact_area_fraction,
+        load=state.mean_pressure / (CONTACT_MODULUS * SLOPE) if elastic else None,
+        state=leak.state,
+        lower=lower,
+        value=leak.value,
+        upper=upper,
+        **dict(zip(("harmonic", "linear_gap", "arithmetic"), rates, strict=True)),
+        bruggeman=leak_rate(gap, **scales),
+        modified=leak_rate(gap, dimension=dimension, **scales) if elastic else None,
+        unknowns=leak.unknowns,
+        seconds=process_time() - start,
+    )
+
+
+@dataclass(frozen=True)
+class Finer:
+    """The leak rate of an elastic contact on a finer grid under the same pressure."""
+
+    case: RoughCase
+    seed: int
+    wanted: float  #: A/A0 on the grid of the case
+    rtol: float
+    factor: int  #: refinement of the contact grid
+    area: float  #: counted A/A0 on the finer grid
+    corrected: float
+    value: float  #: [m³/s]
+
+
+def finer(case: RoughCase, seed: int, wanted: float, rtol: float, factor: int) -> Finer:
+    """Solve contact and flow of the same surface on a finer grid."""
+    surface = case.surface(seed)
+    pressure = at_area(surface, "elastic", wanted).mean_pressure
+    (state,) = on_finer_grids(
+        surface, CONTACT_MODULUS, pressure=pressure, factors=(factor,), tolerance=CONTACT_TOLERANCE
+    )
+    value = certified(state.gap, rtol).value
+    area, corrected = state.contact_area_fraction, state.contact_area_corrected
+    return Finer(case, seed, wanted, rtol, factor, area, corrected, value)
+
+
+def over_first_contact(points: Sequence[Current], finer_ones: Sequence[Finer]) -> list[Current]:
+    """Points over the leak rate of their surface at first contact, which is left out."""
+    values = {(one.case, one.seed, one.wanted): one.value for one in finer_ones}
+    first = {point.seed: point.value for point in points if point.wanted == 0}
+    pressed = [point for point in points if point.wanted > 0]
+    found = [
+        values.get((p.case, p.seed, p.wanted)) if p.model == "elastic" else None for p in pressed
+    ]
+    return [
+        replace(point, finer=value).over(first[point.seed])
+        for point, value in zip(pressed, found, strict=True)
+    ]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Agreement of the methods over all points of Fig. 3."""
+
+    decades: float  #: log10 of the largest over the smallest certified current
+    overlap: int  #: points where the band of finite differences meets the certified bracket
+    compared: int  #: points with finite differences
+    bruggeman: float  #: largest factor between Bruggeman's current and the bracket, bearing model
+    modified: float  #: the same for the modified medium, elastic contact
+
+
+def agreement(points: Sequence[Current]) -> Agreement:
+    """Compare the methods."""
+    leaking = [point for point in points if point.value > 0]
+    values = [point.value for point in leaking]
+    banded = [point for point in leaking if point.harmonic is not None]
+    return Agreement(
+        decades=float(np.log10(max(values) / min(values))),
+        overlap=sum(p.harmonic <= p.upper and p.arithmetic >= p.lower for p in banded),
+        compared=len(banded),
+        bruggeman=_worst((p, p.bruggeman) for p in leaking if p.model == "bearing"),
+        modified=_worst((p, p.modified) for p in leaking if p.model == "elastic"),
+    )
+
+
+def _worst(pairs: Iterable[tuple[Current, float]]) -> float:
+    """Largest factor by which a current lies outside the bracket of its point, at least 1."""
+    return max(
+        (
+            max(rate / point.upper, point.lower / rate, 1.0)
+            for point, rate in pairs
+            if rate and point.area <= UP_TO[point.model]
+        ),
+        default=1.0,
+    )
+
+
+def total_decades(points: Sequence[Current], corrected: bool = False) -> list[float]:
+    """log10 of bearing over elastic leak rate at A/A0 = 0.2, for each seed that has both.
+
+    If `corrected`, the bearing contact has the corrected area of the elastic one in place of the
+    counted one; its leak rate is interpolated between points of Fig. 3.
+    """
+    logs = []
+    for elastic in points:
+        if elastic.model != "elastic" or elastic.wanted != FLOW_AREA or not elastic.value:
+            continue
+        cuts = [p for p in points if p.model == "bearing" and p.seed == elastic.seed and p.value]
+        curve = np.array(sorted((p.wanted, np.log10(p.value)) for p in cuts)).reshape(-1, 2).T
+        at = elastic.corrected if corrected else elastic.wanted
+        if cuts and curve[0, 0] <= at <= curve[0, -1]:
+            logs.append(float(np.interp(at, *curve) - np.log10(elastic.value)))
+    return logs

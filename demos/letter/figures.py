@@ -1,0 +1,309 @@
+"""Figures of the letter, and of the thresholds, as PNG and PDF."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FormatStrFormatter, NullLocator
+
+from demos.letter.currents import FLOW_AREA, Current
+from demos.letter.flows import Picture
+from demos.letter.persson import Prediction
+from demos.letter.thresholds import REFERENCE, ThresholdRow
+from fem_seal.film import GridFilm
+from fem_seal.grid import GridField
+from fem_seal.render.contact import CONTACT_KEY, contact_panel
+from fem_seal.render.flow import CONTACT, FLOW_COLOURS, NO_FLOW, flow_panel
+from fem_seal.render.page import write_page
+from fem_seal.render.plot import new_figure
+from fem_seal.render.window import Scale, Window
+
+FORMATS = ("png", "pdf")
+PANEL_SIDE = 700  # pixels of the longer side of each panel of Figs. 1 and 2
+MAGNIFIED = 0.25  # part of each side of the cell that their lower row shows
+DECADES = 5  # length of the colour bar of Fig. 2
+LAWS = {"persson": ("Persson (2001)", "-."), "wang-mueser": ("Wang and Müser (2017)", "-")}
+# The colours of models also differ in their grey values; seeds and sizes differ in the marker.
+COLOURS = {"bearing": "#b2452b", "elastic": "#1f4e9e"}
+CORRECTED, PERSSON = "#16805f", "#444444"
+MARKERS = ("o", "s", "^", "D", "v", "p", "h", "<", ">", "*")
+# What the letter's text says of Fig. 3: A*/A0 of each model with its uncertainty (elastic: one half
+# less 0.075 ± 0.015), and by how many decades elastic deformation reduces the flow at A/A0 = 0.2.
+LETTERS_THRESHOLDS = {"bearing": (0.5, 0.02), "elastic": (0.425, 0.025)}
+LETTERS_DECADES = 3
+
+
+def contact_figure(contacts: dict[str, Picture], folder: Path, side: int = PANEL_SIDE) -> None:
+    """Fig. 1: contact and open domains of each model, and a part magnified below."""
+    gaps = {model: picture.gap for model, picture in contacts.items()}
+    whole = [
+        contact_panel(GridFilm(gap, "periodic"), long_side=side, title=_title(model, gap))
+        for model, gap in gaps.items()
+    ]
+    parts = [
+        contact_panel(GridFilm(gap, "periodic"), window=_part(gap), long_side=side)
+        for gap in gaps.values()
+    ]
+    for path in paths(folder, "fig1"):
+        write_page([whole, parts], path, key=CONTACT_KEY)
+
+
+def flow_figure(flows: dict[str, Picture], folder: Path, side: int = PANEL_SIDE) -> None:
+    """Fig. 2: flow density of both models on one scale, and a part magnified below."""
+    peak = float(flows["bearing"].density.max())
+    name = "flow density / peak of the bearing model"
+    scale = Scale(name, 10.0**-DECADES, 1.0, True, FLOW_COLOURS, "min")
+    whole, parts = [], []
+    for model, picture in flows.items():
+        field = replace(picture.flow, flux=picture.flow.flux / peak)
+        film, title = GridFilm(picture.gap, "periodic"), _title(model, picture.gap)
+        part = _part(picture.gap)
+        whole.append(flow_panel(field, film, scale, title=title, long_side=side))
+        parts.append(flow_panel(field, film, scale, window=part, long_side=side))
+    for path in paths(folder, "fig2"):
+        write_page([whole, parts], path, scale=scale, key=(CONTACT, NO_FLOW))
+
+
+def _title(model: str, gap: GridField) -> str:
+    return f"{model}, A/A0 = {np.mean(gap.values == 0):.3f}"
+
+
+def _part(gap: GridField) -> Window:
+    """Window of the magnified part, at the centre of the cell."""
+    Lx, Ly = gap.size
+    low, high = 0.5 * (1 - MAGNIFIED), 0.5 * (1 + MAGNIFIED)
+    return Window(low * Lx, high * Lx, low * Ly, high * Ly)
+
+
+def paths(folder: Path, name: str) -> list[Path]:
+    """Paths of a figure in every format."""
+    return [folder / f"{name}.{suffix}" for suffix in FORMATS]
+
+
+def current_figure(
+    currents: Sequence[Current], persson: Sequence[Prediction], folder: Path
+) -> None:
+    """Fig. 3: leak rate over that at first contact, against contact area; and its errors."""
+    leaking = sorted((p for p in currents if p.value > 0), key=lambda p: (p.model, p.area))
+    seeds = dict(zip(sorted({point.seed for point in leaking}), MARKERS * 9, strict=False))
+    with new_figure((10, 7.4), *paths(folder, "fig3")) as figure:
+        places = [["counted", "corrected"], ["errors", "key"]]
+        axes = figure.subplot_mosaic(places, gridspec_kw={"height_ratios": (3, 1.4)})
+        counted, corrected = axes["counted"], axes["corrected"]
+        smallest = min(point.lower for point in leaking)
+        for point in leaking:
+            style = {"color": COLOURS[point.model], "marker": seeds[point.seed]}
+            _draw_point(counted, point, point.area, style)
+            _draw_differences(counted, point, style["color"])
+            if point.model == "elastic":
+                _draw_point(corrected, point, point.corrected, style)
+        for model, medium in (("bearing", "bruggeman"), ("elastic", "modified")):
+            x, y = _medium(currents, model, medium)
+            counted.plot(x, y, "-", color=COLOURS[model], linewidth=1.2)
+            middle, error = LETTERS_THRESHOLDS[model]
+            counted.axvspan(middle - error, middle + error, color=COLOURS[model], alpha=0.13, lw=0)
+        _draw_decades(counted, leaking)
+        for row in _curves(persson):
+            x, y = ([getattr(r, name) for r in row] for name in ("area", "current"))
+            corrected.plot(x, y, LAWS[row[0].law][1], color=PERSSON, linewidth=1)
+        for panel in (counted, corrected):
+            panel.plot([0], [1], "*", color="k", markersize=9, clip_on=False, zorder=5)
+            panel.set(yscale="log", xlim=(0, 0.55), ylim=(smallest / 30, 2))
+        counted.set(
+            xlabel="contact area A/A0, counted in samples",
+            ylabel="leak rate / leak rate at first contact",
+            title="Elastic contacts leak less than cuts of the same area",
+        )
+        corrected.set(
+            xlabel="contact area A/A0, corrected for the perimeter",
+            title="Persson's theory belongs on the corrected area",
+        )
+        _draw_errors(axes["errors"], leaking, seeds)
+        _key(axes["key"], seeds, leaking)
+
+
+def _draw_point(axes, point: Current, area: float, style: dict) -> None:
+    """Draw a certified leak rate; its bar is the bracket, widened by the contact grid's error."""
+    grid = np.exp(point.grid_change or 0.0)
+    bar = [[point.value - point.lower / grid], [point.upper * grid - point.value]]
+    axes.errorbar(
+        [area],
+        [point.value],
+        yerr=bar,
+        markersize=5,
+        markerfacecolor="white",
+        capsize=2.5,
+        linestyle="none",
+        **style,
+    )
+
+
+def _draw_differences(axes, point: Current, colour: str) -> None:
+    """Draw finite differences beside the bracket: a cross, and the band of the link rules."""
+    if not point.harmonic:  # left out, or zero, for which the logarithmic axis has no place
+        return
+    band = [[point.linear_gap - point.harmonic], [point.arithmetic - point.linear_gap]]
+    axes.errorbar(
+        [point.area + 0.004],
+        [point.linear_gap],
+        yerr=band,
+        fmt="x",
+        color=colour,
+        alpha=0.55,
+        markersize=4,
+        elinewidth=0.8,
+    )
+
+
+def _draw_decades(axes, leaking: Sequence[Current]) -> None:
+    """Draw an arrow from the bearing contacts at A/A0 = 0.2 down by the letter's three decades."""
+    start = [p.value for p in leaking if p.model == "bearing" and p.wanted == FLOW_AREA]
+    if start:
+        top = float(np.exp(np.mean(np.log(start))))
+        ends = (FLOW_AREA, top * 10.0**-LETTERS_DECADES), (FLOW_AREA, top)
+        axes.annotate("", *ends, arrowprops={"arrowstyle": "->", "color": "0.45"})
+
+
+def _medium(currents: Sequence[Current], model: str, medium: str) -> tuple[list, list]:
+    """Areas and leak rates of a medium, geometric mean over the seeds."""
+    rows = [point for point in currents if point.model == model]
+    x, y = [], []
+    for area in sorted({row.wanted for row in rows}):
+        values = [getattr(row, medium) for row in rows if row.wanted == area]
+        if min(values) > 0:
+            x.append(area)
+            y.append(float(np.exp(np.mean(np.log(values)))))
+    return x, y
+
+
+def _curves(persson: Sequence[Prediction]) -> list[list[Prediction]]:
+    """Leaking parts of the curves by law and seed."""
+    keys = dict.fromkeys((row.law, row.seed) for row in persson)
+    curves = [[r for r in persson if (r.law, r.seed) == key and r.current > 0] for key in keys]
+    return [curve for curve in curves if curve]
+
+
+def _draw_errors(axes, leaking: Sequence[Current], seeds: dict[int, str]) -> None:
+    """Draw the errors of the elastic points: half-width of the bracket, change of the grid."""
+    elastic = [point for point in leaking if point.model == "elastic"]
+    for point in elastic:
+        style = {"marker": seeds[point.seed], "linestyle": "none", "markersize": 5}
+        axes.plot(point.area, point.half_width, color=COLOURS["elastic"], mfc="white", **style)
+        if point.grid_change:
+            axes.plot(point.area, point.grid_change, color="k", **style)
+    axes.set(
+        yscale="log",
+        xlim=(0, 0.55),
+        xlabel="contact area A/A0, counted in samples",
+        ylabel="relative error",
+        title="How well the elastic leak rates are known",
+    )
+
+
+def _key(axes, seeds: dict[int, str], leaking: Sequence[Current]) -> None:
+    """Explain all of Fig. 3 in a panel of its own."""
+    axes.axis("off")
+
+    def mark(marker: str, colour: str, label: str, face: str = "white") -> Line2D:
+        return Line2D([], [], marker=marker, color=colour, mfc=face, ls="none", label=label)
+
+    entries = [mark("*", "k", "first contact, the unit", "k")]
+    entries += [mark(marker, "0.4", f"seed {seed}") for seed, marker in seeds.items()]
+    for model, medium in (("bearing", "Bruggeman"), ("elastic", "modified Bruggeman, A* = 0.42")):
+        colour, (middle, error) = COLOURS[model], LETTERS_THRESHOLDS[model]
+        entries += [
+            mark("o", colour, f"{model}, certified"),
+            Line2D([], [], color=colour, label=f"{medium}, same gaps"),
+            Patch(color=colour, alpha=0.13, label=f"the letter's A*: {middle:g} ± {error:g}"),
+        ]
+    if any(point.harmonic for point in leaking):
+        entries.append(mark("x", "0.4", "finite differences, band of link rules"))
+    entries.append(mark(r"$\downarrow$", "0.45", "the letter: three decades at 0.2", "0.45"))
+    entries += [
+        Line2D([], [], color=PERSSON, ls=style, label=f"Persson, area of {name}")
+        for name, style in LAWS.values()
+    ]
+    if any(point.grid_change for point in leaking):
+        entries.append(mark("o", "k", "error of the contact's grid", "k"))
+    bars = "bars: bracket of the flow, widened by the contact grid's error where it is known"
+    axes.legend(
+        handles=entries, ncols=2, frameon=False, fontsize=7.5, loc="center", title=bars
+    ).get_title().set_fontsize(7.5)
+
+
+# Quantities of the threshold rows: model, fields of mean and deviation, colour, filled marker.
+KINDS = {
+    "bearing": ("bearing", "threshold", "deviation", COLOURS["bearing"], True),
+    "elastic, contact counted": ("elastic", "threshold", "deviation", COLOURS["elastic"], True),
+    "elastic, less what pixels add along the perimeter": (
+        *("elastic", "corrected", "corrected_deviation", CORRECTED, False),
+    ),
+}
+
+
+def threshold_figure(rows: Sequence[ThresholdRow], folder: Path) -> None:
+    """A*/A0 of the triangulation against the short cut-off in samples, at the first edges.
+
+    Lines mark one half, where a cut surface percolates by symmetry, and the letter's elastic
+    threshold.
+    """
+    rows = [row for row in rows if (row.pair, row.edges) == (REFERENCE, rows[0].edges)]
+    sizes = dict(zip(sorted({row.n for row in rows}), MARKERS * 9, strict=False))
+    hursts = sorted({row.hurst for row in rows}, reverse=True)
+    opacity = dict(zip(hursts, np.linspace(1, 0.35, len(hursts)), strict=True))
+    ensembles = sorted({(row.n, row.hurst) for row in rows})
+    with new_figure((6.6, 4.6), *paths(folder, "thresholds")) as figure:
+        axes = figure.subplots()
+        for row in rows:
+            apart = 1.05 ** (ensembles.index((row.n, row.hurst)) - 0.5 * (len(ensembles) - 1))
+            for model, value, deviation, colour, filled in KINDS.values():
+                if model == row.model:
+                    axes.errorbar(
+                        [row.short * apart],
+                        [getattr(row, value)],
+                        yerr=[(getattr(row, deviation) or 0.0) / row.seeds**0.5],
+                        fmt=sizes[row.n],
+                        color=colour,
+                        mfc=colour if filled else "white",
+                        alpha=opacity[row.hurst],
+                        markersize=5.5,
+                        capsize=2,
+                        linewidth=0.9,
+                    )
+        letters = LETTERS_THRESHOLDS["elastic"][0]
+        for height, name in ((0.5, "one half"), (letters, "the letter's\nelastic contact")):
+            axes.axhline(height, color="0.55", linewidth=0.8, zorder=0)
+            axes.text(
+                1.01, height, name, transform=axes.get_yaxis_transform(), va="center", fontsize=7
+            )
+        axes.set_xscale("log", base=2)
+        axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_xticks(sorted({row.short for row in rows}))
+        axes.set(
+            xlabel="short cut-off λs [samples]",
+            ylabel="percolation threshold A*/A0",
+            title="Elastic contact percolates earlier than a cut",
+        )
+
+        def entry(marker: str, colour: str, filled: bool, label: str, alpha: float = 1.0) -> Line2D:
+            face = colour if filled else "white"
+            return Line2D(
+                [], [], marker=marker, color=colour, mfc=face, ls="none", label=label, alpha=alpha
+            )
+
+        entries = [entry("o", colour, filled, name) for name, (*_, colour, filled) in KINDS.items()]
+        entries += [entry(marker, "0.3", True, f"n = {n}") for n, marker in sizes.items()]
+        entries += [entry("o", "0.3", True, f"H = {H:g}", opacity[H]) for H in hursts]
+        figure.legend(
+            handles=entries,
+            loc="outside lower center",
+            frameon=False,
+            fontsize=7.5,
+            ncols=3,
+            title="mean over seeds; bars: its standard error (none for a single seed)",
+            title_fontsize=7.5,
+        )

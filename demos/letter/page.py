@@ -1,0 +1,147 @@
+"""letter.md: the letter's statements beside the results of a run."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from demos.letter.cascade import CascadeStart
+from demos.letter.contacts import MODELS
+from demos.letter.currents import Current, agreement, total_decades
+from demos.letter.flows import FlowMeasures, decades
+from demos.letter.persson import Comparison
+from demos.letter.thresholds import DIFFERENCE, PAIRS, REFERENCE, ThresholdRow
+from fem_seal.tables import markdown
+
+Line = tuple[str, str, str]
+HEAD = ("", "the letter (4096²)", "here")
+MEASURES = {
+    "total": "mean flow density (leak rate over width) [m²/s]",
+    "body": "99.9 % quantile of the area that flows [m²/s]",
+    "peak": "peak [m²/s]",
+    "participation": "participation (∫j²)²/∫j⁴, part of A0",
+    "half": "part of A0 through which half of ∫|j| flows",
+}
+
+
+@dataclass(frozen=True)
+class Found:
+    """Results of a run; parts that it left out are empty."""
+
+    thresholds: Sequence[ThresholdRow] = ()  #: of the first case
+    currents: Sequence[Current] = ()  #: over first contact
+    theory: Sequence[Comparison] = ()
+    flows: dict[str, FlowMeasures] | None = None
+    cascade: Sequence[CascadeStart] = ()
+
+
+def page(title: str, found: Found) -> str:
+    """Markdown of a run."""
+    lines = [
+        *(_threshold_lines(found.thresholds) if found.thresholds else ()),
+        *(_flow_lines(found.flows) if found.flows else ()),
+        *(_current_lines(found.currents) if found.currents else ()),
+        *(_cascade_line(start) for start in found.cascade),
+    ]
+    tables = [markdown(HEAD, lines)]
+    if found.thresholds:
+        tables.append(_threshold_table(found.thresholds))
+    if found.flows:
+        tables.append(_flow_table(found.flows))
+    if found.theory:
+        tables.append(_theory_table(found.theory))
+    words = f"{title}\n\n± is the standard error of a mean over seeds; a single seed has none.\n"
+    return "\n".join([words, *(f"{table}\n" for table in tables)])
+
+
+def mean_text(mean: float, standard_error: float | None, deviation: float | None) -> str:
+    """A mean over seeds with its standard error, and the standard deviation of one seed."""
+    if standard_error is None:
+        return f"{mean:.3f}"
+    return f"{mean:.3f} ± {standard_error:.3f} (one seed deviates by {deviation:.3f})"
+
+
+def _statistics_text(row: ThresholdRow) -> str:
+    return mean_text(row.threshold, row.standard_error, row.deviation)
+
+
+def _threshold_lines(rows: Sequence[ThresholdRow]) -> Iterable[Line]:
+    edges = rows[0].edges
+    of = {(row.model, row.pair): row for row in rows if row.edges == edges}
+    bearing, elastic = (of[model, REFERENCE] for model in MODELS)
+    yield "A*/A0, bearing", "0.50 ± 0.02", _statistics_text(bearing)
+    yield "A*/A0, elastic", "0.42(5)", _statistics_text(elastic)
+    for pair in PAIRS:
+        text = _statistics_text(of[DIFFERENCE, pair])
+        yield f"bearing less elastic, {pair}", "0.075 ± 0.015", text
+    error = elastic.corrected_deviation and elastic.corrected_deviation / elastic.seeds**0.5
+    text = mean_text(elastic.corrected, error, elastic.corrected_deviation)
+    yield "A*/A0, elastic, perimeter-corrected", "-", text
+    widths = ", ".join(f"{of[model, 'contact-8'].half_width:.3f}" for model in MODELS)
+    yield "half-width of the transition, contact 8 / open 4, bearing, elastic", "0.02", widths
+    yield "Euler characteristic of elastic contact at A*", "negative", f"{elastic.euler:.0f}"
+
+
+def _flow_lines(flows: dict[str, FlowMeasures]) -> Iterable[Line]:
+    names = {"total": "total", "body": "99.9 % quantile", "peak": "peak"}
+    ratios = ", ".join(f"{text} 10^{decades(flows, name):.2f}" for name, text in names.items())
+    yield "maximum of the flow density at A/A0 = 0.2, bearing over elastic", "10^3", ratios
+
+
+def _current_lines(currents: Sequence[Current]) -> Iterable[Line]:
+    for corrected, name in ((False, "counted"), (True, "corrected")):
+        logs = total_decades(currents, corrected)
+        if logs:
+            text = ", ".join(f"10^{log:.2f}" for log in logs)
+            yield f"leak rate at A/A0 = 0.2, same {name} area, each seed", "-", text
+    found = agreement(currents)
+    factor = f"within a factor {found.bruggeman:.2f}"
+    yield "Bruggeman, bearing, up to 0.8 A*", "very accurate", factor
+    factor = f"within a factor {found.modified:.2f}"
+    yield "modified Bruggeman, elastic, up to 0.8 A*", "very good over several decades", factor
+    yield "decades of current in Fig. 3", "several", f"{found.decades:.1f}"
+    if found.compared:
+        text = f"{found.overlap} of {found.compared} points"
+        yield "finite differences within both bands", "-", text
+
+
+def _cascade_line(start: CascadeStart) -> Line:
+    text = f"energy {start.energy_gain:.3g} times"
+    if start.pressure_gain:
+        text += f", pressure {start.pressure_gain:.3g} times"
+    name = f"cascade's start, {start.model}, A/A0 = {start.area:g}"
+    return name, "3 orders better than mean field", text
+
+
+def _threshold_table(rows: Sequence[ThresholdRow]) -> str:
+    """Thresholds by pair of connectivities and edges."""
+    lines = []
+    for model, edges in dict.fromkeys((row.model, row.edges) for row in rows):
+        of = {row.pair: row for row in rows if (row.model, row.edges) == (model, edges)}
+        lines.append([f"{model}, {edges} edges", *(_statistics_text(of[pair]) for pair in PAIRS)])
+    return markdown(("A*/A0", *PAIRS), lines)
+
+
+def _flow_table(flows: dict[str, FlowMeasures]) -> str:
+    """Fig. 2 as numbers."""
+    lines = [
+        [
+            text,
+            *(f"{getattr(flows[model], name):.3g}" for model in MODELS),
+            f"{decades(flows, name):.2f}",
+        ]
+        for name, text in MEASURES.items()
+    ]
+    return markdown(("flow density j at A/A0 = 0.2", *MODELS, "log10 of the ratio"), lines)
+
+
+def _theory_table(rows: Sequence[Comparison]) -> str:
+    """Elastic contacts under load beside Persson's theory."""
+    head = (
+        *("area law", "seed", "p/(E* h'rms)", "A/A0", "corrected", "κ", "κ, corrected"),
+        *("theory's A/A0", "Q over certified, same corrected area", "same load"),
+    )
+    formats = ("", "", ".3g", ".3g", ".3g", ".2f", ".2f", ".3g", ".2f", ".2f")
+    lines = [
+        [f"{value:{form}}" for value, form in zip(vars(row).values(), formats, strict=True)]
+        for row in rows
+    ]
+    return markdown(head, lines)

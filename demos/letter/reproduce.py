@@ -1,0 +1,307 @@
+"""All figures, thresholds and tables of the letter, and one closing saddle: resumable, parallel.
+
+    python -m demos.letter.reproduce --size 256
+
+from a checkout of the project. Each finished point is a file in DIR/points: the same command goes
+on after a run was killed, and a run with more parts or seeds adds the points that it lacks.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+from demos import closing_saddle
+from demos.letter import figures
+from demos.letter.cascade import CascadeStart, cascade_start
+from demos.letter.contacts import MODELS, RoughCase
+from demos.letter.currents import FLOW_AREA, Current, Finer, current, finer, over_first_contact
+from demos.letter.flows import FlowMeasures, PictureFolder, picture
+from demos.letter.page import Found, page
+from demos.letter.persson import SampledSpectrum, comparisons, predictions
+from demos.letter.thresholds import Thresholds, events_of, threshold_rows, thresholds
+from fem_seal import parallel
+from fem_seal.cli.common import add_work, work_of
+from fem_seal.errors import FemSealError, InvalidInput
+from fem_seal.files import locked_folder, write_text
+from fem_seal.points import (
+    Chain,
+    PointFolder,
+    RecordFolder,
+    StudyTask,
+    Work,
+    chain_of,
+    compute_study,
+)
+from fem_seal.progress import Display, Report, silent
+from fem_seal.tables import as_csv
+from fem_seal.theory.persson import AREA_LAWS
+
+PARTS = {
+    "thresholds": "where contact percolates",
+    "currents": "leak rates of Fig. 3",
+    "differences": "finite differences in Fig. 3",
+    "grids": "error of the contact's grid in Fig. 3, for the first seed",
+    "pictures": "Figs. 1 and 2",
+    "cascade": "start of the cascade",
+    "saddle": "one closing saddle",
+}
+# Contact areas of Fig. 3; the largest may be sealed for some surfaces.
+AREAS = {
+    "bearing": (0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.48),
+    "elastic": (0.02, 0.05, 0.1, 0.2, 0.3, 0.35, 0.38, 0.4, 0.42),
+}
+CONTACT_AREA = 0.46  # of Fig. 1
+STARTS = (("elastic", 0.0), ("bearing", FLOW_AREA), ("elastic", FLOW_AREA))  # of the cascade
+SADDLES = (64, 128, 256)  # samples of the saddle's period
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a run computes; thresholds for all cases, the rest for the first one."""
+
+    cases: Sequence[RoughCase]
+    seeds: int = 3  #: surfaces 1 to this
+    parts: Sequence[str] = tuple(PARTS)
+    rtol: float = 0.1  #: (upper - lower) / √(lower upper) of certified leak rates, at most
+    areas: Sequence[float] | None = None  #: of Fig. 3; those of AREAS if left out
+    refine: int = 2  #: finer contact grid, over the samples of the case
+    edges: tuple[str, ...] = ("open",)
+    resolution: float = 0.002  #: of the thresholds in A/A0
+
+    def __post_init__(self) -> None:
+        if self.seeds < 1:
+            raise InvalidInput(f"the number of seeds must be at least 1, got {self.seeds}")
+        if not 0 < self.rtol < 2:
+            raise InvalidInput(f"rtol must lie in (0, 2), got {self.rtol}")
+        if not 0 < self.resolution < 1:
+            raise InvalidInput(f"resolution must lie in (0, 1), got {self.resolution}")
+        if self.refine < 2:
+            raise InvalidInput(f"the contact grid is refined 2 times or more, got {self.refine}")
+        if self.areas is not None and not all(0 < area < 1 for area in self.areas):
+            raise InvalidInput(f"contact areas must lie in (0, 1), got {list(self.areas)}")
+        events_of(self.edges)
+
+    def areas_of(self, model: str) -> Sequence[float]:
+        """Areas of Fig. 3."""
+        return AREAS[model] if self.areas is None else self.areas
+
+
+def chains_of(plan: Plan, out: Path) -> dict[str, list[Chain]]:
+    """Points of a plan by part; the name of each holds all that it depends on."""
+    points, case = out / "points", plan.cases[0]
+    seeds = range(1, plan.seeds + 1)
+
+    def point(folder: PointFolder, function: Callable, *arguments: object) -> Chain:
+        texts = ("+".join(a) if isinstance(a, tuple) else str(a) for a in arguments)
+        name = "-".join([function.__name__, *texts])
+        return chain_of(folder, StudyTask(name, name, function, arguments))
+
+    shown, records = PictureFolder(points), RecordFolder(points, Current)
+    with_differences = "differences" in plan.parts
+    elastic = plan.areas_of("elastic")
+    of_part = {
+        "currents": [
+            point(records, current, case, model, seed, area, plan.rtol, with_differences)
+            for model, areas in (
+                ("elastic", (0.0, *elastic)),
+                ("bearing", plan.areas_of("bearing")),
+            )
+            for seed in seeds
+            for area in areas
+        ],
+        "thresholds": [
+            point(
+                RecordFolder(points, Thresholds),
+                *(thresholds, one, model, seed, plan.resolution, plan.edges),
+            )
+            for one in plan.cases
+            for model in reversed(MODELS)
+            for seed in seeds
+        ],
+        "grids": [
+            point(RecordFolder(points, Finer), finer, case, 1, area, plan.rtol, plan.refine)
+            for area in elastic
+        ],
+        "contacts": [point(shown, picture, case, model, CONTACT_AREA, None) for model in MODELS],
+        "flows": [point(shown, picture, case, model, FLOW_AREA, plan.rtol) for model in MODELS],
+        "cascade": [
+            point(RecordFolder(points, CascadeStart), cascade_start, case, *start)
+            for start in STARTS
+        ],
+        "saddle": [
+            point(RecordFolder(points, closing_saddle.Saddle), closing_saddle.saddle, samples)
+            for samples in reversed(SADDLES)
+        ],
+    }
+    parts = {*plan.parts}
+    parts |= {"contacts", "flows"} if "pictures" in parts else set()
+    # Errors of the grid and finite differences belong to the points of Fig. 3.
+    parts |= {"currents"} if parts & {"grids", "differences"} else set()
+    return {part: chains for part, chains in of_part.items() if part in parts}
+
+
+def reproduce(
+    plan: Plan, out: Path, report: Report = silent, work: Work | None = None
+) -> Found | None:
+    """Compute the points that the folder lacks; draw and write all, unless some are left to others.
+
+    Raises InvalidInput if the folder cannot be written, and NotConverged if a contact or a flow
+    does not converge; the other points are computed all the same.
+    """
+    chains = chains_of(plan, out)
+    if compute_study([chain for part in chains.values() for chain in part], work, report).missing:
+        return None
+    report("figures and tables", "")
+    done = {
+        part: [chain.folder.load(chain.folder.path_of(chain.tasks[0].name)) for chain in of_part]
+        for part, of_part in chains.items()
+    }
+    rows = threshold_rows(done.get("thresholds", []))
+    case = plan.cases[0]
+    if rows:
+        write_text(out / "thresholds.csv", as_csv(rows))
+        figures.threshold_figure(rows, out)
+    currents, theory, flows = [], [], None
+    if "currents" in done:
+        currents, theory = _currents(plan, done["currents"], done.get("grids", []), out)
+    if "flows" in done:
+        contacts, shown = (
+            dict(zip(MODELS, done[part], strict=True)) for part in ("contacts", "flows")
+        )
+        figures.contact_figure(contacts, out)
+        figures.flow_figure(shown, out)
+        flows = {model: FlowMeasures.of(flow) for model, flow in shown.items()}
+    if "saddle" in done:
+        closing_saddle.show(done["saddle"][::-1], out / "saddle.png")
+    of_case = [row for row in rows if _is_of(row, case)]
+    found = Found(of_case, currents, theory, flows, done.get("cascade", []))
+    title = f"{case}, {plan.seeds} {'seed' if plan.seeds == 1 else 'seeds'}, rtol {plan.rtol:g}"
+    write_text(out / "letter.md", page(title, found))
+    return found
+
+
+def _is_of(row, case: RoughCase) -> bool:
+    """Whether a row of thresholds is that of a case."""
+    ensemble = (case.n, case.hurst, case.short, case.long * case.n)
+    return (row.n, row.hurst, row.short, row.long) == ensemble
+
+
+def _currents(plan: Plan, points: list[Current], grids: list[Finer], out: Path):
+    """Write and draw Fig. 3; its points over first contact, and their comparison with theory."""
+    case = plan.cases[0]
+    currents = over_first_contact(points, grids)
+    first = {point.seed: point.value for point in points if point.wanted == 0}
+    spectra = {seed: SampledSpectrum.of(case, case.surface(seed)) for seed in first}
+    curves = [
+        row
+        for law in AREA_LAWS
+        for seed, spectrum in spectra.items()
+        for row in predictions(spectrum, law, seed, first[seed])
+    ]
+    theory = comparisons(currents, curves)
+    write_text(out / "fig3.csv", as_csv(currents))
+    write_text(out / "fig3-persson.csv", as_csv(curves))
+    if theory:
+        write_text(out / "theory.csv", as_csv(theory))
+    figures.current_figure(currents, curves, out)
+    return currents, theory
+
+
+def parser() -> argparse.ArgumentParser:
+    """Command line."""
+    top = argparse.ArgumentParser(
+        prog="python -m demos.letter.reproduce",
+        description="The 2012 letter on percolation and leakage of rough contacts, with errors.",
+        epilog="Parts: " + "; ".join(f"{name}: {text}" for name, text in PARTS.items()) + ".",
+    )
+
+    def numbers(kind: type) -> Callable[[str], tuple]:
+        read = lambda text: tuple(kind(part) for part in text.split(","))  # noqa: E731
+        read.__name__ = f"list of {kind.__name__}"  # for argparse's message
+        return read
+
+    for name, kind, default, text in (
+        ("size", int, "256", "samples along a side"),
+        ("hurst", float, "0.8", "Hurst exponent"),
+        ("short", float, "1", "short cut-off, in samples"),
+        ("long", float, "0.125", "long cut-off over the side"),
+    ):
+        top.add_argument(
+            f"--{name}",
+            type=numbers(kind),
+            default=numbers(kind)(default),
+            metavar="V1,V2,…",
+            help=f"{text} ({default}); thresholds for all values, the rest for the first",
+        )
+    top.add_argument("--seeds", type=int, default=3, metavar="N", help="surfaces 1 to N (3)")
+    top.add_argument(
+        "--only",
+        nargs="+",
+        default=tuple(PARTS),
+        metavar="PART",
+        choices=tuple(PARTS),
+        help="parts to compute (all); a later run adds others",
+    )
+    top.add_argument("--rtol", type=float, default=0.1, help="width of certified brackets (0.1)")
+    top.add_argument(
+        "--areas",
+        type=numbers(float),
+        metavar="V1,V2,…",
+        help="A/A0 of Fig. 3, beside first contact (0.02 to closing)",
+    )
+    top.add_argument("--refine", type=int, default=2, metavar="FACTOR", help="finer grids (2)")
+    top.add_argument(
+        "--edges",
+        type=numbers(str),
+        default=("open",),
+        metavar="E1,E2,…",
+        help="what spanning means: open, cylinder, periodic (open)",
+    )
+    top.add_argument(
+        "--resolution",
+        type=float,
+        default=0.002,
+        metavar="A",
+        help="of thresholds, in A/A0 (0.002)",
+    )
+    add_work(top, "point")
+    top.add_argument(
+        "--out",
+        type=Path,
+        default=Path("results/letter"),
+        metavar="DIR",
+        help="result folder; its points are kept (results/letter)",
+    )
+    return top
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run; exit status 0, 2 for bad input, 3 where a point does not converge."""
+    options = parser().parse_args(arguments)
+    try:
+        if parallel.processes() > 1:
+            raise InvalidInput("each point is solved by one process; start it without mpirun")
+        lists = options.size, options.hurst, options.short, options.long
+        cases = [RoughCase(*values) for values in product(*lists)]
+        plan = Plan(
+            *(cases, options.seeds, options.only, options.rtol, options.areas),
+            *(options.refine, options.edges, options.resolution),
+        )
+        with locked_folder(options.out, shared=True), Display() as report:
+            found = reproduce(plan, options.out, report, work_of(options))
+        if found is None:
+            print("some points are not computed yet; without --part they are, with the figures")
+            return 0
+    except FemSealError as error:
+        print(f"reproduce: {error}", file=sys.stderr)
+        return error.exit_status
+    print((options.out / "letter.md").read_text(encoding="utf-8"))
+    print(f"letter.md, figures and tables in {options.out}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
