@@ -24,7 +24,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
-from fem_seal.scene import Accuracy, Scene
+from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import PRECISION, sealing_load
 
@@ -93,11 +93,6 @@ class Choice:
     flow_error: float  #: relative half-width of the guaranteed bounds
     lift_error: float | None  #: relative, estimated; None where the fluid lifts nothing
     trials: tuple[Trial, ...]  #: grids tried, from coarse to fine; the last one was chosen
-
-    def asked(self, scene: Scene) -> Scene:
-        """Scene with [accuracy], as the user wrote it, from the scene of the chosen patch."""
-        accuracy = Accuracy(total=self.total, max_refinement=self.max_refinement)
-        return scene.model_copy(update={"accuracy": accuracy})
 
 
 def chosen_grid(
@@ -206,7 +201,8 @@ def chosen_patch(
     accuracy = scene.accuracy
     if accuracy is None:
         return Patch(scene, report, trust=trust, comm=comm), None
-    first = Patch(scene.with_tolerance(accuracy.total), report, trust=trust, comm=comm)
+    settings = replace(scene.flow_settings, rtol=accuracy.total)
+    first = Patch(scene, report, trust=trust, flow=settings, comm=comm)
 
     def on_grid(surface: GridField, rtol: float, contact: GapState | None) -> Patch:
         return first.on_grid(surface, rtol, contact=contact)
@@ -310,15 +306,7 @@ def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
         return True
     if part * load - outlet < sealing:
         return False
-    less = contact.model_copy(update={"pressure": part * load})
-    lighter = Patch(
-        scene.model_copy(update={"contact": less}),
-        patch.report,
-        trust=patch.trust,
-        surface=patch.surface,
-        contact_start=patch.elastic.pressure.values,
-        comm=patch.comm,
-    )
+    lighter = patch.pressed_by(part * load, patch.lift)
     return lighter.leak_rate.state == "sealed" and lighter.leak_rate.converged
 
 

@@ -1,5 +1,6 @@
 """The coupled problem of contact and flow in a scene whose fluid lifts the solid."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -15,6 +16,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import Scene
+from fem_seal.scene.contents import FlowSettings
 from fem_seal.steps import FLOWS, elastic_contact, finite_elements
 
 UNKNOWNS_ON_THE_WAY = 20000  # smallest limit on the unknowns of the flows of the passes
@@ -22,22 +24,30 @@ FEWEST_TO_HALVE = 128  # fewest samples along a side for a start on every second
 
 
 def lifting_problem(
-    scene: Scene, surface: GridField, report: Report, comm: parallel.Comm = None
+    scene: Scene,
+    load: Load,
+    settings: FlowSettings,
+    surface: GridField,
+    report: Report,
+    comm: parallel.Comm = None,
 ) -> LiftProblem:
     """Coupled problem of a scene with `flow.lift`; fluid pressures are above ambient.
 
     Parameters
     ----------
-    scene : Scene
-    surface : GridField
+    scene
+        Its solids, fluid and sides are those of the problem.
+    load, settings
+        Load of the contact, and settings of the last flow.
+    surface
         Heights [m] of the counter-face.
-    report : callable
+    report
         Called with the progress of the last flow.
-    comm : MPI.Comm or None
+    comm
         The processes that solve together; all of this run if None.
     """
     contact, solid = present(scene.contact, "[contact]"), present(scene.solid, "[solid]").elastic
-    arithmetic, flows = contact.arithmetic, SceneFlows(scene, report, comm)
+    arithmetic, flows = contact.arithmetic, SceneFlows(settings, report, comm)
     half_space = HalfSpace(
         surface.shape, surface.spacing, solid.layer, arithmetic.threads, arithmetic.precision
     )
@@ -49,12 +59,12 @@ def lifting_problem(
 
     def press(
         heights: GridField,
-        load: float | None,
+        pressure: float | None,
         start: ContactState | np.ndarray | None,
         tolerance: float = 0.0,
     ) -> ContactState:
         """Contact of heights under a load [Pa], or under that of the scene."""
-        target = contact.load if load is None else Load("pressure", load)
+        target = load if pressure is None else Load("pressure", pressure)
         return parallel.on_root(
             lambda: elastic_contact(scene, heights, start, target, tolerance=tolerance), comm
         )
@@ -70,7 +80,7 @@ def lifting_problem(
         fluid_pressure=partial(fluid_pressure, scene),
         inlet=inlet,
         outlet=outlet,
-        load=contact.pressure,
+        load=load.value if load.kind == "pressure" else None,
         comm=comm,
     )
 
@@ -80,43 +90,38 @@ class SceneFlows:
 
     Parameters
     ----------
-    scene : Scene
-    report : callable
-        Called with the progress of a flow that is solved to the tolerance of the scene.
-    comm : MPI.Comm or None
+    settings
+        Settings of the last flow.
+    report
+        Called with the progress of the last flow.
+    comm
         The processes that solve together; all of this run if None.
-
-    Attributes
-    ----------
-    kept : KeptMesh or None
-        Mesh of the last flow; None for a method that does not refine a mesh.
     """
 
-    def __init__(self, scene: Scene, report: Report, comm: parallel.Comm):
+    def __init__(self, settings: FlowSettings, report: Report, comm: parallel.Comm):
         from fem_seal.flow import KeptMesh
 
-        # Every flow must return its pressure field: the product "constriction" makes it do so.
-        products = (*scene.output.products, "constriction")
-        output = scene.output.model_copy(update={"products": products})
-        self.scene = scene.model_copy(update={"output": output})
+        # The solid needs the pressure of every flow.
+        self.settings = replace(settings, field=True)
         self.report, self.comm = report, comm
-        self.kept = KeptMesh() if scene.flow.method == "adaptive" else None
+        #: Mesh of the last flow; None for a method that does not refine a mesh.
+        self.kept = KeptMesh() if settings.method == "adaptive" else None
 
     def to(self, film: GridFilm, tolerance: float | None, new: bool = False) -> LeakRate:
         """Leak rate to the tolerance of a pass, or to that of the scene; see `LiftProblem.flow`."""
         if film.sealed:
-            return LeakRate.sealed(self.scene.flow.method)
+            return LeakRate.sealed(self.settings.method)
         if self.kept is not None and new:
             self.kept.start = None
         if tolerance is None:
-            return self._solve(self.scene, film, self.report)
-        return self._solve(_on_the_way(self.scene, film, tolerance), film, silent)
+            return self._solve(self.settings, film, self.report)
+        return self._solve(_on_the_way(self.settings, film, tolerance), film, silent)
 
-    def _solve(self, scene: Scene, film: GridFilm, report: Report) -> LeakRate:
-        if scene.flow.method == "finite-difference":
-            return FLOWS[scene.flow.method](scene, film, report, self.comm)
-        margin = most_claimed(self.scene.flow.rtol)
-        return finite_elements(scene, film, report, self.comm, self.kept, margin)
+    def _solve(self, settings: FlowSettings, film: GridFilm, report: Report) -> LeakRate:
+        if settings.method == "finite-difference":
+            return FLOWS[settings.method](settings, film, report, self.comm)
+        margin = most_claimed(self.settings.rtol)
+        return finite_elements(settings, film, report, self.comm, self.kept, margin)
 
     def on_kept_mesh(self, film: GridFilm) -> LeakRate:
         """Leak rate on the mesh of the last flow, which is not refined."""
@@ -125,23 +130,22 @@ class SceneFlows:
         return pressure_on_kept(
             film,
             present(self.kept, "kept mesh"),
-            viscosity=self.scene.viscosity,
-            pressure_drop=self.scene.drive.pressure_drop,
-            slip=self.scene.slip,
+            viscosity=self.settings.viscosity,
+            pressure_drop=self.settings.pressure_drop,
+            slip=self.settings.slip,
             comm=parallel.communicator(self.comm),
         )
 
 
-def _on_the_way(scene: Scene, film: GridFilm, tolerance: float) -> Scene:
-    """Scene for the flow of a pass, without a limit to decide and with a limit on the unknowns.
+def _on_the_way(settings: FlowSettings, film: GridFilm, tolerance: float) -> FlowSettings:
+    """Settings for the flow of a pass, which decides nothing and has a limit on the unknowns.
 
     The gap of an early pass may have constrictions that take very many unknowns to resolve; the gap
     of the result may not have them.
     """
     most = max(UNKNOWNS_ON_THE_WAY, film.samples.size)
-    most = min(most, scene.flow.max_unknowns or most)
-    flow = scene.flow.model_copy(update={"rtol": tolerance, "max_unknowns": most})
-    return scene.model_copy(update={"flow": flow, "limit": None})
+    limits = replace(settings.limits, unknowns=min(most, settings.limits.unknowns or most))
+    return replace(settings, rtol=tolerance, limits=limits, decide=None)
 
 
 def fluid_pressure(scene: Scene, film: GridFilm, leak: LeakRate) -> np.ndarray:

@@ -16,6 +16,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
+from fem_seal.scene.contents import FlowSettings
 from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import (
     CONTACTS,
@@ -27,8 +28,9 @@ from fem_seal.steps import (
 
 if TYPE_CHECKING:
     from fem_seal.contact.grid_error import GridError
+    from fem_seal.contact.settings import Load
     from fem_seal.contact.state import ContactState, GapState
-    from fem_seal.coupling import LiftedState
+    from fem_seal.coupling import LiftedState, LiftProblem
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
@@ -63,6 +65,9 @@ class Patch:
         First guess of the contact pressure [Pa], (nx, ny); a good one saves iterations.
     grid_error
         What a finer contact grid may change, if it was estimated.
+    load, lift, flow
+        In place of the load of the contact, of `flow.lift` and of the settings of the flow that the
+        scene gives.
     comm
         The processes that read the steps together; all of this run if left out. With
         MPI.COMM_SELF each process solves a patch of its own.
@@ -85,6 +90,9 @@ class Patch:
         leak_rate: LeakRate | None = None,
         lifted: "LiftedState | None" = None,
         grid_error: "GridError | None" = None,
+        load: "Load | None" = None,
+        lift: str | None = None,
+        flow: FlowSettings | None = None,
         comm: parallel.Comm = None,
     ):
         if not isinstance(scene, Scene):
@@ -92,7 +100,7 @@ class Patch:
                 f"a Patch is made of a Scene, not of a {type(scene).__name__}; "
                 "Scene.from_file(path) reads one"
             )
-        if scene.accuracy is not None:
+        if scene.accuracy is not None and flow is None:
             raise InvalidInput(
                 "a scene with [accuracy] has no contact grid yet: fem_seal.solve(scene) tries some "
                 "and makes the Patch of the chosen one"
@@ -100,10 +108,21 @@ class Patch:
         require_trusted(scene, trust)
         parallel.start_petsc(comm)
         self.scene, self.report, self.trust, self.comm = scene, report, trust, comm
-        self.grid_error = grid_error
+        self.grid_error, self.lift = grid_error, scene.lift if lift is None else lift
         self.seconds: dict[str, float] = {}
         self._surface, self._contact, self._contact_start = surface, contact, contact_start
         self._leak_rate, self._lifted = leak_rate, lifted
+        self._load, self._flow = load, flow
+
+    @property
+    def load(self) -> "Load":
+        """Load of the contact."""
+        return self.scene.load if self._load is None else self._load
+
+    @property
+    def flow(self) -> FlowSettings:
+        """Settings of the flow; for scenes that need it."""
+        return self.scene.flow_settings if self._flow is None else self._flow
 
     @contextmanager
     def timed(self, stage: str) -> Iterator[None]:
@@ -115,12 +134,17 @@ class Patch:
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + perf_counter() - start
 
-    def solve(self) -> "tuple[GridFilm | MeshFilm, LeakRate | None]":
-        """Compute film and, if a product needs it, leak rate.
+    def solve_film(self) -> "tuple[GapState | None, GridFilm | MeshFilm]":
+        """Compute dry contact and film.
 
         Under mpirun all processes call it, and may then leave what follows to the first one.
         """
-        return self.film, self.leak_rate if self.scene.needs_flow else None
+        return self.contact, self.film
+
+    def solve(self) -> LeakRate | None:
+        """Compute film and, if a product needs it, leak rate, as `solve_film` does."""
+        self.solve_film()
+        return self.leak_rate if self.scene.needs_flow else None
 
     @property
     def state(self) -> FlowState:
@@ -168,15 +192,15 @@ class Patch:
 
         Parameters
         ----------
-        surface : GridField
+        surface
             Heights [m].
-        rtol : float
+        rtol
             Tolerance of the flow.
-        contact, leak_rate, lifted, grid_error : optional
+        contact, leak_rate, lifted, grid_error
             As of `Patch`.
         """
-        other = Patch(
-            self.scene.with_tolerance(rtol),
+        return Patch(
+            self.scene,
             self.report,
             trust=self.trust,
             surface=surface,
@@ -184,24 +208,23 @@ class Patch:
             leak_rate=leak_rate,
             lifted=lifted,
             grid_error=grid_error,
+            flow=replace(self.flow, rtol=rtol),
             comm=self.comm,
         )
-        if "prepared" in vars(self):
-            vars(other)["prepared"] = self.prepared
-        return other
 
-    def pressed_by(self, pressure: float) -> "Patch":
-        """Same surface and tolerance of the flow, dry, under another mean pressure [Pa]."""
-        contact = present(self.scene.contact, "[contact]").model_copy(update={"pressure": pressure})
-        flow = self.scene.flow.model_copy(update={"lift": "none"})
-        scene = self.scene.model_copy(update={"contact": contact, "flow": flow})
-        start = self.elastic.pressure.values
+    def pressed_by(self, pressure: float, lift: str = "none") -> "Patch":
+        """Same surface and settings under another mean pressure [Pa]; dry if not said otherwise."""
+        from fem_seal.contact.settings import Load
+
         return Patch(
-            scene,
+            self.scene,
             self.report,
             trust=self.trust,
             surface=self.surface,
-            contact_start=start,
+            contact_start=self.elastic.pressure.values,
+            load=Load("pressure", pressure),
+            lift=lift,
+            flow=self._flow,
             comm=self.comm,
         )
 
@@ -216,7 +239,7 @@ class Patch:
         press = CONTACTS[present(self.scene.contact, "[contact]").model]
         with self.timed("contact"):
             return parallel.on_root(
-                lambda: press(self.scene, surface, self._contact_start, self.report),
+                lambda: press(self.scene, surface, self._contact_start, self.load, self.report),
                 self.comm,
             )
 
@@ -233,23 +256,25 @@ class Patch:
         """Contact and flow in one equilibrium; None unless the scene resolves the lift."""
         if self._lifted is not None:
             return self._lifted
-        if self.scene.lift != "resolved":
+        if self.lift != "resolved":
             return None
         from fem_seal.coupling import lifted
         from fem_seal.lifting import every_second, lifting_problem
 
         surface = present(self.surface, "surface")
-        problem = lifting_problem(self.scene, surface, self.report, self.comm)
-        sparse = every_second(surface)
-        coarse = None
-        if sparse is not None:
-            coarse = lifting_problem(self.scene, sparse, self.report, self.comm)
+
+        def problem_of(heights: GridField) -> "LiftProblem":
+            return lifting_problem(
+                self.scene, self.load, self.flow, heights, self.report, self.comm
+            )
+
+        problem, sparse = problem_of(surface), every_second(surface)
+        coarse = None if sparse is None else problem_of(sparse)
         # The start is the contact with the outlet's pressure everywhere: the dry contact if that
         # pressure is the ambient one.
         dry = self.elastic if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
-            rtol = self.scene.flow.rtol
-            return lifted(problem, rtol, dry=dry, coarse=coarse, report=self.report)
+            return lifted(problem, self.flow.rtol, dry=dry, coarse=coarse, report=self.report)
 
     @property
     def lifted_off(self) -> bool:
@@ -279,8 +304,10 @@ class Patch:
         load: float | None = getattr(self.film_contact, "mean_pressure", None)
         if self.lifted is None or load is None:
             return load
-        prescribed = present(self.scene.contact, "[contact]").pressure
-        return load + self.lifted.fluid_load if prescribed is None else prescribed
+        prescribed = self.load
+        if prescribed.kind == "pressure":
+            return prescribed.value
+        return load + self.lifted.fluid_load
 
     @cached_property
     def film(self) -> "GridFilm | MeshFilm":
@@ -336,7 +363,7 @@ class Patch:
         """
         if self._leak_rate is not None:
             return self._leak_rate
-        method = self.scene.flow.method
+        method = self.flow.method
         if self.lifted_off:
             return LeakRate.lifted_off(method)
         if self.lifted is not None:
@@ -345,7 +372,7 @@ class Patch:
             return LeakRate.sealed(method)
         else:
             with self.timed("flow"):
-                leak = FLOWS[method](self.scene, self.film, self.report, self.comm)
+                leak = FLOWS[method](self.flow, self.film, self.report, self.comm)
         if leak.field is None:
             return leak
         critical = present(self.film.constriction, "constriction").gap
@@ -373,8 +400,8 @@ class Patch:
 
     def leak_rate_of(self, film: "GridFilm | MeshFilm") -> LeakRate:
         """Leak rate of another film under the scene's pressures, to the scene's tolerance."""
-        scene = self.scene.model_copy(update={"limit": None})
-        return FLOWS[scene.flow.method](scene, film, self.report, self.comm)
+        settings = replace(self.flow, decide=None)
+        return FLOWS[settings.method](settings, film, self.report, self.comm)
 
 
 def _with_reasons(leak: LeakRate, *more: str) -> LeakRate:

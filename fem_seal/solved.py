@@ -113,7 +113,6 @@ class Solved:
         leak = patch.leak_rate if scene.needs_flow else None
         grid = film if isinstance(film, GridFilm) else None
         elastic = self.contact if isinstance(self.contact, ContactState) else None
-        asked = scene if self.choice is None else self.choice.asked(scene)
         total = self.seconds + patch.seconds.get("pictures", 0.0)
         return Result(
             state=self.state,
@@ -144,7 +143,7 @@ class Solved:
             files=files,
             seconds=patch.seconds | {"total": total},
             peak_memory_bytes=parallel.total(peak_memory(), patch.comm),
-            provenance=Provenance.of(asked, patch.comm, origin),
+            provenance=Provenance.of(scene, patch.comm, origin),
         )
 
     def _shown(self) -> Rate | None:
@@ -222,7 +221,7 @@ def answer(
     """
     start, scene = perf_counter() if start is None else start, patch.scene
     # All processes solve film and flow together; what follows is the first one's in places.
-    (_, own), seal = patch.solve(), None
+    own, seal = patch.solve(), None
     leak, budget, state, advice = own, error_budget(patch) or (), patch.state, None
     ends: tuple[LeakRate, ...] = patch.lift_range if scene.lift == "range" else ()
     if scene.seal is not None:

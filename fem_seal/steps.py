@@ -14,6 +14,7 @@ from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import refuse_too_large
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffineSurface
+from fem_seal.scene.contents import FlowSettings
 
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
@@ -103,16 +104,17 @@ def elastic_contact(
 
     Parameters
     ----------
-    scene : Scene
-        Scene; its [solid] and [contact] set solids and method.
-    surface : GridField
+    scene
+        Its [solid] and [contact] set solids and method.
+    surface
         Heights [m].
-    start : ContactState, array [Pa] or None
-        Contact or pressure to start from.
-    load : Load
-    report : callable
+    start
+        Contact or pressure [Pa] to start from.
+    load
+        The load.
+    report
         Called with the iteration and its residual.
-    tolerance : float
+    tolerance
         Tolerance of a contact on the way to another, if it is above that of the scene.
 
     Raises
@@ -146,14 +148,8 @@ def elastic_contact(
     return contact_under(surface, solid, load, stopping, contact.arithmetic, start)
 
 
-def _elastic(
-    scene: Scene, surface: GridField, start: np.ndarray | None, report: Report
-) -> "ContactState":
-    return elastic_contact(scene, surface, start, scene.load, report)
-
-
 def _bearing(
-    scene: Scene, surface: GridField, start: np.ndarray | None, report: Report
+    scene: Scene, surface: GridField, start: np.ndarray | None, load: "Load", report: Report
 ) -> "BearingState":
     from fem_seal.contact import bearing
 
@@ -161,12 +157,12 @@ def _bearing(
     return bearing(surface, area_fraction=contact.area_fraction, mean_gap=contact.mean_gap)
 
 
-ContactModel = Callable[[Scene, GridField, np.ndarray | None, Report], "GapState"]
-CONTACTS: dict[str, ContactModel] = {"gfmd": _elastic, "bearing": _bearing}
+ContactModel = Callable[[Scene, GridField, np.ndarray | None, "Load", Report], "GapState"]
+CONTACTS: dict[str, ContactModel] = {"gfmd": elastic_contact, "bearing": _bearing}
 
 
 def finite_elements(
-    scene: Scene,
+    settings: FlowSettings,
     film: "GridFilm | MeshFilm",
     report: Report,
     comm: parallel.Comm,
@@ -179,50 +175,47 @@ def finite_elements(
     """
     from fem_seal.flow import leak_rate
 
-    flow = scene.flow
-
     def progress(level: Level) -> None:
         report("flow", f"{level.unknowns} unknowns, ±{per_cent(level.half_width)}")
 
     return leak_rate(
         film,
-        viscosity=scene.viscosity,
-        pressure_drop=scene.drive.pressure_drop,
-        slip=scene.slip,
-        method=flow.method,
-        rtol=flow.rtol,
-        decide=scene.deciding_rate,
+        viscosity=settings.viscosity,
+        pressure_drop=settings.pressure_drop,
+        slip=settings.slip,
+        method=settings.method,
+        rtol=settings.rtol,
+        decide=settings.decide,
         margin=margin,
-        limits=flow.limits,
+        limits=settings.limits,
         progress=progress,
-        field=scene.needs_field,
+        field=settings.field,
         kept=kept,
         comm=parallel.communicator(comm),
     )
 
 
 def _finite_differences(
-    scene: Scene, film: "GridFilm | MeshFilm", report: Report, comm: parallel.Comm
+    settings: FlowSettings, film: "GridFilm | MeshFilm", report: Report, comm: parallel.Comm
 ) -> LeakRate:
     from fem_seal.film import MeshFilm
     from fem_seal.finite_difference.solver import solve
 
     if isinstance(film, MeshFilm):
         raise InvalidInput("flow.method = 'finite-difference' needs a gap on a grid")
-    flow = scene.flow
     return parallel.on_root(
         lambda: solve(
             film,
-            viscosity=scene.viscosity,
-            pressure_drop=scene.drive.pressure_drop,
-            slip=scene.slip,
-            links=flow.links,
+            viscosity=settings.viscosity,
+            pressure_drop=settings.pressure_drop,
+            slip=settings.slip,
+            links=settings.links,
         ),
         comm,
     )
 
 
-Method = Callable[[Scene, "GridFilm | MeshFilm", Report, parallel.Comm], LeakRate]
+Method = Callable[[FlowSettings, "GridFilm | MeshFilm", Report, parallel.Comm], LeakRate]
 FLOWS: dict[str, Method] = {
     "adaptive": finite_elements,
     "uniform": finite_elements,

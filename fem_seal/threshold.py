@@ -104,7 +104,7 @@ def threshold(patch: Patch) -> Threshold | None:
 
     None if a contact without load, or a given gap that is sealed already, has none.
     """
-    patch.contact, patch.film  # noqa: B018 - all processes solve them, the first one searches
+    patch.solve_film()  # by all processes: the first one searches alone
     model = "gap" if patch.scene.contact is None else patch.scene.contact.model
     return parallel.on_root(lambda: THRESHOLDS[model](patch), patch.comm)
 
@@ -136,7 +136,7 @@ def dry_threshold(patch: Patch) -> Threshold | None:
 
 def _of_elastic(patch: Patch) -> Threshold | None:
     dry = dry_threshold(patch)
-    if dry is None or patch.scene.lift == "none":
+    if dry is None or patch.lift == "none":
         return dry
     # The fluid carries at least the outlet's pressure and at most the inlet's.
     inlet, outlet = patch.scene.gauge_pressures
@@ -152,7 +152,7 @@ def sealing_load(patch: Patch) -> float | None:
 
     That of an elastic contact is up to 1 % too large. None without load.
     """
-    patch.contact, patch.film  # noqa: B018 - all processes solve them, the first one searches
+    patch.solve_film()  # by all processes: the first one searches alone
     if present(patch.scene.contact, "[contact]").is_elastic:
         found = parallel.on_root(lambda: dry_threshold(patch), patch.comm)
         return None if found is None else found.pressure_sealed

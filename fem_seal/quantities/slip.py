@@ -127,7 +127,7 @@ def _without_slip(patch: Patch, knudsen: float) -> Uncertainty:
         f"flow at the tightest place (mean free path {with_prefix(knudsen * critical, 'm')} at the "
         f"mean pressure, gap {with_prefix(critical, 'm')})"
     )
-    if added <= scene.flow.rtol / 2:
+    if added <= patch.flow.rtol / 2:
         return Uncertainty("slip", "estimated", sentence, 1.0, 1 + added)
     sentence += ": the upper bound does not hold for this gas, the lower one does"
     return Uncertainty("slip", "not covered", sentence, 1.0, None, caution=True)

@@ -1,5 +1,6 @@
 """All sections of a scene, and the quantities that follow from several of them."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,6 +9,7 @@ from pydantic import Field
 from fem_seal.errors import present
 from fem_seal.fluid import Drive, Slip
 from fem_seal.grid import GridField
+from fem_seal.limits import Limits
 from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.fluid import Fluid, drive, gauge_pressures, slip_of
 from fem_seal.scene.limit import Limit
@@ -18,6 +20,22 @@ from fem_seal.scene.shape import AnyShape, MeshFile
 
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
+
+
+@dataclass(frozen=True)
+class FlowSettings:
+    """What a solver of the flow is told beside the film."""
+
+    method: str
+    viscosity: float  #: [Pa s]
+    pressure_drop: float  #: of the linear problem [Pa]
+    slip: Slip | None
+    rtol: float  #: largest (upper - lower) / √(lower upper)
+    decide: float | None  #: leak rate [m³/s] against which the flow decides
+    limits: Limits
+    field: bool  #: whether the flow itself is wanted, and not only its leak rate
+    links: str  #: of finite differences
+
 
 Surface = Annotated[SelfAffineSurface | FileSurface | ProfileSurface, Field(discriminator="kind")]
 
@@ -99,6 +117,21 @@ class Contents(Section):
     def slip(self) -> Slip | None:
         """Slip of the gas at the walls; None for a liquid, and if slip is left out."""
         return slip_of(present(self.fluid, "[fluid]"), self.flow)
+
+    @property
+    def flow_settings(self) -> FlowSettings:
+        """Arguments of the flow solver; for scenes that need the flow."""
+        return FlowSettings(
+            method=self.flow.method,
+            viscosity=self.viscosity,
+            pressure_drop=self.drive.pressure_drop,
+            slip=self.slip,
+            rtol=self.flow.rtol,
+            decide=self.deciding_rate,
+            limits=self.flow.limits,
+            field=self.needs_field,
+            links=self.flow.links,
+        )
 
     @property
     def gauge_pressures(self) -> tuple[float, float]:

@@ -72,11 +72,6 @@ class Scene(Contents):
     def _repr_html_(self) -> str:
         return html_table(rows_of(self))
 
-    def with_tolerance(self, rtol: float) -> "Scene":
-        """Copy with a tolerance of the flow in place of a total error."""
-        flow = self.flow.model_copy(update={"rtol": rtol})
-        return self.model_copy(update={"flow": flow, "accuracy": None})
-
     @model_validator(mode="after")
     def _check(self) -> "Scene":
         check(self)

@@ -5,12 +5,9 @@ from math import prod
 
 import numpy as np
 
-from fem_seal import parallel
 from fem_seal.digits import rounded_down
 from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file import HEIGHT_NAMES, read_map
-from fem_seal.patch import Patch
-from fem_seal.progress import Report
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.sections import Section
 
@@ -113,11 +110,3 @@ def largest_scale(sides: Sequence[float], window: Sequence[float], patches: int)
         for scale in scales
         if prod(int(ratio / scale + ROUNDING) for ratio in ratios) >= patches
     )
-
-
-def patch_of(scene: Scene, report: Report, comm: parallel.Comm) -> Patch:
-    """Patch of a realization without its [seal]; the flows of a chain of loads are not drawn."""
-    output = scene.output.model_copy(update={"products": ("leak_rate",)})
-    flow = scene.flow.model_copy(update={"lift": "none"})
-    alone = scene.model_copy(update={"output": output, "seal": None, "flow": flow})
-    return Patch(alone, report, comm=comm)

@@ -28,7 +28,6 @@ from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.leak_path import EndPressures
 from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined
 from fem_seal.upscaling.profile import Uniform
-from fem_seal.upscaling.realizations import patch_of
 from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import seal_flow
 
@@ -81,7 +80,7 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
     table_report = _TableReport(report)
-    patch = patch_of(scene, table_report, comm)
+    patch = Patch(scene, table_report, comm=comm)
     loaded = LoadedPatch(patch)
     outcome = refined(
         loaded,

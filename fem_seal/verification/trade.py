@@ -111,7 +111,7 @@ class _Contact:
             surface = resample(surface_of(scene, comm), samples)
             patch = Patch(scene, report, surface=surface, comm=comm)
             start = process_time()
-            patch.contact  # noqa: B018
+            self.contact = patch.contact
             self.seconds = process_time() - start
             self._patch = patch
         return self._patch
@@ -129,17 +129,17 @@ class RunTask(Task[Run]):
         """Solve the flow, and before it the contact unless an earlier flow on its grid has."""
         pressed = handed_on.patch(self.scene, self.samples, report, comm)
         method, rtol = self.flow.method, self.flow.rtol
-        flow = self.scene.flow
+        flow = self.scene.flow_settings
         # A limit of one unknown stops the uniform method on its first mesh, the grid of the gap.
-        most = 1 if method == "uniform" else flow.max_unknowns
-        # Compare methods and grids on the dry contact.
-        own = {"method": method, "rtol": rtol or flow.rtol, "max_unknowns": most, "lift": "none"}
-        flow = flow.model_copy(update=own)
+        most = 1 if method == "uniform" else flow.limits.unknowns
+        limits = replace(flow.limits, unknowns=most)
         patch = Patch(
-            self.scene.model_copy(update={"flow": flow}),
+            self.scene,
             report,
             surface=pressed.surface,
             contact=pressed.contact,
+            lift="none",  # methods and grids are compared on the dry contact
+            flow=replace(flow, method=method, rtol=rtol or flow.rtol, limits=limits),
             comm=comm,
         )
         forget_peak()
