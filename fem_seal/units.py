@@ -123,7 +123,7 @@ def _convert(number: str, text: str, unit: str, expected: str) -> float:
         return float(quantity.m_as(unit.replace(" ", "*")))
     except pint.DimensionalityError:
         raise ValueError(f"is not in a unit of {unit}; {expected}") from None
-    except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError):
+    except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError, AssertionError):
         raise ValueError(f"has an unknown unit {text!r}; {expected}") from None
 
 

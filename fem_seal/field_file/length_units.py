@@ -1,4 +1,4 @@
-"""Units of length as instruments and their software write them."""
+"""Units of length and pressure as instruments and their software write them."""
 
 from fem_seal.errors import InvalidInput
 from fem_seal.units import to_si
@@ -7,22 +7,17 @@ from fem_seal.units import to_si
 _SPELT_OTHERWISE = {"A": "angstrom", "Å": "angstrom", "~m": "um"}
 
 
+_WANTED = {"m": "length such as nm, um, mm or m", "Pa": "pressure such as Pa, MPa or bar"}
+
+
 def length_in_metres(unit: str, what: str) -> float:
-    """Metres in a unit of length such as "um", "µm", "nm", "A" (ångström) or "m".
+    """Metres in a unit of length such as "um", "µm", "nm", "A" (ångström) or "m"; see `in_si`."""
+    return in_si(unit, "m", what)
 
-    Parameters
-    ----------
-    unit : name of the unit
-    what : name of the quantity in this unit, for the message
 
-    Raises
-    ------
-    InvalidInput
-        If it is no unit of length.
-    """
+def in_si(unit: str, si: str, what: str) -> float:
+    """Metres ("m") or pascals ("Pa") in a unit of the quantity that a message calls `what`."""
     try:
-        return to_si(f"1 {_SPELT_OTHERWISE.get(unit, unit)}", "m")
+        return to_si(f"1 {_SPELT_OTHERWISE.get(unit, unit)}", si)
     except ValueError:
-        raise InvalidInput(
-            f"{what} are in {unit!r}, which is no unit of length such as nm, um, mm or m"
-        ) from None
+        raise InvalidInput(f"{what} are in {unit!r}, which is no unit of {_WANTED[si]}") from None

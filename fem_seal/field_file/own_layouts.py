@@ -1,19 +1,27 @@
 """Text files of instruments with their own layout, which a general reader would misread."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.containers import whole
 from fem_seal.field_file.instruments import read_instrument
 from fem_seal.field_file.recorded import Recorded
+from fem_seal.field_file.text_table import BYTES, decoded
+from fem_seal.memory import refuse_too_large
 
+# First lines such as aBCR-1.0 (ISO 25178-71, EUR 15178 EN), aISO-1.0, aNPL-V1.0.
+SDF = re.compile(r"a[A-Z][\w.]*-V?\d")
+SDF_KEYS = "numpoints", "numprofiles", "xscale", "yscale", "zscale"
 WYKO, ZYGO_POINTS, ZYGO_PHASES = "Wyko ASCII Data", "Zygo XYZ Data", "Zygo ASCII Data"
 RESOLUTION = 7, 6  # line and word of the camera's resolution in a header of Zygo, from 0
 
 
 def read_own_layout(path: Path) -> Recorded | None:
-    """Read a file of Wyko (Bruker Vision); None for a file without its first line.
+    """Read a file of Wyko (Bruker Vision) or an ASCII SDF; None for one without their first line.
 
     Raises
     ------
@@ -21,12 +29,14 @@ def read_own_layout(path: Path) -> Recorded | None:
         If the file cannot be read, or its heights are phases or parts of a wavelength.
     """
     with whole(path, "text"), path.open("rb") as file:
-        first = file.readline(80).decode("latin-1")
+        first = decoded(file.read(160), path)
     if first.startswith(ZYGO_PHASES):
         raise InvalidInput(
             f"{path} holds phases of Zygo's interferometer, not heights; save the map as .datx, "
             ".dat or .xyz"
         )
+    if SDF.match(first):
+        return _sdf(path)
     if not first.startswith(WYKO):
         return None
     # The second of three flags: whether heights are in nm.
@@ -40,6 +50,29 @@ def read_own_layout(path: Path) -> Recorded | None:
     recorded = read_instrument(path, "RAW_DATA")
     spacing = None if recorded.spacing is None else recorded.spacing[::-1]
     return replace(recorded, values=recorded.values.T.copy(), spacing=spacing)
+
+
+def _sdf(path: Path) -> Recorded:
+    """Read a surface data file: keys, heights and a trailer, with an asterisk before the last two.
+
+    All lengths are in metres. A file of one profile has one line along y, and its Yscale may be 0.
+    """
+    with whole(path, "SDF"):
+        refuse_too_large(BYTES * path.stat().st_size, str(path))
+        text = decoded(path.read_bytes(), path)
+    head, *parts = re.split(r"^\s*\*\s*$", text, flags=re.MULTILINE)
+    said = dict(re.findall(r"^\s*(\w+)\s*=[ \t]*(\S*)", head.lower(), re.MULTILINE))
+    try:
+        points, profiles, dx, dy, dz = (float(said.get(key, key)) for key in SDF_KEYS)
+        values = np.array("".join(parts[:1]).upper().replace("BAD", "NAN").split(), dtype=float)
+        if values.size != points * profiles:
+            raise ValueError(f"{values.size} heights for {points:g} x {profiles:g} points")
+    except ValueError as error:
+        raise InvalidInput(
+            f"{path} begins as a surface data file (SDF), but is no whole one: {error}"
+        ) from None
+    heights = values.reshape(int(profiles), int(points)).T * dz
+    return Recorded(heights, "m", (dx, dy), "m", header=tuple(head.splitlines()))
 
 
 def zygo_resolution(header: tuple[str, ...], path: Path) -> float | None:

@@ -7,14 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from fem_seal.errors import InvalidInput
+from fem_seal.errors import InvalidInput, present
 from fem_seal.field_file.markers import refuse_markers, without_marked
+from fem_seal.field_file.own_layouts import read_own_layout
 from fem_seal.field_file.recorded import metres_in
 from fem_seal.field_file.text_header import Statements, statements
-from fem_seal.field_file.text_table import read_table
+from fem_seal.field_file.text_table import even_step, read_table
 
-# Largest distance of coordinates from an even grid, over its step: written numbers are rounded.
-OFF_GRID = 0.05
 SAME_STEP = 1e-4  # largest relative difference of steps that count as equal
 
 
@@ -36,8 +35,11 @@ class Profiles:
 
 def holds_profiles(path: Path) -> bool:
     """Whether a text file has one or two columns, or titles of x and heights without y."""
+    recorded = read_own_layout(path)
+    if recorded is not None:
+        return recorded.values.shape[1] == 1
     table = read_table(path)
-    header = statements(table.header)
+    header = statements(table, path)
     return table.values.shape[1] <= 2 or header.titled_as_profiles
 
 
@@ -86,35 +88,40 @@ def read_profiles(
 
 
 def _profiles(path: Path, unit: str | None, step: float | None, missing: float | None) -> Profiles:
+    recorded = read_own_layout(path)
+    if recorded is not None:
+        spacing = present(recorded.spacing, "spacing")
+        return Profiles(recorded.values.T * metres_in(recorded.unit, unit, str(path)), spacing[0])
     table = read_table(path)
-    header, values = statements(table.header), table.values
+    header, values = statements(table, path), table.values
     for mark in (*header.missing, *([] if missing is None else [missing])):
         values = without_marked(values, mark)
-    even = _even_step(values[:, 0]) if values.shape[1] > 1 else None
-    if even is not None:
-        values = values[:, 1:]
+    # x is the column with this title, else the first one.
+    along = next((k for k, title in enumerate(header.titles) if title.axis == "x"), 0)
+    even = even_step(values[:, along]) if values.shape[1] > 1 else None
+    columns = list(range(values.shape[1]))
+    if even is not None and even > 0:
+        values = np.delete(values, columns.pop(along), axis=1)
     elif header.titled_as_profiles:
         raise InvalidInput(f"x in {path} does not rise evenly; resample the profile to even steps")
+    else:
+        even = None
     refuse_markers(values, str(path))
-    scale = metres_in(header.unit_of_values, unit, f"the heights of {path}")
-    return Profiles(values.T * scale, _step(path, header, even, unit, step))
-
-
-def _even_step(x: np.ndarray) -> float | None:
-    """Step of a column that rises evenly; None for other columns."""
-    if len(x) < 3 or not (np.diff(x) > 0).all():
-        return None
-    step = float(x[-1] - x[0]) / (len(x) - 1)
-    off = np.abs(x - x[0] - step * np.arange(len(x))).max()
-    return step if off < OFF_GRID * step else None
+    scale = metres_in(header.unit_of_values(columns), unit, f"the heights of {path}")
+    return Profiles(values.T * scale, _step(path, header, along, even, unit, step))
 
 
 def _step(
-    path: Path, header: Statements, even: float | None, unit: str | None, stated: float | None
+    path: Path,
+    header: Statements,
+    column: int,
+    even: float | None,
+    unit: str | None,
+    stated: float | None,
 ) -> float:
     """Step of the samples [m]: from the column x, the header, or the scene."""
     if even is not None:
-        step: float | None = even * metres_in(header.unit_along("x"), unit, f"x in {path}")
+        step: float | None = even * metres_in(header.unit_along("x", column), unit, f"x in {path}")
     else:
         step = header.metres(header.steps, "x")
     if step is None and stated is None:

@@ -23,7 +23,7 @@ GAP_NAMES = ("gap", "gaps")
 HEIGHT_NAMES = ("heights", "surface")
 
 # Both text files and files of instruments have these endings: the content decides.
-TEXT_ENDINGS = (".asc", ".dat", ".prn", ".tsv", ".xyz")
+TEXT_ENDINGS = (".asc", ".dat", ".prn", ".sdf", ".tsv", ".xyz")
 
 Names = tuple[str, ...]
 

@@ -14,12 +14,13 @@ from fem_seal.errors import InvalidInput
 from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.field_file.markers import without_marked
 from fem_seal.field_file.own_layouts import read_own_layout, zygo_resolution
-from fem_seal.field_file.recorded import Recorded
-from fem_seal.field_file.text_header import Statements, statements
-from fem_seal.field_file.text_table import TextTable, read_table
+from fem_seal.field_file.recorded import Pair, Recorded
+from fem_seal.field_file.text_header import Statements, bare, statements, unit_in
+from fem_seal.field_file.text_table import OFF_GRID, TextTable, even_step, read_table
 
-# Largest distance of coordinates from an even grid, over its step: written numbers are rounded.
-OFF_GRID = 0.05
+COUNTING = "; its first line and column count points, without a unit, and say no lengths"
+WIDEST_LIST = 8  # columns from which on a table is no list of points
+LONG = 5  # numbers in a line that rise evenly by chance in no rough map
 FARTHEST = 1e100  # largest coordinate; sums of a few are finite
 UNCALIBRATED = "; its header says that the camera's resolution is 0: it was not calibrated"
 FEWEST_OF_GRID = 0.25  # least part of the points of a grid that a list must have
@@ -34,27 +35,50 @@ def read_text(path: Path) -> Recorded:
         If the file is missing, cannot be read (`read_table`), contradicts its header, or is a
         profile or a list of points that are on no even grid.
     """
+    line_scan = InvalidInput(
+        f"{path} has columns of x and height of a profile: this is a line scan; a map is "
+        "wanted (or surface.kind = 'profiles')"
+    )
     in_own_layout = read_own_layout(path)
-    if in_own_layout is not None:
+    if in_own_layout is not None and in_own_layout.values.shape[1] > 1:
         return in_own_layout
+    if in_own_layout is not None:
+        raise line_scan
     table = read_table(path)
-    header = statements(table.header)
+    header = statements(table, path)
     if (table.values.shape[1] == 2 or header.titled_as_profiles) and len(table.values) > 3:
-        raise InvalidInput(
-            f"{path} has columns of x and height of a profile: this is a line scan; a map is "
-            "wanted (or surface.kind = 'profiles')"
-        )
-    as_list = table.values.shape[1] == 3 and len(table.values) > 3
-    recorded = _from_points(table, header, path) if as_list else _from_matrix(table, header, path)
+        raise line_scan
+    named = [title.axis for title in header.titles]
+    if {"x", "y"} <= set(named) or (table.values.shape[1] == 3 and len(table.values) > 3):
+        recorded = _from_points(table, header, path)
+    else:
+        _refuse_list(table, header, path)
+        recorded = _from_matrix(table, header, path)
     values = recorded.values
     for mark in header.missing:
         values = without_marked(values, mark)
     return replace(recorded, values=values, header=table.header)
 
 
+def _refuse_list(table: TextTable, header: Statements, path: Path) -> None:
+    """Refuse a list of x, y, height and more, which would be read as a narrow matrix."""
+    if 3 < table.values.shape[1] < WIDEST_LIST < len(table.values):
+        try:
+            _from_points(table, header, path)
+        except InvalidInput:
+            return
+        raise InvalidInput(
+            f"the first two columns of {path} are x and y of a grid; give all columns titles in "
+            "one line, such as 'x [mm], y [mm], z [um], intensity'"
+        )
+
+
 def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
     """Map of a matrix; x runs along its lines if the header names x and y."""
-    values = table.values
+    values, between = _without_coordinates(table, path)
+    lateral = unit_in(table.corner or "") or header.unit_along("x")
+    if between is not None and (lateral or between != (1, 1)):
+        return _with_units(values.T, header.unit_of_values(), between, (lateral, lateral), path)
     lines, columns = values.shape
     counts, lengths = dict(header.counts), dict(header.lengths)
     for axis, (number, unit) in header.lengths.items():
@@ -82,24 +106,90 @@ def _from_matrix(table: TextTable, header: Statements, path: Path) -> Recorded:
             steps[axis] = length / count
     spacing = (steps["x"], steps["y"]) if len(steps) == 2 else None
     if spacing is None:
-        return Recorded(values, header.unit_of_values, length_hint=header.length_hint)
-    return Recorded(values, header.unit_of_values, spacing, "m")
+        hint = header.length_hint if between is None else COUNTING
+        return Recorded(values, header.unit_of_values(), length_hint=hint)
+    return Recorded(values, header.unit_of_values(), spacing, "m")
+
+
+def _without_coordinates(table: TextTable, path: Path) -> tuple[np.ndarray, Pair | None]:
+    """Heights between a first line of x and a first column of y, and the steps of both.
+
+    A matrix whose first line and column do not both rise or fall evenly is returned as it is.
+    """
+    values = table.values
+    above = table.layout.row(bare(table.header[-1])) if table.header else []
+    if len(above) == values.shape[1] - 1 and None not in above:
+        values = np.vstack([[np.nan, *above], values])
+    x, y = even_step(values[0, 1:]), even_step(values[1:, 0])
+    if x is not None and y is not None:
+        # In a plane, all lines and columns rise evenly.
+        plane = even_step(values[1, 1:]) is not None and even_step(values[1:, 1]) is not None
+        if np.isnan(values[0, 0]) or not plane:
+            rising = values[1:, 1:][:: int(np.sign(y)), :: int(np.sign(x))]
+            return rising, (abs(x), abs(y))
+    if table.corner is not None:
+        raise InvalidInput(
+            f"line {table.line[0]}, column 1 of {path} is {table.corner!r}, which is no number; a "
+            "title stands there only if first line and first column are evenly spaced coordinates"
+        )
+    values = table.values
+    alone = [
+        name
+        for name, first, second in (
+            ("column", values[:, 0], values[:, min(1, values.shape[1] - 1)]),
+            ("line", values[0], values[min(1, len(values) - 1)]),
+        )
+        if len(first) >= LONG and even_step(first) is not None and even_step(second) is None
+    ]
+    if alone:
+        raise InvalidInput(
+            f"the first {alone[0]} of {path} rises evenly, as coordinates do, but first line and "
+            "first column are not both coordinates: delete them and give size in the scene, or set "
+            "surface.kind = 'profiles' if the other columns are profiles"
+        )
+    return values, None
+
+
+def _with_units(
+    values: np.ndarray,
+    unit: str | None,
+    steps: Pair,
+    units: tuple[str | None, str | None],
+    path: Path,
+) -> Recorded:
+    """Map with steps along x and y in units of their own; both or neither has one."""
+    if (units[0] is None) != (units[1] is None):
+        raise InvalidInput(f"of x and y in {path} only one has a unit; give that of both")
+    if units[0] is None:
+        return Recorded(values, unit, steps)
+    dx, dy = (
+        step * length_in_metres(name or "", f"the lengths of {path}")
+        for step, name in zip(steps, units, strict=True)
+    )
+    return Recorded(values, unit, (dx, dy), "m")
 
 
 def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
     """Map of a list of x, y and height on an even grid; points that are not listed are missing."""
-    nowhere = ~(np.abs(table.values[:, :2]) < FARTHEST).all(axis=1)
+    named = [title.axis for title in header.titles] or ["x", "y", "z"]
+    if not {"x", "y"} <= set(named):
+        named = ["x", "y", "z"]
+    others = [k for k in range(len(named)) if k not in (named.index("x"), named.index("y"))]
+    if "z" not in named and len(others) != 1:
+        raise InvalidInput(f"the titles of {path} name x and y, and no column as height or z")
+    along, across = named.index("x"), named.index("y")
+    heights = named.index("z") if "z" in named else others[0]
+    nowhere = ~(np.abs(table.values[:, [along, across]]) < FARTHEST).all(axis=1)
     if nowhere.any():
         raise InvalidInput(
             f"line {table.line[np.argmax(nowhere)]} of {path} has no x or no y; give all three of "
             "x, y and height"
         )
-    axes = [_axis(table, k, path) for k in (0, 1)]
-    (i, dx), (j, dy) = axes
+    (i, dx), (j, dy) = (_axis(table, k, name, path) for k, name in ((along, "x"), (across, "y")))
     shape = int(i.max()) + 1, int(j.max()) + 1
     if len(i) < FEWEST_OF_GRID * shape[0] * shape[1]:
         raise InvalidInput(
-            f"{path} has three columns, x, y and height, but its {len(i)} points are few of the "
+            f"{path} has columns of x, y and height, but its {len(i)} points are few of the "
             f"{shape[0]} x {shape[1]} of an even grid; resample them onto a grid"
         )
     site = i * shape[1] + j
@@ -110,21 +200,18 @@ def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
             f"line {table.line[twice]} of {path} has the same x and y as a line before it"
         )
     values = np.full(shape, np.nan)
-    values.flat[site] = table.values[:, 2]
+    values.flat[site] = table.values[:, heights]
     pixel = zygo_resolution(table.header, path)
     if pixel is not None:
         step = (dx * pixel, dy * pixel) if pixel else None
         return Recorded(values, "um", step, "m", length_hint=UNCALIBRATED)
-    units, unit = (header.unit_along("x"), header.unit_along("y")), header.unit_of_values
-    if units[0] is None or units[1] is None:
-        return Recorded(values, unit, (dx, dy))
-    scale = [length_in_metres(name, f"the lengths of {path}") for name in units if name]
-    return Recorded(values, unit, (dx * scale[0], dy * scale[1]), "m")
+    units = header.unit_along("x", along), header.unit_along("y", across)
+    return _with_units(values, header.unit_of_values([heights]), (dx, dy), units, path)
 
 
-def _axis(table: TextTable, column: int, path: Path) -> tuple[np.ndarray, float]:
+def _axis(table: TextTable, column: int, name: str, path: Path) -> tuple[np.ndarray, float]:
     """Index of each point along an axis, and the step of the grid."""
-    name, x = "xy"[column], table.values[:, column]
+    x = table.values[:, column]
     ordered = np.sort(x)
     rises = np.diff(ordered)
     if not rises.any():

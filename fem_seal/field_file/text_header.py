@@ -6,11 +6,13 @@ titles of columns, `x [mm]; y [mm]; z [µm]`. Words that are not in the tables b
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
+from pathlib import Path
 
 from fem_seal.errors import InvalidInput
-from fem_seal.field_file.length_units import length_in_metres
+from fem_seal.field_file.length_units import in_si, length_in_metres
+from fem_seal.field_file.text_table import Layout, TextTable
 
 # Words of a key, in lower case. German ones are those of instruments sold with German software.
 STEPS = {"step", "spacing", "increment", "pitch", "cellsize", "sampling", "calibration", "dx", "dy"}
@@ -20,7 +22,7 @@ STEP_PAIRS = [{"pixel", "size"}, {"pixel", "width"}, {"pixel", "height"}, {"poin
 STEP_PAIRS += [{"lateral", "resolution"}, {"cell", "size"}, {"x", "resolution"}]
 STEP_PAIRS += [{"y", "resolution"}, {"distance", "points"}, {"distance", "lines"}]
 LENGTHS = {"width", "height", "length", "range", "size", "extent", "breite", "höhe", "länge"}
-LENGTHS |= {"fov", "view"}
+LENGTHS |= {"fov", "view", "amplitude"}
 COUNTS = {"pixels", "points", "samples", "columns", "rows", "lines", "cols", "ncols", "nrows"}
 COUNTS |= {"spalten", "zeilen", "punkte"}
 AXES = {"axis", "achse", "axe"}
@@ -35,9 +37,22 @@ LATERAL = {"xy", "lateral", "horizontal", "x", "y"}
 VALUES = {"z", "value", "values", "height", "heights", "data", "gap", "wert"}
 # Lengths of anything but a side of the map.
 NO_LENGTHS = {"z", "wave", "wavelength", "focal", "cut", "file", "tip"}
+SCALES = {"scale", "scaling", "skalierung", "multiplier", "multiplikator"}
+FACTORS = {"factor", "faktor"}
+NO_FACTOR = {"x", "y", "xy", "lateral", "color", "colour", "bar"}
+PRESSURES = {"p", "pressure", "cpress", "druck", "kontaktdruck", "pression"}
 MARKS = [{"nodata"}, {"no", "data"}, {"missing"}, {"bad"}, {"invalid"}, {"undefined"}]
 
-_NUMBER = r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
+# Marks that group digits by thousands: blanks of several widths, apostrophes.
+_BY_THOUSANDS = "|".join(
+    rf"[1-9]\d{{0,2}}(?:{group}\d{{3}})+(?:{mark}\d+)?(?![\d.,])"
+    for group, mark in ((",", r"\."), (r"\.", ","), ("[\u00a0\u2009\u202f'\u2019]", "[.,]"))
+)
+_NUMBER = rf"[-+]?(?:{_BY_THOUSANDS}|\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
+_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}")
+_GROUP_MARK = re.compile(r"[\u00a0\u2009\u202f'\u2019]")
+_ZERO_LED = re.compile(r"(?<=\d) (?=0\d\d(?!\d))")
+_BLANKS = re.compile(r"(?<![\d.,])\d{1,3}(?: \d{3})+(?=[\s\[(]*[A-Za-zµμÅ~])")
 _QUANTITY = re.compile(rf"({_NUMBER})[\s;,\t\[(]*([A-Za-zµμÅ~]*)")
 _NAME = re.compile(r"[A-Za-zµÅ~]+")
 _BRACKETS = re.compile(r"[\[(]\s*([A-Za-zµμÅ~]+)\s*[\])]")
@@ -53,6 +68,18 @@ _SEVERAL = re.compile(r"[,;]\s*(?=[A-Za-z][\w ]*\s*[=:])")
 _SENTENCE = re.compile(r"(?:\bin units of|\bz in|\bheights? in) (\S+?)\.?$", re.IGNORECASE)
 # "Spacing (X, Y)": its comma is not the one between key and value.
 _BOTH = re.compile(r"[\[(]\s*x\s*[,;/]\s*y\s*[\])]", re.IGNORECASE)
+# "Z Scale: 0.001", "Multiplier 1e-3 um".
+_FACTOR = re.compile(rf"([^:=\d]*?)[\s:=;,]+({_NUMBER})[\s\[(]*([A-Za-zµμÅ~]*).*")
+_AXIS_FIRST = re.compile(r"\b([xyz])(?=scale|factor|resolution|size|length|range|unit|spacing)")
+# Titles of columns, and units of one.
+_MARKED = re.compile(r"(.*?)\s*(?:[\[({]\s*(.*?)\s*[\])}]|/\s*(\S.*?)|\s+in\s+(\S+))\s*")
+_UNMARKED = re.compile(r"(.*\w)[\s_,]+([^\s_]+)")
+_UNIT = re.compile(r"[A-Za-zµμÅ~][\w·*/^²³~-]{0,15}")
+_UNITS_OF = re.compile(r"\s*(units?|einheit(en)?|unités?)\b[\s:=;,]*", re.IGNORECASE)
+_BEFORE_UNIT = re.compile(r"\s+(?=[\[(/])|(?<=/)\s+")
+_UNIT_WORD = re.compile(r"(?<![^\W_])(?:[nuµμmc]m|inch|mil|[hkMG]Pa|m?bar|psi|ksi|N/mm)(?![^\W_])")
+_LETTER = re.compile(r"[^\W\d_]")
+_AXES = {"x": {"x", "dx"}, "y": {"y"}, "z": VALUES | {"höhe"}, "p": PRESSURES}
 QUOTED = 3  # most lines about lengths that a message quotes
 
 
@@ -74,6 +101,8 @@ class Statements:
         Numbers that mark missing points.
     about_lengths : list of str
         Lines that name a step or a length, whether or not they are understood.
+    titles : tuple of Title
+        Titles of all columns; none in a file that does not name them.
     """
 
     steps: dict[str, tuple[float, str | None]] = field(default_factory=dict)
@@ -84,20 +113,27 @@ class Statements:
     units: dict[str, str] = field(default_factory=dict)
     missing: list[float] = field(default_factory=list)
     about_lengths: list[str] = field(default_factory=list)
+    titles: "tuple[Title, ...]" = ()
 
-    @property
-    def unit_of_values(self) -> str | None:
-        """Unit of the heights."""
-        return self.units.get("z") or self.units.get("height") or self.unit
+    def unit_of_values(self, columns: Iterable[int] = ()) -> str | None:
+        """Unit of the heights, which stand in some of the titled columns or in all of a matrix."""
+        titled = sorted({self.titles[k].unit for k in columns if self.titles} - {""})
+        if len(titled) > 1:
+            raise InvalidInput(
+                f"the heights of one file are in {' and '.join(titled)}; convert them"
+            )
+        return (*titled, self.units.get("z") or self.units.get("height") or self.unit)[0]
 
     @property
     def titled_as_profiles(self) -> bool:
         """Whether titles of columns name x and no y."""
-        return "x" in self.units and "y" not in self.units
+        axes = [title.axis for title in self.titles] or self.units
+        return "x" in axes and "y" not in axes
 
-    def unit_along(self, axis: str) -> str | None:
-        """Unit of the coordinates along "x" or "y"."""
-        return self.units.get(axis) or self.lateral_unit
+    def unit_along(self, axis: str, column: int | None = None) -> str | None:
+        """Unit of the coordinates along "x" or "y", which may stand in a titled column."""
+        titled = self.titles[column].unit if self.titles and column is not None else ""
+        return titled or self.units.get(axis) or self.lateral_unit
 
     def metres(self, numbers: Mapping[str, tuple[float, str | None]], axis: str) -> float | None:
         """Length [m] along an axis out of `steps` or `lengths`; None if they lack it."""
@@ -114,38 +150,150 @@ class Statements:
         return f"; its header says {lines}, but no lengths of both sides with their unit"
 
 
-def statements(header: Iterable[str]) -> Statements:
-    """Read the lines of a header.
+def statements(table: TextTable, path: Path) -> Statements:
+    """Read the header of a text file.
 
-    Parameters
-    ----------
-    header : iterable of str
-        Lines, with or without the marks of comments.
+    Raises
+    ------
+    InvalidInput
+        If it names a factor of the heights: whether they are multiplied by it already is not known.
     """
-    statements = Statements()
-    for line in header:
-        text = line.strip().lstrip("#%!/*; \t").replace('"', "").rstrip(" ,;\t")
+    statements = Statements(titles=column_titles(table))
+    for line in table.header:
+        text = bare(line).rstrip(" ,;\t")
+        if match := _FACTOR.fullmatch(text):
+            number = _number(match.group(2), table.layout.decimal)
+            if _names_a_factor(_words(match.group(1)), match.group(3)) and number != 1:
+                raise InvalidInput(
+                    f"the header of {path} says {text!r}, a factor: multiply the heights by it "
+                    "unless the file holds their products already, and delete the line"
+                )
         if match := _SENTENCE.search(text):
             statements.unit = statements.unit or _length_unit(match.group(1))
         if _about_lengths(text):
             statements.about_lengths.append(text)
         for part in _SEVERAL.split(_BOTH.sub(" x y ", text)):
-            _read(part, statements)
+            _read(part, statements, table.layout.decimal)
     return statements
 
 
-def _read(text: str, statements: Statements) -> None:
+def bare(line: str) -> str:
+    """A line without the mark of a comment and quotes."""
+    return line.strip().lstrip("#%!/*; \t").replace('"', "")
+
+
+@dataclass(frozen=True)
+class Title:
+    """Title of a column, and the text in the place of its unit, be it one or not."""
+
+    name: str
+    unit: str = ""
+
+    @classmethod
+    def of(cls, cell: str) -> "Title":
+        """Read "x [mm]", "x (mm)", "x/mm", "x in mm", "x_mm", "x mm" or "x"."""
+        if match := _MARKED.fullmatch(cell):
+            return cls(match[1], next(filter(None, match.groups()[1:]), ""))
+        match = _UNMARKED.fullmatch(cell)
+        return cls(match[1], match[2]) if match and _is_unit(match[2]) else cls(cell)
+
+    @property
+    def axis(self) -> str:
+        """One of "x", "y", "z" for heights and "p" for pressures, else empty."""
+        words = _words(self.name)
+        return next((axis for axis, names in _AXES.items() if words & names), "")
+
+    def size(self, si: str, path: Path) -> float | None:
+        """Size of the unit in "m" or "Pa", None without a unit; refused if it is another one."""
+        what = f"the numbers below {self.name!r} in {path}"
+        return in_si(self.unit, si, what) if self.unit else None
+
+
+def column_titles(table: TextTable) -> tuple[Title, ...]:
+    """Titles of the columns of a table, with their units in the same line or in one below."""
+    titles: tuple[Title, ...] = ()
+    units: list[str] = []
+    for line in reversed(table.header):
+        cells = _cells(_UNITS_OF.sub("", bare(line)), table)
+        inside = [cell.strip("[]() ") for cell in cells]
+        if cells and all(cell in ("", "-") or _is_unit(cell) for cell in inside):
+            units = inside
+        elif cells and all(map(_LETTER.search, cells)):
+            titles = titles or tuple(map(Title.of, cells))
+            if any(title.axis or title.unit for title in map(Title.of, cells)):
+                titles = tuple(map(Title.of, cells))
+                break
+    if not titles:
+        return tuple(Title("", unit.strip("-")) for unit in units)
+    below = units or [""] * len(titles)
+    return tuple(
+        replace(title, unit=title.unit or unit.strip("-"))
+        for title, unit in zip(titles, below, strict=True)
+    )
+
+
+def _cells(line: str, table: TextTable) -> list[str]:
+    """One text for each column; none if the line has another number of them."""
+    # Titles may be separated by other marks than numbers; blanks stand inside titles, too.
+    for separator in [*sorted("\t;,", key=lambda mark: mark != table.layout.separator), None]:
+        # "x [mm] y [mm]": a blank before a bracket separates no columns.
+        text = _BEFORE_UNIT.sub("", line) if separator is None else line
+        cells = Layout(separator, ".").cells(text)
+        # Words of a sentence may be as many as columns.
+        if len(cells) != table.values.shape[1]:
+            continue
+        titles = [Title.of(cell) for cell in cells] if separator is None else []
+        if separator is not None or sum(map(_says_something, titles)) > 1:
+            return cells
+    return []
+
+
+def _says_something(title: Title) -> bool:
+    """Whether a title names a quantity or a unit, or is one."""
+    return bool(title.axis or title.unit or _is_unit(title.name))
+
+
+def unit_in(text: str) -> str | None:
+    """Unit of length in brackets, or that is the whole text."""
+    match = _BRACKETS.search(text)
+    return _length_unit(match[1] if match else text)
+
+
+def names_units(line: str) -> bool:
+    """Whether a word of a line is a unit of length or pressure other than m and Pa."""
+    return bool(_UNIT_WORD.search(line))
+
+
+def _is_unit(text: str) -> bool:
+    """Whether a text is a unit of length or pressure."""
+    for si in ("m", "Pa") if _UNIT.fullmatch(text) else ():
+        try:
+            in_si(text, si, "")
+        except InvalidInput:
+            continue
+        return True
+    return False
+
+
+def _names_a_factor(words: set[str], unit: str) -> bool:
+    """Whether a key with a number and a unit is about a factor, and not one of x and y alone."""
+    about_heights = bool(words & VALUES)
+    scales = words & SCALES or (words & FACTORS and about_heights)
+    return bool(scales) and not words & NO_FACTOR and (about_heights or not _length_unit(unit))
+
+
+def _read(text: str, statements: Statements, decimal: str) -> None:
     """Add one statement, or the units of one line of titles."""
     titles = {name.strip().lower(): unit for name, unit in _TITLE.findall(text)}
     titles = {name: unit for name, unit in titles.items() if _length_unit(unit)}
     match = _PAIR.fullmatch(text) or _BLANK_PAIR.fullmatch(text)
     if match and len(titles) < 2:
-        _understand(match.group(1), match.group(2), statements)
+        _understand(match.group(1), match.group(2), statements, decimal)
     else:
         statements.units |= titles
 
 
-def _understand(key: str, value: str, statements: Statements) -> None:
+def _understand(key: str, value: str, statements: Statements, decimal: str) -> None:
     """Add the statement of one key and its value."""
     in_key = _BRACKETS.search(key)
     unit_of_key = _length_unit(in_key.group(1)) if in_key else None
@@ -163,7 +311,7 @@ def _understand(key: str, value: str, statements: Statements) -> None:
                 statements.lateral_unit or unit,
             )
         return
-    numbers = list(_quantities(value, unit_of_key))
+    numbers = list(_quantities(value, unit_of_key, decimal))
     if not numbers:
         return
     (number, unit), pair = numbers[0], numbers[:2]
@@ -182,7 +330,7 @@ def _understand(key: str, value: str, statements: Statements) -> None:
 
 def _words(text: str) -> set[str]:
     """Words of a text in lower case."""
-    return set(re.findall(r"[a-zäöüßé]+", _CAMEL.sub(" ", text).lower()))
+    return set(re.findall(r"[a-zäöüßé]+", _AXIS_FIRST.sub(r"\1 ", _CAMEL.sub(" ", text).lower())))
 
 
 def _axes(words: set[str]) -> str:
@@ -205,7 +353,10 @@ def _about_lengths(line: str) -> bool:
     words = _words(line)
     if words & NO_LENGTHS and not words & {"x", "y", "xy"}:
         return False
-    return _names_steps(words) or bool(words & (LENGTHS | AXES) and re.search(r"\d", line))
+    if not re.search(r"\d", line):
+        return _names_steps(words)
+    # Numbers alone before the others may be counts and lengths.
+    return _names_steps(words) or not words or bool(words & (LENGTHS | AXES | SCALES))
 
 
 def _put(
@@ -222,12 +373,33 @@ def _put(
             lengths.setdefault(axis, pair[0])
 
 
-def _quantities(value: str, unit: str | None) -> Iterator[tuple[float, str | None]]:
+def _quantities(value: str, unit: str | None, decimal: str) -> Iterator[tuple[float, str | None]]:
     """Numbers of a value with their units, else with that of the key."""
-    for text, name in _QUANTITY.findall(value):
-        number = float(text.replace(",", ".").rstrip("."))
-        if isfinite(number):
+    # "1 024" is one number; "1 250 um" may be one or two.
+    value = _ZERO_LED.sub("", value)
+    numbers = [(_number(text, decimal), name) for text, name in _QUANTITY.findall(value)]
+    if _BLANKS.search(value) or None in (number for number, _ in numbers):
+        return  # not understood
+    for number, name in numbers:
+        if number is not None and isfinite(number):
             yield number, _length_unit(name) or unit
+
+
+def _number(text: str, decimal: str) -> float | None:
+    """A number with a decimal point or comma, which may group its digits by thousands.
+
+    None for one such as 1,024, which may be about one or a thousand; a decimal comma in the table
+    decides for one, and makes 1.024 the doubtful number.
+    """
+    text = _GROUP_MARK.sub("", text).rstrip(".,")
+    marks = [mark for mark in text if mark in ".,"]
+    if len(marks) == 1 and marks[0] != decimal and _THOUSANDS.fullmatch(text):
+        return None
+    if len(marks) > 1:
+        # The last mark is the decimal one unless it stands before as well.
+        decimals = marks[-1] if marks.count(marks[-1]) == 1 else ""
+        text = "".join(letter for letter in text if letter not in ".," or letter == decimals)
+    return float(text.replace(",", "."))
 
 
 def _length_unit(name: str) -> str | None:

@@ -28,6 +28,9 @@ BYTES = 8  # bytes of memory for one byte of text: the text, its lines and their
 _LOOK = 2000  # bytes examined at the beginning and at the end
 _UTF_16 = b"\xff\xfe", b"\xfe\xff"  # byte-order marks
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1a\x1c-\x1f]")
+# Largest distance of coordinates from an even grid, over its step: written numbers are rounded.
+OFF_GRID = 0.05
+FEWEST = 3  # coordinates of which one can say that they are even
 SHOWN = 40  # characters of a file that a message quotes
 
 _ASIDE = re.compile(r"\s#(?!n/a).*", re.IGNORECASE)
@@ -49,12 +52,15 @@ class TextTable:
         Number of each line in the file, counted from 1.
     layout : Layout
         Separator and decimal mark.
+    corner : str or None
+        Text in the place of the first number, above a column and beside a line of coordinates.
     """
 
     values: np.ndarray
     header: tuple[str, ...]
     line: np.ndarray
     layout: "Layout"
+    corner: str | None = None
 
 
 @dataclass(frozen=True)
@@ -106,8 +112,8 @@ LAYOUTS = [
 ]
 
 
-def read_table(path: Path) -> TextTable:
-    """Read the numbers of a text file.
+def read_table(path: Path, columns: int | None = None) -> TextTable:
+    """Read the numbers of a text file, in a number of columns if it is given.
 
     Lines before the first line of numbers are its header. Separators are tabs, semicolons, commas
     or blanks, with decimal points or commas; the text is UTF-8, UTF-16 or Windows-1252.
@@ -124,8 +130,8 @@ def read_table(path: Path) -> TextTable:
     with whole(path, "text"):
         data = path.read_bytes()
     lines = re.split(r"\r\n|\r|\n", decoded(data, path))
-    layout, columns = _layout(lines, path)
-    return _table(lines, layout, columns, path)
+    layout, width = _layout(lines, columns, path)
+    return _table(lines, layout, width, columns is not None, path)
 
 
 def decoded(data: bytes, path: Path) -> str:
@@ -162,20 +168,21 @@ def is_text(path: Path) -> bool:
     return head.startswith(_UTF_16) or not _CONTROL.search(head + tail)
 
 
-def _is_comment(line: str) -> bool:
+def is_comment(line: str) -> bool:
+    """Whether a line begins with the mark of a comment."""
     return line.lstrip().startswith(COMMENT)
 
 
-def _layout(lines: list[str], path: Path) -> tuple[Layout, int]:
+def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, int]:
     """Layout that reads most lines, and its number of columns."""
-    used = [line for line in lines if line.strip() and not _is_comment(line)]
+    used = [line for line in lines if line.strip() and not is_comment(line)]
     if not used:
         raise InvalidInput(f"{path} holds no numbers: it is empty, or has comments only")
     used = used[:: -(-len(used) // SAMPLE)]
     readings: list[tuple[int, int, Layout]] = []
     for layout in LAYOUTS:
         rows = [row for row in map(layout.row, used) if _is_data(row)]
-        lengths = Counter(map(len, rows))
+        lengths = Counter(len(row) for row in rows if width in (None, len(row)))
         if not lengths:
             continue
         length, frequency = max(lengths.items(), key=lambda item: (item[1], item[0]))
@@ -185,15 +192,17 @@ def _layout(lines: list[str], path: Path) -> tuple[Layout, int]:
         readings.append((frequency, length - empty, layout))
     if not readings:
         number = next(k for k, line in enumerate(lines, 1) if line.strip())
+        numbers = "numbers" if width is None else f"{width} numbers"
         raise InvalidInput(
-            f"{path} holds no line of numbers; line {number} is {_quoted(lines[number - 1])}"
+            f"{path} holds no line of {numbers}; line {number} is {_quoted(lines[number - 1])}"
         )
     most = max(frequency for frequency, _, _ in readings)
     best = [(columns, layout) for frequency, columns, layout in readings if frequency == most]
     columns, layout = max(best, key=lambda reading: reading[0])
     example = used[-1].strip()
     unclear = ", " in example or len({count for count, _ in best}) > 1
-    if layout.separator == "," and unclear and _DECIMAL_COMMA_ONLY.fullmatch(example):
+    unclear = width is None and layout.separator == "," and unclear
+    if unclear and _DECIMAL_COMMA_ONLY.fullmatch(example):
         raise InvalidInput(
             f"{path} has lines such as {_quoted(example)}, whose commas may be decimal commas or "
             "stand between numbers; put semicolons between numbers, or write decimal points"
@@ -206,15 +215,16 @@ def _is_data(row: list[float | None]) -> bool:
     return None not in row and any(number == number for number in row)
 
 
-def _table(lines: list[str], layout: Layout, columns: int, path: Path) -> TextTable:
-    """Numbers of all lines, from the first line with `columns` numbers on."""
+def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: Path) -> TextTable:
+    """Numbers of all lines, from the first line with `columns` numbers, or any if strict, on."""
     header: list[str] = []
+    corner = None
     rows: list[np.ndarray] = []
     numbers_of_lines: list[int] = []
     for k, line in enumerate(lines, 1):
         if not line.strip():
             continue
-        if _is_comment(line):
+        if is_comment(line):
             header.append(line)
             continue
         cells = layout.cells(line)
@@ -222,9 +232,12 @@ def _table(lines: list[str], layout: Layout, columns: int, path: Path) -> TextTa
             cells.pop()
         numbers = _plain_numbers(cells, layout)
         row = [layout.number(cell) for cell in cells] if numbers is None else numbers
-        if not rows and not _begins(row, cells, columns, bool(header)):
+        begins = _begins(row, cells, columns, bool(header)) or (strict and None not in row)
+        if not rows and not begins:
             header.append(line)
             continue
+        if not rows and len(cells) == columns > FEWEST and None not in row[1:] and row[0] is None:
+            corner, row = cells[0], [float("nan"), *row[1:]]
         if len(cells) != columns:
             raise InvalidInput(
                 f"line {k} of {path} has {_count(len(cells))}, and other lines have {columns}: "
@@ -238,7 +251,16 @@ def _table(lines: list[str], layout: Layout, columns: int, path: Path) -> TextTa
                 )
         numbers_of_lines.append(k)
         rows.append(np.array(row, dtype=float))
-    return TextTable(np.array(rows), tuple(header), np.array(numbers_of_lines), layout)
+    return TextTable(np.array(rows), tuple(header), np.array(numbers_of_lines), layout, corner)
+
+
+def even_step(x: np.ndarray) -> float | None:
+    """Step of coordinates that rise or fall evenly; None for other numbers."""
+    if len(x) < FEWEST or not (np.diff(x) * (x[1] - x[0]) > 0).all():
+        return None
+    step = float(x[-1] - x[0]) / (len(x) - 1)
+    off = np.abs(x - x[0] - step * np.arange(len(x))).max()
+    return step if off < OFF_GRID * abs(step) else None
 
 
 def _count(cells: int) -> str:

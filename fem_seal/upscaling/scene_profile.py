@@ -3,16 +3,16 @@
 from math import pi
 from pathlib import Path
 
-import numpy as np
-
 from fem_seal.errors import InvalidInput, present
+from fem_seal.field_file.text_header import column_titles, names_units
+from fem_seal.field_file.text_table import is_comment, read_table
 from fem_seal.scene import Scene
-from fem_seal.units import to_si
 from fem_seal.upscaling.leak_path import LeakPath, RingPath, StraightPath
 from fem_seal.upscaling.profile import Hertz, Profile, TabulatedProfile, Uniform
 
 # Relative difference of a table's length from that of a ring, which rounded numbers make.
 SAME_LENGTH = 1e-4
+SI = "m", "Pa"  # units of x and pressure in a table that names none
 
 
 def profile_of(scene: Scene) -> tuple[Profile, LeakPath]:
@@ -62,56 +62,29 @@ def _profile(scene: Scene, width: float | None) -> Profile:
 def read_profile(path: Path) -> TabulatedProfile:
     """Read a table of x and pressure, as finite-element codes write it.
 
-    Two columns, separated by commas, semicolons or blanks. A first line may name them, with units
-    in brackets: "x [mm], pressure [MPa]"; without units they are m and Pa. Lines that begin with #
-    are left out.
+    Two columns, whose titles may name their units: "x [mm], pressure [MPa]". Without any they are m
+    and Pa, unless the header names another unit.
+
+    Raises
+    ------
+    InvalidInput
+        If the file cannot be read as such a table, or the units are not clear.
     """
+    table = read_table(path, columns=2)
+    titles = column_titles(table)
+    axes = [title.axis for title in titles]
+    order = (1, 0) if "p" in axes[:1] or axes[1:] == ["x"] else (0, 1)
+    sizes = [titles[k].size(si, path) if titles else None for k, si in zip(order, SI, strict=True)]
+    unclear = [line for line in table.header if not titles and not is_comment(line)]
+    if None in sizes:
+        unclear += [line for line in table.header if names_units(line) or sizes != [None, None]]
+    if unclear:
+        raise InvalidInput(
+            f"{path}: the units of both columns must stand in one line such as 'x [mm], pressure "
+            f"[MPa]', not as in {unclear[-1].strip()!r}; without any they are m and Pa"
+        )
+    x, pressure = (table.values[:, k] * (size or 1) for k, size in zip(order, sizes, strict=True))
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput(f"cannot read the pressure profile {path}: {error}") from None
-    lines = [line for line in text.splitlines() if line.strip() and line.lstrip()[0] != "#"]
-    if lines and _numbers(lines[0]) is None:
-        units, lines = _units(lines[0], path), lines[1:]
-    else:
-        units = (1.0, 1.0)
-    rows = [_numbers(line) for line in lines]
-    for line, row in zip(lines, rows, strict=True):
-        if row is None:
-            raise InvalidInput(
-                f"{path}: {line.strip()!r} is no line of a pressure profile; give two numbers, x "
-                "and pressure"
-            )
-    x, pressure = np.array(rows).reshape(-1, 2).T
-    try:
-        return TabulatedProfile(x * units[0], pressure * units[1])
+        return TabulatedProfile(x, pressure)
     except InvalidInput as error:
         raise InvalidInput(f"{path}: {error}") from None
-
-
-def _numbers(line: str) -> tuple[float, float] | None:
-    words = line.replace(";", " ").replace(",", " ").split()
-    try:
-        x, pressure = map(float, words)
-    except ValueError:
-        return None
-    return x, pressure
-
-
-def _units(line: str, path: Path) -> tuple[float, float]:
-    """Sizes [m] and [Pa] of the units in brackets of a line of names."""
-    parts = line.replace(";", ",").split(",")
-    if len(parts) != 2:
-        raise InvalidInput(
-            f"{path}: the first line {line.strip()!r} should name two columns, such as "
-            '"x [mm], pressure [MPa]"'
-        )
-    names = [part.partition("[")[2].partition("]")[0].strip() for part in parts]
-    try:
-        sizes = [
-            to_si(f"1 {name}", unit) if name else 1.0
-            for name, unit in zip(names, ("m", "Pa"), strict=True)
-        ]
-    except ValueError as error:
-        raise InvalidInput(f"{path}: a unit of {line.strip()!r}: {error}") from None
-    return sizes[0], sizes[1]

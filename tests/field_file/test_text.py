@@ -22,11 +22,30 @@ def matrix(separator=" ", decimal=".", missing="NaN", values=HEIGHTS, end=""):
     return "".join(separator.join(map(cell, row)) + end + "\n" for row in values)
 
 
-def points(separator=" ", decimal=".", missing="NaN"):
-    rows = np.array([[DX * i, DY * j, z] for (i, j), z in np.ndenumerate(HEIGHTS)])
-    return matrix(separator, decimal, missing, rows)
+def points(separator=" ", decimal=".", missing="NaN", order=(0, 1, 2), unit=1):
+    """List of x, y and height; coordinates in µm over a unit."""
+    lines = (
+        [f"{DX * unit * i:.6f}", f"{DY * unit * j:.6f}", missing if np.isnan(z) else f"{z:.3f}"]
+        for (i, j), z in np.ndenumerate(HEIGHTS)
+    )
+    text = "".join(separator.join(line[k] for k in order) + "\n" for line in lines)
+    return text.replace(".", decimal)
 
 
+def around(corner="", head="", falling=False, missing=""):
+    """Matrix in mm between its coordinates, with decimal commas."""
+    rows = [[f"{DX * i / 1000:.6f}" for i in range(6)]]
+    rows += [[f"{z / 1000:.6f}" for z in column] for column in HEIGHTS.T]
+    first = [corner, *(f"{DY * j / 1000:.6f}" for j in range(4))]
+    lines = ["\t".join([start, *row]) for start, row in zip(first, rows, strict=True)]
+    lines = [lines[0], *(lines[:0:-1] if falling else lines[1:])]
+    return head + "\n".join(lines).replace(".", ",").replace("nan", missing) + "\n"
+
+
+SDF = (
+    "aBCR-1.0\nManufacID = ABC\nNumPoints = 6\nNumProfiles = 4\nXscale = 5.0E-07\n"
+    "Yscale = 2.5E-07\nZscale = 1E-09\nZresolution = -1\nCheckType = 0\n*\n"
+)
 # Text, and the statements that it needs besides.
 UNIT = Stated(unit="um")
 FILES = {
@@ -104,6 +123,43 @@ FILES = {
     ),
     "points": (points(), UNIT),
     "points with titles": (f"x [um]; y [um]; z [um]\n{points(';', ',', '')}", Stated()),
+    "titles in another order": (
+        "y,x,z\nmm,mm,um\n" + points(",", order=(1, 0, 2), unit=1e-3),
+        Stated(),
+    ),
+    "a number for each point, and its brightness": (
+        "Nr;X (um);Y (um);Höhe (um);I\n"
+        + "".join(f"1;{line};9\n" for line in points(";").splitlines()),
+        Stated(),
+    ),
+    "units in a line of their own": (
+        "# z y x\n# units: um mm mm\n" + points(order=(2, 1, 0), unit=1e-3),
+        Stated(),
+    ),
+    "units behind slashes": ("x/mm, y/mm, Height/µm\n" + points(",", unit=1e-3), Stated()),
+    "units behind underscores": ("x_mm\ty_mm\tz_um\n" + points("\t", unit=1e-3), Stated()),
+    "savetxt": ("# x [mm], y [mm], z [um]\n" + points(" ", unit=1e-3), Stated()),
+    "coordinates around a matrix": ("Einheit: mm\n" + around(), Stated()),
+    "a title between coordinates": (around("y\\x [mm]", "Z [mm]\n"), Stated()),
+    "coordinates that fall": (around("0", "Unit: mm\n", falling=True), Stated()),
+    "coordinates without a corner": (
+        "# Unit: mm\n" + around(missing="NaN").replace("\t", " ").replace(",", ".").lstrip(),
+        Stated(),
+    ),
+    "points and commas between thousands": (
+        "Width: 3,000.00 nm\nHeight: 1'000 nm\nz-unit: um\n" + matrix(values=HEIGHTS.T),
+        Stated(),
+    ),
+    "blanks and points between thousands": (
+        "Breite: 3.000,0 nm\nHöhe: 1 000 nm\nEinheit Z: um\n" + matrix(";", ",", values=HEIGHTS.T),
+        Stated(),
+    ),
+    "SDF": (
+        SDF
+        + matrix(missing="BAD", values=1e3 * HEIGHTS.T).replace(" ", "\n")
+        + "*\n<comment>12 34</comment>\n*\n",
+        Stated(),
+    ),
     "points in other units": (
         "x [mm]\ty [mm]\tHeight [µm]\n"
         + "".join(
@@ -207,7 +263,7 @@ def test_layouts_that_would_be_misread(text, reason, tmp_path):
         read_map(tmp_path / "a.asc", HEIGHT_NAMES)
 
 
-@pytest.mark.parametrize("ending", ["txt", "csv", "asc", "dat", "xyz", "tsv", "prn"])
+@pytest.mark.parametrize("ending", ["txt", "csv", "asc", "dat", "sdf", "xyz", "tsv", "prn"])
 def test_endings_of_text(ending, tmp_path):
     (tmp_path / f"a.{ending}").write_text(matrix())
     assert read_map(tmp_path / f"a.{ending}", HEIGHT_NAMES, SAID).values.shape == (6, 4)
@@ -239,3 +295,71 @@ def test_first_row_without_any_point(tmp_path):
         (tmp_path / "a.txt").write_text(matrix(separator, missing=missing, values=values))
         field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
         np.testing.assert_allclose(field.values, values * 1e-6, rtol=1e-15)
+
+
+LENGTHS = "Unit: um\nHeight: 1 um\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        # One number or two, about one or a thousand: the line is quoted in the place of a guess.
+        ("Width: 1,024 um\n" + LENGTHS + matrix(), "does not say its lengths.*'Width: 1,024 um'"),
+        ("Size: 1,024 x 768 um\nUnit: um\n" + matrix(), "does not say its lengths.*'Size: 1,024 x"),
+        ("Width: 1 250 um\n" + LENGTHS + matrix(), "does not say its lengths.*'Width: 1 250 um'"),
+        ("Breite: 1.024 um\n" + LENGTHS + matrix(";", ","), "does not say its lengths.*'Breite"),
+        ("DSAA\n4 6\n0 1\n0 3\n" + matrix(), "do.* not say its lengths.*says '4 6' and '0 1'"),
+        # A factor may be applied already or not.
+        ("Z Scale: 0.001\n" + matrix(), "says 'Z Scale: 0.001', a factor"),
+        ("Multiplier;0,001\n" + matrix(";", ","), "a factor"),
+        ("Zscale = 1e-6\nXscale = 5e-7\n" + matrix(), "'Zscale = 1e-6', a factor"),
+        # Coordinates, or columns of a list, must not become heights.
+        (
+            "".join(f"{k / 4} {line}\n" for k, line in enumerate(matrix().splitlines())),
+            "first column of .* rises evenly",
+        ),
+        (around("y").replace("0,000500", "0,000700"), "column 1 of .* is 'y', which is no number"),
+        ("".join(f"{line} 7\n" for line in points().splitlines()), "x and y of a grid"),
+        ("x [mm], y, z [um]\n" + points(","), "only one has a unit"),
+        ("x [mm], y [mm], z [kg]\n" + points(","), "'kg', which is no unit of length"),
+        ("x [px], y [px], z [um]\n" + points(","), "'px', which is no unit of length"),
+        ("x [mm], y [mm], I, Q\n" + points(",").replace("\n", ",1\n"), "no column as height"),
+        # SDF: a profile is no map, and one without its scales is not whole.
+        (SDF.replace("= 4", "= 1") + "1 2 3 4 5 6\n*\n", "line scan"),
+        (SDF + "1 2 3\n*\n", "3 heights for 6 x 4 points"),
+        (SDF.replace("Zscale", "Zsc") + matrix(), "no whole one"),
+    ],
+)
+def test_numbers_that_may_mean_another_thing(text, reason, tmp_path):
+    """Each was read, with unit and size of the scene or without, as a map that it is not."""
+    (tmp_path / "a.txt").write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput, match=reason) as refusal:
+        read_map(tmp_path / "a.txt", HEIGHT_NAMES, UNIT if "Unit" not in text else None)
+    assert "\n" not in str(refusal.value)
+
+
+def test_lines_that_count_are_no_lengths(tmp_path):
+    """A spreadsheet writes 0, 1, 2 … above and beside a matrix."""
+    lines = matrix(",").splitlines()
+    text = ",0,1,2,3\n" + "".join(f"{k},{line}\n" for k, line in enumerate(lines))
+    (tmp_path / "a.csv").write_text(text)
+    field = read_map(tmp_path / "a.csv", HEIGHT_NAMES, SAID)
+    np.testing.assert_allclose(field.values, HEIGHTS * 1e-6, rtol=1e-15)
+    with pytest.raises(InvalidInput, match="count points, without a unit, and say no lengths"):
+        read_map(tmp_path / "a.csv", HEIGHT_NAMES, UNIT)
+
+
+@pytest.mark.parametrize(
+    "factor", ["Multiplier: 1", "Color scale: 256", "Q factor = 300", "X scale: 3"]
+)
+def test_factors_of_other_things(factor, tmp_path):
+    (tmp_path / "a.txt").write_text(f"{factor}\n{matrix()}")
+    assert read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID).values.shape == (6, 4)
+
+
+def test_a_plane_is_no_line_of_coordinates(tmp_path):
+    """Its first line and column rise evenly, as all others do."""
+    plane = np.add.outer(0.25 * np.arange(6), np.arange(4))
+    (tmp_path / "a.txt").write_text(matrix(values=plane))
+    field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, SAID)
+    np.testing.assert_allclose(field.values, plane * 1e-6, rtol=1e-15)

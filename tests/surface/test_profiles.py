@@ -158,6 +158,29 @@ def test_files_of_profiles(tmp_path):
     np.testing.assert_allclose(profiles.heights, heights[1:30].T * 1e-6, rtol=1e-15)
 
 
+@pytest.mark.parametrize(
+    "head", ["x/mm;z/µm", "x_mm;z_um", "x;z\nmm;µm", "# Distance (mm);Höhe (µm)", "z [µm];x [mm]"]
+)
+def test_titles_of_profiles(head, tmp_path):
+    rows = [(f"{k * 0.001:.3f}", f"{k * k % 7}") for k in range(9)]
+    rows = [row[::-1] if head.startswith("z") else row for row in rows]
+    text = "\n".join([head, *map(";".join, rows)])
+    (tmp_path / "a.txt").write_text(text, encoding="utf-8")
+    profiles = read_profiles([tmp_path / "a.txt"])
+    assert profiles.step == pytest.approx(1e-6, rel=1e-12)
+    assert profiles.heights[0] == pytest.approx([1e-6 * (k * k % 7) for k in range(9)])
+
+
+def test_sdf_of_one_profile(tmp_path):
+    """Yscale is 0, as one profile has no distance across."""
+    head = "aBC-1.0\nNumPoints = 6\nNumProfiles = 1\nXscale = 0.5e-6\nYscale = 0\nZscale = 1e-10"
+    (tmp_path / "a.sdf").write_text(f"{head}\n*\n0\n79\n157\nBAD\n314\n393\n*\n")
+    profiles = read_profiles([tmp_path / "a.sdf"])
+    assert profiles.step == 5e-7
+    expected = 1e-10 * np.array([[0, 79, 157, np.nan, 314, 393]])
+    np.testing.assert_allclose(profiles.heights, expected, rtol=1e-15)
+
+
 def test_files_without_x(tmp_path):
     heights = np.random.default_rng(0).normal(size=(40, 2))
     np.savetxt(tmp_path / "a.txt", heights)

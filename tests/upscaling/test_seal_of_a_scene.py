@@ -221,9 +221,31 @@ def test_profiles_have_the_mean_of_the_contact():
     assert profile_of(scene())[0] == Uniform(2e5, 1e-4)
 
 
-def test_table_with_units(tmp_path):
+IN_MM = {
+    "x [mm], pressure [MPa]": ",",
+    "# from a finite-element code\nx (mm); pressure (MPa)": ";",
+    "x_mm, pressure_MPa": ",",
+    "x/mm, p/MPa": ",",
+    "# x [mm], pressure [MPa]": " ",
+    "x in mm\tp in MPa": "\t",
+    "# lengths in mm, pressures in MPa": " ",
+    "s,CPRESS\nmm,N/mm^2": ",",
+    "Path,mm,MPa\ns mm,sigma MPa": ",",
+    "pressure [MPa], x [mm]": ",",
+}
+
+
+@pytest.mark.parametrize("head", IN_MM)
+@pytest.mark.parametrize("decimal", ".,")
+def test_table_with_units(head, decimal, tmp_path):
+    rows = [("1", "0"), ("1.5", "2"), ("2", "0.5")]
+    if "]," in head and head.startswith("p"):
+        rows = [row[::-1] for row in rows]
+    if IN_MM[head] == ",":
+        decimal = "."
     path = tmp_path / "profile.csv"
-    path.write_text("# from a finite-element code\nx [mm], pressure [MPa]\n1, 0\n1.5, 2\n2; 0.5\n")
+    lines = [IN_MM[head].join(row).replace(".", decimal) for row in rows]
+    path.write_text("\n".join([head, *lines, ""]))
     profile = read_profile(path)
     assert profile.length == pytest.approx(1e-3)
     assert profile.pressure.tolist() == [0, 2e6, 0.5e6]
@@ -232,13 +254,27 @@ def test_table_with_units(tmp_path):
     assert profile_of(Scene.from_mapping(asked))[0].highest == 2e6
 
 
+@pytest.mark.parametrize("head", ["", "x, pressure\n", "# x [m], pressure [Pa]\n", "s;sigma\n"])
+def test_table_in_metres_and_pascals(head, tmp_path):
+    path = tmp_path / "profile.csv"
+    path.write_text(head + "0, 0\n1, 3\n")
+    assert (read_profile(path).length, read_profile(path).highest) == (1, 3)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "at least two"),
-        ("0 1\n1 2 3\n", "'1 2 3' is no line"),
+        ("", "holds no numbers"),
+        ("0 1\n1 2 3\n", "line 2 of .* has 3 numbers"),
+        ("1 2 3\n0 1\n1 2\n", "line 1 of .* has 3 numbers"),
         ("x [mm], pressure [kg]\n0 1\n1 2\n", "kg"),
-        ("a\n0 1\n1 2\n", "should name two columns"),
+        ("x [furlongs ago], p [Pa]\n0 1\n1 2\n", "'furlongs ago', which is no unit of length"),
+        ("x/L, p/p0\n0 1\n1 2\n", "'L', which is no unit of length"),
+        ("x [-], p [Pa]\n0 1\n1 2\n", "'-', which is no unit of length"),
+        ("x [mm], pressure\n0 1\n1 2\n", "units of both columns"),
+        ("# all lengths in mm\n0 1\n1 2\n", "units of both columns"),
+        ("Units: mm and MPa\nx, p\n0 1\n1 2\n", "units of both columns"),
+        ("a\n0 1\n1 2\n", "units of both columns"),
         ("0 1\n0 2\n", "ascend"),
         ("0 nan\n1 2\n", "must be numbers"),
     ],
