@@ -1,10 +1,9 @@
 """Reynolds flow through a gap by finite elements, with bounds of the leak rate from both sides."""
 
-from fem_seal.flow.from_dolfinx import film_from_dolfinx
-from fem_seal.flow.functions import FlowFunctions, flow_functions
+from fem_seal.flow.exchange import FlowFunctions, film_from_dolfinx, flow_functions
 from fem_seal.flow.leak import METHODS, leak_rate, pressure_on_kept
+from fem_seal.flow.marking import Tuning
 from fem_seal.flow.start import KeptMesh
-from fem_seal.flow.strategy import Tuning
 from fem_seal.limits import Limits
 
 __all__ = [

@@ -20,30 +20,26 @@ solve.
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Generic
 
 import numpy as np
 
 from fem_seal.errors import Inconsistent, present
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.film_on_mesh import (
-    B,
+    AnyBounds,
+    AnyPressure,
+    AnyStream,
     FilmOnMesh,
     FlowEstimate,
-    P,
-    S,
-    Solution,
+    LevelSolution,
+    SolvedLevel,
 )
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.look_ahead import refined_ahead
-from fem_seal.flow.marking import Marks, mark, mark_all
+from fem_seal.flow.marking import Marks, Strategy, mark, mark_all
 from fem_seal.flow.start import Guess, Start
-from fem_seal.flow.stopping import SolvedLevel, Stopping
-from fem_seal.flow.strategy import Strategy
+from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.bisection import AnyMesh, TooFine
-
-if TYPE_CHECKING:
-    from fem_seal.flow.slipping import SlipBounds
 
 # Ratio of the bracket's widths after and before the hierarchical correction, until it is measured.
 USUAL_CORRECTION_RATIO = 0.4
@@ -52,53 +48,20 @@ GROWTH = 4.0
 TOO_MANY = "the next mesh would have more than {} unknowns"
 
 
-@dataclass(frozen=True, eq=False)
-class LevelSolution(Generic[P, S, B]):
-    """One level of the refinement: the best bounds so far and the solutions on this mesh."""
-
-    level: SolvedLevel[B]  #: best bounds so far, and the cost of this level
-    #: the mesh with its numberings, a LevelProblem of a leak rate or a CellProblem of a tensor
-    problem: Any
-    pressure: P  #: solution of the primal problem
-    #: solution of the true dual problem; None if it was not solved, or blocked cells close every
-    #: channel
-    stream: S | None
-    #: bounds for a gas that slips, if a `widen` of the loop has added them
-    slip: "SlipBounds | None" = None
-
-    @property
-    def stalled(self) -> str:
-        """Reason why CG stopped short of its tolerance in the primal or the dual, else ""."""
-        return self.pressure.stalled or (self.stream.stalled if self.stream else "")
-
-    def certified(self) -> "LevelSolution[P, S, B]":
-        """The same level with the dual solved: the last level must have a lower bound."""
-        if self.stream is not None:
-            return self
-        _, guess = self.problem.mesh.first_guess()
-        stream = self.problem.stream(guess)
-        if stream is None:
-            return self
-        bounds = self.problem.corrected(self.pressure, stream).tightened(self.level.bounds)
-        iterations = {**self.level.iterations, "dual": stream.iterations}
-        level = replace(self.level, bounds=bounds, iterations=iterations)
-        return replace(self, level=level, stream=stream)
-
-
 def unchanged(
-    solution: LevelSolution[P, S, B],
-) -> LevelSolution[P, S, B]:
+    solution: LevelSolution,
+) -> LevelSolution:
     """Return the solution as it is: without slip there are no bounds to add."""
     return solution
 
 
 def refined(
-    make_problem: Callable[[AnyMesh, np.ndarray], FilmOnMesh[P, S, B]],
+    make_problem: Callable[[AnyMesh, np.ndarray], FilmOnMesh],
     start: Start,
     strategy: Strategy,
     stopping: Stopping,
-    widen: Callable[[LevelSolution[P, S, B]], LevelSolution[P, S, B]] = unchanged,
-) -> Iterator[LevelSolution[P, S, B]]:
+    widen: Callable[[LevelSolution], LevelSolution] = unchanged,
+) -> Iterator[LevelSolution]:
     """Yield a solution on each finer mesh, until `stopping` ends the refinement.
 
     Parameters
@@ -172,7 +135,7 @@ class _Log:
         self.iterations: dict[str, int] = {}
         self._last = time.perf_counter()
 
-    def lap(self, name: str, solved: Solution | None = None) -> None:
+    def lap(self, name: str, solved: AnyPressure | AnyStream | None = None) -> None:
         now = time.perf_counter()
         self.seconds[name] = now - self._last
         self._last = now
@@ -181,22 +144,22 @@ class _Log:
 
 
 @dataclass(frozen=True, eq=False)
-class _Solved(Generic[P, S]):
+class _Solved:
     """Solutions on one mesh: pressure, regularised and true stream function."""
 
-    pressure: P
-    regularised: S | None = None
-    stream: S | None = None
+    pressure: AnyPressure
+    regularised: AnyStream | None = None
+    stream: AnyStream | None = None
 
 
 def _solve(
-    problem: FilmOnMesh[P, S, B],
+    problem: FilmOnMesh,
     guess: Guess,
     strategy: Strategy,
     solve_true_dual: bool,
     correction_ratio: float,
     log: _Log,
-) -> _Solved[P, S]:
+) -> _Solved:
     """Solve the primal and, if it may end the refinement, the true dual.
 
     Unless `solve_true_dual`, the regularised dual is solved before it: the true dual then follows
@@ -204,7 +167,7 @@ def _solve(
     """
     pressure = problem.pressure(guess.pressure)
     log.lap("primal", pressure)
-    solution: _Solved[P, S] = _Solved(pressure)
+    solution: _Solved = _Solved(pressure)
     psi = guess.stream
     if not solve_true_dual:
         solution = _with_regularised_dual(problem, guess, solution, strategy, log)
@@ -219,7 +182,7 @@ def _solve(
     return replace(solution, stream=stream)
 
 
-def _corrected(problem: FilmOnMesh[P, S, B], solution: _Solved[P, S], log: _Log) -> B:
+def _corrected(problem: FilmOnMesh, solution: _Solved, log: _Log) -> AnyBounds:
     """Corrected bounds of this mesh; only the upper bound if the dual was not solved."""
     bounds = problem.upper_bound(solution.pressure)
     if solution.stream is None:
@@ -229,19 +192,19 @@ def _corrected(problem: FilmOnMesh[P, S, B], solution: _Solved[P, S], log: _Log)
     return bounds
 
 
-def _correction_ratio(problem: FilmOnMesh[P, S, B], solution: _Solved[P, S], corrected: B) -> float:
+def _correction_ratio(problem: FilmOnMesh, solution: _Solved, corrected: AnyBounds) -> float:
     """Ratio of the relative widths of the corrected bounds and of the solved ones."""
     stream = present(solution.stream, "stream function")
     return width_ratio(corrected.excess, problem.difference(solution.pressure, stream))
 
 
 def _with_regularised_dual(
-    problem: FilmOnMesh[P, S, B],
+    problem: FilmOnMesh,
     guess: Guess,
-    solution: _Solved[P, S],
+    solution: _Solved,
     strategy: Strategy,
     log: _Log,
-) -> _Solved[P, S]:
+) -> _Solved:
     """Solve the regularised dual unless that has been done.
 
     If the true dual came first, this solve serves the refinement, and the next level logs its time.
@@ -260,15 +223,15 @@ def _with_regularised_dual(
 _Step = tuple[Start, GapOnMesh, Marks, list[FlowEstimate], int]
 
 
-def _uniform_step(problem: FilmOnMesh[P, S, B], solution: _Solved) -> _Step:
+def _uniform_step(problem: FilmOnMesh, solution: _Solved) -> _Step:
     """Refine all cells, without looking ahead."""
     start = problem.start(solution.pressure, solution.stream)
     return start, problem.gap, mark_all(problem), [], 0
 
 
 def _adaptive_step(
-    problem: FilmOnMesh[P, S, B],
-    solution: _Solved[P, S],
+    problem: FilmOnMesh,
+    solution: _Solved,
     correction_ratio: float,
     reached: float,
     strategy: Strategy,

@@ -13,14 +13,44 @@ from math import fsum
 
 import numpy as np
 
-from fem_seal.flow.gradients import gradients, shape_gradients
-
 # Relative error of all steps outside the cells: sums of positive terms over up to 1e7 cells and
 # over the pyramid of averages, and gaps averaged 2 · 24 times at midpoints of edges.
 ROUNDING = 1e-12
 # Relative error of each term of a cell: 12 roundings in a component of the gradient, which counts
 # twice, 40 in the tensor (of which 15 in its moments), 10 in the area and the sums.
 _TERM = 80 * np.finfo(float).eps
+
+
+def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients of the barycentric coordinates and areas of triangles.
+
+    Parameters
+    ----------
+    x : (C, 3, 2), corners
+
+    Returns
+    -------
+    (C, 3, 2), (C,)
+    """
+    a, b, c = x.transpose(1, 2, 0)
+    # Store component by component: NumPy loops over a last axis of length two are slow.
+    slopes = np.empty((3, 2, len(x)))
+    (ux, uy), (vx, vy) = c - b, a - c
+    twice = ux * vy - uy * vx
+    for slope, (ex, ey) in zip(slopes, ((ux, uy), (vx, vy), b - a), strict=True):
+        np.divide(-ey, twice, out=slope[0])
+        np.divide(ex, twice, out=slope[1])
+    return slopes.transpose(2, 0, 1), np.abs(twice) / 2
+
+
+def gradients(slopes: np.ndarray, corner_values: np.ndarray) -> np.ndarray:
+    """Gradients (n, 2) of linear functions, from those of the barycentric coordinates (n, 3, 2).
+
+    Uses differences of the corner values (n, 3): a common constant cancels exactly.
+    """
+    _, b, c = slopes.transpose(1, 2, 0)
+    a, *others = corner_values.T
+    return (b * (others[0] - a) + c * (others[1] - a)).T
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,15 @@ primal and a dual problem of the same form, and differ in the functions that the
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Generic, Protocol, Self, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from fem_seal.fenicsx import MPI
 from fem_seal.flow.cell_data import CellContact, CellData
+from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.hierarchical import (
     USUAL_EFFORT,
     Correction,
@@ -39,57 +39,13 @@ MAX_DROP = 0.1
 # Corner values (n, 3) of a function on a slice or an array of n cells.
 CornerValues = Callable[[slice | np.ndarray], np.ndarray]
 
-
-class Solution(Protocol):
-    """Solution of a primal or a dual problem, by CG."""
-
-    @property
-    def iterations(self) -> int:
-        """CG iterations."""
-
-    @property
-    def stalled(self) -> str:
-        """Reason why CG stopped short of its tolerance, else ""."""
-
-
-class PressureSolution(Solution, Protocol):
-    """Solution of the primal problem: one pressure, or one for each direction."""
-
-    @property
-    def corner_values(self) -> np.ndarray:
-        """Pressure at the corners, (C, 3) or (2, C, 3)."""
-
-
-class StreamSolution(Solution, Protocol):
-    """Solution of a dual problem: one stream function, or one for each direction."""
-
-    @property
-    def psi(self) -> np.ndarray:
-        """Stream function ψ at the vertices, (V,) or (2, V)."""
-
-
-class LevelBounds(Protocol):
-    """Bounds of a leak rate or of a tensor."""
-
-    @property
-    def excess(self) -> float:
-        """(upper - lower)/lower, the largest of all directions; infinite without a lower bound."""
-
-    @property
-    def width(self) -> float:
-        """Relative width, the largest of all directions."""
-
-    def tightened(self, other: Self) -> Self:
-        """The better lower bound and the better upper bound of the two."""
-
-    def hardly_better(self, before: Self) -> bool:
-        """Whether they have improved by less than 1 %."""
-
-
-# Types of a problem: its primal solution, its dual solution and its bounds.
-P = TypeVar("P", bound=PressureSolution)
-S = TypeVar("S", bound=StreamSolution)
-B = TypeVar("B", bound=LevelBounds)
+# Solutions and bounds have the types of the problem. Pressures are a `Minimum` or, for a tensor, a
+# `Family`; stream functions a `Stream` or a `StreamFamily`: all with `iterations` and `stalled`,
+# with `corner_values`, (C, 3) or (2, C, 3), or with `psi`, (V,) or (2, V). Bounds are `Bounds` or
+# `MatrixBounds`.
+AnyPressure = Any
+AnyStream = Any
+AnyBounds = Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +76,51 @@ def _freed(cells: slice | np.ndarray) -> np.ndarray:
     raise AssertionError("the mesh of this flow has been freed")
 
 
-class FilmOnMesh(ABC, Generic[P, S, B]):
+@dataclass(frozen=True)
+class SolvedLevel:
+    """One mesh of a refinement in the units of the problem, with its bounds and cost."""
+
+    unknowns: int  #: unknowns of the primal problem, for one direction
+    cells: int  #: open triangles of the mesh
+    bounds: AnyBounds  #: best bounds so far
+    iterations: dict[str, int] = field(default_factory=dict)  #: as in `leak_rate.Level`
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class LevelSolution:
+    """One level of the refinement: the best bounds so far and the solutions on this mesh."""
+
+    level: SolvedLevel  #: best bounds so far, and the cost of this level
+    #: the mesh with its numberings, a LevelProblem of a leak rate or a CellProblem of a tensor
+    problem: Any
+    pressure: AnyPressure  #: solution of the primal problem
+    #: solution of the true dual problem; None if it was not solved, or blocked cells close every
+    #: channel
+    stream: AnyStream | None
+    #: `SlipBounds` of a gas that slips, if a `widen` of the loop has added them
+    slip: Any = None
+
+    @property
+    def stalled(self) -> str:
+        """Reason why CG stopped short of its tolerance in the primal or the dual, else ""."""
+        return self.pressure.stalled or (self.stream.stalled if self.stream else "")
+
+    def certified(self) -> "LevelSolution":
+        """The same level with the dual solved: the last level must have a lower bound."""
+        if self.stream is not None:
+            return self
+        _, guess = self.problem.mesh.first_guess()
+        stream = self.problem.stream(guess)
+        if stream is None:
+            return self
+        bounds = self.problem.corrected(self.pressure, stream).tightened(self.level.bounds)
+        iterations = {**self.level.iterations, "dual": stream.iterations}
+        level = replace(self.level, bounds=bounds, iterations=iterations)
+        return replace(self, level=level, stream=stream)
+
+
+class FilmOnMesh(ABC):
     """A film on one mesh (gap in units of its maximum), and the steps of the adaptive loop on it.
 
     Parameters
@@ -181,34 +181,34 @@ class FilmOnMesh(ABC, Generic[P, S, B]):
         """Initial values of the solves."""
 
     @abstractmethod
-    def pressure(self, guess: np.ndarray) -> P:
+    def pressure(self, guess: np.ndarray) -> AnyPressure:
         """Solve the primal problem, from a guess."""
 
     @abstractmethod
-    def stream(self, guess: np.ndarray) -> S | None:
+    def stream(self, guess: np.ndarray) -> AnyStream | None:
         """Solve the dual problem; None if blocked cells close every channel."""
 
     @abstractmethod
-    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> S | None:
+    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> AnyStream | None:
         """Solve the regularised dual, in which blocked cells conduct `epsilon` times as much."""
 
     @abstractmethod
-    def upper_bound(self, pressure: P) -> B:
+    def upper_bound(self, pressure: AnyPressure) -> AnyBounds:
         """Bounds from the primal solution alone."""
 
     @abstractmethod
-    def difference(self, pressure: P, stream: S) -> float:
+    def difference(self, pressure: AnyPressure, stream: AnyStream) -> float:
         """Relative difference of both energies before the hierarchical correction."""
 
     @abstractmethod
-    def corrected(self, pressure: P, stream: S) -> B:
+    def corrected(self, pressure: AnyPressure, stream: AnyStream) -> AnyBounds:
         """Bounds after the hierarchical correction."""
 
     @abstractmethod
-    def flows(self, pressure: P, stream: S) -> list[FlowEstimate]:
+    def flows(self, pressure: AnyPressure, stream: AnyStream) -> list[FlowEstimate]:
         """The flows whose errors are to be reduced."""
 
-    def start(self, pressure: PressureSolution, stream: StreamSolution | None) -> Start:
+    def start(self, pressure: AnyPressure, stream: AnyStream | None) -> Start:
         """Start on this mesh from its solutions; where nothing flows the functions are zero.
 
         Parameters

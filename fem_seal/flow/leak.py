@@ -11,14 +11,15 @@ from fem_seal.fenicsx import MPI, explained_compilation
 from fem_seal.film import GridFilm, MeshFilm, film_conductivity
 from fem_seal.film.law import CUBE
 from fem_seal.flow.adapt import refined, unchanged
+from fem_seal.flow.film_on_mesh import LevelSolution
 from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.level import LeakSolution, LevelProblem
+from fem_seal.flow.level import LevelProblem
+from fem_seal.flow.marking import Strategy, Tuning
 from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
 from fem_seal.flow.start import KeptMesh, Start
 from fem_seal.flow.stopping import Decision, SolvedLevel, Stopping, Tolerance
-from fem_seal.flow.strategy import Strategy, Tuning
 from fem_seal.fluid import Slip
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
@@ -193,7 +194,7 @@ def pressure_on_kept(
     pressure = problem.pressure(problem.guess(start).pressure)
     kept.start = replace(problem.start(pressure, None), streams=start.streams)
     level = SolvedLevel(problem.unknowns, problem.space.count, problem.upper_bound(pressure))
-    solution = LeakSolution(level, problem, pressure, None)
+    solution = LevelSolution(level, problem, pressure, None)
     result = _result(solution, [_in_si(level, scale)], "adaptive", scale)
     return replace(
         result,
@@ -268,7 +269,7 @@ def _in_si(level: SolvedLevel, scale: float) -> Level:
     )
 
 
-def _result(solution: LeakSolution, levels: list[Level], method: str, scale: float) -> LeakRate:
+def _result(solution: LevelSolution, levels: list[Level], method: str, scale: float) -> LeakRate:
     lower, upper = levels[-1].lower, levels[-1].upper
     interval = None
     if solution.slip is not None:
@@ -291,7 +292,7 @@ def _result(solution: LeakSolution, levels: list[Level], method: str, scale: flo
 
 
 def _pressure_field(
-    solution: LeakSolution, film: GridFilm | MeshFilm, pressure_drop: float
+    solution: LevelSolution, film: GridFilm | MeshFilm, pressure_drop: float
 ) -> FlowField:
     """Pressure and gap on the mesh of a solution, its points parted where the pressure jumps.
 
@@ -310,7 +311,7 @@ def _pressure_field(
 
 
 def _field(
-    solution: LeakSolution,
+    solution: LevelSolution,
     film: GridFilm | MeshFilm,
     viscosity: float,
     pressure_drop: float,

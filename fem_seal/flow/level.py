@@ -15,13 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.adapt import LevelSolution
 from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.cell_data import ISOTROPIC
-from fem_seal.flow.energy import Energy
+from fem_seal.flow.energy import Energy, gradients, shape_gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
 from fem_seal.flow.gap_on_mesh import GapOnMesh, LinearGap
-from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.hierarchical import USUAL_EFFORT, Effort
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import Minimum
@@ -52,10 +50,7 @@ class Stream:
         return 1 / self.energy.value
 
 
-LeakSolution = LevelSolution[Minimum, Stream, Bounds]
-
-
-class LevelProblem(FilmOnMesh[Minimum, Stream, Bounds]):
+class LevelProblem(FilmOnMesh):
     """Flow of unit pressure drop from inlet to outlet on one mesh (gap in units of its maximum).
 
     Parameters

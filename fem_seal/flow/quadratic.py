@@ -29,8 +29,8 @@ from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.flow.forms import energy, reynolds
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
 from fem_seal.flow.linear import MAX_ITERATIONS, minimise_by_cg, preconditioned_cg
+from fem_seal.flow.marking import Tuning
 from fem_seal.flow.numbering import Numbering
-from fem_seal.flow.strategy import Tuning
 from fem_seal.flow.topology import OpenCells, open_cells, primal_numbering
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate

@@ -20,8 +20,9 @@ from fem_seal.film.law import (
     mean_pressure_law,
 )
 from fem_seal.flow.bounds import Bounds
+from fem_seal.flow.film_on_mesh import LevelSolution
 from fem_seal.flow.gap_on_mesh import GapOnMesh
-from fem_seal.flow.level import LeakSolution, LevelProblem
+from fem_seal.flow.level import LevelProblem
 from fem_seal.fluid import Slip
 
 # Parameters of the choice of a weight. Every choice gives valid bounds; these give narrow ones.
@@ -85,7 +86,7 @@ class SlippingFilm:
         """The law for which the mesh is refined: that at the mean pressure."""
         return mean_pressure_law(self._slip, self._highest)
 
-    def widened(self, solution: LeakSolution) -> LeakSolution:
+    def widened(self, solution: LevelSolution) -> LevelSolution:
         """The solution with the best bounds so far for the gas that slips.
 
         Before the true dual is solved there is an upper bound only, from that at the mean pressure.
@@ -109,11 +110,11 @@ class SlippingFilm:
     def _bounding_law(self, above: PressureWeight, below: PressureWeight) -> FilmLaw:
         return bounding_law(self._slip, self._highest, above, below, self._unit)
 
-    def _improved(self, solution: LeakSolution, lower: float, upper: float) -> LeakSolution:
+    def _improved(self, solution: LevelSolution, lower: float, upper: float) -> LevelSolution:
         self._best = SlipBounds(*self._best.tightened(Bounds(lower, upper)))
         return replace(solution, slip=self._best)
 
-    def _under_bounding_law(self, solution: LeakSolution) -> GapOnMesh:
+    def _under_bounding_law(self, solution: LevelSolution) -> GapOnMesh:
         """The gap under the law of two weights, kept for the next mesh unless others gain there."""
         chosen = solution.problem.space.comm.bcast(self._choice(solution))
         if self._gap is None or chosen is not None:
@@ -121,7 +122,7 @@ class SlippingFilm:
             self._gap = solution.problem.gap.with_law(self._bounding_law(*self._chosen))
         return self._gap
 
-    def _choice(self, solution: LeakSolution) -> tuple[PressureWeight, PressureWeight] | None:
+    def _choice(self, solution: LevelSolution) -> tuple[PressureWeight, PressureWeight] | None:
         """Weights with probably the least upper and the greatest lower bound; None: the last ones.
 
         The energies of the solution at the mean pressure are estimated under each law. For this the

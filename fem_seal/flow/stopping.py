@@ -1,35 +1,60 @@
 """When a refinement ends: its bounds agree or decide against a limit, or it costs too much."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import exp
-from typing import TYPE_CHECKING, Generic
+
+import numpy as np
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.convergence import ConvergenceHistory, out_of_reach
-from fem_seal.flow.film_on_mesh import B
+from fem_seal.flow.film_on_mesh import LevelSolution, SolvedLevel
 from fem_seal.leak_rate import relative_width
 from fem_seal.limits import Limits
-
-if TYPE_CHECKING:
-    from fem_seal.flow.adapt import LevelSolution
 
 # Critical constriction over the largest gap, below which a tolerance may be out of reach. If a line
 # of such small gaps lies across the flow, refinement may need more unknowns than PETSc can number:
 # for 5 % about 1e8 at a ratio of 1e-6, about 1e10 at 1e-9 (sixteen pixels).
 DOUBTFUL = 1e-6
+LONG = 16  # growth of the unknowns over which the order of convergence is measured
+MOST_UNKNOWNS = 2**31 - 1  # largest number of unknowns for the indices of PETSc
+
+ConvergenceHistory = Sequence[tuple[int, float]]
 
 
-@dataclass(frozen=True)
-class SolvedLevel(Generic[B]):
-    """One mesh of a refinement in the units of the problem, with its bounds and cost."""
+def out_of_reach(history: ConvergenceHistory, rtol: float, growth: float) -> str:
+    """Message if the bounds converge too slowly ever to reach a tolerance, "" if they may reach it.
 
-    unknowns: int  #: unknowns of the primal problem, for one direction
-    cells: int  #: open triangles of the mesh
-    bounds: B  #: best bounds so far
-    iterations: dict[str, int] = field(default_factory=dict)  #: as in `leak_rate.Level`
-    seconds: dict[str, float] = field(default_factory=dict)
+    A line of tiny gaps across the flow must be resolved along its whole length, and the unknowns
+    that this takes are inversely proportional to its width. The cost of a single narrow spot grows
+    only as a logarithm. The measured order p of width ~ unknowns^-p over the last sixteenfold
+    growth distinguishes the two.
+
+    Parameters
+    ----------
+    history : unknowns and relative width of the bounds of each mesh
+    rtol : tolerance of the relative width
+    growth : usual growth of the unknowns from mesh to mesh. Where a mesh grows faster, it has been
+        refined along lines before a solve could tell which of them matter: the history must then be
+        as many meshes long as sixteenfold growth usually takes
+    """
+    unknowns, width = history[-1]
+    meshes = round(np.log(LONG) / np.log(growth))
+    starts = [k for k, (before, _) in enumerate(history[:-meshes]) if LONG * before <= unknowns]
+    if not starts or width <= rtol:
+        return ""
+    judged = history[starts[-1] :]
+    before, widest = judged[0]
+    # If the width has risen meanwhile, a new channel has been resolved: no order can be measured.
+    if not width < widest < np.inf or max(value for _, value in judged) > widest:
+        return ""
+    order = np.log(widest / width) / np.log(unknowns / before)
+    if np.log(unknowns) + np.log(width / rtol) / order <= np.log(MOST_UNKNOWNS):
+        return ""
+    return (
+        f"as the last meshes went, more than {MOST_UNKNOWNS} unknowns would be needed, which "
+        "cannot be numbered"
+    )
 
 
 @dataclass(frozen=True)
@@ -40,7 +65,7 @@ class Tolerance:
     #: since no mesh closes the rest
     rtol: float
 
-    def reached(self, solution: "LevelSolution") -> bool:
+    def reached(self, solution: LevelSolution) -> bool:
         """Whether the bounds of a solution meet the criterion."""
         return bool(solution.level.bounds.width <= self.rtol)
 
@@ -50,7 +75,7 @@ class Tolerance:
         state = f"the bracket is {width:.2g} wide" if lower > 0 else "no lower bound yet"
         return f"{state}, {self.rtol:.2g} was asked for"
 
-    def out_of_reach(self, solution: "LevelSolution") -> str:
+    def out_of_reach(self, solution: LevelSolution) -> str:
         """Always "": every tolerance is met on a mesh that is fine enough."""
         return ""
 
@@ -71,7 +96,7 @@ class Decision:
     # Near a tolerance the steps of a refinement become smaller. A decision may need any width.
     rtol = 0.0
 
-    def reached(self, solution: "LevelSolution") -> bool:
+    def reached(self, solution: LevelSolution) -> bool:
         """Whether both bounds, widened by slip and margin, lie on one side of the limit."""
         lower, upper = solution.slip or solution.level.bounds
         unit, factor = self.unit, exp(self.margin)
@@ -82,7 +107,7 @@ class Decision:
         below, above = lower / self.limit, upper / self.limit
         return f"the leak rate is between {below:.4g} and {above:.4g} times the limit"
 
-    def out_of_reach(self, solution: "LevelSolution") -> str:
+    def out_of_reach(self, solution: LevelSolution) -> str:
         """Message if no mesh can decide because of slip or the margin, else ""."""
         bounds = solution.level.bounds
         if bounds.lower == 0 or (solution.slip is None and self.margin == 0):
@@ -138,8 +163,8 @@ class Stopping:
         self.reason = reason
 
     def judged(
-        self, solution: "LevelSolution", widen: Callable[["LevelSolution"], "LevelSolution"]
-    ) -> "LevelSolution":
+        self, solution: LevelSolution, widen: Callable[[LevelSolution], LevelSolution]
+    ) -> LevelSolution:
         """Decide whether the refinement ends with this solution; certify it if it does.
 
         Parameters
@@ -159,7 +184,7 @@ class Stopping:
             self.reason = "" if self.reached else self.reason
         return solution
 
-    def _reason(self, solution: "LevelSolution") -> str:
+    def _reason(self, solution: LevelSolution) -> str:
         """Reason to end with this solution, "" to go on."""
         last = sum(solution.level.seconds.values())
         limit = self.limits.exceeded(self.started, self.growth, last)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from fem_seal.flow.tensor_bounds import TensorBounds
+    from fem_seal.flow.bounds import TensorBounds
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fem_seal.fenicsx import MPI
-from fem_seal.flow.bounds import Bounds
-from fem_seal.flow.stopping import Decision, SolvedLevel, Stopping, Tolerance
-from fem_seal.flow.tensor_bounds import MatrixBounds
+from fem_seal.flow.bounds import Bounds, MatrixBounds
+from fem_seal.flow.film_on_mesh import SolvedLevel
+from fem_seal.flow.stopping import Decision, Stopping, Tolerance
 from fem_seal.limits import Limits
 
 

@@ -12,11 +12,11 @@ from fem_seal.errors import InvalidInput
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, Tuning, leak_rate
+from fem_seal.flow.bounds import TensorBounds, geometric_mean
 from fem_seal.flow.cell_problem import CellProblem, lower_matrix, upper_matrix
 from fem_seal.flow.cell_tensor import conductivity_tensor
-from fem_seal.flow.convergence import LONG, MOST_UNKNOWNS, out_of_reach
 from fem_seal.flow.start import Start
-from fem_seal.flow.tensor_bounds import TensorBounds, geometric_mean, relative_width
+from fem_seal.flow.stopping import LONG, MOST_UNKNOWNS, out_of_reach
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.mesh.torus import uniform_torus
@@ -82,7 +82,7 @@ def test_checkerboard():
     """√(k1 k2) in every direction (Keller 1964, Dykhne 1970); contrast 64."""
     found = tensor(cell([[1.0, 4.0], [4.0, 1.0]]), representation="constant", rtol=0.05)
     assert holds(found, 8 * np.eye(2))
-    assert relative_width(found.lower, found.upper) <= 0.05
+    assert found.width <= 0.05
     # Both bounds err by as much: the geometric mean is far better than either.
     np.testing.assert_allclose(found.value, 8 * np.eye(2), atol=8 * 0.002)
 
@@ -271,7 +271,7 @@ def test_bounds_close_and_stay_bounds():
     """Bounds of a tight tolerance lie within those of a wide one."""
     gap = rough(7, 0.3)
     wide, tight = tensor(gap, rtol=0.5), tensor(gap, rtol=0.05)
-    assert relative_width(tight.lower, tight.upper) <= 0.05
+    assert tight.width <= 0.05
     for i, j in ((0, 0), (0, 1), (1, 1)):
         (low, high), (inner_low, inner_high) = wide.interval(i, j), tight.interval(i, j)
         assert low <= inner_high

@@ -11,7 +11,7 @@ from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve as differences
 from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.flow.averages import mean_cube
-from fem_seal.flow.convergence import LONG, MOST_UNKNOWNS
+from fem_seal.flow.stopping import LONG, MOST_UNKNOWNS
 from fem_seal.grid import GridField
 from fem_seal.memory import available_memory
 from fem_seal.verification.exact_cases import vertex_gap

@@ -9,9 +9,9 @@ from triangulations import square_with_hole
 from fem_seal.fenicsx import MPI
 from fem_seal.film import GridFilm
 from fem_seal.flow import Tuning, leak_rate
+from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.film_on_mesh import FlowEstimate
 from fem_seal.flow.gap_on_mesh import VertexGap
-from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.integrals import batch
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.look_ahead import least_indicator, refined_ahead

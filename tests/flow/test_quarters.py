@@ -6,8 +6,8 @@ from gaps import everything, represented
 from sample_gaps import rough_gap
 
 from fem_seal.film.law import PressureWeight, bounding_law
+from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import VertexGap
-from fem_seal.flow.gradients import gradients, shape_gradients
 from fem_seal.flow.quarters import Shape, thrice_centroids
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField

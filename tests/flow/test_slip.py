@@ -11,7 +11,7 @@ from triangulations import scattered_square
 
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.flow import Limits, leak_rate
-from fem_seal.flow.strategy import Tuning
+from fem_seal.flow.marking import Tuning
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate

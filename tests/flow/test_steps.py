@@ -8,7 +8,7 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
 from fem_seal.flow.adapt import width_ratio
 from fem_seal.flow.bounds import Bounds
-from fem_seal.flow.strategy import Strategy, part_of_a_step
+from fem_seal.flow.marking import Strategy, part_of_a_step
 from fem_seal.leak_rate import relative_width
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from fem_seal import run
 from fem_seal.errors import InvalidInput
-from fem_seal.flow.tensor_bounds import TensorBounds
+from fem_seal.flow.bounds import TensorBounds
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.quantities.tensor import ConductivityTensor
