@@ -18,6 +18,7 @@ from fem_seal.solved import solve
 from fem_seal.steps import FLOWS
 from fem_seal.sweep import Axis
 from fem_seal.sweep.contact_path import ContactPath
+from fem_seal.sweep.point import UNSETTLED, _numbers
 
 LEFT = {"points", "sweep.csv", "sweep.json"}
 
@@ -295,6 +296,21 @@ def test_decisions_of_a_sweep(tmp_path):
     assert [row["decision"] for row in rows(tmp_path / "out")] == ["above limit", "within limit"]
     assert run("--vary", "flow.links=arithmetic", "--out", "plain") == 0
     assert [row["decision"] for row in rows(tmp_path / "plain")] == ["leaking"]
+
+
+def test_an_unsettled_point_has_a_range_and_no_leak_rate(small_scene):
+    """The last pass of contact and flow that have not settled is not the point's leak rate."""
+    small_scene["contact"] = {"pressure": "0.15 MPa"}
+    small_scene["flow"] |= {"method": "adaptive", "rtol": 0.5}
+    result = solve(Scene.from_mapping(small_scene)).result()
+    settled = dict(_numbers(result))
+    assert settled["state"] == "leaking"
+    assert settled["lower"] < settled["leak_rate"] < settled["upper"]
+    moving = result.model_copy(update={"lift": result.lift.model_copy(update={"settled": False})})
+    numbers = dict(_numbers(moving))
+    assert numbers["state"] == UNSETTLED
+    assert [numbers[key] for key in ("leak_rate", "lower", "upper")] == [None] * 3
+    assert numbers["together.upper"] == result.together.upper
 
 
 def test_equal_points_are_one(tmp_path, capsys):

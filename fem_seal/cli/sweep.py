@@ -108,6 +108,7 @@ def _summary(point: "Point") -> str:
     """One line about a point."""
     from fem_seal.fluid import volume_conditions
     from fem_seal.leak_rate import rate_text
+    from fem_seal.sweep.point import UNSETTLED
 
     numbers = point.numbers
     if not numbers["state"]:
@@ -120,6 +121,10 @@ def _summary(point: "Point") -> str:
     if not numbers["converged"]:
         area += ", not converged"
     state, decision = numbers["state"], numbers["decision"]
+    if state == UNSETTLED:
+        ends = (point.number(f"together.{end}") for end in ("lower", "upper"))
+        low, high = (f"{end:.3g}" if end is not None else "?" for end in ends)
+        return f"{state}, {low} to {high} m^3/s, {area}"
     if state == "sealed" or leak_rate is None:
         return f"{state if decision in (state, None) else f'{state}, {decision}'}, {area}"
     unit, kelvin = "m^3/s", "gas.reference_temperature"

@@ -14,7 +14,7 @@ from fem_seal.leak_rate import relative_half_width
 from fem_seal.render.bounds import label_axis
 from fem_seal.render.page import FONT_POINTS
 from fem_seal.render.plot import new_figure
-from fem_seal.sweep.point import Point
+from fem_seal.sweep.point import UNSETTLED, Point
 from fem_seal.sweep.summary import SEEDS, Group, groups
 
 if TYPE_CHECKING:
@@ -60,6 +60,23 @@ class Curve:
                     bounds = (value, value) if lower is None or upper is None else (lower, upper)
                     rows.append((place, value, *bounds))
         return np.array(rows).reshape(-1, 4)
+
+    def ranges(self) -> np.ndarray:
+        """Place, lower and upper end (n, 3) of the leak rates of all points that have not settled.
+
+        The ends are those of the range with all counted errors, 0 and infinite if open. Points that
+        are open at both ends cannot be drawn.
+        """
+        rows = []
+        for place, group in self.groups:
+            for point in group.points:
+                if point.numbers["state"] != UNSETTLED:
+                    continue
+                lower, upper = (point.number(f"together.{k}") for k in ("lower", "upper"))
+                ends = lower or 0.0, np.inf if upper is None else upper
+                if ends[0] > 0 or 0 < ends[1] < np.inf:
+                    rows.append((place, *ends))
+        return np.array(rows).reshape(-1, 3)
 
     def counts(self, state: str) -> list[tuple[float, int, int]]:
         """Place, number of points in a state there, and number of all points there."""
@@ -112,8 +129,7 @@ def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, flo
         for group in groups(keys, table):
             of_values.setdefault(group.values[1:], []).append((places[group.values[0]], group))
     else:
-        solved = [point for point in table if point.numbers["state"]]
-        of_values = {(): [(places[point.values[0]], Group((), (point,))) for point in solved]}
+        of_values = {(): [(places[point.values[0]], Group((), (point,))) for point in table]}
     if len(of_values) > MOST_CURVES:
         raise InvalidInput(
             f"the picture would have {len(of_values)} curves, at most {MOST_CURVES} can be told "
@@ -135,7 +151,10 @@ def _curves(keys: tuple[str, ...], table: Sequence[Point], places: dict[str, flo
 def draw_curves(axes: "Axes", curves: Sequence[Curve]) -> None:
     """Draw curves with their bands on a logarithmic axis, and strips for the other points."""
     rows = np.concatenate([curve.rows() for curve in curves])
-    low, high = rows[:, 1:][rows[:, 1:] > 0].min(), rows[:, 3].max()
+    ranges = np.concatenate([curve.ranges() for curve in curves])[:, 1:]
+    shown = np.concatenate([rows[:, 1:].ravel(), ranges.ravel()])
+    shown = shown[(shown > 0) & np.isfinite(shown)]
+    low, high = shown.min(), shown.max()
     margin = (2 * high / low) ** MARGIN
     ends = [low / margin, high * margin]
     axes.set(yscale="log", ylim=ends)
@@ -143,7 +162,7 @@ def draw_curves(axes: "Axes", curves: Sequence[Curve]) -> None:
     for minor in (False, True):
         ticks = axes.get_yticks(minor=minor)
         axes.set_yticks(ticks[(ticks > ends[0]) & (ticks < ends[1])], minor=minor)
-    strips = {}
+    inside, strips = (ends[0], ends[1]), {}
     for end, (state, outwards) in enumerate(zip(STRIPS, (1 / margin, margin), strict=True)):
         if any(curve.counts(state) for curve in curves):
             axes.axhline(ends[end], color="0.7", linewidth=0.8)
@@ -154,6 +173,8 @@ def draw_curves(axes: "Axes", curves: Sequence[Curve]) -> None:
     axes.set_ylim(*ends)
     for number, curve in enumerate(curves):
         _draw(axes, curve, f"C{number}", MARKERS[number])
+        if (ranges := curve.ranges()).size:
+            _draw_ranges(axes, ranges, f"C{number}", MARKERS[number], inside)
         for state, at in strips.items():
             _draw_counts(axes, curve.counts(state), f"C{number}", STRIPS[state], at)
 
@@ -182,6 +203,28 @@ def _draw(axes: "Axes", curve: Curve, colour: str, marker: str) -> None:
         axes.errorbar(place, value, [below, upper - value], fmt=ends, color=colour, markersize=4.0)
 
 
+def _draw_ranges(
+    axes: "Axes", ranges: np.ndarray, colour: str, marker: str, ends: tuple[float, float]
+) -> None:
+    """Draw open markers with the ranges of points that have not settled.
+
+    An open end reaches as far as the axis; the marker is in the middle, or at the end that is not
+    open.
+    """
+    place, lower, upper = ranges.T
+    is_low, is_high = lower > 0, np.isfinite(upper)
+    low, high = np.where(is_low, lower, ends[0]), np.where(is_high, upper, ends[1])
+    middle = np.where(is_low & is_high, np.sqrt(low * high), np.where(is_low, low, high))
+    axes.errorbar(
+        *(place, middle, [middle - low, high - middle]),
+        fmt=marker,
+        color=colour,
+        markersize=5.0,
+        markerfacecolor="white",
+        elinewidth=0.8,
+    )
+
+
 def _draw_counts(
     axes: "Axes", counts: Sequence[tuple[float, int, int]], colour: str, mark: str, height: float
 ) -> None:
@@ -202,14 +245,24 @@ def _draw_counts(
 
 def _caption(curves: Sequence[Curve], seeds: str) -> str:
     """Text on the meaning of lines and bands."""
+    unsettled = any(curve.ranges().size for curve in curves)
+    open_ = "open: ranges of points that have not settled" if unsettled else ""
     if any(curve.seeds for curve in curves):
-        return f"points: each {seeds}; line: their median; shaded: all that leak"
+        words = f"points: each {seeds}; line: their median; shaded: all that leak"
+        every = [group for curve in curves for _, group in curve.groups]
+        left_out = sum(group.left_out for group in every)
+        if not left_out:
+            return words
+        total = sum(len(group.points) for group in every)
+        words = words.replace("their median", f"their median, without {left_out} of {total} points")
+        return f"{words}{';' if open_ else ''}\n{open_}".rstrip()
     rows = np.concatenate([curve.rows() for curve in curves])
     widths = [relative_half_width(lower, upper) for _, _, lower, upper in rows]
     if not any(widths):
         return "without bounds"
     shown = "bounds shaded" if curves[0].joined else "bars: bounds"
-    return f"{shown}, ±{per_cent(max(widths))} at most"
+    words = f"{shown}, ±{per_cent(max(widths))} at most"
+    return f"{words}; {open_}" if open_ else words
 
 
 def _name_places(axes: "Axes", places: dict[str, float], unit: str | None) -> None:

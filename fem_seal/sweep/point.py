@@ -26,6 +26,7 @@ COLUMNS = (
     *("contact_area_fraction", "mean_gap", "mean_pressure", "kkt_residual"),
     *("unknowns", "converged", "reason", "seconds", "peak_memory_bytes"),
 )
+UNSETTLED = "unsettled"  # state of a point whose contact and flow reach no equilibrium
 # Parts of a result that are not numbers of the point, or are in COLUMNS under another name.
 _LEFT_OUT = {
     *("schema_version", "leak_rate", "verdict", "levels", "files", "seconds", "provenance"),
@@ -37,26 +38,12 @@ _FILES = ("mesh", "pictures")
 
 @dataclass(frozen=True)
 class Point:
-    """A finished point.
+    """A finished point."""
 
-    Attributes
-    ----------
-    values : tuple[str, ...]
-        Values of the axes, as text.
-    numbers : dict[str, Number]
-        Numbers by column; those of COLUMNS first.
-    version : str
-        Version of fem_seal.
-    again : bool
-        Whether the next sweep computes the point again, since the cause of its failure may be gone.
-    finished : str
-        Date and time of the computation.
-    """
-
-    values: tuple[str, ...]
-    numbers: dict[str, Number]
-    version: str = __version__
-    again: bool = False
+    values: tuple[str, ...]  #: values of the axes, as text
+    numbers: dict[str, Number]  #: by column; those of COLUMNS first
+    version: str = __version__  #: of fem_seal
+    again: bool = False  #: whether the cause of its failure may be gone in the next sweep
     finished: str = field(default_factory=lambda: datetime.now(UTC).isoformat())
 
     def number(self, column: str) -> float | None:
@@ -146,19 +133,10 @@ def compute(
 
     Parameters
     ----------
-    scene : Scene
-        Scene without products that are files, from `numbers_only`.
-    values : tuple of str
-        Values of the axes.
-    contacts : ContactPath
-        Passes the surface and the contact on from point to point.
-    report, trust, comm
-        As in `Patch`.
-
-    Raises
-    ------
-    MissingPackage
-        If no point can be computed on this machine.
+    scene : without products that are files, from `numbers_only`
+    values : of the axes
+    contacts : passes the surface and the contact on from point to point
+    report, trust, comm : as in `Patch`
     """
     try:
         if scene.accuracy is None:
@@ -189,11 +167,18 @@ def _failed(reason: str) -> dict[str, Number]:
 
 
 def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
-    """Columns of a result: those of COLUMNS, then all other numbers and texts that it has."""
+    """Columns of a result: those of COLUMNS, then all other numbers and texts that it has.
+
+    The leak rate of the last pass of contact and flow, which have not settled, is none of the
+    point: its range stands in together.lower and together.upper.
+    """
     # State and decision are those of the seal as well.
     leak = result.leak_rate if result.seal is None else result.seal.leak_rate
-    together = result.together
+    together, unsettled = result.together, result.lift is not None and not result.lift.settled
+    if unsettled:
+        leak = None
     own = {
+        "state": UNSETTLED if unsettled else result.state,
         "decision": result.verdict.decision if result.verdict else None,
         "leak_rate": leak.value if leak else None,
         "lower": leak.lower if leak else None,

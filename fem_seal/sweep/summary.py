@@ -7,45 +7,55 @@ from pathlib import Path
 import numpy as np
 
 from fem_seal.files import write_text
-from fem_seal.sweep.point import Point
+from fem_seal.sweep.point import UNSETTLED, Point
 from fem_seal.tables import csv_text
 
 SUMMARY_FILE = "summary.csv"
 SEEDS = ("surface.seed", "surface.twin_seed")
-COLUMNS = ("points", "leaking", "sealed", "lifted_off", "median", "lowest", "highest", "decades")
+COLUMNS = (
+    *("points", "leaking", "sealed", "lifted_off", "unsettled", "left_out"),
+    *("median", "lowest", "highest", "decades"),
+)
 
 
 @dataclass(frozen=True)
 class Group:
-    """Points of a sweep that differ by their seed alone.
+    """Points of a sweep that differ by their seed alone."""
 
-    Attributes
-    ----------
-    values : tuple of str
-        Values of the fields other than the seed.
-    points : tuple of Point
-        The points that have a result.
-    """
-
-    values: tuple[str, ...]
+    values: tuple[str, ...]  #: of the fields other than the seed
     points: tuple[Point, ...]
 
     @property
     def leak_rates(self) -> np.ndarray:
-        """Leak rates of the points [m³/s]: 0 where sealed, infinite where lifted off."""
-        off = {"lifted off": np.inf}
-        rates = [off.get(str(p.numbers["state"]), p.numbers["leak_rate"]) for p in self.points]
-        return np.array([rate for rate in rates if isinstance(rate, float | int)], dtype=float)
+        """Leak rates of the points [m³/s]: 0 where sealed, infinite where lifted off.
+
+        Points that failed, or whose contact and flow have not settled, have none.
+        """
+        known = {"sealed": 0.0, "lifted off": np.inf}
+        rates = [known.get(str(p.numbers["state"]), p.number("leak_rate")) for p in self.points]
+        sealed = [p.numbers["state"] == "sealed" for p in self.points]
+        pairs = zip(rates, sealed, strict=True)
+        return np.array([r for r, is_sealed in pairs if r is not None and (r > 0 or is_sealed)])
+
+    def count(self, state: str) -> int:
+        """Number of points in a state."""
+        return sum(point.numbers["state"] == state for point in self.points)
+
+    @property
+    def left_out(self) -> int:
+        """Number of points that have no leak rate."""
+        return len(self.points) - self.leak_rates.size
 
     def row(self) -> tuple[str | float | int | None, ...]:
         """Cells of COLUMNS; `decades` is the standard deviation of log10 of the rates that leak.
 
-        Median, lowest and highest are left out where they belong to points that are lifted off.
+        Median, lowest and highest are those of the points that have a leak rate, and are empty
+        where they belong to points that are lifted off.
         """
         rates = self.leak_rates
         leaking = rates[(rates > 0) & np.isfinite(rates)]
-        sealed, lifted_off = int(np.sum(rates == 0)), int(np.sum(np.isinf(rates)))
-        counts = len(self.points), leaking.size, sealed, lifted_off
+        others = map(self.count, ("sealed", "lifted off", UNSETTLED))
+        counts = len(self.points), leaking.size, *others, self.left_out
         if rates.size == 0:
             return *counts, None, None, None, None
         spread = float(np.std(np.log10(leaking), ddof=1)) if leaking.size > 1 else None
@@ -58,22 +68,12 @@ def groups(keys: tuple[str, ...], table: Sequence[Point]) -> list[Group]:
     kept = [i for i, key in enumerate(keys) if key not in SEEDS]
     points_of: dict[tuple[str, ...], list[Point]] = {}
     for point in table:
-        points = points_of.setdefault(tuple(point.values[i] for i in kept), [])
-        if point.numbers["state"]:
-            points.append(point)
+        points_of.setdefault(tuple(point.values[i] for i in kept), []).append(point)
     return [Group(values, tuple(points)) for values, points in points_of.items()]
 
 
 def write_summary(keys: tuple[str, ...], table: Sequence[Point], folder: Path) -> Path | None:
-    """Write median and spread over the seeds as CSV; nothing if no seed varies.
-
-    Parameters
-    ----------
-    keys : tuple of str
-        Fields that vary.
-    table : sequence of Point
-    folder : pathlib.Path
-    """
+    """Write median and spread over the seeds as CSV; nothing if no seed, of `keys`, varies."""
     if not set(keys) & set(SEEDS):
         return None
     others = tuple(key for key in keys if key not in SEEDS)

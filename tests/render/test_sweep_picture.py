@@ -7,8 +7,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from fem_seal.errors import InvalidInput
-from fem_seal.render import sweep as picture
-from fem_seal.sweep.point import Point
+from fem_seal.sweep import picture
+from fem_seal.sweep.point import UNSETTLED, Point
+from fem_seal.sweep.summary import COLUMNS, groups
 
 PRESSURE, SEED, RTOL = "contact.pressure", "surface.seed", "flow.rtol"
 
@@ -95,6 +96,48 @@ def test_over_seeds_the_line_is_the_median_and_the_band_the_range():
     band = axes.collections[0].get_paths()[0].vertices[:, 1]
     assert [band.min(), band.max()] == pytest.approx([1e-18, 9e-14])
     assert "1 of 3" in [text.get_text() for text in axes.texts]
+
+
+def unsettled(*values, lower, upper):
+    ends = {"together.lower": lower, "together.upper": upper}
+    empty = dict.fromkeys(("leak_rate", "lower", "upper"))
+    return Point(values, {"state": UNSETTLED} | empty | ends)
+
+
+def test_points_that_have_not_settled_are_open_and_no_median_counts_them():
+    """In no line, band or strip; the bar is the range, to the edge where that has no end."""
+    rates = dict(enumerate((1e-14, 3e-14, 9e-14)))
+    table = [point("0.1 MPa", str(k), leak=q, lower=q, upper=q) for k, q in rates.items()]
+    ranges = [(1e-18, 4e-18), (0.0, 1e-16), (1e-17, None)]
+    table += [
+        unsettled("0.1 MPa", str(3 + k), lower=low, upper=high)
+        for k, (low, high) in enumerate(ranges)
+    ]
+    table += [Point(("0.1 MPa", "6"), dict.fromkeys(("state", "leak_rate")))]  # it failed
+    axes = drawn((PRESSURE, SEED), table)
+    (markers,) = (line for line in axes.lines if line.get_markerfacecolor() == "white")
+    np.testing.assert_allclose(markers.get_ydata(), [2e-18, 1e-16, 1e-17])
+    bars = [segment[:, 1] for segment in axes.containers[0].lines[2][0].get_segments()]
+    np.testing.assert_allclose(bars[0], [1e-18, 4e-18])
+    assert bars[1][0] < 1e-18
+    assert bars[2][1] > 9e-14
+    median = next(ln for ln in axes.lines if ln.get_linestyle() == "-" and ln.get_color() == "C0")
+    np.testing.assert_allclose(median.get_ydata(), [3e-14])
+    assert "x" not in [line.get_marker() for line in axes.lines]
+    places = {"0.1 MPa": 0.1}
+    caption = picture._caption(picture._curves((PRESSURE, SEED), table, places), "seed")
+    assert "their median, without 4 of 7 points" in caption
+    (group,) = groups((PRESSURE, SEED), table)
+    row = dict(zip(COLUMNS, group.row(), strict=True))
+    assert [row[k] for k in COLUMNS[:6]] == [7, 3, 0, 0, 3, 4]
+    assert (row["median"], row["lowest"]) == (3e-14, 1e-14)
+
+
+def test_a_rate_of_zero_is_sealed_only_where_the_state_says_so():
+    """Finite differences that stop short leave "leaking, 0": neither sealed nor leaking."""
+    table = [SEALED, point("0.4 MPa", leak=0.0, state="leaking")]
+    row = dict(zip(COLUMNS, groups((PRESSURE,), table)[0].row(), strict=True))
+    assert [row[k] for k in COLUMNS[:6]] == [2, 0, 1, 0, 0, 1]
 
 
 def test_seeds_alone_are_not_joined():
