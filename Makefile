@@ -4,9 +4,11 @@
 # make limits install what is missing, try the extremes and write docs/measurements/limits.md
 # make docs   install what is missing and build the pages into docs/_build; warnings are errors
 # make links  the same, and ask the other end of every external link; needs the internet
+# make validation   compute docs/validation.md and its figure; make peers before it adds other codes
+# make peers  install other codes beside this one in .venv-peers and run them side by side
 # make setup  install what is missing
 # make debian13, make sid   run demo and tests on that Debian, in a clean root (as root)
-.PHONY: demo test lint limits docs links setup clean debian13 sid
+.PHONY: demo test lint limits validation peers docs links setup clean debian13 sid
 
 # One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
 export OMP_NUM_THREADS ?= 1
@@ -30,6 +32,19 @@ lint: .venv/ready
 
 limits: .venv/ready
 	.venv/bin/python tests/extremes/limits_page.py docs/measurements/limits.md
+
+validation: .venv/ready
+	.venv/bin/python tests/validation/validation_page.py docs/validation.md
+
+# Two environments: the petsc4py of Debian, which reynoldsflow uses, wants an older numpy.
+peers: .venv/ready
+	python3 -m venv .venv-peers/contact
+	.venv-peers/contact/bin/pip install -q --disable-pip-version-check tamaas==2.9.0 ContactMechanics==1.8.3
+	/usr/bin/python3 -m venv --system-site-packages .venv-peers/flow
+	.venv-peers/flow/bin/pip install -q --disable-pip-version-check -c .venv/debian.txt reynoldsflow==0.1.3
+	.venv/bin/python tests/validation/validation_rows.py tamaas contact-mechanics reynoldsflow
+	.venv/bin/python tests/benchmarks/contact_peers.py --sizes 256 --peers tamaas contact-mechanics
+	.venv/bin/python tests/benchmarks/flow_peer.py --n 128 --area 0.2
 
 docs: .venv/ready
 	.venv/bin/pip install -q --disable-pip-version-check -c .venv/debian.txt -e '.[docs]'

@@ -17,6 +17,9 @@ SMALL = {
         *("surface.shape=[64, 64]", "surface.short_wavelength=128 um"),
         "limit.leak_rate=1e-5 mbar l/s",  # the smoother surface leaks less
     ],
+    "leak-experiment": [
+        *("surface.shape=[32, 32]", "surface.short_wavelength=126 um", "seal.patches=2"),
+    ],
     "o-ring": ["surface.shape=[32, 32]", "surface.short_wavelength=6.3 um", "seal.patches=2"],
     "o-ring-measured": ["seal.patches=2", "seal.window=['25 um', '25 um']"],
     "verdict": ["surface.shape=[64, 64]", "surface.short_wavelength=128 um"],

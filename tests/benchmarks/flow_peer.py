@@ -1,7 +1,7 @@
 """Equal true error: adaptive bounds, uniform P1, and reynoldsflow refining its own grid.
 
-    python -m venv --system-site-packages PEER && PEER/bin/pip install reynoldsflow
-    python tests/benchmarks/flow_peer.py --peer PEER/bin/python [--n 256] [--area 0.4] [--seed 3]
+    make peers
+    .venv/bin/python tests/benchmarks/flow_peer.py [--n 256] [--area 0.4] [--seed 3]
 
 The same elastic gap, linear between its samples, periodic sides. The truth is a bracket ten times
 tighter than the error compared at. Each run is a process of its own, interleaved on one machine;
@@ -9,22 +9,15 @@ seconds and memory are those of the whole process less those of importing the li
 """
 
 import argparse
-import json
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
+from peer_codes import FLOW_PYTHON, flow, linear_samples, run
 from rough_gaps import Case
 
 ERROR = 0.01
-# The peak that getrusage gives is inherited from the parent process.
-PEAK = """
-def peak():
-    with open("/proc/self/status") as status:
-        return int(next(s for s in status if s.startswith("VmHWM:")).split()[1])
-"""
 OURS = """
 import json, sys, time
 import numpy as np
@@ -42,52 +35,11 @@ print(json.dumps({"levels": [(s.unknowns, s.lower, s.upper) for s in leak.levels
                   "level_seconds": [sum(s.seconds.values()) for s in leak.levels],
                   "memory": (peak() - base) / 1e3}))
 """
-PEER = """
-import json, sys, time
-import numpy as np
-from reynoldsflow import transport
-transport.solve_fluid_problem(np.ones((8, 8)), solver="petsc-cg.hypre")
-gaps = np.load(sys.argv[1])
-base, started = peak(), time.perf_counter()
-kept, pressure, flux = transport.solve_fluid_problem(gaps, solver="petsc-cg.hypre")
-seconds = time.perf_counter() - started
-value = transport.compute_total_flux(kept, flux, len(gaps))[0]
-print(json.dumps({"value": value, "unknowns": int((kept > 0).sum()), "seconds": seconds,
-                  "memory": (peak() - base) / 1e3}))
-"""
-
-
-def linear_samples(gap: np.ndarray, factor: int) -> np.ndarray:
-    """Values of the P1 gap at the centres of `factor`² squares per pixel; `gap` is periodic."""
-    nx, ny = gap.shape
-    g = np.pad(gap, ((0, 1), (0, 1)), mode="wrap")
-    x, y = ((np.arange(n * factor) + 0.5) / factor for n in (nx, ny))
-    i, j = (np.floor(v).astype(int)[:, None] for v in (x, y))
-    j = j.T
-    s, t = x[:, None] - i, y[None, :] - j
-    sw, se, nw, ne = g[i, j], g[i + 1, j], g[i, j + 1], g[i + 1, j + 1]
-    rising = np.where(
-        t <= s, sw + s * (se - sw) + t * (ne - se), sw + t * (nw - sw) + s * (ne - nw)
-    )
-    lower = sw + s * (se - sw) + t * (nw - sw)
-    upper = ne + (1 - s) * (nw - ne) + (1 - t) * (se - ne)
-    falling = np.where(s + t <= 1, lower, upper)
-    return np.where((i + j) % 2 == 0, rising, falling)
-
-
-def run(python: str, code: str, *arguments: object) -> dict:
-    """Run a piece of code in a process of its own and read the JSON it prints last."""
-    command = [python, "-c", PEAK + code, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    if done.returncode:
-        raise RuntimeError((done.stderr.splitlines() or ["no message"])[-1])
-    return json.loads(done.stdout.splitlines()[-1])
 
 
 def main() -> None:
     """Print one row a run and the ratios at equal true error."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--peer", help="python of an environment with reynoldsflow")
     parser.add_argument("--n", type=int, default=256)
     parser.add_argument("--area", type=float, default=0.40)
     parser.add_argument("--seed", type=int, default=3)
@@ -123,15 +75,13 @@ def main() -> None:
             if distance(looser) > ERROR:
                 break
             ours = looser
-        if options.peer:
+        if FLOW_PYTHON.exists():
             theirs = None
             for factor in (1, 2, 4, 8):
                 if factor > options.finest:
                     break
-                fine = Path(folder) / "fine.npy"
-                np.save(fine, linear_samples(unit, factor))
                 try:
-                    theirs = run(options.peer, PEER, fine)
+                    theirs = flow(linear_samples(unit, factor))
                 except RuntimeError as error:
                     print(f"reynoldsflow, {factor} × grid: {error}")
                     continue

@@ -1,25 +1,22 @@
 """Errors and orders over a series of grids: reynoldsflow, our finite differences and elements.
 
-    python -m venv --system-site-packages PEER && PEER/bin/pip install reynoldsflow tamaas
-    python tests/benchmarks/grid_series_peer.py --peer PEER/bin/python [--tamaas TM/bin/python]
+    make peers
+    .venv/bin/python tests/benchmarks/grid_series_peer.py
 
 The same gaps for all: three whose leak rate is known exactly, and one elastic contact, linear
 between its samples, whose leak rate is known to ±0.5 % from its bounds. reynoldsflow takes the gap
 at the centres of n × n squares, our methods at their corners; sides are periodic. Errors in per
-cent, in brackets the order from the grid before. With --tamaas the elastic contacts themselves are
-solved by Tamaas too, on three grids, and the leak rates of both gaps are compared.
+cent, in brackets the order from the grid before. The elastic contacts themselves are solved by
+Tamaas too, on three grids, and the leak rates of both gaps are compared.
 """
 
 import argparse
-import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
-from flow_peer import PEER, linear_samples, run
+from peer_codes import contact, flow, gap_of, linear_samples
 from rough_gaps import Case
 
 from fem_seal.contact import solve
@@ -51,21 +48,6 @@ EXACT: dict[str, tuple[Callable, float]] = {
         1.0,
     ),
 }
-TAMAAS = """
-import sys
-import numpy as np
-import tamaas as tm
-tm.set_log_level(tm.LogLevel.error)
-file = np.load(sys.argv[1])
-heights = file["heights"]
-model = tm.Model(tm.model_type.basic_2d, list(file["size"]), list(heights.shape))
-model.E, model.nu = float(file["modulus"]), 0.0
-solver = tm.PolonskyKeerRey(model, np.array(heights), 1e-8)
-solver.max_iter = 20000
-solver.solve(float(file["pressure"]))
-gap = np.array(model.displacement) - heights
-np.save(sys.argv[2], np.where(np.array(model.traction) > 0, 0, gap - gap.min()))
-"""
 
 
 def at_corners(gap: Callable, n: int) -> GridField:
@@ -93,12 +75,6 @@ def ours(film: GridFilm) -> dict[str, float]:
     }
 
 
-def peer(python: str, gap: np.ndarray, folder: Path) -> float:
-    """Leak rate of reynoldsflow, on a square of unit side."""
-    np.save(folder / "gap.npy", gap)
-    return run(python, PEER, folder / "gap.npy")["value"]
-
-
 def series(name: str, rows: dict[int, dict[str, float]], truth: float, known: float) -> None:
     """Print errors in per cent with orders, a line a method; the truth is `known` to that part."""
     sizes = list(rows)
@@ -117,18 +93,18 @@ def series(name: str, rows: dict[int, dict[str, float]], truth: float, known: fl
         print(f"| {method} | " + " | ".join(cells) + " |", flush=True)
 
 
-def exact_cases(python: str, folder: Path, sizes: list[int]) -> None:
+def exact_cases(sizes: list[int]) -> None:
     """Gaps whose leak rate is known."""
     for name, (gap, exact) in EXACT.items():
         rows = {
-            n: {"reynoldsflow": peer(python, at_centres(gap, n), folder)}
+            n: {"reynoldsflow": flow(at_centres(gap, n))["value"]}
             | ours(GridFilm(at_corners(gap, n), SIDES))
             for n in sizes
         }
         series(name, rows, exact, 1e-7)
 
 
-def rough_case(python: str, folder: Path, n: int, area: float, finest: int) -> None:
+def rough_case(n: int, area: float, finest: int) -> None:
     """One elastic contact; finer grids are finer samples of the same linear gap."""
     from fem_seal.verification.refined import refined
 
@@ -137,7 +113,7 @@ def rough_case(python: str, folder: Path, n: int, area: float, finest: int) -> N
     film = GridFilm(unit, SIDES)
     bracket = leak_rate(film, rtol=0.01, **SETTING)
     rows = {
-        n * 2**k: {"reynoldsflow": peer(python, linear_samples(unit.values, 2**k), folder)}
+        n * 2**k: {"reynoldsflow": flow(linear_samples(unit.values, 2**k))["value"]}
         | ours(refined(film, k))
         for k in range(finest)
     }
@@ -147,7 +123,7 @@ def rough_case(python: str, folder: Path, n: int, area: float, finest: int) -> N
     print(f"adaptive, rtol 0.1: {off:+.2g} % with {loose.unknowns} unknowns, certified ±5 %")
 
 
-def contacts(python: str, folder: Path, n: int, load: float) -> None:
+def contacts(n: int, load: float) -> None:
     """Contact of the same surface on n, 2n and 4n points by Tamaas and by us, and their leaks."""
     heights = self_affine(Spectrum(0.8, n / 8, 4), (n, n), (n, n), rms_slope=0.1, seed=3)
     print("\n| contact grid | A/A0 ours | A/A0 Tamaas | Q Tamaas / Q ours - 1 | Q / Q on 4n |")
@@ -155,12 +131,10 @@ def contacts(python: str, folder: Path, n: int, load: float) -> None:
     rows = []
     for m in (n, 2 * n, 4 * n):
         here = resample(heights, (m, m))
-        values = {"heights": here.values, "size": here.size, "modulus": 1.0, "pressure": load}
-        np.savez(folder / "surface.npz", **values)
-        command = [python, "-c", TAMAAS, folder / "surface.npz", folder / "gap.npy"]
-        subprocess.run(list(map(str, command)), check=True)
         own = solve(here, 1.0, pressure=load, tolerance=1e-8).gap
-        theirs = GridField(np.load(folder / "gap.npy"), here.spacing, True)
+        pressure, _ = contact("tamaas", here, load, 1e-8)
+        gap, _ = gap_of(pressure, here, load)
+        theirs = GridField(np.where(pressure > 0, 0, np.maximum(gap, 0)), here.spacing, True)
         leaks = [leak_rate(GridFilm(gap), rtol=0.02, **SETTING).value for gap in (own, theirs)]
         rows.append((m, *(float(np.mean(g.values == 0)) for g in (own, theirs)), *leaks))
     for m, a, b, q, r in rows:
@@ -170,17 +144,13 @@ def contacts(python: str, folder: Path, n: int, load: float) -> None:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--peer", required=True, help="python of an environment with reynoldsflow")
-    parser.add_argument("--tamaas", help="python of an environment with tamaas")
     parser.add_argument("--sizes", type=int, nargs="+", default=[16, 32, 64, 128])
     parser.add_argument("--n", type=int, default=128, help="samples of the elastic contact")
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        exact_cases(options.peer, Path(folder), options.sizes)
-        for area in (0.2, 0.38):
-            rough_case(options.peer, Path(folder), options.n, area, 3)
-        if options.tamaas:
-            contacts(options.tamaas, Path(folder), options.n // 2, 0.02)
+    exact_cases(options.sizes)
+    for area in (0.2, 0.38):
+        rough_case(options.n, area, 3)
+    contacts(options.n // 2, 0.02)
 
 
 if __name__ == "__main__":

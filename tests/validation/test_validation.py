@@ -1,0 +1,91 @@
+"""docs/validation.md: every row holds, can fail, and stands on the page with the same numbers."""
+
+import re
+from dataclasses import replace
+from functools import cache
+from math import inf
+
+import pytest
+from project import ROOT
+from validation_page import BEGIN, END, tables, with_tables
+from validation_rows import PEER_ROWS, ROWS, Number, Row
+
+PAGE = (ROOT / "docs/validation.md").read_text(encoding="utf-8")
+# Other codes, where `make peers` has installed them, take half a minute.
+NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in PEER_ROWS else name for name in ROWS]
+NUMBER = r"-?\d[\d.]*(?:e[-+]?\d+)?"
+
+
+@cache
+def computed(name: str) -> Row:
+    return ROWS[name](False)
+
+
+def printed(name: str) -> list[str]:
+    """Cells of a row of the page."""
+    rows = [line for line in PAGE.splitlines() if line.startswith(f"| `{name}` |")]
+    assert len(rows) == 1, f"{name}: run make validation"
+    return [cell.strip() for cell in rows[0].split("|")[1:-1]]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_both_intervals_overlap(name):
+    """To rounding: some bounds are exact."""
+    row = computed(name)
+    assert abs(row.distance) <= 1 + 1e-6, (str(row.ours), str(row.reference))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_row_can_fail(name):
+    """A reference that is wrong by a factor of two is noticed: the errors are not that wide."""
+    row = computed(name)
+    for factor in (0.5, 2.0):
+        ends = sorted(factor * end for end in (row.reference.lower, row.reference.upper))
+        wrong = replace(row, reference=Number(factor * row.reference.value, *ends))
+        noticed = abs(wrong.distance) > 1
+        assert noticed or row.reference.upper == inf, (str(row.ours), str(wrong.reference))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_page_has_the_same_claim_and_numbers(name):
+    """The page's interval, of more samples or seeds, overlaps this one."""
+    row, cells = computed(name), printed(name)
+    assert cells[1] == row.claim
+    assert cells[5:7] == [row.source, row.errors]
+    for cell, number in zip(cells[2:4], (row.ours, row.reference), strict=True):
+        ends = [float(end) for end in re.findall(NUMBER, cell)]
+        lower, upper = (ends[-2], ends[-1]) if "to" in cell else (ends[0], ends[0])
+        slack = 1e-3 * max(abs(lower), abs(upper))  # digits of the page
+        assert lower - slack <= number.upper
+        assert number.lower <= upper + slack
+
+
+def test_rows_of_the_page_are_those_of_the_program():
+    table = PAGE.partition(BEGIN)[2].partition(END)[0]
+    assert re.findall(r"^\| `([\w-]+)` \|", table, re.MULTILINE)[: len(ROWS)] == list(ROWS)
+
+
+def test_distance():
+    """In units of both half-widths; one-sided references; numbers without errors."""
+    row = Row("", "", Number.within(3.0, 1.0), Number.within(2.0, 0.5), "", "", "")
+    assert row.distance == pytest.approx(1 / 1.5)
+    assert replace(row, reference=Number(inf, 1.0, inf)).distance == 0
+    assert replace(row, reference=Number(inf, 2.5, inf)).distance == -inf
+    same = replace(row, ours=Number.exact(2.0), reference=Number.exact(2.0))
+    assert same.distance == 0
+    assert replace(same, ours=Number.exact(2.1)).distance > 1e9
+
+
+def test_digits_follow_the_error():
+    assert str(Number.exact(2 / 3)) == "0.666667"
+    assert str(Number.within(1.23456789, 0.001)) == "1.2346 (1.2336 to 1.2356)"
+    assert str(Number(inf, 1.0, inf)) == "above 1"
+
+
+def test_the_rest_of_the_page_stays():
+    row = Row("part", "a claim", Number.exact(1.0), Number.exact(1.0), "a source", "none", "tests")
+    text = tables({"name": row})
+    assert "### Part\n" in text
+    assert "| `name` | a claim | 1 | 1 | +0.00 | a source | none | `tests` |" in text
+    page = f"by hand\n{BEGIN}\nold\n{END}\nalso by hand\n"
+    assert with_tables(page, "new") == f"by hand\n{BEGIN}\n\nnew\n\n{END}\nalso by hand\n"

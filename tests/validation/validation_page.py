@@ -1,0 +1,75 @@
+"""`make validation`: compute the rows and write their tables and their figure into docs/.
+
+    python tests/validation/validation_page.py docs/validation.md
+
+Rows of other codes are computed where `make peers` has installed them; elsewhere the page says so.
+"""
+
+import sys
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+
+from validation_rows import ROWS, Row
+
+from fem_seal.render.plot import new_figure
+from fem_seal.tables import markdown
+
+BEGIN, END = "<!-- written by make validation -->", "<!-- end of what make validation writes -->"
+HEADER = ("row", "claim", "fem_seal", "reference", "apart", "source", "the two errors", "also in")
+
+
+def tables(rows: dict[str, Row]) -> str:
+    """A table for each part, in the order of the rows."""
+    sections = []
+    for part, group in groupby(rows.items(), lambda item: item[1].part):
+        lines = [
+            (
+                *(f"`{name}`", row.claim, str(row.ours), str(row.reference)),
+                *(f"{row.distance:+.2f}", row.source, row.errors, f"`{row.tests}`"),
+            )
+            for name, row in group
+        ]
+        sections.append(f"### {part[0].upper()}{part[1:]}\n\n{markdown(HEADER, lines)}")
+    return "\n\n".join(sections)
+
+
+def with_tables(page: str, text: str) -> str:
+    """The page with `text` between its marks."""
+    before, rest = page.split(BEGIN)
+    _, after = rest.split(END)
+    return f"{before}{BEGIN}\n\n{text}\n\n{END}{after}"
+
+
+def figure(rows: dict[str, Row], path: Path) -> None:
+    """Both numbers of each row about the reference, in units of the sum of their errors."""
+    with new_figure((7.5, 0.5 + 0.24 * len(rows)), path) as drawn:
+        axes = drawn.subplots()
+        axes.axvspan(-1, 1, color="0.93", zorder=0)
+        axes.axvline(0, color="0.6", lw=0.8)
+        parts = list(dict.fromkeys(row.part for row in rows.values()))
+        for k, row in enumerate(rows.values()):
+            both = row.ours.half + row.reference.half
+            share = row.ours.half / both if 0 < both < float("inf") else 0.0
+            colour = f"C{parts.index(row.part)}"
+            axes.errorbar(row.distance, k, xerr=share, fmt="o", ms=4, color=colour, capsize=2)
+        axes.set_yticks(range(len(rows)), rows, fontsize=8)
+        axes.set(ylim=(len(rows) - 0.5, -0.5), xlim=(-2.2, 2.2))
+        axes.set_xlabel(
+            "(fem_seal - reference) / (sum of both errors); bar: fem_seal's share of that sum"
+        )
+
+
+def main(page: Path, names: Sequence[str] = ()) -> None:
+    """Compute all rows, and write the page and its figure."""
+    rows = {}
+    for name in names or ROWS:
+        rows[name] = ROWS[name](True)
+        print(f"{name}: {rows[name].distance:+.2f}", flush=True)
+    text = with_tables(page.read_text(encoding="utf-8"), tables(rows))
+    page.write_text(text, encoding="utf-8")
+    figure(rows, page.with_suffix(".png"))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2:])

@@ -1,0 +1,668 @@
+"""The rows of docs/validation.md: what was compared with what, and how far apart the two are.
+
+    python tests/validation/validation_rows.py [NAME ...]      # compute rows and print them
+
+Each row is a short function on the public interface. It is computed twice: for the page, and with
+fewer seeds or samples in the tests. Its two numbers have errors of their own: bounds of the flow
+(guaranteed), the change on a grid of half the spacing, the scatter over seeds, or what the source
+states.
+"""
+
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from math import inf, log10, pi, prod, sqrt
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import quad
+
+from fem_seal import Patch, Scene
+from fem_seal.contact import solve
+from fem_seal.film import GridFilm
+from fem_seal.flow import leak_rate
+from fem_seal.grid import GridField
+from fem_seal.leak_rate import LeakRate
+from fem_seal.surface import Spectrum, rms_slope, self_affine
+from fem_seal.theory.persson import contact_area
+from fem_seal.threshold import threshold
+from fem_seal.verification.cross_validation import on_film
+from fem_seal.verification.exact_cases import CASES
+from fem_seal.verification.methods import Setting
+
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+
+from peer_codes import (
+    CONTACT_PYTHON,
+    FLOW_PYTHON,
+    contact,
+    flow,
+    gap_of,
+    linear_samples,
+)
+
+UNIT = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number and the interval in which it is known to lie, or said to."""
+
+    value: float
+    lower: float
+    upper: float
+
+    @classmethod
+    def exact(cls, value: float) -> "Number":
+        """A number without an error that counts."""
+        return cls(value, value, value)
+
+    @classmethod
+    def within(cls, value: float, error: float) -> "Number":
+        """value ± error."""
+        return cls(value, value - abs(error), value + abs(error))
+
+    @classmethod
+    def of_seeds(cls, values: Sequence[float], error: float = 0.0) -> "Number":
+        """Mean over seeds, ± two standard errors and a further error."""
+        scatter = 2 * np.std(values, ddof=1) / sqrt(len(values))
+        return cls.within(float(np.mean(values)), scatter + error)
+
+    @property
+    def half(self) -> float:
+        """Half the width of the interval."""
+        return (self.upper - self.lower) / 2
+
+    def __str__(self) -> str:
+        size = max(abs(self.lower), abs(self.upper)) if self.upper < inf else abs(self.value)
+        if self.upper == inf:
+            return f"above {self.lower:.4g}"
+        part = 2 * self.half / size if size else 0.0
+        digits = min(7, max(3, 2 - round(log10(part)))) if part > 0 else 6
+        if self.half == 0:
+            return f"{self.value:.{digits}g}"
+        return f"{self.value:.{digits}g} ({self.lower:.{digits}g} to {self.upper:.{digits}g})"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A claim and its two numbers.
+
+    Parameters
+    ----------
+    part : heading under which the row stands
+    claim : what is predicted
+    ours, reference : the two numbers
+    source : whose the reference is
+    errors : what the two errors are
+    tests : where the claim is tested more widely
+    """
+
+    part: str
+    claim: str
+    ours: Number
+    reference: Number
+    source: str
+    errors: str
+    tests: str
+
+    @property
+    def distance(self) -> float:
+        """Distance of the two intervals' middles in units of the sum of their half-widths.
+
+        The intervals overlap if it lies between -1 and 1. A reference without an upper end counts
+        from its lower one: 0 above it, infinite below.
+        """
+        if self.reference.upper == inf:
+            return 0.0 if self.ours.lower >= self.reference.lower else -inf
+        ours, theirs = self.ours, self.reference
+        apart = (ours.lower + ours.upper - theirs.lower - theirs.upper) / 2
+        both = self.ours.half + self.reference.half
+        # Two numbers without errors agree if they are the same to rounding.
+        return apart / max(both, 1e-12 * abs(self.reference.value))
+
+
+def of_bounds(leak: LeakRate) -> Number:
+    """Leak rate with its guaranteed bounds."""
+    lower, upper = leak.bounds
+    return Number(leak.value, lower, upper)
+
+
+def on_squares(name: str, squares: int, rtol: float) -> Number:
+    """Leak rate of an exact case: geometric mean over its films, and of their bounds."""
+    leaks = [leak_rate(film, rtol=rtol, **UNIT) for film in CASES[name].films(squares)]
+    ends = zip(*((leak.value, *leak.bounds) for leak in leaks), strict=True)
+    return Number(*(prod(values) ** (1 / len(leaks)) for values in ends))
+
+
+CLOSED = "closed forms of the flow"
+
+
+def represented(claim: str, name: str, source: str) -> Callable[[bool], Row]:
+    """Row of a gap that its samples represent exactly: the bounds alone must enclose the answer."""
+
+    def row(page: bool) -> Row:
+        ours = on_squares(name, 16, 0.003 if page else 0.03)
+        errors = "guaranteed bounds; exact"
+        return Row(
+            CLOSED,
+            claim,
+            ours,
+            Number.exact(CASES[name].exact),
+            source,
+            errors,
+            "tests/flow/test_closed_forms.py",
+        )
+
+    return row
+
+
+def sampled(claim: str, name: str, source: str, order: int = 2) -> Callable[[bool], Row]:
+    """Row of a gap that is interpolated between samples, whose error falls with a known order.
+
+    From the grid before to this one the error falls by (2^order - 1) times what is left. Steps of a
+    round edge make that irregular: the larger of two such falls counts, three times.
+    """
+
+    def row(page: bool) -> Row:
+        n, rtol = (128, 0.003) if page else (32, 0.03)
+        first, second, fine = (on_squares(name, n // part, rtol) for part in (4, 2, 1))
+        falls = abs(second.value - first.value) / 2**order, abs(fine.value - second.value)
+        left = 3 * max(falls) / (2**order - 1)
+        ours = Number(fine.value, fine.lower - left, fine.upper + left)
+        errors = "guaranteed bounds, and thrice the error of sampling that three grids show; exact"
+        return Row(
+            CLOSED,
+            claim,
+            ours,
+            Number.exact(CASES[name].exact),
+            source,
+            errors,
+            "tests/flow/test_closed_forms.py",
+        )
+
+    return row
+
+
+METHODS = "other methods on the same rough gap"
+
+
+def rough_film(n: int, area: float, seed: int = 3) -> GridFilm:
+    """Elastic contact, shortest wavelength eight samples."""
+    heights = self_affine(Spectrum(0.8, n / 2, 8), (n, n), (n, n), rms_slope=0.1, seed=seed)
+    gap = solve(heights, 1.0, area_fraction=area).gap
+    return GridFilm(GridField(gap.values / gap.values.max(), gap.spacing, True), "periodic")
+
+
+def finite_differences(page: bool) -> Row:
+    """A network of resistors, whose error is its change from the grid before."""
+    film = rough_film(64, 0.2)
+    setting = Setting(**UNIT, rtol=0.02 if page else 0.1)
+    rows, bracket = on_film(film, setting, 3, ("linear-gap", "adaptive"))
+    theirs = [row for row in rows if row.method == "FD linear-gap"][-1]
+    return Row(
+        METHODS,
+        "elastic contact, A/A₀ = 0.2: leak rate",
+        Number(bracket.value, bracket.lower, bracket.upper),
+        Number.within(theirs.value, theirs.band * theirs.value),
+        "finite differences, solved by elimination (`fem_seal.finite_difference`)",
+        "guaranteed bounds; change from the grid before",
+        "tests/verification/test_cross_validation.py",
+    )
+
+
+CONTACT = "closed forms of the contact"
+
+
+def wave(n: int) -> GridField:
+    """Heights cos(2πy), one sample along the flow for each across."""
+    return GridField(np.tile(np.cos(2 * np.pi * np.arange(n) / n), (8, 1)), (1 / n, 1 / n), True)
+
+
+def westergaard_area(page: bool) -> Row:
+    """sin²(π a/λ) = p/p*, p* = π E* Δ/λ, contact half-width a."""
+    n, load = 512 if page else 128, 0.35
+    state = solve(wave(n), 1.0, pressure=load * pi)
+    return Row(
+        CONTACT,
+        "wave under 0.35 of the pressure that flattens it: contact area fraction",
+        Number.within(state.contact_area_fraction, 1.3 / n),
+        Number.exact(2 / pi * np.arcsin(sqrt(load))),
+        "Westergaard, *J. Appl. Mech.* **6**, 49 (1939)",
+        "0.65 of a sample at each edge; exact",
+        "tests/contact/test_contact_known_answers.py",
+    )
+
+
+def westergaard_leak(page: bool) -> Row:
+    """Mean of g³ in the valleys, g = 2Δ (v √(v² - s²) - s² arcosh(v/s)), v = sin ψ, s² = p/p*."""
+    n, load = 256 if page else 64, 0.35
+
+    def leak(samples: int) -> Number:
+        gap = solve(wave(samples), 1.0, pressure=load * pi).gap
+        leak = leak_rate(GridFilm(gap, "periodic"), rtol=0.01, **UNIT)
+        of_a_square = gap.size[0] / gap.size[1]
+        return Number(*(of_a_square * end for end in (leak.value, *leak.bounds)))
+
+    def cubed(psi: float) -> float:
+        v = np.sin(psi)
+        root = sqrt(max(v * v - load, 0))
+        return (2 * (v * root - load * np.log((v + root) / sqrt(load)))) ** 3
+
+    coarse, fine = leak(n), leak(2 * n)
+    change = abs(fine.value - coarse.value)
+    mean = quad(cubed, np.arcsin(sqrt(load)), pi / 2)[0] / (pi / 2)
+    return Row(
+        CONTACT,
+        "flow along the same wave: conductance over that of a channel as high as the wave",
+        Number(fine.value, fine.lower - change, fine.upper + change),
+        Number.exact(mean),
+        "mean of g³ of Westergaard's gap",
+        "guaranteed bounds and the change from half as many samples; exact",
+        "tests/coupling/test_waves_along_the_flow.py",
+    )
+
+
+def hertz(page: bool) -> Row:
+    """a³ = 3 F R/(4 E*)."""
+    n, radius = (192, 24) if page else (96, 12)
+    centred = np.arange(n) - n // 2
+    sphere = GridField(-np.add.outer(centred**2, centred**2) / 2e4, (1, 1), True)
+    load = 4 * radius**3 / (3 * 1e4)
+    state = solve(sphere, 1.0, pressure=load / n**2)
+    return Row(
+        CONTACT,
+        "sphere: radius of the contact over that of the closed form",
+        Number.within(sqrt(state.contact.sum() / pi) / radius, 0.5 / radius),
+        Number.exact(1.0),
+        "Hertz 1882",
+        "half a sample; exact",
+        "tests/contact/test_contact_known_answers.py",
+    )
+
+
+CHALLENGE = "the Contact Mechanics Challenge"
+SAMPLES, SIZE = 512, 100e-6
+DRAWN = "printed or drawn in the documentation of ContactEngineering/Adhesion for the real surface"
+
+
+@cache
+def twins(seeds: int) -> list[GridField]:
+    """Surfaces with the challenge's spectrum, on every fourth of 2048 samples.
+
+    The rms height, which scatters by a tenth, is that of the real surface on 512² samples.
+    """
+    spectrum = Spectrum(0.8, SIZE, 0.1e-6, rolloff_wavelength=20e-6)
+    surfaces = []
+    for seed in range(1, seeds + 1):
+        fine = self_affine(spectrum, (2048, 2048), (SIZE, SIZE), rms_slope=1.0, seed=seed)
+        values = fine.values[::4, ::4]
+        values = values * (0.7621658676e-6 / values.std())
+        surfaces.append(GridField(values, (SIZE / SAMPLES, SIZE / SAMPLES), True))
+    return surfaces
+
+
+def difference_slope(surface: GridField) -> float:
+    """Rms of the differences of neighbours over their distance."""
+    v, d = surface.values, surface.spacing[0]
+    return float(np.sqrt(np.mean(sum((np.roll(v, -1, k) - v) ** 2 for k in (0, 1))) / d**2))
+
+
+def mean_curvature(surface: GridField) -> float:
+    """Rms of half the five-point Laplacian."""
+    v, d = surface.values, surface.spacing[0]
+    around = sum(np.roll(v, step, axis) for step in (1, -1) for axis in (0, 1))
+    return float(np.sqrt(np.mean((around - 4 * v) ** 2)) / (2 * d**2))
+
+
+def full_contact(surface: GridField) -> float:
+    """Σ q |h_q|²: the energy of full contact is E*/4 of it for each area."""
+    n, d = surface.shape[0], surface.spacing[0]
+    q = 2 * pi * np.hypot(np.fft.fftfreq(n, d)[:, None], np.fft.fftfreq(n, d)[None, :])
+    return float(np.sum(q * np.abs(np.fft.fft2(surface.values) / n**2) ** 2))
+
+
+def kappa(surface: GridField) -> float:
+    """(A/A₀) E* h'rms/p under 0.25 MPa, E* = 25 MPa."""
+    state = solve(surface, 25e6, pressure=0.25e6)
+    return state.contact_area_fraction * difference_slope(surface) * 100
+
+
+def challenge(
+    claim: str, measure: Callable[[GridField], float], theirs: Number, stated: str
+) -> Callable[[bool], Row]:
+    """Row of a number of the challenge's surface, one of all with this spectrum."""
+
+    def row(page: bool) -> Row:
+        values = [measure(surface) for surface in twins(6 if page else 3)]
+        ours = Number.within(float(np.mean(values)), 2 * float(np.std(values, ddof=1)))
+        errors = f"two standard deviations of one surface over seeds; {stated}"
+        return Row(
+            CHALLENGE, claim, ours, theirs, DRAWN, errors, "tests/validation/test_validation.py"
+        )
+
+    return row
+
+
+LAWS = "laws and published numbers"
+
+
+def gap_exponent(page: bool) -> Row:
+    """At an edge of contact g ~ x^(3/2), so that the density of small gaps goes as g^(-1/3)."""
+    seeds, slope = range(1, 5 if page else 3), 0.1
+
+    def exponent(short: int, seed: int) -> float:
+        spectrum = Spectrum(0.8, 256, short)
+        heights = self_affine(spectrum, (512, 512), (512, 512), rms_slope=slope, seed=seed)
+        gaps = np.sort(solve(heights, 1.0, pressure=0.1 * slope).gap.values, axis=None)
+        # Numbers of gaps in two decades' halves, in units of slope × shortest wavelength.
+        ends = np.searchsorted(gaps, np.array([1e-3, sqrt(1e-5), 1e-2]) * slope * short)
+        first, second = np.diff(ends)
+        return np.log(second / first) / np.log(sqrt(10)) - 1
+
+    fine, coarse = ([exponent(short, seed) for seed in seeds] for short in (64, 32))
+    return Row(
+        LAWS,
+        "rough contact: exponent of the density of small gaps",
+        Number.of_seeds(fine, abs(np.mean(fine) - np.mean(coarse))),
+        Number.exact(-1 / 3),
+        "g ~ x^(3/2) at an edge; Monti, Sanner, Pastewka, *Tribol. Lett.* **69**, 80 (2021) find "
+        "the power law",
+        "two standard errors over seeds and the change from half the resolution; exact",
+        "tests/validation/test_validation.py",
+    )
+
+
+def area_per_load(page: bool) -> Row:
+    """κ = (A/A₀) E* h'rms/p of the area corrected for its perimeter, at light load."""
+    values = []
+    for seed in range(1, 7 if page else 4):
+        heights = self_affine(Spectrum(0.8, 64, 8), (256, 256), (256, 256), rms_slope=1, seed=seed)
+        state = solve(heights, 1.0, pressure=0.03 * rms_slope(heights))
+        values.append(state.contact_area_corrected / 0.03)
+    return Row(
+        LAWS,
+        "rough contact, light load: area over load, κ = (A/A₀) E* h'rms/p",
+        Number.of_seeds(values),
+        Number(2.0, sqrt(8 / pi), sqrt(2 * pi)),
+        "between Persson's √(8/π) (2001) and Bush, Gibson and Thomas's √(2π) (1975)",
+        "two standard errors over seeds; the two theories",
+        "tests/contact/test_contact_known_answers.py",
+    )
+
+
+def persson_area(page: bool) -> Row:
+    """Corrected area over the area of Wang and Müser's theory at A/A₀ of about 0.25."""
+    ratios, load = [], 0.13
+    for seed in range(1, 5 if page else 3):
+        heights = self_affine(Spectrum(0.8, 64, 8), (256, 256), (256, 256), rms_slope=1, seed=seed)
+        state = solve(heights, 1.0, pressure=load)
+        ratios.append(state.contact_area_corrected)
+    theory = [contact_area(load, 1.0, 1.0, law=law) for law in ("wang-mueser", "persson")]
+    return Row(
+        LAWS,
+        "rough contact, p = 0.13 E* h'rms: contact area, corrected for its perimeter",
+        Number.of_seeds(ratios),
+        Number(theory[0], min(theory), max(theory)),
+        "Persson's theory with the energy of Wang and Müser (*Tribol. Lett.* **65**, 103 (2017)); "
+        "from below that of 2001",
+        "two standard errors over seeds; from the theory of 2001 to that of 2017",
+        "tests/theory/test_persson.py",
+    )
+
+
+def patch(**sections: dict | None) -> Patch:
+    """A patch of rubber under water; sections replace those below, None leaves one out."""
+    mapping = {
+        "solid": {"contact_modulus": 1e7},
+        "contact": {"pressure": 1.5e5},
+        "fluid": {"viscosity": 1e-3},
+        "flow": {"pressure_drop": 1e5, "sides": "periodic", "lift": "none", "rtol": 0.05},
+        "output": {"products": ["leak_rate"]},
+        **sections,
+    }
+    return Patch(
+        Scene.from_mapping({name: fields for name, fields in mapping.items() if fields is not None})
+    )
+
+
+def roughness(n: int, seed: int, **fields: object) -> dict:
+    """A [surface] of 0.1 mm with n samples a side, eight longest and n/4 shortest wavelengths."""
+    return {
+        **{"kind": "self-affine", "shape": [n, n], "size": [1e-4, 1e-4], "hurst": 0.8},
+        **{"long_wavelength": 1e-4 / 8, "short_wavelength": 4e-4 / n, "rms_slope": 0.1},
+        **{"seed": seed, **fields},
+    }
+
+
+def threshold_row(model: str, claim: str, theirs: Number) -> Callable[[bool], Row]:
+    """Row of the contact area at which a model seals."""
+    contacts = {"bearing": {"model": "bearing", "area_fraction": 0.4}, "gfmd": {"pressure": 1.5e5}}
+    solid = {"contact_modulus": 1e7} if model == "gfmd" else None
+
+    def row(page: bool) -> Row:
+        areas = []
+        for seed in range(1, 9 if page else 4):
+            surface = roughness(256 if page else 128, seed)
+            found = threshold(patch(surface=surface, contact=contacts[model], solid=solid))
+            areas.append((found.area_leaking + found.area_sealed) / 2)
+        return Row(
+            LAWS,
+            claim,
+            Number.of_seeds(areas),
+            theirs,
+            "Dapp, Lücke, Persson, Müser 2012 ([the letter](theory/letter.md), claim by claim)",
+            "two standard errors over seeds; as stated",
+            "docs/theory/letter.md",
+        )
+
+    return row
+
+
+def skewness(page: bool) -> Row:
+    """Heights h and -h have one spectrum; peaks keep the faces further apart than pits."""
+    n, load = 128, 0.05
+    waves = self_affine(Spectrum(0.8, n / 2, 8), (n, n), (n, n), rms_height=1, seed=1).values
+    peaks = waves + 0.3 * (waves**2 - 1)
+    leaks = []
+    for sign in (1, -1):
+        heights = GridField(sign * (peaks - peaks.mean()), (1, 1), True)
+        film = GridFilm(solve(heights, 1.0, pressure=load * rms_slope(heights)).gap, "periodic")
+        leaks.append(of_bounds(leak_rate(film, rtol=0.05 if page else 0.3, **UNIT)))
+    up, down = leaks
+    return Row(
+        LAWS,
+        "equal spectrum and load, peaks against pits (skewness ±1.6): ratio of leak rates",
+        Number(up.value / down.value, up.lower / down.upper, up.upper / down.lower),
+        Number(inf, 1.0, inf),
+        "Lorenz and Persson ([arXiv:1004.1033](https://arxiv.org/abs/1004.1033)): leak rates "
+        "depend on the sign; more volume between the faces under peaks",
+        "guaranteed bounds; the sign alone",
+        "tests/validation/test_validation.py",
+    )
+
+
+def helium_over_air(
+    claim: str, height: float, inlet: float, theirs: float, source: str
+) -> Callable[[bool], Row]:
+    """Row of the ratio of two gases from `inlet` [Pa] into a vacuum, with slip of first order."""
+    gases = {"helium": (19.6e-6, 4.0026e-3), "air": (18.2e-6, 28.96e-3)}
+
+    def row(page: bool) -> Row:
+        leaks = []
+        for viscosity, mass in gases.values():
+            fluid = {"kind": "gas", "viscosity": viscosity, "molar_mass": mass, "temperature": 293}
+            surface = roughness(64, 1, long_wavelength=2.5e-5, short_wavelength=6.25e-6)
+            surface.pop("rms_slope")
+            gas = patch(
+                surface={**surface, "rms_height": height},
+                solid=None,
+                contact={"model": "bearing", "area_fraction": 0.2},
+                fluid={**fluid, "slip": "first-order"},
+                flow={
+                    **{"inlet_pressure": inlet, "outlet_pressure": 0.0, "sides": "periodic"},
+                    "rtol": 0.02 if page else 0.1,
+                },
+            )
+            leaks.append(of_bounds(gas.leak_rate))
+        helium, air = leaks
+        return Row(
+            LAWS,
+            claim,
+            Number(helium.value / air.value, helium.lower / air.upper, helium.upper / air.lower),
+            Number.exact(theirs),
+            source,
+            "guaranteed bounds; exact in the limit",
+            "tests/flow/test_slip.py",
+        )
+
+    return row
+
+
+PEERS = "other codes"
+
+
+def peer_contact(code: str, name: str) -> Callable[[bool], Row]:
+    """Row of a contact that another code solves as well; both pressures are judged alike."""
+
+    def row(page: bool) -> Row:
+        n, load = 256, 0.1
+        heights = self_affine(Spectrum(0.8, n / 4, 8), (n, n), (n, n), rms_slope=1, seed=1)
+
+        def area(pressure: np.ndarray) -> Number:
+            gap, _ = gap_of(pressure, heights, load)
+            near = float(np.mean(gap < 1e-4 * heights.values.std()))
+            pressed = float(np.mean(pressure > 0))
+            return Number(pressed, min(pressed, near), max(pressed, near))
+
+        return Row(
+            PEERS,
+            f"the same rough contact by {name}: contact area fraction",
+            area(solve(heights, 1.0, pressure=load).pressure.values),
+            area(contact(code, heights, load)[0]),
+            f"{name}, tolerance 1e-6",
+            "samples under pressure, and those open by less than 1e-4 rms heights; the same",
+            "tests/benchmarks/contact_peers.py",
+        )
+
+    return row
+
+
+def peer_flow(page: bool) -> Row:
+    """reynoldsflow on its own grids of the same gap; its error is the change from half of them."""
+    film = rough_film(64, 0.2)
+    leak = leak_rate(film, rtol=0.02 if page else 0.1, **UNIT)
+    coarse, fine = (flow(linear_samples(film.gap.values, k))["value"] for k in (4, 8))
+    return Row(
+        PEERS,
+        "elastic contact, A/A₀ = 0.2: leak rate",
+        of_bounds(leak),
+        Number.within(fine, fine - coarse),
+        "reynoldsflow 0.1.3, finite volumes on 512²",
+        "guaranteed bounds; change from the grid before",
+        "tests/benchmarks/flow_peer.py",
+    )
+
+
+ROWS: dict[str, Callable[[bool], Row]] = {
+    "channel": represented(
+        "channel of linear pieces, across the flow: leak rate", "series-channel", "∫ dx/g³"
+    ),
+    "checkerboard": represented(
+        "checkerboard of conductivities 1 and 10: leak rate", "checkerboard", "√(K₁K₂), Keller 1964"
+    ),
+    "four-phases": represented(
+        "four phases, contrast 25: leak rate", "four-phases", "Mortola and Steffé; Milton 2001"
+    ),
+    "duality": represented(
+        "random squares and their reciprocals, turned: root of the product of leak rates",
+        "duality",
+        "1, Keller 1964",
+    ),
+    "cosine-across": sampled(
+        "wave across the flow, amplitude 0.6: leak rate", "cosine-across", "Sommerfeld 1904"
+    ),
+    "cosine-along": sampled(
+        "wave along the flow, amplitude 0.6: leak rate", "cosine-along", "mean of g³"
+    ),
+    "smooth-checkerboard": sampled(
+        "smooth checkerboard, contrast 10⁴: leak rate", "smooth-checkerboard", "1, by duality"
+    ),
+    "discs": sampled(
+        "square array of round contacts, 28 % of the area: leak rate",
+        "discs",
+        "Perrins, McKenzie, McPhedran 1979",
+        order=1,
+    ),
+    "finite-differences": finite_differences,
+    "westergaard-area": westergaard_area,
+    "westergaard-leak": westergaard_leak,
+    "hertz": hertz,
+    "challenge-slope": challenge(
+        "rms slope of the differences on 512² samples",
+        difference_slope,
+        Number.exact(0.7336383),
+        "exact",
+    ),
+    "challenge-curvature": challenge(
+        "1/rms curvature there [µm]",
+        lambda surface: 1e6 / mean_curvature(surface),
+        Number.exact(0.39854),
+        "exact",
+    ),
+    "challenge-energy": challenge(
+        "Σ q h_q², which gives the energy of full contact [µm]",
+        lambda surface: 1e6 * full_contact(surface),
+        Number.exact(4e6 * 39.13343569623426 * 0.05 / 25e6),
+        "exact",
+    ),
+    "challenge-kappa": challenge(
+        "area over load, κ = (A/A₀) E* h'rms/p at p = E*/100",
+        kappa,
+        Number.within(2.34, 0.07),
+        "0.1 % of the area, counted in the picture",
+    ),
+    "gap-exponent": gap_exponent,
+    "area-per-load": area_per_load,
+    "persson-area": persson_area,
+    "bearing-threshold": threshold_row(
+        "bearing", "faces cut at a plane: contact area that seals", Number.within(0.5, 0.02)
+    ),
+    "elastic-threshold": threshold_row(
+        "gfmd", "elastic faces: contact area that seals", Number.within(0.42, 0.05)
+    ),
+    "skewness": skewness,
+    "helium-molecular": helium_over_air(
+        "helium over air through gaps of a micrometre at 1 Pa: ratio of leak rates",
+        5e-7,
+        1.0,
+        sqrt(28.96 / 4.0026),
+        "free molecular flow, √(M_air/M_He)",
+    ),
+    "helium-viscous": helium_over_air(
+        "helium over air through gaps of a millimetre at 1 bar: ratio of leak rates",
+        5e-4,
+        1e5,
+        18.2 / 19.6,
+        "viscous flow, ratio of the viscosities",
+    ),
+}
+PEER_ROWS = {
+    "tamaas": peer_contact("tamaas", "Tamaas 2.9.0"),
+    "contact-mechanics": peer_contact("contact-mechanics", "ContactMechanics 1.8.3"),
+    "reynoldsflow": peer_flow,
+}
+if CONTACT_PYTHON.exists() and FLOW_PYTHON.exists():
+    ROWS |= PEER_ROWS
+
+
+def main(names: list[str]) -> None:
+    """Print some rows, or all."""
+    for name in names or ROWS:
+        row = ROWS[name](True)
+        print(f"{name}: {row.ours} | {row.reference} | {row.distance:+.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
