@@ -113,7 +113,9 @@ def test_points_that_have_not_settled_are_open_and_no_median_counts_them():
         unsettled("0.1 MPa", str(3 + k), lower=low, upper=high)
         for k, (low, high) in enumerate(ranges)
     ]
-    table += [Point(("0.1 MPa", "6"), dict.fromkeys(("state", "leak_rate")))]  # it failed
+    table += [
+        Point(("0.1 MPa", "6"), dict.fromkeys(("state", "leak_rate", "lower", "upper")))
+    ]  # it failed
     axes = drawn((PRESSURE, SEED), table)
     (markers,) = (line for line in axes.lines if line.get_markerfacecolor() == "white")
     np.testing.assert_allclose(markers.get_ydata(), [2e-18, 1e-16, 1e-17])
