@@ -64,7 +64,8 @@ def spectrum_of_profiles(surface: ProfileSurface) -> "IsotropicSpectrum":
         surface.path, unit=surface.unit, step=surface.step, missing=surface.missing
     )
     try:
-        profiles = profile_spectrum(read.heights, read.step, detrend=surface.detrend)
+        heights = [surface.height_factor * one for one in read.heights]
+        profiles = profile_spectrum(heights, read.step, detrend=surface.detrend)
     except InvalidInput as error:
         raise InvalidInput(f"profiles in {surface.path[0]}: {error}") from None
     return isotropic_spectrum(profiles)

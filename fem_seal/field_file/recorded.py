@@ -131,6 +131,7 @@ class Stated:
     missing: float | Literal["none"] | None = None
     turn: int = 0
     transpose: bool = False
+    factor: float = 1.0  #: on all values, such as of a calibration
 
 
 def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:

@@ -16,7 +16,7 @@ from fem_seal.leak_rate import LeakRate
 FLOW, CONTACT_GRID, SLIP_INTERVAL = "flow", "contact_grid", "slip_interval"
 FLOW_AND_LOADS = "flow_and_load_table"
 ONE_PATCH = "one_patch"
-LIFT = "lift"
+LIFT, INPUTS = "lift", "inputs"
 # Caution in the texts about a patch that is sealed.
 NOT_THE_SEAL = "this patch is sealed, others of the seal may leak: [seal] judges the seal"
 # A factor above this one, or below its inverse, counts as unbounded in texts.

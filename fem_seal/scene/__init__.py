@@ -13,6 +13,7 @@ from fem_seal.scene.sections import (
     SelfAffineSurface,
     Solid,
 )
+from fem_seal.scene.tolerances import Tolerances
 
 __all__ = [
     "Accuracy",
@@ -28,4 +29,5 @@ __all__ = [
     "Seal",
     "SelfAffineSurface",
     "Solid",
+    "Tolerances",
 ]

@@ -38,6 +38,7 @@ def check(scene: Contents) -> None:
         check_seal,
         check_accuracy,
         check_drive,
+        check_tolerances,
         check_lift_and_ambient,
         check_tensor,
         check_mesh,
@@ -71,6 +72,32 @@ def check_lift_and_ambient(scene: Contents) -> None:
     if scene.needs_rates and scene.fluid is not None:
         check_ambient(scene)
         check_lift(scene)
+
+
+def check_tolerances(scene: Contents) -> None:
+    """Refuse tolerances of inputs that the scene does not give, and of 100 % or more."""
+    if scene.tolerances is None:
+        return
+    if not scene.needs_rates:
+        raise ContradictionError(
+            "[tolerances] is about the leak rate, which output.products does not name"
+        )
+    given = dict(scene.tolerances.given())
+    if not given:
+        raise ContradictionError("[tolerances] names no input; leave the section out")
+    for name in given:
+        section, _, key = name.partition(".")
+        known = scene.surface if name == "heights" else getattr(scene, section)
+        if known is None or (key and getattr(known, key) is None):
+            raise ContradictionError(
+                f"tolerances.{name} is of an input that the scene does not give; leave it out"
+            )
+    for name, part in scene.tolerated.items():
+        if part >= 1:
+            raise ContradictionError(
+                f"tolerances.{name} = {str(given[name])!r} is 100 % of the value or more; it must "
+                "be less"
+            )
 
 
 def check_mesh(scene: Contents) -> None:

@@ -17,6 +17,7 @@ from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffineSurface, Solid
 from fem_seal.scene.shape import AnyShape, MeshFile
+from fem_seal.scene.tolerances import Tolerances
 
 if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
@@ -55,6 +56,7 @@ class Contents(Section):
     flow: Flow = Field(Flow(), description="pressure drop, sides and method")
     seal: Seal | None = Field(None, description="the whole seal that the patch is a part of")
     accuracy: Accuracy | None = Field(None, description="total error, in place of flow.rtol")
+    tolerances: Tolerances | None = Field(None, description="how well the inputs are known")
     limit: Limit | None = Field(None, description="largest leak rate that is allowed")
     output: Output = Field(Output(), description="products and units")
 
@@ -132,6 +134,20 @@ class Contents(Section):
             field=self.needs_field,
             links=self.flow.links,
         )
+
+    @property
+    def tolerated(self) -> dict[str, float]:
+        """± of each input of [tolerances], as a part of its value."""
+        given = () if self.tolerances is None else self.tolerances.given()
+        return {name: tolerance.relative(self._input(name)) for name, tolerance in given}
+
+    def _input(self, name: str) -> float:
+        """Value of an input that [tolerances] names; 1 for the factor on all heights."""
+        if name == "heights":
+            return 1.0
+        section, key = name.split(".")
+        value = getattr(getattr(self, section), key)
+        return float(min(value) if isinstance(value, tuple) else value)
 
     @property
     def gauge_pressures(self) -> tuple[float, float]:

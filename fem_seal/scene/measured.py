@@ -106,6 +106,7 @@ class FileSurface(FieldFile):
     twin_seed: Seed | None = Field(
         None, description="press a random surface with the same spectrum instead"
     )
+    height_factor: Number = Field(1.0, gt=0, description="factor on all heights")
 
     @property
     def preparation(self) -> "Preparation":
@@ -117,7 +118,7 @@ class FileSurface(FieldFile):
     @property
     def stated(self) -> Stated:
         """Statements of the scene about the file."""
-        return replace(super().stated, missing=self.missing)
+        return replace(super().stated, missing=self.missing, factor=self.height_factor)
 
     def in_window(self, place: tuple[int, int], window: tuple[float, float]) -> "FileSurface":
         """The same map cropped to one of the windows into which its `crop` is divided.
@@ -165,6 +166,7 @@ class ProfileSurface(Section):
     shape: tuple[Count, Count] = Field(description="samples [nx, ny]")
     size: tuple[Length, Length] = Field(description="lengths [Lx, Ly] of the periodic cell")
     seed: Seed = Field(0, description="seed of the random phases")
+    height_factor: Number = Field(1.0, gt=0, description="factor on all heights")
 
 
 class Gap(FieldFile):

@@ -1,0 +1,117 @@
+"""The section that says how well the user knows the inputs: ± of each."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, Any
+
+from pydantic import Field, PlainSerializer, PlainValidator
+
+from fem_seal.scene.sections import Section
+from fem_seal.units import to_si
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """± of an input."""
+
+    text: str  #: as the user wrote it
+    part: float | None  #: part of the input, < 1; None if `amount` is given
+    amount: float | None = None  #: in the SI unit of the input
+
+    def __str__(self) -> str:
+        return self.text
+
+    def relative(self, value: float) -> float:
+        """The tolerance as a part of the input's value."""
+        return self.part if self.part is not None else (self.amount or 0.0) / value
+
+
+def _tolerance(value: object, unit: str | None = None) -> Tolerance:
+    """Read "10 %", or a number with a unit such as "0.01 MPa" where the input has one."""
+    expected = "should be a part such as '10 %'"
+    if unit is not None:
+        expected += f" or an amount with a unit of {unit}"
+    if not isinstance(value, str):
+        raise ValueError(expected)
+    number = value.removesuffix("%").strip()
+    if number != value.strip():
+        try:
+            part = float(number) / 100
+        except ValueError:
+            raise ValueError(expected) from None
+        if not 0 < part < 1:
+            raise ValueError("should be above 0 % and below 100 %; leave out what you know exactly")
+        return Tolerance(value, part)
+    if unit is None:
+        raise ValueError(expected)
+    amount = to_si(value, unit)
+    if not amount > 0:
+        raise ValueError("should be above 0; leave out what you know exactly")
+    return Tolerance(value, None, amount)
+
+
+Part = Annotated[Tolerance, PlainValidator(_tolerance), PlainSerializer(str)]
+OfPressure = Annotated[
+    Tolerance, PlainValidator(partial(_tolerance, unit="Pa")), PlainSerializer(str)
+]
+OfLineLoad = Annotated[
+    Tolerance, PlainValidator(partial(_tolerance, unit="N/m")), PlainSerializer(str)
+]
+OfViscosity = Annotated[
+    Tolerance, PlainValidator(partial(_tolerance, unit="Pa s")), PlainSerializer(str)
+]
+
+
+class OfContact(Section):
+    """Tolerances of [contact]."""
+
+    pressure: OfPressure | None = Field(None, description="± of contact.pressure")
+
+
+class OfSeal(Section):
+    """Tolerances of [seal]."""
+
+    line_load: OfLineLoad | None = Field(None, description="± of seal.line_load")
+
+
+class OfSolid(Section):
+    """Tolerances of [solid]."""
+
+    youngs_modulus: OfPressure | None = Field(None, description="± of solid.youngs_modulus")
+    contact_modulus: OfPressure | None = Field(None, description="± of solid.contact_modulus")
+
+
+class OfFluid(Section):
+    """Tolerances of [fluid]."""
+
+    viscosity: OfViscosity | None = Field(None, description="± of fluid.viscosity")
+
+
+class OfFlow(Section):
+    """Tolerances of [flow]."""
+
+    pressure_drop: OfPressure | None = Field(None, description="± of flow.pressure_drop")
+    inlet_pressure: OfPressure | None = Field(None, description="± of flow.inlet_pressure")
+    outlet_pressure: OfPressure | None = Field(None, description="± of flow.outlet_pressure")
+
+
+class Tolerances(Section):
+    """± of what the user does not know exactly."""
+
+    contact: OfContact = Field(OfContact(), description="± of its fields")
+    seal: OfSeal = Field(OfSeal(), description="± of its fields")
+    solid: OfSolid = Field(OfSolid(), description="± of its fields")
+    fluid: OfFluid = Field(OfFluid(), description="± of its fields")
+    flow: OfFlow = Field(OfFlow(), description="± of its fields")
+    heights: Part | None = Field(None, description="± of one factor on all heights")
+
+    def given(self) -> Iterator[tuple[str, Tolerance]]:
+        """Names of the inputs, such as "contact.pressure" or "heights", and their tolerances."""
+        for section in ("contact", "seal", "solid", "fluid", "flow"):
+            fields: dict[str, Any] = dict(getattr(self, section))
+            yield from (
+                (f"{section}.{key}", value) for key, value in fields.items() if value is not None
+            )
+        if self.heights is not None:
+            yield "heights", self.heights
