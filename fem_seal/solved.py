@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
@@ -22,6 +22,7 @@ from fem_seal.points import Work
 from fem_seal.progress import Report, silent
 from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.headline import Headline, headline
+from fem_seal.quantities.inputs import corner, inputs_entry
 from fem_seal.quantities.of_patch import Quantities, quantities, shown_in
 from fem_seal.quantities.remarks import cautions
 from fem_seal.quantities.seal import leak_rate_of, seal_advice, seal_budget
@@ -228,7 +229,15 @@ def answer(
         with patch.timed("seal"):
             seal = solve_seal(patch, patches, work)
         leak, budget, state = leak_rate_of(patch, seal), seal_budget(patch, seal), seal.state
-        advice, ends = seal_advice(seal, budget), (leak,)
+        ends = (leak,)
+    if leak is not None and scene.tolerances is not None:
+        with patch.timed("inputs"):
+            closed, opened = (_corner(patch, end, patches, work) for end in (-1, 1))
+        load, lifted = patch.mean_pressure, patch.lifted
+        carried = lifted.fluid_load / load if lifted is not None and load else 0.0
+        budget = (*budget, inputs_entry(scene, leak, closed, opened, carried))
+    if seal is not None:
+        advice = seal_advice(seal, budget)
     named = quantities(patch)
     decision, shown = None, None if leak is None else shown_in(scene)
     if leak is not None and shown is not None:
@@ -257,6 +266,26 @@ def answer(
         reason="; ".join(dict.fromkeys(reasons)),
         seconds=perf_counter() - start,
     )
+
+
+def _corner(patch: Patch, end: int, patches: Path | None, work: Work | None) -> LeakRate:
+    """Leak rate with all inputs of [tolerances] at the ends where most (1) or least (-1) leaks."""
+    scene, surface, contact = corner(patch.scene, end), patch.surface, patch.contact
+    if surface is not None:
+        factor = 1 + end * patch.scene.tolerated.get("heights", 0.0)
+        surface = replace(surface, values=factor * surface.values)
+    start = contact.pressure.values if isinstance(contact, ContactState) else None
+    other = Patch(
+        scene,
+        patch.report,
+        trust=patch.trust,
+        surface=surface,
+        contact_start=start,
+        comm=patch.comm,
+    )
+    if scene.seal is None:
+        return other.leak_rate
+    return leak_rate_of(other, solve_seal(other, patches, work))
 
 
 def run(

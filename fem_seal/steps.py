@@ -64,7 +64,7 @@ def spectrum_of_profiles(surface: ProfileSurface) -> "IsotropicSpectrum":
         surface.path, unit=surface.unit, step=surface.step, missing=surface.missing
     )
     try:
-        heights = [surface.height_factor * one for one in read.heights]
+        heights = surface.height_factor * read.heights
         profiles = profile_spectrum(heights, read.step, detrend=surface.detrend)
     except InvalidInput as error:
         raise InvalidInput(f"profiles in {surface.path[0]}: {error}") from None

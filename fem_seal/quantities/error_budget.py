@@ -51,6 +51,9 @@ class Uncertainty:
     per_rtol: float = 0.0
     #: Whether the leak rate may be anywhere between the factors, and its value is no best guess.
     is_range: bool = False
+    #: Of the entry "inputs": the input that matters most, its ± as a part of its value, and its
+    #: share in the logarithms of the factors.
+    largest: tuple[str, float, float] | None = None
     name: str = ""  #: the key in words
 
     def __post_init__(self) -> None:

@@ -11,12 +11,14 @@ holds for the half-space, not for its grid, and lifted contacts and layers have 
 entry is an estimate.
 """
 
+from functools import partial
 from math import log, prod
 
 import numpy as np
 
 from fem_seal.digits import in_digits
 from fem_seal.leak_rate import LeakRate
+from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import INPUTS, Uncertainty
 from fem_seal.scene import Scene, SelfAffineSurface
 
@@ -35,6 +37,14 @@ OPENS = {
 TINY = 1e-9  # least part of the load that counts as left to the solid
 LOADS = ("contact.pressure", "seal.line_load")
 STIFFNESSES = ("solid.youngs_modulus", "solid.contact_modulus", "heights")
+
+
+def exact_inputs(patch: Patch) -> Uncertainty | None:
+    """Entry of a scene without [tolerances]."""
+    if patch.scene.tolerances is not None:
+        return None
+    sentence = "load, solid, fluid and heights count as exact, without [tolerances]"
+    return Uncertainty(INPUTS, "not covered", sentence)
 
 
 def corner(scene: Scene, end: int) -> Scene:
@@ -82,23 +92,29 @@ def inputs_entry(
         Part of the load that the fluid carries, in [0, 1).
     """
     shares = input_shares(scene, leak, closed, opened, carried)
-    largest = max(shares, key=lambda name: shares[name])
-    part = in_digits(100 * scene.tolerated[largest], 2)
+    name = max(shares, key=lambda name: shares[name])
+    part = scene.tolerated[name]
     sentence = (
-        f"leak rates with all inputs of [tolerances] at the ends that close or open the film; "
-        f"{largest} (±{part} %) matters most; that these ends are the extremes is a theorem for "
-        "the half-space, not for its grid"
+        "leak rates with all inputs of [tolerances] at the ends that close or open the film; "
+        f"{name} (±{in_digits(100 * part, 2)} %) matters most; that these ends are the extremes is "
+        "a theorem for the half-space, not for its grid"
     )
-    if leak.state == "sealed" and opened.state == "sealed":
-        return Uncertainty(INPUTS, "estimated", sentence, 1.0, 1.0)
+    entry = partial(
+        Uncertainty,
+        INPUTS,
+        "estimated",
+        sentence,
+        largest=(name, part, shares[name] / (sum(shares.values()) or 1.0)),
+    )
+    if leak.state == "lifted off" or opened.state == "sealed":
+        return entry(1.0, 1.0)
     if opened.state == "lifted off":
-        return Uncertainty(INPUTS, "estimated", sentence, 0.0, None, caution=True)
+        return entry(0.0, None, caution=True)
     most = opened.bounds[1]
     if leak.state == "sealed":
-        return Uncertainty(INPUTS, "estimated", sentence, 1.0, None, True, upper_rate=most)
+        return entry(1.0, None, caution=True, upper_rate=most)
     least = 0.0 if closed.state == "sealed" else closed.bounds[0]
-    lower, upper = min(1.0, least / leak.value), max(1.0, most / leak.value)
-    return Uncertainty(INPUTS, "estimated", sentence, lower, upper)
+    return entry(min(1.0, least / leak.value), max(1.0, most / leak.value))
 
 
 def input_shares(

@@ -13,11 +13,13 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
     FLOW_AND_LOADS,
+    INPUTS,
     LIFT,
     ErrorBudget,
     Kind,
     Uncertainty,
 )
+from fem_seal.quantities.inputs import exact_inputs
 from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.slip import KINETIC_ERROR, first_order
@@ -39,6 +41,7 @@ NARROW = 2.0  # upper over lower end of an interval that is narrow enough
 REMEDIES = {
     FLOW_AND_LOADS: "a smaller seal.rtol",
     CONTACT_GRID: "a finer grid of the contact (surface.shape, or a map in smaller steps)",
+    INPUTS: "smaller [tolerances]",
 }
 
 
@@ -108,6 +111,7 @@ def seal_budget(patch: Patch, seal: SealLeak) -> ErrorBudget:
         isotropy(patch),
         _slip(patch, seal),
         _slip_along(patch, seal),
+        exact_inputs(patch),
         model,
     )
     return tuple(entry for entry in entries if entry is not None)

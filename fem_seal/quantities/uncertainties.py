@@ -13,6 +13,7 @@ from fem_seal.quantities.error_budget import (
     Uncertainty,
     of_flow,
 )
+from fem_seal.quantities.inputs import exact_inputs
 from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.lift import fluid_pressure
 from fem_seal.quantities.slip import slip, slip_interval
@@ -89,5 +90,6 @@ SOURCES: tuple[Source, ...] = (
     _given_gap,
     _one_patch,
     isotropy,
+    exact_inputs,
     _model,
 )

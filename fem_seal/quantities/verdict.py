@@ -4,9 +4,11 @@ from dataclasses import dataclass
 from math import expm1, log, sinh, sqrt
 
 from fem_seal.digits import in_digits, rounded_down, rounded_up
+from fem_seal.errors import present
 from fem_seal.leak_rate import LeakRate, relative_width
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
+    INPUTS,
     SLIP_INTERVAL,
     ErrorBudget,
     Uncertainty,
@@ -179,6 +181,9 @@ def _advice(
         total = expm1(abs(log(limit / sqrt(low * high))))
         if total > LEAST_RTOL:
             return f"accuracy.total = {total:.2g} might decide"
+    inputs = next((entry for entry in rest if entry.key == INPUTS), None)
+    if inputs is not None:
+        return _narrower(inputs, sqrt(low * high), limit, combined(rest))
     if rtol is not None and unknowns is not None:
         return f"flow.rtol = {rtol:.2g} might decide, with about {in_digits(unknowns, 2)} unknowns"
     if open_entries(rest):
@@ -186,6 +191,23 @@ def _advice(
     if counted:
         return f"no flow.rtol decides it while {_names(counted)} may change the leak rate so much"
     return "the best estimate is the limit itself"
+
+
+def _narrower(
+    inputs: Uncertainty, value: float, limit: float, factors: tuple[float | None, float | None]
+) -> str:
+    """Advice on the input that matters most: how well it must be known to decide.
+
+    The logarithms of the entry's factors are taken as proportional to the tolerances.
+    """
+    name, part, share = present(inputs.largest, "input that matters most")
+    side, whole = (inputs.upper, factors[1]) if value < limit else (inputs.lower, factors[0])
+    if side and whole:
+        own, excess = share * abs(log(side)), abs(log(whole)) - abs(log(limit / value))
+        if 0 < excess < own:
+            needed = rounded_down(100 * part * (1 - excess / own), 2)
+            return f"{name} to ±{needed} % in place of ±{in_digits(100 * part, 2)} % might decide"
+    return f"no smaller tolerance of {name} alone decides, and it matters most"
 
 
 def open_entries(rest: ErrorBudget) -> list[Uncertainty]:

@@ -1,0 +1,155 @@
+"""[tolerances]: the entry "inputs" of the error budget, from the two corners of the box."""
+
+from math import log
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.quantities.error_budget import INPUTS
+from fem_seal.quantities.inputs import OPENS
+from fem_seal.scene import Scene
+from fem_seal.solved import solve
+
+FIRST = Path(__file__).parents[2] / "demos" / "scenes" / "first.toml"
+SMALL = [
+    "surface.shape=[48, 48]",
+    "surface.short_wavelength=12 um",
+    "output.products=['leak_rate']",
+]
+DRY = "flow.lift=none"
+KNOWN = [
+    "tolerances.contact.pressure=10 %",
+    "tolerances.solid.contact_modulus=2 MPa",
+    "tolerances.heights=5 %",
+    "tolerances.fluid.viscosity=3 %",
+]
+
+
+def scene(*settings: str) -> Scene:
+    return Scene.from_file(FIRST, [*SMALL, *settings])
+
+
+def entry(solved):
+    return next(entry for entry in solved.budget if entry.key == INPUTS)
+
+
+def test_corners_by_hand():
+    """Two scenes with the ends written out by hand, to the last digit of the flow."""
+    solved = solve(scene(DRY, *KNOWN))
+    closed = ("0.165 MPa", "8 MPa", 0.95, "1.03 mPa s")
+    opened = ("0.135 MPa", "12 MPa", 1.05, "0.97 mPa s")
+    ends = []
+    for pressure, modulus, factor, viscosity in (closed, opened):
+        slope = factor * solved.patch.scene.surface.rms_slope
+        by_hand = scene(
+            DRY,
+            f"contact.pressure={pressure}",
+            f"solid.contact_modulus={modulus}",
+            f"surface.rms_slope={slope!r}",
+            f"fluid.viscosity={viscosity}",
+        )
+        ends.append(solve(by_hand).leak_rate)
+    assert entry(solved).kind == "estimated"
+    # The contacts start elsewhere, and agree to their certificate.
+    assert entry(solved).lower == pytest.approx(ends[0].lower / solved.leak_rate.value, rel=1e-3)
+    assert entry(solved).upper == pytest.approx(ends[1].upper / solved.leak_rate.value, rel=1e-3)
+
+
+@pytest.mark.parametrize("lift", ["none", "resolved"])
+def test_random_inputs_lie_inside(lift):
+    """Leak rates of inputs drawn from the box lie between the ends, dry and lifted."""
+    pressures = ["tolerances.flow.pressure_drop=5 %"]
+    settings = [f"flow.lift={lift}", "contact.pressure=0.12 MPa", "flow.pressure_drop=0.3 bar"]
+    solved = solve(scene(*settings, *KNOWN, *pressures))
+    part = solved.patch.scene.tolerated
+    low, high = (
+        factor * solved.leak_rate.value for factor in (entry(solved).lower, entry(solved).upper)
+    )
+    draw = np.random.default_rng(1)
+    for _ in range(3):
+        to = {name: 1 + tolerance * draw.uniform(-1, 1) for name, tolerance in part.items()}
+        slope = to["heights"] * solved.patch.scene.surface.rms_slope
+        drawn = scene(
+            *settings,
+            f"contact.pressure={1.2e5 * to['contact.pressure']}",
+            f"solid.contact_modulus={1e7 * to['solid.contact_modulus']}",
+            f"fluid.viscosity={1e-3 * to['fluid.viscosity']}",
+            f"flow.pressure_drop={3e4 * to['flow.pressure_drop']}",
+            f"surface.rms_slope={slope!r}",
+        )
+        leak = solve(drawn).leak_rate
+        assert low <= leak.lower
+        assert leak.upper <= high
+
+
+def test_a_factor_that_is_exact():
+    """Q goes as Δp/η, to the certificate of the contact, which is solved again for each end."""
+    known = ["tolerances.fluid.viscosity=4 %", "tolerances.flow.pressure_drop=1 kPa"]
+    solved = solve(scene(DRY, *known))
+    lower, upper = (end / solved.leak_rate.value for end in solved.leak_rate.bounds)
+    assert entry(solved).lower == pytest.approx(lower * 0.99 / 1.04, rel=1e-5)
+    assert entry(solved).upper == pytest.approx(upper * 1.01 / 0.96, rel=1e-5)
+    name, part, share = entry(solved).largest
+    assert (name, part) == ("fluid.viscosity", 0.04)
+    assert share == pytest.approx(log(1.04 / 0.96) / log(1.04 / 0.96 * 1.01 / 0.99), rel=1e-6)
+
+
+def test_sealed_by_a_load_that_may_be_less():
+    """A sealed state gets the leak rate of its open corner."""
+    settings = [DRY, "contact.pressure=0.4 MPa", "tolerances.contact.pressure=60 %"]
+    solved = solve(scene(*settings))
+    opened = solve(scene(DRY, "contact.pressure=0.16 MPa")).leak_rate
+    assert solved.state == "sealed"
+    assert entry(solved).upper is None
+    assert entry(solved).upper_rate == pytest.approx(opened.upper, rel=1e-3)
+    surely = solve(scene(DRY, "contact.pressure=0.8 MPa", "tolerances.contact.pressure=5 %"))
+    assert (entry(surely).lower, entry(surely).upper) == (1.0, 1.0)
+
+
+def test_the_tolerance_that_decides():
+    """An undecided verdict names the tolerance that decides, and that one does decide."""
+    limit = f"{1.5 * solve(scene(DRY)).leak_rate.value!r} m^3/s"
+    settings = [DRY, f"limit.leak_rate={limit}"]
+    wide = solve(scene(*settings, "tolerances.contact.pressure=20 %")).verdict
+    assert wide.decision == "undecided"
+    assert "contact.pressure to ±" in wide.sentence
+    needed = wide.sentence.split("contact.pressure to ±")[1].split(" %")[0]
+    narrow = f"tolerances.contact.pressure={0.8 * float(needed)} %"
+    assert solve(scene(*settings, narrow)).verdict.decision == "within limit"
+
+
+def test_without_tolerances_the_inputs_are_named():
+    named = entry(solve(scene(DRY)))
+    assert (named.kind, named.lower, named.upper) == ("not covered", None, None)
+
+
+def test_every_input_has_a_direction():
+    fields = Scene.model_fields["tolerances"].annotation.__args__[0].model_fields
+    names = {
+        f"{section}.{key}"
+        for section, field in fields.items()
+        if section != "heights"
+        for key in field.annotation.model_fields
+    }
+    assert names | {"heights"} == set(OPENS)
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("tolerances.contact.pressure=0 %", "leave out what you know exactly"),
+        ("tolerances.contact.pressure=100 %", "below 100 %"),
+        ("tolerances.contact.pressure=0.2 MPa", "100 % of the value or more"),
+        ("tolerances.contact.area_fraction=1 %", "not a known key"),
+        ("tolerances.contact.pressure=1 um", "not in a unit of Pa"),
+        ("tolerances.contact.pressure=0.1", "'10 %'"),
+        ("tolerances.heights=1 um", "'10 %'"),
+        ("tolerances.flow.inlet_pressure=1 %", "the scene does not give"),
+        ("tolerances.seal.line_load=1 %", "the scene does not give"),
+    ],
+)
+def test_refused(setting, said):
+    with pytest.raises(InvalidInput, match=said):
+        scene(setting)
