@@ -21,9 +21,10 @@ from fem_seal.film.shaped import shaped_film
 from fem_seal.flow import Limits, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
-from fem_seal.quantities.of_patch import quantities, verdict_of
+from fem_seal.quantities.of_patch import quantities
 from fem_seal.results import Result, read_flow
 from fem_seal.scene import Scene
+from fem_seal.solved import answer
 from fem_seal.scene.scene import Scene as SceneModel
 from fem_seal.theory.closed_forms import annulus, dilute_discs, disc_array
 
@@ -231,7 +232,7 @@ def test_constriction_and_verdict_of_a_shape():
     assert 0.5 < found.pressure_share < 1
     limited = scene(RING | {"gap": 1}) | {"limit": {"leak_rate": "100 m^3/s"}}
     patch = Patch(Scene.from_mapping(limited))
-    assert verdict_of(patch, ()).decision == "within limit"
+    assert answer(patch).verdict.decision == "within limit"
     assert quantities(patch).constriction.width is None  # no bank anywhere
 
 
@@ -437,6 +438,7 @@ from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
 from fem_seal.grid import GridField
 from fem_seal.scene import Scene
+from fem_seal.solved import answer
 from fem_seal.patch import Patch
 leak_rate(GridFilm(GridField(np.ones((3, 3)), (1.0, 1.0))), viscosity=1.0, pressure_drop=1.0)
 print(*sys.modules)
