@@ -62,7 +62,7 @@ def listings(page):
         for line in block.splitlines():
             if match := re.match(r"\[(\w+)\]", line):
                 keys = named.setdefault(match[1], set())
-            elif match := re.match(r"(?:# )?(\w+) = ", line):
+            elif match := re.match(r"(?:# )?(\w+)(?:\.\w+)? = ", line):
                 keys.add(match[1])
     return named
 

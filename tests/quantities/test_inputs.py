@@ -110,13 +110,16 @@ def test_sealed_by_a_load_that_may_be_less():
 
 def test_the_tolerance_that_decides():
     """An undecided verdict names the tolerance that decides, and that one does decide."""
-    limit = f"{1.5 * solve(scene(DRY)).leak_rate.value!r} m^3/s"
-    settings = [DRY, f"limit.leak_rate={limit}"]
+    # So small a pressure drop that the fluid's pressure on the solid makes no difference.
+    drop = "flow.pressure_drop=10 Pa"
+    limit = f"{1.5 * solve(scene(DRY, drop)).leak_rate.value!r} m^3/s"
+    settings = [DRY, drop, f"limit.leak_rate={limit}"]
     wide = solve(scene(*settings, "tolerances.contact.pressure=20 %")).verdict
     assert wide.decision == "undecided"
     assert "contact.pressure to ±" in wide.sentence
     needed = wide.sentence.split("contact.pressure to ±")[1].split(" %")[0]
-    narrow = f"tolerances.contact.pressure={0.8 * float(needed)} %"
+    # ln Q is not linear in the load: half of that tolerance leaves room for it.
+    narrow = f"tolerances.contact.pressure={0.5 * float(needed)} %"
     assert solve(scene(*settings, narrow)).verdict.decision == "within limit"
 
 

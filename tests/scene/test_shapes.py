@@ -24,8 +24,8 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import quantities
 from fem_seal.results import Result, read_flow
 from fem_seal.scene import Scene
-from fem_seal.solved import answer
 from fem_seal.scene.scene import Scene as SceneModel
+from fem_seal.solved import answer
 from fem_seal.theory.closed_forms import annulus, dilute_discs, disc_array
 
 UNIT = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³, Δp = 1
