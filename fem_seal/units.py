@@ -20,6 +20,8 @@ _STANDARD_VOLUME = re.compile(
 )
 # Pint's "px" is the 1/96 inch of web pages.
 _PIXEL = re.compile(r"\b(px|pixels?)\b")
+# Errors of pint for texts such as "-", "m/0" and "um um".
+_NO_UNIT = ValueError, TypeError, SyntaxError, AssertionError, ArithmeticError
 _WORD = re.compile(r"[^\W\d_]+")
 # Example of a quantity of each SI unit, for messages.
 _EXAMPLES = {"m": "5 um", "Pa": "2 MPa", "Pa s": "1 mPa s", "s": "10 min", "byte": "2 GB"}
@@ -123,7 +125,7 @@ def _convert(number: str, text: str, unit: str, expected: str) -> float:
         return float(quantity.m_as(unit.replace(" ", "*")))
     except pint.DimensionalityError:
         raise ValueError(f"is not in a unit of {unit}; {expected}") from None
-    except (pint.PintError, ValueError, TypeError, SyntaxError, TokenError, AssertionError):
+    except (pint.PintError, TokenError, *_NO_UNIT):
         raise ValueError(f"has an unknown unit {text!r}; {expected}") from None
 
 

@@ -240,6 +240,8 @@ def _cells(line: str, table: TextTable) -> list[str]:
         text = _BEFORE_UNIT.sub("", line) if separator is None else line
         cells = Layout(separator, ".").cells(text)
         # Words of a sentence may be as many as columns.
+        if cells[-1:] == [""]:
+            cells.pop()
         if len(cells) != table.values.shape[1]:
             continue
         titles = [Title.of(cell) for cell in cells] if separator is None else []

@@ -182,14 +182,17 @@ def _layout(lines: list[str], width: int | None, path: Path) -> tuple[Layout, in
     readings: list[tuple[int, int, Layout]] = []
     for layout in LAYOUTS:
         rows = [row for row in map(layout.row, used) if _is_data(row)]
-        lengths = Counter(len(row) for row in rows if width in (None, len(row)))
+        # A separator at the end of every line begins no column.
+        lengths = Counter(
+            len(row) for row in rows if width in (None, len(row), len(row) - (row[-1] != row[-1]))
+        )
         if not lengths:
             continue
         length, frequency = max(lengths.items(), key=lambda item: (item[1], item[0]))
-        # A separator at the end of every line begins no column.
         ends = {row[-1] == row[-1] for row in rows if len(row) == length}
         empty = layout.separator is not None and length > 1 and True not in ends
-        readings.append((frequency, length - empty, layout))
+        if width in (None, length - empty):
+            readings.append((frequency, length - empty, layout))
     if not readings:
         number = next(k for k, line in enumerate(lines, 1) if line.strip())
         numbers = "numbers" if width is None else f"{width} numbers"
@@ -251,6 +254,8 @@ def _table(lines: list[str], layout: Layout, columns: int, strict: bool, path: P
                 )
         numbers_of_lines.append(k)
         rows.append(np.array(row, dtype=float))
+    if not rows:
+        raise InvalidInput(f"{path} holds no lines of {_count(columns)} below its header")
     return TextTable(np.array(rows), tuple(header), np.array(numbers_of_lines), layout, corner)
 
 

@@ -229,6 +229,7 @@ IN_MM = {
     "# x [mm], pressure [MPa]": " ",
     "x in mm\tp in MPa": "\t",
     "# lengths in mm, pressures in MPa": " ",
+    "x [mm],p [MPa],": ",",
     "s,CPRESS\nmm,N/mm^2": ",",
     "Path,mm,MPa\ns mm,sigma MPa": ",",
     "pressure [MPa], x [mm]": ",",
@@ -244,7 +245,8 @@ def test_table_with_units(head, decimal, tmp_path):
     if IN_MM[head] == ",":
         decimal = "."
     path = tmp_path / "profile.csv"
-    lines = [IN_MM[head].join(row).replace(".", decimal) for row in rows]
+    end = "," if head.endswith(",") else ""
+    lines = [IN_MM[head].join(row).replace(".", decimal) + end for row in rows]
     path.write_text("\n".join([head, *lines, ""]))
     profile = read_profile(path)
     assert profile.length == pytest.approx(1e-3)
