@@ -58,7 +58,7 @@ def _surface(options: argparse.Namespace) -> int:
     if options.out is not None:
         from fem_seal.render.surface import surface_figure
 
-        surface_figure(prepared.field, fit, options.out)
+        surface_figure(prepared, fit, options.out)
     if options.csv is not None:
         from fem_seal.files import write_text
 
@@ -66,7 +66,7 @@ def _surface(options: argparse.Namespace) -> int:
     refusal = _refusal(prepared) if _is_scene(options) else []
     spectrum = [*_longest_line(scene), *_spectrum_lines(fit, failure)]
     cautions = [f"caution: {sentence}" for sentence in _cautions(patch, prepared)]
-    lines = [steps_table(prepared), *refusal, *cautions, "", _sides(prepared), *spectrum]
+    lines = [steps_table(prepared), *refusal, *cautions, "", *_map_lines(prepared), *spectrum]
     if not _is_scene(options):
         lines.append(f"fem-seal new {options.scene} writes a scene that presses it")
     lines += _profile_lines(scene)
@@ -176,9 +176,19 @@ def _cautions(patch: "Patch", prepared: "PreparedSurface") -> list[str]:
     return [*cautions_of_map(patch), *([slope] if slope else [])]
 
 
-def _sides(prepared: "PreparedSurface") -> str:
-    """Line on the lengths of the map before it was made periodic."""
-    return "sides               " + " by ".join(map(_length, prepared.measured.size))
+def _map_lines(prepared: "PreparedSurface") -> list[str]:
+    """Lines on the sides, the slopes and the lay of the map before it was made periodic."""
+    from fem_seal.quantities.remarks import LAY
+    from fem_seal.surface import Lay
+
+    lay = Lay.of(prepared.measured)
+    clear = "" if lay.ratio > LAY else ", not clear"
+    return [
+        f"sides               {' by '.join(map(_length, prepared.measured.size))}",
+        f"slopes              {lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y",
+        f"lay                 {lay.angle:.0f} degrees from x{clear}: slopes across it are "
+        f"{lay.ratio:.3g} times those along it",
+    ]
 
 
 def steps_table(prepared: "PreparedSurface") -> str:

@@ -12,10 +12,13 @@ from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.scene import FileSurface
 from fem_seal.steps import whole_map
-from fem_seal.surface import outliers, spikes_caution
+from fem_seal.surface import Lay, outliers, spikes_caution
 from fem_seal.upscaling.seal import SealLeak, median_patch
 
 STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably wrong
+LAY = 2.0  # slopes across a lay over those along it, above which the flow's direction is named
+MANY = 100.0  # the same ratio, above which its value says no more
+OBLIQUE = 10.0  # angle between a lay and an axis above which it is neither along nor across
 THICK = 0.1  # mean gap over the length of the film above which the same holds
 # Part of the load carried by the solid below which the user is warned. Bolts and gauges easily have
 # an error of 5 %: it may take all of that part away (docs/guide/lift.md).
@@ -59,18 +62,42 @@ def cautions(
 
 
 def cautions_of_map(patch: Patch) -> tuple[str, ...]:
-    """Sentences about the heights of a measured map; of a seal's windows, about the whole map."""
+    """Sentences about spikes and lay of a measured map; of a seal's windows, of the whole map."""
     surface, seal = patch.scene.surface, patch.scene.seal
     if not isinstance(surface, FileSurface):
         return ()
-    spikes = None
-    if surface.outliers is None:
-        windows = seal is not None and seal.window is not None
-        heights = (
-            whole_map(surface) if windows else present(patch.prepared, "prepared heights").measured
+    if seal is not None and seal.window is not None:
+        heights = whole_map(surface)
+    else:
+        heights = present(patch.prepared, "prepared heights").measured
+    count = np.count_nonzero(outliers(heights)) if surface.outliers is None else 0
+    return tuple(filter(None, (spikes_caution(count), _lay(heights, surface))))
+
+
+def _lay(heights: GridField, surface: FileSurface) -> str | None:
+    """Warn of a lay: the leak rate depends on which way the flow crosses it."""
+    lay = Lay.of(heights)
+    if lay.ratio <= LAY:
+        return None
+    off_x = min(lay.angle, 180 - lay.angle)
+    off_axis = min(off_x, 90 - off_x)
+    times = f"{lay.ratio:.2g} times" if lay.ratio < MANY else f"over {MANY:g} times"
+    turned = f"surface.turn = {(surface.turn + 90) % 360}"
+    if off_axis > OBLIQUE:
+        flows = f"at {off_x:.0f} degrees to it, and with {turned} at {90 - off_x:.0f}"
+    else:
+        ways = ("along", "across") if off_x < OBLIQUE else ("across", "along")
+        flows = f"{ways[0]} it, and with {turned} {ways[1]}"
+    chevrons = ""
+    if surface.make_periodic == "mirror" and off_axis > OBLIQUE:
+        chevrons = (
+            "; mirroring bends such a lay into chevrons, which the surface has not: measure the "
+            "part with its lay along x or y, or compare with make_periodic = 'tukey'"
         )
-        spikes = spikes_caution(np.count_nonzero(outliers(heights)))
-    return tuple(filter(None, (spikes,)))
+    return (
+        f"the surface has a lay at {lay.angle:.0f} degrees from x towards y, across which slopes "
+        f"are {times} those along it: the flow, along x, runs {flows}{chevrons}"
+    )
 
 
 def _near_lift_off(patch: Patch) -> str | None:

@@ -8,44 +8,56 @@ import numpy as np
 from fem_seal.digits import readable, with_error
 from fem_seal.grid import GridField
 from fem_seal.render.plot import new_figure
-from fem_seal.surface import SpectrumFit
+from fem_seal.surface import PreparedSurface, SpectrumFit, outliers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-RINGS, FITTED, CUT_OFF = "0.55", "#b2452b", "#1f4e9e"
+RINGS, FITTED, CUT_OFF, SPIKE = "0.55", "#b2452b", "#1f4e9e", "#e03010"
+CLIPPED = 1e-3  # part of the heights at each end that share the last colour
 
 
-def surface_figure(field: GridField, fit: SpectrumFit | None, path: str | Path) -> None:
-    """Draw heights and spectrum side by side.
+def surface_figure(prepared: PreparedSurface, fit: SpectrumFit | None, path: str | Path) -> None:
+    """Draw heights as they are pressed and, with a fit, their spectrum; the suffix is the format.
 
-    Parameters
-    ----------
-    field : heights [m] as they are pressed
-    fit : fit of their spectrum; without it the spectrum is not drawn
-    path : the file; its suffix chooses the format
+    Spikes are circled where they were measured; a mirrored map begins with the measured one.
     """
     panels = 1 if fit is None else 2
     with new_figure((5.0 * panels, 3.9), path) as figure:
         all_axes = np.ravel(figure.subplots(1, panels))
-        draw_heights(figure, all_axes[0], field)
+        draw_heights(figure, all_axes[0], prepared.field)
+        measured = prepared.measured
+        length_scale, _ = readable(max(prepared.field.size), "m")
+        x, y = (
+            (k + 0.5) * d * length_scale
+            for k, d in zip(np.nonzero(outliers(measured)), measured.spacing, strict=True)
+        )
+        if len(x):
+            all_axes[0].scatter(x, y, s=40, facecolors="none", edgecolors=SPIKE, label="spikes")
+            all_axes[0].legend(loc="lower right", bbox_to_anchor=(1, 1), frameon=False, fontsize=8)
         if fit is not None:
             draw_spectrum(all_axes[1], fit)
 
 
 def draw_heights(figure: "Figure", axes: "Axes", field: GridField) -> None:
-    """Draw the heights above their mean in colours; the flow runs to the right."""
+    """Draw the heights above their mean in colours; the flow runs to the right.
+
+    The colours leave out the `CLIPPED` highest and lowest heights, which single spikes may be.
+    """
     heights = field.values - field.values.mean()
-    scale, unit = readable(float(np.abs(heights).max()), "m")
+    low, high = np.quantile(heights, [CLIPPED, 1 - CLIPPED])
+    scale, unit = readable(float(max(-low, high)), "m")
     length_scale, length_unit = readable(max(n * d for n, d in _sides(field)), "m")
     along_x, along_y = (n * d * length_scale for n, d in _sides(field))
     extent = 0.0, along_x, 0.0, along_y
     image = axes.imshow(
         heights.T * scale, origin="lower", extent=extent, cmap="viridis", interpolation="nearest"
     )
+    image.set_clim(low * scale, high * scale)
+    axes.set_title("flow ⟶", loc="left", fontsize="medium")
     axes.set(xlabel=f"x [{length_unit}]", ylabel=f"y [{length_unit}]")
-    figure.colorbar(image, ax=axes, label=f"height [{unit}]", shrink=0.85)
+    figure.colorbar(image, ax=axes, label=f"height [{unit}]", shrink=0.85, extend="both")
 
 
 def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:

@@ -16,19 +16,27 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         text = path.read_text(encoding="utf-8-sig")  # some editors begin with a byte order mark
     except UnicodeDecodeError:
-        raise InvalidInput(f"{path} is not a TOML scene file: it is not UTF-8 text") from None
+        raise _no_scene(path, "it is not UTF-8 text") from None
     except OSError as error:
         raise InvalidInput(f"cannot read the scene file {path}: {error.strerror}") from None
     if (dots := _dots(text)) > MOST_DOTS:
-        raise InvalidInput(
-            f"{path} is not a TOML scene file: {dots} dots outside comments; a scene has few"
-        )
+        raise _no_scene(path, f"{dots} dots outside comments; a scene has few")
     try:
         return _shallow(tomllib.loads(text), path)
     except RecursionError:
-        raise InvalidInput(f"{path} is not a TOML scene file: it is nested too deeply") from None
+        raise _no_scene(path, "it is nested too deeply") from None
     except ValueError as error:  # of TOML, or of a number with thousands of digits
-        raise InvalidInput(f"{path} is not a TOML scene file: {error}") from None
+        raise _no_scene(path, str(error)) from None
+
+
+def _no_scene(path: Path, reason: str) -> InvalidInput:
+    """Error for a file that is no scene, with the command that takes a map."""
+    if path.suffix.lower() == ".toml":
+        return InvalidInput(f"{path} is not a TOML scene file: {reason}")
+    return InvalidInput(
+        f"{path} is not a TOML scene file: of heights, fem-seal new {path} writes a scene and "
+        f"fem-seal surface {path} shows them; of a gap, fem-seal leak {path} computes the leak rate"
+    )
 
 
 def _dots(text: str) -> int:
@@ -46,7 +54,7 @@ def _shallow(data: dict[str, Any], path: Path) -> dict[str, Any]:
         level += [value for values in lists for value in values]
         if not level:
             return data
-    raise InvalidInput(f"{path} is not a TOML scene file: it is nested too deeply")
+    raise _no_scene(path, "it is nested too deeply")
 
 
 def parse_assignment(assignment: str) -> tuple[tuple[str, ...], str]:

@@ -19,6 +19,7 @@ from fem_seal.surface.resampling import resample
 from fem_seal.surface.spectrum import Spectrum
 from fem_seal.surface.spectrum_fit import SpectrumFit, fit_spectrum, map_spectrum
 from fem_seal.surface.statistics import (
+    Lay,
     MapStatistics,
     RadialSpectrum,
     fitted_hurst,
@@ -32,6 +33,7 @@ from fem_seal.surface.windows import kept_roughness, levelled_map, longest_wavel
 
 __all__ = [
     "IsotropicSpectrum",
+    "Lay",
     "MapStatistics",
     "Preparation",
     "PreparedSurface",

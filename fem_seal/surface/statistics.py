@@ -9,6 +9,8 @@ from fem_seal.field_file.recorded import FieldMap
 from fem_seal.grid import GridField
 from fem_seal.surface.waves import mode_powers, multiplicity, wavenumbers
 
+ROUNDING = 1e-12  # mean square slope along a perfect lay over that across it, by rounding
+
 
 @dataclass(frozen=True, eq=False)
 class RadialSpectrum:
@@ -79,6 +81,39 @@ class MapStatistics:
             # Divide first: the cube of small heights is below the smallest double.
             float(np.mean(((known - known.mean()) / rms) ** 3)) if rms else 0.0,
         )
+
+
+@dataclass(frozen=True)
+class Lay:
+    """Direction in which a surface is smoothest, as along the grooves of a ground face."""
+
+    slopes: tuple[float, float]  #: rms slope along x and along y
+    ratio: float  #: rms slope across the lay over that along it; 1 if isotropic, inf if perfect
+    angle: float  #: of the lay, from x towards y, from 0 to 180 [degrees]
+
+    @classmethod
+    def of(cls, heights: GridField) -> "Lay":
+        """Principal axes of the covariance of ∇h over the cells between samples.
+
+        A tilt is no lay: it is the mean of ∇h. The cells are as square as the samples allow, since
+        the longer differences of a coarser axis miss short waves, which would look like a lay.
+        """
+        values, spacing = heights.values, heights.spacing
+        lags = [
+            min(max(round(max(spacing) / d), 1), n - 1)
+            for d, n in zip(spacing, values.shape, strict=True)
+        ]
+        lx, ly = lags
+        along = (values[lx:] - values[:-lx]) / (lx * spacing[0])
+        across = (values[:, ly:] - values[:, :-ly]) / (ly * spacing[1])
+        along, across = along[:, ly:] + along[:, :-ly], across[lx:] + across[:-lx]
+        covariance = np.cov(along.ravel(), across.ravel(), bias=True)
+        (least, most), directions = np.linalg.eigh(covariance)
+        angle = np.degrees(np.arctan2(directions[1, 0], directions[0, 0])) % 180
+        ratio = np.sqrt(most / least) if least > ROUNDING * most else np.inf if most else 1.0
+        steps = (np.diff(values, axis=axis) / d for axis, d in enumerate(spacing))
+        slopes = [_mean_square(step) ** 0.5 for step in steps]
+        return cls((slopes[0], slopes[1]), float(ratio), float(angle))
 
 
 def _mean_square(differences: np.ndarray) -> float:

@@ -50,7 +50,7 @@ def test_command_prints_and_draws(tmp_path, capsys):
     steps = [line.split("  ")[0] for line in lines[1:5]]
     assert steps == ["read", "detrend quadratic", "fill harmonic", "mirror"]
     assert [line.split()[0] for line in lines[6:]] == [
-        "longest", "hurst", "long", "roll-off", "short"
+        "sides", "slopes", "lay", "longest", "hurst", "long", "roll-off", "short"
     ]  # fmt: skip
     pixels = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"))
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
