@@ -11,6 +11,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # Seconds until a signal that arrived during an import, or was swallowed, is raised again.
 _PAUSE = 0.05
 _IMPORTING = "<frozen importlib._bootstrap>"
+_DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 @contextmanager
@@ -107,3 +108,12 @@ def ended_silently() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def die_with_parent() -> None:
+    """Let the system end this process by SIGKILL once the process that started it has ended."""
+    import ctypes
+
+    prctl = getattr(ctypes.CDLL(None), "prctl", None)
+    if prctl is not None:  # only Linux has it
+        prctl(_DIE_WITH_PARENT, signal.SIGKILL)

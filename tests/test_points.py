@@ -22,7 +22,6 @@ from fem_seal.points.farm import (
     WorkerKilledError,
     farm,
     processes_that_fit,
-    report_to_farm,
 )
 from fem_seal.sweep import Axis, Work, combinations, read_points, sweep
 
@@ -300,22 +299,6 @@ def test_workers_have_the_variables_of_now(tmp_path, monkeypatch):
         monkeypatch.setenv("FEM_SEAL_TEST", value)
         farm([tmp_path / value], environment_of, 1, lambda: 0)
         assert f"FEM_SEAL_TEST={value}" in (tmp_path / value).read_text().splitlines()
-
-
-def reporting(name):
-    """Report, for "b" a text longer than the memory for it, and wait until it is shown."""
-    report_to_farm(f"point {name}", "µ" * 200 if name == "b" else "net load 3")
-    time.sleep(1.2)
-    return name
-
-
-def test_reports_of_workers_are_shown():
-    """Those of the first point that runs; none when all have ended."""
-    shown = []
-    farm(["a", "b"], reporting, 1, lambda: 0, show=shown.append)
-    assert "point a: net load 3" in shown
-    assert any(text.startswith("point b: µµµ") and len(text) < 200 for text in shown)
-    assert shown[-1] == ""
 
 
 def hold_memory(folder):

@@ -3,9 +3,7 @@
 `geometry.mesh_geometry` starts it. Faults of the geometry are left as one sentence in ERROR_FILE.
 """
 
-import ctypes
 import pickle
-import signal
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,11 +12,11 @@ from types import ModuleType
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.interrupts import die_with_parent
 
 JOB_FILE, MESH_FILE, ERROR_FILE = "job.pickle", "mesh.msh", "error.txt"
 SOURCE_FILE, START_FILE = "source.geo", "start.geo"
 MOST_EDGES = 1e5  # largest number of edges along the longer side
-_DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 @dataclass(frozen=True)
@@ -133,7 +131,7 @@ def _set_sizes(gmsh: ModuleType, sizes: Sizes, unit: float) -> None:
 def main(folder: Path) -> None:
     """Mesh the job of a folder."""
     # A killed parent must not leave gmsh running.
-    ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    die_with_parent()
     job = pickle.loads((folder / JOB_FILE).read_bytes())
     try:
         mesh(job, folder)

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from fem_seal import parallel
 from fem_seal.errors import FemSealError, MissingPackage, NotConverged
-from fem_seal.points.farm import WorkerKilledError, farm, report_to_farm, watch
+from fem_seal.points.farm import WorkerKilledError, farm, watch
 from fem_seal.points.task import Chain, Task, nothing
 from fem_seal.points.work import Work
 from fem_seal.progress import Pace, Report, silent
@@ -157,7 +157,7 @@ def compute_alone(chain: Chain) -> Failures:
     """Compute a chain in a worker, which solves without the other processes."""
     comm = parallel.alone()
     parallel.start_petsc(comm)
-    return compute_chain(chain, report_to_farm, comm=comm)
+    return compute_chain(chain, comm=comm)
 
 
 def under(head: str, report: Report) -> Report:
@@ -175,16 +175,11 @@ def _by_workers(
     """Compute chains in workers; return the errors of points that failed and left no file."""
     folder_of = {task.name: chain.folder for chain in chains for task in chain.tasks}
     now_and_then = _Throttled(gather)
-    latest = ""
-
-    def show(text: str) -> None:
-        nonlocal latest
-        latest = text
 
     def poll() -> int:
         now_and_then()
         pace.done = sum(folder_of[name].exists(name) for name in missing)
-        pace(latest, "")
+        pace("", "")
         return pace.done
 
     chains = [chain for chain in chains if _without_file([chain])]
@@ -198,9 +193,7 @@ def _by_workers(
         # A point whose process is killed twice, the second time alone, has failed.
         batch = chains[:1] if alone else chains
         try:
-            for errors in farm(
-                batch, compute_alone, 1 if alone else work.jobs, poll, work.memory, show
-            ):
+            for errors in farm(batch, compute_alone, 1 if alone else work.jobs, poll, work.memory):
                 failures |= errors
         except WorkerKilledError:
             chains = [chain for chain in chains if _without_file([chain])]

@@ -1,6 +1,5 @@
 """Chains of points in processes of their own; each process solves alone."""
 
-import ctypes
 import multiprocessing
 import os
 import signal
@@ -9,11 +8,11 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from functools import partial
 from math import inf
 from multiprocessing import forkserver
 from typing import TypeVar
 
+from fem_seal.interrupts import die_with_parent
 from fem_seal.memory import available_memory, memory_of
 from fem_seal.parallel import OF_MPI
 
@@ -21,7 +20,6 @@ Chain = TypeVar("Chain")
 Answer = TypeVar("Answer")
 
 _POLL = 0.5  # time between two polls of the chains [s]
-_DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _SPARE = 1.2  # memory kept free for each process, over that of the largest point so far
 # Memory kept free for each process until a point is finished: what a contact on 4096 x 4096
@@ -31,16 +29,6 @@ UNKNOWN_POINT = 4_000_000_000
 
 class WorkerKilledError(Exception):
     """A process of the pool has died, most likely of too little memory."""
-
-
-REPORT_BYTES = 200  # length of the latest report of a chain
-# In a worker: memory for the latest reports of all chains, and the number of its chain.
-_reports: "ctypes.Array[ctypes.c_ubyte] | None" = None
-_number = 0
-
-
-def _ignore(report: str) -> None:
-    """Show nothing."""
 
 
 def prepare(modules: Sequence[str]) -> None:
@@ -69,7 +57,6 @@ def farm(
     jobs: int,
     poll: Callable[[], int],
     memory: int | None = None,
-    show: Callable[[str], None] = _ignore,
 ) -> list[Answer]:
     """Compute chains in processes of this machine.
 
@@ -83,8 +70,6 @@ def farm(
     jobs : most processes at a time
     poll : called every half second and at the end; returns how many points are finished
     memory : most memory of all processes together [bytes]; what the machine has if left out
-    show : called before each poll with the latest report, by `report_to_farm`, of the first chain
-        that runs; "" if there is none
 
     Returns
     -------
@@ -98,13 +83,8 @@ def farm(
     prepare([compute.__module__])
     with _environment() as environment:
         context = multiprocessing.get_context("forkserver")
-        reports = context.RawArray(ctypes.c_ubyte, REPORT_BYTES * len(chains))
-        pool = ProcessPoolExecutor(jobs, context, _begin, (environment, reports))
+        pool = ProcessPoolExecutor(jobs, context, _begin, (environment,))
     largest = 0
-
-    def poll_and_show() -> int:
-        show(_first_report(bytes(memoryview(reports))))
-        return poll()
 
     def fitting(finished: int) -> int:
         """Processes that the memory holds, from the largest use of any so far."""
@@ -120,8 +100,7 @@ def farm(
 
     done = False
     try:
-        numbered = list(enumerate(chains))
-        answers = watch(numbered, partial(_numbered, compute), pool, poll_and_show, fitting)
+        answers = watch(chains, compute, pool, poll, fitting)
         done = True
     except BrokenProcessPool:
         raise WorkerKilledError from None
@@ -201,47 +180,11 @@ def _environment() -> Iterator[dict[str, str]]:
         os.environ.update(before)
 
 
-def _first_report(reports: bytes) -> str:
-    """Report of the first chain that has one."""
-    number = (len(reports) - len(reports.lstrip(b"\0"))) // REPORT_BYTES
-    text = reports[number * REPORT_BYTES : (number + 1) * REPORT_BYTES]
-    return text.rstrip(b"\0").decode("utf-8", "ignore")
-
-
-def report_to_farm(stage: str, detail: str) -> None:
-    """Report on the chain that this worker of `farm` computes; a `Report`."""
-    if _reports is not None:
-        text = f"{stage}: {detail}" if detail else stage
-        _write(text.encode()[:REPORT_BYTES])
-
-
-def _write(text: bytes) -> None:
-    # Each chain has a part of the memory, which one process writes: there is no lock that a killed
-    # process could hold.
-    if _reports is not None:
-        start = _number * REPORT_BYTES
-        _reports[start : start + REPORT_BYTES] = list(text.ljust(REPORT_BYTES, b"\0"))
-
-
-def _numbered(compute: Callable[[Chain], Answer], numbered: tuple[int, Chain]) -> Answer:
-    """Compute a chain with its number; clear its report at the end."""
-    global _number
-    _number, chain = numbered
-    try:
-        return compute(chain)
-    finally:
-        _write(b"")
-
-
-def _begin(environment: dict[str, str], reports: "ctypes.Array[ctypes.c_ubyte]") -> None:
+def _begin(environment: dict[str, str]) -> None:
     """Begin a worker: take the present variables of the first process, and die with it.
 
     The fork server only has the variables of the time at which it was started.
     """
-    global _reports
-    _reports = reports
     os.environ.clear()
     os.environ.update(environment)
-    prctl = getattr(ctypes.CDLL(None), "prctl", None)
-    if prctl is not None:  # only Linux has it
-        prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    die_with_parent()
