@@ -1,7 +1,7 @@
-"""Colour maps that differ from the grey of contact, also in print without colour.
+"""Colours of all pictures: contact is grey, open places without a number are pale blue.
 
-Each map is a part of one of matplotlib's maps. Its lightest colour is darker than the light grey of
-contact, and that grey is darker than white.
+Also in print without colour they differ: each colour map is a part of one of matplotlib's whose
+lightest colour is darker than the grey of contact, and that grey is darker than the pale blue.
 """
 
 from functools import cache
@@ -12,15 +12,16 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
 
-CONTACT_COLOUR = (214, 217, 221)
+CONTACT_COLOUR = (200, 202, 206)
+OPEN_COLOUR = (214, 234, 252)
 WHITE = (255, 255, 255)
 
 # For each name the map of matplotlib, and the range 0..1 of it that is used.
 _PARTS = {
     "flow": ("magma_r", 0.22, 1.0),
-    "gap": ("viridis", 0.0, 0.8),
-    "pressure": ("viridis", 0.0, 0.8),
-    "contact pressure": ("YlOrRd", 0.4, 1.0),
+    "gap": ("viridis", 0.0, 0.76),
+    "pressure": ("viridis", 0.0, 0.76),
+    "contact pressure": ("YlOrRd", 0.44, 1.0),
 }
 _STEPS = 256
 

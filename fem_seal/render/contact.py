@@ -7,16 +7,17 @@ import numpy as np
 from fem_seal.film.clusters import label, largest
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.film.lattice import DUAL_CONNECTIVITY, Lattice
+from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR
 from fem_seal.render.page import Panel, Swatch, panel_of, write_page
 from fem_seal.render.tiles import Mosaic, Tiles, mosaic, paint
 from fem_seal.render.window import LONG_SIDE, Window
 
-# In print without colour the largest channel is a lighter grey than the largest patch.
+# Contact is grey, open is blue or green; the largest patch and channel are darker than the others.
 CONTACT_KEY = (
-    Swatch("other contact", (0, 0, 0)),
-    Swatch("largest contact patch", (38, 84, 164)),
-    Swatch("other open", (255, 255, 255)),
-    Swatch("largest open channel", (246, 166, 60)),
+    Swatch("other contact", CONTACT_COLOUR),
+    Swatch("largest contact patch", (70, 72, 76)),
+    Swatch("other open", OPEN_COLOUR),
+    Swatch("largest open channel", (110, 180, 150)),
 )
 
 

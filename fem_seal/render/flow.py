@@ -14,7 +14,7 @@ from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import FlowField, LeakRate
-from fem_seal.render.colours import CONTACT_COLOUR, WHITE
+from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR
 from fem_seal.render.offscreen import Isolines, Mesh, Triangles, draw
 from fem_seal.render.page import Panel, Swatch, panel_of, write_page
 from fem_seal.render.tiles import mosaic, paint
@@ -24,7 +24,7 @@ FLOW_COLOURS = "flow"
 PRESSURE_COLOURS = "pressure"
 DECADES = 4  # length of the colour bar
 CONTACT = Swatch("contact", CONTACT_COLOUR)
-NO_FLOW = Swatch("open, but no flow", WHITE)
+NO_FLOW = Swatch("open, but no flow", OPEN_COLOUR)
 EDGES = (0, 0, 0)
 
 
@@ -128,7 +128,7 @@ def flow_picture(
 ) -> Path:
     """Picture of the flow density on a logarithmic scale, with contact in grey.
 
-    Pockets and dead ends are white, and the critical constriction is marked.
+    Pockets and dead ends are pale blue, and the critical constriction is marked.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ import numpy as np
 from fem_seal.digits import readable
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.render.colours import CONTACT_COLOUR, WHITE, colour_map
+from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR, WHITE, colour_map
 from fem_seal.render.gap import CONTACT, gap_panel, gap_scale, tile_colours
 from fem_seal.render.page import Panel, Swatch, panel_of, write_page
 from fem_seal.render.tiles import Tiles, mosaic, paint
@@ -25,7 +25,7 @@ from fem_seal.render.window import (
 )
 
 CONTACT_PRESSURE_COLOURS, PRESSURE_COLOURS = "contact pressure", "pressure"
-OPEN = Swatch("open", WHITE)
+OPEN = Swatch("open", OPEN_COLOUR)
 POCKET = Swatch("pocket: its fluid pressure is assumed", (246, 222, 150))
 # Part of the contact whose pressure lies within the colour bar; single peaks lie above it.
 SHOWN = 0.999
@@ -38,8 +38,9 @@ def contact_pressure_scale(pressure: np.ndarray) -> tuple[Scale, float] | None:
         return None
     highest = step_above(float(np.quantile(carried, SHOWN)))
     factor, unit = readable(highest, "Pa")
-    beyond = "max" if carried.max() > highest else "neither"
-    label = f"contact pressure [{unit}]"
+    label, beyond = f"contact pressure [{unit}]", "neither"
+    if carried.max() > highest:
+        label, beyond = f"{label}, at most {factor * carried.max():.2g}", "max"
     return Scale(label, 0.0, highest * factor, False, CONTACT_PRESSURE_COLOURS, beyond), factor
 
 
@@ -63,7 +64,7 @@ def contact_pressure_panel(
 def contact_pressure_picture(
     film: GridFilm, pressure: GridField, path: str | Path, *, window: Window | None = None
 ) -> Path:
-    """Picture of the pressure between the solids, white where they do not touch.
+    """Picture of the pressure between the solids, pale blue where they do not touch.
 
     Parameters
     ----------

@@ -64,18 +64,18 @@ def flow_picture(leak: LeakRate, film: MeshFilm, path: str | Path) -> Path:
     """Picture of the flow density on a logarithmic scale; see `mesh_picture`."""
     field: FlowField = flow_of(leak)
     scale = flow_scale(field)
-    flow = flow_triangles(field, scale)
-    layers: tuple[Layer, ...] = (flow, *_contact_of(film), *_boundaries(film.mesh))
-    panel = _panel(layers, film.mesh)
-    key = (*_key(film), NO_FLOW) if _pockets(film, field) else _key(film)
-    return write_page([[panel]], path, scale=scale, key=key)
-
-
-def _pockets(film: MeshFilm, field: FlowField) -> bool:
-    """Whether the film has pockets: the field of the flow covers less than the open area."""
-    open_cells = (film.values[film.mesh.cells] > 0).any(axis=1)
-    open_area = _area(film.mesh.xy, film.mesh.cells[open_cells])
-    return _area(field.points, field.cells) < (1 - 1e-9) * open_area
+    mesh = film.mesh
+    open_cells = mesh.cells[(film.values[mesh.cells] > 0).any(axis=1)]
+    layers: tuple[Layer, ...] = (
+        Mesh(mesh.xy, open_cells, NO_FLOW.colour, 0),
+        flow_triangles(field, scale),
+        *_contact_of(film),
+        *_boundaries(mesh),
+    )
+    # There are pockets if the field of the flow covers less than the open area.
+    pockets = _area(field.points, field.cells) < (1 - 1e-9) * _area(mesh.xy, open_cells)
+    key = (*_key(film), NO_FLOW) if pockets else _key(film)
+    return write_page([[_panel(layers, mesh)]], path, scale=scale, key=key)
 
 
 def _area(points: np.ndarray, cells: np.ndarray) -> float:

@@ -53,7 +53,8 @@ def cross_validation_figure(
         floor = 0.0
         if reference is not None:
             floor = relative_half_width(reference.lower, reference.upper)
-            rates.axhspan(reference.lower / truth, reference.upper / truth, color=INSIDE, zorder=0)
+            bracket = reference.lower / truth, reference.upper / truth
+            rates.axhspan(*bracket, color=INSIDE, zorder=0, label="certified bracket")
             errors.axhspan(errors.get_ylim()[0], floor, color=INSIDE, zorder=0)
         rates.axhline(1, color="0.4", lw=0.8)
         rates.set_xscale("log", base=2)
@@ -61,16 +62,19 @@ def cross_validation_figure(
         rates.xaxis.set_major_formatter(ScalarFormatter())
         rates.xaxis.set_minor_locator(NullLocator())
         rates.set(
-            xlabel="squares along the flow", ylabel="leak rate / reference", title=_plain(title)
+            xlabel="squares along the flow",
+            ylabel="leak rate / reference",
+            title=f"{_plain(title)}: every method on ever finer grids",
         )
-        caption = "certified bracket shaded" if floor else "true error"
         errors.set(
             xscale="log",
             yscale="log",
             xlabel="unknowns",
             ylabel="|error| / reference",
-            title=caption,
+            title="Their errors; the bracket hides those in grey" if floor else "Their errors",
         )
+        for axes in (rates, errors):
+            axes.title.set_fontsize(10)
         figure.legend(
             *rates.get_legend_handles_labels(),
             loc="outside lower center",
@@ -129,10 +133,10 @@ def trade_figure(result: Trade, path: Path, title: str) -> Path:
             for axes in (time, memory):
                 axes.axhline(part, color=shades[samples], ls=":", lw=1)
         time.set(xscale="log", yscale="log", xlabel="CPU time [s]", ylabel="total relative error")
-        time.set_title(f"{_plain(title)}: Pareto fronts (dashed: no bounds)", fontsize=10)
+        time.set_title(f"{_plain(title)}: what a smaller error costs in time", fontsize=10)
         label_axis(time.xaxis)
         label_axis(time.yaxis)
-        memory.set_title("dotted: the contact grid's part", fontsize=10)
+        memory.set_title("and in memory", fontsize=10)
         memory.set_xlabel("resident memory [MB]")
         _keys(memory, shades, result.points)
     return path
@@ -148,7 +152,7 @@ def _shades(number: int) -> list[str]:
 
 
 def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Point]) -> None:
-    """Add a legend for colours (contact grids) and markers (flow methods) below the axes."""
+    """Explain contact grids, flow methods, Pareto fronts and the contact grid's part below."""
     from matplotlib.lines import Line2D
 
     entries = [
@@ -159,6 +163,9 @@ def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Poi
         entries.append(
             Line2D([], [], color="0.3", marker=MARKERS[method], ls="", label=f"flow {method}")
         )
+    for dash, words in (("-", "with bounds"), ("--", "without bounds")):
+        entries.append(Line2D([], [], color="0.75", lw=3, ls=dash, label=f"least time, {words}"))
+    entries.append(Line2D([], [], color="0.3", ls=":", label="the contact grid's part"))
     axes.figure.legend(
         handles=entries, loc="outside lower center", ncols=4, frameon=False, fontsize=9
     )

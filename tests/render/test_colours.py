@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_seal.render import contact, flow, gap, pressures, shape
-from fem_seal.render.colours import CONTACT_COLOUR, WHITE, colour_map
+from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR, colour_map
 
 # Rec. 709: how light a printed colour is, 0 to 1.
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
@@ -27,7 +27,7 @@ def test_maps_are_monotonic_and_darker_than_contact(name):
     steps = np.diff(shades)
     assert (steps > -1e-3).all() or (steps < 1e-3).all()
     assert abs(shades[-1] - shades[0]) > 0.55
-    assert shades.max() < lightness(CONTACT_COLOUR) - 0.1 < lightness(WHITE) - 0.2
+    assert shades.max() < lightness(CONTACT_COLOUR) - 0.1 < lightness(OPEN_COLOUR) - 0.2
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def test_entries_of_a_key_differ_in_grey(key):
 
 @pytest.mark.parametrize("name", [flow.FLOW_COLOURS, "magma"])
 def test_numbers_beyond_a_scale_have_the_colour_of_its_end(name):
-    """White is left to what has no number: open places without flow."""
+    """Pale blue is left to what has no number: open places without flow."""
     colours = colour_map(name)
     assert colours(-0.1) == colours(0.0)
     assert colours(1.1) == colours(1.0)

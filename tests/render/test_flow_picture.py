@@ -72,7 +72,7 @@ def test_one_scale_covers_several_fields():
     assert flow.flow_scale(weak, strong).high == pytest.approx(1e-9, rel=1e-9, abs=0)
 
 
-def test_contact_covers_flow_cells_and_pockets_are_white():
+def test_contact_covers_flow_cells_and_pockets_are_pale():
     values = np.ones((21, 11))
     values[14:, :] = 0.0
     values[17, 5] = 1.0  # a pocket

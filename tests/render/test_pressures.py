@@ -47,7 +47,8 @@ def test_single_samples_of_high_pressure_do_not_set_the_bar():
     values = np.full((100, 100), 0.7e6)
     values[0, 0] = 1e9
     scale, _ = contact_pressure_scale(values)
-    assert (scale.high, scale.label) == (pytest.approx(1.0), "contact pressure [MPa]")
+    label = "contact pressure [MPa], at most 1e+03"
+    assert (scale.high, scale.label) == (pytest.approx(1.0), label)
     assert scale.beyond == "max"
 
 
@@ -76,7 +77,8 @@ def test_fluid_pressure_and_its_isobars(representation):
     drawn, distance = positions(row, PRESSURE_COLOURS)
     on_map = distance <= 1
     assert on_map.mean() > 0.9
-    assert np.abs(drawn - exact)[on_map].max() <= 2 / 255
+    # Of the 256 colours of viridis 194 are used: neighbouring steps may share one.
+    assert np.abs(drawn - exact)[on_map].max() <= 3 / 255
     white = np.flatnonzero((row > 200).all(axis=1))
     apart = np.flatnonzero(np.diff(white) > 1)
     middles = [part.mean() + 0.5 for part in np.split(white, apart + 1)]

@@ -36,7 +36,7 @@ def keys(monkeypatch):
     return seen
 
 
-def test_key_names_white_only_where_something_open_is_white(keys, tmp_path):
+def test_key_names_open_places_without_flow_only_where_there_are_some(keys, tmp_path):
     """All cells flow; one cell does not; one flows weakly, in the lowest colour of the bar."""
     film = strip({"gap": "1 um"})
     whole = flow_everywhere(film)
