@@ -179,13 +179,13 @@ def _cautions(patch: "Patch", prepared: "PreparedSurface") -> list[str]:
 def _map_lines(prepared: "PreparedSurface") -> list[str]:
     """Lines on the sides, the slopes and the lay of the map before it was made periodic."""
     from fem_seal.quantities.remarks import LAY
-    from fem_seal.surface import Lay
 
-    lay = Lay.of(prepared.measured)
+    lay, count = prepared.lay, int(prepared.outliers.sum())
+    without = " (without the spikes)" if count else ""
     clear = "" if lay.ratio > LAY else ", not clear"
     return [
         f"sides               {' by '.join(map(_length, prepared.measured.size))}",
-        f"slopes              {lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y",
+        f"slopes              {lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y{without}",
         f"lay                 {lay.angle:.0f} degrees from x{clear}: slopes across it are "
         f"{lay.ratio:.3g} times those along it",
     ]

@@ -12,7 +12,7 @@ from fem_seal.quantities.error_budget import ErrorBudget
 from fem_seal.quantities.slope import slope_between_samples
 from fem_seal.scene import FileSurface
 from fem_seal.steps import whole_map
-from fem_seal.surface import Lay, outliers, spikes_caution
+from fem_seal.surface import Lay, PreparedSurface, spikes_caution
 from fem_seal.upscaling.seal import SealLeak, median_patch
 
 STEEP = 1.0  # rms slope above which the film is not thin, and a unit probably wrong
@@ -66,17 +66,16 @@ def cautions_of_map(patch: Patch) -> tuple[str, ...]:
     surface, seal = patch.scene.surface, patch.scene.seal
     if not isinstance(surface, FileSurface):
         return ()
+    prepared = present(patch.prepared, "prepared heights")
     if seal is not None and seal.window is not None:
-        heights = whole_map(surface)
-    else:
-        heights = present(patch.prepared, "prepared heights").measured
-    count = np.count_nonzero(outliers(heights)) if surface.outliers is None else 0
-    return tuple(filter(None, (spikes_caution(count), _lay(heights, surface))))
+        whole = whole_map(surface)
+        prepared = PreparedSurface(whole, whole, ())
+    count = np.count_nonzero(prepared.outliers) if surface.outliers is None else 0
+    return tuple(filter(None, (spikes_caution(count), _lay(prepared.lay, surface))))
 
 
-def _lay(heights: GridField, surface: FileSurface) -> str | None:
+def _lay(lay: Lay, surface: FileSurface) -> str | None:
     """Warn of a lay: the leak rate depends on which way the flow crosses it."""
-    lay = Lay.of(heights)
     if lay.ratio <= LAY:
         return None
     off_x = min(lay.angle, 180 - lay.angle)

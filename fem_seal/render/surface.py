@@ -8,7 +8,7 @@ import numpy as np
 from fem_seal.digits import readable, with_error
 from fem_seal.grid import GridField
 from fem_seal.render.plot import new_figure
-from fem_seal.surface import PreparedSurface, SpectrumFit, outliers
+from fem_seal.surface import PreparedSurface, SpectrumFit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +31,7 @@ def surface_figure(prepared: PreparedSurface, fit: SpectrumFit | None, path: str
         length_scale, _ = readable(max(prepared.field.size), "m")
         x, y = (
             (k + 0.5) * d * length_scale
-            for k, d in zip(np.nonzero(outliers(measured)), measured.spacing, strict=True)
+            for k, d in zip(np.nonzero(prepared.outliers), measured.spacing, strict=True)
         )
         if len(x):
             all_axes[0].scatter(x, y, s=40, facecolors="none", edgecolors=SPIKE, label="spikes")
@@ -88,7 +88,8 @@ def draw_spectrum(axes: "Axes", fit: SpectrumFit) -> None:
     # Wavenumbers often span little more than a decade, and only one power of ten would be labelled.
     axes.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))
     axes.xaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(2.5, 2.5)))
-    axes.legend(fontsize=8, loc="lower left", frameon=False)
+    # A spectrum falls, so that its upper right corner is free but for the lines of cut-offs.
+    axes.legend(fontsize=8, loc="upper right", framealpha=0.9, edgecolor="none")
 
 
 def _sides(field: GridField) -> zip:

@@ -2,6 +2,9 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.recorded import FieldMap
@@ -10,8 +13,8 @@ from fem_seal.registry import require_known
 from fem_seal.surface.cell import cropped, periodic_cell
 from fem_seal.surface.detrending import detrended
 from fem_seal.surface.missing import fill
-from fem_seal.surface.outliers import without_outliers
-from fem_seal.surface.statistics import MapStatistics
+from fem_seal.surface.outliers import outliers, without_outliers
+from fem_seal.surface.statistics import Lay, MapStatistics
 from fem_seal.surface.twin import twin
 
 # Largest seam of a map that counts as periodic. The seam of a rough surface that repeats is about
@@ -86,6 +89,17 @@ class PreparedSurface:
     field: GridField
     measured: GridField
     steps: tuple[Step, ...]
+
+    @cached_property
+    def outliers(self) -> np.ndarray:
+        """Points of the map, before it was made periodic, that are spikes."""
+        return outliers(self.measured)
+
+    @cached_property
+    def lay(self) -> Lay:
+        """Slopes and lay of the same map without its spikes."""
+        values = np.where(self.outliers, np.nan, self.measured.values)
+        return Lay.of(FieldMap(values, self.measured.spacing, self.measured.periodic))
 
     def require_cell(self, what: str) -> None:
         """Refuse heights that an elastic contact, which repeats them, cannot press.

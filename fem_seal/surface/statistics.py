@@ -92,11 +92,12 @@ class Lay:
     angle: float  #: of the lay, from x towards y, from 0 to 180 [degrees]
 
     @classmethod
-    def of(cls, heights: GridField) -> "Lay":
+    def of(cls, heights: FieldMap | GridField) -> "Lay":
         """Principal axes of the covariance of ∇h over the cells between samples.
 
-        A tilt is no lay: it is the mean of ∇h. The cells are as square as the samples allow, since
-        the longer differences of a coarser axis miss short waves, which would look like a lay.
+        A tilt is no lay: it is the mean of ∇h. Cells with missing points do not count. The cells
+        are as square as the samples allow, since the longer differences of a coarser axis miss
+        short waves, which would look like a lay.
         """
         values, spacing = heights.values, heights.spacing
         lags = [
@@ -107,7 +108,8 @@ class Lay:
         along = (values[lx:] - values[:-lx]) / (lx * spacing[0])
         across = (values[:, ly:] - values[:, :-ly]) / (ly * spacing[1])
         along, across = along[:, ly:] + along[:, :-ly], across[lx:] + across[:-lx]
-        covariance = np.cov(along.ravel(), across.ravel(), bias=True)
+        known = ~np.isnan(along + across)
+        covariance = np.cov(along[known], across[known], bias=True) if known.any() else np.eye(2)
         (least, most), directions = np.linalg.eigh(covariance)
         angle = np.degrees(np.arctan2(directions[1, 0], directions[0, 0])) % 180
         ratio = np.sqrt(most / least) if least > ROUNDING * most else np.inf if most else 1.0
