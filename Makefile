@@ -1,5 +1,6 @@
 # make demo   install what is missing and run the first scene
-# make test   install what is missing and run the tests
+# make test   install what is missing and run the tests, on all cores
+# make quick  the same for the physics and the pages: no pictures, commands, demos or mpirun
 # make lint   install what is missing and check style and types
 # make limits install what is missing, try the extremes and write docs/measurements/limits.md
 # make docs   install what is missing and build the pages into docs/_build; warnings are errors
@@ -8,7 +9,7 @@
 # make peers  install other codes beside this one in .venv-peers and run them side by side
 # make setup  install what is missing
 # make debian13, make sid   run demo and tests on that Debian, in a clean root (as root)
-.PHONY: demo test lint limits validation peers docs links setup clean debian13 sid
+.PHONY: demo test quick lint limits validation peers docs links setup clean debian13 sid
 
 # One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
 export OMP_NUM_THREADS ?= 1
@@ -23,8 +24,16 @@ unexport PETSC_DIR SLEPC_DIR PYTHONPATH PYTHONHOME
 demo: .venv/ready
 	.venv/bin/fem-seal run demos/scenes/first.toml --out results/first --overwrite
 
+# A worker that has nothing left to do takes over tests of another.
+PYTEST = .venv/bin/python -m pytest -n $(shell nproc) --dist worksteal
+QUICK = contact field_file film finite_difference flow mesh quantities scene surface theory \
+	test_architecture.py test_docs.py test_docstrings.py test_glossary.py test_links.py
+
 test: .venv/ready
-	.venv/bin/python -m pytest
+	$(PYTEST)
+
+quick: .venv/ready
+	$(PYTEST) -m "not slow and not mpi and not render" $(addprefix tests/,$(QUICK))
 
 lint: .venv/ready
 	.venv/bin/ruff check .
