@@ -8,7 +8,7 @@ from project import ROOT
 PACKAGE = ROOT / "fem_seal"
 # Packages and modules where types are still said twice.
 NOT_YET = [
-    *("surface", "field_file", "quantities", "results", "sweep", "scene", "coupling"),
+    *("quantities", "results", "sweep", "scene", "coupling"),
     *("accuracy.py", "patch.py", "steps.py", "lifting.py"),
 ]
 

@@ -18,11 +18,6 @@ def refuse_data_elsewhere(file: "h5py.File", path: Path) -> None:
 
     External links, virtual data sets and external storage can name any file of the reader's
     machine, whose bytes would then become heights. No link is followed here.
-
-    Raises
-    ------
-    InvalidInput
-        If the file has an external link, a virtual data set or external storage.
     """
     import h5py
 

@@ -46,14 +46,6 @@ def read_instrument(path: Path, channel: str | None = None) -> Recorded:
     ----------
     path : path of the file
     channel : name of the channel; the file's default channel if left out
-
-    Raises
-    ------
-    MissingPackage
-        If SurfaceTopography is not installed.
-    InvalidInput
-        If SurfaceTopography does not know the format, the file lacks the channel, or the channel is
-        not a map on an even grid.
     """
     if not path.is_file():
         raise InvalidInput(f"{path} does not exist")

@@ -67,11 +67,6 @@ def refuse_markers(values: np.ndarray, what: str) -> None:
     ----------
     values : heights in the unit of the file, NaN where missing
     what : name of the values, for the message
-
-    Raises
-    ------
-    InvalidInput
-        If `suspected_mark` finds one.
     """
     mark = suspected_mark(values)
     if mark is None:

@@ -31,46 +31,22 @@ FRAMES = "frame"
 
 @dataclass(frozen=True, eq=False)
 class Variable:
-    """One array of a file.
+    """One array of a file."""
 
-    Attributes
-    ----------
-    values : array
-        Numbers or text as stored.
-    attributes : Mapping[str, object]
-        Attributes of the array.
-    dimensions : tuple[str, ...]
-        Names of its dimensions, if the format has them.
-    """
-
-    values: np.ndarray
-    attributes: Mapping[str, object] = field(default_factory=dict)
-    dimensions: tuple[str, ...] = ()
+    values: np.ndarray  #: numbers or text as stored
+    attributes: Mapping[str, object] = field(default_factory=dict)  #: attributes of the array
+    dimensions: tuple[str, ...] = ()  #: names of its dimensions, if the format has them
 
 
 @dataclass(frozen=True, eq=False)
 class NamedArrays:
-    """The arrays that were read from one file.
+    """The arrays that were read from one file."""
 
-    Attributes
-    ----------
-    path : Path
-        The file.
-    variables : Mapping[str, Variable]
-        Arrays by name, as far as their names were asked for.
-    held : tuple[str, ...]
-        Names of all arrays of the file.
-    attributes : Mapping[str, object]
-        Attributes of the whole file.
-    si : bool
-        Whether lengths without a unit are metres, as in the package's own npz.
-    """
-
-    path: Path
-    variables: Mapping[str, Variable]
-    held: tuple[str, ...]
-    attributes: Mapping[str, object]
-    si: bool = False
+    path: Path  #: the file
+    variables: Mapping[str, Variable]  #: arrays by name, as far as their names were asked for
+    held: tuple[str, ...]  #: names of all arrays of the file
+    attributes: Mapping[str, object]  #: attributes of the whole file
+    si: bool = False  #: whether lengths without a unit are metres, as in the package's own npz
 
 
 def names_to_read(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -83,15 +59,8 @@ def interpret(arrays: NamedArrays, names: tuple[str, ...]) -> Recorded:
 
     Parameters
     ----------
-    arrays : NamedArrays
-        Arrays of one file.
-    names : tuple of str
-        Names that the samples may have; the first one in the file is taken.
-
-    Raises
-    ------
-    InvalidInput
-        If the file has no such samples, or their spacing, units or other attributes make no sense.
+    arrays : arrays of one file
+    names : names that the samples may have; the first one in the file is taken
     """
     name = next((name for name in names if name in arrays.variables), None)
     if name is None:

@@ -21,13 +21,7 @@ RESOLUTION = 7, 6  # line and word of the camera's resolution in a header of Zyg
 
 
 def read_own_layout(path: Path) -> Recorded | None:
-    """Read a file of Wyko (Bruker Vision) or an ASCII SDF; None for one without their first line.
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be read, or its heights are phases or parts of a wavelength.
-    """
+    """Read Wyko's (Bruker Vision's) ASCII or an ASCII SDF; None without their first line."""
     with whole(path, "text"), path.open("rb") as file:
         first = decoded(file.read(160), path)
     if first.startswith(ZYGO_PHASES):
@@ -79,11 +73,6 @@ def zygo_resolution(header: tuple[str, ...], path: Path) -> float | None:
     """Distance of neighbouring points [m] of Zygo's list of x, y (in pixels) and height (in µm).
 
     None for any other list.
-
-    Raises
-    ------
-    InvalidInput
-        If the header is cut off.
     """
     if not header or not header[0].startswith(ZYGO_POINTS):
         return None

@@ -19,18 +19,10 @@ SAME_STEP = 1e-4  # largest relative difference of steps that count as equal
 
 @dataclass(frozen=True, eq=False)
 class Profiles:
-    """Heights along lines.
+    """Heights along lines."""
 
-    Attributes
-    ----------
-    heights : (k, n) float
-        Heights [m] of k profiles; NaN where a sample is missing.
-    step : float
-        Distance of neighbouring samples [m].
-    """
-
-    heights: np.ndarray
-    step: float
+    heights: np.ndarray  #: (k, n), heights [m] of k profiles; NaN where a sample is missing
+    step: float  #: distance of neighbouring samples [m]
 
 
 def holds_profiles(path: Path) -> bool:
@@ -57,20 +49,10 @@ def read_profiles(
 
     Parameters
     ----------
-    paths : sequence of Path
-        Text files.
-    unit : str, optional
-        Unit of heights and x if the files have none.
-    step : float, optional
-        Distance of neighbouring samples [m] if the files have none.
-    missing : float, optional
-        Number in the files that marks missing samples.
-
-    Raises
-    ------
-    InvalidInput
-        If a file cannot be read, unit or step are unknown or contradict the file, or the steps of
-        two files differ.
+    paths : text files
+    unit : unit of heights and x if the files have none
+    step : distance of neighbouring samples [m] if the files have none
+    missing : number in the files that marks missing samples
     """
     read = [_profiles(path, unit, step, missing) for path in paths]
     for path, other in zip(paths, read, strict=True):

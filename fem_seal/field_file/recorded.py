@@ -20,23 +20,13 @@ LONGEST_PIXEL = 1e12
 
 @dataclass(frozen=True, eq=False)
 class FieldMap:
-    """Samples of a map in metres; points may be missing, which a `GridField` does not allow.
+    """Samples of a map in metres; points may be missing, which a `GridField` does not allow."""
 
-    Attributes
-    ----------
-    values : (nx, ny) float64
-        Heights or gaps [m], NaN where a point is missing.
-    spacing : (dx, dy)
-        Distance of neighbouring samples [m].
-    periodic : bool or None
-        Whether sample 0 repeats at nx dx and ny dy; None if neither file nor scene states it.
-    contact : (nx, ny) bool or None
-        Samples in contact according to the file; None if the file has no such statement.
-    """
-
-    values: np.ndarray
-    spacing: Pair
+    values: np.ndarray  #: (nx, ny), heights or gaps [m], NaN where a point is missing
+    spacing: Pair  #: distance of neighbouring samples [m]
+    #: whether sample 0 repeats at nx dx and ny dy; None if neither file nor scene states it
     periodic: bool | None
+    #: (nx, ny), samples in contact according to the file; None if the file has no such statement
     contact: np.ndarray | None = None
 
     @property
@@ -49,14 +39,9 @@ class FieldMap:
 
         Parameters
         ----------
-        turn : 0, 90, 180 or 270
-            Angle by which the map is turned from the x axis towards the y axis [degrees].
-        transpose : bool
-            Whether x and y are exchanged, before the map is turned.
-
-        Returns
-        -------
-        FieldMap
+        turn : 0, 90, 180 or 270: angle by which the map is turned from the x axis towards the y:
+            axis [degrees]
+        transpose : whether x and y are exchanged, before the map is turned
         """
 
         def moved(samples: np.ndarray) -> np.ndarray:
@@ -71,77 +56,40 @@ class FieldMap:
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """Samples with the statements of their file; None where the file has no statement.
+    """Samples with the statements of their file; None where the file has no statement."""
 
-    Attributes
-    ----------
-    values : (nx, ny) float
-        Samples in the file's unit, NaN where a point is missing.
-    unit : str or None
-        Unit of the values.
-    spacing : (dx, dy) or None
-        Distance of neighbouring samples in `length_unit`.
-    length_unit : str or None
-        Unit of the spacing.
-    periodic : bool or None
-        Whether the map repeats.
-    contact : (nx, ny) bool or None
-        Samples where the solids touch.
-    header : tuple of str
-        Lines before the numbers of a text file.
-    length_hint : str
-        Addition to the message that asks for the lengths: the statements of the file about them.
-    """
-
-    values: np.ndarray
-    unit: str | None = None
-    spacing: Pair | None = None
-    length_unit: str | None = None
-    periodic: bool | None = None
-    contact: np.ndarray | None = None
-    header: tuple[str, ...] = ()
+    values: np.ndarray  #: (nx, ny), samples in the file's unit, NaN where a point is missing
+    unit: str | None = None  #: unit of the values
+    spacing: Pair | None = None  #: distance of neighbouring samples in `length_unit`
+    length_unit: str | None = None  #: unit of the spacing
+    periodic: bool | None = None  #: whether the map repeats
+    contact: np.ndarray | None = None  #: (nx, ny), samples where the solids touch
+    header: tuple[str, ...] = ()  #: lines before the numbers of a text file
+    #: addition to the message that asks for the lengths: the statements of the file about them
     length_hint: str = ""
 
 
 @dataclass(frozen=True)
 class Stated:
-    """Statements of the scene about a file; None: the file decides.
+    """Statements of the scene about a file; None: the file decides."""
 
-    Parameters
-    ----------
-    array : str or None
-        Name of the array, or of the channel of an instrument's file.
-    unit : str or None
-        Unit of the values, and of the lengths if the file has lengths without a unit.
-    size : (nx dx, ny dy) or None
-        Lengths of the map [m]; each sample counts as one pixel, as in instruments.
-    periodic : bool or None
-        Whether the map repeats.
-    missing : float or Literal['none'] or None
-        Number in the file that marks missing points; "none" if every number is a sample.
-    turn, transpose : int, bool
-        Orientation of the map along the flow, see `FieldMap.oriented`. All other statements are
-        about the file before it is turned.
-    """
-
-    array: str | None = None
+    array: str | None = None  #: name of the array, or of the channel of an instrument's file
+    #: unit of the values, and of the lengths if the file has lengths without a unit
     unit: str | None = None
+    #: (nx dx, ny dy), lengths of the map [m]; each sample counts as one pixel, as in instruments
     size: Pair | None = None
-    periodic: bool | None = None
+    periodic: bool | None = None  #: whether the map repeats
+    #: number in the file that marks missing points; "none" if every number is a sample
     missing: float | Literal["none"] | None = None
+    #: orientation of the map along the flow, see `FieldMap.oriented`. All other statements are
+    #: about the file before it is turned.
     turn: int = 0
     transpose: bool = False
     factor: float = 1.0  #: on all values, such as of a calibration
 
 
 def in_metres(recorded: Recorded, stated: Stated, path: Path) -> FieldMap:
-    """Convert samples to metres by the units and lengths of the file or of the scene.
-
-    Raises
-    ------
-    InvalidInput
-        If neither the file nor the scene has a unit or a size, or if they contradict each other.
-    """
+    """Convert samples to metres by the units and lengths of the file or of the scene."""
     if {recorded.unit, stated.unit, recorded.spacing, stated.size} == {None}:
         raise InvalidInput(
             f"the values of {path} have no unit, and it does not say its lengths; say both in the "
@@ -163,15 +111,8 @@ def metres_in(recorded: str | None, stated: str | None, what: str) -> float:
 
     Parameters
     ----------
-    recorded, stated : str or None
-        Unit of the file, and of the scene.
-    what : str
-        Name of the quantity in this unit, for the message.
-
-    Raises
-    ------
-    InvalidInput
-        If neither has a unit, or they contradict each other.
+    recorded, stated : unit of the file, and of the scene
+    what : name of the quantity in this unit, for the message
     """
     if recorded is None:
         if stated is None:

@@ -27,14 +27,7 @@ FEWEST_OF_GRID = 0.25  # least part of the points of a grid that a list must hav
 
 
 def read_text(path: Path) -> Recorded:
-    """Read a map, and unit, steps and mark of missing points if the header has them.
-
-    Raises
-    ------
-    InvalidInput
-        If the file is missing, cannot be read (`read_table`), contradicts its header, or is a
-        profile or a list of points that are on no even grid.
-    """
+    """Read a map, and unit, steps and mark of missing points if the header has them."""
     line_scan = InvalidInput(
         f"{path} has columns of x and height of a profile: this is a line scan; a map is "
         "wanted (or surface.kind = 'profiles')"

@@ -51,6 +51,7 @@ _BY_THOUSANDS = "|".join(
 _NUMBER = rf"[-+]?(?:{_BY_THOUSANDS}|\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?"
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}[.,]\d{3}")
 _GROUP_MARK = re.compile(r"[\u00a0\u2009\u202f'\u2019]")
+# "1 024": no number begins with 0, so that the blank stands in one; "1 250 um" may be two.
 _ZERO_LED = re.compile(r"(?<=\d) (?=0\d\d(?!\d))")
 _BLANKS = re.compile(r"(?<![\d.,])\d{1,3}(?: \d{3})+(?=[\s\[(]*[A-Za-zµμÅ~])")
 _QUANTITY = re.compile(rf"({_NUMBER})[\s;,\t\[(]*([A-Za-zµμÅ~]*)")
@@ -71,8 +72,8 @@ _BOTH = re.compile(r"[\[(]\s*x\s*[,;/]\s*y\s*[\])]", re.IGNORECASE)
 # "Z Scale: 0.001", "Multiplier 1e-3 um".
 _FACTOR = re.compile(rf"([^:=\d]*?)[\s:=;,]+({_NUMBER})[\s\[(]*([A-Za-zµμÅ~]*).*")
 _AXIS_FIRST = re.compile(r"\b([xyz])(?=scale|factor|resolution|size|length|range|unit|spacing)")
-# Titles of columns, and units of one.
-_MARKED = re.compile(r"(.*?)\s*(?:[\[({]\s*(.*?)\s*[\])}]|/\s*(\S.*?)|\s+in\s+(\S+))\s*")
+# Titles of columns: "x [mm]", "x/mm" and "x in mm", whose ends must be units; "x_mm", "x mm".
+_MARKED = re.compile(r"(.*?)\s*(?:[\[({]\s*([^\[({]*?)\s*[\])}]|/\s*(\S.*?)|\s+in\s+(\S+))\s*")
 _UNMARKED = re.compile(r"(.*\w)[\s_,]+([^\s_]+)")
 _UNIT = re.compile(r"[A-Za-zµμÅ~][\w·*/^²³~-]{0,15}")
 _UNITS_OF = re.compile(r"\s*(units?|einheit(en)?|unités?)\b[\s:=;,]*", re.IGNORECASE)
@@ -85,34 +86,20 @@ QUOTED = 3  # most lines about lengths that a message quotes
 
 @dataclass
 class Statements:
-    """Statements of a header; empty or None where it has none.
+    """Statements of a header; empty or None where it has none."""
 
-    Attributes
-    ----------
-    steps, lengths : dict
-        "x", "y" or "" (both): number and unit or None. A length without a unit may be a count.
-    counts : dict
-        "x", "y": number of points.
-    unit, lateral_unit : str or None
-        Unit of the values, and of lengths without a unit of their own.
-    units : dict
-        Unit of each titled column by its name in lower case.
-    missing : list of float
-        Numbers that mark missing points.
-    about_lengths : list of str
-        Lines that name a step or a length, whether or not they are understood.
-    titles : tuple of Title
-        Titles of all columns; none in a file that does not name them.
-    """
-
+    #: "x", "y" or "" (both): number and unit or None. A length without a unit may be a count.
     steps: dict[str, tuple[float, str | None]] = field(default_factory=dict)
     lengths: dict[str, tuple[float, str | None]] = field(default_factory=dict)
-    counts: dict[str, int] = field(default_factory=dict)
-    unit: str | None = None
-    lateral_unit: str | None = None
+    counts: dict[str, int] = field(default_factory=dict)  #: "x", "y": number of points
+    unit: str | None = None  #: of the values
+    lateral_unit: str | None = None  #: of lengths without a unit of their own
+    #: unit of each titled column by its name in lower case
     units: dict[str, str] = field(default_factory=dict)
-    missing: list[float] = field(default_factory=list)
+    missing: list[float] = field(default_factory=list)  #: numbers that mark missing points
+    #: lines that name a step or a length, whether or not they are understood
     about_lengths: list[str] = field(default_factory=list)
+    #: titles of all columns; none in a file that does not name them
     titles: "tuple[Title, ...]" = ()
 
     def unit_of_values(self, columns: Iterable[int] = ()) -> str | None:
@@ -151,13 +138,7 @@ class Statements:
 
 
 def statements(table: TextTable, path: Path) -> Statements:
-    """Read the header of a text file.
-
-    Raises
-    ------
-    InvalidInput
-        If it names a factor of the heights: whether they are multiplied by it already is not known.
-    """
+    """Read the header of a text file."""
     statements = Statements(titles=column_titles(table))
     for line in table.header:
         text = bare(line).rstrip(" ,;\t")
@@ -211,24 +192,24 @@ class Title:
 
 def column_titles(table: TextTable) -> tuple[Title, ...]:
     """Titles of the columns of a table, with their units in the same line or in one below."""
-    titles: tuple[Title, ...] = ()
+    titles: list[Title] = []
     units: list[str] = []
     for line in reversed(table.header):
         cells = _cells(_UNITS_OF.sub("", bare(line)), table)
-        inside = [cell.strip("[]() ") for cell in cells]
-        if cells and all(cell in ("", "-") or _is_unit(cell) for cell in inside):
+        inside = [cell.strip("[]()- ") for cell in cells]
+        if any(inside) and all(not cell or _is_unit(cell) for cell in inside):
             units = inside
         elif cells and all(map(_LETTER.search, cells)):
-            titles = titles or tuple(map(Title.of, cells))
-            if any(title.axis or title.unit for title in map(Title.of, cells)):
-                titles = tuple(map(Title.of, cells))
+            line_of_titles = [Title.of(cell) for cell in cells]
+            named = any(title.axis or title.unit for title in line_of_titles)
+            if named or not titles:
+                titles = line_of_titles
+            if named:
                 break
-    if not titles:
-        return tuple(Title("", unit.strip("-")) for unit in units)
+    titles = titles or [Title("") for _ in units]
     below = units or [""] * len(titles)
     return tuple(
-        replace(title, unit=title.unit or unit.strip("-"))
-        for title, unit in zip(titles, below, strict=True)
+        replace(title, unit=title.unit or unit) for title, unit in zip(titles, below, strict=True)
     )
 
 
@@ -239,11 +220,11 @@ def _cells(line: str, table: TextTable) -> list[str]:
         # "x [mm] y [mm]": a blank before a bracket separates no columns.
         text = _BEFORE_UNIT.sub("", line) if separator is None else line
         cells = Layout(separator, ".").cells(text)
-        # Words of a sentence may be as many as columns.
         if cells[-1:] == [""]:
             cells.pop()
         if len(cells) != table.values.shape[1]:
             continue
+        # Words of a sentence may be as many as columns, too.
         titles = [Title.of(cell) for cell in cells] if separator is None else []
         if separator is not None or sum(map(_says_something, titles)) > 1:
             return cells
@@ -377,7 +358,6 @@ def _put(
 
 def _quantities(value: str, unit: str | None, decimal: str) -> Iterator[tuple[float, str | None]]:
     """Numbers of a value with their units, else with that of the key."""
-    # "1 024" is one number; "1 250 um" may be one or two.
     value = _ZERO_LED.sub("", value)
     numbers = [(_number(text, decimal), name) for text, name in _QUANTITY.findall(value)]
     if _BLANKS.search(value) or None in (number for number, _ in numbers):

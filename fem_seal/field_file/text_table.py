@@ -40,43 +40,22 @@ _DECIMAL_COMMA_ONLY = re.compile(r"[^.]*\d,\d[^.]*")
 
 @dataclass(frozen=True, eq=False)
 class TextTable:
-    """Numbers of a text file.
+    """Numbers of a text file."""
 
-    Attributes
-    ----------
-    values : (lines, columns) float
-        NaN where a point is missing.
-    header : tuple of str
-        Lines before the numbers, and comments.
-    line : (lines,) int
-        Number of each line in the file, counted from 1.
-    layout : Layout
-        Separator and decimal mark.
-    corner : str or None
-        Text in the place of the first number, above a column and beside a line of coordinates.
-    """
-
-    values: np.ndarray
-    header: tuple[str, ...]
-    line: np.ndarray
-    layout: "Layout"
+    values: np.ndarray  #: (lines, columns), NaN where a point is missing
+    header: tuple[str, ...]  #: lines before the numbers, and comments
+    line: np.ndarray  #: (lines,), number of each line in the file, counted from 1
+    layout: "Layout"  #: separator and decimal mark
+    #: text in the place of the first number, above a column and beside a line of coordinates
     corner: str | None = None
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How the numbers of a line are written.
+    """How the numbers of a line are written."""
 
-    Parameters
-    ----------
-    separator : str or None
-        Separator of numbers; None: blanks.
-    decimal : str
-        Decimal mark, "." or ",".
-    """
-
-    separator: str | None
-    decimal: str
+    separator: str | None  #: separator of numbers; None: blanks
+    decimal: str  #: decimal mark, "." or ","
 
     def cells(self, line: str) -> list[str]:
         """Texts between the separators of a line, without blanks and quotes around them."""
@@ -117,12 +96,6 @@ def read_table(path: Path, columns: int | None = None) -> TextTable:
 
     Lines before the first line of numbers are its header. Separators are tabs, semicolons, commas
     or blanks, with decimal points or commas; the text is UTF-8, UTF-16 or Windows-1252.
-
-    Raises
-    ------
-    InvalidInput
-        If the file is missing, is not text, has no numbers or lines of different lengths, or if a
-        cell is not a number; the message has line, column and text.
     """
     with whole(path, "text"):
         size = path.stat().st_size

@@ -125,10 +125,8 @@ class FileSurface(FieldFile):
 
         Parameters
         ----------
-        place : (int, int)
-            Number of the window along x and along y, from 0.
-        window : (float, float)
-            Sides of a window [m].
+        place : number of the window along x and along y, from 0
+        window : sides of a window [m]
         """
         corner = [0.0, 0.0] if self.crop is None else [start for start, _ in self.crop]
         crop = tuple(

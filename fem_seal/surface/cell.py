@@ -18,19 +18,12 @@ def cropped(field: FieldMap, crop: tuple[tuple[float, float], tuple[float, float
 
     Parameters
     ----------
-    field : FieldMap
-        Heights [m].
-    crop : ((x0, x1), (y0, y1))
-        The rectangle [m], measured from the first sample and including its ends.
+    field : heights [m]
+    crop : ((x0, x1), (y0, y1)), a rectangle [m] from the first sample on, its ends included
 
     Returns
     -------
     FieldMap, not periodic unless the rectangle is the whole map.
-
-    Raises
-    ------
-    InvalidInput
-        If the rectangle extends beyond the map, or contains fewer than two samples along an axis.
     """
     slices = []
     for name, (start, end), d, n in zip("xy", crop, field.spacing, field.values.shape, strict=True):
@@ -58,22 +51,15 @@ def periodic_cell(field: GridField, how: str) -> GridField:
 
     Parameters
     ----------
-    field : GridField
-        Heights [m], without missing points.
-    how : "cut", "mirror", "hann" or "tukey"
-        "cut": the map itself, with a jump across the seam. "mirror": the map and its mirror images,
-        twice as long and wide, with a kink at the seam. "hann", "tukey": the deviation from the
-        mean times this window, which is 0 at the border; the Tukey window is 1 except on an eighth
-        of the length at each end.
+    field : heights [m], without missing points
+    how : "cut": the map itself, with a jump across the seam.: "mirror": the map and its mirror
+        images, twice as long and wide, with a kink at the seam. "hann", "tukey": the deviation from
+        the mean times this window, which is 0 at the border; the Tukey window is 1 except on an
+        eighth of the length at each end.
 
     Returns
     -------
     GridField, periodic.
-
-    Raises
-    ------
-    InvalidInput
-        If `how` is unknown.
     """
     make = choose(CELLS, how, "make_periodic")
     return GridField(make(field.values), field.spacing, periodic=True)

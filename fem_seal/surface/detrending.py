@@ -19,11 +19,6 @@ def detrended(heights: FieldMap | GridField, trend: str) -> FieldMap:
     ----------
     heights : heights [m]; missing points stay missing and do not count
     trend : "mean", "plane" or "quadratic" (all terms up to x², xy and y²)
-
-    Raises
-    ------
-    InvalidInput
-        If the trend is unknown, all points are missing, or a map that repeats would cease to.
     """
     degree = choose(DEGREES, trend, "detrend")
     if heights.periodic and degree > 0:

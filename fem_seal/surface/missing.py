@@ -15,19 +15,14 @@ def fill(heights: FieldMap, method: str, max_missing: float) -> FieldMap:
     Parameters
     ----------
     heights : heights, NaN where missing
-    method : "harmonic": the heights of least gradient, like a soap film over each hole, with no
-        slope across the border of the map; "linear": on the Delaunay triangles of the points
-        around the holes
+    method : "harmonic": the heights of least gradient, like a soap film over each hole, with no:
+        slope across the border of the map; "linear": on the Delaunay triangles of the points around
+        the holes
     max_missing : largest fraction of the points that may be missing
 
     Returns
     -------
     FieldMap without missing points.
-
-    Raises
-    ------
-    InvalidInput
-        If more or all points are missing, or the method cannot fill a hole.
     """
     require_known(METHODS, method, "fill")
     missing = np.isnan(heights.values)

@@ -26,69 +26,36 @@ Rectangle = tuple[tuple[float, float], tuple[float, float]]
 
 @dataclass(frozen=True)
 class Preparation:
-    """Steps of the preparation of a height map, in the order in which they are taken.
+    """Steps of the preparation of a height map, in the order in which they are taken."""
 
-    Parameters
-    ----------
-    crop : ((x0, x1), (y0, y1)), optional
-        Rectangle to keep [m].
-    outliers : "missing", optional
-        Points far from all their neighbours become missing.
-    detrend : "mean", "plane" or "quadratic", optional
-        Trend to subtract, fitted to the points that are not missing.
-    fill : "harmonic" or "linear", optional
-        Interpolation of missing points.
-    max_missing : float
-        Largest part of the points that may be filled.
-    make_periodic : "cut", "mirror", "hann" or "tukey", optional
-        Way to make the map periodic, see `periodic_cell`.
-    twin_seed : int, optional
-        Seed of the random phases of a `twin` of the map after all other steps.
-    """
-
-    crop: Rectangle | None = None
-    outliers: str | None = None
+    crop: Rectangle | None = None  #: ((x0, x1), (y0, y1)) to keep [m]
+    outliers: str | None = None  #: "missing": points far from all their neighbours become so
+    #: "mean", "plane" or "quadratic", fitted to the points that are not missing and subtracted
     detrend: str | None = None
-    fill: str | None = None
-    max_missing: float = 0.1
-    make_periodic: str | None = None
+    fill: str | None = None  #: "harmonic" or "linear", see `fill`
+    max_missing: float = 0.1  #: largest part of the points that may be filled
+    make_periodic: str | None = None  #: "cut", "mirror", "hann" or "tukey", see `periodic_cell`
+    #: seed of the random phases of a `twin` of the map after all other steps
     twin_seed: int | None = None
 
 
 @dataclass(frozen=True)
 class Step:
-    """A step of a preparation, after it was taken.
+    """A step of a preparation, after it was taken."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the step.
-    statistics : MapStatistics
-        Statistics of the map after the step.
-    """
-
-    name: str
-    statistics: MapStatistics
+    name: str  #: name of the step
+    statistics: MapStatistics  #: statistics of the map after the step
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedSurface:
-    """Heights to be pressed, with the steps of their preparation.
+    """Heights to be pressed, with the steps of their preparation."""
 
-    Attributes
-    ----------
-    field : GridField
-        Heights after all steps [m].
-    measured : GridField
-        Heights [m] before the map was made periodic or replaced by its twin; the spectrum is
-        fitted to them.
-    steps : tuple of Step
-        The map as it was read, and after each step.
-    """
-
-    field: GridField
+    field: GridField  #: heights after all steps [m]
+    #: heights [m] before the map was made periodic or replaced by its twin; the spectrum is fitted
+    #: to them
     measured: GridField
-    steps: tuple[Step, ...]
+    steps: tuple[Step, ...]  #: the map as it was read, and after each step
 
     @cached_property
     def outliers(self) -> np.ndarray:

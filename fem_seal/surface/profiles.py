@@ -30,44 +30,25 @@ DEGREES = {"mean": 0, "line": 1, "quadratic": 2}
 
 @dataclass(frozen=True, eq=False)
 class ProfileSpectrum:
-    """Mean spectrum of profiles in m bins of wavenumbers.
+    """Mean spectrum of profiles in m bins of wavenumbers."""
 
-    Attributes
-    ----------
-    edges : (m + 1,) float
-        Edges of the bins [1/m]; the first is half of the lowest wavenumber.
-    waves : tuple of (n,) float
-        Wavenumbers of the waves in each bin [1/m].
-    density : (m,) float
-        Mean of C1 [m³] over the waves of a bin, <h²> = ∫ C1 dq from -∞ to ∞.
-    error : (m,) float
-        Its standard deviation, for Gaussian heights: density over the square root of the number of
-        independent waves.
-    """
-
+    #: (m + 1,), edges of the bins [1/m]; the first is half of the lowest wavenumber
     edges: np.ndarray
-    waves: tuple[np.ndarray, ...]
+    waves: tuple[np.ndarray, ...]  #: wavenumbers of the waves in each bin [1/m]
+    #: (m,), mean of C1 [m³] over the waves of a bin, <h²> = ∫ C1 dq from -∞ to ∞
     density: np.ndarray
+    #: (m,), its standard deviation, for Gaussian heights: density over the square root of the
+    #: number of independent waves
     error: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class IsotropicSpectrum:
-    """A spectrum that is constant in each of m rings.
+    """A spectrum that is constant in each of m rings."""
 
-    Attributes
-    ----------
-    edges : (m + 1,) float
-        Edges of the rings [1/m].
-    values : (m,) float
-        C(q) [m⁴] >= 0.
-    error : (m,) float
-        Its standard deviation; those of neighbours are correlated.
-    """
-
-    edges: np.ndarray
-    values: np.ndarray
-    error: np.ndarray
+    edges: np.ndarray  #: (m + 1,), edges of the rings [1/m]
+    values: np.ndarray  #: (m,), C(q) [m⁴] >= 0
+    error: np.ndarray  #: (m,), its standard deviation; those of neighbours are correlated
 
     def density(self, q: np.ndarray) -> np.ndarray:
         """C(q) [m⁴] at wavenumbers [1/m]; 0 below the first edge and above the last."""
@@ -93,20 +74,12 @@ def profile_spectrum(
 
     Parameters
     ----------
-    profiles : (k, n) float
-        Heights [m] of k profiles, so far apart that they are independent.
-    step : float
-        Distance of neighbouring samples [m].
-    detrend : "mean", "line" or "quadratic"
-        Trend that is subtracted from each profile; from periodic profiles only the mean.
-    periodic : bool
-        Whether sample 0 repeats behind the last one. If not, a Hann window is applied, and the two
-        lowest wavenumbers, which it mixes with the trend, are left out.
-
-    Raises
-    ------
-    InvalidInput
-        If the profiles are too short, not finite, flat, or the step is not positive.
+    profiles : (k, n), heights [m] of k profiles, so far apart that they are independent
+    step : distance of neighbouring samples [m]
+    detrend : "mean", "line" or "quadratic": trend that is subtracted from each profile; from:
+        periodic profiles only the mean
+    periodic : whether sample 0 repeats behind the last one. If not, a Hann window is applied, and
+        the two lowest wavenumbers, which it mixes with the trend, are left out.
     """
     heights = np.atleast_2d(np.asarray(profiles, dtype=float))
     k, n = heights.shape
@@ -155,10 +128,6 @@ def isotropic_spectrum(profiles: ProfileSpectrum) -> IsotropicSpectrum:
 
     It is a weighted least-squares fit with C >= 0. Beyond the last wavenumber the surface is
     assumed to have no power.
-
-    Parameters
-    ----------
-    profiles : ProfileSpectrum
     """
     from scipy.optimize import nnls
 

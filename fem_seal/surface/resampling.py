@@ -15,19 +15,12 @@ def resample(field: GridField, shape: tuple[int, int]) -> GridField:
 
     Parameters
     ----------
-    field : GridField
-        Periodic.
-    shape : (int, int)
-        New number of samples (nx, ny).
+    field : periodic
+    shape : new number of samples (nx, ny)
 
     Returns
     -------
     GridField, periodic, of the same size.
-
-    Raises
-    ------
-    InvalidInput
-        If the field is not periodic or the shape is not two positive integers.
     """
     from scipy import fft
 

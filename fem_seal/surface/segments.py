@@ -29,41 +29,23 @@ class Segments:
     """Division of the bins into segments.
 
     The bins next to `start` and `stop`, which straddle the cut-offs, belong to no segment.
-
-    Attributes
-    ----------
-    start, stop : int
-        Bins [start, stop) are plateau and power law.
-    knee : int
-        First bin of the power law.
     """
 
-    start: int
-    knee: int
-    stop: int
+    start: int  #: first bin of the plateau
+    knee: int  #: first bin of the power law
+    stop: int  #: bin behind the power law
 
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """The fit y = level + slope max(x - knee, 0), or level + slope x without a knee.
-
-    Attributes
-    ----------
-    level, slope : float
-    slope_error : float
-        Standard deviation of the slope.
-    knee, knee_error : float or None
-        Position of the knee in ln q and its standard deviation.
-    misfit : float
-        χ² per degree of freedom.
-    """
+    """The fit y = level + slope max(x - knee, 0), or level + slope x without a knee."""
 
     level: float
     slope: float
-    slope_error: float
-    knee: float | None
-    knee_error: float | None
-    misfit: float
+    slope_error: float  #: standard deviation of the slope
+    knee: float | None  #: its position in ln q
+    knee_error: float | None  #: standard deviation of the position
+    misfit: float  #: χ² per degree of freedom
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Fitted ln C at ln q."""
@@ -76,8 +58,7 @@ def best_segments(x: np.ndarray, y: np.ndarray, variance: np.ndarray) -> Segment
 
     Parameters
     ----------
-    x, y, variance : (m,) float
-        ln q, ascending, ln C, and the variance of ln C.
+    x, y, variance : (m,), ln q, ascending, ln C, and the variance of ln C
 
     Returns
     -------
@@ -162,13 +143,7 @@ def power_law(x: np.ndarray, y: np.ndarray, variance: np.ndarray, segments: Segm
 
     Parameters
     ----------
-    x, y, variance : (m,) float
-        As in `best_segments`. The variances give the errors, widened by √misfit if that is above 1.
-    segments : Segments
-
-    Returns
-    -------
-    PowerLaw
+    x, y, variance : (m,), if that is above 1
     """
     from scipy.optimize import minimize_scalar
 

@@ -15,28 +15,18 @@ class Spectrum:
     outside (Jacobs, Junge, Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001 (2017)), normalised as
     <h^2> = integral of C over the plane of wave vectors = 2π ∫ q C dq.
 
-    Parameters
-    ----------
-    hurst : float
-        Hurst exponent H, 0 < H <= 1.
-    long_wavelength, short_wavelength : float [m]
-        Cut-offs λ_l = 2π/q_l and λ_s = 2π/q_s, λ_l > λ_s > 0.
-    rolloff_wavelength : float [m], optional
-        λ_r = 2π/q_r, between the cut-offs; the long cut-off (no plateau) if left out.
-    plateau : float [m^4]
-        C0, the density at q_r.
-
     Raises
     ------
     InvalidInput
         If the Hurst exponent or the plateau is out of range or the wavelengths are out of order.
     """
 
-    hurst: float
-    long_wavelength: float
-    short_wavelength: float
+    hurst: float  #: Hurst exponent H, 0 < H <= 1
+    long_wavelength: float  #: cut-off λ_l = 2π/q_l [m]
+    short_wavelength: float  #: cut-off λ_s = 2π/q_s [m], 0 < λ_s < λ_l
+    #: λ_r = 2π/q_r, between the cut-offs; the long cut-off (no plateau) if left out [m]
     rolloff_wavelength: float | None = None
-    plateau: float = 1.0
+    plateau: float = 1.0  #: C0, the density at q_r [m^4]
 
     def __post_init__(self) -> None:
         if not 0 < self.hurst <= 1:

@@ -27,35 +27,23 @@ ROUNDING = 1e-28
 
 @dataclass(frozen=True, eq=False)
 class SpectrumFit:
-    """The fitted spectrum of a map.
+    """The fitted spectrum of a map."""
 
-    Attributes
-    ----------
-    hurst, hurst_error : float
-        H and its standard deviation.
-    rolloff_wavelength, rolloff_error : float or None
-        λ_r = 2π/q_r and its standard deviation [m]; None if there is no plateau.
-    long_wavelength, short_wavelength : float or None
-        Cut-offs [m], to the width of a bin (6 % or one ring); None if plateau and power law extend
-        to the last ring, so that the cut-off is not resolved by the map.
-    misfit : float
-        χ² per degree of freedom; if above 1, the errors above include the factor √misfit.
-    spectrum : RadialSpectrum
-        The rings that were fitted.
-    wavenumber, density : (m,) float
-        The fitted C(q): q [1/m] and C [m^4].
-    """
-
-    hurst: float
-    hurst_error: float
+    hurst: float  #: H
+    hurst_error: float  #: standard deviation of H
+    #: λ_r = 2π/q_r [m]; None if there is no plateau
     rolloff_wavelength: float | None
+    #: standard deviation of λ_r [m]
     rolloff_error: float | None
+    #: cut-offs [m], to the width of a bin (6 % or one ring); None if plateau and power law extend
+    #: to the last ring, so that the map does not resolve the cut-off
     long_wavelength: float | None
     short_wavelength: float | None
+    #: χ² per degree of freedom; if above 1, the errors above include the factor √misfit
     misfit: float
-    spectrum: RadialSpectrum
-    wavenumber: np.ndarray
-    density: np.ndarray
+    spectrum: RadialSpectrum  #: the rings that were fitted
+    wavenumber: np.ndarray  #: (m,), q [1/m] of the fitted C(q)
+    density: np.ndarray  #: (m,), the fitted C(q) [m^4]
 
 
 def fit_spectrum(field: GridField) -> SpectrumFit:
@@ -68,17 +56,7 @@ def fit_spectrum(field: GridField) -> SpectrumFit:
 
     Parameters
     ----------
-    field : GridField
-        Heights [m]; multiplied by a Hann window if they are not periodic.
-
-    Returns
-    -------
-    SpectrumFit
-
-    Raises
-    ------
-    InvalidInput
-        If the map is too small, flat, or shows no power law.
+    field : heights [m]; multiplied by a Hann window if they are not periodic
     """
     field, dependence = _windowed(field)
     spectrum = _rings(field)
@@ -119,14 +97,8 @@ def map_spectrum(field: GridField) -> RadialSpectrum:
 
     Parameters
     ----------
-    field : GridField
-        Heights [m]; multiplied by a Hann window, and scaled back to its power, if they are not
-        periodic.
-
-    Raises
-    ------
-    InvalidInput
-        If the map is flat.
+    field : heights [m]; multiplied by a Hann window, and scaled back to its power, if they are not
+        periodic
     """
     return _rings(_windowed(field)[0])
 

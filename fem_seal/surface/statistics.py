@@ -14,51 +14,28 @@ ROUNDING = 1e-12  # mean square slope along a perfect lay over that across it, b
 
 @dataclass(frozen=True, eq=False)
 class RadialSpectrum:
-    """Power spectrum averaged over m rings of wave vectors.
+    """Power spectrum averaged over m rings of wave vectors."""
 
-    Attributes
-    ----------
-    wavenumber : (m,) float
-        Mean ``|q|`` of each ring [1/m].
-    density : (m,) float
-        Mean of C(q) [m^4].
-    modes : (m,) float
-        Number of wave vectors in each ring, in both half planes.
-    """
-
-    wavenumber: np.ndarray
-    density: np.ndarray
-    modes: np.ndarray
+    wavenumber: np.ndarray  #: (m,), mean ``|q|`` of each ring [1/m]
+    density: np.ndarray  #: (m,), mean of C(q) [m^4]
+    modes: np.ndarray  #: (m,), number of wave vectors in each ring, in both half planes
 
 
 @dataclass(frozen=True)
 class MapStatistics:
-    """Statistics of a map before or after a step of its preparation; missing points are ignored.
+    """Statistics of a map before or after a step of its preparation; missing points are ignored."""
 
-    Attributes
-    ----------
-    shape : (int, int)
-        Number of samples.
-    missing : int
-        Number of missing points.
-    rms_height : float
-        Root mean square deviation from the mean [m].
-    rms_slope : float
-        Root mean square of the differences of neighbours over their distance. The seam is left
-        out, so that the slopes before and after the map is made periodic can be compared.
-    seam : float
-        Root mean square jump from the last row (or column) to the first one over that between
-        neighbouring rows: about 1 if the map is smooth across its seam.
-    skewness : float
-        Mean cube of the deviation from the mean over the cube of `rms_height`: 0 for Gaussian
-        roughness, negative for plateaus with pits. 0 for a smooth face.
-    """
-
-    shape: tuple[int, int]
-    missing: int
-    rms_height: float
+    shape: tuple[int, int]  #: number of samples
+    missing: int  #: number of missing points
+    rms_height: float  #: root mean square deviation from the mean [m]
+    #: root mean square of the differences of neighbours over their distance. The seam is left out,
+    #: so that the slopes before and after the map is made periodic can be compared.
     rms_slope: float
+    #: root mean square jump from the last row (or column) to the first one over that between
+    #: neighbouring rows: about 1 if the map is smooth across its seam
     seam: float
+    #: mean cube of the deviation from the mean over the cube of `rms_height`: 0 for Gaussian
+    #: roughness, negative for plateaus with pits. 0 for a smooth face.
     skewness: float
 
     @classmethod
@@ -148,15 +125,9 @@ def radial_spectrum(field: GridField, exponent: float = 0.0) -> RadialSpectrum:
 
     Parameters
     ----------
-    field : GridField
-        Heights [m], periodic.
-    exponent : float
-        Each ring has the mean of C (q/q_ring)^exponent. For a power law C ∝ q^-exponent this is C
-        at the wavenumber of the ring; the plain mean of a steep power law is larger.
-
-    Returns
-    -------
-    RadialSpectrum
+    field : heights [m], periodic
+    exponent : each ring has the mean of C (q/q_ring)^exponent. For a power law C ∝ q^-exponent this
+        is C at the wavenumber of the ring; the plain mean of a steep power law is larger.
 
     Raises
     ------

@@ -32,25 +32,19 @@ def self_affine(
 
     Parameters
     ----------
-    spectrum : Spectrum
-        Only its shape is used; the amplitude comes from `rms_height` or `rms_slope`.
+    spectrum : only its shape is used; the amplitude comes from `rms_height` or `rms_slope`.
         `short_wavelength` may be as short as one sample (as in Dapp et al., Phys. Rev. Lett. 108,
         244301 (2012)); below two samples the square of the grid's wave vectors cuts the disc off.
-    shape : (int, int)
-        Number of samples (nx, ny).
-    size : (float, float)
-        Periods (Lx, Ly) [m].
-    rms_height, rms_slope : float, optional
-        Amplitude [m] or gradient; exactly one of them.
-    scaling : "exact" or "ensemble"
-        Whether this surface, or the mean square over all seeds, has that amplitude.
-    seed : int
-        Non-negative.
+    shape : number of samples (nx, ny)
+    size : periods (Lx, Ly) [m]
+    rms_height, rms_slope : amplitude [m] or gradient; exactly one of them
+    scaling : "exact" or "ensemble": whether this surface, or the mean square over all seeds, has
+        that amplitude
+    seed : non-negative
 
     Returns
     -------
-    GridField
-        Periodic, zero mean; the highest points touch first.
+    Heights [m] of zero mean, periodic; the highest points touch first.
 
     Raises
     ------
@@ -78,19 +72,14 @@ def gaussian_surface(
 
     Parameters
     ----------
-    spectrum : IsotropicSpectrum
-        C(q) [m⁴]. Waves longer than the periods, or shorter than two samples, are left out.
-    shape : (int, int)
-        Number of samples (nx, ny).
-    size : (float, float)
-        Periods (Lx, Ly) [m].
-    seed : int
-        Non-negative. The same seed on a finer grid gives the same surface with shorter waves.
+    spectrum : C(q) [m⁴]. Waves longer than the periods, or shorter than two samples, are left out.
+    shape : number of samples (nx, ny)
+    size : periods (Lx, Ly) [m]
+    seed : non-negative. The same seed on a finer grid gives the same surface with shorter waves.
 
     Returns
     -------
-    GridField
-        Periodic, zero mean.
+    Heights [m] of zero mean, periodic.
 
     Raises
     ------

@@ -15,19 +15,12 @@ def twin(field: GridField, seed: int) -> GridField:
 
     Parameters
     ----------
-    field : GridField
-        Heights [m], periodic.
-    seed : int
-        Non-negative.
+    field : heights [m], periodic
+    seed : non-negative
 
     Returns
     -------
     GridField, periodic, of the same mean.
-
-    Raises
-    ------
-    InvalidInput
-        If the field is not periodic or the seed negative.
     """
     from scipy import fft
 

@@ -31,11 +31,6 @@ def mode_powers(field: GridField) -> np.ndarray:
     """|h̃(q)|² [m²] of the deviation from the mean, times `multiplicity`.
 
     The sum over the half plane is <h²> (Parseval).
-
-    Raises
-    ------
-    InvalidInput
-        If the field is not periodic: the jump at its border would count as roughness.
     """
     from scipy import fft
 

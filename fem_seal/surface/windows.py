@@ -25,13 +25,7 @@ MOST_LOST = 0.03
 
 
 def levelled_map(heights: FieldMap) -> GridField:
-    """Heights [m] without tilt, unless the map repeats, and without holes.
-
-    Raises
-    ------
-    InvalidInput
-        If all points are missing.
-    """
+    """Heights [m] without tilt, unless the map repeats, and without holes."""
     if not heights.periodic:
         heights = detrended(heights, "plane")
     filled = fill(heights, "harmonic", 1.0)
@@ -43,18 +37,12 @@ def longest_wavelength(heights: GridField) -> float | None:
 
     Parameters
     ----------
-    heights : GridField
-        Heights of the whole map [m], as of `levelled_map`.
+    heights : heights of the whole map [m], as of `levelled_map`
 
     Returns
     -------
     float, or None if it is longer than the map: a wave that fits less than twice into a map that
     does not repeat cannot be told from a longer one.
-
-    Raises
-    ------
-    InvalidInput
-        If the map is flat.
     """
     spectrum = map_spectrum(heights)
     power = np.cumsum(spectrum.density * spectrum.modes)
@@ -71,12 +59,9 @@ def kept_roughness(heights: GridField, window: tuple[float, float], trend: str) 
 
     Parameters
     ----------
-    heights : GridField
-        Heights of the whole map [m].
-    window : (float, float)
-        Sides of a window [m], at most those of the map.
-    trend : "mean", "plane" or "quadratic"
-        Trend that is subtracted from map and windows.
+    heights : heights of the whole map [m]
+    window : sides of a window [m], at most those of the map
+    trend : "mean", "plane" or "quadratic": trend that is subtracted from map and windows
     """
     whole = FieldMap(heights.values, heights.spacing, False)
     nx, ny = (max(round(side / d), 2) for side, d in zip(window, heights.spacing, strict=True))
