@@ -1,6 +1,7 @@
 """Opening npz, npy, NetCDF and HDF5 files."""
 
 import lzma
+import re
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -38,6 +39,8 @@ BROKEN = (
 )
 
 HDF5 = b"\x89HDF"
+# Attributes of codes of their own: scale, z_scale, multiplier.
+_FACTOR = re.compile(r"(^|_|z)(scale|scaling|multiplier)$", re.IGNORECASE)
 # Attributes that hold the number written for a missing point; the first one present counts.
 _MISSING = ("_FillValue", "missing_value")
 
@@ -165,12 +168,20 @@ def _numbers_about(
     if np.asarray(values).dtype.kind not in "iuf":
         return {}
     about = {}
-    for name in (*_MISSING, "scale_factor", "add_offset"):
-        if name not in attributes:
+    for name, value in attributes.items():
+        unknown = _FACTOR.search(name)
+        if not unknown and name not in (*_MISSING, "scale_factor", "add_offset"):
             continue
-        number = np.ravel(np.asarray(attributes[name]))
+        number = np.ravel(np.asarray(value))
+        if unknown and number.dtype.kind in "iuf" and (number != 1).any():
+            raise InvalidInput(
+                f"{what} has an attribute {name} = {value}, a factor of no convention: multiply "
+                "the values by it unless they are products already, and delete it"
+            )
+        if unknown:
+            continue
         if number.size != 1 or number.dtype.kind not in "iuf":
-            raise InvalidInput(f"{name} of {what} must be one number, got {attributes[name]!r}")
+            raise InvalidInput(f"{name} of {what} must be one number, got {value!r}")
         about[name] = number[0]
     return about
 

@@ -197,6 +197,22 @@ def test_packed_lengths(tmp_path):
         np.testing.assert_array_equal(found.values, expected)
 
 
+@pytest.mark.parametrize("name", ["scale", "z_scale", "Zscale", "multiplier"])
+def test_factors_of_no_convention(name, tmp_path):
+    """Whether the values are multiplied already is not known; 1 does not matter."""
+    import h5py
+
+    layouts.plain_h5(tmp_path / "a.h5", "heights", GAP, SPACING, "m", "m")
+    for factor, refused in ((1.0, False), ("linear", False), (1e-3, True)):
+        with h5py.File(tmp_path / "a.h5", "a") as file:
+            file["heights"].attrs[name] = factor
+        if refused:
+            with pytest.raises(InvalidInput, match=f"attribute {name} = 0.001, a factor"):
+                read_map(tmp_path / "a.h5", HEIGHT_NAMES)
+        else:
+            np.testing.assert_array_equal(read_map(tmp_path / "a.h5", HEIGHT_NAMES).values, GAP)
+
+
 def test_named_array(tmp_path):
     np.savez(tmp_path / "a.npz", gap=GAP, filtered=2 * GAP, spacing=SPACING)
     assert np.array_equal(load_gap(tmp_path / "a.npz", Stated(array="filtered")).values, 2 * GAP)
