@@ -1,6 +1,5 @@
 """Plot of the bounds of the leak rate, and of their relative half-width, against unknowns."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,17 +8,13 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Level
-from fem_seal.render.plot import new_figure
+from fem_seal.render.plot import label_axis, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 UPPER, LOWER, HALF_WIDTH = "#b2452b", "#2654a4", "#333333"
-# Labels of a logarithmic axis: an axis that spans less than the factor has labels at the multiples
-# of the decades.
-_STEPS = ((30, (1, 2, 5)), (300, (1, 3)), (math.inf, (1,)))
 
 
 def close_in(levels: Sequence[Level]) -> bool:
@@ -92,29 +87,6 @@ def _limits(rates: "Axes", widths: "Axes", levels: Sequence[Level]) -> None:
             continue
         axes.set(yscale="log", ylim=(numbers.min() / 1.6, numbers.max() * 1.6))
         label_axis(axes.yaxis)
-
-
-def label_axis(axis: "Axis") -> None:
-    """Label at least two ticks of a logarithmic axis, also if it spans less than a decade."""
-    from matplotlib.ticker import (
-        LogFormatterSciNotation,
-        LogLocator,
-        MaxNLocator,
-        NullFormatter,
-        NullLocator,
-        ScalarFormatter,
-    )
-
-    low, high = axis.get_view_interval()
-    if high < 6 * low:
-        axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
-        axis.set_major_formatter(ScalarFormatter())
-        axis.set_minor_locator(NullLocator())
-        return
-    steps = next(steps for span, steps in _STEPS if high < span * low)
-    axis.set_major_locator(LogLocator(subs=steps, numticks=6))
-    axis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(3, 3)))
-    axis.set_minor_formatter(NullFormatter())
 
 
 def _optimal_rate(axes: "Axes", levels: Sequence[Level]) -> None:

@@ -14,7 +14,7 @@ from fem_seal.digits import readable
 from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import FlowField, LeakRate
-from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR
+from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR, WHITE
 from fem_seal.render.offscreen import Isolines, Mesh, Triangles, draw
 from fem_seal.render.page import Panel, Swatch, panel_of, write_page
 from fem_seal.render.tiles import mosaic, paint
@@ -92,7 +92,7 @@ def _panel(
     classes = np.where(film.carrying, np.uint8(2), np.where(view.samples > 0, np.uint8(1), 0))
     with_mesh = any(isinstance(layer, Mesh) for layer in flow)
     if with_mesh:
-        contact = view.mean_colours(np.minimum(classes, 1).astype(np.uint8), colours[:2, :3])
+        contact = view.mean_colours(np.minimum(classes, 1), np.array([CONTACT.colour, WHITE]))
         ground = paint(contact, view.window, long_side)
         # The lines are black on white: multiplication draws them on the ground.
         drawn = np.rint(drawn / 255 * ground).astype(np.uint8)

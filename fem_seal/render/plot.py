@@ -1,25 +1,45 @@
-"""Figures of curves: one size of letters; each file is written completely or not at all."""
+"""Figures on matplotlib's layout, with one size of letters; a file is written whole or not."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fem_seal.errors import InvalidInput
 from fem_seal.files import atomic_write
-from fem_seal.render.page import DPI, FONT_POINTS, picture_path
 
 if TYPE_CHECKING:
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+
+DPI = 200
+FONT_POINTS = 10
+FORMATS = (".png", ".pdf", ".svg")
+# Labels of a logarithmic axis: an axis that spans less than the factor has labels at the multiples
+# of the decades.
+_STEPS = ((30, (1, 2, 5)), (300, (1, 3)), (math.inf, (1,)))
+
+
+def picture_path(path: str | Path) -> Path:
+    """Path of a picture; InvalidInput if its suffix is not in FORMATS."""
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise InvalidInput(f"cannot write {path.name!r}: pictures end in {', '.join(FORMATS)}")
+    return path
 
 
 @contextmanager
-def new_figure(size: tuple[float, float], *paths: str | Path) -> "Iterator[Figure]":
+def new_figure(
+    size: tuple[float, float], *paths: str | Path, tight: bool = False
+) -> "Iterator[Figure]":
     """Figure to draw into; it is written at the end of the `with`, not after an error.
 
     Parameters
     ----------
     size : width and height [inch]
     *paths : the files, .png, .pdf or .svg
+    tight : whether the page ends where the drawing does, in place of having that size
     """
     files = [picture_path(path) for path in paths]
     import matplotlib
@@ -31,4 +51,27 @@ def new_figure(size: tuple[float, float], *paths: str | Path) -> "Iterator[Figur
         yield figure
         for file in files:
             with atomic_write(file, durable=False) as staged:
-                figure.savefig(staged, dpi=DPI)
+                figure.savefig(staged, dpi=DPI, bbox_inches="tight" if tight else None)
+
+
+def label_axis(axis: "Axis") -> None:
+    """Label at least two ticks of a logarithmic axis, also if it spans less than a decade."""
+    from matplotlib.ticker import (
+        LogFormatterSciNotation,
+        LogLocator,
+        MaxNLocator,
+        NullFormatter,
+        NullLocator,
+        ScalarFormatter,
+    )
+
+    low, high = axis.get_view_interval()
+    if high < 6 * low:
+        axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
+        axis.set_major_formatter(ScalarFormatter())
+        axis.set_minor_locator(NullLocator())
+        return
+    steps = next(steps for span, steps in _STEPS if high < span * low)
+    axis.set_major_locator(LogLocator(subs=steps, numticks=6))
+    axis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(3, 3)))
+    axis.set_minor_formatter(NullFormatter())

@@ -11,9 +11,7 @@ import numpy as np
 from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import relative_half_width
-from fem_seal.render.bounds import label_axis
-from fem_seal.render.page import FONT_POINTS
-from fem_seal.render.plot import new_figure
+from fem_seal.render.plot import FONT_POINTS, label_axis, new_figure
 from fem_seal.sweep.point import UNSETTLED, Point
 from fem_seal.sweep.summary import SEEDS, Group, groups
 

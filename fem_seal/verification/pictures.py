@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from fem_seal.errors import printable
 from fem_seal.leak_rate import relative_half_width
-from fem_seal.render.bounds import label_axis
-from fem_seal.render.plot import new_figure
+from fem_seal.render.plot import label_axis, new_figure
 from fem_seal.verification.cross_validation import EXACT, Reference, Row
 from fem_seal.verification.trade import Point, Trade
 

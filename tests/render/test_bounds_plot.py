@@ -11,7 +11,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import Level
 from fem_seal.render import bounds_plot
 from fem_seal.render.bounds import draw_bounds
-from fem_seal.render.page import DPI, FONT_POINTS
+from fem_seal.render.plot import DPI, FONT_POINTS
 
 LEVELS = tuple(
     Level(unknowns=n, cells=2 * n, lower=lower, upper=upper)
