@@ -1,6 +1,11 @@
 """The leak rate of a rough contact, and how sure we are of it.
 
-Public names are loaded when they are first used, so that `import fem_seal` costs nothing.
+    import fem_seal as fs
+
+    scene = fs.Scene.from_file("seal.toml")  # or of the sections below: fs.Scene(surface=…, …)
+    solved = fs.solve(scene)  # fs.run(scene, folder) saves the answer as well
+
+Names are loaded when they are first used, so that `import fem_seal` costs nothing.
 """
 
 from importlib import import_module
@@ -15,22 +20,81 @@ if TYPE_CHECKING:
     from fem_seal.leak_rate import LeakRate
     from fem_seal.patch import Patch
     from fem_seal.results import Result
-    from fem_seal.scene import Scene
+    from fem_seal.scene import (
+        Accuracy,
+        Contact,
+        FileSurface,
+        Flow,
+        Fluid,
+        Gap,
+        Heights,
+        Limit,
+        Output,
+        ProfileSurface,
+        Scene,
+        Seal,
+        SelfAffine,
+        Solid,
+    )
+    from fem_seal.scene.shape import FaceSeal, MeshFile, PlateWithHoles, Rectangle, Sector, Strip
     from fem_seal.solved import Solved, run, solve
 
 __version__ = "0.2.0"
 
+# Public names, by the module that they are loaded from.
+_NAMES = {
+    "fem_seal.scene": (
+        *("Scene", "SelfAffine", "Heights", "FileSurface", "ProfileSurface", "Solid", "Contact"),
+        *("Gap", "Fluid", "Flow", "Seal", "Accuracy", "Limit", "Output"),
+    ),
+    "fem_seal.scene.shape": (
+        *("FaceSeal", "MeshFile", "PlateWithHoles", "Rectangle", "Sector", "Strip"),
+    ),
+    "fem_seal.solved": ("Solved", "run", "solve"),
+    "fem_seal.patch": ("Patch",),
+    "fem_seal.results": ("Result",),
+    "fem_seal.exchange": ("pictures", "to_pyvista", "to_xarray"),
+    "fem_seal.gap_file": ("load_gap",),
+    "fem_seal.grid": ("GridField",),
+    "fem_seal.leak_rate": ("LeakRate",),
+}
+_HOMES = {name: home for home, names in _NAMES.items() for name in names}
+# The library: contact, film, mesh and flow without a scene.
+_PACKAGES = (
+    *("contact", "coupling", "field_file", "film", "finite_difference", "flow", "mesh", "points"),
+    *("quantities", "render", "results", "surface", "sweep", "theory", "upscaling", "verification"),
+)
+
 __all__ = [
+    "Accuracy",
+    "Contact",
+    "FaceSeal",
     "FemSealError",
+    "FileSurface",
+    "Flow",
+    "Fluid",
+    "Gap",
     "GridField",
+    "Heights",
     "InvalidInput",
     "LeakRate",
+    "Limit",
+    "MeshFile",
     "MissingPackage",
     "NotConverged",
+    "Output",
     "Patch",
+    "PlateWithHoles",
+    "ProfileSurface",
+    "Rectangle",
     "Result",
     "Scene",
+    "Seal",
+    "Sector",
+    "SelfAffine",
+    "Solid",
     "Solved",
+    "Strip",
     "load_gap",
     "pictures",
     "run",
@@ -39,27 +103,14 @@ __all__ = [
     "to_xarray",
 ]
 
-_HOMES = {
-    "GridField": "fem_seal.grid",
-    "LeakRate": "fem_seal.leak_rate",
-    "Patch": "fem_seal.patch",
-    "Result": "fem_seal.results",
-    "Scene": "fem_seal.scene",
-    "Solved": "fem_seal.solved",
-    "load_gap": "fem_seal.gap_file",
-    "pictures": "fem_seal.exchange",
-    "run": "fem_seal.solved",
-    "solve": "fem_seal.solved",
-    "to_pyvista": "fem_seal.exchange",
-    "to_xarray": "fem_seal.exchange",
-}
-
 
 def __getattr__(name: str) -> object:
+    if name in _PACKAGES:
+        return import_module(f"fem_seal.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module 'fem_seal' has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__"]
+    return [*__all__, *_PACKAGES, "__version__"]

@@ -86,7 +86,8 @@ def _film_of(result: Result, folder: Path) -> GridFilm | MeshFilm:
         return replace(read_mesh(folder), formula=None if text is None else Formula(text, middle))
     if (folder / CONTACT_FILE).is_file():
         flow = result.flow()
-        return GridFilm(read_contact(folder)[0], flow.sides, flow.representation)
+        gap = read_contact(folder)[0]
+        return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
     if "gap" not in result.provenance.scene:
         raise InvalidInput(f"{folder} holds neither {CONTACT_FILE} nor {MESH_FILE}; run it again")
     return Patch(result.scene()).film

@@ -74,7 +74,9 @@ def lifting_problem(
         height=surface,
         displacement=displacement,
         press=press,
-        film=lambda gap: GridFilm(gap, scene.flow.sides, scene.flow.representation),
+        film=lambda gap: GridFilm(
+            gap, scene.flow.sides_of(gap.periodic), scene.flow.representation
+        ),
         flow=flows.to,
         flow_on_kept_mesh=None if flows.kept is None else flows.on_kept_mesh,
         fluid_pressure=partial(fluid_pressure, scene),

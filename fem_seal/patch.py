@@ -17,6 +17,7 @@ from fem_seal.leak_rate import FlowState, LeakRate
 from fem_seal.progress import Report, silent
 from fem_seal.scene import FileSurface, Scene
 from fem_seal.scene.contents import FlowSettings
+from fem_seal.scene.scene import require_scene
 from fem_seal.scene.shape import MeshFile
 from fem_seal.steps import (
     CONTACTS,
@@ -95,11 +96,7 @@ class Patch:
         flow: FlowSettings | None = None,
         comm: parallel.Comm = None,
     ):
-        if not isinstance(scene, Scene):
-            raise InvalidInput(
-                f"a Patch is made of a Scene, not of a {type(scene).__name__}; "
-                "Scene.from_file(path) reads one"
-            )
+        require_scene(scene)
         if scene.accuracy is not None and flow is None:
             raise InvalidInput(
                 "a scene with [accuracy] has no contact grid yet: fem_seal.solve(scene) tries some "
@@ -113,6 +110,12 @@ class Patch:
         self._surface, self._contact, self._contact_start = surface, contact, contact_start
         self._leak_rate, self._lifted = leak_rate, lifted
         self._load, self._flow = load, flow
+
+    def __repr__(self) -> str:
+        """The scene, and the steps that have been computed."""
+        steps = ("surface", "contact", "lifted", "film", "leak_rate")
+        computed = ", ".join(name for name in steps if name in vars(self)) or "nothing"
+        return f"<Patch with {computed} computed, of {self.scene}>"
 
     @property
     def load(self) -> "Load":
@@ -317,7 +320,7 @@ class Patch:
         shape, flow = self.scene.shape, self.scene.flow
         if shape is None:
             gap = self.grid_gap
-            return GridFilm(gap, flow.sides, flow.representation)
+            return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
         from fem_seal.film.shaped import shaped_film
 
         grid = None if shape.own_gap else self.grid_gap
@@ -330,7 +333,7 @@ class Patch:
 
         shape, flow = self.scene.shape, self.scene.flow
         if shape is None or isinstance(self.film, GridFilm):
-            return GridFilm(gap, flow.sides, flow.representation)
+            return GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
         from fem_seal.film.shaped import gap_source
 
         mesh = self.film.mesh

@@ -48,6 +48,7 @@ from fem_seal.results.result import AccuracyRecord, Origin, Provenance
 from fem_seal.results.seal import SealRecord
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
+from fem_seal.scene.scene import require_scene
 from fem_seal.tables import html_table
 from fem_seal.upscaling.realizations import realizations
 from fem_seal.upscaling.scene_profile import profile_of
@@ -332,6 +333,7 @@ def _reserved(
     scene: Scene, out: str | Path, overwrite: bool, comm: parallel.Comm
 ) -> Iterator[ResultFolder]:
     """Check scene and folder before any work, and hold the folder until the result is written."""
+    require_scene(scene)
     require_packages(scene, pictures="pictures" in scene.output.products)
     if scene.seal is not None:
         # Refuse a table that cannot be read, or windows that do not fit, before the work.
@@ -346,6 +348,7 @@ def _reserved(
 
 def require_packages(scene: Scene, *, pictures: bool = False) -> None:
     """Raise MissingPackage before any work if a package is missing that the work needs later."""
+    require_scene(scene)
     # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
     by_elements = scene.needs_rates and scene.flow.method != "finite-difference"
     if pictures and (by_elements or scene.shape is not None):

@@ -13,7 +13,7 @@ from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.memory import refuse_too_large
 from fem_seal.progress import Report, silent
-from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffineSurface
+from fem_seal.scene import FileSurface, ProfileSurface, Scene, SelfAffine
 from fem_seal.scene.contents import FlowSettings
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ SURFACE_BYTES, CONTACT_BYTES = 60, 106
 LARGEST_RISE = 1e100  # largest rise of heights [m]; its cube and its inverse are finite
 
 
-def made_surface(surface: SelfAffineSurface | ProfileSurface) -> GridField:
+def made_surface(surface: SelfAffine | ProfileSurface) -> GridField:
     """Random heights [m] of a section.
 
     Raises

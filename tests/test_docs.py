@@ -123,7 +123,7 @@ def test_results_page_names_only_keys_that_exist():
 def test_columns_of_a_sweep_are_those_of_its_page():
     text = PAGES["docs/reference/results.md"].partition("## sweep.csv")[2]
     named = re.split(r"A\s+number\s+that", text.partition("in SI units:")[2])[0]
-    stated = re.findall(r"`(\w+)`", named)
+    stated = re.findall(r"`([\w.]+)`", named)
     assert [name for name in stated if name != "verdict"] == list(COLUMNS)
 
 

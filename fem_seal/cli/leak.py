@@ -45,7 +45,7 @@ def truth(text: str) -> bool:
 Field = tuple[str, str, Callable[[str], object], str]
 FIELDS: dict[str, Field] = {
     "rtol": ("flow", "rtol", float, "largest (upper - lower) / sqrt(lower upper) (0.05)"),
-    "sides": ("flow", "sides", str, "wall, also if the gap is periodic, or periodic (wall)"),
+    "sides": ("flow", "sides", str, "wall or periodic (periodic where the gap repeats, else wall)"),
     "representation": ("flow", "representation", str, "linear or constant (linear)"),
     "method": ("flow", "method", str, "adaptive, uniform or finite-difference (adaptive)"),
     "links": ("flow", "links", str, "links of finite-difference: arithmetic, harmonic, …"),

@@ -161,7 +161,8 @@ def _cross_validation(options: argparse.Namespace) -> int:
     if patch.sealed:
         raise InvalidInput("the gap is sealed: every method says 0 without a solve")
     setting = Setting(scene.viscosity, scene.drive.pressure_drop, scene.flow.rtol)
-    film = GridFilm(patch.grid_gap, scene.flow.sides, scene.flow.representation)
+    gap, flow = patch.grid_gap, scene.flow
+    film = GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
     work = work_of(options)
     compared = _with_progress(partial(on_film, film, setting, grids, out=options.out, work=work))
     if compared is None:

@@ -51,7 +51,7 @@ class ContactPair:
         is_number = isinstance(contact_modulus, Real) and np.isfinite(contact_modulus)
         if not (is_number and contact_modulus > 0):
             raise InvalidInput(
-                f"contact_modulus must be a positive pressure in Pa, got {contact_modulus}"
+                f"contact_modulus must be a positive number in Pa, got {contact_modulus!r}"
             )
         if threads is not None and (threads != int(threads) or threads < 1):
             raise InvalidInput(f"threads must be a positive integer, got {threads}")

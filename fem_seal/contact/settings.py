@@ -1,6 +1,7 @@
 """Settings of a contact: the solid, one load, and the arithmetic."""
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -40,6 +41,11 @@ class Load:
     value: float  #: mean pressure [Pa] >= 0, contact area fraction in [0, 1), or mean gap [m] > 0
 
     def __post_init__(self) -> None:
+        if not isinstance(self.value, Real):
+            raise InvalidInput(
+                f"{self.kind} = {self.value!r} should be a number in SI units; the sections of a "
+                'Scene read "0.1 MPa"'
+            )
         if not np.isfinite(self.value):
             raise InvalidInput(f"{self.kind} must be finite, got {self.value}")
         if self.kind == "pressure" and self.value < 0:
@@ -55,7 +61,7 @@ class Load:
 
 def one_load(**named_loads: float | None) -> Load:
     """Return the only load that is not None."""
-    loads = [Load(kind, float(value)) for kind, value in named_loads.items() if value is not None]
+    loads = [Load(kind, value) for kind, value in named_loads.items() if value is not None]
     if len(loads) != 1:
         named = ", ".join(load.kind for load in loads) or "none"
         raise InvalidInput(f"give exactly one load out of {', '.join(named_loads)}; got {named}")

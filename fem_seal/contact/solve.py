@@ -33,8 +33,10 @@ def solve(
     max_iterations: int | None = None,
     progress: Progress | None = None,
 ) -> ContactState:
-    """Frictionless, non-adhesive contact of a rigid rough counter-face with an elastic half-space.
+    """Dry contact of a rough face with an elastic half-space; `fem_seal.solve` adds the fluid.
 
+    Without friction and adhesion. The fluid's pressure, which lifts the solid in a scene
+    (`flow.lift`), is not in it.
     Minimises ``V = (A0/4) E* Σ q |ũ(q)|²`` under a load and u >= h (Dapp et al., Phys. Rev. Lett.
     108, 244301 (2012)), small slopes, periodic.
 

@@ -208,7 +208,7 @@ def require_positive(values: Mapping[str, float]) -> None:
     """Raise InvalidInput if one of the named values is not a positive number."""
     for name, value in values.items():
         if not (isinstance(value, Real) and np.isfinite(value) and value > 0):
-            raise InvalidInput(f"{name} = {value} must be a positive number")
+            raise InvalidInput(f"{name} = {value!r} must be a positive number, in SI units")
 
 
 def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) -> float:

@@ -10,7 +10,7 @@ from fem_seal.errors import present
 from fem_seal.grid import GridField
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import Uncertainty
-from fem_seal.scene import FileSurface, SelfAffineSurface
+from fem_seal.scene import FileSurface, SelfAffine
 from fem_seal.steps import whole_map
 from fem_seal.surface import kept_roughness, longest_wavelength
 from fem_seal.surface.windows import MOST_LOST, WAVES
@@ -34,7 +34,7 @@ def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertai
     surface, heights = patch.scene.surface, present(patch.surface, "surface")
     if isinstance(surface, FileSurface):
         heights = parallel.on_root(lambda: whole_map(surface), patch.comm)
-    if isinstance(surface, SelfAffineSurface):
+    if isinstance(surface, SelfAffine):
         longest: float | None = surface.long_wavelength
     else:
         longest = longest_wavelength(heights)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from operator import attrgetter
 from typing import TypeVar
 
 from fem_seal.digits import (
@@ -25,6 +24,7 @@ from fem_seal.quantities.error_budget import (
     may_open,
 )
 from fem_seal.quantities.tensor import ConductivityTensor
+from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.lift import lift_words
 from fem_seal.results.preparation import preparation_words
 from fem_seal.results.rates import GasRecord
@@ -89,7 +89,10 @@ def flow_words(result: Result) -> str:
     if result.preconditioner not in ("hypre", None):
         text += f" (preconditioner {result.preconditioner})"
     shaped = "shape" in result.provenance.scene
-    return text if shaped else f"{text}, {result.flow().sides} sides"
+    flow = result.flow()
+    default = "" if flow.sides else " (default)"
+    sides = flow.sides_of(bool(result.gap_is_periodic))
+    return text if shaped else f"{text}, {sides} sides{default}"
 
 
 def contact_words(result: Result) -> str:
@@ -127,7 +130,7 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
         *_line("seal", seal_words, result.seal),
         *_line("lift", partial(lift_words, sealed=result.state == "sealed"), result.lift),
         *_line("gas", gas_words, result.gas),
-        *_line("verdict", attrgetter("sentence"), result.verdict if scene_has_limit else None),
+        *_line("verdict", _compared, result.verdict if scene_has_limit else None),
         *(("caution", caution) for caution in result.cautions),
     ]
     quantities = result.quantities
@@ -141,6 +144,11 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
         *_line("trapped", trapped_words, quantities.trapped_volume),
         *_line("tensor", tensor_words, quantities.conductivity_tensor),
     ]
+
+
+def _compared(verdict: Verdict) -> str:
+    """Decision and comparison with the limit; other lines say what is uncertain."""
+    return f"{verdict.decision}: {verdict.comparison}"
 
 
 def _line(label: str, words: Callable[[Part], str], part: Part | None) -> list[tuple[str, str]]:

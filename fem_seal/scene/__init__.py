@@ -3,14 +3,14 @@
 from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.fluid import Fluid
 from fem_seal.scene.limit import Limit
-from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
+from fem_seal.scene.measured import FileSurface, Gap, Heights, ProfileSurface
 from fem_seal.scene.scene import Scene
 from fem_seal.scene.seal import Seal
 from fem_seal.scene.sections import (
     Contact,
     Flow,
     Output,
-    SelfAffineSurface,
+    SelfAffine,
     Solid,
 )
 from fem_seal.scene.tolerances import Tolerances
@@ -22,12 +22,13 @@ __all__ = [
     "Flow",
     "Fluid",
     "Gap",
+    "Heights",
     "Limit",
     "Output",
     "ProfileSurface",
     "Scene",
     "Seal",
-    "SelfAffineSurface",
+    "SelfAffine",
     "Solid",
     "Tolerances",
 ]

@@ -207,8 +207,8 @@ def check_seal(scene: Contents) -> None:
         )
     if scene.flow.sides == "wall":
         raise ContradictionError(
-            "[seal] puts patches side by side, and walls between them (flow.sides = 'wall', also "
-            "if it is left out) would make the seal leak less; set flow.sides = 'periodic'"
+            "[seal] puts patches side by side, and walls between them (flow.sides = 'wall') would "
+            "make the seal leak less; set flow.sides = 'periodic', or leave it out"
         )
     for name in ("gap", "shape", "accuracy"):
         if getattr(scene, name) is not None:

@@ -15,7 +15,7 @@ from fem_seal.scene.fluid import Fluid, drive, gauge_pressures, slip_of
 from fem_seal.scene.limit import Limit
 from fem_seal.scene.measured import FileSurface, Gap, ProfileSurface
 from fem_seal.scene.seal import Seal
-from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffineSurface, Solid
+from fem_seal.scene.sections import Contact, Flow, Output, Section, SelfAffine, Solid
 from fem_seal.scene.shape import AnyShape, MeshFile
 from fem_seal.scene.tolerances import Tolerances
 
@@ -38,7 +38,7 @@ class FlowSettings:
     links: str  #: of finite differences
 
 
-Surface = Annotated[SelfAffineSurface | FileSurface | ProfileSurface, Field(discriminator="kind")]
+Surface = Annotated[SelfAffine | FileSurface | ProfileSurface, Field(discriminator="kind")]
 
 
 class Contents(Section):
@@ -74,7 +74,7 @@ class Contents(Section):
 
         For measured heights it is the shortest one that their samples can hold.
         """
-        if isinstance(self.surface, SelfAffineSurface):
+        if isinstance(self.surface, SelfAffine):
             return self.surface.short_wavelength
         return 2 * max(heights.spacing)
 

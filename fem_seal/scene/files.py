@@ -69,21 +69,22 @@ def parse_assignment(assignment: str) -> tuple[tuple[str, ...], str]:
 def override(data: dict[str, Any], assignment: str) -> dict[str, Any]:
     """Copy of `data` with one field set by "section.key=value", or removed by "section.key="."""
     keys, text = parse_assignment(assignment)
-    return _replace(data, keys, text, assignment)
+    return replaced(data, keys, _value(text) if text else None, assignment)
 
 
-def _replace(
-    table: dict[str, Any], keys: tuple[str, ...], text: str, assignment: str
+def replaced(
+    table: dict[str, Any], keys: tuple[str, ...], value: object, change: str
 ) -> dict[str, Any]:
+    """Copy of nested tables with one value set, or removed by None; messages quote the change."""
     first, *rest = keys
     if rest:
         inner = table.get(first, {})
         if not isinstance(inner, dict):
-            raise InvalidInput(f"{assignment!r}: {first} is a value, not a table")
-        return {**table, first: _replace(inner, tuple(rest), text, assignment)}
-    if not text:
-        return {key: value for key, value in table.items() if key != first}
-    return {**table, first: _value(text)}
+            raise InvalidInput(f"{change!r}: {first} is a value, not a table")
+        return {**table, first: replaced(inner, tuple(rest), value, change)}
+    if value is None:
+        return {key: other for key, other in table.items() if key != first}
+    return {**table, first: value}
 
 
 def _value(text: str) -> object:

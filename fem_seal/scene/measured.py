@@ -2,13 +2,16 @@
 
 from dataclasses import fields, replace
 from math import isfinite
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, Strict, model_validator
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.field_file.recorded import Stated
+from fem_seal.files import kept_array
+from fem_seal.grid import GridField
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import (
     Coordinate,
@@ -144,6 +147,29 @@ class FileSurface(FieldFile):
         if self.make_periodic and self.periodic:
             raise ContradictionError("periodic = true needs no make_periodic; leave one out")
         return self
+
+
+class Heights(FileSurface):
+    """Heights in an array; a file in the user's cache keeps them, so that a result can name it.
+
+    Parameters
+    ----------
+    values
+        Heights (nx, ny), in metres if `unit` is left out, NaN where none was measured; or a
+        GridField.
+    fields
+        `size` (nx dx, ny dy) of an array, and any other field of `FileSurface`.
+    """
+
+    def __init__(self, values: "np.ndarray | GridField", **fields: Any) -> None:
+        if isinstance(values, GridField):
+            (nx, ny), (dx, dy) = values.shape, values.spacing
+            fields = {"size": (nx * dx, ny * dy), "periodic": values.periodic} | fields
+            values = values.values
+        elif "size" not in fields:
+            raise InvalidInput('Heights of an array need their size, such as ("1 mm", "1 mm")')
+        fields = {"unit": "m", "kind": "file"} | fields
+        super().__init__(path=kept_array(values, "heights"), **fields)
 
 
 class ProfileSurface(Section):

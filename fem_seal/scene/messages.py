@@ -54,6 +54,8 @@ def _sentence(error: "ErrorDetails", root: type[BaseModel]) -> str:
             return f"{where}.kind = {error['ctx']['tag']!r} is not allowed; choose from {allowed}"
         case "literal_error":
             return f"{where} = {given!r} is not allowed; choose from {error['ctx']['expected']}"
+        case "model_type" | "model_attributes_type" if isinstance(given, BaseModel):
+            return f"{where} is a {type(given).__name__}, which does not belong there"
         case "model_type" | "model_attributes_type":
             return f"{where} = {given!r} should be a table of keys, [{where}]"
         case "value_error":

@@ -52,6 +52,24 @@ def rows_of(section: BaseModel, name: str = "") -> list[tuple[str, str]]:
     return rows
 
 
+def python_rows(section: BaseModel) -> list[tuple[str, str]]:
+    """Fields of a section that were set, as they are written in Python, with readable units."""
+    rows = []
+    for key, field in type(section).model_fields.items():
+        value = getattr(section, key)
+        if key in section.model_fields_set - {"kind"} and value is not None:
+            unit = unit_of(field)
+            text = repr(value) if unit is None else _quoted(value, unit)
+            rows.append((key, text))
+    return rows
+
+
+def _quoted(value: object, unit: str) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(_quoted(part, unit) for part in value)})"
+    return repr(_text(value, unit))
+
+
 def units_of(model: type[BaseModel]) -> dict[str, str]:
     """SI unit of each field that has one; the fields of a scene are named "section.field"."""
     units: dict[str, str] = {}

@@ -2,18 +2,24 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import ValidationError, model_validator
 
 from fem_seal.errors import InvalidInput, InvalidScene
 from fem_seal.scene.checks import check
 from fem_seal.scene.contents import Contents
-from fem_seal.scene.files import override, read_toml
+from fem_seal.scene.files import override, read_toml, replaced
 from fem_seal.scene.messages import explain
 from fem_seal.scene.readable import rows_of
 from fem_seal.scene.seal import OF_FLOWS
 from fem_seal.tables import html_table
+
+
+def require_scene(value: object) -> None:
+    """Raise InvalidInput for anything but a Scene."""
+    if not isinstance(value, Scene):
+        raise InvalidInput(f"a {type(value).__name__} is no Scene; Scene.from_file(path) reads one")
 
 
 class Scene(Contents):
@@ -21,6 +27,8 @@ class Scene(Contents):
 
     Either `gap`, or `surface` and `contact` (and `solid` for an elastic contact).
     """
+
+    named_in_messages: ClassVar[bool] = False
 
     @classmethod
     def from_file(cls, path: str | Path, overrides: Iterable[str] = ()) -> "Scene":
@@ -69,6 +77,25 @@ class Scene(Contents):
         chosen = {"flow": {"rtol"}} if self.accuracy else None
         return self.model_dump(mode="json", exclude_none=True, exclude=chosen)
 
+    def with_(self, changes: Mapping[str, object]) -> "Scene":
+        """Copy with other values, checked like a file.
+
+        Parameters
+        ----------
+        changes
+            Values by "section.field", such as {"contact.pressure": "0.2 MPa"}, or whole sections.
+            None removes a field or a section.
+
+        Raises
+        ------
+        InvalidInput
+            A sentence for each error: the field, its value and what is allowed.
+        """
+        data = self.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+        for name, value in changes.items():
+            data = replaced(data, tuple(name.split(".")), value, name)
+        return self.from_mapping(data)
+
     def _repr_html_(self) -> str:
         return html_table(rows_of(self))
 
@@ -88,6 +115,7 @@ class Scene(Contents):
         check(self)
         if self.seal is not None and "rtol" not in self.flow.model_fields_set:
             flow = self.flow.model_copy(update={"rtol": OF_FLOWS * self.seal.rtol})
+            flow.model_fields_set.discard("rtol")  # `with_` chooses it anew
             # Sections are frozen once they are checked.
             object.__setattr__(self, "flow", flow)
         return self

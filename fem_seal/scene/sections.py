@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from math import isclose
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import (
     BaseModel,
@@ -14,20 +14,25 @@ from pydantic import (
     PlainSerializer,
     PlainValidator,
     Strict,
+    ValidationError,
     ValidationInfo,
     field_validator,
     model_validator,
 )
 
-from fem_seal.errors import present
+from fem_seal.errors import InvalidInput, InvalidScene, present
 from fem_seal.limits import Limits
-from fem_seal.scene.messages import ContradictionError
-from fem_seal.scene.readable import own_names
+from fem_seal.scene.messages import ContradictionError, explain
+from fem_seal.scene.readable import own_names, python_rows
 from fem_seal.units import RateUnit, require_size, to_si
 
 if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+
     from fem_seal import contact
     from fem_seal.surface.spectrum import Spectrum
+else:
+    ModelMetaclass = type(BaseModel)
 
 
 def _plain_number(value: object) -> object:
@@ -71,14 +76,50 @@ Count = Annotated[int, Strict(), Field(ge=1)]
 InputFile = Annotated[Path, BeforeValidator(readable_file)]
 
 
-class Section(BaseModel):
+class SectionType(ModelMetaclass):
+    """Class of the sections: one made in Python is refused in the words of a scene file."""
+
+    def __call__(self, *arguments: Any, **fields: Any) -> Any:
+        """Make a section; the kind of a section that has one need not be said."""
+        section: Any = self
+        name = section.__name__
+        if arguments and section.__init__ is BaseModel.__init__:
+            first = next(name for name in section.model_fields if name != "kind")
+            raise InvalidInput(f"{name} takes its fields by name, as in {name}({first}=…)")
+        kind = section.model_fields.get("kind")
+        choices = get_args(kind.annotation) if kind is not None and kind.is_required() else ()
+        if len(choices) == 1:
+            fields.setdefault("kind", choices[0])
+        try:
+            return super().__call__(*arguments, **fields)
+        except ValidationError as error:
+            source = name if section.named_in_messages else ""
+            raise InvalidScene(source, explain(error, section)) from None
+
+
+class Section(BaseModel, metaclass=SectionType):
     """Base class of the sections: frozen, no unknown fields, no NaN."""
 
+    #: Whether a message names the section; those of a Scene name it with each field.
+    named_in_messages: ClassVar[bool] = True
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     def __dir__(self) -> list[str]:
         """Names of a section, without those that pydantic adds."""
         return own_names(self)
+
+    def __repr__(self) -> str:
+        """The fields that were set, with readable units."""
+        texts = ", ".join(f"{name}={text}" for name, text in python_rows(self))
+        return f"{type(self).__name__}({texts})"
+
+    __str__ = __repr__
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(
+            f"{name} of a {type(self).__name__} cannot be set; scene.with_({{...}}) returns a "
+            "changed copy of the scene"
+        )
 
 
 def exactly_one(section: Section, names: tuple[str, ...]) -> str:
@@ -96,7 +137,7 @@ def exactly_one(section: Section, names: tuple[str, ...]) -> str:
     return fields[0]
 
 
-class SelfAffineSurface(Section):
+class SelfAffine(Section):
     """A random rough surface, <|h(q)|^2> ~ q^-(2+2H) between two cut-offs."""
 
     kind: Literal["self-affine"] = Field(description='"self-affine", "file" or "profiles"')
@@ -130,7 +171,7 @@ class SelfAffineSurface(Section):
         return self.size[0] / self.shape[0], self.size[1] / self.shape[1]
 
     @model_validator(mode="after")
-    def _check(self) -> "SelfAffineSurface":
+    def _check(self) -> "SelfAffine":
         exactly_one(self, ("rms_height", "rms_slope"))
         grid, short, long = max(self.spacing), self.short_wavelength, self.long_wavelength
         # One pixel is allowed, as in the letter; the tolerance is for rounding errors only.
@@ -327,7 +368,9 @@ class Flow(Section):
     lift: Literal["none", "range", "resolved"] | None = Field(
         None, description="effect of the fluid's pressure; resolved under a contact.pressure"
     )
-    sides: Literal["wall", "periodic"] = Field("wall", description="sides y = 0 and y = Ly")
+    sides: Literal["wall", "periodic"] | None = Field(
+        None, description="sides y = 0 and y = Ly; periodic where the gap repeats if left out"
+    )
     # Not below 1e-9: the energies are accurate to the solver's tolerance, 1e-8.
     rtol: Number = Field(0.05, ge=1e-9, description="largest (upper - lower) / sqrt(lower upper)")
     representation: Literal["linear", "constant"] = Field(
@@ -342,6 +385,10 @@ class Flow(Section):
     max_unknowns: Count | None = Field(None, description="stop with the best bounds so far")
     max_seconds: Seconds | None = Field(None, description="stop with the best bounds so far")
     max_memory: Bytes | None = Field(None, description="stop with the best bounds so far")
+
+    def sides_of(self, gap_repeats: bool) -> Literal["wall", "periodic"]:
+        """Sides of the film of a gap that repeats or does not."""
+        return self.sides or ("periodic" if gap_repeats else "wall")
 
     @property
     def limits(self) -> Limits:

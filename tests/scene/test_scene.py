@@ -17,7 +17,7 @@ from fem_seal.finite_difference.links import LINKS
 from fem_seal.patch import Patch
 from fem_seal.quantities.of_patch import QUANTITIES, Quantities
 from fem_seal.quantities.uncertainties import ASSUMPTIONS
-from fem_seal.scene import Contact, Flow, Scene, SelfAffineSurface, Solid
+from fem_seal.scene import Contact, Flow, Scene, SelfAffine, Solid
 from fem_seal.scene.sections import Product
 from fem_seal.steps import CONTACTS, FLOWS
 from fem_seal.threshold import THRESHOLDS
@@ -433,7 +433,7 @@ def test_reference_scene_names_every_field():
     models = {name: field.annotation for name, field in Scene.model_fields.items()}
     for name in ("gap", "shape", "seal", "accuracy", "tolerances", "limit"):
         del models[name]  # have listings of their own, since not every scene has them
-    assert named.pop("surface") == set(SelfAffineSurface.model_fields)
+    assert named.pop("surface") == set(SelfAffine.model_fields)
     del models["surface"]
     for name, annotation in models.items():
         [model] = [part for part in (annotation, *get_args(annotation)) if hasattr(part, "schema")]

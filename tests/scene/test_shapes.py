@@ -25,7 +25,7 @@ from fem_seal.quantities.of_patch import quantities
 from fem_seal.results import Result, read_flow
 from fem_seal.scene import Scene
 from fem_seal.scene.scene import Scene as SceneModel
-from fem_seal.solved import answer
+from fem_seal.solved import solve
 from fem_seal.theory.closed_forms import annulus, dilute_discs, disc_array
 
 UNIT = {"viscosity": 1 / 12, "pressure_drop": 1.0}  # K = g³, Δp = 1
@@ -231,9 +231,9 @@ def test_constriction_and_verdict_of_a_shape():
     assert 0.4 <= found.width <= 0.4 + 2 * size
     assert 0.5 < found.pressure_share < 1
     limited = scene(RING | {"gap": 1}) | {"limit": {"leak_rate": "100 m^3/s"}}
-    patch = Patch(Scene.from_mapping(limited))
-    assert answer(patch).verdict.decision == "within limit"
-    assert quantities(patch).constriction.width is None  # no bank anywhere
+    solved = solve(Scene.from_mapping(limited))
+    assert solved.verdict.decision == "within limit"
+    assert solved.quantities.constriction.width is None  # no bank anywhere
 
 
 def test_sealed_shape_is_not_solved():

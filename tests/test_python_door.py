@@ -1,0 +1,130 @@
+"""The door for Python: sections as objects, changed copies, one sentence for an error, a page."""
+
+import re
+
+import numpy as np
+import pytest
+from project import ROOT, scene_of_samples
+
+import fem_seal as fs
+from fem_seal.scene import Scene
+
+PAGE = (ROOT / "docs/guide/python.md").read_text(encoding="utf-8")
+FILE = scene_of_samples(32) | {
+    "contact": {"pressure": "100 kPa"},
+    "flow": {"pressure_drop": "10 kPa", "rtol": 0.2},
+    "output": {"products": ["leak_rate"]},
+}
+
+
+def in_python(**sections):
+    """The scene FILE of objects, with other sections."""
+    kinds = {"surface": fs.SelfAffine, "solid": fs.Solid, "contact": fs.Contact}
+    kinds |= {"fluid": fs.Fluid, "flow": fs.Flow, "output": fs.Output}
+    return fs.Scene(**{name: kinds[name](**FILE[name]) for name in kinds} | sections)
+
+
+def test_a_scene_of_objects_is_that_of_a_file():
+    made = in_python()
+    assert made == Scene.from_mapping(FILE)
+    assert made.to_mapping() == Scene.from_mapping(FILE).to_mapping()
+    assert repr(made.contact) == "Contact(pressure='100 kPa')"
+    assert eval(repr(made), vars(fs) | {name: getattr(fs, name) for name in fs.__all__}) == made
+
+
+def test_changed_copies_are_those_of_changed_files():
+    """Also of defaults that follow from other fields: half of seal.rtol is that of the flow."""
+    data = FILE | {"flow": {"pressure_drop": 1e4}, "output": {"products": ["seal"]}}
+    data["seal"] = {"leak_path": "1 mm", "circumference": "1 mm", "rtol": 0.3}
+    other = Scene.from_mapping(data | {"seal": {**data["seal"], "rtol": 0.1}})
+    assert Scene.from_mapping(data).with_({"seal.rtol": 0.1}) == other
+    assert other.flow.rtol == 0.05
+    plain = Scene.from_mapping(FILE)
+    assert plain.with_({"contact.pressure": None, "contact.mean_gap": "1 um"}) == in_python(
+        contact=fs.Contact(mean_gap=1e-6)
+    )
+    assert plain.with_({"fluid": fs.Fluid(viscosity=2.0)}).viscosity == 2
+    assert plain.with_({"flow.rtol": 0.1}).with_({"flow.rtol": 0.2}) == plain
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda: fs.Contact(pressure="0.1 MPaa"), "^Contact: pressure = '0.1 MPaa' has an unknown"),
+        (lambda: fs.Contact(presure=1), "^Contact: presure is not a known key; did you mean"),
+        (lambda: fs.Contact("0.1 MPa"), r"^Contact takes its fields by name, as in Contact\("),
+        (lambda: in_python(contact=fs.Flow()), "^contact is a Flow, which does not belong"),
+        (lambda: fs.Scene(), r"give \[surface\] and \[contact\], or \[gap\];"),
+        (lambda: in_python().with_({"contact.presure": 1}), "^contact.presure is not a known key"),
+        (lambda: in_python().with_({"contact.pressure": "x"}), "^contact.pressure = 'x' should be"),
+        (lambda: fs.Heights(np.ones(3), size=(1, 1)), "two-dimensional array .* shape \\(3,\\)$"),
+        (lambda: fs.Heights(np.ones((3, 3))), "need their size, such as"),
+        (lambda: fs.solve("scene.toml"), "^a str is no Scene; Scene.from_file"),
+        (lambda: fs.contact.Load("pressure", "0.1 MPa"), "should be a number in SI units"),
+    ],
+)
+def test_errors_are_one_sentence(wrong, message):
+    with pytest.raises(fs.InvalidInput, match=message) as caught:
+        wrong()
+    assert "\n" not in str(caught.value)
+    assert "pydantic" not in str(caught.value)
+
+
+def test_a_section_cannot_be_set():
+    with pytest.raises(AttributeError, match="with_"):
+        in_python().contact.pressure = 1.0
+
+
+def test_heights_of_an_array_are_those_of_the_surface_they_were_taken_from(tmp_path, monkeypatch):
+    """Values and lengths to the last digit; a copy of the scene, and the result, find them."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    solved = fs.solve(in_python())
+    field = solved.patch.surface
+    for heights in (fs.Heights(field), fs.Heights(field.values, size=field.size, periodic=True)):
+        again = fs.solve(in_python(surface=heights))
+        assert np.array_equal(again.patch.surface.values, field.values)
+        assert again.patch.surface.spacing == pytest.approx(field.spacing, rel=1e-15)
+        assert again.headline.value == pytest.approx(solved.headline.value, rel=1e-9)
+        [name] = again.result().provenance.inputs
+        assert name.startswith(str(tmp_path))
+        assert Scene.from_mapping(again.patch.scene.to_mapping()).surface.path == heights.path
+    millimetres = fs.Heights(1e3 * field.values, size=field.size, unit="mm", periodic=True)
+    read = fs.Patch(in_python(surface=millimetres)).surface
+    assert read.values == pytest.approx(field.values, rel=1e-15)
+
+
+def test_sides_follow_from_the_gap():
+    """A surface of the synthesis repeats; a gap that does not has walls."""
+    free = in_python().with_({"flow.lift": "none"})
+    walls = free.with_({"flow.sides": "wall"})
+    assert "sides" not in free.flow.model_fields_set
+    assert (fs.Patch(free).film.sides, fs.Patch(walls).film.sides) == ("periodic", "wall")
+    assert fs.Flow().sides_of(False) == "wall"
+
+
+def test_names_at_a_prompt():
+    assert {"Scene", "solve", "run", "SelfAffine", "contact", "flow", "film"} <= set(dir(fs))
+    assert fs.contact.solve.__doc__.startswith("Dry contact")
+    assert "fem_seal.solve" in fs.contact.solve.__doc__.splitlines()[0]
+
+
+@pytest.mark.render
+def test_recipes_of_the_page(tmp_path, monkeypatch, capsys):
+    """Every block runs; what the first prints is, to the bounds, what the page says."""
+    pytest.importorskip("pandas", reason="pip install pandas")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    names = {}
+    for code in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
+        exec(code, names)
+    [said] = re.findall(r"```text\n(.*?)\n```", PAGE, re.DOTALL)
+    printed = capsys.readouterr().out.splitlines()[0]
+    number = r"\d[\d.]*(?:e-\d+)?"
+    assert re.sub(number, "#", printed) == re.sub(number, "#", said)
+    (low, high), (least, most) = (
+        map(float, re.search(r"(\S+) to (\S+) with", text).groups()) for text in (said, printed)
+    )
+    assert max(low, least) <= min(high, most)
+    # More load leaks less, and the rows of the table are in the order of the loads.
+    assert names["table"]["leak rate"].is_monotonic_decreasing
+    assert (tmp_path / "gap.png").is_file()
