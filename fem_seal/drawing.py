@@ -116,7 +116,7 @@ def mesh(
     InvalidInput
         If the mesh cannot be made, or the folder cannot be written; nothing is written then.
     """
-    require_packages(scene, pictures=True)
+    require_packages(scene, flow=False, pictures=True)
     film = Patch(scene, report, trust=trust).film
     if not isinstance(film, MeshFilm):
         raise InvalidInput("the scene has no [shape] to mesh")

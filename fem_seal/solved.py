@@ -346,11 +346,11 @@ def _reserved(
         yield folder
 
 
-def require_packages(scene: Scene, *, pictures: bool = False) -> None:
+def require_packages(scene: Scene, *, flow: bool = True, pictures: bool = False) -> None:
     """Raise MissingPackage before any work if a package is missing that the work needs later."""
     require_scene(scene)
     # Flow by finite elements and shapes are drawn with OpenGL, pictures of a grid without it.
-    by_elements = scene.needs_rates and scene.flow.method != "finite-difference"
+    by_elements = flow and scene.needs_rates and scene.flow.method != "finite-difference"
     if pictures and (by_elements or scene.shape is not None):
         from fem_seal.render.offscreen import require_gl
 
@@ -359,7 +359,7 @@ def require_packages(scene: Scene, *, pictures: bool = False) -> None:
         from fem_seal.mesh.geometry import NO_GMSH
 
         raise MissingPackage(NO_GMSH)
-    tensor = "conductivity_tensor" in scene.output.products
+    tensor = flow and "conductivity_tensor" in scene.output.products
     if by_elements or tensor:
         without = "; flow.method = 'finite-difference' works without" if not tensor else ""
         require_fenicsx(f"flow.method = {scene.flow.method!r}", without)

@@ -15,17 +15,17 @@ from fem_seal.files.atomic import (
     write_text,
     writing,
 )
-from fem_seal.files.caches import kept_array, use_writable_cache
+from fem_seal.files.caches import cache_folder, use_writable_cache
 from fem_seal.files.digest import digest
 from fem_seal.files.lock import locked_folder
 from fem_seal.files.owner import clear_abandoned
 
 __all__ = [
     "atomic_write",
+    "cache_folder",
     "clear_abandoned",
     "create_text",
     "digest",
-    "kept_array",
     "locked_folder",
     "staging_folder",
     "temporary_folder",

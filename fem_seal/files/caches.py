@@ -1,16 +1,9 @@
-"""The user's cache: compiled forms, plans of FFTs, fonts, and arrays that were given in Python."""
+"""A folder for the caches of the libraries: compiled forms, plans of FFTs, fonts."""
 
 import os
 import stat
-from hashlib import sha256
-from io import BytesIO
 from pathlib import Path
 from tempfile import gettempdir, mkdtemp
-
-import numpy as np
-
-from fem_seal.errors import InvalidInput
-from fem_seal.files.atomic import atomic_write
 
 
 def use_writable_cache() -> str:
@@ -46,22 +39,7 @@ def use_writable_cache() -> str:
     return f"{cache} cannot be written; {folder} keeps compiled forms and plans in its place"
 
 
-def kept_array(values: object, name: str) -> Path:
-    """File in the user's cache that holds a two-dimensional array, named by its content."""
-    array = np.asarray(values)
-    if array.ndim != 2 or array.dtype.kind not in "iuf":
-        raise InvalidInput(
-            f"{name} must be a two-dimensional array of numbers, got {array.dtype} of shape "
-            f"{array.shape}"
-        )
-    content = BytesIO()
-    np.save(content, np.ascontiguousarray(array, dtype=float), allow_pickle=False)
+def cache_folder() -> Path:
+    """The user's folder of caches, or the temporary one in its place."""
     use_writable_cache()
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    digest = sha256(content.getbuffer()).hexdigest()[:16]
-    path = cache / "fem_seal" / f"{name}-{digest}.npy"
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_write(path) as staged:
-            staged.write_bytes(content.getbuffer())
-    return path
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")

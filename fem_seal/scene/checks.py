@@ -121,7 +121,7 @@ def check_shape(scene: Contents) -> bool:
     if shape is None:
         return True
     for field, only in (("sides", "wall"), ("representation", "linear")):
-        if getattr(flow, field) != only:
+        if getattr(flow, field) not in (None, only):
             raise ContradictionError(
                 f"flow.{field} = {getattr(flow, field)!r} is for a gap on a grid; leave it out "
                 f"with [shape], whose mesh {_ON_SHAPES[field]}"

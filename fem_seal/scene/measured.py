@@ -1,7 +1,9 @@
 """The sections that name a file of heights or of a gap."""
 
 from dataclasses import fields, replace
+from hashlib import sha256
 from math import isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -10,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, Str
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file.length_units import length_in_metres
 from fem_seal.field_file.recorded import Stated
-from fem_seal.files import kept_array
+from fem_seal.files import atomic_write, cache_folder
 from fem_seal.grid import GridField
 from fem_seal.scene.messages import ContradictionError
 from fem_seal.scene.sections import (
@@ -168,8 +170,25 @@ class Heights(FileSurface):
             values = values.values
         elif "size" not in fields:
             raise InvalidInput('Heights of an array need their size, such as ("1 mm", "1 mm")')
-        fields = {"unit": "m", "kind": "file"} | fields
-        super().__init__(path=kept_array(values, "heights"), **fields)
+        super().__init__(**({"unit": "m", "kind": "file"} | fields | {"path": _kept(values)}))
+
+
+def _kept(values: object) -> Path:
+    """File in the user's cache that holds an array of heights, named by its content."""
+    array = np.asarray(values)
+    if array.ndim != 2 or array.dtype.kind not in "iuf":
+        raise InvalidInput(
+            f"heights must be a two-dimensional array of numbers, got {array.dtype} of shape "
+            f"{array.shape}"
+        )
+    array = np.ascontiguousarray(array, dtype=float)
+    digest = sha256(repr(array.shape).encode() + array.tobytes()).hexdigest()[:16]
+    path = cache_folder() / "fem_seal" / f"heights-{digest}.npy"
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with atomic_write(path) as staged, staged.open("wb") as file:
+            np.save(file, array, allow_pickle=False)
+    return path
 
 
 class ProfileSurface(Section):

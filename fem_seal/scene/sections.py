@@ -88,10 +88,9 @@ class SectionType(ModelMetaclass):
             raise InvalidInput(f"{name} takes its fields by name, as in {name}({first}=…)")
         kind = section.model_fields.get("kind")
         choices = get_args(kind.annotation) if kind is not None and kind.is_required() else ()
-        if len(choices) == 1:
-            fields.setdefault("kind", choices[0])
+        own_kind = {"kind": choices[0]} if len(choices) == 1 else {}
         try:
-            return super().__call__(*arguments, **fields)
+            return super().__call__(*arguments, **(own_kind | fields))
         except ValidationError as error:
             source = name if section.named_in_messages else ""
             raise InvalidScene(source, explain(error, section)) from None
@@ -138,7 +137,7 @@ def exactly_one(section: Section, names: tuple[str, ...]) -> str:
 
 
 class SelfAffine(Section):
-    """A random rough surface, <|h(q)|^2> ~ q^-(2+2H) between two cut-offs."""
+    """A random rough surface, ``<|h(q)|^2> ~ q^-(2+2H)`` between two cut-offs."""
 
     kind: Literal["self-affine"] = Field(description='"self-affine", "file" or "profiles"')
     shape: tuple[Count, Count] = Field(description="samples [nx, ny]")
