@@ -282,6 +282,7 @@ def _corner(patch: Patch, end: int, patches: Path | None, work: Work | None) -> 
         trust=patch.trust,
         surface=surface,
         contact_start=start,
+        flow=replace(scene.flow_settings, rtol=patch.flow.rtol),
         comm=patch.comm,
     )
     if scene.seal is None:

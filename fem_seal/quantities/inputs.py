@@ -20,7 +20,7 @@ from fem_seal.digits import in_digits
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import INPUTS, Uncertainty
-from fem_seal.scene import Scene, SelfAffineSurface
+from fem_seal.scene import Scene, SelfAffine
 
 # Direction of each input in which more leaks.
 OPENS = {
@@ -69,7 +69,7 @@ def _changed(scene: Scene, factors: dict[str, float]) -> Scene:
     for name, factor in factors.items():
         if name == "heights":
             name = "surface.height_factor"
-            if isinstance(scene.surface, SelfAffineSurface):
+            if isinstance(scene.surface, SelfAffine):
                 given = "rms_slope" if scene.surface.rms_height is None else "rms_height"
                 name = f"surface.{given}"
         section, key = name.split(".")

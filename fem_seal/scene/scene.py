@@ -99,17 +99,6 @@ class Scene(Contents):
     def _repr_html_(self) -> str:
         return html_table(rows_of(self))
 
-    def with_(self, changes: Mapping[str, Any]) -> "Scene":
-        """Copy with other values of some fields, checked like a file."""
-        data = self.to_mapping()
-        for name, value in changes.items():
-            section, _, key = name.partition(".")
-            inner = data if not key else data.setdefault(section, {})
-            inner[key or section] = value
-            if value is None:
-                del inner[key or section]
-        return self.from_mapping(data)
-
     @model_validator(mode="after")
     def _check(self) -> "Scene":
         check(self)
