@@ -21,6 +21,7 @@ from fem_seal.coupling import LiftedState, most_claimed
 from fem_seal.digits import per_cent
 from fem_seal.errors import present
 from fem_seal.grid import GridField
+from fem_seal.grid_series import OnGrid, grid_error, grids
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.progress import Report, silent
@@ -28,19 +29,13 @@ from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.threshold import PRECISION, sealing_load
 
-# Factors of the grids coarser than the surface; they serve the error estimate only.
-COARSER = (0.25, 0.5)
-LEAST_SAMPLES = 8
 # Samples in the shortest wave below which a sealed grid is no evidence.
 LEAST_IN_SHORTEST = 2
 UNKNOWN = GridError(
     None,
     None,
-    "the coarser grids of the contact differ too much from the last one to say what a finer one "
-    "would change",
+    "no coarser grid of the contact says what a finer one would change",
 )
-# Factors of the last change of the leak rate and of the change before it: see `contact_part`.
-SAFETY, BEFORE = 1.5, 0.5
 # Part of the error budget for the contact grid: while a finer grid may follow, and on the finest.
 SHARE, LAST_SHARE = 2 / 3, 0.9
 
@@ -99,7 +94,7 @@ def chosen_grid(
     total: float,
     surface: GridField,
     on_grid: Callable[[GridField, float, GapState | None], AnyPressed],
-    error_of_sealed: Callable[[Sequence[AnyPressed]], GridError],
+    error_of: Callable[[Sequence[AnyPressed]], GridError],
     max_refinement: int = 4,
     report: Report = silent,
 ) -> Choice:
@@ -114,7 +109,7 @@ def chosen_grid(
     surface : periodic heights; no grid coarser than theirs is chosen
     on_grid : solves contact and flow of a resampled surface to an rtol, from its contact if that is
         known
-    error_of_sealed : says whether a finer grid may open the last of the grids, which is sealed
+    error_of : estimates what a grid finer than the last one would change
     max_refinement : finest contact grid, in multiples of the samples of the surface
     report : called with each grid
     """
@@ -122,7 +117,6 @@ def chosen_grid(
     shapes = grids(surface.shape, max_refinement)
     trials: list[Trial] = []
     tried: list[AnyPressed] = []
-    grid_error = UNKNOWN
     for shape in shapes:
         report("accuracy", f"contact on {shape[0]} x {shape[1]}")
         resampled = resample(surface, shape)
@@ -131,15 +125,13 @@ def chosen_grid(
         leak = solved.leak_rate
         if leak.state == "lifted off":
             # The fluid carries the whole load on every grid.
-            part = inf
+            grid_error, part = UNKNOWN, inf
             break
         trials.append(Trial(shape, leak.value, *leak.bounds))
-        part = contact_part([trial.leak_rate for trial in trials])
         if shape[0] < surface.shape[0]:
             continue
-        grid_error = error_of_sealed(tried) if leak.state == "sealed" else UNKNOWN
-        if leak.state == "sealed":
-            part = 0.0 if grid_error.upper == 1 else inf
+        grid_error = error_of(tried)
+        part = grid_error.part
         share = LAST_SHARE if shape == shapes[-1] else SHARE
         if part <= share * budget:
             break
@@ -157,10 +149,6 @@ def chosen_grid(
     if leak.converged and missed and leak.state == "leaking":
         words = _missed(total, part, shapes[-1]) if left <= least else _missed_by_lift(total, lift)
         leak = replace(leak, converged=False, reason=words)
-    error = relative_error(part)
-    if leak.state == "leaking" and error < inf:
-        sentence = "what a finer grid of the contact would change, from how coarser ones differ"
-        grid_error = GridError(1 / (1 + error), 1 + error, sentence)
     return Choice(
         total=total,
         max_refinement=max_refinement,
@@ -170,7 +158,7 @@ def chosen_grid(
         leak_rate=leak,
         rtol=rtol,
         grid_error=grid_error,
-        contact_error=None if leak.state == "sealed" else error,
+        contact_error=None if leak.state == "sealed" else relative_error(part),
         flow_error=relative_error(flow_part(leak)),
         lift_error=relative_error(lift) if lifts else None,
         trials=tuple(trials),
@@ -198,20 +186,25 @@ def chosen_patch(
     NotConverged
         If a contact or the linear solver fails while grids are tried.
     """
-    accuracy = scene.accuracy
-    if accuracy is None:
+    total = scene.total_error
+    if scene.accuracy is None or total is None:
         return Patch(scene, report, trust=trust, comm=comm), None
-    settings = replace(scene.flow_settings, rtol=accuracy.total)
+    settings = replace(scene.flow_settings, rtol=total)
     first = Patch(scene, report, trust=trust, flow=settings, comm=comm)
 
     def on_grid(surface: GridField, rtol: float, contact: GapState | None) -> Patch:
         return first.on_grid(surface, rtol, contact=contact)
 
+    def error_of(tried: Sequence[Patch]) -> GridError:
+        if tried[-1].leak_rate.state == "sealed":
+            return sealing.error(tried)
+        return grid_error(*map(OnGrid.of, tried[-2:])) if len(tried) > 1 else UNKNOWN
+
     with first.timed("accuracy"):
         surface = present(first.surface, "surface of a scene with [accuracy]")
         sealing = SealingLoads(scene.shortest_wave(surface))
         choice = chosen_grid(
-            accuracy.total, surface, on_grid, sealing.error, accuracy.max_refinement, report
+            total, surface, on_grid, error_of, scene.accuracy.max_refinement, report
         )
     patch = first.on_grid(
         choice.surface,
@@ -223,18 +216,6 @@ def chosen_patch(
     )
     patch.seconds.update(first.seconds)
     return patch, choice
-
-
-def grids(samples: tuple[int, int], max_refinement: int) -> list[tuple[int, int]]:
-    """Contact grids to try, each about twice as fine as the one before."""
-    nx, ny = samples
-    coarse = [(round(nx * factor), round(ny * factor)) for factor in COARSER]
-    finer = [1]
-    while 2 * finer[-1] <= max_refinement:
-        finer.append(2 * finer[-1])
-    return [shape for shape in coarse if min(shape) >= LEAST_SAMPLES] + [
-        (nx * factor, ny * factor) for factor in finer
-    ]
 
 
 class SealingLoads:
@@ -310,23 +291,6 @@ def stays_sealed(patch: Patch, part: float, sealing: float) -> bool:
     return lighter.leak_rate.state == "sealed" and lighter.leak_rate.converged
 
 
-def contact_part(leak_rates: Sequence[float]) -> float:
-    """Estimate |ln| of the last leak rate over the limit on ever finer contact grids.
-
-    The leak rates are those on contact grids, each twice as fine as the one before, 0 where sealed.
-    Fewer than three grids allow no estimate: inf.
-
-    The estimate is 1.5 times the last change. The changes still to come add up to less than that if
-    each is at most 0.6 of the one before it. One change may be small by chance: the estimate is at
-    least half the change before the last. It is no bound; docs/measurements/price.md shows how well
-    it held.
-    """
-    if len(leak_rates) < 3:
-        return inf
-    first, middle, last = leak_rates[-3:]
-    return max(SAFETY * _change(middle, last), BEFORE * _change(first, middle))
-
-
 def flow_part(leak: LeakRate) -> float:
     """Largest |ln| of √(lower upper) over the exact leak rate: half of ln(upper / lower)."""
     if leak.state in ("sealed", "lifted off"):
@@ -338,12 +302,6 @@ def flow_part(leak: LeakRate) -> float:
 def lift_part(lifted: LiftedState | None) -> float:
     """Estimated |ln| of the leak rate over that of the equilibrium; 0 if it has not settled."""
     return lifted.claimed if lifted is not None and lifted.converged else 0.0
-
-
-def _change(before: float, after: float) -> float:
-    if before == after:
-        return 0.0
-    return abs(log(after / before)) if before > 0 and after > 0 else inf
 
 
 def relative_error(part: float) -> float:

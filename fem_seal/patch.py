@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
+# The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.
+LOOSER, LOOSEST = 3.0, 0.3
+
 
 class Patch:
     """The steps of a scene: surface, contact, film, sealed, leak_rate.
@@ -97,10 +100,10 @@ class Patch:
         comm: parallel.Comm = None,
     ):
         require_scene(scene)
-        if scene.accuracy is not None and flow is None:
+        if scene.total_error is not None and flow is None:
             raise InvalidInput(
-                "a scene with [accuracy] has no contact grid yet: fem_seal.solve(scene) tries some "
-                "and makes the Patch of the chosen one"
+                "a scene with accuracy.total has no contact grid yet: fem_seal.solve(scene) tries "
+                "some and makes the Patch of the chosen one"
             )
         require_trusted(scene, trust)
         parallel.start_petsc(comm)
@@ -212,6 +215,20 @@ class Patch:
             lifted=lifted,
             grid_error=grid_error,
             flow=replace(self.flow, rtol=rtol),
+            comm=self.comm,
+        )
+
+    def thinned(self, surface: GridField) -> "Patch":
+        """Same patch on a coarser grid of its heights [m], its flow looser and without a limit."""
+        rtol = max(self.flow.rtol, min(LOOSER * self.flow.rtol, LOOSEST))
+        return Patch(
+            self.scene,
+            self.report,
+            trust=self.trust,
+            surface=surface,
+            load=self._load,
+            lift=self.lift,
+            flow=replace(self.flow, rtol=rtol, decide=None, field=False),
             comm=self.comm,
         )
 

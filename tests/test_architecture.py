@@ -45,6 +45,7 @@ ORDER = [
         "lifting",
         "patch",
         "threshold",
+        "grid_series",
         "accuracy",
         "upscaling",
         "quantities",

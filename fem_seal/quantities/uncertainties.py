@@ -5,6 +5,7 @@ To add one, write a function `(Patch) -> Uncertainty | None` and put it into `SO
 
 from collections.abc import Callable
 
+from fem_seal.grid_series import estimated_error
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import (
     CONTACT_GRID,
@@ -17,6 +18,7 @@ from fem_seal.quantities.inputs import exact_inputs
 from fem_seal.quantities.isotropy import isotropy
 from fem_seal.quantities.lift import fluid_pressure
 from fem_seal.quantities.slip import slip, slip_interval
+from fem_seal.scene import FileSurface
 
 
 def error_budget(patch: Patch) -> ErrorBudget | None:
@@ -32,14 +34,15 @@ def _flow(patch: Patch) -> Uncertainty:
 
 
 def _contact_grid(patch: Patch) -> Uncertainty | None:
-    if patch.scene.contact is None:
+    scene = patch.scene
+    if scene.contact is None or scene.seal is not None or patch.lifted_off:
         return None
+    wanted = scene.accuracy is None or scene.accuracy.contact_grid
     error = patch.grid_error
+    if error is None and wanted and scene.contact.is_elastic and scene.shape is None:
+        error = estimated_error(patch)
     if error is None:
-        sentence = (
-            "what a finer grid of the contact would change was not computed; accuracy.total in "
-            "place of flow.rtol estimates it"
-        )
+        sentence = "what a finer grid of the contact would change was not computed"
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
     known = error.lower is not None or error.upper is not None
     return Uncertainty(
@@ -50,6 +53,13 @@ def _contact_grid(patch: Patch) -> Uncertainty | None:
         error.upper,
         caution=known and error.upper is None,
     )
+
+
+def _instrument(patch: Patch) -> Uncertainty | None:
+    if not isinstance(patch.scene.surface, FileSurface):
+        return None
+    sentence = "waves that the instrument did not resolve are not in the map"
+    return Uncertainty("instrument", "not covered", sentence)
 
 
 def _given_gap(patch: Patch) -> Uncertainty | None:
@@ -85,6 +95,7 @@ SOURCES: tuple[Source, ...] = (
     _flow,
     slip_interval,
     _contact_grid,
+    _instrument,
     fluid_pressure,
     slip,
     _given_gap,

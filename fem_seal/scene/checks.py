@@ -262,6 +262,17 @@ def check_accuracy(scene: Contents) -> None:
         raise ContradictionError(
             "[accuracy] is about the leak rate, which output.products does not name"
         )
+    if scene.accuracy.total is None:
+        if "max_refinement" in scene.accuracy.model_fields_set:
+            raise ContradictionError(
+                "accuracy.max_refinement limits the grids that accuracy.total tries; give both"
+            )
+        return
+    if not scene.accuracy.contact_grid:
+        raise ContradictionError(
+            "accuracy.total counts the error of the contact's grid, and accuracy.contact_grid = "
+            "false leaves it out; give one of the two"
+        )
     if "rtol" in scene.flow.model_fields_set:
         raise ContradictionError("accuracy.total chooses flow.rtol itself; give one of the two")
     if scene.flow.method == "finite-difference":
@@ -290,7 +301,7 @@ def check_rates(scene: Contents, drive: Drive) -> None:
             "[limit] is decided by bounds, and flow.method = 'finite-difference' has none; choose "
             "adaptive or uniform"
         )
-    if limit.decide and scene.accuracy is not None:
+    if limit.decide and scene.total_error is not None:
         raise ContradictionError(
             "limit.decide and accuracy.total both say when to stop; give one of the two"
         )

@@ -69,6 +69,11 @@ class Contents(Section):
             paths += self.surface.path
         return [*paths, self.seal.table] if self.seal and self.seal.table else paths
 
+    @property
+    def total_error(self) -> float | None:
+        """Largest relative error of the leak rate that [accuracy] allows; None if it sets none."""
+        return None if self.accuracy is None else self.accuracy.total
+
     def shortest_wave(self, heights: GridField) -> float:
         """Shortest wavelength of the surface [m], whose heights are given.
 

@@ -74,7 +74,7 @@ class Scene(Contents):
     def to_mapping(self) -> dict[str, Any]:
         """All fields as nested plain dicts, in SI units; `from_mapping` gives the scene back."""
         # Leave out flow.rtol beside a total error: reading both again would be a contradiction.
-        chosen = {"flow": {"rtol"}} if self.accuracy else None
+        chosen = {"flow": {"rtol"}} if self.total_error else None
         return self.model_dump(mode="json", exclude_none=True, exclude=chosen)
 
     def with_(self, changes: Mapping[str, object]) -> "Scene":

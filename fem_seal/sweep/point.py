@@ -139,7 +139,7 @@ def compute(
     report, trust, comm : as in `Patch`
     """
     try:
-        if scene.accuracy is None:
+        if scene.total_error is None:
             solved = answer(contacts.patch(scene, report, trust=trust, comm=comm))
             contacts.follow(solved.patch)
         else:

@@ -14,9 +14,10 @@ from time import perf_counter
 import numpy as np
 
 from fem_seal import __version__, parallel
-from fem_seal.accuracy import contact_part, grids, relative_error
+from fem_seal.accuracy import relative_error
 from fem_seal.errors import FemSealError, present
 from fem_seal.files import digest
+from fem_seal.grid_series import OnGrid, grid_error, half, unresolved
 from fem_seal.parallel import Comm
 from fem_seal.patch import Patch
 from fem_seal.points import Chain, RecordFolder, Task, Work, compute_points
@@ -136,23 +137,20 @@ def _load_that_matters(outcome: PatchFlow) -> float | None:
 
 
 def _contact_error(patch: LoadedPatch, load: float) -> float | None:
-    """Relative error of the contact's grid at a load, from a half and a quarter of the samples."""
+    """Relative error of the contact's grid at a load, from half of the samples."""
     surface = present(patch.patch.surface, "surface")
-    coarser = [shape for shape in grids(surface.shape, 1) if shape != surface.shape]
-    if len(coarser) < 2:
+    shape = half(surface.shape)
+    if shape is None:
         return None
-    rates = []
-    for shape in coarser:
-        scene, field = patch.patch.scene, resample(surface, shape)
-        coarse = Patch(scene, patch.patch.report, surface=field, comm=patch.patch.comm)
-        rates.append(_middle(LoadedPatch(coarse).bounds(load)))
-    error = relative_error(contact_part([*rates, _middle(patch.bounds(load))]))
+    coarse = LoadedPatch(patch.patch.thinned(resample(surface, shape)))
+    error = relative_error(grid_error(_on_grid(coarse, load), _on_grid(patch, load)).part)
     return error if isfinite(error) else None
 
 
-def _middle(bounds: tuple[float, float]) -> float:
-    lower, upper = bounds
-    return sqrt(lower) * sqrt(upper)
+def _on_grid(patch: LoadedPatch, load: float) -> OnGrid:
+    lower, upper = patch.bounds(load)
+    middle, gap = sqrt(lower) * sqrt(upper), patch.critical_gap(load) or 0.0
+    return OnGrid(middle, middle, gap, unresolved(present(patch.patch.surface, "surface")))
 
 
 def solved_patches(

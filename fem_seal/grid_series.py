@@ -1,0 +1,152 @@
+"""One surface on coarser and finer grids: what the grid of its contact does to the leak rate.
+
+The leak rate of a finer grid is estimated from two grids, n/2 and n, by one rule (`grid_error`).
+The rule and how well it held: docs/guide/contact-grid.md.
+"""
+
+from dataclasses import dataclass
+from math import exp, inf, log, log1p
+
+import numpy as np
+
+from fem_seal.contact.grid_error import GridError
+from fem_seal.digits import per_cent
+from fem_seal.errors import NotConverged, present
+from fem_seal.grid import GridField
+from fem_seal.patch import Patch
+from fem_seal.scene import FileSurface
+from fem_seal.surface.resampling import resample
+
+LEAST_SAMPLES = 8  # along each side of a grid
+# Calibrated factors of the rule: see `grid_error`.
+OF_UNRESOLVED, OF_CHANGE, SECOND_ORDER, MOST = 0.55, 0.15, 4.0, 0.8
+# Part of the load under which the coarser grid of a sealed patch must be sealed.
+STILL_SEALED = 0.9
+
+
+def grids(samples: tuple[int, int], max_refinement: int) -> list[tuple[int, int]]:
+    """Contact grids to try, each about twice as fine as the one before."""
+    nx, ny = samples
+    finer = [1]
+    while 2 * finer[-1] <= max_refinement:
+        finer.append(2 * finer[-1])
+    shapes = [(nx * factor, ny * factor) for factor in finer]
+    return shapes if half(samples) is None else [present(half(samples), "half"), *shapes]
+
+
+def half(samples: tuple[int, int]) -> tuple[int, int] | None:
+    """Half of the samples along each side; None if they are too few."""
+    nx, ny = (round(n / 2) for n in samples)
+    return (nx, ny) if min(nx, ny) >= LEAST_SAMPLES else None
+
+
+@dataclass(frozen=True)
+class OnGrid:
+    """What the rule needs to know of a patch on a grid."""
+
+    lowest: float  #: least leak rate that it may have [m³/s], or conductivity; 0 if sealed
+    highest: float  #: largest
+    critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
+    unresolved: float  #: see `unresolved` [m]
+
+    @classmethod
+    def of(cls, patch: Patch) -> "OnGrid":
+        """Leak rate and critical constriction; the range where contact and flow do not settle."""
+        leak, state, tightest = patch.leak_rate, patch.lifted, patch.film.constriction
+        low, high = leak.value, leak.value
+        if state is not None and not state.converged:
+            low, high = state.lowest, state.highest
+        gap = 0.0 if tightest is None else tightest.gap
+        return cls(low, high, gap, unresolved(present(patch.surface, "surface")))
+
+
+def unresolved(height: GridField) -> float:
+    """Height that a grid leaves out between its samples [m], rms: (h(x-dx) - 2 h(x) + h(x+dx)) / 8.
+
+    It is the error of linear interpolation in the middle of two samples, of both directions.
+    """
+    h = height.values
+    second = [np.roll(h, -1, axis) + np.roll(h, 1, axis) - 2 * h for axis in (0, 1)]
+    return float(np.sqrt(sum(np.mean(np.square(part)) for part in second)) / 8)
+
+
+def grid_error(coarse: OnGrid, fine: OnGrid) -> GridError:
+    """Estimate what a finer grid changes, from a leaking grid and one of half its samples.
+
+    Two parts make up ε. What the grid leaves out of the heights, u, shifts the gap of the critical
+    constriction g_c, and with it ln Q: u/g_c, which falls as the square of the spacing. Where that
+    place does not rule the flow, the change ln Q(n) - ln Q(n/2) says more. Next to closing the way
+    of the flow changes too: ε + 4 ε² allows for it. From ε = 0.8 on, and where the coarser grid is
+    sealed, the constriction may close, and the lower side is open. The upper one then is at least
+    the cube of 1 + u/g_c, which opens the constriction as far as the grid may be wrong.
+    """
+    part = fine.unresolved / fine.critical_gap
+    change = change_of(coarse, fine)
+    first_order = OF_UNRESOLVED * part + OF_CHANGE * change
+    sentence = (
+        "what four times the samples along each side would change, from half of them, and from the "
+        f"height between the samples: {per_cent(part)} of the gap of the critical constriction"
+    )
+    if first_order < MOST:
+        claimed = first_order * (1 + SECOND_ORDER * first_order)
+        return GridError(exp(-claimed), exp(claimed), sentence)
+    most = max(MOST * (1 + SECOND_ORDER * MOST), 3 * log1p(part))
+    return GridError(None, exp(min(most, 700)), f"{sentence}; a finer grid may be sealed")
+
+
+def estimated_error(patch: Patch) -> GridError:
+    """Estimate what a finer grid changes, for which the patch is solved on half of the samples.
+
+    For a measured map: what half of the samples change. Its own samples are all that is known.
+    """
+    surface = present(patch.surface, "surface")
+    shape = half(surface.shape)
+    if shape is None:
+        words = "the samples are too few to leave out every second one"
+        return GridError(None, None, words)
+    if patch.lifted is not None and not patch.lifted.converged:
+        words = "contact and flow have not settled on the grid of the scene"
+        return GridError(None, None, words)
+    try:
+        with patch.timed("contact grid"):
+            return _from_coarser(patch, patch.thinned(resample(surface, shape)))
+    except NotConverged as error:
+        return GridError(None, None, f"on half of the samples: {error}")
+
+
+def _from_coarser(patch: Patch, coarse: Patch) -> GridError:
+    if patch.leak_rate.state == "sealed":
+        return _of_sealed(patch, coarse)
+    if coarse.leak_rate.state == "lifted off":
+        return GridError(None, None, "on half of the samples the fluid lifts the solid off")
+    one, other = OnGrid.of(coarse), OnGrid.of(patch)
+    if not isinstance(patch.scene.surface, FileSurface):
+        return grid_error(one, other)
+    change = change_of(one, other)
+    sentence = "what half of the samples of the map change"
+    if change == inf:
+        return GridError(None, None, f"{sentence}: they are sealed")
+    return GridError(exp(-change), exp(change), sentence)
+
+
+def _of_sealed(patch: Patch, coarse: Patch) -> GridError:
+    """Whether a finer grid may open a sealed patch: the coarser one must be sealed with less."""
+    less = f"under {per_cent(1 - STILL_SEALED)} less load"
+    if coarse.leak_rate.state == "sealed":
+        load = STILL_SEALED * present(coarse.mean_pressure, "load")
+        lighter = coarse.pressed_by(load, coarse.lift).leak_rate
+        if lighter.state == "sealed" and lighter.converged:
+            return GridError(1.0, 1.0, f"half of the samples are sealed as well, also {less}")
+    return GridError(1.0, None, f"a finer grid may leak: half of the samples leak {less}")
+
+
+def change_of(coarse: OnGrid, fine: OnGrid) -> float:
+    """Largest ln of the ratio of the leak rates of two grids; infinite if one alone is sealed."""
+    return max(_ln(fine.highest, coarse.lowest), _ln(coarse.highest, fine.lowest))
+
+
+def _ln(one: float, other: float) -> float:
+    """Ln of a ratio; infinite if only the denominator is 0."""
+    if one <= 0:
+        return 0.0 if other <= 0 else -inf
+    return log(one) - log(other) if other > 0 else inf
