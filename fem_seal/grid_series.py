@@ -48,6 +48,7 @@ class OnGrid:
     highest: float  #: largest
     critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
     unresolved: float  #: see `unresolved` [m]
+    by_area: bool = False  #: whether the contact area is prescribed, which counts whole samples
 
     @classmethod
     def of(cls, patch: Patch) -> "OnGrid":
@@ -57,7 +58,8 @@ class OnGrid:
         if state is not None and not state.converged:
             low, high = state.lowest, state.highest
         gap = 0.0 if tightest is None else tightest.gap
-        return cls(low, high, gap, unresolved(present(patch.surface, "surface")))
+        by_area = present(patch.scene.contact, "[contact]").area_fraction is not None
+        return cls(low, high, gap, unresolved(present(patch.surface, "surface")), by_area)
 
 
 def unresolved(height: GridField) -> float:
@@ -78,7 +80,9 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> GridError:
     place does not rule the flow, the change ln Q(n) - ln Q(n/2) says more. Next to closing the way
     of the flow changes too: ε + 4 ε² allows for it. From ε = 0.8 on, and where the coarser grid is
     sealed, the constriction may close, and the lower side is open. The upper one then is at least
-    the cube of 1 + u/g_c, which opens the constriction as far as the grid may be wrong.
+    the cube of 1 + u/g_c, which opens the constriction as far as the grid may be wrong. The load
+    that gives a prescribed area, which counts samples, errs as the spacing: all changes to come add
+    up to the last one.
     """
     part = fine.unresolved / fine.critical_gap
     change = change_of(coarse, fine)
@@ -89,6 +93,8 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> GridError:
     )
     if first_order < MOST:
         claimed = first_order * (1 + SECOND_ORDER * first_order)
+        if fine.by_area:
+            claimed += change
         return GridError(exp(-claimed), exp(claimed), sentence)
     most = max(MOST * (1 + SECOND_ORDER * MOST), 3 * log1p(part))
     return GridError(None, exp(min(most, 700)), f"{sentence}; a finer grid may be sealed")
@@ -115,9 +121,9 @@ def estimated_error(patch: Patch) -> GridError:
 
 
 def _from_coarser(patch: Patch, coarse: Patch) -> GridError:
-    if patch.leak_rate.state == "sealed":
+    if patch.state == "sealed":
         return _of_sealed(patch, coarse)
-    if coarse.leak_rate.state == "lifted off":
+    if coarse.lifted_off:
         return GridError(None, None, "on half of the samples the fluid lifts the solid off")
     one, other = OnGrid.of(coarse), OnGrid.of(patch)
     if not isinstance(patch.scene.surface, FileSurface):
@@ -132,10 +138,10 @@ def _from_coarser(patch: Patch, coarse: Patch) -> GridError:
 def _of_sealed(patch: Patch, coarse: Patch) -> GridError:
     """Whether a finer grid may open a sealed patch: the coarser one must be sealed with less."""
     less = f"under {per_cent(1 - STILL_SEALED)} less load"
-    if coarse.leak_rate.state == "sealed":
+    if coarse.state == "sealed":
         load = STILL_SEALED * present(coarse.mean_pressure, "load")
-        lighter = coarse.pressed_by(load, coarse.lift).leak_rate
-        if lighter.state == "sealed" and lighter.converged:
+        lighter = coarse.pressed_by(load, coarse.lift)
+        if lighter.state == "sealed" and (lighter.lifted is None or lighter.lifted.converged):
             return GridError(1.0, 1.0, f"half of the samples are sealed as well, also {less}")
     return GridError(1.0, None, f"a finer grid may leak: half of the samples leak {less}")
 

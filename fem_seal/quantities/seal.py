@@ -217,13 +217,13 @@ def _contact_grid(seal: SealLeak) -> Uncertainty:
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
     if error is None:
         sentence = (
-            "the patches on half and a quarter of the samples differ too much, or are too coarse, "
-            "to estimate what a finer grid of the contact would change"
+            "the patches on half of the samples differ too much, or are too coarse, to say what a "
+            "finer grid of the contact would change"
         )
         return Uncertainty(CONTACT_GRID, "not covered", sentence)
     sentence = (
         "estimate of what a finer grid of the contact would change: each patch is solved on half "
-        "and a quarter of the samples at the load that matters most, and the largest change counts"
+        "of the samples at the load that matters most, and the largest error counts"
     )
     return Uncertainty(CONTACT_GRID, "estimated", sentence, 1 / (1 + error), 1 + error)
 

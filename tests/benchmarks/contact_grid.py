@@ -1,0 +1,118 @@
+"""How well the entry "contact grid" holds, for docs/guide/contact-grid.md.
+
+    python tests/benchmarks/contact_grid.py [--first 0] [--count 100] [--lift] [--samples 4 6 8]
+
+Random contacts from open to closing, on 64² samples and every fifth on 128². Each is solved on 4n
+samples as well. A line a contact: what was claimed, and how far the finer grid is.
+"""
+
+import argparse
+import random
+import time
+from math import inf, log
+from statistics import median
+
+from fem_seal.errors import NotConverged
+from fem_seal.grid_series import OnGrid, change_of, estimated_error, half
+from fem_seal.patch import Patch
+from fem_seal.scene import Scene
+from fem_seal.surface.resampling import resample
+
+LENGTH, SLOPE, MODULUS = 1e-4, 0.1, 1e7
+FINER, RTOL = 4, 0.015  # the reference: samples over those of the contact, tolerance of its flow
+
+
+def scene(number: int, lift: bool, shortest: list[int]) -> Scene:
+    """A rubber on a random surface, dry or lifted by a fluid of up to most of the load."""
+    chosen = random.Random(number)
+    n = 64 if number % 5 else 128
+    samples, waves = chosen.choice(shortest), chosen.choice([2, 4, 8])
+    while n / samples < 1.5 * waves:
+        waves //= 2
+    hurst, load = chosen.choice([0.5, 0.8, 0.8, 1.0]), 1e6 * chosen.uniform(0.04, 0.32)
+    drop = chosen.choice([2e4, 5e4, 1e5]) if lift else 1e5
+    return Scene.from_mapping(
+        {
+            "surface": {
+                **{"kind": "self-affine", "shape": [n, n], "size": [LENGTH, LENGTH]},
+                **{"long_wavelength": LENGTH / waves, "short_wavelength": LENGTH * samples / n},
+                **{"hurst": hurst, "rms_slope": SLOPE, "seed": 1000 + number},
+            },
+            "solid": {"contact_modulus": MODULUS},
+            "contact": {"pressure": max(load, 1.3 * drop) if lift else load},
+            "fluid": {"viscosity": 1e-3},
+            "flow": {
+                **{"pressure_drop": drop, "sides": "periodic", "rtol": 0.05},
+                "lift": "resolved" if lift else "none",
+            },
+            "output": {"products": ["leak_rate"]},
+        }
+    )
+
+
+def logarithm(one: float, other: float) -> float:
+    """Ln of a ratio of leak rates, of which the second leaks."""
+    return log(one / other) if one > 0 else -inf
+
+
+def main(first: int, count: int, lift: bool, shortest: list[int]) -> None:
+    """Print contacts until so many leak, and how often the claims held."""
+    leaking, held, ratios, closed, sealed, costs = 0, 0, [], [], [0, 0, 0], []
+    for number in range(first, first + 10 * count):
+        if leaking == count:
+            break
+        try:
+            patch = Patch(scene(number, lift, shortest))
+            start = time.process_time()
+            leak = patch.leak_rate
+            middle = time.process_time()
+            if leak.state == "lifted off" or not leak.converged:
+                continue
+            error = estimated_error(patch)
+            costs.append((time.process_time() - middle) / (middle - start))
+            surface = patch.surface
+            finer = patch.on_grid(resample(surface, tuple(FINER * n for n in surface.shape)), RTOL)
+            reference = finer.leak_rate
+        except NotConverged as failure:
+            print(f"{number}: {failure}")
+            continue
+        if not reference.converged:
+            continue
+        area = patch.film_contact.contact_area_fraction
+        if leak.state == "sealed":
+            sealed[0] += 1
+            sealed[1] += error.upper == 1
+            sealed[2] += error.upper == 1 and reference.value > 0
+            continue
+        leaking += 1
+        true = logarithm(reference.value, leak.value)
+        low = -inf if error.lower is None else log(error.lower)
+        high = inf if error.upper is None else log(error.upper)
+        held += low <= true <= high
+        if area < 0.4:
+            closed.append(error.part < inf)
+        if error.part < inf and true:
+            ratios.append(error.part / abs(true))
+        fine, coarse = (
+            OnGrid.of(patch),
+            OnGrid.of(patch.thinned(resample(surface, half(surface.shape)))),
+        )
+        print(
+            f"{number:5d} {'held' if low <= true <= high else 'MISSED':6} A/A0 {area:.3f}, "
+            f"u/g {fine.unresolved / fine.critical_gap:.3f}, change {change_of(coarse, fine):.3f}, "
+            f"claim {low:+.3f} to {high:+.3f}, finer grid {true:+.3f}",
+            flush=True,
+        )
+    print(f"{leaking} leak: {held} held; below A/A0 = 0.4 {sum(closed)} of {len(closed)} closed;")
+    print(f"claim over error {median(ratios):.1f}, cost over that of the patch {median(costs):.2f}")
+    print(f"{sealed[0]} sealed: {sealed[1]} said to stay so, of which {sealed[2]} leak")
+
+
+if __name__ == "__main__":
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--first", type=int, default=0)
+    options.add_argument("--count", type=int, default=100)
+    options.add_argument("--lift", action="store_true")
+    options.add_argument("--samples", type=int, nargs="+", default=[4, 6, 8])
+    given = options.parse_args()
+    main(given.first, given.count, given.lift, given.samples)

@@ -1,0 +1,100 @@
+"""The entry "contact grid": what a finer grid changes, estimated from half of the samples."""
+
+from math import exp, log
+
+import numpy as np
+import pytest
+
+from fem_seal.errors import InvalidInput
+from fem_seal.patch import Patch
+from fem_seal.quantities.uncertainties import error_budget
+from fem_seal.scene import Scene
+from fem_seal.surface.resampling import resample
+
+
+def scene(pressure="0.1 MPa", samples=32, **sections):
+    """A dry rubber with four samples in the shortest wave."""
+    return Scene.from_mapping(
+        {
+            "surface": {
+                **{"kind": "self-affine", "shape": [samples, samples], "size": ["32 um", "32 um"]},
+                **{"hurst": 0.8, "long_wavelength": "8 um", "short_wavelength": "4 um"},
+                **{"rms_slope": 0.1, "seed": 3},
+            },
+            "solid": {"contact_modulus": "10 MPa"},
+            "contact": {"pressure": pressure},
+            "fluid": {"viscosity": "1 mPa s"},
+            "flow": {"pressure_drop": 1e5, "sides": "periodic", "rtol": 0.05, "lift": "none"},
+            "output": {"products": ["leak_rate"]},
+        }
+        | sections
+    )
+
+
+def entry(patch):
+    (found,) = (entry for entry in error_budget(patch) if entry.key == "contact_grid")
+    return found
+
+
+@pytest.mark.parametrize("pressure", [0.03, 0.1, 0.15])
+def test_four_times_the_samples_lie_within_the_factors(pressure):
+    """The rule was calibrated on other contacts (tests/benchmarks/contact_grid.py)."""
+    patch = Patch(scene(f"{pressure} MPa"))
+    grid = entry(patch)
+    finer = patch.on_grid(resample(patch.surface, (128, 128)), 0.02)
+    assert grid.kind == "estimated"
+    assert grid.lower < finer.leak_rate.value / patch.leak_rate.value < grid.upper
+
+
+def test_twice_the_samples_claim_about_a_quarter():
+    """Both parts of the claim fall as the square of the spacing, where the film is open."""
+    coarse, fine = (log(entry(Patch(scene("0.03 MPa", n))).upper) for n in (64, 128))
+    assert 0.15 < fine / coarse < 0.4
+
+
+@pytest.mark.parametrize(("pressure", "upper"), [("0.3 MPa", 1.0), ("0.24 MPa", None)])
+def test_a_sealed_patch_may_open_only_next_to_closing(pressure, upper):
+    patch = Patch(scene(pressure, 64))
+    assert patch.leak_rate.state == "sealed"
+    grid = entry(patch)
+    assert (grid.lower, grid.upper) == (1.0, upper)
+    assert grid.caution == (upper is None)
+
+
+def test_a_measured_map_says_what_half_of_its_samples_change(tmp_path):
+    patch = Patch(scene())
+    spacing = patch.surface.spacing
+    np.savez(tmp_path / "map.npz", heights=patch.surface.values, spacing=spacing, periodic=True)
+    measured = Patch(scene(surface={"kind": "file", "path": str(tmp_path / "map.npz")}))
+    half = measured.thinned(resample(measured.surface, (16, 16))).leak_rate.value
+    change = abs(log(measured.leak_rate.value / half))
+    grid = entry(measured)
+    assert (grid.lower, grid.upper) == pytest.approx((exp(-change), exp(change)), rel=1e-9)
+    (instrument,) = (e for e in error_budget(measured) if e.key == "instrument")
+    assert instrument.kind == "not covered"
+
+
+@pytest.mark.parametrize(
+    "sections",
+    [
+        {"accuracy": {"contact_grid": False}},
+        {"contact": {"model": "bearing", "area_fraction": 0.2}},
+    ],
+)
+def test_no_other_grid_is_solved_where_none_is_wanted(sections, monkeypatch):
+    monkeypatch.setattr(Patch, "thinned", lambda self, surface: pytest.fail("another grid"))
+    assert entry(Patch(scene(**sections))).kind == "not covered"
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "words"),
+    [
+        ({"total": 0.1, "contact_grid": False}, "accuracy.contact_grid = false leaves it out"),
+        ({"max_refinement": 2}, "accuracy.max_refinement limits the grids that accuracy.total"),
+    ],
+)
+def test_settings_that_contradict_each_other(accuracy, words):
+    mapping = scene().to_mapping()
+    del mapping["flow"]["rtol"]
+    with pytest.raises(InvalidInput, match=words):
+        Scene.from_mapping(mapping | {"accuracy": accuracy})
