@@ -19,7 +19,7 @@ from fem_seal.surface.resampling import resample
 
 LEAST_SAMPLES = 8  # along each side of a grid
 # Calibrated factors of the rule: see `grid_error`.
-OF_UNRESOLVED, OF_CHANGE, SECOND_ORDER, MOST = 0.55, 0.15, 4.0, 0.8
+OF_UNRESOLVED, OF_CHANGE, SECOND_ORDER, MOST = 0.5, 0.15, 4.0, 0.8
 # Part of the load under which the coarser grid of a sealed patch must be sealed.
 STILL_SEALED = 0.9
 

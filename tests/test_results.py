@@ -115,7 +115,7 @@ def test_schema(scene, spy, tmp_path):
     assert read["unknowns"] == 25
     assert read["method"] == "finite-difference"
     assert {"contact_area_fraction", "mean_gap", "mean_pressure", "kkt_residual"} < set(read)
-    assert {"surface", "contact", "topology", "flow", "total"} == set(read["seconds"])
+    assert {"surface", "contact", "topology", "flow", "contact grid", "total"} == set(read["seconds"])
     assert {"versions", "scene", "seed"} < set(read["provenance"])
     assert read["provenance"]["seed"] == 1
 
@@ -181,7 +181,7 @@ def test_each_step_is_computed_once(scene, spy):
     assert patch.contact is patch.contact
     answer(patch).result()
     answer(patch).result()
-    assert spy.solves == 1
+    assert spy.solves == 2  # on the grid of the scene, and on half of its samples
 
 
 def test_sealed_gap_is_not_solved(small_scene, spy, tmp_path):

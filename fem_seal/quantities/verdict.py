@@ -181,7 +181,7 @@ def _advice(
         total = expm1(abs(log(limit / sqrt(low * high))))
         if total > LEAST_RTOL:
             return f"accuracy.total = {total:.2g} might decide"
-    inputs = next((entry for entry in rest if entry.key == INPUTS), None)
+    inputs = next((entry for entry in counted if entry.key == INPUTS), None)
     if inputs is not None:
         return _narrower(inputs, sqrt(low * high), limit, combined(rest))
     if rtol is not None and unknowns is not None:

@@ -3,6 +3,7 @@
 from typing import get_args
 
 from fem_seal.fluid import Drive
+from fem_seal.scene.accuracy import Accuracy
 from fem_seal.scene.contents import Contents
 from fem_seal.scene.fluid import ambient_is_open
 from fem_seal.scene.measured import FileSurface
@@ -258,16 +259,16 @@ def check_accuracy(scene: Contents) -> None:
             "[accuracy] needs [surface] and [contact]: the contact of a given gap cannot be solved "
             "on another grid; set flow.rtol"
         )
-    if not scene.needs_flow:
-        raise ContradictionError(
-            "[accuracy] is about the leak rate, which output.products does not name"
-        )
     if scene.accuracy.total is None:
-        if "max_refinement" in scene.accuracy.model_fields_set:
+        if scene.accuracy.max_refinement != Accuracy().max_refinement:
             raise ContradictionError(
                 "accuracy.max_refinement limits the grids that accuracy.total tries; give both"
             )
         return
+    if not scene.needs_flow:
+        raise ContradictionError(
+            "[accuracy] is about the leak rate, which output.products does not name"
+        )
     if not scene.accuracy.contact_grid:
         raise ContradictionError(
             "accuracy.total counts the error of the contact's grid, and accuracy.contact_grid = "

@@ -163,14 +163,14 @@ def test_contact_error_counts_in_the_verdict(tmp_path):
 
 
 def test_budget_of_a_scene():
-    """Without [accuracy] the contact grid is named as not covered; a gap is given and its own."""
+    """The contact grid is estimated; a flow without bounds is named as not covered."""
     names = {entry.name: entry for entry in error_budget(Patch(rough(rtol=0.5)))}
     assert names["flow"].kind == "guaranteed"
-    assert names["contact grid"].kind == "not covered"
+    assert names["contact grid"].kind == "estimated"
     assert {"one patch", "model"} <= names.keys()
     by_differences = error_budget(Patch(rough(method="finite-difference")))
-    assert not any(entry.counted for entry in by_differences)
-    assert budget_words(by_differences).startswith("not covered: flow, contact grid")
+    assert [entry.key for entry in by_differences if entry.counted] == ["contact_grid"]
+    assert "; not covered: flow, fluid pressure, one patch" in budget_words(by_differences)
     contact = rough().output.model_copy(update={"products": ("contact",)})
     assert error_budget(Patch(rough().model_copy(update={"output": contact}))) is None
 
