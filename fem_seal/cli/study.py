@@ -169,7 +169,8 @@ def _cross_validation(options: argparse.Namespace) -> int:
         return _unfinished(work)
     rows, bracket = compared
     _write(options.out, [("cross_validation.csv", as_csv(rows))])
-    cross_validation_figure(rows, options.out / "cross_validation.png", options.scene.stem, bracket)
+    title = f"{options.scene.stem}, {'given gap' if scene.contact is None else 'dry contact'}"
+    cross_validation_figure(rows, options.out / "cross_validation.png", title, bracket)
     if scene.slip is not None:
         say(
             "no slip    the methods are compared without the slip of the gas: the leak rates are "

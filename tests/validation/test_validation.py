@@ -6,9 +6,12 @@ from functools import cache
 from math import inf
 
 import pytest
+from bounds_study import brackets
 from project import ROOT
-from validation_page import BEGIN, END, tables, with_tables
+from validation_page import marks, tables, with_part
 from validation_rows import PEER_ROWS, ROWS, Number, Row
+
+from fem_seal.verification.exact_cases import CASES
 
 PAGE = (ROOT / "docs/validation.md").read_text(encoding="utf-8")
 # Other codes, where `make peers` has installed them, take half a minute.
@@ -61,7 +64,8 @@ def test_page_has_the_same_claim_and_numbers(name):
 
 
 def test_rows_of_the_page_are_those_of_the_program():
-    table = PAGE.partition(BEGIN)[2].partition(END)[0]
+    begin, end = marks("rows")
+    table = PAGE.partition(begin)[2].partition(end)[0]
     assert re.findall(r"^\| `([\w-]+)` \|", table, re.MULTILINE)[: len(ROWS)] == list(ROWS)
 
 
@@ -87,5 +91,20 @@ def test_the_rest_of_the_page_stays():
     text = tables({"name": row})
     assert "### Part\n" in text
     assert "| `name` | a claim | 1 | 1 | +0.00 | a source | none | `tests` |" in text
-    page = f"by hand\n{BEGIN}\nold\n{END}\nalso by hand\n"
-    assert with_tables(page, "new") == f"by hand\n{BEGIN}\n\nnew\n\n{END}\nalso by hand\n"
+    begin, end = marks("rows")
+    page = f"by hand\n{begin}\nold\n{end}\nalso by hand\n"
+    assert with_part(page, "rows", "new") == f"by hand\n{begin}\n\nnew\n\n{end}\nalso by hand\n"
+
+
+@pytest.mark.parametrize("name", ["series-channel", "four-phases"])
+def test_effectivity_is_at_least_one(name):
+    """On gaps whose leak rate is known: the error of √(lower·upper) is below the half-width.
+
+    The largest possible error, √(upper/lower) - 1, exceeds (upper - lower)/(upper + lower) by less
+    than its square. The channel reaches it: its lower bound is exact.
+    """
+    (film,) = CASES[name].films(16)
+    runs = brackets(film, Number.exact(CASES[name].exact))
+    assert {run.doubt for run in runs} == {0}
+    for run in runs:
+        assert run.effectivity > 1 - run.half_width

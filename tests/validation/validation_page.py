@@ -6,16 +6,15 @@ Rows of other codes are computed where `make peers` has installed them; elsewher
 """
 
 import sys
-from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
+from bounds_study import study
 from validation_rows import ROWS, Row
 
 from fem_seal.render.plot import new_figure
 from fem_seal.tables import markdown
 
-BEGIN, END = "<!-- written by make validation -->", "<!-- end of what make validation writes -->"
 HEADER = ("row", "claim", "fem_seal", "reference", "apart", "source", "the two errors", "also in")
 
 
@@ -34,11 +33,17 @@ def tables(rows: dict[str, Row]) -> str:
     return "\n\n".join(sections)
 
 
-def with_tables(page: str, text: str) -> str:
-    """The page with `text` between its marks."""
-    before, rest = page.split(BEGIN)
-    _, after = rest.split(END)
-    return f"{before}{BEGIN}\n\n{text}\n\n{END}{after}"
+def marks(part: str) -> tuple[str, str]:
+    """Comments of the page between which a part is written."""
+    return f"<!-- {part}: written by make validation -->", f"<!-- end of {part} -->"
+
+
+def with_part(page: str, part: str, text: str) -> str:
+    """The page with `text` between the marks of a part."""
+    begin, end = marks(part)
+    before, rest = page.split(begin)
+    _, after = rest.split(end)
+    return f"{before}{begin}\n\n{text}\n\n{end}{after}"
 
 
 def figure(rows: dict[str, Row], path: Path) -> None:
@@ -60,16 +65,17 @@ def figure(rows: dict[str, Row], path: Path) -> None:
         )
 
 
-def main(page: Path, names: Sequence[str] = ()) -> None:
-    """Compute all rows, and write the page and its figure."""
+def main(page: Path) -> None:
+    """Compute all rows and the study of the bounds, and write the page and its figures."""
     rows = {}
-    for name in names or ROWS:
+    for name in ROWS:
         rows[name] = ROWS[name](True)
         print(f"{name}: {rows[name].distance:+.2f}", flush=True)
-    text = with_tables(page.read_text(encoding="utf-8"), tables(rows))
-    page.write_text(text, encoding="utf-8")
     figure(rows, page.with_suffix(".png"))
+    bounds = study(64, (1, 2), page.with_name("validation-bounds.png"))
+    text = with_part(page.read_text(encoding="utf-8"), "rows", tables(rows))
+    page.write_text(with_part(text, "bounds", bounds), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2:])
+    main(Path(sys.argv[1]))
