@@ -24,7 +24,7 @@ from pathlib import Path
 from fem_seal.scene import Scene
 from fem_seal.verification.advice import recommend
 from fem_seal.verification.pictures import trade_figure
-from fem_seal.verification.trade import Point, Trade, trade
+from fem_seal.verification.trade import Trade, TradePoint, trade
 
 # %% [markdown]
 # ## The seal
@@ -56,7 +56,7 @@ def patch(n: int) -> Scene:
 
 
 # %%
-def adaptive(result: Trade) -> dict[tuple[int, float], Point]:
+def adaptive(result: Trade) -> dict[tuple[int, float], TradePoint]:
     """The certified points by samples along the flow and tolerance."""
     return {
         (point.samples[0], point.flow.rtol): point

@@ -156,14 +156,14 @@ def _mpi_remedy() -> str:
     return "ip link set lo up; in a container that has no other network: export OMPI_MCA_btl=^tcp"
 
 
-def cache_folder() -> Path:
+def forms_folder() -> Path:
     """Folder where DOLFINx keeps its compiled forms."""
     base = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
     return Path(base) / "fenics"
 
 
 def _cache() -> Finding:
-    folder = cache_folder()
+    folder = forms_folder()
     existing = next(p for p in (folder, *folder.parents) if p.exists())
     name, use = "JIT cache", "compiled forms"
     if not (existing.is_dir() and os.access(existing, os.W_OK)):

@@ -74,7 +74,7 @@ def evaluate(text: str, points: np.ndarray, middle: float = 0.0) -> np.ndarray:
     return np.broadcast_to(np.asarray(value, dtype=float), (len(points),)).copy()
 
 
-def check(text: str) -> None:
+def check_formula(text: str) -> None:
     """Raise InvalidInput if the text is not a formula."""
     evaluate(text, np.ones((1, 2)))
 

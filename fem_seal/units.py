@@ -173,7 +173,7 @@ class RateUnit:
 
 
 @dataclass(frozen=True)
-class Rate:
+class StatedRate:
     """A leak rate with its unit, "1 ml/h"."""
 
     number: float
@@ -188,7 +188,7 @@ class Rate:
         return self.number * self.unit.size
 
     @classmethod
-    def parse(cls, value: object) -> "Rate":
+    def parse(cls, value: object) -> "StatedRate":
         """Read a leak rate > 0, a number with a unit.
 
         Raises

@@ -118,6 +118,17 @@ def test_the_rule_catches(source, line):
     assert any(downstream(source, name) for name in imported(ast.parse(line)))
 
 
+def test_a_public_name_is_that_of_one_function_or_class():
+    """But `add` of each command, `main` of each program and `solve` of each thing solved."""
+    homes = {}
+    for path, tree in TREES.items():
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name[0] != "_":
+                homes.setdefault(node.name, set()).add(str(path.relative_to(PACKAGE)))
+    twice = {name: places for name, places in homes.items() if len(places) > 1}
+    assert set(twice) == {"add", "main", "solve"}, twice
+
+
 def test_the_page_lists_the_packages_in_their_order():
     page = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
     section = page.partition("## Packages\n")[2].partition("\n## ")[0]

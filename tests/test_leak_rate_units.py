@@ -8,7 +8,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
-from fem_seal.units import Rate, RateUnit
+from fem_seal.units import RateUnit, StatedRate
 
 GAS = {"kind": "gas", "viscosity": 1.8e-5, "temperature": 293.15, "molar_mass": 0.029}
 
@@ -53,12 +53,12 @@ def test_units_of_standard_conditions_are_refused(unit):
 )
 def test_bad_leak_rates_are_refused(rate):
     with pytest.raises(ValueError, match=r"leak rate|greater than 0"):
-        Rate.parse(rate)
+        StatedRate.parse(rate)
 
 
 def test_text_of_a_leak_rate_is_that_it_was_read_from():
-    rate = Rate.parse("0.25 ml/h")
-    assert Rate.parse(str(rate)) == rate
+    rate = StatedRate.parse("0.25 ml/h")
+    assert StatedRate.parse(str(rate)) == rate
 
 
 @pytest.fixture

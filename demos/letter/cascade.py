@@ -9,7 +9,7 @@ from demos.letter.flows import SEED
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.cascade import first_guess
 from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.relaxation import energy, relax
+from fem_seal.finite_difference.relaxation import grid_energy, relax
 from fem_seal.finite_difference.stencil import FlowGrid, flow_grid
 
 # Most samples along a side for which the converged pressure is computed as well: it takes thousands
@@ -60,7 +60,7 @@ def initial_errors(grid: FlowGrid, pressure: bool) -> list[float | None]:
     mean_field = np.broadcast_to(1 - grid.nodes_x[:, None] / grid.nodes_x[-1], guess.shape)
     exact = conductance(grid.network)
     starts = (mean_field, guess)
-    excess = [energy(grid.network, start, grid.carrying) / exact - 1 for start in starts]
+    excess = [grid_energy(grid.network, start, grid.carrying) / exact - 1 for start in starts]
     if not pressure:
         return [*excess, None, None]
     relaxed = relax(grid.network, grid.carrying, guess, tol=EXACT_TOL).pressure

@@ -20,7 +20,7 @@ from demos.letter.contacts import (
 from fem_seal.contact import ContactState, on_finer_grids
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
-from fem_seal.theory.bruggeman import effective_dimension, leak_rate
+from fem_seal.theory.bruggeman import effective_dimension, estimated_leak_rate
 
 # Link rules in increasing order of the leak rate: every link has harmonic <= linear-gap <=
 # arithmetic, and no leak rate falls when a link conducts better (Rayleigh).
@@ -99,8 +99,8 @@ def current(
         value=leak.value,
         upper=upper,
         **dict(zip(("harmonic", "linear_gap", "arithmetic"), rates, strict=True)),
-        bruggeman=leak_rate(gap, **scales),
-        modified=leak_rate(gap, dimension=dimension, **scales) if elastic else None,
+        bruggeman=estimated_leak_rate(gap, **scales),
+        modified=estimated_leak_rate(gap, dimension=dimension, **scales) if elastic else None,
         unknowns=leak.unknowns,
         seconds=process_time() - start,
     )

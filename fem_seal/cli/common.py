@@ -176,9 +176,9 @@ def work_of(options: argparse.Namespace) -> "Work":
 def prepare_workers(options: argparse.Namespace, module: str) -> None:
     """Let the workers of --jobs import a module while this process imports it."""
     if options.jobs > 1 and not options.gather:
-        from fem_seal.points.farm import prepare
+        from fem_seal.points.farm import preload
 
-        prepare([module])
+        preload([module])
 
 
 def add_output(command: argparse.ArgumentParser, default: str) -> None:

@@ -5,7 +5,7 @@ from fem_seal.contact.grid_error import Extrapolation, extrapolate, on_finer_gri
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.load_path import load_path
 from fem_seal.contact.methods import METHODS, ContactStopping
-from fem_seal.contact.settings import Arithmetic, Load, Solid
+from fem_seal.contact.settings import Arithmetic, ElasticSolid, Load
 from fem_seal.contact.solve import contact_under, solve
 from fem_seal.contact.state import BearingState, ContactState, GapState
 
@@ -15,11 +15,11 @@ __all__ = [
     "BearingState",
     "ContactState",
     "ContactStopping",
+    "ElasticSolid",
     "Extrapolation",
     "GapState",
     "Layer",
     "Load",
-    "Solid",
     "bearing",
     "contact_under",
     "extrapolate",

@@ -10,7 +10,7 @@ from fem_seal.errors import InvalidInput
 
 
 @dataclass(frozen=True)
-class Solid:
+class ElasticSolid:
     """The elastic solid."""
 
     contact_modulus: float  #: E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2

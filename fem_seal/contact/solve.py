@@ -9,7 +9,7 @@ from fem_seal.contact.coarse_start import coarse_start
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.methods import METHODS, ContactStopping, Progress
-from fem_seal.contact.settings import Arithmetic, Load, Solid, one_load
+from fem_seal.contact.settings import Arithmetic, ElasticSolid, Load, one_load
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
@@ -73,12 +73,14 @@ def solve(
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
     stopping = ContactStopping(solver, tolerance, max_iterations, progress)
     arithmetic = Arithmetic(threads, precision)
-    return contact_under(height, Solid(contact_modulus, layer), load, stopping, arithmetic, start)
+    return contact_under(
+        height, ElasticSolid(contact_modulus, layer), load, stopping, arithmetic, start
+    )
 
 
 def contact_under(
     height: GridField,
-    solid: Solid,
+    solid: ElasticSolid,
     load: Load,
     stopping: ContactStopping,
     arithmetic: Arithmetic,

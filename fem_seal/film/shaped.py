@@ -10,7 +10,7 @@ from fem_seal.grid import GridField
 from fem_seal.mesh.channel_sizes import channel_sizes
 from fem_seal.mesh.checks import labelled
 from fem_seal.mesh.files import GroupNames, Triangles, read_triangles
-from fem_seal.mesh.gap_source import CartesianGrid, Formula, GapSource, PolarGrid, Uniform
+from fem_seal.mesh.gap_source import CartesianGrid, Formula, GapSource, PolarGrid, UniformGap
 from fem_seal.mesh.geometry import SOURCES, mesh_geometry
 from fem_seal.mesh.shape import shape_mesh
 from fem_seal.scene.shape import AnyShape, MeshFile, Shape
@@ -37,7 +37,7 @@ def shaped_film(shape: AnyShape, grid: GridField | None, *, trust: bool = False)
 def gap_source(shape: Shape, grid: GridField | None) -> GapSource:
     """Gap of a shape as a function of position; arguments as in `shaped_film`."""
     if shape.gap is not None:
-        return Uniform(shape.gap)
+        return UniformGap(shape.gap)
     if shape.gap_expression is not None:
         return Formula(shape.gap_expression, shape.middle_angle)
     return GRIDS[shape.grid](present(grid, "grid of the gap"), shape.grid_origin)

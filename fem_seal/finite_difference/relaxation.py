@@ -46,7 +46,7 @@ class Relaxed:
     iterations: int  #: steps of conjugate gradients
 
 
-def energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) -> float:
+def grid_energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) -> float:
     """Dissipation Σ c_ab (p_a - p_b)² of a pressure field over the carrying links.
 
     Parameters
@@ -133,7 +133,7 @@ def _state(network: Network, pressure: np.ndarray, carrying: np.ndarray, steps: 
     """Energy and fluxes of a pressure after a number of steps."""
     along_x, _ = _links_between(network, carrying)
     flux = -along_x * np.diff(pressure, axis=0)
-    total = energy(network, pressure, carrying)
+    total = grid_energy(network, pressure, carrying)
     return Relaxed(pressure, total, float(flux[0].sum()), float(flux[-1].sum()), steps)
 
 

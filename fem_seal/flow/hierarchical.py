@@ -25,7 +25,7 @@ from fem_seal.fenicsx import MPI
 from fem_seal.flow.cell_data import CellContact
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.numbering import numbered
-from fem_seal.flow.quarters import QuarterData, Shape
+from fem_seal.flow.quarters import QuarterData, QuarterShape
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
 
@@ -193,7 +193,7 @@ def _energies_with_bubbles(
         xy = mesh.xy.take(vertices, axis=0)
         data = gap.quarter_data(xy, values.take(vertices, axis=0))
         relative = xy - xy[0]
-        shape = Shape.of(relative[..., 0] * aspect_x, relative[..., 1] * aspect_y)
+        shape = QuarterShape.of(relative[..., 0] * aspect_x, relative[..., 1] * aspect_y)
         for energy, form in zip(energies, forms, strict=True):
             form.fill(part, shape, energy.coefficient(data), energy.corner_values(cells))
     return forms
@@ -265,7 +265,7 @@ class _CellEnergies:
     def fill(
         self,
         part: slice,
-        shape: Shape,
+        shape: QuarterShape,
         coefficient: np.ndarray,
         corner_values: Sequence[np.ndarray],
     ) -> None:

@@ -65,7 +65,7 @@ class QuarterData:
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class QuarterShape:
     """Products ∫ ∇λ·∇λ, each (n,), of the barycentric coordinates λ_b and λ_c of n triangles."""
 
     bb: np.ndarray  #: products λ_b λ_b
@@ -75,7 +75,7 @@ class Shape:
     differences: np.ndarray  #: of λ_b - λ_c with itself
 
     @classmethod
-    def of(cls, x: np.ndarray, y: np.ndarray) -> "Shape":
+    def of(cls, x: np.ndarray, y: np.ndarray) -> "QuarterShape":
         """Products of triangles with corners a, b, c at (x, y), each (3, n), relative to one."""
         # ∇λ is the opposite side, rotated, over twice the area.
         bx, by, cx, cy = x[0] - x[2], y[0] - y[2], x[1] - x[0], y[1] - y[0]

@@ -3,16 +3,14 @@
 import numpy as np
 
 from fem_seal.mesh.gap_source import GapSource
-from fem_seal.mesh.gmsh_process import Rectangle, SizeField
+from fem_seal.mesh.gmsh_process import Box, SizeField
 
 NARROW = 0.1  # a channel ends where the gap falls below this part of its mean
 GROWTH = 0.5  # growth of the edge length with the distance to the nearest bank of a channel
 FINEST_RASTER = 1500  # largest number of points along the longer side
 
 
-def channel_sizes(
-    gap: GapSource, rectangle: Rectangle, smallest: float, largest: float
-) -> SizeField:
+def channel_sizes(gap: GapSource, rectangle: Box, smallest: float, largest: float) -> SizeField:
     """Edge lengths min(largest, smallest + d/2), d the distance to the nearest bank of a channel.
 
     The banks are the lines where the gap is a tenth of its mean. Edges in a channel of width w are

@@ -19,7 +19,7 @@ UNIT_SUSPECTED = 200  # ratio of the extents of mesh and grid beyond which their
 
 
 @dataclass(frozen=True)
-class Uniform:
+class UniformGap:
     """A uniform gap."""
 
     gap: float  #: [m]
@@ -130,7 +130,7 @@ class PolarGrid(_Grid):
         return np.stack([radius - self.origin[0], angle - slack], axis=1) / self.spacing
 
 
-GapSource = Uniform | Formula | CartesianGrid | PolarGrid
+GapSource = UniformGap | Formula | CartesianGrid | PolarGrid
 
 
 def _same_extent(mesh: float, covered: float) -> None:

@@ -20,7 +20,7 @@ MOST_EDGES = 1e5  # largest number of edges along the longer side
 
 
 @dataclass(frozen=True)
-class Rectangle:
+class Box:
     """Bounding box of a geometry."""
 
     x0: float  #: ends along x and y [m]
@@ -49,7 +49,7 @@ class SizeField:
         return (1 - s) * ((1 - t) * a + t * b) + s * ((1 - t) * c + t * d)
 
 
-Sizes = Callable[[Rectangle], SizeField]
+Sizes = Callable[[Box], SizeField]
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Job:
     largest: float | None  #: largest edge length anywhere [m]
 
 
-def mesh(job: Job, folder: Path) -> None:
+def triangulate(job: Job, folder: Path) -> None:
     """Mesh a job's geometry into MESH_FILE of a folder."""
     import gmsh
 
@@ -118,7 +118,7 @@ def _refuse_tiny_edges(gmsh: ModuleType, geo: str, edge: float) -> None:
 
 def _set_sizes(gmsh: ModuleType, sizes: Sizes, unit: float) -> None:
     x0, y0, _, x1, y1, _ = gmsh.model.getBoundingBox(-1, -1)
-    field = sizes(Rectangle(x0 * unit, x1 * unit, y0 * unit, y1 * unit))
+    field = sizes(Box(x0 * unit, x1 * unit, y0 * unit, y1 * unit))
 
     # Newer versions of gmsh also pass the size that they would take.
     def size(dim: int, tag: int, x: float, y: float, z: float, *own: float) -> float:
@@ -134,7 +134,7 @@ def main(folder: Path) -> None:
     die_with_parent()
     job = pickle.loads((folder / JOB_FILE).read_bytes())
     try:
-        mesh(job, folder)
+        triangulate(job, folder)
     except InvalidInput as error:
         (folder / ERROR_FILE).write_text(str(error), encoding="utf-8")
 

@@ -31,7 +31,7 @@ class WorkerKilledError(Exception):
     """A process of the pool has died, most likely of too little memory."""
 
 
-def prepare(modules: Sequence[str]) -> None:
+def preload(modules: Sequence[str]) -> None:
     """Start the process from which workers are forked, and let it import what they will need.
 
     Optional: `farm` starts it otherwise. A command calls this before it imports the same modules
@@ -80,7 +80,7 @@ def farm(
     WorkerKilledError
         If a process has died; the chains that were not finished are then not computed.
     """
-    prepare([compute.__module__])
+    preload([compute.__module__])
     with _environment() as environment:
         context = multiprocessing.get_context("forkserver")
         pool = ProcessPoolExecutor(jobs, context, _begin, (environment,))

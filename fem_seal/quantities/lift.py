@@ -22,7 +22,7 @@ KEY = "fluid_pressure"
 NEGLIGIBLE = 1e-3
 
 
-def fluid_pressure(patch: Patch) -> Uncertainty | None:
+def lift_entry(patch: Patch) -> Uncertainty | None:
     """Entry of the error budget for the effect of the fluid's pressure on the solid.
 
     None without an elastic contact, or if the pressure is negligible. The entry depends on

@@ -16,7 +16,7 @@ from fem_seal.quantities.error_budget import (
 )
 from fem_seal.quantities.inputs import exact_inputs
 from fem_seal.quantities.isotropy import isotropy
-from fem_seal.quantities.lift import fluid_pressure
+from fem_seal.quantities.lift import lift_entry
 from fem_seal.quantities.slip import slip, slip_interval
 from fem_seal.scene import FileSurface
 
@@ -96,7 +96,7 @@ SOURCES: tuple[Source, ...] = (
     slip_interval,
     _contact_grid,
     _instrument,
-    fluid_pressure,
+    lift_entry,
     slip,
     _given_gap,
     _one_patch,

@@ -18,7 +18,7 @@ from fem_seal.quantities.error_budget import (
     may_open,
 )
 from fem_seal.quantities.headline import Shown, headline
-from fem_seal.units import Rate
+from fem_seal.units import StatedRate
 
 ZERO = "; zero holds only for what is covered"
 Needed = tuple[float | None, int | None]  # tolerance and unknowns that would decide
@@ -50,7 +50,7 @@ class Verdict:
 def verdict(
     leak: LeakRate,
     shown: Shown,
-    limit: Rate | None,
+    limit: StatedRate | None,
     limit_solved: float | None,
     budget: ErrorBudget = (),
     advice: str | None = None,

@@ -15,7 +15,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR, WHITE
-from fem_seal.render.offscreen import Isolines, Mesh, Triangles, draw
+from fem_seal.render.offscreen import DrawnMesh, DrawnTriangles, Isolines, draw_layers
 from fem_seal.render.page import Panel, Swatch, panel_of, write_page
 from fem_seal.render.tiles import mosaic, paint
 from fem_seal.render.window import LONG_SIDE, Scale, Window, isoline_levels, logarithmic_scale
@@ -61,11 +61,11 @@ def flow_scale(*fields: FlowField, decades: int = DECADES) -> Scale:
     return logarithmic_scale("flow density |j| [m²/s]", least, peak, decades, FLOW_COLOURS)
 
 
-def flow_triangles(field: FlowField, scale: Scale) -> Triangles:
+def flow_triangles(field: FlowField, scale: Scale) -> DrawnTriangles:
     """Triangles of a field in the colours of its flow density."""
     # Zero has no logarithm: draw it like all flow that is below the scale.
     values = np.maximum(flow_density(field), scale.low)
-    return Triangles(field.points, field.cells, values, scale)
+    return DrawnTriangles(field.points, field.cells, values, scale)
 
 
 def pressure_scale(field: FlowField) -> tuple[Scale, float]:
@@ -79,18 +79,18 @@ def pressure_scale(field: FlowField) -> tuple[Scale, float]:
 
 def _panel(
     film: GridFilm,
-    flow: Sequence[Triangles | Isolines | Mesh],
+    flow: Sequence[DrawnTriangles | Isolines | DrawnMesh],
     window: Window | None,
     long_side: int,
     title: str,
 ) -> Panel:
     """Draw the flow below contact and pockets, but a mesh above the contact."""
     view = mosaic(film, window, long_side)
-    drawn = draw(flow, view.window, long_side)
+    drawn = draw_layers(flow, view.window, long_side)
     # Triangles wider than a pixel extend over contact and pockets, which carry no flow.
     colours = np.array([(*CONTACT.colour, 255), (*NO_FLOW.colour, 255), (*NO_FLOW.colour, 0)])
     classes = np.where(film.carrying, np.uint8(2), np.where(view.samples > 0, np.uint8(1), 0))
-    with_mesh = any(isinstance(layer, Mesh) for layer in flow)
+    with_mesh = any(isinstance(layer, DrawnMesh) for layer in flow)
     if with_mesh:
         contact = view.mean_colours(np.minimum(classes, 1), np.array([CONTACT.colour, WHITE]))
         ground = paint(contact, view.window, long_side)
@@ -160,7 +160,7 @@ def pressure_picture(
     scale, factor = pressure_scale(field)
     pressure = field.pressure * factor
     layers = (
-        Triangles(field.points, field.cells, pressure, scale),
+        DrawnTriangles(field.points, field.cells, pressure, scale),
         Isolines(field.points, field.cells, pressure, scale.lines),
     )
     panel = _panel(film, layers, window, LONG_SIDE, "")
@@ -181,7 +181,7 @@ def mesh_picture(
     Arguments as in `flow_picture`.
     """
     field = flow_of(leak)
-    fine, bold = (Mesh(field.points, field.cells, EDGES, line) for line in (0.5, 0.8))
+    fine, bold = (DrawnMesh(field.points, field.cells, EDGES, line) for line in (0.5, 0.8))
     if window is not None:
         panels = [_panel(film, [bold], window, LONG_SIDE, "")]
     else:

@@ -36,7 +36,7 @@ GL_LIBRARIES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Triangles:
+class DrawnTriangles:
     """Triangles coloured by values on cells or at points."""
 
     points: np.ndarray  #: (N, 2), coordinates [m]
@@ -57,7 +57,7 @@ class Isolines:
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class DrawnMesh:
     """Triangles in one colour, drawn as edges or filled."""
 
     points: np.ndarray  #: (N, 2), coordinates [m]
@@ -107,15 +107,15 @@ def _import_pyvista() -> ModuleType:
     return pyvista
 
 
-Layer = Triangles | Isolines | Mesh
+Layer = DrawnTriangles | Isolines | DrawnMesh
 
 
-def draw(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) -> np.ndarray:
+def draw_layers(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) -> np.ndarray:
     """Draw layers, later ones over earlier ones, in parallel projection.
 
     Parameters
     ----------
-    layers : sequence of Triangles, Isolines and Mesh
+    layers : sequence of DrawnTriangles, Isolines and DrawnMesh
     window : the rectangle [m] that fills the picture exactly
     long_side : length of the longer side [pixel]
 
@@ -249,7 +249,7 @@ def _surface(vista: ModuleType, layer: Layer, to_pixels: _Map) -> "pyvista.PolyD
 
 
 def _draw_triangles(
-    vista: ModuleType, plotter: "pyvista.Plotter", triangles: Triangles, to_pixels: _Map
+    vista: ModuleType, plotter: "pyvista.Plotter", triangles: DrawnTriangles, to_pixels: _Map
 ) -> None:
     surface = _surface(vista, triangles, to_pixels)
     scale = triangles.scale
@@ -281,7 +281,9 @@ def _draw_isolines(
         )
 
 
-def _draw_mesh(vista: ModuleType, plotter: "pyvista.Plotter", mesh: Mesh, to_pixels: _Map) -> None:
+def _draw_mesh(
+    vista: ModuleType, plotter: "pyvista.Plotter", mesh: DrawnMesh, to_pixels: _Map
+) -> None:
     surface = _surface(vista, mesh, to_pixels)
     plotter.add_mesh(
         surface,
@@ -294,9 +296,9 @@ def _draw_mesh(vista: ModuleType, plotter: "pyvista.Plotter", mesh: Mesh, to_pix
 
 def _draw(vista: ModuleType, plotter: "pyvista.Plotter", layer: Layer, to_pixels: _Map) -> None:
     match layer:
-        case Triangles():
+        case DrawnTriangles():
             _draw_triangles(vista, plotter, layer, to_pixels)
         case Isolines():
             _draw_isolines(vista, plotter, layer, to_pixels)
-        case Mesh():
+        case DrawnMesh():
             _draw_mesh(vista, plotter, layer, to_pixels)

@@ -55,7 +55,7 @@ def report(folder: str | Path) -> Path:
         title=html.escape(printable(folder.resolve().name)),
         described=html.escape(described(scene)),
         made=html.escape(_made(result)),
-        verdict=html.escape(verdict(result)),
+        verdict=html.escape(first_sentence(result)),
         remarks=_items(map(html.escape, remarks(result))),
         summary=html_table(summary_of(result)),
         pictures="\n".join(_figures(folder, result)) or _no_pictures(result),
@@ -79,7 +79,7 @@ def _made(result: Result) -> str:
     return f"Computed on {day} at {time[:5]} UTC by fem_seal {version}."
 
 
-def verdict(result: Result) -> str:
+def first_sentence(result: Result) -> str:
     """First sentence: the decision or, without a limit, the state; the headline; the comparison."""
     judged, head = result.verdict, result.together
     if head is None:
@@ -95,7 +95,7 @@ def verdict(result: Result) -> str:
 
 def remarks(result: Result) -> list[str]:
     """Sentences below the verdict: why a sealed gap is sealed, and cautions."""
-    budget, first = result.error_budget or (), verdict(result)
+    budget, first = result.error_budget or (), first_sentence(result)
     sentences = []
     if not result.converged:
         sentences.append(f"What was asked for was not reached: {result.reason}")

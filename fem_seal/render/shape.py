@@ -18,7 +18,7 @@ from fem_seal.render.flow import (
     flow_triangles,
 )
 from fem_seal.render.gap import gap_scale
-from fem_seal.render.offscreen import Layer, Mesh, Triangles, draw
+from fem_seal.render.offscreen import DrawnMesh, DrawnTriangles, Layer, draw_layers
 from fem_seal.render.page import INLET, OUTLET, Panel, Swatch, write_page
 from fem_seal.render.window import LONG_SIDE, Scale, Window
 
@@ -31,7 +31,7 @@ BOUNDARY_WIDTH = 4.0  # width of the lines of inlet, outlet and walls [pixel]
 BOUNDARIES = {"inlet": INLET, "outlet": OUTLET, "wall": WALL}
 
 
-def mesh_picture(film: MeshFilm, path: str | Path) -> Path:
+def _mesh_picture(film: MeshFilm, path: str | Path) -> Path:
     """Picture of a mesh with its inlet, outlet and walls.
 
     Parameters
@@ -44,30 +44,30 @@ def mesh_picture(film: MeshFilm, path: str | Path) -> Path:
     Path of the file.
     """
     mesh = film.mesh
-    layers = (*_contact_of(film), Mesh(mesh.xy, mesh.cells, EDGES, 0.5), *_boundaries(mesh))
+    layers = (*_contact_of(film), DrawnMesh(mesh.xy, mesh.cells, EDGES, 0.5), *_boundaries(mesh))
     return write_page([[_panel(layers, mesh)]], path, key=_key(film))
 
 
-def gap_picture(film: MeshFilm, path: str | Path) -> Path:
-    """Picture of the gap, linear on each triangle, with contact in grey; see `mesh_picture`."""
+def _gap_picture(film: MeshFilm, path: str | Path) -> Path:
+    """Picture of the gap, linear on each triangle, with contact in grey; see `_mesh_picture`."""
     mesh = film.mesh
     layers: tuple[Layer, ...] = (*_contact_of(film), *_boundaries(mesh))
     scale: Scale | None = None
     if film.highest > 0:
         scale, factor = gap_scale(film.values)
         shown = np.maximum(film.values * factor, scale.low)
-        layers = (Triangles(mesh.xy, mesh.cells, shown, scale), *layers)
+        layers = (DrawnTriangles(mesh.xy, mesh.cells, shown, scale), *layers)
     return write_page([[_panel(layers, mesh)]], path, scale=scale, key=_key(film))
 
 
-def flow_picture(leak: LeakRate, film: MeshFilm, path: str | Path) -> Path:
-    """Picture of the flow density on a logarithmic scale; see `mesh_picture`."""
+def _flow_picture(leak: LeakRate, film: MeshFilm, path: str | Path) -> Path:
+    """Picture of the flow density on a logarithmic scale; see `_mesh_picture`."""
     field: FlowField = flow_of(leak)
     scale = flow_scale(field)
     mesh = film.mesh
     open_cells = mesh.cells[(film.values[mesh.cells] > 0).any(axis=1)]
     layers: tuple[Layer, ...] = (
-        Mesh(mesh.xy, open_cells, NO_FLOW.colour, 0),
+        DrawnMesh(mesh.xy, open_cells, NO_FLOW.colour, 0),
         flow_triangles(field, scale),
         *_contact_of(film),
         *_boundaries(mesh),
@@ -86,11 +86,11 @@ def _area(points: np.ndarray, cells: np.ndarray) -> float:
 
 def draw_shape(film: MeshFilm, leak: LeakRate | None, folder: Path) -> tuple[str, ...]:
     """Draw mesh, gap and, if the leak rate has a field, flow; return the names of the files."""
-    mesh_picture(film, folder / "shape.png")
-    gap_picture(film, folder / "gap.png")
+    _mesh_picture(film, folder / "shape.png")
+    _gap_picture(film, folder / "gap.png")
     if leak is None or leak.field is None:
         return "gap.png", "shape.png"
-    flow_picture(leak, film, folder / "flow.png")
+    _flow_picture(leak, film, folder / "flow.png")
     return "flow.png", "gap.png", "shape.png"
 
 
@@ -98,10 +98,10 @@ def _panel(layers: Sequence[Layer], mesh: "TriangleMesh") -> Panel:
     (x0, y0), (x1, y1) = mesh.xy.min(axis=0), mesh.xy.max(axis=0)
     margin = MARGIN * max(x1 - x0, y1 - y0)
     window = Window(*(float(v) for v in (x0 - margin, x1 + margin, y0 - margin, y1 + margin)))
-    return Panel(draw(layers, window, LONG_SIDE), window, along_x=False)
+    return Panel(draw_layers(layers, window, LONG_SIDE), window, along_x=False)
 
 
-def _contact_of(film: MeshFilm) -> list[Mesh]:
+def _contact_of(film: MeshFilm) -> list[DrawnMesh]:
     """Layers of the contact; empty list if there is none.
 
     Triangles with all corners in contact are drawn. If the film has a formula, so is the part of
@@ -109,13 +109,13 @@ def _contact_of(film: MeshFilm) -> list[Mesh]:
     """
     mesh = film.mesh
     touching = (film.values[mesh.cells] == 0).sum(axis=1)
-    layers = [Mesh(mesh.xy, mesh.cells[touching == 3], CONTACT.colour, 0)]
+    layers = [DrawnMesh(mesh.xy, mesh.cells[touching == 3], CONTACT.colour, 0)]
     if film.formula is not None:
         at_rim = mesh.xy[mesh.cells[(touching > 0) & (touching < 3)]]
         xy = _cut(at_rim, float(np.ptp(mesh.xy, axis=0).max()) / LONG_SIDE)
         xy = xy[film.formula(xy.mean(axis=1)) == 0]
         layers.append(
-            Mesh(xy.reshape(-1, 2), np.arange(3 * len(xy)).reshape(-1, 3), CONTACT.colour, 0)
+            DrawnMesh(xy.reshape(-1, 2), np.arange(3 * len(xy)).reshape(-1, 3), CONTACT.colour, 0)
         )
     return [layer for layer in layers if len(layer.cells)]
 
@@ -134,10 +134,10 @@ def _cut(triangles: np.ndarray, longest: float) -> np.ndarray:
     return (origin + np.einsum("cdk,ndx->nkcx", steps, along)).reshape(-1, 3, 2)
 
 
-def _boundaries(mesh: "TriangleMesh") -> list[Mesh]:
+def _boundaries(mesh: "TriangleMesh") -> list[DrawnMesh]:
     """Inlet, outlet and walls as thick lines, drawn as degenerate triangles (a, b, b)."""
     return [
-        Mesh(mesh.xy, ends[:, [0, 1, 1]], BOUNDARIES[name].colour, BOUNDARY_WIDTH)
+        DrawnMesh(mesh.xy, ends[:, [0, 1, 1]], BOUNDARIES[name].colour, BOUNDARY_WIDTH)
         for name, ends in mesh.groups()
         if len(ends)
     ]

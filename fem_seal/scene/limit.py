@@ -7,9 +7,9 @@ from pydantic import Field, PlainSerializer, PlainValidator
 from fem_seal.fluid import Drive
 from fem_seal.scene.measured import Truth
 from fem_seal.scene.sections import Section
-from fem_seal.units import Rate
+from fem_seal.units import StatedRate
 
-LeakRateLimit = Annotated[Rate, PlainValidator(Rate.parse), PlainSerializer(str)]
+LeakRateLimit = Annotated[StatedRate, PlainValidator(StatedRate.parse), PlainSerializer(str)]
 
 
 class Limit(Section):

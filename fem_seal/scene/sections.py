@@ -260,16 +260,16 @@ class Solid(Section):
         return self
 
     @property
-    def elastic(self) -> "contact.Solid":
+    def elastic(self) -> "contact.ElasticSolid":
         """The solid as an argument of the contact solver."""
-        from fem_seal.contact import Layer, Solid
+        from fem_seal.contact import ElasticSolid, Layer
 
         if self.layer_thickness is None:
-            return Solid(self.E_star)
+            return ElasticSolid(self.E_star)
         (nu,) = self.poisson_ratio or (0.5,)
         if self.layer_poisson_ratio is not None:
             nu = self.layer_poisson_ratio
-        return Solid(self.E_star, Layer(self.layer_thickness, self.layer_base, nu))
+        return ElasticSolid(self.E_star, Layer(self.layer_thickness, self.layer_base, nu))
 
     @property
     def E_star(self) -> float:

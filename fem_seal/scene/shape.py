@@ -59,11 +59,11 @@ class Shape(Section):
     @field_validator("gap_expression")
     @classmethod
     def _is_formula(cls, text: str | None) -> str | None:
-        from fem_seal.expression import check
+        from fem_seal.expression import check_formula
 
         if text is not None:
             try:
-                check(text)
+                check_formula(text)
             except InvalidInput as error:
                 raise ContradictionError(str(error)) from None
         return text

@@ -12,7 +12,7 @@ from fem_seal.units import to_si
 
 
 @dataclass(frozen=True)
-class Tolerance:
+class InputTolerance:
     """± of an input."""
 
     text: str  #: as the user wrote it
@@ -27,7 +27,7 @@ class Tolerance:
         return self.part if self.part is not None else (self.amount or 0.0) / value
 
 
-def _tolerance(value: object, unit: str | None = None) -> Tolerance:
+def _tolerance(value: object, unit: str | None = None) -> InputTolerance:
     """Read "10 %", or a number with a unit such as "0.01 MPa" where the input has one."""
     expected = "should be a part such as '10 %'"
     if unit is not None:
@@ -42,24 +42,24 @@ def _tolerance(value: object, unit: str | None = None) -> Tolerance:
             raise ValueError(expected) from None
         if not 0 < part < 1:
             raise ValueError("should be above 0 % and below 100 %; leave out what you know exactly")
-        return Tolerance(value, part)
+        return InputTolerance(value, part)
     if unit is None:
         raise ValueError(expected)
     amount = to_si(value, unit)
     if not amount > 0:
         raise ValueError("should be above 0; leave out what you know exactly")
-    return Tolerance(value, None, amount)
+    return InputTolerance(value, None, amount)
 
 
-Part = Annotated[Tolerance, PlainValidator(_tolerance), PlainSerializer(str)]
+Part = Annotated[InputTolerance, PlainValidator(_tolerance), PlainSerializer(str)]
 OfPressure = Annotated[
-    Tolerance, PlainValidator(partial(_tolerance, unit="Pa")), PlainSerializer(str)
+    InputTolerance, PlainValidator(partial(_tolerance, unit="Pa")), PlainSerializer(str)
 ]
 OfLineLoad = Annotated[
-    Tolerance, PlainValidator(partial(_tolerance, unit="N/m")), PlainSerializer(str)
+    InputTolerance, PlainValidator(partial(_tolerance, unit="N/m")), PlainSerializer(str)
 ]
 OfViscosity = Annotated[
-    Tolerance, PlainValidator(partial(_tolerance, unit="Pa s")), PlainSerializer(str)
+    InputTolerance, PlainValidator(partial(_tolerance, unit="Pa s")), PlainSerializer(str)
 ]
 
 
@@ -106,7 +106,7 @@ class Tolerances(Section):
     flow: OfFlow = Field(OfFlow(), description="± of its fields")
     heights: Part | None = Field(None, description="± of one factor on all heights")
 
-    def given(self) -> Iterator[tuple[str, Tolerance]]:
+    def given(self) -> Iterator[tuple[str, InputTolerance]]:
         """Names of the inputs, such as "contact.pressure" or "heights", and their tolerances."""
         for section in ("contact", "seal", "solid", "fluid", "flow"):
             fields: dict[str, Any] = dict(getattr(self, section))

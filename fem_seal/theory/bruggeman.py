@@ -116,7 +116,7 @@ def effective_dimension(contact_area: float, threshold: float = ELASTIC_THRESHOL
     return max(1.0, 2 + (at_threshold - 2) * contact_area / threshold)
 
 
-def leak_rate(
+def estimated_leak_rate(
     gap: GridField, *, viscosity: float, pressure_drop: float, dimension: float = 2.0
 ) -> float:
     """Leak rate Q = K Δp Ly/Lx of Bruggeman's medium with the gap's distribution of g³/(12 η).

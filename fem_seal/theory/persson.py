@@ -51,7 +51,7 @@ CELLS = 16
 FAR, TABLE = 7.0, 40_000
 
 
-class IsotropicSpectrum(Protocol):
+class AnySpectrum(Protocol):
     """Isotropic power spectrum, such as `fem_seal.surface.spectrum.Spectrum`."""
 
     @property
@@ -129,7 +129,7 @@ def contact_area(
 
 
 def persson_state(
-    spectrum: IsotropicSpectrum,
+    spectrum: AnySpectrum,
     *,
     pressure: float,
     contact_modulus: float,

@@ -10,7 +10,7 @@ from fem_seal.upscaling.network import (
     network_conductivity,
     sealed_share,
 )
-from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined
+from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined_table
 from fem_seal.upscaling.profile import Hertz, TabulatedProfile, Uniform
 from fem_seal.upscaling.seal_flow import SealFlow, seal_flow
 
@@ -30,7 +30,7 @@ __all__ = [
     "drawn_seals",
     "generalised_interval",
     "network_conductivity",
-    "refined",
+    "refined_table",
     "seal_flow",
     "sealed_share",
 ]

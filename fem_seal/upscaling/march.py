@@ -25,7 +25,7 @@ MOST_ITERATIONS = 100
 RELATIVE = 4 * np.finfo(float).eps  # smallest relative tolerance that SciPy accepts
 
 
-def leak_rate(
+def path_leak_rate(
     steps: ConductivitySteps, pressure: np.ndarray, lengths: np.ndarray, ends: EndPressures
 ) -> float:
     """Leak rate [m³/s] at which the fluid has the inlet's pressure at the inlet.

@@ -307,7 +307,7 @@ class PatchFlow:
     reason: str = ""  #: why they do not, and what to change; else empty
 
 
-def refined(
+def refined_table(
     patch: LoadedPatch,
     flow_of: Callable[[ConductivityTable], SealFlow],
     highest: float,

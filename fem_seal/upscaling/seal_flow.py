@@ -23,7 +23,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.leak_rate import FlowState
 from fem_seal.upscaling.conductivity import ConductivitySteps, ConductivityTable
 from fem_seal.upscaling.leak_path import EndPressures, LeakPath
-from fem_seal.upscaling.march import SHOOTING, March, leak_rate
+from fem_seal.upscaling.march import SHOOTING, March, path_leak_rate
 from fem_seal.upscaling.profile import Profile
 
 CELLS = 1000  # least number of cells of the leak path
@@ -132,9 +132,9 @@ def seal_flow(
     low, high = np.minimum(P[:-1], P[1:]), np.maximum(P[:-1], P[1:])
     middle = profile(0.5 * (x[:-1] + x[1:]))
     lengths = np.diff(s)
-    lower = leak_rate(table.lowest, high, lengths, ends) * (1 - 2 * SHOOTING)
-    upper = leak_rate(table.highest, low, lengths, ends) * (1 + 2 * SHOOTING)
-    value = leak_rate(table.interpolated, middle, lengths, ends)
+    lower = path_leak_rate(table.lowest, high, lengths, ends) * (1 - 2 * SHOOTING)
+    upper = path_leak_rate(table.highest, low, lengths, ends) * (1 + 2 * SHOOTING)
+    value = path_leak_rate(table.interpolated, middle, lengths, ends)
     cuts = [(table.interpolated, middle, value), (table.lowest, high, lower)]
     cuts.append((table.highest, low, upper))
     along, *bounding = (

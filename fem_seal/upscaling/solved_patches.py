@@ -27,7 +27,7 @@ from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.leak_path import EndPressures
-from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined
+from fem_seal.upscaling.patch_conductivity import LoadedPatch, PatchFlow, refined_table
 from fem_seal.upscaling.profile import Uniform
 from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import seal_flow
@@ -83,7 +83,7 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     table_report = _TableReport(report)
     patch = Patch(scene, table_report, comm=comm)
     loaded = LoadedPatch(patch)
-    outcome = refined(
+    outcome = refined_table(
         loaded,
         lambda table: seal_flow(table, profile, path, ends),
         profile.highest,

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from fem_seal.verification.trade import Point, Trade
+from fem_seal.verification.trade import Trade, TradePoint
 
 TARGETS = (0.5, 0.2, 0.1, 0.05, 0.02)
 
@@ -43,7 +43,7 @@ def _advice(result: Trade, target: float) -> str:
     return f"{prefix}: {_describe(bounded)}; without bounds of its own {_describe(cheapest)}"
 
 
-def _describe(point: Point) -> str:
+def _describe(point: TradePoint) -> str:
     grid = " x ".join(map(str, point.samples))
     return (
         f"contact on {grid}, {point.flow}: about {point.seconds:.2g} s and "

@@ -23,8 +23,8 @@ from fem_seal.progress import Report, silent
 from fem_seal.registry import choose
 from fem_seal.tables import shown_as
 from fem_seal.verification.exact_cases import ExactCase
+from fem_seal.verification.finer_film import finer_film
 from fem_seal.verification.methods import METHODS, QUADRATIC, Answer, Setting
-from fem_seal.verification.refined import refined
 
 SMOOTH_ORDER = 2.0  # order in the energy of linear elements and of central differences
 EXACT = 1e-7  # smaller relative errors count as none: CG stops at 1e-8 of the energy
@@ -199,7 +199,7 @@ def _task(
 
 def answers_on(films: Sequence[GridFilm], setting: Setting, times: int, method: str) -> Answers:
     """Answers of a method; for several films geometric means (that of bounds is a bound)."""
-    runs = [list(METHODS[method](refined(film, times), setting)) for film in films]
+    runs = [list(METHODS[method](finer_film(film, times), setting)) for film in films]
     return Answers(
         tuple(
             replace(

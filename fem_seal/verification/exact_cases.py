@@ -11,7 +11,7 @@ import numpy as np
 from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.theory import closed_forms
-from fem_seal.verification.refined import refined
+from fem_seal.verification.finer_film import finer_film
 
 WAVE = 0.6  # amplitude of the cosine channels, over the mean gap
 PHASES = (1.0, 5.0, 0.2, 3.0)  # conductivities of the four squares
@@ -82,7 +82,7 @@ def block_film(conductivity: np.ndarray, n: int) -> GridFilm:
     """
     rows, columns = conductivity.shape
     gap = GridField(np.cbrt(conductivity), (1 / rows, 1 / columns))
-    return refined(GridFilm(gap, representation="constant"), round(np.log2(n / rows)))
+    return finer_film(GridFilm(gap, representation="constant"), round(np.log2(n / rows)))
 
 
 def _checkerboard(n: int) -> tuple[GridFilm, ...]:

@@ -21,7 +21,7 @@ from fem_seal.scene import Scene
 from fem_seal.surface.resampling import resample
 from fem_seal.sweep.point import name_of
 from fem_seal.tables import shown_as
-from fem_seal.verification.trade import forget_peak, grids, surface_of, warm_up
+from fem_seal.verification.trade import forget_peak, surface_of, trade_grids, warm_up
 
 FACTORS = (0.25, 0.5, 1.0)
 LIFTS = ("none", "range", "resolved")
@@ -127,7 +127,7 @@ def lift_price(
         folder = RecordFolder(out / "points", LiftRun)
         chains = [
             Chain(folder, tuple(_task(one, samples) for one in scenes))
-            for samples in grids(surface_of(scene, None).shape, factors)
+            for samples in trade_grids(surface_of(scene, None).shape, factors)
         ]
         outcome = compute_points(chains, work or Work(), report=report)
         for label, error in outcome.failures.items():

@@ -8,7 +8,7 @@ from fem_seal.errors import printable
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.render.plot import label_axis, new_figure
 from fem_seal.verification.cross_validation import EXACT, Reference, Row
-from fem_seal.verification.trade import Point, Trade
+from fem_seal.verification.trade import Trade, TradePoint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -150,7 +150,7 @@ def _shades(number: int) -> list[str]:
     return [to_hex(plasma(0.85 * (1 - k / max(number - 1, 1)))) for k in range(number)]
 
 
-def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[Point]) -> None:
+def _keys(axes: "Axes", shades: dict[tuple[int, int], str], points: Sequence[TradePoint]) -> None:
     """Explain contact grids, flow methods, Pareto fronts and the contact grid's part below."""
     from matplotlib.lines import Line2D
 

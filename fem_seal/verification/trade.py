@@ -49,7 +49,7 @@ class FlowMethod:
 
 
 @dataclass(frozen=True)
-class Point:
+class TradePoint:
     """One leak rate, its error and its cost."""
 
     samples: tuple[int, int]  #: (nx, ny), samples of the contact grid
@@ -162,11 +162,11 @@ class RunTask(Task[Run]):
 class Trade:
     """Leak rates of one scene over contact grids and flow methods."""
 
-    points: tuple[Point, ...]  #: all leak rates with errors and cost
+    points: tuple[TradePoint, ...]  #: all leak rates with errors and cost
     reference: float  #: leak rate extrapolated to a contact grid of spacing 0 [m^3/s]
     uncertainty: float  #: relative uncertainty of the reference
 
-    def front(self, certified: bool) -> tuple[Point, ...]:
+    def front(self, certified: bool) -> tuple[TradePoint, ...]:
         """Pareto front of the points with or without bounds, the fastest point first."""
         points = (p for p in self.points if p.pareto and p.certified == certified)
         return tuple(sorted(points, key=lambda p: p.seconds))
@@ -206,7 +206,7 @@ def trade(
         name = name_of(scene)
         chains = [
             Chain(folder, _tasks(name, scene, samples, tolerances), _Contact)
-            for samples in grids(surface_of(scene, None).shape, factors)
+            for samples in trade_grids(surface_of(scene, None).shape, factors)
         ]
         outcome = compute_points(chains, work or Work(), report=report)
         for label, error in outcome.failures.items():
@@ -250,7 +250,7 @@ def warm_up() -> None:
     leak_rate(GridFilm(GridField(np.ones((8, 8)), (1.0, 1.0))), viscosity=1.0, pressure_drop=1.0)
 
 
-def grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:
+def trade_grids(shape: tuple[int, int], factors: Sequence[float]) -> list[tuple[int, int]]:
     """Contact grids: samples times factors that give whole numbers, the coarsest first."""
     ratios = sorted(Fraction(factor).limit_denominator(1024) for factor in factors)
     scaled = [(shape[0] * ratio, shape[1] * ratio) for ratio in ratios]
@@ -290,7 +290,7 @@ def _judged(runs: Sequence[Run]) -> Trade:
     return Trade(mark_pareto(points), reference, uncertainty)
 
 
-def _point(run: Run, best: float, reference: float, uncertainty: float) -> Point:
+def _point(run: Run, best: float, reference: float, uncertainty: float) -> TradePoint:
     """Split the error of a run; `best` is the best leak rate on the same contact grid."""
     contact_error = max(abs(best / reference - 1), uncertainty)
     flow_error = (
@@ -298,7 +298,7 @@ def _point(run: Run, best: float, reference: float, uncertainty: float) -> Point
         if run.lower is None
         else relative_half_width(*run.bounds)
     )
-    return Point(
+    return TradePoint(
         samples=run.samples,
         flow=run.flow,
         leak_rate=run.leak_rate,
@@ -313,7 +313,7 @@ def _point(run: Run, best: float, reference: float, uncertainty: float) -> Point
     )
 
 
-def mark_pareto(points: Sequence[Point]) -> tuple[Point, ...]:
+def mark_pareto(points: Sequence[TradePoint]) -> tuple[TradePoint, ...]:
     """Mark the points that no other one of their kind beats in time and error.
 
     Points with and without bounds are compared separately: the error of a point without bounds is
@@ -322,7 +322,7 @@ def mark_pareto(points: Sequence[Point]) -> tuple[Point, ...]:
     return tuple(replace(point, pareto=not _beaten(point, points)) for point in points)
 
 
-def _beaten(point: Point, points: Sequence[Point]) -> bool:
+def _beaten(point: TradePoint, points: Sequence[TradePoint]) -> bool:
     cost = point.seconds, point.total_error
     others = ((p.seconds, p.total_error) for p in points if p.certified == point.certified)
     return any(o[0] <= cost[0] and o[1] <= cost[1] and o != cost for o in others)

@@ -106,7 +106,7 @@ def exact_cases(sizes: list[int]) -> None:
 
 def rough_case(n: int, area: float, finest: int) -> None:
     """One elastic contact; finer grids are finer samples of the same linear gap."""
-    from fem_seal.verification.refined import refined
+    from fem_seal.verification.finer_film import finer_film
 
     gap = Case(n, 0.8, 4, area, 3).gap()
     unit = GridField(gap.values / gap.values.max(), (1 / n, 1 / n), True)
@@ -114,7 +114,7 @@ def rough_case(n: int, area: float, finest: int) -> None:
     bracket = leak_rate(film, rtol=0.01, **SETTING)
     rows = {
         n * 2**k: {"reynoldsflow": flow(linear_samples(unit.values, 2**k))["value"]}
-        | ours(refined(film, k))
+        | ours(finer_film(film, k))
         for k in range(finest)
     }
     series(f"elastic contact, A/A0 = {area:g}", rows, bracket.value, 0.005)

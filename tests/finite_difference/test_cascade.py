@@ -13,7 +13,7 @@ from fem_seal.finite_difference.cascade import (
     first_guess,
 )
 from fem_seal.finite_difference.elimination import conductance
-from fem_seal.finite_difference.relaxation import energy
+from fem_seal.finite_difference.relaxation import grid_energy
 from fem_seal.finite_difference.solver import solve
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
@@ -71,7 +71,8 @@ def test_guess_improves_with_resolution(sides):
     """Bilinear interpolation: pressure to second order, hence the energy to fourth."""
     fine = [grid(wavy(n), sides) for n in (32, 64, 128)]
     excess = [
-        energy(g.network, first_guess(g), g.carrying) / conductance(g.network) - 1 for g in fine
+        grid_energy(g.network, first_guess(g), g.carrying) / conductance(g.network) - 1
+        for g in fine
     ]
     order = np.log2([a / b for a, b in pairwise(excess)])
     assert (order > 3).all(), order
@@ -83,7 +84,7 @@ def test_energy_of_any_guess_exceeds_the_leak_rate():
     assert 0.02 < np.mean(g == 0) < 0.4
     fine = grid(g)
     uniform = np.broadcast_to(1 - fine.nodes_x[:, None] / fine.nodes_x[-1], fine.carrying.shape)
-    far, near = (energy(fine.network, p, fine.carrying) for p in (uniform, first_guess(fine)))
+    far, near = (grid_energy(fine.network, p, fine.carrying) for p in (uniform, first_guess(fine)))
     assert far > near > conductance(fine.network)
 
 

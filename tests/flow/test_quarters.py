@@ -8,7 +8,7 @@ from sample_gaps import rough_gap
 from fem_seal.film.law import PressureWeight, bounding_law
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import VertexGap
-from fem_seal.flow.quarters import Shape, thrice_centroids
+from fem_seal.flow.quarters import QuarterShape, thrice_centroids
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
@@ -50,7 +50,7 @@ def test_energies_of_bubbles(seed):
         bubbles[first - 3, quarter] = own[:, 0]
         assert of_quarter == pytest.approx(area / 4, rel=1e-12, abs=0)
     weight = c * area / 4
-    shape = Shape.of(*np.moveaxis(corners, -1, 0).swapaxes(1, 2))
+    shape = QuarterShape.of(*np.moveaxis(corners, -1, 0).swapaxes(1, 2))
     exact = np.einsum("qn,hqnx,kqnx->hkn", weight, bubbles, bubbles)
     scale = np.sqrt(np.einsum("hhn->hn", exact))
     assert np.array(shape.stiffness(c)) == pytest.approx(scale**2, rel=1e-10, abs=0)
@@ -65,7 +65,7 @@ def test_energies_of_bubbles(seed):
 def test_a_constant_added_changes_nothing():
     """Not even rounding: pressures near one differ by 1e-16 where little falls off."""
     rng = np.random.default_rng(0)
-    shape, c = Shape.of(*rng.normal(size=(2, 3, 20))), rng.random((4, 20))
+    shape, c = QuarterShape.of(*rng.normal(size=(2, 3, 20))), rng.random((4, 20))
     # Multiples of 2^-30 below one: sums with a whole number are exact.
     v = rng.integers(0, 1 << 30, (20, 3)) / (1 << 30)
     assert np.array_equal(shape.slopes(v, c), shape.slopes(v + 7, c))

@@ -27,7 +27,7 @@ from fem_seal.cli import main as fem_seal
 from fem_seal.contact import solve
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference.cascade import first_guess
-from fem_seal.finite_difference.relaxation import energy, relax
+from fem_seal.finite_difference.relaxation import grid_energy, relax
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.surface import Spectrum, rms_slope
 from fem_seal.theory.persson import contact_area
@@ -195,7 +195,7 @@ def test_the_cascades_energy_needs_no_relaxed_pressure():
     quick, slow = (initial_errors(grid, pressure=asked) for asked in (False, True))
     guess = first_guess(grid)
     relaxed = relax(grid.network, grid.carrying, guess, tol=1e-12)
-    excess = energy(grid.network, guess, grid.carrying) / relaxed.energy - 1
+    excess = grid_energy(grid.network, guess, grid.carrying) / relaxed.energy - 1
     assert quick[1] == slow[1] == pytest.approx(excess, rel=1e-9)
     assert quick[2:] == [None, None]
     assert slow[2] > slow[3]

@@ -7,8 +7,8 @@ from fem_seal.errors import InvalidInput
 from fem_seal.expression import FUNCTIONS, evaluate
 from fem_seal.grid import GridField
 from fem_seal.mesh.channel_sizes import channel_sizes
-from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, Uniform
-from fem_seal.mesh.gmsh_process import Rectangle, SizeField
+from fem_seal.mesh.gap_source import CartesianGrid, PolarGrid, UniformGap
+from fem_seal.mesh.gmsh_process import Box, SizeField
 
 POINTS = np.random.default_rng(1).uniform(-1, 1, (50, 2))
 X, Y = POINTS.T
@@ -157,7 +157,7 @@ def test_sizes_grow_from_where_the_gap_is_a_tenth_of_its_mean():
     """A wedge g = y has the mean 1 on 0 <= y <= 2, so its bank lies at y = 0.1: the nearest raster
     point beyond it is at 0.11."""
     wedge = CartesianGrid.of(GridField(np.tile(np.arange(201) / 100, (201, 1)), (0.01, 0.01)))
-    field = channel_sizes(wedge, Rectangle(0, 2, 0, 2), smallest=0.01, largest=10.0)
+    field = channel_sizes(wedge, Box(0, 2, 0, 2), smallest=0.01, largest=10.0)
     for y in (0.5, 1.0, 1.7):
         assert field(1.0, y) == pytest.approx(0.01 + (y - 0.1) / 2, rel=1e-9)
     assert field(1.0, 0.0) == pytest.approx(0.01 + 0.11 / 2, rel=1e-9)
@@ -180,10 +180,10 @@ def test_sizes_follow_the_channels():
     values[:, :30] = 0.0
     values[:, 40:50] = 0.0
     source = CartesianGrid.of(GridField(values, (0.1, 0.1)))
-    field = channel_sizes(source, Rectangle(0, 8, 0, 8), smallest=0.05, largest=1.0)
+    field = channel_sizes(source, Box(0, 8, 0, 8), smallest=0.05, largest=1.0)
     assert field(4.0, 3.45) <= 0.05 + 1.1 / 4
     assert field(4.0, 3.0) < 0.15
     assert field(4.0, 7.9) == 1.0
     assert field(4.0, 1.0) > 0.8  # inside contact as in the open
-    open_field = channel_sizes(Uniform(1e-6), Rectangle(0, 8, 0, 8), smallest=0.05, largest=1.0)
+    open_field = channel_sizes(UniformGap(1e-6), Box(0, 8, 0, 8), smallest=0.05, largest=1.0)
     assert (open_field.sizes == 1.0).all()

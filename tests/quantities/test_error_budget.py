@@ -23,7 +23,7 @@ from fem_seal.results import Result
 from fem_seal.results.words import budget_words, summary_of
 from fem_seal.scene import Scene
 from fem_seal.solved import solve
-from fem_seal.units import Rate
+from fem_seal.units import StatedRate
 
 LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns=1000)
 SHOWN = Shown("m^3/s", 1.0)
@@ -34,7 +34,9 @@ MODEL = Uncertainty("model", "not covered", "Reynolds")
 
 
 def judged(limit, *entries, leak=LEAK):
-    return verdict(leak, SHOWN, Rate.parse(f"{limit} m^3/s"), limit, (of_flow(leak), *entries))
+    return verdict(
+        leak, SHOWN, StatedRate.parse(f"{limit} m^3/s"), limit, (of_flow(leak), *entries)
+    )
 
 
 def test_products_enclose_errors_of_any_dependence():

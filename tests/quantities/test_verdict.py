@@ -12,7 +12,7 @@ from fem_seal.quantities.verdict import verdict, what_would_decide
 from fem_seal.results.words import lines_of
 from fem_seal.scene import Scene
 from fem_seal.solved import answer, solve
-from fem_seal.units import Rate
+from fem_seal.units import StatedRate
 
 ML_PER_HOUR = 1e-6 / 3600
 SHOWN = Shown("ml/h", 1 / ML_PER_HOUR)
@@ -21,7 +21,7 @@ LEAK = LeakRate("leaking", "adaptive", 2e-10, lower=1e-10, upper=4e-10, unknowns
 
 def judged(leak, limit):
     """Verdict against a limit in m³/s."""
-    return verdict(leak, SHOWN, Rate.parse(f"{limit} m^3/s"), limit)
+    return verdict(leak, SHOWN, StatedRate.parse(f"{limit} m^3/s"), limit)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from fem_seal.film import GridFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
 from fem_seal.render import flow
-from fem_seal.render.offscreen import Isolines, Mesh, Triangles, draw
+from fem_seal.render.offscreen import DrawnMesh, DrawnTriangles, Isolines, draw_layers
 from fem_seal.render.window import Scale, Window
 
 pytestmark = pytest.mark.render
@@ -99,8 +99,8 @@ def test_pressure_is_interpolated_before_it_is_coloured():
     scale, factor = flow.pressure_scale(field)
     assert scale.label == "pressure [kPa]"
     assert (scale.low, scale.high) == pytest.approx((0.0, 100.0))
-    layer = Triangles(field.points, field.cells, field.pressure * factor, scale)
-    pixels = draw([layer], Window(0, SIZE[0], 0, SIZE[1]), SIDE)
+    layer = DrawnTriangles(field.points, field.cells, field.pressure * factor, scale)
+    pixels = draw_layers([layer], Window(0, SIZE[0], 0, SIZE[1]), SIDE)
     drawn, distance = positions(pixels[150], scale.colours)
     # A pixel is the mean of two neighbouring colours of the map where they change inside it.
     assert distance.max() <= 3
@@ -113,8 +113,8 @@ def test_isobars_lie_where_the_pressure_has_their_level():
     scale, factor = flow.pressure_scale(field)
     assert scale.lines == pytest.approx(np.arange(10, 100, 10))
     lines = Isolines(field.points, field.cells, field.pressure * factor, scale.lines)
-    black = Mesh(field.points, field.cells, (0, 0, 0), 0)
-    pixels = draw([black, lines], Window(0, SIZE[0], 0, SIZE[1]), SIDE)[150, :, 0]
+    black = DrawnMesh(field.points, field.cells, (0, 0, 0), 0)
+    pixels = draw_layers([black, lines], Window(0, SIZE[0], 0, SIZE[1]), SIDE)[150, :, 0]
     bright = np.flatnonzero(pixels > 100)
     apart = np.flatnonzero(np.diff(bright) > 1)
     middles = [part.mean() + 0.5 for part in np.split(bright, apart + 1)]
@@ -123,8 +123,8 @@ def test_isobars_lie_where_the_pressure_has_their_level():
 
 def test_mesh_edges_are_dark_and_cells_are_clear():
     field = structured_flow(20, 10, SIZE, lambda x: 1 + 0 * x)
-    mesh = Mesh(field.points, field.cells, flow.EDGES, 2.0)
-    pixels = draw([mesh], Window(0, SIZE[0], 0, SIZE[1]), SIDE).astype(int)
+    mesh = DrawnMesh(field.points, field.cells, flow.EDGES, 2.0)
+    pixels = draw_layers([mesh], Window(0, SIZE[0], 0, SIZE[1]), SIDE).astype(int)
     # Centroids of the lower triangles lie at (2/3, 1/3) of each square of 30 pixels.
     assert (pixels[::-1][10::30, 20::30] == 255).all()
     # Edges at multiples of 30 pixels: both pixels that touch the line are mostly ink.

@@ -9,7 +9,7 @@ import types
 import pytest
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.render.offscreen import draw, require_gl
+from fem_seal.render.offscreen import draw_layers, require_gl
 from fem_seal.render.window import SHORT_SIDE, Scale, Window
 
 pytestmark = pytest.mark.render
@@ -34,7 +34,7 @@ def no_window_chosen(monkeypatch):
 def test_missing_opengl_names_the_package_to_install(monkeypatch):
     install(monkeypatch)
     with pytest.raises(MissingPackage, match=r"libEGL or libOSMesa.*apt-get install libegl1"):
-        draw([], SQUARE)
+        draw_layers([], SQUARE)
 
 
 @pytest.mark.usefixtures("no_window_chosen")
@@ -72,17 +72,17 @@ def test_dolfinx_with_global_symbols_is_refused_before_vtk_dies(monkeypatch):
     monkeypatch.setitem(sys.modules, "dolfinx", types.ModuleType("dolfinx"))
     monkeypatch.setattr(sys, "getdlopenflags", lambda: os.RTLD_NOW | os.RTLD_GLOBAL)
     with pytest.raises(MissingPackage, match=r"import fem_seal\.fenicsx"):
-        draw([], SQUARE)
+        draw_layers([], SQUARE)
 
 
 def test_draws_in_a_process_that_uses_fenicsx():
     # In a process of its own: a crash here must not take the other tests with it.
     code = (
         "import fem_seal.fenicsx, numpy as np\n"
-        "from fem_seal.render.offscreen import Mesh, draw\n"
+        "from fem_seal.render.offscreen import DrawnMesh, draw\n"
         "from fem_seal.render.window import Window\n"
         "xy, cells = np.array([[0, 0], [3, 0], [0, 3]]), np.array([[0, 1, 2]])\n"
-        "print(draw([Mesh(xy, cells, (7, 7, 7), 0)], Window(0, 1, 0, 1), 240).mean())\n"
+        "print(draw_layers([DrawnMesh(xy, cells, (7, 7, 7), 0)], Window(0, 1, 0, 1), 240).mean())\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr

@@ -17,7 +17,7 @@ from fem_seal.upscaling import (
     Uniform,
     seal_flow,
 )
-from fem_seal.upscaling.patch_conductivity import LoadedPatch, _load_error, refined
+from fem_seal.upscaling.patch_conductivity import LoadedPatch, _load_error, refined_table
 
 AMPLITUDE, WAVELENGTH, E_STAR = 1e-6, 64e-6, 1e7
 FULL = np.pi * E_STAR * AMPLITUDE / WAVELENGTH
@@ -78,7 +78,7 @@ def test_seal_of_waves(fine_waves, uniform):
     def flow_of(table):
         return seal_flow(table, profile, STRIP, ends)
 
-    outcome = refined(fine_waves, flow_of, P, ends.inlet, 0.0, uniform=uniform, tolerance=0.2)
+    outcome = refined_table(fine_waves, flow_of, P, ends.inlet, 0.0, uniform=uniform, tolerance=0.2)
     assert outcome.converged
     assert outcome.flow.upper < 1.23 * outcome.flow.lower
     if uniform:
@@ -102,7 +102,7 @@ def test_loads_gather_where_it_matters():
     patch = rough()
     P, ends = 3e5, EndPressures(1e5)
     uniform = Uniform(P, 2e-3)
-    outcome = refined(
+    outcome = refined_table(
         patch,
         lambda t: seal_flow(t, uniform, STRIP, ends),
         P,
@@ -121,7 +121,7 @@ def test_loads_gather_where_it_matters():
 def test_a_seal_that_is_sealed_needs_one_contact():
     patch = rough()
     P, ends = 9e6, EndPressures(1e5)
-    outcome = refined(
+    outcome = refined_table(
         patch, lambda t: seal_flow(t, Hertz(P, 2e-3), STRIP, ends), P, 1e5, 0.0, uniform=False
     )
     assert outcome.flow.state == "sealed"
@@ -154,7 +154,7 @@ def test_a_load_without_a_lower_bound_is_solved_again():
         def flow_of(table):
             return seal_flow(table, profile, STRIP, ends)
 
-        outcome = refined(patch, flow_of, highest, 1e5, 0.0, uniform=False, tolerance=0.5)
+        outcome = refined_table(patch, flow_of, highest, 1e5, 0.0, uniform=False, tolerance=0.5)
         assert outcome.converged
         flows.append(outcome.flow)
     assert min(flow.lower for flow in flows) > 0
@@ -164,7 +164,7 @@ def test_a_load_without_a_lower_bound_is_solved_again():
 
 def test_too_few_loads_are_said():
     ends = EndPressures(1e5)
-    outcome = refined(
+    outcome = refined_table(
         rough(),
         lambda t: seal_flow(t, Uniform(3e5, 2e-3), STRIP, ends),
         3e5,
@@ -263,7 +263,7 @@ def test_a_load_against_its_enclosure_is_noticed():
 def test_few_loads_are_enough():
     """The same accuracy as by steps of the load, whose error falls as 1/n, with a few loads."""
     ends, uniform = EndPressures(1e5), Uniform(3e5, 2e-3)
-    outcome = refined(
+    outcome = refined_table(
         rough(),
         lambda t: seal_flow(t, uniform, STRIP, ends),
         3e5,

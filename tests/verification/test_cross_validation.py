@@ -16,8 +16,8 @@ from fem_seal.tables import as_csv, as_text, markdown
 from fem_seal.verification import methods
 from fem_seal.verification.cross_validation import Reference, judge, on_exact_case, on_film
 from fem_seal.verification.exact_cases import CASES, corner_order
+from fem_seal.verification.finer_film import finer_film
 from fem_seal.verification.methods import METHODS, Answer, Setting
-from fem_seal.verification.refined import refined
 
 SETTING = Setting(1 / 12, 1.0, 0.05)
 GAP = rough_gap((16, 16), 0.3, 4)
@@ -49,7 +49,7 @@ def test_refining_the_samples_changes_nothing(representation, shape, periodic):
     gap = GridField(values, (1.0, 0.5), periodic)
     film = GridFilm(gap, representation=representation)
     second = upper_and_lower(film, 4 * values.size)
-    first = upper_and_lower(refined(film), 1)
+    first = upper_and_lower(finer_film(film), 1)
     assert first.unknowns == second.unknowns
     tolerance = 0.3 * np.sqrt(2e-8)
     assert first.upper == pytest.approx(second.upper, rel=tolerance)
@@ -57,7 +57,7 @@ def test_refining_the_samples_changes_nothing(representation, shape, periodic):
 
 
 def test_refining_keeps_samples_size_and_contact():
-    fine = refined(FILM, 2).gap
+    fine = finer_film(FILM, 2).gap
     assert fine.shape == (64, 64)
     assert fine.size == GAP.size
     assert np.array_equal(fine.values[::4, ::4], GAP.values)

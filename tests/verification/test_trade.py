@@ -13,13 +13,13 @@ from fem_seal.patch import Patch
 from fem_seal.points import Work
 from fem_seal.scene import Scene
 from fem_seal.verification.advice import recommend
-from fem_seal.verification.trade import FlowMethod, Point, Trade, mark_pareto, trade
+from fem_seal.verification.trade import FlowMethod, Trade, TradePoint, mark_pareto, trade
 
 
 def point(seconds, contact, flow, method="adaptive", samples=(8, 8)):
     bounds = (None, None) if method == "finite-difference" else (0.9, 1.1)
     total = contact + flow
-    return Point(
+    return TradePoint(
         samples, FlowMethod(method, None), 1.0, *bounds, contact, flow, total, seconds, 0.1, 10**8
     )
 

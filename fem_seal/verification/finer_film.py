@@ -20,7 +20,7 @@ _FINER: dict[str, Callable[[GridField], GridField]] = {
 }
 
 
-def refined(film: GridFilm, times: int = 1) -> GridFilm:
+def finer_film(film: GridFilm, times: int = 1) -> GridFilm:
     """Sample a film on a grid 2^times as fine; the gap between the samples does not change.
 
     Parameters
