@@ -79,7 +79,7 @@ def test_draws_in_a_process_that_uses_fenicsx():
     # In a process of its own: a crash here must not take the other tests with it.
     code = (
         "import fem_seal.fenicsx, numpy as np\n"
-        "from fem_seal.render.offscreen import DrawnMesh, draw\n"
+        "from fem_seal.render.offscreen import DrawnMesh, draw_layers\n"
         "from fem_seal.render.window import Window\n"
         "xy, cells = np.array([[0, 0], [3, 0], [0, 3]]), np.array([[0, 1, 2]])\n"
         "print(draw_layers([DrawnMesh(xy, cells, (7, 7, 7), 0)], Window(0, 1, 0, 1), 240).mean())\n"
