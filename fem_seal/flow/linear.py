@@ -49,6 +49,8 @@ _OPTIONS = {
     },
 }
 _PREFIX = "fem_seal_"
+# PETSc's error code of GAMG where the smallest conductivities vanish beside the largest.
+_INCONSISTENT = 77
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,10 +183,11 @@ class CellSpace:
                 iterations += cg.iterations
                 moved = values + np.concatenate(self.comm.allgather(x.array_r))
                 moved = numbering.representable(moved)
-                energy = self._energy(tensor, numbering, moved)
-                # This is False for NaN, so that the returned function is always admissible.
-                if energy.value < start.value:
-                    values, total = moved, energy
+                if np.isfinite(moved).all():
+                    energy = self._energy(tensor, numbering, moved)
+                    # False for NaN: the returned function is always admissible.
+                    if energy.value < start.value:
+                        values, total = moved, energy
                 again = total.value < (WORTH * start.value if cg.stalled else lost)
                 if not again and (not cg.stalled or stalled_before):
                     return Minimum(numbering, values, total, iterations, cg.stalled)
@@ -338,12 +341,13 @@ def minimise_by_cg(
 
     def converged(ksp: PETSc.KSP, iteration: int, natural_norm: float) -> int:
         """PETSc's reason to stop; `natural_norm` is (r'Mr)^½."""
-        energy = start - (right_side.dot(ksp.buildSolution()) if iteration else 0.0)
+        decrease = right_side.dot(ksp.buildSolution()) if iteration else 0.0
+        if not np.isfinite([natural_norm, decrease]).all():
+            return PETSc.KSP.ConvergedReason.DIVERGED_NANORINF
+        energy = start - decrease
         reached[0] = natural_norm**2 / energy if energy > 0 else np.inf
         if energy < least:
             return PETSc.KSP.ConvergedReason.CONVERGED_ITS
-        if not np.isfinite(natural_norm):
-            return PETSc.KSP.ConvergedReason.DIVERGED_NANORINF
         if natural_norm**2 <= tolerance * energy and (
             not balanced or abs(ksp.buildResidual().sum()) <= np.sqrt(tolerance) * energy
         ):
@@ -353,7 +357,13 @@ def minimise_by_cg(
         return PETSc.KSP.ConvergedReason.CONVERGED_ITERATING
 
     solver.setConvergenceTest(converged)
-    solver.solve(right_side, x)
+    try:
+        solver.solve(right_side, x)
+    except PETSc.Error as error:
+        if error.ierr != _INCONSISTENT:
+            raise
+        x.set(0)
+        return Iterations(0, "no preconditioner can be set up for conductivities so far apart")
     reason, iterations = solver.getConvergedReason(), solver.getIterationNumber()
     if reason > 0:
         return Iterations(iterations, "")

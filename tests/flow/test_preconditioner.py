@@ -6,7 +6,7 @@ from gaps import level_problem, represented, solved
 from project import scene_of_samples
 from sample_gaps import FLUID
 
-from fem_seal.fenicsx import PETSc
+from fem_seal.fenicsx import HAS_HYPRE, PETSc
 from fem_seal.film import GridFilm
 from fem_seal.flow import Limits, leak_rate, linear
 from fem_seal.grid import GridField
@@ -36,6 +36,7 @@ def bounds(gap: GridField) -> tuple[float, float]:
     return leak_rate(film, rtol=0.02, limits=Limits(unknowns=6000), **FLUID).bounds
 
 
+@pytest.mark.skipif(not HAS_HYPRE, reason="this PETSc has no hypre")
 @pytest.mark.parametrize("decades", [1, 12])
 def test_bounds_by_gamg_and_by_hypre_hold_the_same_leak_rate(decades, gamg):
     """Both brackets hold one leak rate, so they overlap; they differ by how CG stops."""
@@ -47,13 +48,16 @@ def test_bounds_by_gamg_and_by_hypre_hold_the_same_leak_rate(decades, gamg):
     assert upper / lower < (other_upper / other_lower) ** 1.5
 
 
-@pytest.mark.parametrize("contrast", [1e3, 1e12])
+@pytest.mark.parametrize("contrast", [1e3, 1e12, 1e60, 1e177])
 def test_bounds_by_gamg_hold_a_closed_form(contrast, gamg):
-    """A narrow film across the flow, of so many times less conductivity than the rest."""
+    """A narrow film across the flow, of so many times less conductivity than the rest.
+
+    At the largest contrast GAMG cannot be set up, and the bounds stay those of the first guess.
+    """
     samples = np.where(np.abs((np.arange(32) + 0.5) / 32 - 0.5) < 0.1, contrast ** (-1 / 3), 1.0)
     film = GridFilm(GridField(np.repeat(samples[:, None], 32, axis=1), (1.0, 1.0)))
     flow = leak_rate(film, rtol=0.01, limits=Limits(unknowns=20_000), **FLUID)
-    assert flow.converged
+    assert flow.converged or (contrast == 1e177 and "no preconditioner" in flow.reason)
     exact = piecewise_linear_channel(samples)
     assert flow.lower * (1 - 1e-12) < exact < flow.upper * (1 + 1e-12)
 
@@ -70,7 +74,7 @@ def test_a_solve_that_stops_early_only_widens_the_bounds(gamg):
         assert pressure.energy <= least * (1 + 1e-12)
 
 
-@pytest.mark.parametrize(("has_hypre", "name"), [(True, "hypre"), (False, "gamg")])
+@pytest.mark.parametrize(("has_hypre", "name"), [(True, "hypre")] * HAS_HYPRE + [(False, "gamg")])
 def test_without_hypre_gamg_takes_its_place(has_hypre, name, monkeypatch):
     monkeypatch.setattr(linear, "HAS_HYPRE", has_hypre)
     matrix = PETSc.Mat().createAIJ((2, 2), nnz=1, comm=PETSc.COMM_SELF)
