@@ -459,7 +459,7 @@ def mpirun(*arguments):
         capture_output=True,
         text=True,
         timeout=120,
-        env=os.environ | MPI_ENVIRONMENT,
+        env=alone() | MPI_ENVIRONMENT,
         check=False,
     )
     return done.returncode, done.stdout, done.stderr
