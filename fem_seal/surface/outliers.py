@@ -1,6 +1,6 @@
 """Single points of a measured map far from their neighbours: spikes of the instrument.
 
-The *roughness of a point* is its height above the median of the 24 around it. A tilt, a step or the
+The *roughness of a point* is its height above the median of the 5 x 5 around it. A tilt, a step or the
 edge of a plateau leaves it 0. A point counts as an outlier if it is `FAR` times the map's own such
 roughness away from the median and from each neighbour, on the same side; so does a group of up to
 `LARGEST` such points. Corners, ridges and scratches have neighbours at their own height, or are

@@ -36,7 +36,7 @@ def shapes():
     x, y = np.indices(pocket.shape)
     spheres = np.maximum(0, 1 - ((x % 15 - 7) ** 2 + (y % 15 - 7) ** 2) / 9)
     honed = np.minimum(rough(0.8, 4, (90, 80)), 0)
-    steps = np.round(4 * rough(0.8, 16, (90, 80))) / 4 * 1e-7
+    steps = 1e-7 * np.round(RNG.normal(scale=0.2, size=pocket.shape))  # a hundredth is one step off
     exact = [pocket, scratch, spheres, honed, (x + y) % 2.0, steps, np.zeros((9, 9)), 1e-7 * x]
     return [*exact, *(face + RNG.normal(scale=0.01, size=face.shape) for face in exact[:5])]
 
