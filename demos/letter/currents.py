@@ -31,7 +31,7 @@ RATES = (
 )
 FLOW_AREA = 0.2  # A/A0 of Fig. 2 and of the total that the models are compared by
 # Effective media are compared up to this part of the letter's thresholds.
-UP_TO = {"bearing": 0.8 * 0.5, "elastic": 0.8 * 0.42}
+UP_TO = {"bearing": 0.75 * 0.5, "elastic": 0.75 * 0.42}
 
 
 @dataclass(frozen=True)

@@ -94,9 +94,9 @@ def _current_lines(currents: Sequence[Current]) -> Iterable[Line]:
             yield f"leak rate at A/A0 = 0.2, same {name} area, each seed", "-", text
     found = agreement(currents)
     factor = f"within a factor {found.bruggeman:.2f}"
-    yield "Bruggeman, bearing, up to 0.8 A*", "very accurate", factor
+    yield "Bruggeman, bearing, up to 0.75 A*", "very accurate", factor
     factor = f"within a factor {found.modified:.2f}"
-    yield "modified Bruggeman, elastic, up to 0.8 A*", "very good over several decades", factor
+    yield "modified Bruggeman, elastic, up to 0.75 A*", "very good over several decades", factor
     yield "decades of current in Fig. 3", "several", f"{found.decades:.1f}"
     if found.compared:
         text = f"{found.overlap} of {found.compared} points"

@@ -7,6 +7,7 @@ logarithmic colour scale follows Fig. 2 of the letter (PRL 108, 244301, 2012).
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +16,13 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.leak_rate import FlowField, LeakRate
 from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR, WHITE
-from fem_seal.render.offscreen import DrawnMesh, DrawnTriangles, Isolines, draw_layers
-from fem_seal.render.page import Panel, Swatch, panel_of, write_page
+from fem_seal.render.offscreen import DrawnMesh, DrawnTriangles, draw_layers
+from fem_seal.render.page import ISOLINES, Panel, Swatch, panel_of, write_page
 from fem_seal.render.tiles import mosaic, paint
 from fem_seal.render.window import LONG_SIDE, Scale, Window, isoline_levels, logarithmic_scale
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FLOW_COLOURS = "flow"
 PRESSURE_COLOURS = "pressure"
@@ -79,7 +83,7 @@ def pressure_scale(field: FlowField) -> tuple[Scale, float]:
 
 def _panel(
     film: GridFilm,
-    flow: Sequence[DrawnTriangles | Isolines | DrawnMesh],
+    flow: Sequence[DrawnTriangles | DrawnMesh],
     window: Window | None,
     long_side: int,
     title: str,
@@ -159,12 +163,18 @@ def pressure_picture(
     field = flow_of(leak)
     scale, factor = pressure_scale(field)
     pressure = field.pressure * factor
-    layers = (
-        DrawnTriangles(field.points, field.cells, pressure, scale),
-        Isolines(field.points, field.cells, pressure, scale.lines),
-    )
-    panel = _panel(film, layers, window, LONG_SIDE, "")
-    return write_page([[panel]], path, scale=scale, key=(CONTACT, NO_FLOW))
+    layer = DrawnTriangles(field.points, field.cells, pressure, scale)
+
+    def isobars(axes: "Axes", unit: float) -> None:
+        from matplotlib.tri import Triangulation
+
+        x, y = unit * field.points.T
+        mesh = Triangulation(x, y, field.cells)
+        axes.tricontour(mesh, pressure, levels=scale.lines, **ISOLINES)
+
+    panel = _panel(film, [layer], window, LONG_SIDE, "")
+    lined = replace(panel, isolines=isobars if scale.lines else None)
+    return write_page([[lined]], path, scale=scale, key=(CONTACT, NO_FLOW))
 
 
 def mesh_picture(

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fem_seal.errors import InvalidInput, MissingPackage
-from fem_seal.render.colours import WHITE, colour_map
-from fem_seal.render.window import ISOLINE_WIDTH, LONG_SIDE, Scale, Window
+from fem_seal.render.colours import colour_map
+from fem_seal.render.window import LONG_SIDE, Scale, Window
 
 if TYPE_CHECKING:
     import pyvista
@@ -44,16 +44,6 @@ class DrawnTriangles:
     #: (C,) or (N,), values that are constant on cells, or at points and linear on cells
     values: np.ndarray
     scale: Scale  #: colour scale of the values
-
-
-@dataclass(frozen=True, eq=False)
-class Isolines:
-    """Isolines of values that are linear on triangles."""
-
-    points: np.ndarray  #: (N, 2), coordinates [m]
-    cells: np.ndarray  #: (C, 3) int, corners of the triangles
-    values: np.ndarray  #: (N,), values at the points
-    levels: Sequence[float]  #: values of the lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +97,7 @@ def _import_pyvista() -> ModuleType:
     return pyvista
 
 
-Layer = DrawnTriangles | Isolines | DrawnMesh
+Layer = DrawnTriangles | DrawnMesh
 
 
 def draw_layers(layers: Sequence[Layer], window: Window, long_side: int = LONG_SIDE) -> np.ndarray:
@@ -115,7 +105,7 @@ def draw_layers(layers: Sequence[Layer], window: Window, long_side: int = LONG_S
 
     Parameters
     ----------
-    layers : sequence of DrawnTriangles, Isolines and DrawnMesh
+    layers : sequence of DrawnTriangles and DrawnMesh
     window : the rectangle [m] that fills the picture exactly
     long_side : length of the longer side [pixel]
 
@@ -265,22 +255,6 @@ def _draw_triangles(
     )
 
 
-def _draw_isolines(
-    vista: ModuleType, plotter: "pyvista.Plotter", lines: Isolines, to_pixels: _Map
-) -> None:
-    surface = _surface(vista, lines, to_pixels)
-    surface.point_data["value"] = np.asarray(lines.values, dtype=float)
-    drawn = surface.contour(list(lines.levels), scalars="value")
-    if drawn.n_points:
-        plotter.add_mesh(
-            drawn,
-            color=WHITE,
-            line_width=SUPERSAMPLING * ISOLINE_WIDTH,
-            lighting=False,
-            show_scalar_bar=False,
-        )
-
-
 def _draw_mesh(
     vista: ModuleType, plotter: "pyvista.Plotter", mesh: DrawnMesh, to_pixels: _Map
 ) -> None:
@@ -298,7 +272,5 @@ def _draw(vista: ModuleType, plotter: "pyvista.Plotter", layer: Layer, to_pixels
     match layer:
         case DrawnTriangles():
             _draw_triangles(vista, plotter, layer, to_pixels)
-        case Isolines():
-            _draw_isolines(vista, plotter, layer, to_pixels)
         case DrawnMesh():
             _draw_mesh(vista, plotter, layer, to_pixels)

@@ -1,10 +1,10 @@
 """A page of drawings with axes in readable units, colour bars and a key, on matplotlib's layout."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -44,6 +44,8 @@ class Panel:
     constriction: tuple[float, float] | None = None
     #: whether the drawing has a frame with lengths; otherwise it has a title only
     axes: bool = True
+    #: draws isolines into the axes, whose unit is the metre times the second argument
+    isolines: "Callable[[Axes, float], object] | None" = None
     #: part of the drawing that another panel shows enlarged [m]; a rectangle marks it
     enlarged: Window | None = None
 
@@ -81,6 +83,7 @@ class Swatch:
 INLET, OUTLET = Swatch("inlet", (200, 30, 30)), Swatch("outlet", (70, 160, 255))
 CONSTRICTION = Swatch("critical constriction", (0, 0, 0))  # drawn as a ring
 RING = 11  # diameter of the ring [point]
+ISOLINES: dict[str, Any] = {"colors": "white", "linewidths": 0.7, "linestyles": "-"}
 
 
 def panel_of(
@@ -184,6 +187,9 @@ def _place(axes: "Axes", panel: Panel) -> None:
     factor, unit = readable(max(w.x1, w.y1), "m")
     extent = w.x0 * factor, w.x1 * factor, w.y0 * factor, w.y1 * factor
     axes.imshow(panel.pixels, extent=extent, aspect="auto")
+    if panel.isolines is not None:
+        panel.isolines(axes, factor)
+        axes.set(xlim=extent[:2], ylim=extent[2:])
     axes.set_xlabel(f"x [{unit}], flow →" if panel.along_x else f"x [{unit}]")
     axes.set_ylabel(f"y [{unit}]")
     axes.tick_params(direction="out", length=3)

@@ -5,24 +5,27 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fem_seal.digits import readable
 from fem_seal.film.grid_film import GridFilm
 from fem_seal.grid import GridField
-from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR, WHITE, colour_map
+from fem_seal.render.colours import CONTACT_COLOUR, OPEN_COLOUR
 from fem_seal.render.gap import CONTACT, gap_panel, gap_scale, tile_colours
-from fem_seal.render.page import Panel, Swatch, panel_of, write_page
-from fem_seal.render.tiles import Tiles, mosaic, paint
+from fem_seal.render.page import ISOLINES, Panel, Swatch, panel_of, write_page
+from fem_seal.render.tiles import mosaic, paint
 from fem_seal.render.window import (
-    ISOLINE_WIDTH,
     LONG_SIDE,
     Scale,
     Window,
     isoline_levels,
     step_above,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 CONTACT_PRESSURE_COLOURS, PRESSURE_COLOURS = "contact pressure", "pressure"
 OPEN = Swatch("open", OPEN_COLOUR)
@@ -102,16 +105,22 @@ def fluid_pressure_panel(
         low, high = low - 0.5, high + 0.5
     levels = isoline_levels(low, high)
     scale = Scale(f"fluid pressure [{unit}]", low, high, colours=PRESSURE_COLOURS, lines=levels)
-    values = factor * _at_pixels(samples, view.window, film, long_side)
-    colours = 255 * colour_map(scale.colours)(scale.position(values))[:, :, :3]
-    line = _isolines(values, levels)[:, :, None]
-    ground = np.rint((1 - line) * colours + line * np.array(WHITE)).astype(np.uint8)
-    # Draw contact and pockets over the pressure, which is continued there.
-    palette = np.array([(*CONTACT_COLOUR, 255), (*CONTACT_COLOUR, 0), (*POCKET.colour, 255)])
-    classes = np.where(film.pockets, np.uint8(2), (view.samples > 0).astype(np.uint8))
-    contact: Tiles = view.mean_colours(classes, palette)
-    pixels = paint(contact, view.window, long_side, ground)
-    return panel_of(film, pixels, view.window, title, scale=scale, marked=True)
+    wet = (view.samples > 0) & ~film.pockets
+    colours = tile_colours(view, samples, wet, (scale, factor), CONTACT_COLOUR)
+    colours += view.mean(film.pockets)[:, :, None] * np.subtract(POCKET.colour, CONTACT_COLOUR)
+    pixels = paint(view.tiles(colours), view.window, long_side)
+    panel = panel_of(film, pixels, view.window, title, scale=scale, marked=True)
+    shown = np.where(wet, factor * samples, np.nan)
+    lines = [level for level in levels if (shown < level).any() and (shown > level).any()]
+    if not lines or min(shown.shape) < 2:
+        return panel
+    (x0, y0), (dx, dy), (mx, my) = film.sites.origin, film.sites.spacing, shown.shape
+
+    def isobars(axes: "Axes", unit: float) -> None:
+        x, y = unit * (x0 + dx * np.arange(mx)), unit * (y0 + dy * np.arange(my))
+        axes.contour(x, y, shown.T, levels=lines, **ISOLINES)
+
+    return replace(panel, isolines=isobars)
 
 
 def lift_picture(
@@ -176,36 +185,3 @@ def _mean(pressure: GridField) -> str:
 def _on_samples(film: GridFilm, field: GridField) -> np.ndarray:
     """Field on the film's samples; a linear periodic film repeats its first samples at the end."""
     return field.vertices() if film.representation == "linear" else field.values
-
-
-def _at_pixels(samples: np.ndarray, window: Window, film: GridFilm, long_side: int) -> np.ndarray:
-    """Values (height, width) at the centres of the pixels, linear between samples."""
-    width, height = window.pixels(long_side)
-    (x0, y0), (dx, dy) = film.sites.origin, film.sites.spacing
-    x = window.x0 + (np.arange(width) + 0.5) * (window.x1 - window.x0) / width
-    y = window.y0 + (np.arange(height) + 0.5) * (window.y1 - window.y0) / height
-    values = _between((x - x0) / dx, samples)
-    return _between((y - y0) / dy, values.T)[::-1]
-
-
-def _between(places: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Interpolate along the first axis; places are counted in samples."""
-    inside = np.clip(places, 0, len(values) - 1)
-    first = np.minimum(inside.astype(np.int64), max(len(values) - 2, 0))
-    part = (inside - first)[:, None]
-    after = values[np.minimum(first + 1, len(values) - 1)]
-    return (1 - part) * values[first] + part * after
-
-
-def _isolines(values: np.ndarray, levels: tuple[float, ...]) -> np.ndarray:
-    """Opacity of isolines of constant width; distance from a line = |value - level| / slope."""
-    slope = np.hypot(*np.gradient(values))
-    opacity = np.zeros_like(values)
-    least = 1e-9 * np.ptp(values)
-    if not least:
-        return opacity
-    for level in levels:
-        distance = np.abs(values - level) / np.maximum(slope, least)
-        np.maximum(opacity, np.clip(ISOLINE_WIDTH / 2 + 0.5 - distance, 0, 1), out=opacity)
-    opacity[slope <= least] = 0.0  # where the value is uniform there is no line
-    return opacity

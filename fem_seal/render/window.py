@@ -8,7 +8,6 @@ from fem_seal.errors import InvalidInput
 
 LONG_SIDE = 1200  # length of the longer side [pixel]
 SHORT_SIDE = 240  # least length of the shorter side [pixel]; narrower strips are stretched to it
-ISOLINE_WIDTH = 1.6  # width of all isolines [pixel]
 
 
 @dataclass(frozen=True)
