@@ -77,7 +77,6 @@ class Choice:
     """
 
     total: float  #: relative error that the scene allows
-    max_refinement: int  #: finest grid allowed, in multiples of the samples of the surface
     surface: GridField  #: heights on the chosen grid [m]
     contact: GapState
     lifted: LiftedState | None
@@ -88,6 +87,11 @@ class Choice:
     flow_error: float  #: relative half-width of the guaranteed bounds
     lift_error: float | None  #: relative, estimated; None where the fluid lifts nothing
     trials: tuple[Trial, ...]  #: grids tried, from coarse to fine; the last one was chosen
+
+    @property
+    def samples(self) -> tuple[int, int]:
+        """Samples of the chosen grid."""
+        return self.surface.shape
 
 
 def chosen_grid(
@@ -151,7 +155,6 @@ def chosen_grid(
         leak = replace(leak, converged=False, reason=words)
     return Choice(
         total=total,
-        max_refinement=max_refinement,
         surface=resampled,
         contact=present(solved.contact, "contact"),
         lifted=solved.lifted,

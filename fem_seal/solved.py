@@ -44,7 +44,7 @@ from fem_seal.results.folder import PATCHES
 from fem_seal.results.lift import LiftRecord
 from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, Rate
-from fem_seal.results.result import AccuracyRecord, Origin, Provenance
+from fem_seal.results.result import Origin, Provenance
 from fem_seal.results.seal import SealRecord
 from fem_seal.results.words import summary_of
 from fem_seal.scene import Scene
@@ -112,15 +112,26 @@ class Solved:
     def result(self, files: tuple[str, ...] = (), origin: Origin | None = None) -> Result:
         """The content of result.json, with the names of the files beside it."""
         patch, scene, film = self.patch, self.patch.scene, self.patch.film
-        leak = patch.leak_rate if scene.needs_flow else None
-        grid = film if isinstance(film, GridFilm) else None
-        elastic = self.contact if isinstance(self.contact, ContactState) else None
+        parts: dict[str, Any] = {"accuracy": self.choice}
+        if scene.needs_flow:
+            leak = patch.leak_rate
+            parts |= _named(leak, "method", "unknowns", "inflow", "outflow", "levels")
+            parts["leak_rate"] = Rate.of(leak)
+        if isinstance(film, GridFilm):
+            parts["gap_is_periodic"] = film.gap.periodic
+            parts["gap_slope"] = slope_between_samples(film.gap)
+        if isinstance(self.contact, ContactState):
+            parts |= _named(self.contact, "certificate", "pressed_gap", "penetration")
+            parts["contact_iterations"] = self.contact.iterations
+            parts["mean_pressure"] = patch.mean_pressure
+        if self.seal is not None:
+            parts["seal"] = SealRecord.of(self.seal)
         total = self.seconds + patch.seconds.get("pictures", 0.0)
         return Result(
+            **parts,
             state=self.state,
             percolates=not patch.sealed,
             together=self.headline,
-            leak_rate=Rate.of(leak),
             leak_rate_shown=self._shown(),
             gas=GasRecord.of(patch, self.leak_rate),
             verdict=self.verdict,
@@ -129,18 +140,10 @@ class Solved:
             quantities=self.quantities,
             converged=self.converged,
             reason=self.reason,
-            **_fields(leak, "method", "unknowns", "inflow", "outflow", "levels"),
             preconditioner=_preconditioner(self),
             lift=LiftRecord.of(patch),
-            seal=None if self.seal is None else SealRecord.of(self.seal),
             contact_area_fraction=film.contact_area_fraction,
             mean_gap=film.mean_gap,
-            gap_is_periodic=None if grid is None else grid.gap.periodic,
-            gap_slope=None if grid is None else slope_between_samples(grid.gap),
-            mean_pressure=None if elastic is None else patch.mean_pressure,
-            contact_iterations=None if elastic is None else elastic.iterations,
-            **_fields(elastic, "kkt_residual", "pressed_gap", "penetration"),
-            accuracy=None if self.choice is None else AccuracyRecord.of(self.choice),
             preparation=StepRecord.all_of(patch),
             files=files,
             seconds=patch.seconds | {"total": total},
@@ -154,9 +157,9 @@ class Solved:
         return None if unit is None else Rate.of(self.leak_rate, shown_in(self.patch.scene))
 
 
-def _fields(part: object, *names: str) -> dict[str, Any]:
-    """Fields of a part of the answer under their own names; none if the scene has no such part."""
-    return {} if part is None else {name: getattr(part, name) for name in names}
+def _named(part: object, *names: str) -> dict[str, Any]:
+    """Attributes of a part of the answer under their own names."""
+    return {name: getattr(part, name) for name in names}
 
 
 def solve(

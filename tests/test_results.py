@@ -94,7 +94,7 @@ def test_numbers_are_those_of_the_contact(scene, spy, tmp_path):
     # Sums of some thousand numbers in another order.
     assert result.mean_gap == pytest.approx(gap.values.mean(), rel=1e-13, abs=0)
     assert result.mean_pressure == pytest.approx(pressure.values.mean(), rel=1e-13)
-    assert 0 <= result.kkt_residual <= scene.contact.tolerance
+    assert 0 <= result.certificate <= scene.contact.tolerance
     assert 0 <= result.pressed_gap <= 1e-4
     assert 0 <= result.penetration <= scene.contact.tolerance
     assert result.seconds["total"] >= sum(v for k, v in result.seconds.items() if k != "total")
@@ -114,7 +114,7 @@ def test_schema(scene, spy, tmp_path):
     assert read["converged"] is True
     assert read["unknowns"] == 25
     assert read["method"] == "finite-difference"
-    assert {"contact_area_fraction", "mean_gap", "mean_pressure", "kkt_residual"} < set(read)
+    assert {"contact_area_fraction", "mean_gap", "mean_pressure", "certificate"} < set(read)
     stages = {"surface", "contact", "topology", "flow", "contact grid"}
     assert stages | {"total"} == set(read["seconds"])
     assert {"versions", "scene", "seed"} < set(read["provenance"])

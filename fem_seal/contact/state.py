@@ -126,8 +126,3 @@ class ContactState(GapState):
             ("contact modulus", with_prefix(self.contact_modulus, "Pa")),
             ("certificate", f"{self.certificate:.2g}, after {self.iterations} iterations"),
         ]
-
-    @property
-    def kkt_residual(self) -> float:
-        """Certificate under the name used in result files."""
-        return self.certificate

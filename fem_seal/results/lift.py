@@ -1,11 +1,9 @@
 """Part of result.json about the fluid that lifts the solid."""
 
-from math import isfinite
-
 from fem_seal.digits import rounded_down, rounded_up, with_prefix
 from fem_seal.errors import present
 from fem_seal.patch import Patch
-from fem_seal.results.record import Record
+from fem_seal.results.record import Finite, Record
 
 
 class DryRecord(Record):
@@ -22,9 +20,9 @@ class LiftRecord(Record):
     solid_pressure: float | None
     fluid_pressure: float | None
     steps: int
-    change: float | None
-    lowest: float | None
-    highest: float | None
+    change: Finite
+    lowest: Finite
+    highest: Finite
     dry: DryRecord
     settled: bool = True
 
@@ -34,10 +32,7 @@ class LiftRecord(Record):
         model = patch.scene.lift
         if model == "none":
             return None
-        contact = present(patch.contact, "contact")
-        dry = DryRecord(
-            contact_area_fraction=contact.contact_area_fraction, mean_gap=contact.mean_gap
-        )
+        dry = DryRecord.model_validate(present(patch.contact, "contact"))
         if model == "range":
             low, high = patch.lift_range
             return cls(
@@ -46,8 +41,8 @@ class LiftRecord(Record):
                 fluid_pressure=None,
                 steps=2,
                 change=None,
-                lowest=_finite(low.value if low.lower is None else low.lower),
-                highest=_finite(high.value if high.upper is None else high.upper),
+                lowest=low.value if low.lower is None else low.lower,
+                highest=high.value if high.upper is None else high.upper,
                 dry=dry,
             )
         state = present(patch.lifted, "lifted state")
@@ -56,9 +51,9 @@ class LiftRecord(Record):
             solid_pressure=state.contact.mean_pressure if state.contact else None,
             fluid_pressure=state.fluid_load,
             steps=state.passes,
-            change=_finite(state.change) if state.contact else None,
-            lowest=_finite(state.lowest),
-            highest=_finite(state.highest),
+            change=state.change if state.contact else None,
+            lowest=state.lowest,
+            highest=state.highest,
             dry=dry,
             settled=state.converged,
         )
@@ -89,7 +84,3 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
         passes += f", the last three within {100 * lift.change:.2g} %"
     assumed = ", if its pressure falls smoothly from inlet to outlet" if sealed else ""
     return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {passes}"
-
-
-def _finite(number: float | None) -> float | None:
-    return number if number is not None and isfinite(number) else None

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from fem_seal import parallel
-from fem_seal.accuracy import Choice, Trial
+from fem_seal.accuracy import Trial
 from fem_seal.errors import InvalidInput
 from fem_seal.files import digest
 from fem_seal.leak_rate import FlowState, LeakRate, Level
@@ -23,7 +23,7 @@ from fem_seal.quantities.verdict import Verdict
 from fem_seal.results.lift import LiftRecord
 from fem_seal.results.preparation import StepRecord
 from fem_seal.results.rates import GasRecord, Rate
-from fem_seal.results.record import Record
+from fem_seal.results.record import Finite, Record
 from fem_seal.results.seal import SealRecord
 from fem_seal.scene import Flow, Scene
 from fem_seal.scene.fluid import with_ambient_pressure
@@ -60,27 +60,10 @@ class AccuracyRecord(Record):
     total: float
     samples: tuple[int, int]
     rtol: float
-    contact_error: float | None
-    flow_error: float | None
+    contact_error: Finite
+    flow_error: Finite
     trials: tuple[Trial, ...]
-    lift_error: float | None = None
-
-    @classmethod
-    def of(cls, choice: Choice) -> "AccuracyRecord":
-        """Parts of the error, and the grids tried."""
-        return cls(
-            total=choice.total,
-            samples=choice.surface.shape,
-            rtol=choice.rtol,
-            contact_error=_finite(choice.contact_error),
-            flow_error=_finite(choice.flow_error),
-            trials=choice.trials,
-            lift_error=choice.lift_error,
-        )
-
-
-def _finite(error: float | None) -> float | None:
-    return error if error is not None and isfinite(error) else None
+    lift_error: Finite = None
 
 
 @dataclass(frozen=True)
@@ -133,7 +116,7 @@ class Result(Record):
     state: FlowState
     percolates: bool
     together: Headline | None = None
-    leak_rate: Rate | None
+    leak_rate: Rate | None = None
     leak_rate_shown: Rate | None = None
     gas: GasRecord | None = None
     verdict: Verdict | None = None
@@ -154,7 +137,7 @@ class Result(Record):
     gap_is_periodic: bool | None = None
     gap_slope: float | None = None
     mean_pressure: float | None = None
-    kkt_residual: float | None = None
+    certificate: float | None = None
     pressed_gap: float | None = None
     penetration: float | None = None
     contact_iterations: int | None = None
@@ -228,6 +211,7 @@ def _of_schema_1(data: dict[str, Any]) -> dict[str, Any]:
     """The content of a result.json of the first schema in the present one."""
     for entry in data.get("error_budget") or ():
         entry.setdefault("key", entry["name"].replace(" ", "_"))
+    data["certificate"] = data.pop("kkt_residual", None)
     judged = data.get("verdict")
     if judged is not None:
         judged["comparison"] = judged.pop("headline", "").partition(": ")[2]

@@ -23,7 +23,7 @@ Number = str | float | int | bool | None
 # Columns that every point has, empty where the scene does not give them. SI units.
 COLUMNS = (
     *("state", "decision", "leak_rate", "lower", "upper", "together.lower", "together.upper"),
-    *("contact_area_fraction", "mean_gap", "mean_pressure", "kkt_residual"),
+    *("contact_area_fraction", "mean_gap", "mean_pressure", "certificate"),
     *("unknowns", "converged", "reason", "seconds", "peak_memory_bytes"),
 )
 UNSETTLED = "unsettled"  # state of a point whose contact and flow reach no equilibrium
