@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from fem_seal.contact.grid_error import GridError
     from fem_seal.contact.settings import Load
     from fem_seal.contact.state import ContactState, GapState
-    from fem_seal.coupling import LiftedState, LiftProblem
+    from fem_seal.coupling import LiftedState
     from fem_seal.film import GridFilm, MeshFilm
     from fem_seal.surface import PreparedSurface
 
@@ -279,22 +279,17 @@ class Patch:
         if self.lift != "resolved":
             return None
         from fem_seal.coupling import lifted
-        from fem_seal.lifting import every_second, lifting_problem
+        from fem_seal.lifting import lifting_problem
 
         surface = present(self.surface, "surface")
-
-        def problem_of(heights: GridField) -> "LiftProblem":
-            return lifting_problem(
-                self.scene, self.load, self.flow, heights, self.report, self.comm
-            )
-
-        problem, sparse = problem_of(surface), every_second(surface)
-        coarse = None if sparse is None else problem_of(sparse)
+        problem = lifting_problem(
+            self.scene, self.load, self.flow, surface, self.report, self.comm
+        )
         # The start is the contact with the outlet's pressure everywhere: the dry contact if that
         # pressure is the ambient one.
         dry = self.elastic if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
-            return lifted(problem, self.flow.rtol, dry=dry, coarse=coarse, report=self.report)
+            return lifted(problem, self.flow.rtol, dry=dry, report=self.report)
 
     @property
     def lifted_off(self) -> bool:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from fem_seal.contact.settings import Load
     from fem_seal.contact.state import BearingState, ContactState, GapState
     from fem_seal.film import GridFilm, MeshFilm
-    from fem_seal.flow import KeptMesh
     from fem_seal.surface import IsotropicSpectrum, PreparedSurface
 
 # Least peak memory of a surface, and of a surface with its elastic contact [bytes a sample],
@@ -167,10 +166,9 @@ def finite_elements(
     film: "GridFilm | MeshFilm",
     report: Report,
     comm: parallel.Comm,
-    kept: "KeptMesh | None" = None,
     margin: float = 0.0,
 ) -> LeakRate:
-    """Leak rate of a film by finite elements, begun on a kept mesh if there is one.
+    """Leak rate of a film by finite elements.
 
     A decision against a limit counts an error of ln Q, `margin`, beside the bounds.
     """
@@ -191,7 +189,6 @@ def finite_elements(
         limits=settings.limits,
         progress=progress,
         field=settings.field,
-        kept=kept,
         comm=parallel.communicator(comm),
     )
 

@@ -1,8 +1,7 @@
 """The fluid lifts the solid: contact and flow in one equilibrium."""
 
 from fem_seal.coupling.lifted import lifted
-from fem_seal.coupling.passes import PassTuning
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import LiftedState, most_claimed
 
-__all__ = ["LiftProblem", "LiftedState", "PassTuning", "lifted", "most_claimed"]
+__all__ = ["LiftProblem", "LiftedState", "lifted", "most_claimed"]

@@ -4,36 +4,37 @@ With the compliance S of the solid, heights h of the counter-face, fluid pressur
 pressure p_c:
 
     gap             g = S (p_c + p_f) - h + const >= 0,    p_c >= 0,    p_c g = 0
-    flow            ∇·(g³/(12 η) ∇p_f) = 0
+    flow            ∇·((g³ + ε³)/(12 η) ∇p_f) = 0 on the whole patch
     load            mean(p_c + p_f) = P₀
 
-With p_f fixed, the first line is a dry contact with the heights h - S p_f under the load
-P₀ - mean(p_f). With g fixed, the second line is the flow through a film. One *pass* solves the
-contact, then the flow, and turns one p_f into the next. At an equilibrium a pass changes nothing.
-Plain passes, which begin with the p_f of the last flow, may cycle. Anderson's acceleration
-therefore mixes the p_f of the last passes (`anderson`), and takes smaller steps as the number of
-passes grows. The meshes of the flows get finer on the way (`passes`).
-
-Samples that close or open change p_f around them by a finite amount, so p_f itself need not
-converge. The leak rate Q decides: the passes have settled when ln Q has changed by less than a
-tolerance over three passes on the last mesh, the last of them plain (an accelerated pass with a
-small step changes little, settled or not). The change that remains estimates the error of the
-iteration; it is no bound.
+The small gap ε makes p_f a continuous function of the gap, under contact and in pockets as well.
+Newton's method solves both together (`newton`), in stages: the network of the flow becomes finer
+and ε smaller. At the end of each stage the flow of the next one tells how much its pressure would
+change the leak rate; the stages end when that is little. The leak rate of the result is that of
+the gap without ε, with its own bounds.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
-from math import inf
+from dataclasses import dataclass, replace
+from math import exp, inf
 
 import numpy as np
 
+from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.passes import TUNING, Passes, PassTuning
-from fem_seal.coupling.problem import LiftProblem, left_of
-from fem_seal.coupling.state import LiftedState, relative_part, spread, width_of
+from fem_seal.coupling.newton import ROUGH_CONTACT, FloatingPoint, Log, Point, Stage, newton
+from fem_seal.coupling.problem import LiftProblem
+from fem_seal.coupling.state import SETTLED, LiftedState, spread
 from fem_seal.errors import present
-from fem_seal.film import GridFilm
 from fem_seal.progress import Report, silent
+
+FIRST_EPSILON, EPSILON_FALLS = 1e-2, 1 / 8  # in rms heights; from stage to stage
+STAGES_OF_DIFFERENCES, MOST_STEPS = 4, 20
+LAST_CHANGE = 0.2  # part of the error allowed at which the steps of a stage end
+FIRST_LEVEL = 0.25  # steps in which a solid is lifted clear of the counter-face, in rms heights
+FIRST_DEVIATION, PASSES = 0.05, 4  # from an unstable state, over the pressure drop; and passes
+MOST_ERROR = 700.0  # of ln Q, whose exponential is finite
+MANY_ITERATIONS = 10  # of GMRES, beyond which a second start is tried
+FINER = "compare a finer grid (surface.shape)"
 
 
 def lifted(
@@ -41,34 +42,23 @@ def lifted(
     rtol: float,
     *,
     dry: ContactState | None = None,
-    coarse: LiftProblem | None = None,
-    tuning: PassTuning = TUNING,
     report: Report = silent,
 ) -> LiftedState:
     """Solve contact and flow together.
 
-    The passes begin with the outlet's pressure everywhere, or with the fluid pressure of a few
-    passes on every second sample. If the film is sealed under the outlet's pressure, there may be a
-    sealed and a leaking equilibrium. Then a second series of passes begins with the inlet's
-    pressure, and its state is returned; it has settled only if both series agree.
+    Newton's method starts from the outlet's pressure everywhere. Where that contact is sealed, or
+    the steps were difficult, there may be a sealed and a leaking equilibrium: a second start from
+    the inlet's pressure must then lead to the same state.
 
     Parameters
     ----------
-    problem : LiftProblem
-    rtol : float
-        Tolerance of the last flow. The passes have settled when ln Q changes by less than a fifth.
-    dry : ContactState, optional
+    problem
+    rtol
+        Tolerance of the flow. The state has settled if its ln Q errs by at most half of it.
+    dry
         Contact under the outlet's pressure everywhere, if it is known.
-    coarse : LiftProblem, optional
-        The problem on every second sample, for a start that saves passes.
-    tuning : PassTuning
-        Parameters of the passes. If they are given up, a state with `converged` False is returned.
-    report : callable
-        Called with each pass.
-
-    Returns
-    -------
-    LiftedState
+    report
+        Called with each step.
 
     Raises
     ------
@@ -76,213 +66,227 @@ def lifted(
         If a contact or a flow fails.
     """
     low = np.full(problem.height.shape, problem.outlet)
-    if problem.load is not None and problem.load <= problem.outlet:
-        return _lifted_off(problem, low, [])
+    uniform = problem.uniform_pressure
+    if problem.load is not None and problem.load <= uniform.mean():
+        return _lifted_off(problem, uniform)
     if dry is None:
-        dry = problem.contact_under(low)
-    if not problem.film(dry.gap).sealed:
-        start = None if coarse is None else _coarse_start(coarse, tuning, report)
-        if start is None:
-            passes = Passes(problem, rtol, low, dry, known=True, tuning=tuning)
-        else:
-            tolerance = max(rtol, tuning.tolerance_after_coarse)
-            finer = replace(tuning, first_tolerance=tolerance)
-            passes = Passes(problem, rtol, start, tuning=finer)
-        return _settled(passes, report)
-    first = _settled(Passes(problem, rtol, low, dry, known=True, tuning=tuning), report)
-    if first.flipping and (problem.load is None or problem.load > problem.inlet):
-        # A second start does not make this settled, and the fluid cannot carry the whole load.
-        return first
-    high = problem.carriable(low, np.full_like(low, problem.inlet), tuning.left_per_pass)
-    top = problem.contact_under(high, dry)
-    if high.min() == problem.inlet and problem.film(top.gap).sealed and first.state == "sealed":
-        # Sealed with the inlet's pressure everywhere: sealed at any pressure between the ends'.
-        return first
-    second = _settled(Passes(problem, rtol, high, top, known=True, tuning=tuning), report)
-    return _both(first, second)
+        dry = parallel.on_root(lambda: problem.contact_under(low), problem.comm)
+    sealed = problem.film(dry.gap).sealed
+    first = parallel.on_root(lambda: _found(problem, rtol, low, dry, report), problem.comm)
+    state = _state_of(problem, rtol, first)
+    log = first.log
+    doubtful = sealed or log.shortened or log.iterations > MANY_ITERATIONS
+    if first.certain or not doubtful:
+        return state
+    if problem.load is not None and problem.load <= problem.inlet:
+        return state
+    high = np.full_like(low, problem.inlet)
+    second = parallel.on_root(lambda: _found(problem, rtol, high, None, report), problem.comm)
+    return _both(state, _state_of(problem, rtol, second))
 
 
 def lifted_from(
+    problem: LiftProblem, rtol: float, pressure: np.ndarray, report: Report = silent
+) -> LiftedState:
+    """The state to which Newton's method leads from a fluid pressure (nx, ny) [Pa]."""
+    found = parallel.on_root(lambda: _found(problem, rtol, pressure, None, report), problem.comm)
+    return _state_of(problem, rtol, found)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """Where the steps from one start have ended."""
+
+    pressure: np.ndarray  #: p_f (nx, ny) [Pa]
+    contact: ContactState  #: under it
+    certain: bool  #: whether the film is sealed under the inlet's pressure as well
+    change: float  #: of ln Q in the last step
+    error: float  #: of ln Q
+    log: Log
+
+
+def _found(
     problem: LiftProblem,
     rtol: float,
     pressure: np.ndarray,
-    contact: ContactState | None = None,
-    tuning: PassTuning = TUNING,
-    report: Report = silent,
-) -> LiftedState:
-    """Pass through contact and flow from a fluid pressure until the leak rate settles.
+    contact: ContactState | None,
+    report: Report,
+) -> _Found:
+    """Newton's method in stages, from a fluid pressure.
 
-    Parameters
-    ----------
-    problem, rtol, tuning, report : as of `lifted`
-    pressure : (nx, ny) float
-        Fluid pressure above ambient of the first pass [Pa]; its mean is below the load.
-    contact : ContactState or None
-        A contact to start from.
-
-    Returns
-    -------
-    LiftedState
+    At the first point of a stage ln Q is as wrong as the fluid's pressure of the stage before was.
+    If that is little, one more step is the last.
     """
-    return _settled(Passes(problem, rtol, pressure, contact, tuning=tuning), report)
+    if contact is None:
+        contact = problem.contact_under(pressure, None, ROUGH_CONTACT)
+    allowed, log, stages = SETTLED * rtol, Log(), _stages(problem)
+    change, error, certain, left = inf, inf, False, False
+    point = Point(problem, stages[0], pressure, contact)
+    for number, stage in enumerate(stages):
+        point = replace(point, stage=stage)
+        log.residuals.append(point.size)
+        report("lift", f"step {len(log.residuals)}, residual {point.size:.1e}")
+        if number > 0:
+            sealed = problem.film(point.contact.gap).sealed
+            if sealed and _stays_sealed(problem, point.contact):
+                certain = True
+                break
+            change, error = abs(point.step.log_rate), point.error
+            if error <= allowed and not sealed and not log.failure:
+                point = point.after(point.step) or point
+                break
+        point = newton(point, LAST_CHANGE * allowed, MOST_STEPS, log)
+        if log.failure and problem.fluid_carries_all(point.pressure):
+            point = newton(_floating(point), LAST_CHANGE * allowed, MOST_STEPS, log)
+        if point.step.negative is not None and not left:
+            left = True
+            point = newton(_leaving(point), LAST_CHANGE * allowed, MOST_STEPS, log)
+        change = abs(point.step.log_rate)
+        if not log.failure:
+            point = point.after(point.step) or point
+    else:
+        error = change + error / 2  # the last network is finer than that which had this error
+    contact = point.contact
+    if contact.contact.any():
+        contact = problem.contact_under(point.pressure, contact)
+    if not certain and problem.film(contact.gap).sealed:
+        certain = _stays_sealed(problem, contact)
+    return _Found(point.pressure, contact, certain, change, error, log)
 
 
-def _settled(passes: Passes, report: Report) -> LiftedState:
-    """Pass through contact and flow until the leak rate settles."""
-    while True:
-        contact = passes.solve_contact()
-        passes.solve_flow(contact, report)
-        if passes.settled:
-            state = _finished(passes, contact, passes.rates[-3:], True)
-            if state is not None:
-                return state
-        if passes.given_up:
-            seen = passes.rates[passes.count // 2 :]
-            return present(_finished(passes, contact, seen, False), "state")
-        if passes.solids_separate:
-            return _lifted_off(passes.problem, passes.response, passes.rates)
-        passes.go_on()
+def _stages(problem: LiftProblem) -> list[Stage]:
+    """Networks from coarse to fine, with a smaller ε each."""
+    (first, last), rms = problem.levels, float(problem.height.values.std())
+    return [
+        Stage(min(first + k, last), FIRST_EPSILON * EPSILON_FALLS**k * rms)
+        for k in range(last - first + 1 if problem.refines else STAGES_OF_DIFFERENCES)
+    ]
 
 
-def _coarse_start(coarse: LiftProblem, tuning: PassTuning, report: Report) -> np.ndarray | None:
-    """Fluid pressure (nx, ny) [Pa] of a roughly settled state on every second sample.
+def _floating(point: Point) -> Point:
+    """Point at which the solid has just left the counter-face."""
+    problem, height = point.problem, point.problem.height.values
+    level, rms = float((point.contact.gap.values + height).mean()), float(height.std())
+    while (other := FloatingPoint.at(problem, point.stage, point.pressure, level)) is None:
+        level += FIRST_LEVEL * rms
+    return other
 
-    None unless that state leaks. The mean of this pressure on the finer grid is the same, so that
-    the solid keeps a load there too.
+
+def _leaving(point: Point) -> Point:
+    """Point to which plain passes lead from an equilibrium that they leave.
+
+    Where R' G' has a real eigenvalue above 1, a pass through contact and flow grows every deviation
+    along its eigenvector: no such state lasts.
     """
-    low = np.full(coarse.height.shape, coarse.outlet)
-    falling = np.linspace(coarse.inlet, coarse.outlet, len(low))[:, None]
-    start = coarse.carriable(low, np.broadcast_to(falling, low.shape), tuning.left_per_pass)
-    tolerance = tuning.coarse_tolerance
-    passes = Passes(coarse, tolerance, start, tuning=replace(tuning, first_tolerance=tolerance))
-    for _ in range(tuning.coarse_passes):
-        contact = passes.solve_contact()
-        leak = passes.solve_flow(contact, report)
-        passes.go_on()
-        if passes.change < tuning.coarse_change:
-            break
-    if leak.state == "sealed":
+    away = present(point.step.negative, "direction")
+    away = away * (FIRST_DEVIATION * point.problem.drop / np.abs(away).max())
+    step = replace(point.step, pressure=away if away.mean() >= 0 else -away)
+    for _ in range(PASSES):
+        point = point.after(step) or point
+        step = replace(step, pressure=point.residual)
+    return point
+
+
+def _stays_sealed(problem: LiftProblem, contact: ContactState) -> bool:
+    """Whether a film is sealed with the inlet's pressure wherever no open path leads to the outlet.
+
+    On a half-space a higher p_f nowhere makes the gap smaller, so that no p_f opens such a film.
+    """
+    opened = _most_opened(problem, contact)
+    return opened is not None and problem.film(opened.gap).sealed
+
+
+def _most_opened(problem: LiftProblem, contact: ContactState) -> ContactState | None:
+    """Contact under that pressure; None if it carries the whole load."""
+    nx, ny = problem.height.shape
+    joined = problem.film(contact.gap).joined_to("outlet")[:nx, :ny]
+    highest = np.where(joined, problem.outlet, problem.inlet)
+    if problem.left_of(highest) <= 0:
         return None
-    return _on_finer(passes.pressure, coarse.outlet)
+    return problem.contact_under(highest, contact, ROUGH_CONTACT)
 
 
-def _on_finer(values: np.ndarray, beyond: float) -> np.ndarray:
-    """Values on twice as many samples along each axis, linear between them.
-
-    Parameters
-    ----------
-    values : (nx, ny) float
-    beyond : float
-        Value in the row that would follow the last.
-    """
-    nx, ny = values.shape
-    after = np.vstack([values[1:], np.full((1, ny), beyond)])
-    rows = np.stack([values, (values + after) / 2], axis=1).reshape(2 * nx, ny)
-    after = np.hstack([rows[:, 1:], rows[:, -1:]])
-    return np.stack([rows, (rows + after) / 2], axis=2).reshape(2 * nx, 2 * ny)
+def _state_of(problem: LiftProblem, rtol: float, found: _Found) -> LiftedState:
+    """The state at the end of the steps, with its leak rate to the tolerance of the result."""
+    leak = problem.flow(problem.film(found.contact.gap))
+    log, error, reason = found.log, found.error, ""
+    steps = len(log.residuals) - 1
+    lowest, highest = (leak.value * exp(sign * min(error, MOST_ERROR)) for sign in (-1, 1))
+    if leak.state == "sealed":
+        error = 0.0
+        if not found.certain:
+            opened = parallel.on_root(lambda: _most_opened(problem, found.contact), problem.comm)
+            highest = inf
+            if opened is not None:
+                most = problem.flow(problem.film(opened.gap))
+                highest = most.value if most.upper is None else most.upper
+            reason = (
+                f"the film is sealed after {steps} of Newton's steps, but more fluid pressure "
+                "under the contact would open it"
+            )
+    elif log.failure:
+        reason = f"contact and flow have not settled: {log.failure}"
+    elif error > SETTLED * rtol:
+        reason = (
+            f"the fluid's pressure leaves an error of {error:.2g} in the logarithm of the leak "
+            f"rate, more than half of flow.rtol = {rtol:.2g}"
+        )
+    if reason:
+        low = f"{lowest:.3g}" if lowest else "0 (sealed)"
+        high = f"{highest:.3g} m^3/s" if highest < inf else "that of a film lifted off"
+        reason += f": the leak rate is between {low} and {high}; {FINER}"
+    return LiftedState(
+        state=leak.state,
+        contact=found.contact,
+        fluid_pressure=problem.field(found.pressure),
+        leak_rate=leak,
+        steps=steps,
+        change=0.0 if leak.state == "sealed" else found.change,
+        claimed=error,
+        converged=not reason,
+        lowest=lowest,
+        highest=highest,
+        residuals=tuple(log.residuals),
+        reason=reason,
+    )
 
 
 def _both(first: LiftedState, second: LiftedState) -> LiftedState:
-    """Compare the states of two starts.
-
-    The second is returned, or the first if it leaks and has settled and the second has not.
-    """
-    passes, rates = first.passes + second.passes, first.rates + second.rates
-    if "lifted off" in (first.state, second.state):
-        agree = first.state == second.state
-    else:
-        one, other = present(first.leak_rate, "leak rate"), present(second.leak_rate, "leak rate")
-        agree = (
-            spread([one.value, other.value]) <= relative_part(other) + first.change + second.change
-        )
-    if agree and first.converged and second.converged:
-        return replace(second, passes=passes, rates=rates)
-    lowest, highest = min(first.lowest, second.lowest), max(first.highest, second.highest)
-    contacts, flipping = [first.contact, second.contact], second.flipping
-    two_states = first.converged and second.converged and None not in contacts
-    if two_states:
-        below, above = (present(contact, "contact").gap.values > 0 for contact in contacts)
-        flipping = int(np.count_nonzero(below != above))
-    shown = first if first.state == "leaking" and first.converged > second.converged else second
+    """The second of two states, or the first alone if only that has settled."""
+    leaks = [present(state.leak_rate, "leak rate") for state in (first, second)]
+    apart = spread(*(leak.value for leak in leaks))
+    widths = [spread(*leak.bounds) for leak in leaks if leak.lower]
+    shown = first if first.converged and not second.converged else second
+    both = replace(shown, steps=first.steps + second.steps)
+    if apart <= first.claimed + second.claimed + max(widths, default=0.0):
+        return both
+    names = [f"{leak.value:.3g} m^3/s" if leak.value else "0 (sealed)" for leak in leaks]
+    opened = [present(state.contact, "contact").gap.values > 0 for state in (first, second)]
+    differ = np.count_nonzero(opened[0] != opened[1])
+    reason = (
+        "contact and flow have two equilibria, from the pressure of the outlet and of the inlet: "
+        f"{differ} samples are open in one and closed in the other, and the leak rate is "
+        f"{names[0]} or {names[1]}; {FINER}"
+    )
     return replace(
-        shown,
-        passes=passes,
-        rates=rates,
+        both,
         converged=False,
-        change=spread([lowest, highest]),
-        lowest=lowest,
-        highest=highest,
-        flipping=flipping,
-        two_states=two_states,
+        lowest=min(first.lowest, second.lowest),
+        highest=max(first.highest, second.highest),
+        reason=reason,
     )
 
 
-def _finished(
-    passes: Passes, last: ContactState, seen: Sequence[float], settled: bool
-) -> LiftedState | None:
-    """State of the present pass, its contact and flow solved to the tolerance of the result.
-
-    None if that flow contradicts the flows on the last mesh: the passes then go on with the mesh of
-    that flow. A sealed film that a higher pressure under its contact would open has not settled.
-    """
-    problem, rtol = passes.problem, passes.rtol
-    contact = problem.contact_under(passes.pressure, last)
-    film = problem.film(contact.gap)
-    leak = problem.flow(film, None, False)
-    if settled and spread([leak.value, passes.rates[-1]]) > rtol:
-        passes.go_on_from(leak)
-        return None
-    flipping = 0
-    if not settled:
-        seen, flipping = [*seen, leak.value], passes.flipping
-    elif film.sealed:
-        seen = [0.0, _most_through_sealed(passes, film, contact)]
-        settled = seen[1] == 0
-    return LiftedState(
-        state=leak.state,
-        contact=contact,
-        fluid_pressure=problem.field(passes.pressure),
-        leak_rate=leak,
-        passes=passes.count,
-        change=spread(seen),
-        converged=settled,
-        lowest=min(seen),
-        highest=max(seen),
-        rtol=rtol,
-        rates=tuple(passes.rates),
-        mesh_width=width_of(passes.flow_of_mesh),
-        flipping=flipping,
-    )
-
-
-def _most_through_sealed(passes: Passes, film: GridFilm, contact: ContactState) -> float:
-    """Leak rate [m³/s] with the inlet's pressure wherever open paths do not lead to the outlet.
-
-    It is 0 if the film stays sealed under this pressure. On a half-space a higher p_f nowhere makes
-    the gap smaller, so the film then stays sealed under any p_f. The continued p_f cannot decide
-    that: where a few samples of contact hold the whole pressure drop, it is too low on them and
-    keeps them closed.
-    """
-    problem, (nx, ny) = passes.problem, film.gap.shape
-    joined = film.joined_to("outlet")[:nx, :ny]
-    highest = np.where(joined, problem.outlet, problem.inlet)
-    if problem.load is not None and left_of(problem.load, highest) <= 0:
-        return inf
-    opened = problem.film(problem.contact_under(highest, contact).gap)
-    leak = problem.flow(opened, passes.tuning.first_tolerance, True)
-    return leak.value if leak.upper is None else leak.upper
-
-
-def _lifted_off(problem: LiftProblem, pressure: np.ndarray, rates: Sequence[float]) -> LiftedState:
+def _lifted_off(problem: LiftProblem, pressure: np.ndarray) -> LiftedState:
     return LiftedState(
         state="lifted off",
         contact=None,
         fluid_pressure=problem.field(pressure),
         leak_rate=None,
-        passes=len(rates),
+        steps=0,
         change=0.0,
+        claimed=0.0,
         converged=True,
         lowest=inf,
         highest=inf,
-        rates=tuple(rates),
     )

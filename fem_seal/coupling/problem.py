@@ -1,64 +1,76 @@
-"""The coupled problem of contact and flow: the steps of one pass, each as a function."""
+"""The coupled problem of contact and flow: its two halves, each as a function."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fem_seal import parallel
+from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.fluid_pressure import pressure_on_samples
+from fem_seal.contact.tangent import ContactTangent
 from fem_seal.film import GridFilm
+from fem_seal.finite_difference.film_pressure import FilmPressure, Solver
+from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+
+MOST_NODES = 1_100_000  # of a network for the fluid's pressure
+FINEST = 3  # highest level of a network
+# Nodes along a side of the first network; on larger contact grids twice as many.
+FEWEST_NODES = 128
+NOTHING = 1e-3  # part of the load that counts as none
 
 
 @dataclass(frozen=True, eq=False)
 class LiftProblem:
-    """The steps of one pass, each as a function.
+    """Contact and flow of one scene; pressures are above ambient."""
 
-    Attributes
-    ----------
-    height : GridField
-        Counter-face h [m].
-    displacement : callable
-        (nx, ny) pressure [Pa] -> displacement S p [m], up to a constant.
-    press : callable
-        (heights, load left to the solid [Pa] or None, start, tolerance) -> ContactState. The load
-        is None where an area or a mean gap is prescribed, which the fluid does not change. The
-        contact is solved to the larger of this tolerance and that of the result.
-    film : callable
-        gap -> GridFilm
-    flow : callable
-        (film, tolerance, whether to begin with a new mesh) -> LeakRate with its field. Otherwise it
-        begins with the mesh of the last film. Tolerance None: that of the result.
-    flow_on_kept_mesh : callable or None
-        film -> LeakRate with its field: one solve for the pressure on the mesh of the last flow.
-        None for a method without a mesh, whose flow is the same at every tolerance.
-    fluid_pressure : callable
-        (film, leak rate) -> pressure above ambient [Pa] on the film's samples, NaN where the flow
-        has none (contact, pockets).
-    inlet, outlet : float
-        Fluid pressures above ambient [Pa], the higher one at the inlet.
-    load : float or None
-        P₀ [Pa], which solid and fluid carry together; None if area or mean gap is prescribed.
-    comm : MPI.Comm or None
-        The processes that solve together; all of this run if None.
-    """
-
-    height: GridField
-    displacement: Callable[[np.ndarray], np.ndarray]
+    height: GridField  #: counter-face h [m]
+    solid: HalfSpace  #: on the grid of the contact
+    contact_modulus: float  #: E* [Pa]
+    #: (heights, load left to the solid [Pa] or None, start, tolerance) -> contact. The load is None
+    #: where an area or a mean gap is prescribed, which the fluid does not change. The contact is
+    #: solved to the larger of this tolerance and that of the result.
     press: Callable[
         [GridField, float | None, ContactState | np.ndarray | None, float], ContactState
     ]
-    film: Callable[[GridField], GridFilm]
-    flow: Callable[[GridFilm, float | None, bool], LeakRate]
-    flow_on_kept_mesh: Callable[[GridFilm], LeakRate] | None
-    fluid_pressure: Callable[[GridFilm, LeakRate], np.ndarray]
-    inlet: float
-    outlet: float
-    load: float | None
-    comm: parallel.Comm = None
+    film: Callable[[GridField], GridFilm]  #: film of a gap
+    flow: Callable[[GridFilm], LeakRate]  #: leak rate of a film, by all processes together
+    #: gaps (nx, ny) [m] -> cubes of the gaps that conduct as much without slip [m³]
+    cubes: Callable[[np.ndarray], np.ndarray]
+    #: (u, critical gap [m]) -> fluid pressure [Pa] where the linear problem has the solution u
+    pressure_of: Callable[[np.ndarray, float], np.ndarray]
+    slips: bool  #: whether the fluid is a gas that slips at the walls
+    links: str  #: mean of g³ along a link of the network, see `finite_difference.links`
+    solver: Solver  #: of the network's matrix
+    refines: bool  #: whether the fluid's pressure may be solved on finer networks than the contact
+    inlet: float  #: fluid pressure at the inlet [Pa], the higher one
+    outlet: float  #: fluid pressure at the outlet [Pa]
+    load: float | None  #: P₀ of solid and fluid [Pa]; None if area or mean gap is prescribed
+    mean_gap_held: bool  #: whether the mean gap is prescribed
+    comm: parallel.Comm = None  #: the processes that solve together; all of this run if None
+    _grids: dict[int, PressureGrid] = field(default_factory=dict)
+
+    @property
+    def stiffness(self) -> float:
+        """Pressure that the unit of `solid.pressure` stands for, per displacement [Pa/m]."""
+        dx, dy = self.height.spacing
+        return self.contact_modulus / (2 * (dx * dy) ** 0.5)
+
+    @property
+    def drop(self) -> float:
+        """Pressure drop [Pa]."""
+        return self.inlet - self.outlet
+
+    @property
+    def uniform_pressure(self) -> np.ndarray:
+        """Fluid pressure (nx, ny) [Pa] in a uniform film: its mean is the load that it carries."""
+        nx, ny = self.height.shape
+        first = 0.0 if self.film(self.touching_gap).representation == "linear" else 0.5
+        u = 1 - (np.arange(nx) + first) / nx
+        pressure = self.pressure_of(u, float(np.ptp(self.height.values)))
+        return np.repeat(pressure[:, None], ny, axis=1)
 
     def contact_under(
         self,
@@ -67,48 +79,84 @@ class LiftProblem:
         tolerance: float = 0.0,
     ) -> ContactState:
         """Contact with a fluid pressure [Pa]: a dry one with heights h - S p_f."""
-        height = self.height
-        load = None if self.load is None else left_of(self.load, pressure)
-        lowered = height.values - self.displacement(pressure)
-        heights = GridField(lowered, height.spacing, height.periodic)
-        return self.press(heights, load, start, tolerance)
+        load = None if self.load is None else self.left_of(pressure)
+        lowered = self.height.values - self.displacement(pressure)
+        return self.press(self.field(lowered), load, start, tolerance)
 
-    def pressure_of_flow(self, film: GridFilm, leak: LeakRate) -> np.ndarray:
-        """p_f (nx, ny) of the flow through a film [Pa]."""
+    def displacement(self, pressure: np.ndarray) -> np.ndarray:
+        """Displacement [m] under a pressure (nx, ny) [Pa], of zero mean."""
+        return self.solid.displacement(pressure / self.stiffness)
 
-        def read() -> np.ndarray:
-            flowing = None if leak.state == "sealed" else self.fluid_pressure(film, leak)
-            return pressure_on_samples(film, self.inlet, self.outlet, flowing)
+    def contact_tangent(self, contact: ContactState) -> ContactTangent:
+        """Derivative of the gap of a contact by the fluid's pressure."""
+        return ContactTangent(
+            self.solid, self.stiffness, contact.gap.values > 0, self.mean_gap_held
+        )
 
-        return parallel.on_root(read, self.comm)
+    def film_pressure(self, gap: np.ndarray, level: int, epsilon: float) -> FilmPressure:
+        """Pressure u between 1 and 0 in a film that conducts as a gap ε [m] more everywhere."""
+        step = 1e-6
+        cubes = np.cbrt(self.cubes(gap) + epsilon**3)
+        slope = (self.cubes(gap * (1 + step)) - self.cubes(gap * (1 - step))) / (2 * step)
+        slope = np.divide(slope, 3 * cubes**2 * gap, out=np.zeros_like(gap), where=gap > 0)
+        return FilmPressure(self.grid(level), cubes, slope, self.solver)
 
-    def carriable(self, pressure: np.ndarray, target: np.ndarray, least_part: float) -> np.ndarray:
-        """Target fluid pressure, or one on the way to it that leaves a load to the solid.
+    def grid(self, level: int) -> PressureGrid:
+        """Network with 2^level times as many nodes a side as the contact has samples."""
+        if level not in self._grids:
+            self._grids[level] = PressureGrid.of(self.film(self.touching_gap), self.links, level)
+        return self._grids[level]
 
-        Parameters
-        ----------
-        pressure, target : (nx, ny) float
-            p_f now, and next [Pa].
-        least_part : float
-            Least part of the solid's present load that remains.
+    @property
+    def touching_gap(self) -> GridField:
+        """Gap of first touch [m]."""
+        return self.field(self.height.values.max() - self.height.values)
 
-        Returns
-        -------
-        (nx, ny) float [Pa]
-        """
-        if self.load is None:
-            return target
-        before, after = left_of(self.load, pressure), left_of(self.load, target)
-        least = least_part * before
-        if after >= least:
-            return target
-        return pressure + (before - least) / (before - after) * (target - pressure)
+    @property
+    def levels(self) -> tuple[int, int]:
+        """Level of the coarsest and of the finest network."""
+        if not self.refines:
+            return 0, 0
+        shape, first, last = self.height.shape, 0, 0
+        fewest = FEWEST_NODES * (2 if min(shape) > 2 * FEWEST_NODES else 1)
+        while all(n % 2 ** (1 - first) == 0 and n >> (1 - first) >= fewest for n in shape):
+            first -= 1
+        last = max(
+            level
+            for level in range(first, FINEST + 1)
+            if level == first or self.height.values.size * 4.0**level <= MOST_NODES
+        )
+        return first, last
 
-    def field(self, pressure: np.ndarray) -> GridField:
-        """A pressure (nx, ny) on the contact's grid."""
-        return GridField(pressure, self.height.spacing, self.height.periodic)
+    def floating(self, gap: np.ndarray) -> ContactState:
+        """State of a solid that floats above the counter-face, with a gap (nx, ny) [m]."""
+        return ContactState(
+            gap=self.field(gap),
+            pressure=self.field(np.zeros_like(gap)),
+            contact_modulus=self.contact_modulus,
+            certificate=0.0,
+            complementarity=0.0,
+            pressed_gap=0.0,
+            penetration=0.0,
+            iterations=0,
+            fft_pairs=0.0,
+            residuals=(),
+            solver="newton",
+            converged=True,
+        )
 
+    def between_ends(self, pressure: np.ndarray) -> np.ndarray:
+        """A pressure [Pa], clipped to those of the two ends."""
+        return np.clip(pressure, self.outlet, self.inlet)
 
-def left_of(load: float, pressure: np.ndarray) -> float:
-    """Part of a load that a fluid pressure leaves to the solid [Pa]."""
-    return load - float(pressure.mean())
+    def left_of(self, pressure: np.ndarray) -> float:
+        """Part of the load that a fluid pressure leaves to the solid [Pa]; infinite without one."""
+        return np.inf if self.load is None else self.load - float(pressure.mean())
+
+    def fluid_carries_all(self, pressure: np.ndarray) -> bool:
+        """Whether a fluid pressure leaves next to nothing to the solid."""
+        return self.load is not None and self.left_of(pressure) < NOTHING * self.load
+
+    def field(self, values: np.ndarray) -> GridField:
+        """Values (nx, ny) on the contact's grid."""
+        return GridField(values, self.height.spacing, self.height.periodic)

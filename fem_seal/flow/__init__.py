@@ -1,7 +1,7 @@
 """Reynolds flow through a gap by finite elements, with bounds of the leak rate from both sides."""
 
 from fem_seal.flow.exchange import FlowFunctions, film_from_dolfinx, flow_functions
-from fem_seal.flow.leak import METHODS, leak_rate, pressure_on_kept
+from fem_seal.flow.leak import METHODS, leak_rate
 from fem_seal.flow.marking import Tuning
 from fem_seal.flow.start import KeptMesh
 from fem_seal.limits import Limits
@@ -15,5 +15,4 @@ __all__ = [
     "film_from_dolfinx",
     "flow_functions",
     "leak_rate",
-    "pressure_on_kept",
 ]

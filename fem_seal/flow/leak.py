@@ -145,7 +145,6 @@ def leak_rate(
         drawn = _field(solution, film, viscosity, pressure_drop, slip_factor) if field else None
         if kept is not None:
             kept.start = solution.problem.start(solution.pressure, solution.stream)
-            kept.narrowest = critical
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
             keep(MeshedFlow(film, solution, slip_factor))
         # Free this mesh before the next one is made.
@@ -155,53 +154,6 @@ def leak_rate(
         missed = result.refined_bounds if decide is None else result.bounds
         reason = f"{reason}; {criterion.missed(*missed)}"
     return replace(result, converged=not reason, reason=reason, field=drawn)
-
-
-def pressure_on_kept(
-    film: GridFilm,
-    kept: KeptMesh,
-    *,
-    viscosity: float,
-    pressure_drop: float,
-    slip: Slip | None = None,
-    comm: MPI.Comm = MPI.COMM_WORLD,
-) -> LeakRate:
-    """Pressure in a film, solved once on the mesh kept from the flow through another film.
-
-    There is no refinement and no lower bound. The solve yields the pressure, and the change of the
-    leak rate from film to film: compare the inflow of the result with that of the `leak_rate` that
-    made the mesh.
-
-    Parameters
-    ----------
-    film : film that leaks, on the same grid as the film whose mesh is kept
-    kept : the mesh; it receives the pressure of this film
-    viscosity, pressure_drop, slip, comm : as of `leak_rate`
-
-    Returns
-    -------
-    Not converged, with a lower bound of 0; its field has the pressure and no flux
-    """
-    start, tuning = present(kept.start, "kept mesh"), Tuning()
-    scale = unit_of_leak_rate(film.highest, viscosity, pressure_drop)
-    slipping = None if slip is None else SlippingFilm(slip, film.highest, kept.narrowest)
-    slip_factor = slipping.slip_factor if slipping else 1.0
-    scale *= slip_factor
-    narrowest = min(kept.narrowest / film.highest, 1.0)
-    gap, _ = _first(film, narrowest, tuning, tuning.coarsest, slipping)
-    start = start.through(gap)
-    problem = LevelProblem(gap, start.mesh, start.values, comm, tuning.tolerance)
-    pressure = problem.pressure(problem.guess(start).pressure)
-    kept.start = replace(problem.start(pressure, None), streams=start.streams)
-    level = SolvedLevel(problem.unknowns, problem.space.count, problem.upper_bound(pressure))
-    solution = LevelSolution(level, problem, pressure, None)
-    result = _result(solution, [_in_si(level, scale)], "adaptive", scale)
-    return replace(
-        result,
-        converged=False,
-        reason="the pressure alone was solved, on a mesh of another film",
-        field=_pressure_field(solution, film, pressure_drop),
-    )
 
 
 def require_positive(values: Mapping[str, float]) -> None:

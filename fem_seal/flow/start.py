@@ -58,4 +58,3 @@ class KeptMesh:
     """The mesh on which a flow ended, to begin the flow through a film that differs little."""
 
     start: Start | None = None  #: mesh and solutions of the last flow; None before the first
-    narrowest: float = 0.0  #: gap of the critical constriction of its film [m]

@@ -96,11 +96,8 @@ def _resolved(patch: Patch) -> Uncertainty:
         )
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0, caution=True)
     if not state.converged:
-        # The range of the leak rates, widened by the error of the flow whose pressure lifts the
-        # solid.
-        beyond = exp(state.flow_width)
-        lower = min(1.0, state.lowest / value) / beyond if value else 1.0
-        upper = max(1.0, state.highest / value) * beyond if value and isfinite(beyond) else None
+        lower = state.lowest / value if value else 1.0
+        upper = state.highest / value if value and isfinite(state.highest) else None
         rate = None if value else state.highest
         return Uncertainty(LIFT, "estimated", state.reason, lower, upper, True, rate, is_range=True)
     if state.state == "sealed":
@@ -111,13 +108,10 @@ def _resolved(patch: Patch) -> Uncertainty:
         return Uncertainty(LIFT, "estimated", sentence, 1.0, 1.0)
     sentence = (
         f"the fluid carries {with_prefix(state.fluid_load, 'Pa')} of the load; the factors are the "
-        "change of the leak rate from pass to pass through contact and flow, and the error of the "
-        "flow whose pressure lifts the solid"
+        "change of the leak rate by the last of Newton's steps, which brings the fluid's pressure "
+        "of a finer network"
     )
     error = state.claimed
-    if not isfinite(error):
-        sentence += ", which has no lower bound yet"
-        return Uncertainty(LIFT, "not covered", sentence, 0.0, None, caution=True)
     return Uncertainty(
         LIFT, "estimated", sentence, exp(-error), exp(error), per_rtol=most_claimed(1.0)
     )

@@ -105,6 +105,13 @@ def _near_lift_off(patch: Patch) -> str | None:
         return None
     solid = present(patch.lifted.contact, "contact").mean_pressure
     load = solid + patch.lifted.fluid_load
+    if patch.lifted.floats:
+        gap = with_prefix(patch.grid_gap.values.mean(), "m")
+        return (
+            f"floats: the fluid carries the whole load, and the solid rests on a film of {gap} on "
+            "average, without contact; a tilt of the solid, which makes one side leak more, is not "
+            "modelled"
+        )
     if solid >= NEAR_LIFT_OFF * load:
         return None
     return (

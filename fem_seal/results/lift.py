@@ -14,7 +14,7 @@ class DryRecord(Record):
 
 
 class LiftRecord(Record):
-    """Loads, passes and leak rates of a lift; docs/reference/results.md explains each."""
+    """Loads, Newton's steps and leak rates of a lift; docs/reference/results.md explains each."""
 
     model: str
     solid_pressure: float | None
@@ -25,6 +25,7 @@ class LiftRecord(Record):
     highest: Finite
     dry: DryRecord
     settled: bool = True
+    residuals: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, patch: Patch) -> "LiftRecord | None":
@@ -50,20 +51,21 @@ class LiftRecord(Record):
             model=model,
             solid_pressure=state.contact.mean_pressure if state.contact else None,
             fluid_pressure=state.fluid_load,
-            steps=state.passes,
+            steps=state.steps,
             change=state.change if state.contact else None,
             lowest=state.lowest,
             highest=state.highest,
             dry=dry,
             settled=state.converged,
+            residuals=state.residuals,
         )
 
 
 def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
     """Loads of fluid and solid, or the range of leak rates, in words.
 
-    In a sealed film the fluid's pressure is continued from inlet and outlet, so that the loads are
-    an assumption.
+    In a sealed film the fluid's pressure is that of a film that conducts a little in contact, so
+    that the loads are an assumption.
     """
     area = 100 * lift.dry.contact_area_fraction
     dry = f"dry, {area:.4g} % of the area would touch"
@@ -74,13 +76,13 @@ def lift_words(lift: LiftRecord, sealed: bool = False) -> str:
             high = f"at most {rounded_up(lift.highest)} m^3/s"
         return f"at any fluid pressure between the ends' {low} and {high}"
     if lift.solid_pressure is None:
-        return f"no load is left to the solid; {dry}; {lift.steps} passes"
+        return f"no load is left to the solid; {dry}"
     carried = with_prefix(present(lift.fluid_pressure, "fluid pressure"), "Pa")
     kept = with_prefix(lift.solid_pressure, "Pa")
-    passes = f"{lift.steps} passes"
+    steps = f"{lift.steps} steps"
     if not lift.settled:
-        passes += ", not settled"
-    elif lift.change is not None:
-        passes += f", the last three within {100 * lift.change:.2g} %"
-    assumed = ", if its pressure falls smoothly from inlet to outlet" if sealed else ""
-    return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {passes}"
+        steps += ", not settled"
+    elif lift.change:
+        steps += f", the last changes the leak rate by {100 * lift.change:.2g} %"
+    assumed = ", if its pressure falls evenly through the contact" if sealed else ""
+    return f"the fluid carries {carried}, the solid {kept}{assumed}; {dry}; {steps}"

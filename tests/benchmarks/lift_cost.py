@@ -34,7 +34,7 @@ def cost(scene: Scene) -> tuple[float, int, float, LiftedState | None]:
 
 def main(samples: list[int]) -> None:
     """Print the table."""
-    print("samples P0 [MPa] p_in/P0 dry A/A0 lifted passes settled CPU dry [s]  ratio  memory")
+    print("samples P0 [MPa] p_in/P0 dry A/A0 lifted  steps settled CPU dry [s]  ratio  memory")
     ratios, memories = [], []
     for n in samples:
         for load in LOADS:
@@ -54,7 +54,7 @@ def main(samples: list[int]) -> None:
                 print(
                     f"{n:7} {load / 1e6:8.2f} {share:7.2f} "
                     f"{area:8.3f} "
-                    f"{lifted_area:6.3f} {state.passes:6} "
+                    f"{lifted_area:6.3f} {state.steps:6} "
                     f"{state.converged!s:>7} {dry:11.2f} {lifted / dry:6.2f} "
                     f"{high / low:7.2f}",
                     flush=True,

@@ -41,6 +41,6 @@ def wave(n, length=1e-4, height=1e-6, across=True):
 
 
 def problem_of(scene, surface=None):
-    """Steps of a pass through contact and flow of a scene."""
+    """Contact and flow of a scene, on its own surface or another."""
     surface = Patch(scene).surface if surface is None else surface
-    return lifting_problem(scene, surface, silent)
+    return lifting_problem(scene, scene.load, scene.flow_settings, surface, silent)

@@ -1,118 +1,115 @@
-"""The fluid's pressure on the samples: read from the flow exactly, continued under contact."""
+"""The fluid's pressure on the samples of a contact, and the tangents of contact and flow."""
 
 import numpy as np
 import pytest
+from lifted_scenes import problem_of, scene
 
-from fem_seal.coupling.fluid_pressure import continued, on_sites, pressure_on_samples
 from fem_seal.film import GridFilm
-from fem_seal.finite_difference.node_pressure import node_pressure
+from fem_seal.finite_difference.film_pressure import FilmPressure, eliminated
+from fem_seal.finite_difference.pressure_grid import PressureGrid
 from fem_seal.finite_difference.solver import solve
-from fem_seal.flow import leak_rate
+from fem_seal.flow.multigrid import by_multigrid
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import FlowField
 
-DROP = 3.0
-
-
-def uniform_film(n, sides="periodic", representation="linear"):
-    return GridFilm(GridField(np.ones((n, n)), (1.0, 1.0), periodic=True), sides, representation)
+SHAPE = 16, 24
+FILMS = [(sides, kind) for sides in ("wall", "periodic") for kind in ("linear", "constant")]
 
 
-def flow_of(film, **options):
-    return leak_rate(film, viscosity=1 / 12, pressure_drop=DROP, field=True, **options)
+def film_of(values, sides, representation):
+    return GridFilm(GridField(values, (1.0, 2.0), periodic=True), sides, representation)
 
 
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
-@pytest.mark.parametrize(
-    ("representation", "method"), [("linear", "adaptive"), ("constant", "uniform")]
-)
-def test_linear_pressure_is_read_exactly(sides, representation, method):
-    """A uniform gap has a pressure linear in x: no sample may differ by more than the solver."""
-    film = uniform_film(12, sides, representation)
-    field = flow_of(film, method=method).field
-    pressure = pressure_on_samples(film, DROP, 0.0, on_sites(field, film))
-    if representation == "linear":
-        exact = DROP * (1 - np.arange(12) / 12)
-    else:
-        exact = DROP * (1 - (np.arange(12) + 0.5) / 12)
-        exact[[0, -1]] = DROP, 0.0  # the rows at the ends have the ends' pressures
-    exact = np.broadcast_to(exact[:, None], (12, 12))
-    np.testing.assert_allclose(pressure, exact, atol=1e-6 * DROP)
+def rough(seed=0):
+    return 0.1 + np.random.default_rng(seed).random(SHAPE)
 
 
-def test_every_vertex_of_a_refined_mesh_is_read_as_it_is():
-    """Vertices of the flow that are samples keep their value, on meshes finer than the samples."""
-    rng = np.random.default_rng(2)
-    gap = GridField(0.2 + rng.random((8, 8)), (1.0, 1.0), periodic=True)
-    film = GridFilm(gap, "wall")
-    field = flow_of(film, rtol=0.002).field
-    on_grid = np.all(np.abs(field.points - np.rint(field.points)) < 1e-9, axis=1)
-    assert np.count_nonzero(~on_grid) > 0  # refined beyond the samples
-    i, j = np.rint(field.points[on_grid]).astype(int).T
-    read = on_sites(field, film)
-    np.testing.assert_allclose(read[i, j], field.pressure[on_grid], atol=1e-9 * DROP)
+def pressure_in(film, level, values, solver=eliminated):
+    grid = PressureGrid.of(film, "linear-gap", level)
+    return FilmPressure(grid, values, np.ones(SHAPE), solver)
 
 
-@pytest.mark.parametrize("turn", range(3))
-@pytest.mark.parametrize("first", [True, False])
-def test_sites_belong_to_the_triangle_that_holds_them(turn, first):
-    """A square of two triangles with p = min(x, y), which has a kink at their common side.
+@pytest.mark.parametrize(("sides", "representation"), FILMS)
+def test_network_of_the_contacts_own_grid_is_that_of_the_finite_differences(sides, representation):
+    """The same leak rate as by the elimination, which shares no arithmetic."""
+    film = film_of(rough(), sides, representation)
+    leak = solve(film, viscosity=1 / 12, pressure_drop=1.0)
+    assert pressure_in(film, 0, rough()).conductance == pytest.approx(leak.value, rel=1e-12)
 
-    Whichever corner comes first and whichever triangle is read last, neither value may be continued
-    beyond its triangle.
+
+@pytest.mark.parametrize("level", [-2, -1, 0, 1, 2])
+@pytest.mark.parametrize(("sides", "representation"), FILMS)
+def test_uniform_film(sides, representation, level):
+    """u falls evenly from 1 at the first vertex, or half a pixel before the first centre."""
+    film = film_of(np.ones(SHAPE), sides, representation)
+    first = 0.0 if representation == "linear" else 0.5
+    exact = 1 - (np.arange(SHAPE[0]) + first) / SHAPE[0]
+    u = pressure_in(film, level, np.ones(SHAPE)).on_samples
+    np.testing.assert_allclose(u, np.broadcast_to(exact[:, None], SHAPE), atol=1e-13)
+
+
+def test_finer_networks_see_the_film_between_the_samples():
+    """Gaps at the new vertices are those of `GridField.refined`, on the triangles of the pixels."""
+    film = film_of(rough(), "wall", "linear")
+    grid = PressureGrid.of(film, "linear-gap", 2)
+    exact = film.gap.refined().refined().vertices()
+    found = (grid.to_nodes @ film.gap.values.ravel()).reshape(grid.nodes)
+    np.testing.assert_allclose(found, exact[: grid.nodes[0], : grid.nodes[1]], rtol=1e-15)
+
+
+@pytest.mark.parametrize("level", [-1, 0, 1])
+@pytest.mark.parametrize(("sides", "representation"), FILMS)
+def test_tangent_of_the_flow(sides, representation, level):
+    """Central differences, whose error is of second order, and the transpose to rounding."""
+    film, rng = film_of(rough(), sides, representation), np.random.default_rng(1)
+    change, weight = rng.standard_normal((2, *SHAPE))
+    flow, step = pressure_in(film, level, rough()), 1e-5
+    up, down = (pressure_in(film, level, rough() + sign * step * change) for sign in (1, -1))
+    tangent = flow.change(change, 1e-12)
+    np.testing.assert_allclose(tangent, (up.on_samples - down.on_samples) / (2 * step), atol=1e-6)
+    back = flow.transposed(weight, 1e-12)
+    assert np.vdot(weight, tangent) == pytest.approx(np.vdot(back, change), rel=1e-11)
+    log_rate = np.log(up.conductance / down.conductance) / (2 * step)
+    assert np.vdot(flow.log_rate_by_gap, change) == pytest.approx(log_rate, rel=1e-6)
+
+
+def test_multigrid_solves_what_elimination_does():
+    """Next to closing as well: gaps from 1e-4 to 1, conductances over twelve decades."""
+    values = np.maximum(np.random.default_rng(2).random(SHAPE) - 0.5, 1e-4)
+    film = film_of(values, "periodic", "linear")
+    exact, u = (pressure_in(film, 1, values, one) for one in (eliminated, by_multigrid))
+    assert np.sqrt(np.mean((u.on_samples - exact.on_samples) ** 2)) < 1e-5
+
+
+@pytest.mark.parametrize("mean_gap", [None, 2.5e-7])
+def test_tangent_of_the_contact(mean_gap):
+    """Central differences of contacts whose samples stay as they are, and symmetry.
+
+    The contacts are solved to a certificate of 1e-12, so that their gaps are known to 1e-6 of the
+    rms height or so; the change is a hundredth of it.
     """
-    n = 9
-    film = GridFilm(GridField(np.ones((n, n)), (1.0, 1.0)), "wall")
-    last = film.samples.shape[0] - 1
-    corners = last * np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=float)
-    cells = np.roll([[0, 1, 2], [0, 2, 3]], turn, axis=1)[:: 1 if first else -1]
-    field = FlowField(corners, cells, np.ones(4), corners.min(axis=1), np.zeros((2, 2)))
-    exact = np.minimum(*np.indices(film.samples.shape))
-    np.testing.assert_allclose(on_sites(field, film), exact, atol=1e-12)
+    contact = {"mean_gap": mean_gap} if mean_gap else {"pressure": 1.5e5}
+    problem = problem_of(scene(contact={**contact, "tolerance": 1e-12}))
+    x = np.arange(32) / 32
+    pressure = 3e4 * (1 - x)[:, None] + np.zeros((32, 32))
+    change = np.cos(2 * np.pi * (x[:, None] + 2 * x))
+    state = problem.contact_under(pressure)
+    tangent = problem.contact_tangent(state)
+    moved = tangent.change(change, 1e-10)
+    step = 20.0  # Pa
+    up, down = (problem.contact_under(pressure + sign * step * change) for sign in (1, -1))
+    np.testing.assert_array_equal(up.contact, down.contact)  # or there is no derivative
+    exact = (up.gap.values - down.gap.values) / (2 * step)
+    np.testing.assert_allclose(moved, exact, atol=2e-3 * np.abs(exact).max())
+    other = np.sin(2 * np.pi * (3 * x[:, None] - x))
+    assert np.vdot(other, moved) == pytest.approx(
+        np.vdot(tangent.change(other, 1e-10), change), rel=1e-6
+    )
 
 
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
-def test_node_pressure_balances_the_conductance(sides, representation):
-    """Power p·L·p of the sparse solve is that of the elimination, which shares no arithmetic.
-
-    Flow out of the inlet, from the pressures alone, is the leak rate to rounding of the solve.
-    """
-    rng = np.random.default_rng(5)
-    values = np.maximum(rng.random((16, 16)) - 0.3, 0)
-    film = GridFilm(GridField(values, (1.0, 1.0), periodic=True), sides, representation)
-    from fem_seal.finite_difference.stencil import flow_grid
-
-    leak = solve(film, viscosity=1 / 12, pressure_drop=DROP)
-    assert leak.value > 0
-    network = flow_grid(film, 1 / 12, "linear-gap").network
-    pressure = node_pressure(film, DROP)
-    if film.sites.seam:
-        pressure = pressure[:, :-1]
-    first = 0 if representation == "linear" else -1
-    below = DROP if representation == "linear" else pressure[0]
-    above = pressure[1] if representation == "linear" else DROP
-    drops = (below - above) if first == 0 else (above - below)
-    np.testing.assert_allclose(np.nansum(network.x[0] * drops), leak.value, rtol=1e-9)
-
-
-def test_continuation_stays_between_its_neighbours_and_keeps_what_is_known():
-    rng = np.random.default_rng(1)
-    values = rng.random((17, 12))
-    hidden = values.copy()
-    hidden[rng.random(values.shape) < 0.6] = np.nan
-    filled = continued(hidden)
-    known = np.isfinite(hidden)
-    np.testing.assert_array_equal(filled[known], hidden[known])
-    assert np.nanmin(hidden) <= filled.min() <= filled.max() <= np.nanmax(hidden)
-
-
-def test_ends_of_a_sealed_film():
-    """Fluid at rest has the pressure of the end it is joined to, up to the barrier."""
-    values = np.ones((9, 8))
-    values[4] = 0.0
-    film = GridFilm(GridField(values, (1.0, 1.0), periodic=False), "wall")
-    pressure = pressure_on_samples(film, DROP, 1.0, None)
-    np.testing.assert_array_equal(pressure[:4], DROP)
-    np.testing.assert_array_equal(pressure[5:], 1.0)
-    assert np.all((pressure[4] > 1.0) & (pressure[4] < DROP))
+def test_load_and_fluid_pressure_are_opposite():
+    """A uniform fluid pressure takes as much from the solid as less load does."""
+    problem = problem_of(scene())
+    tangent = problem.contact_tangent(problem.contact_under(np.zeros((32, 32))))
+    lifted = tangent.change(np.ones((32, 32)), 1e-10)
+    np.testing.assert_allclose(tangent.of_load(1e-10), -lifted, rtol=1e-8, atol=1e-20)
+    assert lifted.min() >= -1e-3 * lifted.max()

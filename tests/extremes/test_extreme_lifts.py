@@ -78,8 +78,8 @@ def test_lift_units(unit, show):
         return Patch(scene(LOAD * unit, inlet=1e5 * unit, solid=solid))
 
     reference, scaled = solved(1.0), solved(unit)
-    assert scaled.lifted.passes == reference.lifted.passes
+    assert scaled.lifted.steps == reference.lifted.steps
     value = reference.leak_rate.value * unit
-    # The passes multiply what rounding does to single samples at the rim of contact.
+    # Rounding moves single samples at the rim of contact.
     assert scaled.leak_rate.value == pytest.approx(value, rel=reference.lifted.claimed)
-    show("right", "the same passes, leak rate in proportion to the pressures")
+    show("right", "the same steps, leak rate in proportion to the pressures")

@@ -11,6 +11,7 @@ from fem_seal.errors import InvalidInput, NotConverged
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve
 from fem_seal.finite_difference.links import LINKS
+from fem_seal.finite_difference.node_pressure import node_pressure
 from fem_seal.finite_difference.relaxation import relax
 from fem_seal.finite_difference.stencil import flow_grid
 from fem_seal.grid import GridField
@@ -293,3 +294,26 @@ def test_relaxation_that_does_not_converge_raises():
     grid = flow_grid(GridFilm(GridField(g, (1, 1)), "wall", "constant"), 1 / 12, "harmonic")
     with pytest.raises(NotConverged, match="after 10 steps"):
         relax(grid.network, grid.carrying, np.zeros(grid.open.shape), 1e-8, max_iterations=10)
+
+
+@pytest.mark.parametrize("representation", ["linear", "constant"])
+@pytest.mark.parametrize("sides", ["wall", "periodic"])
+def test_node_pressure_balances_the_conductance(sides, representation):
+    """Power p·L·p of the sparse solve is that of the elimination, which shares no arithmetic.
+
+    Flow out of the inlet, from the pressures alone, is the leak rate to rounding of the solve.
+    """
+    rng = np.random.default_rng(5)
+    values = np.maximum(rng.random((16, 16)) - 0.3, 0)
+    film = GridFilm(GridField(values, (1.0, 1.0), periodic=True), sides, representation)
+    leak = solve(film, viscosity=1 / 12, pressure_drop=3.0)
+    assert leak.value > 0
+    network = flow_grid(film, 1 / 12, "linear-gap").network
+    pressure = node_pressure(film, 3.0)
+    if film.sites.seam:
+        pressure = pressure[:, :-1]
+    first = 0 if representation == "linear" else -1
+    below = 3.0 if representation == "linear" else pressure[0]
+    above = pressure[1] if representation == "linear" else 3.0
+    drops = (below - above) if first == 0 else (above - below)
+    np.testing.assert_allclose(np.nansum(network.x[0] * drops), leak.value, rtol=1e-9)

@@ -1,0 +1,94 @@
+"""How the gap of an elastic contact changes with the fluid's pressure on the solid.
+
+While the samples in contact stay the same, a change v of the fluid's pressure changes the gap by
+δg, with the stiffness M of the solid:
+
+    M δg = v  on the open samples,    δg = 0  in contact
+
+No equation is needed for the load: M annihilates constants, and δg = 0 in contact fixes the level.
+"""
+
+import numpy as np
+
+from fem_seal.contact.halfspace import HalfSpace
+from fem_seal.errors import NotConverged
+
+MOST_ITERATIONS = 300
+
+
+class ContactTangent:
+    """The derivative of the gap by the fluid's pressure; it is symmetric, its own transpose.
+
+    Parameters
+    ----------
+    solid
+        The solid on the grid of the contact.
+    stiffness
+        Pressure that the unit of `solid.pressure` stands for, per displacement [Pa/m].
+    opened : (nx, ny)
+        Samples that are not in contact. At least one must be in contact.
+    mean_gap_held
+        Whether the mean gap is prescribed in place of the load.
+    """
+
+    def __init__(
+        self,
+        solid: HalfSpace,
+        stiffness: float,
+        opened: np.ndarray,
+        mean_gap_held: bool = False,
+    ):
+        self._solid, self._stiffness, self._opened = solid, stiffness, opened
+        # Change of the gap with a uniform pressure, of which a held mean gap leaves nothing.
+        self._uniform: np.ndarray | None = None
+        if mean_gap_held and opened.any():
+            self._uniform = self._inverse(np.ones(opened.shape), 1e-6)
+
+    def change(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
+        """Change of the gap (nx, ny) [m] with a change of the fluid's pressure [Pa].
+
+        Parameters
+        ----------
+        pressure : (nx, ny)
+        tolerance
+            Relative residual at which the conjugate gradients stop.
+        """
+        moved = self._inverse(pressure, tolerance)
+        if self._uniform is not None:
+            moved -= moved.sum() / self._uniform.sum() * self._uniform
+        return moved
+
+    def of_load(self, tolerance: float) -> np.ndarray:
+        """Change of the gap (nx, ny) with the load of solid and fluid together [m/Pa]."""
+        if self._uniform is not None:
+            return np.zeros(self._opened.shape)
+        return -self._inverse(np.ones(self._opened.shape), tolerance)
+
+    def _inverse(self, pressure: np.ndarray, tolerance: float) -> np.ndarray:
+        """Solve M δg = v on the open samples by conjugate gradients.
+
+        The preconditioner is the compliance; a uniform pressure counts as soft as the softest wave.
+        """
+        opened, solid = self._opened, self._solid
+        moved = np.zeros(opened.shape)
+        left = np.where(opened, pressure / self._stiffness, 0.0)
+        first = float(np.sqrt(np.vdot(left, left)))
+        if first == 0:
+            return moved
+        direction, product = np.zeros_like(moved), np.inf
+        for _ in range(MOST_ITERATIONS):
+            soft = solid.displacement(left) + left.mean() / solid.softest
+            soft *= opened
+            product, before = float(np.vdot(left, soft)), product
+            direction = soft + (product / before) * direction
+            resisted = solid.pressure(direction)
+            part = product / float(np.vdot(direction, resisted))
+            moved += part * direction
+            left -= part * (resisted * opened)
+            reached = float(np.sqrt(np.vdot(left, left))) / first
+            if reached <= tolerance:
+                return moved
+        raise NotConverged(
+            f"change of the contact with the fluid's pressure: residual {reached:.1e} after "
+            f"{MOST_ITERATIONS} iterations (wanted {tolerance:.1e})"
+        )

@@ -1,0 +1,71 @@
+"""GMRES, whose Hessenberg matrix also shows eigenvalues of the operator."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+SURE = 0.3  # residual of a Ritz pair over its value, below which it counts as an eigenpair
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """Solution of a linear system A x = b by GMRES."""
+
+    x: np.ndarray
+    iterations: int
+    #: eigenvector of A with a negative real eigenvalue, if one was found
+    negative: np.ndarray | None = None
+
+
+def gmres(
+    apply: Callable[[np.ndarray], np.ndarray], b: np.ndarray, tolerance: float, most: int
+) -> Solved:
+    """Solve A x = b from x = 0 (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7, 856 (1986)).
+
+    Parameters
+    ----------
+    apply
+        The operator A.
+    b
+    tolerance
+        Relative residual at which it stops.
+    most
+        Largest number of iterations.
+    """
+    size = float(np.linalg.norm(b))
+    if size == 0:
+        return Solved(np.zeros_like(b), 0)
+    basis, hessenberg = [b / size], np.zeros((most + 1, most))
+    for k in range(most):
+        following = apply(basis[k])
+        for i, vector in enumerate(basis):
+            hessenberg[i, k] = np.vdot(vector, following)
+            following -= hessenberg[i, k] * vector
+        hessenberg[k + 1, k] = np.linalg.norm(following)
+        whole, right_side = hessenberg[: k + 2, : k + 1], size * np.eye(k + 2)[0]
+        y = np.linalg.lstsq(whole, right_side, rcond=None)[0]
+        if np.linalg.norm(whole @ y - right_side) <= tolerance * size or k + 1 == most:
+            break
+        basis.append(following / hessenberg[k + 1, k])
+    negative = _negative(whole)
+    return Solved(
+        _combined(y, basis), k + 1, None if negative is None else _combined(negative, basis)
+    )
+
+
+def _negative(hessenberg: np.ndarray) -> np.ndarray | None:
+    """Coefficients of the Ritz vector of the least real value, if that is surely negative."""
+    values, vectors = np.linalg.eig(hessenberg[:-1])
+    residuals = np.abs(hessenberg[-1, -1] * vectors[-1])
+    sure = (np.abs(values.imag) < 1e-9) & (residuals < -SURE * values.real)
+    if not sure.any():
+        return None
+    return vectors[:, np.argmin(np.where(sure, values.real, np.inf))].real
+
+
+def _combined(parts: np.ndarray, basis: list[np.ndarray]) -> np.ndarray:
+    total = np.zeros_like(basis[0])
+    for part, vector in zip(parts, basis, strict=True):
+        total += part * vector
+    return total

@@ -1,0 +1,271 @@
+"""Newton's method for the pressure of the fluid that lifts the solid.
+
+With the gap G(p) of the contact under a fluid pressure p and the pressure R(g) of the flow through
+a gap, an equilibrium is a zero of F(p) = R(G(p)) - p. One step solves
+
+    (I - R' G') δ = F
+
+by GMRES. G' is the tangent of the contact (`contact.tangent`), R' that of the flow
+(`finite_difference.film_pressure`).
+
+A solid that floats on its fluid has no contact that fixes its level. The level t is then an unknown
+of its own, G(p, t) = S p - h + t, and the load its equation: mean(p) = P₀.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from fem_seal.contact.state import ContactState
+from fem_seal.contact.tangent import ContactTangent
+from fem_seal.coupling.krylov import Solved, gmres
+from fem_seal.coupling.problem import LiftProblem
+from fem_seal.finite_difference.film_pressure import FilmPressure
+
+GMRES_TOLERANCE, INNER_TOLERANCE = 0.1, 0.02  # of Newton's step; of the tangents in it
+MOST_ITERATIONS = 30  # of GMRES
+SHORTEST = 1 / 8  # part of a step that is tried last
+LEFT = 0.1  # least part of the solid's load that a step leaves to it
+PARTS, WORTH_AN_ADJOINT = 4, 0.2  # of the patch along each side; largest error that is looked into
+LARGEST_RESIDUAL = 0.1  # of F over the pressure drop, in an equilibrium
+ROUGH_CONTACT = 1e-5  # certificate of the contacts on the way
+
+
+@dataclass(frozen=True)
+class Stage:
+    """How exactly the fluid's pressure is solved."""
+
+    level: int  #: of the network, see `finite_difference.pressure_grid`
+    epsilon: float  #: gap that conducts in contact [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Newton's step from a point."""
+
+    pressure: np.ndarray  #: δ (nx, ny) [Pa]
+    log_rate: float  #: change of the logarithm of the leak rate, to first order
+    iterations: int  #: most iterations of GMRES
+    negative: np.ndarray | None  #: direction (nx, ny) in which plain passes leave the point
+    level: float = 0.0  #: change of the level of a solid that floats [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A fluid pressure, the contact under it, and the pressure of the flow through its gap."""
+
+    problem: LiftProblem
+    stage: Stage
+    pressure: np.ndarray  #: p (nx, ny) above ambient [Pa]
+    contact: ContactState  #: under that pressure
+
+    @cached_property
+    def flow(self) -> FilmPressure:
+        """Flow through the gap."""
+        stage, gap = self.stage, self.contact.gap.values
+        return self.problem.film_pressure(gap, stage.level, stage.epsilon)
+
+    @cached_property
+    def critical(self) -> float:
+        """Gap of the critical constriction, ε at least [m]; 0 unless the fluid slips."""
+        if not self.problem.slips:
+            return 0.0
+        constriction = self.problem.film(self.contact.gap).constriction
+        return max(constriction.gap if constriction else 0.0, self.stage.epsilon)
+
+    @cached_property
+    def residual(self) -> np.ndarray:
+        """F (nx, ny) [Pa]."""
+        return self.problem.pressure_of(self._u, self.critical) - self.pressure
+
+    @cached_property
+    def size(self) -> float:
+        """Root mean square of F over the pressure drop."""
+        return float(np.sqrt(np.mean(self.residual**2))) / self.problem.drop
+
+    @cached_property
+    def _u(self) -> np.ndarray:
+        return np.clip(self.flow.on_samples, 0.0, 1.0)
+
+    @cached_property
+    def _by_u(self) -> np.ndarray:
+        """Derivative of the pressure by the solution of the linear problem [Pa]."""
+        ends = np.clip(self._u - 1e-6, 0.0, 1.0), np.clip(self._u + 1e-6, 0.0, 1.0)
+        low, high = (self.problem.pressure_of(end, self.critical) for end in ends)
+        return (high - low) / (ends[1] - ends[0])
+
+    @cached_property
+    def _tangent(self) -> ContactTangent:
+        return self.problem.contact_tangent(self.contact)
+
+    def _gap_change(self, pressure: np.ndarray) -> np.ndarray:
+        """Change of the gap [m] with a change of the pressure; this operator is symmetric."""
+        return self._tangent.change(pressure, INNER_TOLERANCE)
+
+    def _response(self, gap: np.ndarray) -> np.ndarray:
+        """R' of a change of the gap."""
+        return self._by_u * self.flow.change(gap, INNER_TOLERANCE)
+
+    def _weight_of_gap(self, weight: np.ndarray) -> np.ndarray:
+        """R'ᵀ of weights of the pressure."""
+        return self.flow.transposed(self._by_u * weight, INNER_TOLERANCE)
+
+    @cached_property
+    def adjoint(self) -> np.ndarray:
+        """λ (nx, ny) [1/Pa]: a flow whose pressure differs by d changes ln Q by λ·d in the end."""
+        return gmres(
+            lambda weight: weight - self._gap_change(self._weight_of_gap(weight)),
+            self._log_rate_by_pressure,
+            GMRES_TOLERANCE,
+            MOST_ITERATIONS,
+        ).x
+
+    def _solved(self, right_side: np.ndarray) -> Solved:
+        """Solve (I - R' G') δ = right side."""
+        return gmres(
+            lambda change: change - self._response(self._gap_change(change)),
+            right_side,
+            GMRES_TOLERANCE,
+            MOST_ITERATIONS,
+        )
+
+    @cached_property
+    def _log_rate_by_pressure(self) -> np.ndarray:
+        return self._gap_change(self.flow.log_rate_by_gap)
+
+    @cached_property
+    def step(self) -> Step:
+        """Newton's step."""
+        solved = self._solved(self.residual)
+        change = float(np.vdot(self._log_rate_by_pressure, solved.x))
+        return Step(solved.x, change, solved.iterations, solved.negative)
+
+    @property
+    def error(self) -> float:
+        """Estimated error of ln Q at this point: |λ·F|.
+
+        Errors in several places may cancel by chance. It is therefore at least the root of the sum
+        of the squares over 4 × 4 parts of the patch.
+        """
+        if abs(self.step.log_rate) > WORTH_AN_ADJOINT:
+            return abs(self.step.log_rate)
+        rows, columns = (np.arange(PARTS) * n // PARTS for n in self.pressure.shape)
+        share = self.adjoint * self.residual
+        parts = np.add.reduceat(np.add.reduceat(share, rows, axis=0), columns, axis=1)
+        return max(abs(self.step.log_rate), float(np.sqrt((parts**2).sum())))
+
+    def after(self, step: Step, part: float = 1.0) -> Self | None:
+        """The point a part of a step further on; None if that leaves too little to the solid."""
+        problem = self.problem
+        pressure = problem.between_ends(self.pressure + part * step.pressure)
+        if problem.left_of(pressure) < LEFT * problem.left_of(self.pressure):
+            return None
+        contact = problem.contact_under(pressure, self.contact, ROUGH_CONTACT)
+        return type(self)(problem, self.stage, pressure, contact)
+
+
+@dataclass(frozen=True, eq=False)
+class FloatingPoint(Point):
+    """A fluid pressure that carries the solid alone, at a level above the counter-face."""
+
+    level: float  #: t [m]
+
+    @classmethod
+    def at(
+        cls, problem: LiftProblem, stage: Stage, pressure: np.ndarray, level: float
+    ) -> Self | None:
+        """Point at a level; None if the solid touches the counter-face there."""
+        gap = problem.displacement(pressure) - problem.height.values + level
+        if gap.min() <= 0:
+            return None
+        return cls(problem, stage, pressure, problem.floating(gap), level)
+
+    @cached_property
+    def size(self) -> float:
+        """Root mean square of F over the pressure drop, with the error of the load."""
+        return float(np.hypot(super().size, self._lacking / self.problem.drop))
+
+    @property
+    def _lacking(self) -> float:
+        return self.problem.left_of(self.pressure)
+
+    @property
+    def error(self) -> float:
+        """Estimated error of ln Q at this point."""
+        return abs(self.step.log_rate)
+
+    def _gap_change(self, pressure: np.ndarray) -> np.ndarray:
+        return self.problem.displacement(pressure)
+
+    @cached_property
+    def step(self) -> Step:
+        """Newton's step: that at a fixed level, and the level that restores the load."""
+        fixed = self._solved(self.residual)
+        lifted = self._solved(self._response(np.ones_like(self.pressure)))
+        level = (self._lacking - float(fixed.x.mean())) / float(lifted.x.mean())
+        pressure = fixed.x + level * lifted.x
+        change = float(np.vdot(self._log_rate_by_pressure, pressure))
+        change += level * float(self.flow.log_rate_by_gap.sum())
+        return Step(pressure, change, max(fixed.iterations, lifted.iterations), None, level)
+
+    def after(self, step: Step, part: float = 1.0) -> Self | None:
+        """The point a part of a step further on; None if the solid would touch."""
+        pressure = self.problem.between_ends(self.pressure + part * step.pressure)
+        return self.at(self.problem, self.stage, pressure, self.level + part * step.level)
+
+
+@dataclass(eq=False)
+class Log:
+    """What the steps from one start have met."""
+
+    residuals: list[float] = field(default_factory=list)  #: `Point.size` at the start of each step
+    shortened: bool = False  #: whether a step was halved
+    iterations: int = 0  #: most iterations of GMRES in a step
+    failure: str = ""  #: why the last search ended away from an equilibrium, else ""
+
+
+def newton(point: Point, tolerance: float, most: int, log: Log) -> Point:
+    """Take steps until the next one would change ln Q by at most a tolerance.
+
+    A step is halved while |F| does not fall. Samples that open or close bend F, so that |F| may
+    have to rise before it falls: if no part of a step lets it fall, the whole step is taken.
+
+    Parameters
+    ----------
+    point
+        Where to start.
+    tolerance
+        Change of ln Q, to first order, at which the steps end.
+    most
+        Largest number of steps.
+    log
+        Receives the residuals.
+
+    Returns
+    -------
+    The last point; its step has not been taken.
+    """
+    log.failure = ""
+    for _ in range(most):
+        step = point.step
+        log.iterations = max(log.iterations, step.iterations)
+        if abs(step.log_rate) <= tolerance and point.size < LARGEST_RESIDUAL:
+            return point
+        if point.contact.contact.any() and point.problem.fluid_carries_all(point.pressure):
+            break
+        part, tried = 1.0, []
+        while part >= SHORTEST:
+            other = point.after(step, part)
+            tried += [] if other is None else [other]
+            if other is not None and other.size < point.size:
+                break
+            part /= 2
+            log.shortened = True
+        if not tried:
+            break
+        point = tried[-1] if part >= SHORTEST else tried[0]
+        log.residuals.append(point.size)
+    log.failure = "Newton's steps have not reached an equilibrium"
+    return point

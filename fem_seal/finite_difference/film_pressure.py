@@ -1,0 +1,130 @@
+"""The fluid's pressure in a film that conducts a little where there is contact, and its tangent.
+
+    ∇·(c³ ∇u) = 0 on the whole patch,    c³ = k(g) + ε³,    u = 1 at the inlet, 0 at the outlet
+
+with k = g³ for a liquid. Since c > 0 everywhere, u is a smooth function of the gap, under contact
+and in pockets as well. With the incidence matrix B of the network, its conductances C(c) and the
+matrix A = Bᵀ C B of the free nodes, a change of the gap changes the pressure by
+
+    A δu = -Bᵀ (C' δc) B u
+
+with the matrix and the preconditioner of the flow itself.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from fem_seal.finite_difference.pressure_grid import PressureGrid
+
+# Right side and relative tolerance -> solution.
+Solve = Callable[[np.ndarray, float], np.ndarray]
+Solver = Callable[[sparse.csr_array], Solve]
+EXACT = 1e-7  # relative tolerance of the pressure
+
+
+def eliminated(matrix: sparse.csr_array) -> Solve:
+    """Solver of a symmetric matrix by elimination, exact at any tolerance."""
+    factors = splu(
+        sparse.csc_matrix(matrix),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    return lambda right_side, tolerance: factors.solve(right_side)
+
+
+class FilmPressure:
+    """Pressure u of one film on the samples of a contact, from 1 at the inlet to 0 at the outlet.
+
+    Parameters
+    ----------
+    grid
+        The network.
+    gap : (nx, ny)
+        Gap c > 0 that conducts as the film does, at the samples [m].
+    slope : (nx, ny)
+        Derivative of c by the gap between the solids.
+    solver
+        Makes a solver of the matrix of the free nodes.
+    """
+
+    def __init__(
+        self,
+        grid: PressureGrid,
+        gap: np.ndarray,
+        slope: np.ndarray,
+        solver: Solver,
+    ):
+        self._grid, self._slope = grid, slope
+        self._unit = float(gap.max())
+        links, self._by_ends = grid.conductances(grid.to_nodes @ (gap.ravel() / self._unit))
+        (rows, row), (a, b) = grid.nodes, grid.ends
+        nodes, self._free = rows * row, slice(row, (rows - 1) * row)
+        entries = (np.append(links, links), (np.append(a, b), np.append(b, a)))
+        between = sparse.csr_array(sparse.coo_array(entries, (nodes, nodes)))
+        matrix = sparse.csr_array(sparse.diags(between.sum(axis=1)) - between)[self._free]
+        self._solve = solver(sparse.csr_array(matrix[:, self._free]))
+        u = np.zeros(nodes)
+        u[:row] = 1.0
+        u[self._free] = self._solve(-(matrix @ u), EXACT)
+        self._drop = u[a] - u[b]
+        self.on_samples = self._to_samples(u)  #: (nx, ny)
+        self._power = links * self._drop**2
+        self._nodes = nodes
+
+    @property
+    def conductance(self) -> float:
+        """Leak rate per pressure drop, times 12 η [m³]."""
+        return float(self._power.sum()) * self._unit**3
+
+    @cached_property
+    def log_rate_by_gap(self) -> np.ndarray:
+        """Derivative (nx, ny) of the logarithm of the leak rate by the gap at the samples [1/m]."""
+        return self._by_gap(self._drop**2) / (self._power.sum() * self._unit)
+
+    def change(self, gap: np.ndarray, tolerance: float) -> np.ndarray:
+        """Change of u (nx, ny) with a change of the gap between the solids [m].
+
+        Parameters
+        ----------
+        gap : (nx, ny)
+        tolerance
+            Relative tolerance of the solve.
+        """
+        moved = self._grid.to_nodes @ (self._slope * gap).ravel() / self._unit
+        a, b = self._grid.ends
+        flux = (self._by_ends * moved[self._grid.ends]).sum(axis=0) * self._drop
+        inflow = np.bincount(b, flux, self._nodes) - np.bincount(a, flux, self._nodes)
+        change = np.zeros(self._nodes)
+        change[self._free] = self._solve(inflow[self._free], tolerance)
+        return self._to_samples(change)
+
+    def transposed(self, weight: np.ndarray, tolerance: float) -> np.ndarray:
+        """Transpose of `change`: derivative (nx, ny) of Σ weight u by the gap at the samples [1/m].
+
+        Parameters
+        ----------
+        weight : (nx, ny)
+        tolerance
+            Relative tolerance of the solve.
+        """
+        of_nodes = self._grid.to_samples.T @ weight.ravel()
+        adjoint = np.zeros(self._nodes)
+        adjoint[self._free] = self._solve(of_nodes[self._free], tolerance)
+        a, b = self._grid.ends
+        return self._by_gap((adjoint[b] - adjoint[a]) * self._drop) / self._unit
+
+    def _by_gap(self, by_links: np.ndarray) -> np.ndarray:
+        """Derivative by the gap at the samples from that by the conductances of the links."""
+        both = (self._by_ends * by_links).ravel()
+        by_nodes = np.bincount(self._grid.ends.ravel(), both, self._nodes)
+        by_samples: np.ndarray = self._grid.to_nodes.T @ by_nodes
+        return by_samples.reshape(self._grid.shape) * self._slope
+
+    def _to_samples(self, of_nodes: np.ndarray) -> np.ndarray:
+        at_samples: np.ndarray = self._grid.to_samples @ of_nodes
+        return at_samples.reshape(self._grid.shape)
