@@ -103,9 +103,7 @@ def _multigrid() -> Solver:
     return by_multigrid
 
 
-def _flow(
-    settings: FlowSettings, film: GridFilm, report: Report, comm: parallel.Comm
-) -> LeakRate:
+def _flow(settings: FlowSettings, film: GridFilm, report: Report, comm: parallel.Comm) -> LeakRate:
     """Leak rate of a film to the tolerance of the result."""
     if film.sealed:
         return LeakRate.sealed(settings.method)

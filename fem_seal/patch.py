@@ -282,9 +282,7 @@ class Patch:
         from fem_seal.lifting import lifting_problem
 
         surface = present(self.surface, "surface")
-        problem = lifting_problem(
-            self.scene, self.load, self.flow, surface, self.report, self.comm
-        )
+        problem = lifting_problem(self.scene, self.load, self.flow, surface, self.report, self.comm)
         # The start is the contact with the outlet's pressure everywhere: the dry contact if that
         # pressure is the ambient one.
         dry = self.elastic if problem.load is None or problem.outlet == 0 else None

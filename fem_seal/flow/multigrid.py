@@ -1,4 +1,4 @@
-"""Solver of a sparse matrix on one process, by CG with BoomerAMG (PETSc)."""
+"""Solver of a sparse matrix on one process, by CG with algebraic multigrid (PETSc)."""
 
 from collections.abc import Callable
 from weakref import finalize
@@ -8,7 +8,7 @@ from scipy import sparse
 
 from fem_seal.errors import NotConverged
 from fem_seal.fenicsx import PETSc
-from fem_seal.flow.linear import cg_with_boomeramg
+from fem_seal.flow.linear import preconditioned_cg
 
 MOST_ITERATIONS = 200
 
@@ -22,7 +22,7 @@ def by_multigrid(matrix: sparse.csr_array) -> Callable[[np.ndarray, float], np.n
     index = PETSc.IntType
     rows = matrix.indptr.astype(index), matrix.indices.astype(index), matrix.data
     whole = PETSc.Mat().createAIJ(matrix.shape, csr=rows, comm=PETSc.COMM_SELF)
-    solver = cg_with_boomeramg(whole)
+    solver = preconditioned_cg(whole)
     solver.setNormType(PETSc.KSP.NormType.PRECONDITIONED)
     x, b = whole.createVecs()
 
@@ -32,7 +32,7 @@ def by_multigrid(matrix: sparse.csr_array) -> Callable[[np.ndarray, float], np.n
         solver.solve(b, x)
         if solver.getConvergedReason() < 0:
             raise NotConverged(
-                "the fluid's pressure: CG with BoomerAMG stopped after "
+                "the fluid's pressure: CG with multigrid stopped after "
                 f"{solver.getIterationNumber()} iterations"
             )
         return x.array_r.copy()
