@@ -78,7 +78,7 @@ def lifted(
     doubtful = sealed or log.shortened or log.iterations > MANY_ITERATIONS
     if first.certain or not doubtful:
         return state
-    if problem.load is not None and problem.load <= problem.inlet:
+    if problem.may_float:
         return state
     high = np.full_like(low, problem.inlet)
     second = parallel.on_root(lambda: _found(problem, rtol, high, None, report), problem.comm)
@@ -136,7 +136,7 @@ def _found(
                 point = point.after(point.step) or point
                 break
         point = newton(point, LAST_CHANGE * allowed, MOST_STEPS, log)
-        if log.failure and problem.fluid_carries_all(point.pressure):
+        if log.failure and problem.may_float and point.contact.contact.any():
             point = newton(_floating(point), LAST_CHANGE * allowed, MOST_STEPS, log)
         if point.step.negative is not None and not left:
             left = True

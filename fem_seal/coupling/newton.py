@@ -157,10 +157,16 @@ class Point:
         return max(abs(self.step.log_rate), float(np.sqrt((parts**2).sum())))
 
     def after(self, step: Step, part: float = 1.0) -> Self | None:
-        """The point a part of a step further on; None if that leaves too little to the solid."""
-        problem = self.problem
+        """The point a part of a step further on, or less far if that leaves nothing to the solid.
+
+        None if there is no such point.
+        """
+        problem, most = self.problem, (1 - LEFT) * self.problem.left_of(self.pressure)
+        gained = float(step.pressure.mean())
+        if part * gained > most:
+            part *= most / (part * gained)
         pressure = problem.between_ends(self.pressure + part * step.pressure)
-        if problem.left_of(pressure) < LEFT * problem.left_of(self.pressure):
+        if problem.left_of(pressure) <= 0:
             return None
         contact = problem.contact_under(pressure, self.contact, ROUGH_CONTACT)
         return type(self)(problem, self.stage, pressure, contact)

@@ -19,7 +19,7 @@ MOST_NODES = 1_100_000  # of a network for the fluid's pressure
 FINEST = 3  # highest level of a network
 # Nodes along a side of the first network; on larger contact grids twice as many.
 FEWEST_NODES = 128
-NOTHING = 1e-3  # part of the load that counts as none
+NOTHING = 1e-5  # part of the load that counts as none
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,9 +153,14 @@ class LiftProblem:
         """Part of the load that a fluid pressure leaves to the solid [Pa]; infinite without one."""
         return np.inf if self.load is None else self.load - float(pressure.mean())
 
+    @property
+    def may_float(self) -> bool:
+        """Whether the fluid may carry the whole load."""
+        return self.load is not None and self.load <= self.inlet
+
     def fluid_carries_all(self, pressure: np.ndarray) -> bool:
         """Whether a fluid pressure leaves next to nothing to the solid."""
-        return self.load is not None and self.left_of(pressure) < NOTHING * self.load
+        return self.may_float and self.left_of(pressure) < NOTHING * self.inlet
 
     def field(self, values: np.ndarray) -> GridField:
         """Values (nx, ny) on the contact's grid."""
