@@ -9,7 +9,7 @@ SURE = 0.3  # residual of a Ritz pair over its value, below which it counts as a
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class LinearSolution:
     """Solution of a linear system A x = b by GMRES."""
 
     x: np.ndarray
@@ -20,7 +20,7 @@ class Solved:
 
 def gmres(
     apply: Callable[[np.ndarray], np.ndarray], b: np.ndarray, tolerance: float, most: int
-) -> Solved:
+) -> LinearSolution:
     """Solve A x = b from x = 0 (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7, 856 (1986)).
 
     Parameters
@@ -35,7 +35,7 @@ def gmres(
     """
     size = float(np.linalg.norm(b))
     if size == 0:
-        return Solved(np.zeros_like(b), 0)
+        return LinearSolution(np.zeros_like(b), 0)
     basis, hessenberg = [b / size], np.zeros((most + 1, most))
     for k in range(most):
         following = apply(basis[k])
@@ -49,7 +49,7 @@ def gmres(
             break
         basis.append(following / hessenberg[k + 1, k])
     negative = _negative(whole)
-    return Solved(
+    return LinearSolution(
         _combined(y, basis), k + 1, None if negative is None else _combined(negative, basis)
     )
 

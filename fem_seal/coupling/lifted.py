@@ -21,7 +21,7 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.newton import ROUGH_CONTACT, FloatingPoint, Log, Point, Stage, newton
+from fem_seal.coupling.newton import ROUGH_CONTACT, FloatingPoint, Log, LiftPoint, Stage, newton
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import SETTLED, LiftedState, spread
 from fem_seal.errors import present
@@ -121,7 +121,7 @@ def _found(
         contact = problem.contact_under(pressure, None, ROUGH_CONTACT)
     allowed, log, stages = SETTLED * rtol, Log(), _stages(problem)
     change, error, certain, left = inf, inf, False, False
-    point = Point(problem, stages[0], pressure, contact)
+    point = LiftPoint(problem, stages[0], pressure, contact)
     for number, stage in enumerate(stages):
         point = replace(point, stage=stage)
         log.residuals.append(point.size)
@@ -163,8 +163,8 @@ def _stages(problem: LiftProblem) -> list[Stage]:
     ]
 
 
-def _floating(point: Point) -> Point:
-    """Point at which the solid has just left the counter-face."""
+def _floating(point: LiftPoint) -> LiftPoint:
+    """LiftPoint at which the solid has just left the counter-face."""
     problem, height = point.problem, point.problem.height.values
     level, rms = float((point.contact.gap.values + height).mean()), float(height.std())
     while (other := FloatingPoint.at(problem, point.stage, point.pressure, level)) is None:
@@ -172,8 +172,8 @@ def _floating(point: Point) -> Point:
     return other
 
 
-def _leaving(point: Point) -> Point:
-    """Point to which plain passes lead from an equilibrium that they leave.
+def _leaving(point: LiftPoint) -> LiftPoint:
+    """LiftPoint to which plain passes lead from an equilibrium that they leave.
 
     Where R' G' has a real eigenvalue above 1, a pass through contact and flow grows every deviation
     along its eigenvector: no such state lasts.

@@ -20,7 +20,7 @@ import numpy as np
 
 from fem_seal.contact.state import ContactState
 from fem_seal.contact.tangent import ContactTangent
-from fem_seal.coupling.krylov import Solved, gmres
+from fem_seal.coupling.krylov import LinearSolution, gmres
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.finite_difference.film_pressure import FilmPressure
 
@@ -42,7 +42,7 @@ class Stage:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class NewtonStep:
     """Newton's step from a point."""
 
     pressure: np.ndarray  #: δ (nx, ny) [Pa]
@@ -53,7 +53,7 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class LiftPoint:
     """A fluid pressure, the contact under it, and the pressure of the flow through its gap."""
 
     problem: LiftProblem
@@ -122,7 +122,7 @@ class Point:
             MOST_ITERATIONS,
         ).x
 
-    def _solved(self, right_side: np.ndarray) -> Solved:
+    def _solved(self, right_side: np.ndarray) -> LinearSolution:
         """Solve (I - R' G') δ = right side."""
         return gmres(
             lambda change: change - self._response(self._gap_change(change)),
@@ -136,11 +136,11 @@ class Point:
         return self._gap_change(self.flow.log_rate_by_gap)
 
     @cached_property
-    def step(self) -> Step:
+    def step(self) -> NewtonStep:
         """Newton's step."""
         solved = self._solved(self.residual)
         change = float(np.vdot(self._log_rate_by_pressure, solved.x))
-        return Step(solved.x, change, solved.iterations, solved.negative)
+        return NewtonStep(solved.x, change, solved.iterations, solved.negative)
 
     @property
     def error(self) -> float:
@@ -156,7 +156,7 @@ class Point:
         parts = np.add.reduceat(np.add.reduceat(share, rows, axis=0), columns, axis=1)
         return max(abs(self.step.log_rate), float(np.sqrt((parts**2).sum())))
 
-    def after(self, step: Step, part: float = 1.0) -> Self | None:
+    def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
         """The point a part of a step further on, or less far if that leaves nothing to the solid.
 
         None if there is no such point.
@@ -173,7 +173,7 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class FloatingPoint(Point):
+class FloatingPoint(LiftPoint):
     """A fluid pressure that carries the solid alone, at a level above the counter-face."""
 
     level: float  #: t [m]
@@ -182,7 +182,7 @@ class FloatingPoint(Point):
     def at(
         cls, problem: LiftProblem, stage: Stage, pressure: np.ndarray, level: float
     ) -> Self | None:
-        """Point at a level; None if the solid touches the counter-face there."""
+        """LiftPoint at a level; None if the solid touches the counter-face there."""
         gap = problem.displacement(pressure) - problem.height.values + level
         if gap.min() <= 0:
             return None
@@ -206,7 +206,7 @@ class FloatingPoint(Point):
         return self.problem.displacement(pressure)
 
     @cached_property
-    def step(self) -> Step:
+    def step(self) -> NewtonStep:
         """Newton's step: that at a fixed level, and the level that restores the load."""
         fixed = self._solved(self.residual)
         lifted = self._solved(self._response(np.ones_like(self.pressure)))
@@ -214,9 +214,9 @@ class FloatingPoint(Point):
         pressure = fixed.x + level * lifted.x
         change = float(np.vdot(self._log_rate_by_pressure, pressure))
         change += level * float(self.flow.log_rate_by_gap.sum())
-        return Step(pressure, change, max(fixed.iterations, lifted.iterations), None, level)
+        return NewtonStep(pressure, change, max(fixed.iterations, lifted.iterations), None, level)
 
-    def after(self, step: Step, part: float = 1.0) -> Self | None:
+    def after(self, step: NewtonStep, part: float = 1.0) -> Self | None:
         """The point a part of a step further on; None if the solid would touch."""
         pressure = self.problem.between_ends(self.pressure + part * step.pressure)
         return self.at(self.problem, self.stage, pressure, self.level + part * step.level)
@@ -226,13 +226,15 @@ class FloatingPoint(Point):
 class Log:
     """What the steps from one start have met."""
 
-    residuals: list[float] = field(default_factory=list)  #: `Point.size` at the start of each step
+    residuals: list[float] = field(
+        default_factory=list
+    )  #: `LiftPoint.size` at the start of each step
     shortened: bool = False  #: whether a step was halved
     iterations: int = 0  #: most iterations of GMRES in a step
     failure: str = ""  #: why the last search ended away from an equilibrium, else ""
 
 
-def newton(point: Point, tolerance: float, most: int, log: Log) -> Point:
+def newton(point: LiftPoint, tolerance: float, most: int, log: Log) -> LiftPoint:
     """Take steps until the next one would change ln Q by at most a tolerance.
 
     A step is halved while |F| does not fall. Samples that open or close bend F, so that |F| may

@@ -177,7 +177,7 @@ def test_a_decision_counts_the_lift():
     far, near = judged(1.5 * most), judged(1.01 * most)
     assert (far.verdict.decision, far.converged) == ("within limit", True)
     assert (near.verdict.decision, near.converged) == ("undecided", False)
-    assert "uncertainty of the lift" in near.reason
+    assert "undecided" in near.reason
     narrow = judged(1.01 * most, rtol=0.005)
     assert (narrow.verdict.decision, narrow.converged) == ("within limit", True)
 
