@@ -21,7 +21,7 @@ import numpy as np
 
 from fem_seal import parallel
 from fem_seal.contact.state import ContactState
-from fem_seal.coupling.newton import ROUGH_CONTACT, FloatingPoint, Log, LiftPoint, Stage, newton
+from fem_seal.coupling.newton import ROUGH_CONTACT, FloatingPoint, LiftPoint, Log, Stage, newton
 from fem_seal.coupling.problem import LiftProblem
 from fem_seal.coupling.state import SETTLED, LiftedState, spread
 from fem_seal.errors import present
