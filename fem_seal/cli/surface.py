@@ -180,11 +180,14 @@ def _map_lines(prepared: "PreparedSurface") -> list[str]:
     """Lines on the sides, the slopes and the lay of the map before it was made periodic."""
     from fem_seal.quantities.remarks import LAY
 
+    # Number of points times their distance, as in surface.size.
+    map_ = prepared.measured
+    sides = [n * d for n, d in zip(map_.shape, map_.spacing, strict=True)]
     lay, count = prepared.lay, int(prepared.outliers.sum())
     without = " (without the spikes)" if count else ""
     clear = "" if lay.ratio > LAY else ", not clear"
     return [
-        f"sides               {' by '.join(map(_length, prepared.measured.size))}",
+        f"sides               {' by '.join(map(_length, sides))}",
         f"slopes              {lay.slopes[0]:.3g} along x, {lay.slopes[1]:.3g} along y{without}",
         f"lay                 {lay.angle:.0f} degrees from x{clear}: slopes across it are "
         f"{lay.ratio:.3g} times those along it",

@@ -59,13 +59,13 @@ def _sdf(path: Path) -> Recorded:
     try:
         points, profiles, dx, dy, dz = (float(said.get(key, key)) for key in SDF_KEYS)
         values = np.array("".join(parts[:1]).upper().replace("BAD", "NAN").split(), dtype=float)
-        if values.size != points * profiles:
+        if values.size != points * profiles or not values.size:
             raise ValueError(f"{values.size} heights for {points:g} x {profiles:g} points")
+        heights = values.reshape(int(profiles), int(points)).T * dz
     except ValueError as error:
         raise InvalidInput(
             f"{path} begins as a surface data file (SDF), but is no whole one: {error}"
         ) from None
-    heights = values.reshape(int(profiles), int(points)).T * dz
     return Recorded(heights, "m", (dx, dy), "m", header=tuple(head.splitlines()))
 
 

@@ -164,14 +164,13 @@ def _with_units(
 
 def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
     """Map of a list of x, y and height on an even grid; points that are not listed are missing."""
-    named = [title.axis for title in header.titles] or ["x", "y", "z"]
-    if not {"x", "y"} <= set(named):
-        named = ["x", "y", "z"]
-    others = [k for k in range(len(named)) if k not in (named.index("x"), named.index("y"))]
-    if "z" not in named and len(others) != 1:
-        raise InvalidInput(f"the titles of {path} name x and y, and no column as height or z")
-    along, across = named.index("x"), named.index("y")
-    heights = named.index("z") if "z" in named else others[0]
+    axes = [title.axis for title in header.titles]
+    titled = {"x", "y"} <= set(axes)
+    along, across = (axes.index("x"), axes.index("y")) if titled else (0, 1)
+    others = [k for k in range(table.values.shape[1]) if k not in (along, across)]
+    heights = [k for k in others if titled and axes[k] == "z"] or others
+    if titled and len(heights) > 1:
+        raise InvalidInput(f"the titles of {path} name x and y, but not one column as height or z")
     nowhere = ~(np.abs(table.values[:, [along, across]]) < FARTHEST).all(axis=1)
     if nowhere.any():
         raise InvalidInput(
@@ -193,13 +192,13 @@ def _from_points(table: TextTable, header: Statements, path: Path) -> Recorded:
             f"line {table.line[twice]} of {path} has the same x and y as a line before it"
         )
     values = np.full(shape, np.nan)
-    values.flat[site] = table.values[:, heights]
+    values.flat[site] = table.values[:, heights[0]]
     pixel = zygo_resolution(table.header, path)
     if pixel is not None:
         step = (dx * pixel, dy * pixel) if pixel else None
         return Recorded(values, "um", step, "m", length_hint=UNCALIBRATED)
     units = header.unit_along("x", along), header.unit_along("y", across)
-    return _with_units(values, header.unit_of_values([heights]), (dx, dy), units, path)
+    return _with_units(values, header.unit_of_values(heights[:1]), (dx, dy), units, path)
 
 
 def _axis(table: TextTable, column: int, name: str, path: Path) -> tuple[np.ndarray, float]:

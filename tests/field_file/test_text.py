@@ -323,9 +323,11 @@ LENGTHS = "Unit: um\nHeight: 1 um\n"
         ("x [mm], y, z [um]\n" + points(","), "only one has a unit"),
         ("x [mm], y [mm], z [kg]\n" + points(","), "'kg', which is no unit of length"),
         ("x [px], y [px], z [um]\n" + points(","), "'px', which is no unit of length"),
-        ("x [mm], y [mm], I, Q\n" + points(",").replace("\n", ",1\n"), "no column as height"),
+        ("x [mm], y [mm], I, Q\n" + points(",").replace("\n", ",1\n"), "not one column as height"),
         # SDF: a profile is no map, and one without its scales is not whole.
         (SDF.replace("= 4", "= 1") + "1 2 3 4 5 6\n*\n", "line scan"),
+        (SDF.replace("= 6", "= -6").replace("= 4", "= -4") + matrix(), "no whole one"),
+        (SDF.replace("= 6", "= 0") + "*\n", "0 heights for 0 x 4 points"),
         (SDF + "1 2 3\n*\n", "3 heights for 6 x 4 points"),
         (SDF.replace("Zscale", "Zsc") + matrix(), "no whole one"),
     ],
