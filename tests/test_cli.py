@@ -257,19 +257,20 @@ def test_heights_in_another_unit_than_the_grid_are_said(tmp_path, capsys, unit):
     assert ("the same unit?" in capsys.readouterr().out) is (unit == 1.0)
 
 
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
-def test_walls_of_a_periodic_gap_are_said(capsys, sides):
+def test_sides_follow_from_the_gap_and_walls_of_a_periodic_one_are_said(capsys):
     """The way from inlet to outlet crosses y = 0: sealed by walls, leaking without them."""
     gap = np.zeros((8, 8))
     gap[:4, :2] = gap[3:, 6:] = 1e-6
-    for periodic in (True, False):
+    for periodic, walls in ((True, True), (True, False), (False, True), (False, False)):
         save_gap("gap.npz", gap, periodic=periodic)
-        chosen = sides if periodic else "wall"
-        options = () if chosen == "wall" else ("--sides", chosen)
+        options = ("--sides", "wall") if walls else ()
         assert run("leak", "gap.npz", *options, "--representation", "constant") == 0
         lines = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
-        assert lines["state"] == ("sealed" if chosen == "wall" else "leaking")
-        assert ("sides" in lines) is (periodic and chosen == "wall")
+        joined = periodic and not walls
+        assert lines["state"] == ("leaking" if joined else "sealed")
+        sides = "periodic sides" if joined else "wall sides"
+        assert lines["flow"].endswith(sides if walls else f"{sides} (default)")
+        assert ("sides" in lines) is (periodic and walls)
         assert "--sides periodic" in lines.get("sides", "--sides periodic")
 
 
