@@ -128,9 +128,10 @@ def test_interrupted_sweep_goes_on(tmp_path, monkeypatch, capsys):
     solve, solves = FLOWS["finite-difference"], []
 
     def third_is_interrupted(settings, gap, report, comm):
-        solves.append(gap.contact_area_fraction)
-        if len(solves) == 3:
-            raise KeyboardInterrupt
+        if gap.gap.shape == (32, 32):  # and not the coarser grid of the entry "contact grid"
+            solves.append(gap.contact_area_fraction)
+            if len(solves) == 3:
+                raise KeyboardInterrupt
         return solve(settings, gap, report, comm)
 
     monkeypatch.setitem(FLOWS, "finite-difference", third_is_interrupted)
