@@ -123,7 +123,7 @@ def figure(cases: Sequence[Case], samples: int, path: Path) -> None:
             axes.plot(*zip(*line, strict=True), "o-", ms=3, color=colours[case.share], label=label)
         axes.axhline(1, color="0.6", lw=0.8)
         axes.set(xscale="log", yscale="log", xlabel="unknowns")
-        axes.set_ylabel("half-width of the bounds / true error")
+        axes.set_ylabel("half-width of the bounds / true error, at least")
         axes.set_title(f"dry contacts on {samples}², not lifted by the fluid", fontsize=10)
         axes.legend(frameon=False, fontsize=8)
 

@@ -89,7 +89,7 @@ def test_digits_follow_the_error():
 def test_the_rest_of_the_page_stays():
     row = Row("part", "a claim", Number.exact(1.0), Number.exact(1.0), "a source", "none", "tests")
     text = tables({"name": row})
-    assert "### Part\n" in text
+    assert "## Part\n" in text
     assert "| `name` | a claim | 1 | 1 | +0.00 | a source | none | `tests` |" in text
     begin, end = marks("rows")
     page = f"by hand\n{begin}\nold\n{end}\nalso by hand\n"

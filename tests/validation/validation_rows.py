@@ -19,6 +19,7 @@ import numpy as np
 from scipy.integrate import quad
 
 from fem_seal import Patch, Scene
+from fem_seal import solve as solve_scene
 from fem_seal.contact import solve
 from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
@@ -235,8 +236,19 @@ def westergaard_area(page: bool) -> Row:
     )
 
 
+def valley_cube(load: float) -> float:
+    """Mean of (g/Δ)³, g = 2Δ (v √(v² - s²) - s² arcosh(v/s)), v = sin ψ, s² = load = p/p*."""
+
+    def cubed(psi: float) -> float:
+        v = np.sin(psi)
+        root = sqrt(max(v * v - load, 0))
+        return (2 * (v * root - load * np.log((v + root) / sqrt(load)))) ** 3
+
+    return quad(cubed, np.arcsin(sqrt(load)), pi / 2)[0] / (pi / 2)
+
+
 def westergaard_leak(page: bool) -> Row:
-    """Mean of g³ in the valleys, g = 2Δ (v √(v² - s²) - s² arcosh(v/s)), v = sin ψ, s² = p/p*."""
+    """Flow in the valleys of a wave."""
     n, load = 256 if page else 64, 0.35
 
     def leak(samples: int) -> Number:
@@ -245,19 +257,13 @@ def westergaard_leak(page: bool) -> Row:
         of_a_square = gap.size[0] / gap.size[1]
         return Number(*(of_a_square * end for end in (leak.value, *leak.bounds)))
 
-    def cubed(psi: float) -> float:
-        v = np.sin(psi)
-        root = sqrt(max(v * v - load, 0))
-        return (2 * (v * root - load * np.log((v + root) / sqrt(load)))) ** 3
-
     coarse, fine = leak(n), leak(2 * n)
     change = abs(fine.value - coarse.value)
-    mean = quad(cubed, np.arcsin(sqrt(load)), pi / 2)[0] / (pi / 2)
     return Row(
         CONTACT,
         "flow along the same wave: conductance over that of a channel as high as the wave",
         Number(fine.value, fine.lower - change, fine.upper + change),
-        Number.exact(mean),
+        Number.exact(valley_cube(load)),
         "mean of g³ of Westergaard's gap",
         "guaranteed bounds and the change from half as many samples; exact",
         "tests/coupling/test_waves_along_the_flow.py",
@@ -520,6 +526,120 @@ def helium_over_air(
     return row
 
 
+LIFT = "contact and flow together"
+WAVE, VALLEY = 1e-7, 1e-5  # Δ and λ [m] of waves along the flow
+FULL = pi * 1e7 * WAVE / VALLEY  # pressure that flattens them, p* = π E* Δ/λ
+
+
+def channel(
+    load: float, ends: tuple[float, float], shape: tuple[int, int], lift: str = "resolved"
+) -> Patch:
+    """Waves along the flow, 64 wavelengths long; pressures over p*, ambient 0."""
+    nx, ny = shape
+    heights = np.tile(WAVE * np.cos(2 * pi * np.arange(ny) / ny), (nx, 1))
+    surface = GridField(heights, (64 * VALLEY / nx, VALLEY / ny), True)
+    flow = {"inlet_pressure": ends[0] * FULL, "outlet_pressure": ends[1] * FULL, "rtol": 0.02}
+    flow |= {"ambient_pressure": 0.0, "sides": "periodic", "lift": lift}
+    scene = patch(surface=roughness(64, 1), contact={"pressure": load * FULL}, flow=flow).scene
+    return Patch(scene, surface=surface)
+
+
+def sealing_load(page: bool) -> Row:
+    """A wavy channel closes at p_in + p*, whatever the pressure at the outlet."""
+    leaking, sealed = [], []
+    for ends in [(0.2, 0.1), (0.7, 0.6), (0.7, 0.5)][: 3 if page else 1]:
+        tried = {k: channel(ends[0] + k, ends, (64, 32)) for k in (0.85, 1.03)}
+        states = {k: found.leak_rate.value == 0 for k, found in tried.items()}
+        leaking.append(max((k for k, closed in states.items() if not closed), default=0.0))
+        sealed.append(min((k for k, closed in states.items() if closed), default=inf))
+    return Row(
+        LIFT,
+        "wavy channel: load that seals less the inlet's pressure, over that of full contact",
+        Number((min(leaking) + max(sealed)) / 2, min(leaking), max(sealed)),
+        Number.exact(1.0),
+        "affine in the inlet's pressure alone: Shvarts and Yastrebov "
+        "([arXiv:1712.06312](https://arxiv.org/abs/1712.06312)); Westergaard",
+        "a load that leaks and one that seals, at several pressures of the ends; exact",
+        "tests/coupling/test_sealing_pressure.py",
+    )
+
+
+def lifted_channel(page: bool) -> Row:
+    """Q = (W/L) ∫ K(P₀ - p) dp over its value without lift, K(P₀) p_in; K by Westergaard."""
+    load, inlet = 0.5, 0.4
+
+    def gain(n: int) -> Number:
+        ends = (inlet, 0.0)
+        lifted, dry = (channel(load, ends, (4 * n, n), kind) for kind in ("resolved", "none"))
+        (low, high), (least, most) = lifted.leak_rate.bounds, dry.leak_rate.bounds
+        claimed = lifted.lifted.claimed
+        value = lifted.leak_rate.value / dry.leak_rate.value
+        return Number(value, low / most * (1 - claimed), high / least * (1 + claimed))
+
+    coarse, fine = gain(16), gain(32)
+    change = abs(fine.value - coarse.value)
+    total, _ = quad(lambda p: valley_cube(load - p), 0, inlet)
+    return Row(
+        LIFT,
+        "the same channel, P₀ = 0.5 p*, p_in = 0.4 p*: leak rate over that without lift",
+        Number(fine.value, fine.lower - change, fine.upper + change),
+        Number.exact(total / (inlet * valley_cube(load))),
+        "∫ K(P₀ - p) dp with Westergaard's gap (docs/theory/lift.md)",
+        "guaranteed bounds, estimated error of the lift and the change from half as many samples; "
+        "exact for a channel far longer than its waves",
+        "tests/coupling/test_waves_along_the_flow.py",
+    )
+
+
+def lift_off(page: bool) -> Row:
+    """Inlet pressure over the load, outlet ambient, at which a rough patch loses contact."""
+    last, first = [], []
+    for seed in range(1, 4 if page else 2):
+        surface = roughness(32, seed, long_wavelength=5e-5)
+        tried = {}
+        for drop in (0.99, 1.3, 1.6, 1.99):
+            flow = {"pressure_drop": drop * 1e5, "sides": "periodic", "lift": "resolved"}
+            lifted = patch(
+                surface=surface, contact={"pressure": 1e5}, flow={**flow, "rtol": 0.2}
+            ).lifted
+            tried[drop] = lifted.contact is not None and not lifted.floats
+        last.append(max((drop for drop, touches in tried.items() if touches), default=0.0))
+        first.append(min((drop for drop, touches in tried.items() if not touches), default=inf))
+    return Row(
+        LIFT,
+        "rough patch: inlet pressure over load at which the fluid carries the solid alone",
+        Number((min(last) + max(first)) / 2, min(last), max(first)),
+        Number(1.0, 1.0, 2.0),
+        "Lorenz and Persson, *Eur. Phys. J. E* **32**, 281 (2010): lift-off at 1; contact is "
+        "certain below 1 and none is possible above 2 "
+        "([proposition 11](theory/mathematics.md#proposition-11-an-equilibrium-exists))",
+        "a pressure with contact and one without, over seeds; from 1 to 2",
+        "tests/coupling/test_lifted.py",
+    )
+
+
+def lifted_rate(n: int) -> Number:
+    """Leak rate [10⁻¹⁵ m³/s] of one lifted patch on n² samples, with all counted errors."""
+    surface = roughness(n, 1, long_wavelength=5e-5, short_wavelength=1e-5)
+    flow = {"pressure_drop": 1e5, "sides": "periodic", "lift": "resolved", "rtol": 0.05}
+    headline = solve_scene(patch(surface=surface, flow=flow).scene).headline
+    return Number(*(1e15 * end for end in (headline.value, headline.lower, headline.upper)))
+
+
+def lifted_grids(page: bool) -> Row:
+    """The same lifted patch on more samples; errors are those that each claims."""
+    coarse, fine = lifted_rate(64), lifted_rate(256 if page else 128)
+    return Row(
+        LIFT,
+        "rough patch, lifted by the fluid, on 64² samples: leak rate [10⁻¹⁵ m³/s]",
+        coarse,
+        fine,
+        "the same surface, contact and flow on 256² samples",
+        "all counted errors of the headline, the contact grid's among them; the same",
+        "tests/contact/test_grid_error.py",
+    )
+
+
 PEERS = "other codes"
 
 
@@ -647,6 +767,10 @@ ROWS: dict[str, Callable[[bool], Row]] = {
         18.2 / 19.6,
         "viscous flow, ratio of the viscosities",
     ),
+    "sealing-load": sealing_load,
+    "lifted-channel": lifted_channel,
+    "lift-off": lift_off,
+    "lifted-grids": lifted_grids,
 }
 PEER_ROWS = {
     "tamaas": peer_contact("tamaas", "Tamaas 2.9.0"),
