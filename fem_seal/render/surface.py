@@ -33,7 +33,7 @@ def surface_figure(prepared: PreparedSurface, fit: SpectrumFit | None, path: str
             (k + 0.5) * d * length_scale
             for k, d in zip(np.nonzero(prepared.outliers), measured.spacing, strict=True)
         )
-        if len(x):
+        if len(x) and prepared.steps[-1].name != "twin":
             all_axes[0].scatter(x, y, s=40, facecolors="none", edgecolors=SPIKE, label="spikes")
             all_axes[0].legend(loc="lower right", bbox_to_anchor=(1, 1), frameon=False, fontsize=8)
         if fit is not None:
