@@ -106,10 +106,6 @@ def _sweep(options: argparse.Namespace) -> int:
 
 def _summary(point: "Point") -> str:
     """One line about a point."""
-    from fem_seal.fluid import volume_conditions
-    from fem_seal.leak_rate import rate_text
-    from fem_seal.sweep.point import UNSETTLED
-
     numbers = point.numbers
     if not numbers["state"]:
         return f"no result: {numbers['reason']}"
@@ -117,18 +113,9 @@ def _summary(point: "Point") -> str:
     area = f"{100 * part:.3g} % in contact"
     if "seal.patches_along" in numbers:
         area += " in the first patch"
-    leak_rate, lower, upper = map(point.number, ("leak_rate", "lower", "upper"))
     if not numbers["converged"]:
         area += ", not converged"
     state, decision = numbers["state"], numbers["decision"]
-    if state == UNSETTLED:
-        ends = (point.number(f"together.{end}") for end in ("lower", "upper"))
-        low, high = (f"{end:.3g}" if end is not None else "?" for end in ends)
-        return f"{state}, {low} to {high} m^3/s, {area}"
-    if state == "sealed" or leak_rate is None:
-        return f"{state if decision in (state, None) else f'{state}, {decision}'}, {area}"
-    unit, kelvin = "m^3/s", "gas.reference_temperature"
-    if kelvin in numbers:
-        conditions = (point.number(name) for name in (kelvin, "gas.reference_pressure"))
-        unit += f" {volume_conditions(*(present(value, 'condition') for value in conditions))}"
-    return f"{decision}, {rate_text(leak_rate, lower, upper, unit)}, {area}"
+    said = f"{state}" if decision in (state, None) else f"{state}, {decision}"
+    rate = f", {numbers['headline']}" if "headline" in numbers else ""
+    return f"{said}{rate}, {area}"

@@ -2,7 +2,7 @@
 
 from fem_seal.errors import present
 from fem_seal.fluid import GasDrive, volume_conditions
-from fem_seal.leak_rate import LeakRate, rate_text
+from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.headline import Shown
 from fem_seal.quantities.slip import knudsen_number
@@ -78,8 +78,3 @@ def unit_words(unit: str, gas: GasRecord | None) -> str:
     if gas is None or RateUnit.parse(unit).kind != "volume":
         return unit
     return f"{unit} {volume_conditions(gas.reference_temperature, gas.reference_pressure)}"
-
-
-def rate_words(rate: Rate, gas: GasRecord | None = None) -> str:
-    """Leak rate and bounds in the unit of a record, as `unit_words` has it."""
-    return rate_text(rate.value, rate.lower, rate.upper, unit_words(rate.unit, gas))

@@ -189,6 +189,8 @@ def _numbers(result: Result) -> Iterator[tuple[str, Number]]:
     }
     for name in COLUMNS:
         yield name, own[name] if name in own else getattr(result, name)
+    if together is not None:
+        yield "headline", together.sentence
     rest = result.model_dump(exclude=_LEFT_OUT.union(COLUMNS))
     quantities = rest.pop("quantities", None) or {}
     yield from _flat(rest | quantities)
