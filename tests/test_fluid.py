@@ -8,7 +8,7 @@ from fem_seal.errors import InvalidInput
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, LiquidDrive
 from fem_seal.patch import Patch
 from fem_seal.results.words import lines_of
-from fem_seal.scene import Limit, Scene
+from fem_seal.scene import Scene
 from fem_seal.solved import solve
 
 VISCOSITY, TEMPERATURE, MOLAR_MASS = 1.8e-5, 293.15, 0.029
@@ -127,8 +127,8 @@ def test_verdict_with_first_order_slip(gap_scene, height, decision):
     gap = np.full((5, 5), height)
     gap[2] *= 0.8
     scene = Scene.from_mapping(gap_scene(gap, SLIPPING))
-    limit = Limit(leak_rate=1.2 * Patch(scene).leak_rate.upper)
-    result = solve(scene.model_copy(update={"limit": limit})).result()
+    limit = f"{1.2 * Patch(scene).leak_rate.upper} m^3/s"
+    result = solve(scene.with_({"limit.leak_rate": limit})).result()
     knudsen = air().mean_free_path(VISCOSITY) / (0.8 * height)
     assert result.gas.knudsen_number == pytest.approx(knudsen)
     assert result.verdict.decision == decision
@@ -141,7 +141,7 @@ def test_verdict_with_first_order_slip(gap_scene, height, decision):
         bound = getattr(result.leak_rate, side) / result.leak_rate.value
         assert product == pytest.approx(bound, rel=1e-12)
     assert entries["slip interval"].upper > 1
-    low = scene.model_copy(update={"limit": Limit(leak_rate=0.8 * result.leak_rate.lower)})
+    low = scene.with_({"limit.leak_rate": f"{0.8 * result.leak_rate.lower} m^3/s"})
     assert solve(low).result().verdict.decision == "above limit"
 
 
@@ -183,8 +183,8 @@ def test_kinetic_slip(gap_scene, height, p_out):
     assert entry.lower == pytest.approx(1 / entry.upper)
     assert "Knudsen number" in entry.sentence
     for part, decision in ((1.06, "within limit"), (1.01, "undecided"), (0.94, "above limit")):
-        limit = Limit(leak_rate=part * result.leak_rate.value)
-        decided = solve(scene.model_copy(update={"limit": limit})).result().verdict.decision
+        limit = f"{part * result.leak_rate.value} m^3/s"
+        decided = solve(scene.with_({"limit.leak_rate": limit})).result().verdict.decision
         if height < 1e-6 or part != 1.01:
             assert decision == decided
 
@@ -324,8 +324,8 @@ def test_verdict_of_a_gas_that_slips(gap_scene, part, decision):
     """No slip is a lower bound: below a limit nothing is certain, above it all stands."""
     gap = np.full((5, 5), 1e-7)
     scene = Scene.from_mapping(gap_scene(gap))
-    limit = Limit(leak_rate=part * Patch(scene).leak_rate.value)
-    verdict = solve(scene.model_copy(update={"limit": limit})).result().verdict
+    limit = f"{part * Patch(scene).leak_rate.value} m^3/s"
+    verdict = solve(scene.with_({"limit.leak_rate": limit})).result().verdict
     assert verdict.decision == decision
     assert "not covered" in verdict.sentence
     assert "slip" in verdict.sentence
