@@ -167,7 +167,7 @@ def test_a_sealed_contact_is_compared_with_no_theory():
 
 
 def test_fig_2_as_numbers(tmp_path):
-    """Total of the flow field against the certified leak rate; flow passes open parts alone.
+    """Total of the flow field beside the certified leak rate; flow passes open parts alone.
 
     Elastic channels are narrower: they lie on a smaller part of the cell, and carry less. The
     file of a picture gives the same numbers.
@@ -177,8 +177,10 @@ def test_fig_2_as_numbers(tmp_path):
         folder.write(model, picture(SMOOTH, model, 0.2, RTOL))
         measures = flows[model] = FlowMeasures.of(folder.point(model))
         total = measures.total * SMOOTH.n * PITCH
-        # No absolute tolerance: pytest's own of 1e-12 would accept any leak rate in m³/s.
-        assert total == pytest.approx(point(model, 0.2).value, rel=RTOL, abs=0)
+        # The energy of the pressure on the last mesh: above the leak rate (Dirichlet's principle) by
+        # what the bracket's corrections take away, up to its own width again.
+        leak = point(model, 0.2)
+        assert leak.lower < total < leak.upper * (1 + RTOL)
         assert measures.total < measures.body <= measures.peak
         assert min(measures.participation, measures.half) > 0
         assert max(measures.participation, measures.half) < 1 - measures.area
