@@ -177,8 +177,8 @@ def test_fig_2_as_numbers(tmp_path):
         folder.write(model, picture(SMOOTH, model, 0.2, RTOL))
         measures = flows[model] = FlowMeasures.of(folder.point(model))
         total = measures.total * SMOOTH.n * PITCH
-        # The energy of the pressure on the last mesh: above the leak rate (Dirichlet's principle) by
-        # what the bracket's corrections take away, up to its own width again.
+        # The energy of the pressure on the last mesh lies above the leak rate (Dirichlet's
+        # principle), by what the corrections of the bracket take away: up to its own width.
         leak = point(model, 0.2)
         assert leak.lower < total < leak.upper * (1 + RTOL)
         assert measures.total < measures.body <= measures.peak
