@@ -54,7 +54,7 @@ def test_page_has_the_same_claim_and_numbers(name):
     """The page's interval, of more samples or seeds, overlaps this one."""
     row, cells = computed(name), printed(name)
     assert cells[1] == row.claim
-    assert cells[5:7] == [row.source, row.errors]
+    assert cells[6:8] == [row.source, row.errors]
     for cell, number in zip(cells[2:4], (row.ours, row.reference), strict=True):
         ends = [float(end) for end in re.findall(NUMBER, cell)]
         lower, upper = (ends[-2], ends[-1]) if "to" in cell else (ends[0], ends[0])
@@ -90,7 +90,7 @@ def test_the_rest_of_the_page_stays():
     row = Row("part", "a claim", Number.exact(1.0), Number.exact(1.0), "a source", "none", "tests")
     text = tables({"name": row})
     assert "## Part\n" in text
-    assert "| `name` | a claim | 1 | 1 | +0.00 | a source | none | `tests` |" in text
+    assert "| `name` | a claim | 1 | 1 | +0.00 | 0 % | a source | none | `tests` |" in text
     begin, end = marks("rows")
     page = f"by hand\n{begin}\nold\n{end}\nalso by hand\n"
     assert with_part(page, "rows", "new") == f"by hand\n{begin}\n\nnew\n\n{end}\nalso by hand\n"

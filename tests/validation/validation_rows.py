@@ -109,6 +109,14 @@ class Row:
     tests: str
 
     @property
+    def least_shown(self) -> str:
+        """Sum of both errors over the reference: a smaller deviation would not show."""
+        if self.reference.upper == inf:
+            return "its sign"
+        both = self.ours.half + self.reference.half
+        return f"{100 * both / abs(self.reference.value):.2g} %"
+
+    @property
     def distance(self) -> float:
         """Distance of the two intervals' middles in units of the sum of their half-widths.
 
