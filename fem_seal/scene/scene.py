@@ -12,7 +12,6 @@ from fem_seal.scene.contents import Contents
 from fem_seal.scene.files import override, read_toml, replaced
 from fem_seal.scene.messages import explain
 from fem_seal.scene.readable import rows_of
-from fem_seal.scene.seal import OF_FLOWS
 from fem_seal.tables import html_table
 
 
@@ -102,9 +101,4 @@ class Scene(Contents):
     @model_validator(mode="after")
     def _check(self) -> "Scene":
         check(self)
-        if self.seal is not None and "rtol" not in self.flow.model_fields_set:
-            flow = self.flow.model_copy(update={"rtol": OF_FLOWS * self.seal.rtol})
-            flow.model_fields_set.discard("rtol")  # `with_` chooses it anew
-            # Sections are frozen once they are checked.
-            object.__setattr__(self, "flow", flow)
         return self

@@ -33,10 +33,6 @@ def _profile(value: object, info: ValidationInfo) -> Any:
     return readable_file(value, info)
 
 
-# Tolerance of the flows over seal.rtol, unless the scene has a flow.rtol; the loads take the rest.
-OF_FLOWS = 0.5
-
-
 class Seal(Section):
     """The seal that the patch is a part of; roughness and leak path are scales apart."""
 

@@ -18,7 +18,7 @@ The flows at b and at a bound the flow through either gap (`flow.nearby`). These
 by one power of b - a than the conductivities at a and b themselves.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
@@ -37,9 +37,7 @@ from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.fluid import Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level, half_width_of, relative_width
-from fem_seal.limits import Limits
 from fem_seal.patch import Patch
-from fem_seal.scene.seal import OF_FLOWS
 from fem_seal.steps import elastic_contact
 from fem_seal.upscaling.conductivity import ConductivityTable, Enclosure
 from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow
@@ -50,22 +48,15 @@ if TYPE_CHECKING:
 
 TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
 MOST_LOADS = 40
-# Part of the error of the load table that is refined at a time (Dörfler).
-SHARE = 0.5
-# Tolerance of a loose flow over flow.rtol. A flow is loose until its load turns out to matter. The
-# first flow, on whose mesh the others begin, has flow.rtol.
-LOOSE = 3.0
-# Most unknowns of a loose flow, over those of the first flow: a flow near the load that seals takes
-# many unknowns and rarely matters.
-MOST_LOOSE = 4.0
-# Smallest limit on the unknowns of a loose flow: the first flow may need hardly any.
-LEAST_LIMIT = 20_000
+# Part of the error of the load table that is refined at a time (Dörfler), and the part of its error
+# that an interval keeps when it is halved: enclosures are of second order.
+SHARE, LEFT = 0.5, 0.25
 # Relative width of an enclosure over the square of the fall of ln K in its interval, as measured.
 WIDTH = 0.22
+# Intervals that make less of the error than this part of the tolerance are not enclosed.
+SMALL = 0.02
 # Intervals between the places of an enclosure, and (c - b)/(b - a) of the line beyond b.
 BETWEEN, BEYOND = 2, 0.125
-# Intervals that make less of the error than this part of the tolerance are left as they are.
-SMALL = 0.02
 SIMPSON = (4, 1, 1)  # weights of the value and of both bounds
 NARROW = 1e-6  # relative distance of two pressures that count as one
 # Most samples of all flows that are kept; the oldest flows are dropped first.
@@ -82,24 +73,17 @@ class LoadedPatch:
     Parameters
     ----------
     patch : patch of a scene with an elastic contact on a grid. The load of the scene is not used
-    most_loose : most unknowns of a flow whose load does not matter yet, over those of the first
-        flow
-    least_limit : smallest such limit on the unknowns
+    rtol : tolerance of the flow at each load
     """
 
-    def __init__(
-        self, patch: Patch, *, most_loose: float = MOST_LOOSE, least_limit: int = LEAST_LIMIT
-    ):
-        self.patch = patch
-        self._most_loose, self._least_limit = most_loose, least_limit
+    def __init__(self, patch: Patch, rtol: float):
+        self.patch, self.rtol = patch, rtol
         self.reasons: list[str] = []
         # Whether all loads so far agree with the enclosures of their intervals.
         self.convex = True
         self._states: dict[float, ContactState] = {}
         self._bounds: dict[float, tuple[float, float]] = {}
         self._flows: dict[float, MeshedFlow] = {}
-        self._loose: set[float] = set()
-        self._first_unknowns = 0
         self._enclosures: dict[tuple[float, float], Enclosure | None] = {}
 
     def bounds(self, load: float) -> tuple[float, float]:
@@ -109,10 +93,7 @@ class LoadedPatch:
         the mesh and the functions of the nearest lower load.
         """
         if load not in self._bounds:
-            loose = bool(self._flows) and self.patch.scene.flow.method != "uniform"
-            self._bounds[load] = self._conductivity(load, LOOSE if loose else 1.0)
-            if loose:
-                self._loose.add(load)
+            self._bounds[load] = self._conductivity(load)
         return self._bounds[load]
 
     def table(self, loads: Sequence[float] = ()) -> ConductivityTable:
@@ -121,24 +102,25 @@ class LoadedPatch:
             if load not in self._bounds:
                 self._compare(load)
         rows = sorted((load, *bounds) for load, bounds in self._bounds.items())
-        ends = [row[0] for row in rows]
         between = tuple(
-            self._enclosures.get(pair) if self.convex else None for pair in pairwise(ends)
+            self._enclosures.get(pair) if self.convex else None
+            for pair in pairwise(row[0] for row in rows)
         )
         known, lower, upper = map(np.array, zip(*rows, strict=True))
         return ConductivityTable(known, lower, upper, between)
 
-    def enclose(self, a: float, b: float) -> None:
-        """Compute the enclosure between two loads [Pa] of the table.
+    def enclose(self, intervals: Iterable[tuple[float, float]]) -> ConductivityTable:
+        """Table with enclosures of intervals between neighbouring loads [Pa].
 
-        There is none if a flow is not kept any more, or if the gap is not linear on a grid.
+        An interval has none if a flow is not kept any more, or if the gap is not linear on a grid.
         """
-        if (a, b) not in self._enclosures:
-            self._enclosures[a, b] = self._enclosure(a, b)
+        for pair in intervals:
+            self._enclosures[pair] = self._enclosure(*pair)
+        return self.table()
 
-    def enclosed(self, a: float, b: float) -> bool:
-        """Whether an interval needs no `enclose`: it has been called, or enclosures do not hold."""
-        return not self.convex or (a, b) in self._enclosures
+    def enclosed(self, intervals: Iterable[tuple[float, float]]) -> np.ndarray:
+        """Intervals that `enclose` cannot narrow: it has been called, or no enclosure holds."""
+        return np.array([not self.convex or pair in self._enclosures for pair in intervals])
 
     def sealed(self, load: float) -> bool:
         """Whether no open path joins inlet and outlet at a net load [Pa]; no flow is solved."""
@@ -212,36 +194,13 @@ class LoadedPatch:
         patch = self.patch
         return elastic_contact(patch.scene, surface, predictor.start(target), target, patch.report)
 
-    def gain_of_sharpening(self, load: float) -> float:
-        """Part, 0 to 1, by which `sharpen` reduces the width of the bounds at a load [Pa]."""
-        width = relative_width(*self._bounds[load]) if self._bounds[load][1] > 0 else 0.0
-        rtol = self.patch.scene.flow.rtol
-        return 1 - rtol / width if load in self._loose and width > rtol else 0.0
-
-    def without_lower_bound(self, table: ConductivityTable) -> list[float]:
-        """Loads [Pa] of a table that leak, but whose flow was too loose for a lower bound."""
-        open_below = table.loads[(table.lower == 0) & (table.upper > 0)].tolist()
-        return [load for load in open_below if self.gain_of_sharpening(load) > 0]
-
-    def sharpen(self, load: float) -> None:
-        """Solve the flow at a load [Pa] of the table to flow.rtol, if that has not been done."""
-        if self.gain_of_sharpening(load) > 0:
-            self._bounds[load] = self._conductivity(load, 1.0)
-        self._loose.discard(load)
-
-    def _conductivity(self, load: float, looseness: float) -> tuple[float, float]:
-        """Bounds of K at a load [Pa], with `looseness` times the tolerance of the scene."""
+    def _conductivity(self, load: float) -> tuple[float, float]:
         state = self._state(load)
         film = self._film(state.gap.values)
         if film.sealed:
             return 0.0, 0.0
-        limits = self.patch.scene.flow.limits
-        if looseness > 1:
-            most = max(self._least_limit, int(self._most_loose * self._first_unknowns))
-            limits = replace(limits, unknowns=min(most, limits.unknowns or most))
-        leak = self._leak_rate(load, film, looseness * self.patch.scene.flow.rtol, limits)
-        self._first_unknowns = self._first_unknowns or leak.unknowns
-        if looseness == 1 and not leak.converged:
+        leak = self._leak_rate(load, film)
+        if not leak.converged:
             load_text = with_prefix(state.mean_pressure, "Pa")
             # The rest of the reason names the tolerance of this flow, which is not the seal's.
             cause = leak.reason.partition(";")[0]
@@ -251,7 +210,7 @@ class LoadedPatch:
         lower, upper = leak.bounds
         return lower * per_rate, upper * per_rate
 
-    def _leak_rate(self, load: float, film: GridFilm, rtol: float, limits: Limits) -> LeakRate:
+    def _leak_rate(self, load: float, film: GridFilm) -> LeakRate:
         from fem_seal.flow import leak_rate
 
         scene, report = self.patch.scene, self.patch.report
@@ -271,8 +230,8 @@ class LoadedPatch:
             pressure_drop=scene.drive.pressure_drop,
             slip=at_mean_pressure(scene.slip),
             method=scene.flow.method,
-            rtol=rtol,
-            limits=limits,
+            rtol=self.rtol,
+            limits=scene.flow.limits,
             progress=progress,
             comm=parallel.communicator(self.patch.comm),
             kept=self._nearest(load) if nearby else None,
@@ -322,10 +281,8 @@ def refined_table(
 ) -> PatchFlow:
     """Add loads to a patch's table until the leak rate of the seal is known to a tolerance.
 
-    First the intervals of the table are halved where K changes most, weighted with the influence of
-    their net loads on the leak rate, until enclosures of all intervals should be narrow enough.
-    Then the intervals that matter are enclosed. If the bounds are still too wide, the intervals
-    with the widest enclosures are halved.
+    The intervals of the table on which the error depends most are halved, until their enclosures
+    should be narrow enough. Then these are computed; the widest ones are halved again if need be.
 
     Parameters
     ----------
@@ -352,6 +309,8 @@ def refined_table(
     if patch.sealed(decisive):
         table = patch.table([decisive])
         return PatchFlow(table, flow_of(table))
+    from fem_seal.flow.marking import doerfler
+
     started = perf_counter()
     # Begin with the lowest load: its open channels contain those of all higher loads.
     first = [decisive] if uniform else np.linspace(0, decisive, 5).tolist()
@@ -365,38 +324,26 @@ def refined_table(
         if max_seconds is not None and perf_counter() - started > max_seconds:
             reason = f"its {max_seconds:g} s are used up; raise seal.max_seconds"
             return PatchFlow(table, flow, False, reason)
-        unbounded = patch.without_lower_bound(table)
-        if flow.lower == 0 and unbounded:
-            # A load without a lower bound must not pass for one that seals.
-            patch.sharpen(min(unbounded))
-            table = patch.table()
+        intervals = list(pairwise(table.loads.tolist()))
+        enclosed = patch.enclosed(intervals)
+        error, expected, of_flows = _errors(table, flow)
+        large = error > SMALL * tolerance
+        to_enclose = np.flatnonzero(~enclosed & large)
+        error = np.where(enclosed, error, expected)
+        if error.sum() + of_flows <= tolerance and to_enclose.size:
+            table = patch.enclose(intervals[k] for k in to_enclose)
             continue
-        ends = list(zip(table.loads[:-1].tolist(), table.loads[1:].tolist(), strict=True))
-        error = _load_error(table, flow)
-        enclosed = np.array([patch.enclosed(*pair) for pair in ends])
-        expected = np.where(enclosed, error.of_loads, error.expected)
-        of_flows = error.of_flows.sum()
-        large = error.of_loads > SMALL * tolerance
-        # A sharper flow costs about as much as another load: do what narrows the bounds more.
-        gains = error.of_flows * [patch.gain_of_sharpening(load) for load in table.loads.tolist()]
-        best, halving = int(np.argmax(gains)), np.max(np.where(large, expected, 0.0), initial=0.0)
-        if expected.sum() + of_flows > tolerance and gains[best] > 0.75 * halving:
-            patch.sharpen(float(table.loads[best]))
-            table = patch.table()
-            continue
-        to_enclose = np.flatnonzero(large & ~enclosed)
-        if expected.sum() + of_flows <= tolerance and to_enclose.size:
-            for number in to_enclose:
-                patch.enclose(*ends[number])
-            table = patch.table()
-            continue
-        # Halving an interval leaves a quarter of its error.
-        excess = expected.sum() + of_flows - tolerance
-        marked = _marked(np.where(large, expected, 0.0), 4 / 3 * max(excess, 0) + 0.1 * tolerance)
+        # Halve no more intervals than the tolerance needs, and a little.
+        excess = max(error.sum() + of_flows - tolerance, 0.0) / (1 - LEFT) + 0.1 * tolerance
+        error = np.where(large, error, 0.0)
+        marked = doerfler(error, min(SHARE, excess / max(error.sum(), excess)))
         loads = 0.5 * (table.loads[:-1] + table.loads[1:])[marked]
         full = table.loads.size + loads.size > most_loads
-        if not loads.size or full:
-            return PatchFlow(table, flow, False, _reason(patch, full, tolerance, most_loads))
+        if full or not loads.size or of_flows > tolerance:
+            reason = f"it may take {most_loads} net loads; raise seal.max_loads"
+            if patch.reasons:
+                reason = f"{patch.reasons[0]}; raise that limit"
+            return PatchFlow(table, flow, False, reason)
         table = patch.table(loads.tolist())
 
 
@@ -409,24 +356,14 @@ def _state_of_table(
 
 
 def _width(flow: SealFlow) -> float:
-    if flow.upper == 0:
-        return 0.0
-    return (flow.upper - flow.lower) / np.sqrt(flow.lower * flow.upper) if flow.lower else inf
+    return relative_width(flow.lower, flow.upper) if flow.upper > 0 else 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class _LoadError:
-    """Parts of ln(upper/lower) of the leak rate due to n loads and the intervals between them."""
+def _errors(table: ConductivityTable, flow: SealFlow) -> tuple[np.ndarray, np.ndarray, float]:
+    """Parts of ln(upper/lower) of the leak rate: of each interval, and of all flows.
 
-    #: (n - 1,), error of each interval due to the distance of its loads, with the present
-    #: enclosures
-    of_loads: np.ndarray
-    expected: np.ndarray  #: (n - 1,), estimate of this error if the interval had an enclosure
-    of_flows: np.ndarray  #: (n,), error of each load due to the bounds of its flow
-
-
-def _load_error(table: ConductivityTable, flow: SealFlow) -> _LoadError:
-    """Error of each interval, weighted with the influence of its net loads on the leak rate.
+    First those of the intervals (n - 1,) with the present enclosures, then what would be left of
+    them if all were enclosed.
 
     Let ln K_t go linearly from the lower bounds at t = 0 to the upper ones at t = 1. Then
     ln(upper/lower) of the leak rate is ∫ Σ influence_t × ln(K_upper/K_lower) dt. Simpson's rule
@@ -446,16 +383,15 @@ def _load_error(table: ConductivityTable, flow: SealFlow) -> _LoadError:
         error += np.bincount(interval, influence * fall, count)
         share += np.bincount(interval, influence, count)
     of_ends = _log_ratio(table.upper, table.lower)
-    own = 0.5 * share * (of_ends[:-1] + of_ends[1:])
-    of_flows = 0.5 * of_ends * (np.append(share, 0.0) + np.append(0.0, share))
+    of_flows = 0.5 * share * (of_ends[:-1] + of_ends[1:])
+    error = np.maximum(error - of_flows, 0.0)
     falls = _log_ratio(table.value[:-1], table.value[1:])
-    expected = share * WIDTH * falls**2
+    expected = np.minimum(share * WIDTH * falls**2, error)
     if flow.lower == 0 and table.lower[-1] == 0:
         # Without a lower bound, refine only towards the load that seals.
-        sealing = np.argmax(table.lower[1:] == 0)
-        error[sealing] = expected[sealing] = MOST_FALL
-    error = np.maximum(error - own, 0.0)
-    return _LoadError(error, np.minimum(expected, error), of_flows)
+        error = expected = np.zeros(count)
+        error[np.argmax(table.lower[1:] == 0)] = MOST_FALL
+    return error, expected, float(of_flows.sum())
 
 
 def _log_ratio(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
@@ -464,23 +400,3 @@ def _log_ratio(upper: np.ndarray, lower: np.ndarray) -> np.ndarray:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(upper > 0, np.minimum(lower / upper, 1.0), 1.0)
     return -np.log(np.maximum(np.where(np.isfinite(upper), ratio, least), least))
-
-
-def _marked(error: np.ndarray, excess: float) -> np.ndarray:
-    """Fewest intervals whose errors add up to `excess`, or to SHARE of all errors (Dörfler)."""
-    total = error.sum()
-    if total == 0:
-        return np.zeros(0, dtype=int)
-    order = np.argsort(error)[::-1]
-    part = min(SHARE * total, excess)
-    return order[: 1 + int(np.searchsorted(np.cumsum(error[order]), part))]
-
-
-def _reason(patch: LoadedPatch, full: bool, tolerance: float, most_loads: int) -> str:
-    """Limit that ended a refinement, and the remedy."""
-    if patch.reasons:
-        return f"{patch.reasons[0]}; raise that limit"
-    if full:
-        return f"it may take {most_loads} net loads; raise seal.max_loads"
-    rtol = patch.patch.scene.flow.rtol
-    return f"flow.rtol = {rtol:g} is too wide for it; lower it to {OF_FLOWS * tolerance:.2g}"

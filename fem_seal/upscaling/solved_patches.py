@@ -33,6 +33,7 @@ from fem_seal.upscaling.scene_profile import profile_of
 from fem_seal.upscaling.seal_flow import seal_flow
 
 PATCHES = "patches"  # name of the points in the progress
+OF_FLOWS = 0.5  # tolerance of the flows over seal.rtol; the distance of the loads takes the rest
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
     table_report = _TableReport(report)
     patch = Patch(scene, table_report, comm=comm)
-    loaded = LoadedPatch(patch)
+    loaded = LoadedPatch(patch, OF_FLOWS * seal.rtol)
     outcome = refined_table(
         loaded,
         lambda table: seal_flow(table, profile, path, ends),
@@ -142,7 +143,7 @@ def _contact_error(patch: LoadedPatch, load: float) -> float | None:
     shape = half(surface.shape)
     if shape is None:
         return None
-    coarse = LoadedPatch(patch.patch.thinned(resample(surface, shape)))
+    coarse = LoadedPatch(patch.patch.thinned(resample(surface, shape)), patch.rtol)
     error = relative_error(grid_error(_on_grid(coarse, load), _on_grid(patch, load)).part)
     return error if isfinite(error) else None
 

@@ -6,7 +6,6 @@ from scipy.integrate import quad
 from westergaard import waves_along_the_flow
 
 from fem_seal.grid import GridField
-from fem_seal.leak_rate import relative_width
 from fem_seal.patch import Patch
 from fem_seal.scene import Scene
 from fem_seal.upscaling import (
@@ -17,7 +16,7 @@ from fem_seal.upscaling import (
     Uniform,
     seal_flow,
 )
-from fem_seal.upscaling.patch_conductivity import LoadedPatch, _load_error, refined_table
+from fem_seal.upscaling.patch_conductivity import LoadedPatch, _errors, refined_table
 
 AMPLITUDE, WAVELENGTH, E_STAR = 1e-6, 64e-6, 1e7
 FULL = np.pi * E_STAR * AMPLITUDE / WAVELENGTH
@@ -39,10 +38,13 @@ def scene(**more):
         "solid": {"contact_modulus": E_STAR},
         "contact": {"pressure": 1.0},
         "fluid": {"viscosity": 1e-3},
-        "flow": {"pressure_drop": 1e5, "sides": "periodic", "rtol": 0.01},
+        "flow": {"pressure_drop": 1e5, "sides": "periodic"},
         "output": {"products": ["leak_rate"]},
     }
     return Scene.from_mapping(sections | more)
+
+
+RTOL = 0.01  # of the flow at each load
 
 
 def waves(samples):
@@ -50,9 +52,8 @@ def waves(samples):
     spacing = WAVELENGTH / samples
     y = spacing * np.arange(samples)
     heights = np.tile(AMPLITUDE * np.cos(2 * np.pi * y / WAVELENGTH), (4, 1))
-    return LoadedPatch(
-        Patch(scene(), surface=GridField(heights, (spacing, spacing), periodic=True))
-    )
+    surface = GridField(heights, (spacing, spacing), periodic=True)
+    return LoadedPatch(Patch(scene(), surface=surface), RTOL)
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +95,7 @@ def test_seal_of_waves(fine_waves, uniform):
 
 
 def rough():
-    return LoadedPatch(Patch(scene()))
+    return LoadedPatch(Patch(scene()), RTOL)
 
 
 def test_loads_gather_where_it_matters():
@@ -109,7 +110,7 @@ def test_loads_gather_where_it_matters():
         1e5,
         0.0,
         uniform=True,
-        tolerance=0.3,
+        tolerance=0.05,
     )
     loads = outcome.table.loads
     assert outcome.converged
@@ -134,32 +135,8 @@ def test_without_a_lower_bound_the_sealing_load_is_sought(profile):
     table = ConductivityTable.exact([0, 1e5, 2e5, 3e5, 5e5], [1e-15, 1e-16, 1e-18, 0, 0])
     flow = seal_flow(table, profile, STRIP, EndPressures(1e5))
     assert flow.lower == 0 < flow.upper
-    error = _load_error(table, flow)
-    for parts in (error.of_loads, error.expected):
-        assert parts[2] > 100 * np.delete(parts, 2).max()
-
-
-def test_a_load_without_a_lower_bound_is_solved_again():
-    """Few unknowns give no lower bound near sealing; loads in between could not help."""
-    mapping = scene().to_mapping()
-    mapping["surface"] |= {"shape": [64, 64], "short_wavelength": 2e-6}
-    mapping["flow"]["rtol"] = 0.25
-    patch = Patch(Scene.from_mapping(mapping))
-    limited, free = LoadedPatch(patch, most_loose=0.5, least_limit=1), LoadedPatch(patch)
-    highest = 3e5
-    profile, ends = Hertz(highest, 2e-3), EndPressures(1e5)
-    flows = []
-    for patch in (limited, free):
-
-        def flow_of(table):
-            return seal_flow(table, profile, STRIP, ends)
-
-        outcome = refined_table(patch, flow_of, highest, 1e5, 0.0, uniform=False, tolerance=0.5)
-        assert outcome.converged
-        flows.append(outcome.flow)
-    assert min(flow.lower for flow in flows) > 0
-    # Both enclose the leak rate of the same patch.
-    assert max(flow.lower for flow in flows) <= min(flow.upper for flow in flows)
+    error, *_ = _errors(table, flow)
+    assert np.flatnonzero(error).tolist() == [2]
 
 
 def test_too_few_loads_are_said():
@@ -197,7 +174,7 @@ def test_the_gap_is_convex_in_the_load(seed):
     """
     whole = scene()
     surface = whole.surface.model_copy(update={"seed": seed})
-    patch = LoadedPatch(Patch(whole.model_copy(update={"surface": surface})))
+    patch = LoadedPatch(Patch(whole.model_copy(update={"surface": surface})), RTOL)
     a, w, b, c = (patch._gap(load) for load in (1e5, 1.6e5, 3e5, 3.2e5))
     room = 1e-5 * patch.patch.surface.values.std()
     assert (w <= 0.7 * a + 0.3 * b + room).all()
@@ -209,8 +186,8 @@ def test_the_gap_is_convex_in_the_load(seed):
 def rough_with_gas():
     """A gas that slips: its law is that of the flow on every mesh."""
     fluid = {"kind": "gas", "viscosity": 18e-6, "molar_mass": 0.029, "temperature": 293.0}
-    flow = {"inlet_pressure": 2e5, "outlet_pressure": 1e5, "sides": "periodic", "rtol": 0.01}
-    return LoadedPatch(Patch(scene(fluid=fluid, flow=flow)))
+    flow = {"inlet_pressure": 2e5, "outlet_pressure": 1e5, "sides": "periodic"}
+    return LoadedPatch(Patch(scene(fluid=fluid, flow=flow)), RTOL)
 
 
 @pytest.mark.parametrize("rough", [rough, rough_with_gas])
@@ -219,8 +196,7 @@ def test_enclosures_hold_loads_inside(rough):
     patch, fresh = rough(), rough()
     a, b = 1.5e5, 2.5e5
     patch.table([a, b])
-    patch.enclose(a, b)
-    (enclosure,) = patch.table().between
+    (enclosure,) = patch.enclose([(a, b)]).between
     upper_a, lower_b = patch.bounds(a)[1], patch.bounds(b)[0]
     for share in (0.1, 0.3, 0.5, 0.8):
         lower, upper = fresh.bounds(a + share * (b - a))
@@ -238,8 +214,7 @@ def test_enclosures_are_second_order():
     added = []
     for b in (2.2e5, 1.6e5, 1.3e5):
         patch.table([1e5, b])
-        patch.enclose(1e5, b)
-        enclosure = patch._enclosures[1e5, b]
+        enclosure = patch.enclose([(1e5, b)]).between[0]
         flows = np.log(enclosure.upper[0] / patch.bounds(1e5)[0])
         middle = enclosure.upper_at(0.5) / enclosure.lower_at(0.5)
         added.append(np.log(middle) - flows)
@@ -278,29 +253,3 @@ def test_few_loads_are_enough():
     r = table.value[-1] / table.value[0]
     by_steps = 4 * (1 - np.sqrt(r)) ** 2 / (1 - r) / 0.06
     assert table.loads.size < by_steps / 3
-
-
-def test_unknowns_at_a_load_that_nearly_seals_are_limited():
-    """Its bounds are wide and true, until the load turns out to matter."""
-    counts = []
-
-    def report(stage, detail):
-        if stage == "flow" and "unknowns" in detail:
-            counts.append(int(detail.split()[0]))
-
-    patch = LoadedPatch(Patch(scene(), report), most_loose=0.1, least_limit=1)
-    patch.bounds(1e5)
-    most = 0.1 * counts[-1]
-    leaks, seals = 1e5, 9e6
-    for _ in range(20):
-        middle = 0.5 * (leaks + seals)
-        leaks, seals = (leaks, middle) if patch.sealed(middle) else (middle, seals)
-    counts.clear()
-    wide = patch.bounds(leaks)
-    assert max(counts) <= most
-    assert not patch.reasons
-    patch.sharpen(leaks)
-    narrow = patch.bounds(leaks)
-    assert max(counts) > most
-    assert wide[0] < narrow[0] <= narrow[1] < wide[1]
-    assert relative_width(*narrow) <= 0.01 < relative_width(*wide)
