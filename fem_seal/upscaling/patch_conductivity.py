@@ -86,6 +86,12 @@ class LoadedPatch:
         self._flows: dict[float, MeshedFlow] = {}
         self._enclosures: dict[tuple[float, float], Enclosure | None] = {}
 
+    def with_flows_to(self, rtol: float) -> "LoadedPatch":
+        """The same patch and contacts, with flows that start from those so far."""
+        other = LoadedPatch(self.patch, rtol)
+        other._states, other._flows = self._states, dict(self._flows)
+        return other
+
     def bounds(self, load: float) -> tuple[float, float]:
         """Bounds of K [m³/(Pa s)] at a net load [Pa]; both 0 where the patch is sealed.
 
