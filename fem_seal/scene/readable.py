@@ -59,8 +59,9 @@ def python_rows(section: BaseModel) -> list[tuple[str, str]]:
         value = getattr(section, key)
         if key in section.model_fields_set - {"kind"} and value is not None:
             unit = unit_of(field)
-            text = repr(value) if unit is None else _quoted(value, unit)
-            rows.append((key, text))
+            if unit is None and not isinstance(value, BaseModel):
+                value = section.model_dump(include={key})[key]  # of a unit its name
+            rows.append((key, repr(value) if unit is None else _quoted(value, unit)))
     return rows
 
 
