@@ -333,8 +333,6 @@ def test_bad_scenes(changes, words):
 def test_more_bad_scenes():
     with pytest.raises(InvalidInput, match="leak_path is missing"):
         Scene.from_mapping(without("seal", "leak_path"))
-    with pytest.raises(InvalidInput, match="walls between them"):
-        Scene.from_mapping(without("flow", "sides"))
     data = without("contact", "pressure")
     data["contact"]["area_fraction"] = 0.2
     with pytest.raises(InvalidInput, match=r"needs contact\.pressure"):
