@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from fem_seal.surface import PreparedSurface
 
 # The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.
-LOOSER, LOOSEST = 3.0, 0.3
+LOOSER, LOOSEST = 6.0, 0.3
 
 
 class Patch:

@@ -35,7 +35,7 @@ def on_finer_grids(
     Parameters
     ----------
     height, contact_modulus, pressure, area_fraction, mean_gap, tolerance, threads : as in `solve`
-    factors : multiples of the number of samples: increasing, and such that the numbers are whole.,
+    factors : multiples of the number of samples: increasing, and such that the numbers are whole;
         with a factor below 1 the surface loses the waves that the coarse grid cannot represent
     """
     load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)

@@ -17,17 +17,9 @@ MOST_POINTS = 1_000_000
 
 @dataclass(frozen=True)
 class Axis:
-    """A field of a scene and the values that it takes, as text.
+    """A field of a scene and the values that it takes, as text."""
 
-    Parameters
-    ----------
-    key : str
-        Field, such as "contact.pressure".
-    values : tuple[str, ...]
-        Values of the field, as text.
-    """
-
-    key: str
+    key: str  #: such as "contact.pressure"
     values: tuple[str, ...]
 
     @classmethod
@@ -79,17 +71,7 @@ def _expanded(key: str, value: str, folder: Path) -> list[str]:
 
 
 def combinations(axes: list[Axis]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """All combinations of the values of several axes.
-
-    Returns
-    -------
-    Keys, and the values of each point.
-
-    Raises
-    ------
-    InvalidInput
-        If there is no axis or a key stands twice.
-    """
+    """Keys of several axes, and all combinations of their values, one for each point."""
     keys = tuple(axis.key for axis in axes)
     if not keys or len(set(keys)) < len(keys):
         raise InvalidInput(f"a sweep needs fields to vary, each once; got {', '.join(keys)}")
