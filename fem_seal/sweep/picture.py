@@ -92,7 +92,7 @@ def sweep_figure(keys: tuple[str, ...], table: Sequence[Point], folder: Path) ->
     The axis of the leak rate is logarithmic; that of the field is if it spans more than a decade.
     Each combination of the other fields is a curve with its bounds as a band. If a seed varies,
     each surface is a point, a line joins the medians, and the band extends from the smallest to the
-    largest leak rate. Sealed points stand in a strip below the axis, points lifted off above it, and
+    largest leak rate. Sealed points stand in a strip below the axis, points lifted off above it;
     points that have not settled have open markers with their ranges.
 
     Parameters
