@@ -20,6 +20,8 @@ from fem_seal.surface.resampling import resample
 LEAST_SAMPLES = 8  # along each side of a grid
 # Calibrated factors of the rule: see `grid_error`.
 OF_UNRESOLVED, OF_CHANGE, SECOND_ORDER, MOST = 0.5, 0.15, 4.0, 0.8
+# The fluid lifts the solid further where a constriction is wider: ε of a lifted contact is larger.
+IF_LIFTED = 1.5
 # Part of the load under which the coarser grid of a sealed patch must be sealed.
 STILL_SEALED = 0.9
 
@@ -49,6 +51,7 @@ class OnGrid:
     critical_gap: float  #: gap of the critical constriction [m]; 0 if sealed
     unresolved: float  #: see `unresolved` [m]
     by_area: bool = False  #: whether the contact area is prescribed, which counts whole samples
+    lifted: bool = False  #: whether the fluid lifts the solid
 
     @classmethod
     def of(cls, patch: Patch) -> "OnGrid":
@@ -59,7 +62,14 @@ class OnGrid:
             low, high = state.lowest, state.highest
         gap = 0.0 if tightest is None else tightest.gap
         by_area = present(patch.scene.contact, "[contact]").area_fraction is not None
-        return cls(low, high, gap, unresolved(present(patch.surface, "surface")), by_area)
+        return cls(
+            low,
+            high,
+            gap,
+            unresolved(present(patch.surface, "surface")),
+            by_area,
+            state is not None,
+        )
 
 
 def unresolved(height: GridField) -> float:
@@ -82,11 +92,14 @@ def grid_error(coarse: OnGrid, fine: OnGrid) -> GridError:
     sealed, the constriction may close, and the lower side is open. The upper one then is at least
     the cube of 1 + u/g_c, which opens the constriction as far as the grid may be wrong. The load
     that gives a prescribed area, which counts samples, errs as the spacing: all changes to come add
-    up to the last one.
+    up to the last one. Where the fluid lifts the solid, ε is larger by half: it lifts more where a
+    constriction is wider.
     """
     part = fine.unresolved / fine.critical_gap
     change = change_of(coarse, fine)
     first_order = OF_UNRESOLVED * part + OF_CHANGE * change
+    if fine.lifted:
+        first_order *= IF_LIFTED
     sentence = (
         "what four times the samples along each side would change, from half of them, and from the "
         f"height between the samples: {per_cent(part)} of the gap of the critical constriction"
