@@ -14,6 +14,10 @@ from fem_seal.verification.exact_cases import vertex_gap
 
 SIDES = ["wall", "periodic"]
 REPRESENTATIONS = ["linear", "constant"]
+# Each side and each representation once; all four together are in `test_exact.py`.
+BOTH = pytest.mark.parametrize(
+    ("representation", "sides"), [("linear", "periodic"), ("constant", "wall")]
+)
 
 
 USUAL = Tuning()
@@ -60,8 +64,7 @@ def test_contact_at_the_corners_of_squares_of_several_pixels(sides, every):
     assert_enclosed(coarse, fine.lower, fine.upper)
 
 
-@pytest.mark.parametrize("representation", REPRESENTATIONS)
-@pytest.mark.parametrize("sides", SIDES)
+@BOTH
 @pytest.mark.parametrize("contact", [0.0, 0.03, 0.3])
 def test_every_first_mesh_leads_to_the_same_leak_rate(representation, sides, contact):
     """From squares of eight, four and two pixels and from the pixels themselves: each level of each
@@ -86,8 +89,7 @@ def ditch(low: float) -> GridField:
     return GridField(samples, (1.0, 1.0))
 
 
-@pytest.mark.parametrize("representation", REPRESENTATIONS)
-@pytest.mark.parametrize("sides", SIDES)
+@BOTH
 @pytest.mark.parametrize("low", [0.3, 0.1])
 def test_the_cut_is_the_dual_s_and_the_floor_the_primal_s(representation, sides, low):
     """Gaps below the cut are contact to the stream function alone: the pressure is as continuous
@@ -107,8 +109,7 @@ def test_the_cut_is_the_dual_s_and_the_floor_the_primal_s(representation, sides,
     assert floor.upper > exact.upper * (1 + 1e-5)
 
 
-@pytest.mark.parametrize("representation", REPRESENTATIONS)
-@pytest.mark.parametrize("sides", SIDES)
+@BOTH
 @pytest.mark.parametrize("ceiling", [0.3, 0.9, 1.1, 3.0])
 def test_a_low_ceiling_only_widens_the_bracket(representation, sides, ceiling):
     """With a ceiling at the constriction itself most cells are taken to be of one pressure, some of
@@ -153,8 +154,7 @@ def series(gap: GridField) -> float:
 
 
 @pytest.mark.parametrize("method", ["uniform", "adaptive"])
-@pytest.mark.parametrize("coarsest", [1, 2, 4])
-@pytest.mark.parametrize("ceiling", [3.0, 5.0, 7.0])
+@pytest.mark.parametrize(("coarsest", "ceiling"), [(1, 5.0), (2, 3.0), (4, 7.0)])
 def test_bubbles_do_not_gain_by_the_ceiling(method, coarsest, ceiling):
     """g(x): the stream function is y, and without a ceiling the lower bound is exact on every mesh.
     A cell may be below the ceiling while some of its quarters are above it: were their resistivity
