@@ -1,26 +1,42 @@
-"""Gases that slip: closed forms, the two limits, and the non-linear solution within the bounds."""
+"""Gases that slip, to first order and from continuum to free molecular flow.
+
+Closed forms, the two limits, and the non-linear solution within the bounds.
+"""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from nonlinear import mass_rate
+from nonlinear import channel, in_series, mass_rate_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from triangulations import scattered_square
 
 from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow.cell_tensor import conductivity_tensor
 from fem_seal.flow.marking import Tuning
 from fem_seal.fluid import GAS_CONSTANT, GasDrive, Slip
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate
+from fem_seal.rarefied import FIRST_ORDER, kinetic
 
 VISCOSITY, TEMPERATURE, MOLAR_MASS = 1.82e-5, 293.15, 0.02896
 AIR = GasDrive(2e5, 1e5, TEMPERATURE, MOLAR_MASS, 273.15, 101325.0)
 # Bounds have room for rounding, and CG stops at a relative energy error of 1e-8.
 ROUNDING = 1e-7
 REPRESENTATIONS = ["linear", "constant"]
+KINETIC = kinetic(1.0)
+LAWS = pytest.mark.parametrize("law", [FIRST_ORDER, KINETIC], ids=["first order", "kinetic"])
+# The smallest conductivity allows for a kink of the table of c between two gaps of its own table.
+SAG = 2e-4
+
+
+def mobility(slip: Slip, g, p):
+    """𝒦(g, p): to first order g³ p + B g²."""
+    if slip.coefficient is FIRST_ORDER:
+        return g**3 * p + slip.product * g**2
+    return slip.product * g**2 * slip.coefficient(g * p / slip.product)
 
 
 def mass_bounds(gap, slip: Slip | None, representation="constant", spacing=(1.0, 1.0), **options):
@@ -41,31 +57,26 @@ def mass_bounds(gap, slip: Slip | None, representation="constant", spacing=(1.0,
     return found, found.lower * per, found.upper * per
 
 
-def channel(height, length, p_in, p_out, B):
-    """Arkilic's channel of width 1: (g³ (p_in² - p_out²)/2 + B g² (p_in - p_out))/L."""
-    return (height**3 * (p_in**2 - p_out**2) / 2 + B * height**2 * (p_in - p_out)) / length
-
-
-def in_series(heights, lengths, p_in, p_out, B):
-    """Two layers of width 1: what the one lets through the other does, a quadratic for p."""
-
-    def surplus(p):
-        first = channel(heights[0], lengths[0], p_in, p, B)
-        return first - channel(heights[1], lengths[1], p, p_out, B)
-
-    middle = brentq(surplus, p_out, p_in, xtol=1e-16, rtol=1e-15)
-    return channel(heights[0], lengths[0], p_in, middle, B)
-
-
-@pytest.mark.parametrize("representation", REPRESENTATIONS)
-@pytest.mark.parametrize("p_out", [0.0, 1.0, 1.999])
 @pytest.mark.parametrize("B", [1e-6, 0.3, 1e6])
-def test_uniform_channel(representation, p_out, B):
-    """The pressure leaves nothing open, as s of the constriction is that of all the gap."""
-    found, lower, upper = mass_bounds(np.full((5, 5), 0.7), Slip(2.0, p_out, B), representation)
-    exact = channel(0.7, 1.0, 2.0, p_out, B)
-    assert [lower, upper] == pytest.approx([exact] * 2, rel=ROUNDING)
-    assert found.slip_interval == pytest.approx((1, 1), rel=ROUNDING)
+def test_a_channel_is_that_of_arkilic(B):
+    """(g³ (p_in² - p_out²)/2 + B g² (p_in - p_out))/L, which the other closed forms rest on."""
+    arkilic = (0.7**3 * (2.0**2 - 0.5**2) / 2 + B * 0.7**2 * (2.0 - 0.5)) / 3
+    assert channel(Slip(2.0, 0.5, B), 0.7, 3.0, 2.0, 0.5) == pytest.approx(arkilic, rel=1e-12)
+
+
+@LAWS
+@pytest.mark.parametrize("representation", REPRESENTATIONS)
+@pytest.mark.parametrize("p_out", [0.0, 1.999])
+@pytest.mark.parametrize("B", [1e-6, 0.3, 30.0, 1e9])
+def test_uniform_channel(law, representation, p_out, B):
+    """The weight w(p) = c(g p/B) of the channel's own gap leaves nothing of the pressure open."""
+    slip = Slip(2.0, p_out, B, law)
+    found, lower, upper = mass_bounds(np.full((5, 5), 0.7), slip, representation)
+    exact = channel(slip, 0.7, 1.0, 2.0, p_out)
+    assert upper == pytest.approx(exact, rel=ROUNDING)
+    assert exact * (1 - (SAG if law is KINETIC else ROUNDING)) < lower < exact * (1 + ROUNDING)
+    if law is FIRST_ORDER:
+        assert found.slip_interval == pytest.approx((1, 1), rel=ROUNDING)
 
 
 def test_the_example_of_two_layers():
@@ -84,34 +95,43 @@ def test_the_example_of_two_layers():
         slip=slip,
     )
     per = AIR.rates["mass"] * 12 * VISCOSITY * GAS_CONSTANT * TEMPERATURE / MOLAR_MASS
-    layers = (30e-9, 60e-9), (2e-6, 8e-6), 2e5, 1e5
-    exact = 4e-6 * in_series(*layers, slip.product)
+    layers = (30e-9, 60e-9), (2e-6, 8e-6)
+    exact = 4e-6 * in_series(slip, *layers)
     assert 1 - 0.001 < found.lower * per / exact <= 1 + ROUNDING
     assert 1 - ROUNDING <= found.upper * per / exact < 1 + 0.019
-    assert exact / (4e-6 * in_series(*layers, 0.0)) > 7
+    assert exact / (4e-6 * in_series(replace(slip, product=1e-12 * slip.product), *layers)) > 7
 
 
+@LAWS
 @pytest.mark.parametrize("p_out", [0.0, 0.2, 1.9])
-@pytest.mark.parametrize("B", 10.0 ** np.arange(-7, 8, 2))
-def test_layers_in_series(p_out, B):
-    """Enclosed from continuum to free molecular flow; nothing is open in both limits, where the
-    flow is linear in p² or in p."""
+@pytest.mark.parametrize("B", 10.0 ** np.arange(-7, 10, 2))
+def test_layers_in_series(law, p_out, B):
+    """Enclosed at all Knudsen numbers. To first order nothing is open in both limits, where the
+    flow is linear in p² or in p; of the kinetic law no more than ±6 % (±2.2 % was seen)."""
     gap = np.repeat([[0.2], [0.2], [1.0], [1.0]], 3, axis=1)
-    found, lower, upper = mass_bounds(gap, Slip(2.0, p_out, B))
-    exact = 3 * in_series((0.2, 1.0), (2.0, 2.0), 2.0, p_out, B)
+    slip, layers = Slip(2.0, p_out, B, law), ((0.2, 1.0), (2.0, 2.0))
+    found, lower, upper = mass_bounds(gap, slip)
+    exact = 3 * in_series(slip, *layers)
     assert lower <= exact * (1 + ROUNDING)
     assert upper >= exact * (1 - ROUNDING)
-    if B < 1e-6 or B > 1e5:
-        assert found.slip_interval == pytest.approx((1, 1), abs=1e-3)
+    if law is FIRST_ORDER:
+        assert 1e-6 < B < 1e5 or found.slip_interval == pytest.approx((1, 1), abs=1e-3)
+        return
+    assert upper / lower < 1.12
+    # First order leaks less, by little in the viscous limit. The table of c errs by 1e-4.
+    first_order = 3 * in_series(replace(slip, coefficient=FIRST_ORDER), *layers)
+    assert exact > first_order * (1 - 1e-4)
+    assert B > 1e-5 or exact == pytest.approx(first_order, rel=1e-4)
 
 
-def test_channels_side_by_side():
+@LAWS
+def test_channels_side_by_side(law):
     """Parted by contact their flows add, though their pressures differ at the same x."""
     gap = np.zeros((4, 7))
-    gap[:, :2], gap[:, 3:6], gap[:, 6] = 0.5, 1.0, 0.0
-    slip = Slip(2.0, 0.0, 0.4)
+    gap[:, :2], gap[:, 3:6] = 0.5, 1.0
+    slip = Slip(2.0, 0.0, 0.4 if law is FIRST_ORDER else 2.0, law)
     _, lower, upper = mass_bounds(gap, slip)
-    exact = 2 * channel(0.5, 4, 2.0, 0.0, 0.4) + 3 * channel(1.0, 4, 2.0, 0.0, 0.4)
+    exact = 2 * channel(slip, 0.5, 4, 2.0, 0.0) + 3 * channel(slip, 1.0, 4, 2.0, 0.0)
     assert lower <= exact <= upper
     assert upper / lower < 1.25
 
@@ -155,63 +175,70 @@ def test_grows_as_accommodation_falls():
     assert AIR.slip(VISCOSITY, 0.5).product == pytest.approx(3 * AIR.slip(VISCOSITY, 1.0).product)
 
 
-@pytest.mark.parametrize("aspect", [0.2, 1.0, 5.0])
+@LAWS
+@pytest.mark.parametrize("aspect", [0.2, 5.0])
 @pytest.mark.parametrize("B", [1e-3, 0.3, 1e7])
-def test_linear_gap_that_touches_along_the_flow(aspect, B):
-    """At nearly one pressure p is linear: Σ dy mean(g³ p + B g²) is exact. The lower bound rests on
-    power traces for both powers of the gap at the contact."""
+def test_linear_gap_that_touches_along_the_flow(law, aspect, B):
+    """At nearly one pressure p is linear: Σ dy mean 𝒦 of the profile is exact. The lower bound
+    rests on power traces for all powers of the gap at the contact."""
     profile = np.array([0.0, 0.4, 1.0, 0.7, 0.0, 0.9])
     gap = np.repeat(profile[None, :], 5, axis=0)
-    slip = Slip(1.0, 1.0 - 1e-7, B)
+    slip = Slip(1.0, 1.0 - 1e-7, B, law)
     found, lower, upper = mass_bounds(gap, slip, "linear", (aspect, 1.0), rtol=0.06)
-    a, b = profile[:-1], profile[1:]
-    cubic, square = (a**3 + a * a * b + a * b * b + b**3) / 4, (a * a + a * b + b * b) / 3
-    exact = (cubic * slip.mean_pressure + B * square).sum() * 1e-7 / (4 * aspect)
-    # p_in - p_out is known to 1e-16 of 1e-7.
-    assert lower <= exact * (1 + 1e-8)
-    assert upper >= exact * (1 - 1e-8)
+    y = (np.arange(4000) + 0.5) / 4000
+    g = profile[:-1, None] * (1 - y) + profile[1:, None] * y
+    exact = mobility(slip, g, slip.mean_pressure).mean(axis=1).sum() * 1e-7 / (4 * aspect)
+    # The midpoint rule errs by 1e-7.
+    assert lower <= exact * (1 + 1e-6)
+    assert upper >= exact * (1 - 1e-6)
     assert found.converged
 
 
-@pytest.mark.parametrize("p_out", [0.0, 0.5])
-@pytest.mark.parametrize("B", [1e-2, 0.5, 20.0])
+@pytest.mark.parametrize("law", [FIRST_ORDER, kinetic(0.8)], ids=["first order", "kinetic"])
+@pytest.mark.parametrize(("B", "p_out"), [(1e-2, 0.5), (3.0, 0.0), (1e4, 0.0)])
 @pytest.mark.parametrize("shape", [False, True])
-def test_wedge(p_out, B, shape):
+def test_wedge(law, B, p_out, shape):
     """g falls along the flow from 1 to 0.1: an ordinary differential equation for p.
 
     The gap at which slip does not depend on the pressure lies inside cells.
     """
+    slip = Slip(2.0, p_out, B, law)
 
     def inlet_pressure(flux):
-        # flux = -(g³ p + B g²) dp/dx, from the tight end upstream.
+        # flux = -𝒦 dp/dx, from the tight end upstream.
         def slope(x, p):
-            g = 1.0 - 0.9 * x
-            return -flux / (g**3 * p + B * g**2)
+            return -flux / mobility(slip, 1.0 - 0.9 * x, np.maximum(p, 0.0))
 
-        return solve_ivp(slope, (1, 0), [p_out], rtol=1e-11, atol=1e-13, method="LSODA").y[0, -1]
+        return solve_ivp(slope, (1, 0), [p_out], rtol=1e-8, atol=1e-11, method="LSODA").y[0, -1]
 
-    exact = brentq(lambda flux: inlet_pressure(flux) - 2.0, 1e-9, 4 + 2 * B, rtol=1e-11)
+    exact = brentq(lambda flux: inlet_pressure(flux) - 2.0, 1e-9, 9 + 20 * B, rtol=1e-9)
     if shape:
         mesh = scattered_square(40, 3)
         film, spacing = MeshFilm(mesh, 1.0 - 0.9 * mesh.xy[:, 0]), None
     else:
         film, spacing = np.repeat(np.linspace(1.0, 0.1, 7)[:, None], 4, axis=1), (1 / 6, 1 / 3)
-    found, lower, upper = mass_bounds(film, Slip(2.0, p_out, B), "linear", spacing, rtol=0.01)
-    assert lower <= exact * (1 + 1e-8)
-    assert upper >= exact * (1 - 1e-8)
+    found, lower, upper = mass_bounds(film, slip, "linear", spacing, rtol=0.01)
+    # The kinks of c cost the integrator digits.
+    assert lower <= exact * (1 + 1e-6)
+    assert upper >= exact * (1 - 1e-6)
     assert found.converged
 
 
-def random_case(seed: int):
-    """Rough pixels, and pressures and slip over many decades."""
-    rng = np.random.default_rng(seed)
-    gap = rng.uniform(0.45, 1.0, (5, 4))
-    p_out = 2.0 * rng.choice([0.0, 0.1, 0.5, 0.9])
-    return gap, Slip(2.0, p_out, 10 ** rng.uniform(-2, 3))
+def test_conductivity_tensor():
+    """At the mean pressure: stripes along and across, arithmetic and harmonic means of 𝒦/p."""
+    heights = np.array([0.4, 1.0, 0.7, 0.4])
+    gap = GridField(np.repeat(heights[None, :], 4, axis=0), (1.0, 1.0), periodic=True)
+    slip = Slip(1.2, 0.8, 2.0, KINETIC)
+    bounds = conductivity_tensor(gap, viscosity=1 / 12, slip=slip, representation="constant")
+    K = mobility(slip, heights, 1.0)
+    for k, exact in ((0, K.mean()), (1, 1 / np.mean(1 / K))):
+        assert bounds.lower[k, k] <= exact * (1 + ROUNDING)
+        assert bounds.upper[k, k] >= exact * (1 - ROUNDING)
+        assert bounds.upper[k, k] / bounds.lower[k, k] < 1.06
 
 
-def check_random(seed: int) -> LeakRate:
-    """Bounds against finite volumes on 8² and 16² volumes a pixel.
+def check_random(seed: int, law) -> LeakRate:
+    """Bounds of rough pixels against finite volumes on 8² and 16² volumes a pixel.
 
     Their error comes from the corners of pixels, where the pressure goes as r^γ and the error as
     the size of a volume to the power 2 γ. For a contrast of conductivities c, γ is at least
@@ -219,10 +246,13 @@ def check_random(seed: int) -> LeakRate:
     0.37 here, so that the finer answer is off by at most 1/(2^(2 γ) - 1) = 1.5 times the last
     change. Twice it is allowed.
     """
-    gap, slip = random_case(seed)
+    rng = np.random.default_rng(seed)
+    gap = rng.uniform(0.45, 1.0, (5, 4))
+    slip = Slip(2.0, 2.0 * rng.choice([0.0, 0.1, 0.5, 0.9]), 10 ** rng.uniform(-2, 4), law)
     found, lower, upper = mass_bounds(gap, slip, rtol=0.01)
     coarse, fine = (
-        mass_rate(gap, 2.0, slip.outlet_pressure, slip.product, parts) for parts in (8, 16)
+        mass_rate_of(lambda g, p: mobility(slip, g, p), gap, 2.0, slip.outlet_pressure, parts)
+        for parts in (8, 16)
     )
     off = 2 * abs(fine - coarse)
     assert off < 0.06 * fine
@@ -232,14 +262,16 @@ def check_random(seed: int) -> LeakRate:
     return found
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_random_gaps_enclose_the_nonlinear_solution(seed):
-    check_random(seed)
+@LAWS
+@pytest.mark.parametrize("seed", range(5))
+def test_random_gaps_enclose_the_nonlinear_solution(law, seed):
+    check_random(seed, law)
 
 
+@LAWS
 @pytest.mark.slow
-def test_two_hundred_random_gaps():
-    found = [check_random(seed) for seed in range(200)]
+def test_two_hundred_random_gaps(law):
+    found = [check_random(seed, law) for seed in range(200)]
     widths = [50 * np.log(leak.slip_interval[1] / leak.slip_interval[0]) for leak in found]
     print(f"slip interval: median ±{np.median(widths):.2g} %, at most ±{max(widths):.2g} %")
 
