@@ -53,7 +53,7 @@ def corner(scene: Scene, end: int) -> Scene:
     It asks for nothing but the leak rate.
     """
     product = "leak_rate" if scene.seal is None else "seal"
-    return _changed(scene, _ends(scene, end)).with_(
+    return changed(scene, _ends(scene, end)).with_(
         {"tolerances": None, "limit": None, "output.products": [product]}
     )
 
@@ -63,7 +63,7 @@ def _ends(scene: Scene, end: int) -> dict[str, float]:
     return {name: 1 + end * OPENS[name] * part for name, part in scene.tolerated.items()}
 
 
-def _changed(scene: Scene, factors: dict[str, float]) -> Scene:
+def changed(scene: Scene, factors: dict[str, float]) -> Scene:
     """The scene with factors on its inputs."""
     changes: dict[str, object] = {}
     for name, factor in factors.items():
@@ -128,12 +128,12 @@ def input_shares(
 
     def laws(factors: dict[str, float]) -> tuple[float, float]:
         """Logarithms of x and of Δp s³/η, over those of the scene, with factors on the inputs."""
-        changed = _changed(scene, factors)
-        drop = changed.drive.pressure_drop / scene.drive.pressure_drop
+        other = changed(scene, factors)
+        drop = other.drive.pressure_drop / scene.drive.pressure_drop
         load = prod(factors.get(name, 1.0) for name in LOADS) - carried * drop
         x = max(load, TINY) / (1 - carried) / prod(factors.get(name, 1.0) for name in STIFFNESSES)
         s = factors.get("heights", 1.0)
-        return log(x), log(drop * s**3 * scene.viscosity / changed.viscosity)
+        return log(x), log(drop * s**3 * scene.viscosity / other.viscosity)
 
     known = []
     for factors, flow in ((_ends(scene, 1), opened), ({}, leak), (_ends(scene, -1), closed)):

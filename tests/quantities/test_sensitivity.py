@@ -1,0 +1,126 @@
+"""Derivatives of ln Q: Taylor remainders of order 2, and what dimensions and scaling prescribe."""
+
+from math import log
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fem_seal.contact.settings import Load
+from fem_seal.errors import InvalidInput
+from fem_seal.grid import GridField
+from fem_seal.lifting import lifting_problem
+from fem_seal.progress import silent
+from fem_seal.quantities.inputs import changed
+from fem_seal.quantities.sensitivity import EPSILON, sensitivity
+from fem_seal.scene import Scene
+from fem_seal.steps import elastic_contact, made_surface
+
+FIRST = Path(__file__).parents[2] / "demos" / "scenes" / "first.toml"
+EXACT = [
+    "surface.shape=[32, 32]",
+    "surface.short_wavelength=12.5 um",
+    "contact.pressure=0.08 MPa",
+    "contact.tolerance=1e-12",
+    "flow.method=finite-difference",
+    "flow.pressure_drop=0.3 bar",
+]
+
+
+def scene(*settings: str) -> Scene:
+    return Scene.from_file(FIRST, [*EXACT, *settings])
+
+
+class Equilibrium:
+    """Contact of a scene, lifted or dry, and ln Q of the network on its samples."""
+
+    def __init__(self, scene: Scene, lift: bool, height: GridField | None = None, start=None):
+        self.scene, self.load = scene, scene.load
+        self.height = made_surface(scene.surface) if height is None else height
+        self.problem = lifting_problem(scene, self.load, scene.flow_settings, self.height, silent)
+        self.epsilon = EPSILON * float(self.height.values.std())
+        self.pressure, held = None, None if self.load.kind == "mean_gap" else self.load.value
+        self.contact = elastic_contact(scene, self.height, start, self.load)
+        if lift:
+            p = np.zeros(self.height.shape)
+            for _ in range(200):  # plain passes converge at this load
+                self.contact = self.problem.contact_under(p, self.contact)
+                flow = self.problem.film_pressure(self.contact.gap.values, 0, self.epsilon)
+                after = self.problem.pressure_of(flow.on_samples, 0.0)
+                change = np.abs(after - p).max()
+                p = after
+                if change < 1e-9 * held:
+                    break
+            self.pressure = p
+
+    @property
+    def log_rate(self) -> float:
+        flow = self.problem.film_pressure(self.contact.gap.values, 0, self.epsilon)
+        settings = self.scene.flow_settings
+        return log(flow.conductance * settings.pressure_drop / settings.viscosity)
+
+    @property
+    def sensitivity(self):
+        return sensitivity(self.scene, self.load, self.height, self.contact, self.pressure)
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["dry", "lifted"])
+def state(request):
+    return Equilibrium(scene(), request.param)
+
+
+def test_derivatives_by_inputs(state):
+    """Central differences of whole solutions: their own error is of order step²."""
+    found = state.sensitivity.by_input
+    step = 1e-5
+    assert set(found) == {
+        *("heights", "contact.pressure", "solid.contact_modulus"),
+        *("fluid.viscosity", "flow.pressure_drop"),
+    }
+    for name, derivative in found.items():
+        ends = [
+            Equilibrium(changed(state.scene, {name: 1 + sign * step}), state.pressure is not None)
+            for sign in (1, -1)
+        ]
+        difference = (ends[0].log_rate - ends[1].log_rate) / (2 * step)
+        assert derivative == pytest.approx(difference, rel=1e-3, abs=1e-4), name
+
+
+def test_taylor_remainder_of_heights(state):
+    """|ln Q(h + ε δ) - ln Q(h) - ε <∂ ln Q/∂h, δ>| falls with ε² while no sample flips."""
+    draw = np.random.default_rng(3)
+    direction = draw.standard_normal(state.height.shape)
+    slope = float(np.vdot(state.sensitivity.by_height.values, direction))
+    rms, remainders = float(state.height.values.std()), []
+    for step in (4e-6 * rms, 2e-6 * rms, 1e-6 * rms):
+        moved = GridField(
+            state.height.values + step * direction, state.height.spacing, periodic=True
+        )
+        other = Equilibrium(state.scene, state.pressure is not None, moved)
+        assert np.array_equal(other.contact.contact, state.contact.contact)
+        remainders.append(abs(other.log_rate - state.log_rate - step * slope))
+    # ε follows the rms height, which the direction changes; that is of second order, too.
+    orders = np.log2(np.array(remainders[:-1]) / remainders[1:])
+    first_order = abs(2e-6 * rms * slope)
+    assert (orders > 1.7).all() or max(remainders) < 1e-4 * first_order, (orders, remainders)
+
+
+def test_ties_between_the_derivatives(state):
+    """Q = (Δp/η) s³ F(P/(s E*), p_in/(s E*)), whatever the surface."""
+    found = state.sensitivity
+    by = found.by_input
+    assert abs(found.by_height.values.sum()) < 1e-6 * np.abs(found.by_height.values).sum()
+    assert by["fluid.viscosity"] == pytest.approx(-1, rel=1e-6)
+    load, drop = by["contact.pressure"], by["flow.pressure_drop"]
+    if state.pressure is None:
+        assert drop == pytest.approx(1, rel=1e-6)
+    assert by["heights"] == pytest.approx(4 - load - drop, rel=1e-4)
+    assert by["solid.contact_modulus"] == pytest.approx(1 - load - drop, rel=1e-4)
+
+
+def test_refused():
+    sealed = Equilibrium(scene("contact.pressure=0.6 MPa"), lift=False)
+    with pytest.raises(InvalidInput, match="the patch is sealed"):
+        sealed.sensitivity  # noqa: B018
+    with pytest.raises(InvalidInput, match="step function"):
+        sensitivity(sealed.scene, Load("area_fraction", 0.2), sealed.height, sealed.contact, None)
