@@ -17,6 +17,7 @@ from fem_seal.results.arrays import (
     FLOW_FILE,
     MESH_FILE,
     read_lift,
+    read_log_rate_by_height,
     read_mesh,
     write_mesh,
 )
@@ -56,15 +57,16 @@ def draw(
         result = Result.from_folder(folder)
         film = _film_of(result, folder)
         leak = _drawable(result, folder) if (folder / FLOW_FILE).is_file() else None
-        pressure, lift = None, None
+        pressure, lift, by_height = None, None, None
         if isinstance(film, GridFilm) and (folder / CONTACT_FILE).is_file():
             pressure, lift = read_contact(folder)[1], read_lift(folder)
+            by_height = read_log_rate_by_height(folder)
         report("pictures", "")
         with writing(folder):
             names: tuple[str, ...] = ()
             # The arrays of a result that is lifted off are those of a dry contact: not its state.
             if result.state != "lifted off":
-                names = draw_pictures(film, leak, target.staged, pressure, lift)
+                names = draw_pictures(film, leak, target.staged, pressure, lift, by_height)
             if result.seal is not None:
                 from fem_seal.render.seal import seal_picture
 

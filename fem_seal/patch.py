@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from fem_seal.contact.state import ContactState, GapState
     from fem_seal.coupling import LiftedState
     from fem_seal.film import GridFilm, MeshFilm
+    from fem_seal.sensitivity import Sensitivity
     from fem_seal.surface import PreparedSurface
 
 # The flow on a coarser grid, which only compares grids, is looser by this factor, up to LOOSEST.
@@ -288,6 +289,23 @@ class Patch:
         dry = self.elastic if problem.load is None or problem.outlet == 0 else None
         with self.timed("lift"):
             return lifted(problem, self.flow.rtol, dry=dry, report=self.report)
+
+    @cached_property
+    def sensitivity(self) -> "Sensitivity | None":
+        """Derivatives of ln Q; None where nothing leaks or the lift has not settled."""
+        lifted, height = self.lifted, present(self.surface, "surface")
+        if self.state != "leaking" or (lifted is not None and not lifted.converged):
+            return None
+        from fem_seal.contact.state import ContactState
+        from fem_seal.sensitivity import sensitivity
+
+        contact = self.film_contact
+        elastic = present(contact if isinstance(contact, ContactState) else None, "contact")
+        pressure = None if lifted is None else lifted.fluid_pressure.values
+        with self.timed("sensitivity"):
+            return parallel.on_root(
+                lambda: sensitivity(self.scene, self.load, height, elastic, pressure), self.comm
+            )
 
     @property
     def lifted_off(self) -> bool:

@@ -35,6 +35,7 @@ from fem_seal.results.arrays import (
     CONTACT_FILE,
     FLOW_FILE,
     MESH_FILE,
+    by_height_of,
     lift_of,
     write_contact,
     write_flow,
@@ -388,7 +389,7 @@ def _write_products(solved: Solved, folder: Path) -> tuple[str, ...]:
     leak = patch.leak_rate if patch.scene.needs_flow else None
     with writing(folder.parent):
         if solved.contact is not None:
-            names.append(write_contact(folder, solved.contact, lift_of(patch)))
+            names.append(write_contact(folder, solved.contact, lift_of(patch), by_height_of(patch)))
         if isinstance(film, MeshFilm):
             names.append(write_mesh(folder, film))
         if "mesh" in products and leak is not None and leak.field is not None:

@@ -43,6 +43,7 @@ ORDER = [
         "points",
         "steps",
         "lifting",
+        "sensitivity",
         "patch",
         "threshold",
         "grid_series",

@@ -20,7 +20,7 @@ from fem_seal.digits import in_digits
 from fem_seal.leak_rate import LeakRate
 from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import INPUTS, Uncertainty
-from fem_seal.scene import Scene, SelfAffine
+from fem_seal.scene import Scene
 
 # Direction of each input in which more leaks.
 OPENS = {
@@ -53,7 +53,7 @@ def corner(scene: Scene, end: int) -> Scene:
     It asks for nothing but the leak rate.
     """
     product = "leak_rate" if scene.seal is None else "seal"
-    return changed(scene, _ends(scene, end)).with_(
+    return scene.scaled(_ends(scene, end)).with_(
         {"tolerances": None, "limit": None, "output.products": [product]}
     )
 
@@ -61,22 +61,6 @@ def corner(scene: Scene, end: int) -> Scene:
 def _ends(scene: Scene, end: int) -> dict[str, float]:
     """Factor on each input at one end of its tolerance."""
     return {name: 1 + end * OPENS[name] * part for name, part in scene.tolerated.items()}
-
-
-def changed(scene: Scene, factors: dict[str, float]) -> Scene:
-    """The scene with factors on its inputs."""
-    changes: dict[str, object] = {}
-    for name, factor in factors.items():
-        if name == "heights":
-            name = "surface.height_factor"
-            if isinstance(scene.surface, SelfAffine):
-                given = "rms_slope" if scene.surface.rms_height is None else "rms_height"
-                name = f"surface.{given}"
-        section, key = name.split(".")
-        value = getattr(getattr(scene, section), key)
-        several = isinstance(value, tuple)
-        changes[name] = tuple(factor * one for one in value) if several else factor * value
-    return scene.with_(changes)
 
 
 def inputs_entry(
@@ -128,7 +112,7 @@ def input_shares(
 
     def laws(factors: dict[str, float]) -> tuple[float, float]:
         """Logarithms of x and of Δp s³/η, over those of the scene, with factors on the inputs."""
-        other = changed(scene, factors)
+        other = scene.scaled(factors)
         drop = other.drive.pressure_drop / scene.drive.pressure_drop
         load = prod(factors.get(name, 1.0) for name in LOADS) - carried * drop
         x = max(load, TINY) / (1 - carried) / prod(factors.get(name, 1.0) for name in STIFFNESSES)

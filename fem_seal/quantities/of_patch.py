@@ -30,6 +30,7 @@ class Quantities:
     hydraulic_aperture: HydraulicAperture | None = None
     trapped_volume: float | None = None  #: of the pockets [m³]
     conductivity_tensor: ConductivityTensor | None = None  #: in all directions
+    sensitivity: dict[str, float] | None = None  #: d ln Q/d ln of each input
 
 
 def quantities(patch: Patch) -> Quantities | None:
@@ -109,10 +110,16 @@ def _conductivity_tensor(patch: Patch) -> ConductivityTensor:
     return ConductivityTensor.of(bounds)
 
 
+def _sensitivity(patch: Patch) -> dict[str, float] | None:
+    found = patch.sensitivity
+    return None if found is None else found.by_input
+
+
 QUANTITIES: dict[str, Callable[[Patch], object]] = {
     "constriction": _constriction,
     "threshold": threshold,
     "hydraulic_aperture": _hydraulic_aperture,
     "trapped_volume": _trapped_volume,
     "conductivity_tensor": _conductivity_tensor,
+    "sensitivity": _sensitivity,
 }

@@ -7,13 +7,13 @@ from fem_seal.film import GridFilm, MeshFilm
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import LeakRate, Level
 from fem_seal.patch import Patch
-from fem_seal.results.arrays import Lift, lift_of
+from fem_seal.results.arrays import Lift, by_height_of, lift_of
 
 SEAL_PICTURE = "seal.png"
 # Pictures that a run may draw.
 PICTURES = (
     *("contact.png", "contact_pressure.png", "flow.png", "gap.png", "lift.png"),
-    *(SEAL_PICTURE, "shape.png"),
+    *(SEAL_PICTURE, "sensitivity.png", "shape.png"),
 )
 
 
@@ -24,7 +24,7 @@ def draw_patch(patch: Patch, folder: Path) -> tuple[str, ...]:
     leak = patch.leak_rate if patch.scene.needs_flow else None
     pressure = getattr(patch.film_contact, "pressure", None)
     lift = None if pressure is None else lift_of(patch)
-    return draw_pictures(patch.film, leak, folder, pressure, lift)
+    return draw_pictures(patch.film, leak, folder, pressure, lift, by_height_of(patch))
 
 
 def draw_pictures(
@@ -33,6 +33,7 @@ def draw_pictures(
     folder: Path,
     pressure: GridField | None = None,
     lift: Lift | None = None,
+    by_height: GridField | None = None,
 ) -> tuple[str, ...]:
     """Draw contact and gap, and of contact pressure, lift and flow those that are given.
 
@@ -46,6 +47,8 @@ def draw_pictures(
         Contact pressure [Pa] of an elastic contact.
     lift
         Dry gap and fluid pressure of a lifted contact.
+    by_height
+        ∂ ln Q/∂h [1/m] of the product "sensitivity".
     film, folder
         Film that is drawn, and where.
 
@@ -72,6 +75,11 @@ def draw_pictures(
             names.append("lift.png")
             dry = GridFilm(lift.dry_gap, film.sides, film.representation)
             lift_picture(film, dry, pressure, lift.fluid_pressure, folder / names[-1])
+    if by_height is not None:
+        from fem_seal.render.sensitivity import sensitivity_picture
+
+        names.append("sensitivity.png")
+        sensitivity_picture(film, by_height, folder / names[-1])
     if leak is not None and leak.field is not None:
         from fem_seal.render.flow import flow_picture
 

@@ -57,7 +57,7 @@ def contact_pressure_panel(
 ) -> Panel:
     """Draw the contact pressure with a bar of its own; see `contact_pressure_picture`."""
     view = mosaic(film, window, long_side)
-    samples = _on_samples(film, pressure)
+    samples = on_samples(film, pressure)
     values, scale = view.crop(samples), contact_pressure_scale(pressure.values)
     tiles = view.tiles(tile_colours(view, values, values > 0, scale, OPEN.colour))
     pixels = paint(tiles, view.window, long_side)
@@ -98,7 +98,7 @@ def fluid_pressure_panel(
     long_side : length of the longer side [pixel]
     """
     view = mosaic(film, None, long_side)
-    samples = _on_samples(film, pressure)
+    samples = on_samples(film, pressure)
     factor, unit = readable(float(np.abs(samples).max()), "Pa")
     low, high = factor * float(samples.min()), factor * float(samples.max())
     if not high > low:
@@ -182,6 +182,6 @@ def _mean(pressure: GridField) -> str:
     return f"{mean * factor:.3g} {unit} on average"
 
 
-def _on_samples(film: GridFilm, field: GridField) -> np.ndarray:
+def on_samples(film: GridFilm, field: GridField) -> np.ndarray:
     """Field on the film's samples; a linear periodic film repeats its first samples at the end."""
     return field.vertices() if film.representation == "linear" else field.values

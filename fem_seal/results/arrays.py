@@ -22,6 +22,7 @@ CONTACT_FILE = "contact.npz"
 FLOW_FILE = "flow.vtu"
 MESH_FILE = "mesh.vtu"
 TAGS = "facet_tags"
+BY_HEIGHT = "log_rate_by_height"
 
 
 class Lift(NamedTuple):
@@ -38,7 +39,19 @@ def lift_of(patch: Patch) -> Lift | None:
     return Lift(patch.elastic.gap, patch.lifted.fluid_pressure)
 
 
-def write_contact(folder: Path, contact: GapState, lift: Lift | None = None) -> str:
+def by_height_of(patch: Patch) -> GridField | None:
+    """∂ ln Q/∂h [1/m] of a patch whose scene asks for it; None if nothing leaks."""
+    if "sensitivity" not in patch.scene.output.products or patch.sensitivity is None:
+        return None
+    return patch.sensitivity.by_height
+
+
+def write_contact(
+    folder: Path,
+    contact: GapState,
+    lift: Lift | None = None,
+    log_rate_by_height: GridField | None = None,
+) -> str:
     """Write gap [m] and pressure [Pa]; the file is a gap file as well.
 
     Parameters
@@ -46,6 +59,7 @@ def write_contact(folder: Path, contact: GapState, lift: Lift | None = None) -> 
     folder : folder of contact.npz
     contact : elastic contact, or bearing contact, which has no pressure
     lift : gap [m] of the dry contact and fluid pressure [Pa], if the contact is lifted
+    log_rate_by_height : ∂ ln Q/∂h at the samples [1/m], of the product "sensitivity"
 
     Returns
     -------
@@ -57,6 +71,8 @@ def write_contact(folder: Path, contact: GapState, lift: Lift | None = None) -> 
         arrays["pressure"] = contact.pressure.values
     if lift is not None:
         arrays.update({name: field.values for name, field in lift._asdict().items()})
+    if log_rate_by_height is not None:
+        arrays[BY_HEIGHT] = log_rate_by_height.values
     write_npz(folder / CONTACT_FILE, arrays)
     return CONTACT_FILE
 
@@ -72,6 +88,11 @@ def read_lift(folder: str | Path) -> Lift | None:
     gap = load_gap(Path(folder) / CONTACT_FILE)
     dry, fluid = (_beside(folder, gap, name) for name in Lift._fields)
     return None if dry is None or fluid is None else Lift(dry, fluid)
+
+
+def read_log_rate_by_height(folder: str | Path) -> GridField | None:
+    """∂ ln Q/∂h [1/m] of the product "sensitivity"; None if the result lacks it."""
+    return _beside(folder, load_gap(Path(folder) / CONTACT_FILE), BY_HEIGHT)
 
 
 def _beside(folder: str | Path, gap: GridField, name: str) -> GridField | None:

@@ -143,6 +143,7 @@ def lines_of(result: Result) -> list[tuple[str, str]]:
         *_line("aperture", aperture_words, quantities.hydraulic_aperture),
         *_line("trapped", trapped_words, quantities.trapped_volume),
         *_line("tensor", tensor_words, quantities.conductivity_tensor),
+        *_line("sensitivity", sensitivity_words, quantities.sensitivity),
     ]
 
 
@@ -159,6 +160,13 @@ def _line(label: str, words: Callable[[Part], str], part: Part | None) -> list[t
 def trapped_words(volume: float) -> str:
     """Volume of the fluid that no path joins to inlet or outlet."""
     return f"{in_digits(volume)} m^3 in closed pockets"
+
+
+def sensitivity_words(by_input: dict[str, float]) -> str:
+    """D ln Q/d ln of each input, the largest first."""
+    ordered = sorted(by_input, key=lambda name: -abs(by_input[name]))
+    parts = (f"{name} {in_digits(by_input[name], 2)}" for name in ordered)
+    return f"per cent of leak rate per per cent of input: {', '.join(parts)}"
 
 
 def tensor_words(tensor: ConductivityTensor) -> str:

@@ -43,6 +43,7 @@ def check(scene: Contents) -> None:
         check_lift_and_ambient,
         check_tensor,
         check_mesh,
+        check_sensitivity,
     ):
         try:
             each(scene)
@@ -99,6 +100,19 @@ def check_tolerances(scene: Contents) -> None:
                 f"tolerances.{name} = {str(given[name])!r} is 100 % of the value or more; it must "
                 "be less"
             )
+
+
+def check_sensitivity(scene: Contents) -> None:
+    """Refuse the product "sensitivity" of a film that is no elastic contact under a load."""
+    if "sensitivity" not in scene.output.products:
+        return
+    contact = scene.contact
+    elastic = contact is not None and contact.is_elastic and scene.shape is None
+    if not elastic or contact is None or contact.area_fraction is not None:
+        raise ContradictionError(
+            "output.products names 'sensitivity', which is that of an elastic contact on its own "
+            "grid under contact.pressure or contact.mean_gap; leave it out, or give one of these"
+        )
 
 
 def check_mesh(scene: Contents) -> None:

@@ -86,7 +86,7 @@ class Contents(Section):
     @property
     def needs_flow(self) -> bool:
         """Whether some product needs the leak rate."""
-        products = {"leak_rate", "mesh", "constriction", "hydraulic_aperture"}
+        products = {"leak_rate", "mesh", "constriction", "hydraulic_aperture", "sensitivity"}
         return bool(products.intersection(self.output.products))
 
     @property

@@ -12,6 +12,7 @@ from fem_seal.scene.contents import Contents
 from fem_seal.scene.files import override, read_toml, replaced
 from fem_seal.scene.messages import explain
 from fem_seal.scene.readable import rows_of
+from fem_seal.scene.sections import SelfAffine
 from fem_seal.tables import html_table
 
 
@@ -97,6 +98,21 @@ class Scene(Contents):
 
     def _repr_html_(self) -> str:
         return html_table(rows_of(self))
+
+    def scaled(self, factors: Mapping[str, float]) -> "Scene":
+        """Copy with factors on inputs, named as in [tolerances]."""
+        changes: dict[str, Any] = {}
+        for name, factor in factors.items():
+            if name == "heights":
+                name = "surface.height_factor"
+                if isinstance(self.surface, SelfAffine):
+                    given = "rms_slope" if self.surface.rms_height is None else "rms_height"
+                    name = f"surface.{given}"
+            section, key = name.split(".")
+            value = getattr(getattr(self, section), key)
+            several = isinstance(value, tuple)
+            changes[name] = tuple(factor * one for one in value) if several else factor * value
+        return self.with_(changes)
 
     @model_validator(mode="after")
     def _check(self) -> "Scene":

@@ -422,6 +422,7 @@ Product = Literal[
     "hydraulic_aperture",
     "trapped_volume",
     "conductivity_tensor",
+    "sensitivity",
     "seal",
 ]
 LeakRateUnit = Annotated[

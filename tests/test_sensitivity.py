@@ -11,12 +11,11 @@ from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
 from fem_seal.progress import silent
-from fem_seal.quantities.inputs import changed
-from fem_seal.quantities.sensitivity import EPSILON, sensitivity
 from fem_seal.scene import Scene
+from fem_seal.sensitivity import EPSILON, sensitivity
 from fem_seal.steps import elastic_contact, made_surface
 
-FIRST = Path(__file__).parents[2] / "demos" / "scenes" / "first.toml"
+FIRST = Path(__file__).parents[1] / "demos" / "scenes" / "first.toml"
 EXACT = [
     "surface.shape=[32, 32]",
     "surface.short_wavelength=12.5 um",
@@ -79,7 +78,7 @@ def test_derivatives_by_inputs(state):
     }
     for name, derivative in found.items():
         ends = [
-            Equilibrium(changed(state.scene, {name: 1 + sign * step}), state.pressure is not None)
+            Equilibrium(state.scene.scaled({name: 1 + sign * step}), state.pressure is not None)
             for sign in (1, -1)
         ]
         difference = (ends[0].log_rate - ends[1].log_rate) / (2 * step)

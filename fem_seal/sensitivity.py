@@ -26,7 +26,6 @@ from fem_seal.finite_difference.film_pressure import FilmPressure
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
 from fem_seal.progress import silent
-from fem_seal.quantities.inputs import changed
 from fem_seal.scene import Scene
 
 TOLERANCE, MOST_ITERATIONS = 1e-6, 60  # of the adjoint solves
@@ -118,7 +117,7 @@ def sensitivity(
 
     for name in _of_fluid(scene):
         (more, above), (less, below) = (
-            at(changed(scene, {name: 1 + step})) for step in (STEP, -STEP)
+            at(scene.scaled({name: 1 + step})) for step in (STEP, -STEP)
         )
         by_pressure = float(np.vdot(adjoint, above - below))
         by_input[name] = (more - less + by_pressure) / (2 * STEP)
