@@ -1,5 +1,6 @@
 """Derivatives of ln Q: Taylor remainders of order 2, and what dimensions and scaling prescribe."""
 
+import json
 from math import log
 from pathlib import Path
 
@@ -11,8 +12,10 @@ from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 from fem_seal.lifting import lifting_problem
 from fem_seal.progress import silent
+from fem_seal.results.arrays import read_log_rate_by_height
 from fem_seal.scene import Scene
 from fem_seal.sensitivity import EPSILON, sensitivity
+from fem_seal.solved import solve
 from fem_seal.steps import elastic_contact, made_surface
 
 FIRST = Path(__file__).parents[1] / "demos" / "scenes" / "first.toml"
@@ -123,3 +126,34 @@ def test_refused():
         sealed.sensitivity  # noqa: B018
     with pytest.raises(InvalidInput, match="step function"):
         sensitivity(sealed.scene, Load("area_fraction", 0.2), sealed.height, sealed.contact, None)
+
+
+def test_product(tmp_path):
+    """Numbers in result.json, the map in contact.npz; none where nothing leaks."""
+    products = 'output.products=["leak_rate", "sensitivity"]'
+    plain = [*EXACT[:3], "flow.pressure_drop=0.3 bar", products, "accuracy.contact_grid=false"]
+    solved = solve(Scene.from_file(FIRST, plain))
+    solved.save(tmp_path)
+    stored = json.loads((tmp_path / "result.json").read_text())["quantities"]["sensitivity"]
+    by = solved.patch.sensitivity.by_input
+    assert stored == by
+    # The state has settled to its tolerance only, and the mesh of its flow is not the network.
+    assert by["heights"] == pytest.approx(
+        4 - by["contact.pressure"] - by["flow.pressure_drop"], rel=1e-3
+    )
+    read = read_log_rate_by_height(tmp_path)
+    assert np.array_equal(read.values, solved.patch.sensitivity.by_height.values)
+    sealed = solve(Scene.from_file(FIRST, [*plain, "contact.pressure=0.6 MPa"]))
+    assert sealed.quantities.sensitivity is None
+
+
+@pytest.mark.parametrize("setting", ["contact.model=bearing", "contact.area_fraction=0.2"])
+def test_scene_without_a_load_is_refused(setting):
+    with pytest.raises(InvalidInput, match="names 'sensitivity'"):
+        scene(
+            "contact.pressure=",
+            setting,
+            "contact.area_fraction=0.2",
+            "flow.lift=none",
+            'output.products=["sensitivity"]',
+        )
