@@ -181,13 +181,6 @@ def chosen_patch(
     ----------
     scene : with or without [accuracy]; without it there is no choice
     report, trust, comm : as of `Patch`
-
-    Raises
-    ------
-    InvalidInput
-        As of `Patch`.
-    NotConverged
-        If a contact or the linear solver fails while grids are tried.
     """
     total = scene.total_error
     if scene.accuracy is None or total is None:

@@ -29,13 +29,7 @@ LARGEST_RISE = 1e100  # largest rise of heights [m]; its cube and its inverse ar
 
 
 def made_surface(surface: SelfAffine | ProfileSurface) -> GridField:
-    """Random heights [m] of a section.
-
-    Raises
-    ------
-    InvalidInput
-        If there is less memory than that takes, or the profiles cannot be read.
-    """
+    """Random heights [m] of a section."""
     from fem_seal.surface import gaussian_surface, self_affine
 
     nx, ny = surface.shape
@@ -116,14 +110,6 @@ def elastic_contact(
         Called with the iteration and its residual.
     tolerance
         Tolerance of a contact on the way to another, if it is above that of the scene.
-
-    Raises
-    ------
-    InvalidInput
-        If the heights are beyond double precision, or the contact takes more memory than there is
-        or than flow.max_memory allows.
-    NotConverged
-        If contact.tolerance is not reached.
     """
     from fem_seal.contact import contact_under
 

@@ -12,18 +12,10 @@ from fem_seal.leak_rate import LeakRate
 
 @dataclass(frozen=True)
 class HydraulicAperture:
-    """Hydraulic aperture of a film.
+    """Hydraulic aperture of a film."""
 
-    Attributes
-    ----------
-    value : float
-        Height of the uniform film of the same leak rate [m].
-    lower, upper : float or None
-        Bounds of the height [m]; None where the leak rate has none.
-    """
-
-    value: float
-    lower: float | None
+    value: float  #: height of the uniform film of the same leak rate [m]
+    lower: float | None  #: bounds of the height [m]; None where the leak rate has none
     upper: float | None
 
 
@@ -38,14 +30,10 @@ def hydraulic_aperture(
 
     Parameters
     ----------
-    leak : LeakRate
-        Q, of the film.
-    uniform : LeakRate
-        Q₁ with its bounds, of the uniform film of height h₁ under the same pressures.
-    height : float
-        h₁ [m].
-    slip : Slip or None
-        Slip of a gas at the walls; None if there is none.
+    leak : Q, of the film
+    uniform : Q₁ with its bounds, of the uniform film of height h₁ under the same pressures
+    height : h₁ [m]
+    slip : slip of a gas at the walls; None if there is none
     """
     lower, upper = uniform.bounds
     return HydraulicAperture(
@@ -77,14 +65,10 @@ def uniform_rectangle(
 
     Parameters
     ----------
-    film : GridFilm
-        Film of the size of the rectangle.
-    height : float
-        h₁ [m].
-    viscosity, pressure_drop : float
-        η [Pa s], Δp [Pa].
-    slip : Slip or None
-        Slip of a gas at the walls; None if there is none.
+    film : film of the size of the rectangle
+    height : h₁ [m]
+    viscosity, pressure_drop : η [Pa s], Δp [Pa]
+    slip : slip of a gas at the walls; None if there is none
     """
     Lx, Ly = film.size
     rate = Ly / Lx * film_conductivity(height, viscosity) * pressure_drop

@@ -18,28 +18,17 @@ OPPOSITE = -0.5  # cosine: the other side of a channel lies within 60 degrees of
 
 @dataclass(frozen=True)
 class Constriction:
-    """The tightest place on the widest path from inlet to outlet.
+    """The tightest place on the widest path from inlet to outlet."""
 
-    Attributes
-    ----------
-    x, y : float
-        Position [m].
-    gap : float
-        Gap at this position [m]. A uniform lowering of the counter-face by this much seals the
-        film.
-    width : float or None
-        Width of the channel at this position, from contact or wall to contact or wall [m]; None
-        without contact.
-    pressure_share : float or None
-        Part of the dissipation inside the disc of radius `width` around the position. With a
-        single channel this is the part of the pressure drop lost there. None without width or
-        flow.
-    """
-
-    x: float
+    x: float  #: position [m]
     y: float
+    #: gap at this position [m]. A uniform lowering of the counter-face by this much seals the film
     gap: float
+    #: width of the channel at this position, from contact or wall to contact or wall [m]; None
+    #: without contact
     width: float | None
+    #: part of the dissipation inside the disc of radius `width` around the position. With a single
+    #: channel this is the part of the pressure drop lost there. None without width or flow
     pressure_share: float | None
 
 
@@ -50,15 +39,13 @@ def constriction(
 
     Parameters
     ----------
-    film : GridFilm or MeshFilm
-    field : FlowField
-        The flow, for the share of the pressure.
-    potential : (N,) float
-        Potential at the points of `field`; the flux is linear in it: p of a liquid, p² of a gas.
+    field : the flow, for the share of the pressure
+    potential : (N,), potential at the points of `field`; the flux is linear in it: p of a liquid,
+        p² of a gas
 
     Returns
     -------
-    Constriction, or None if the film is sealed.
+    Or None if the film is sealed.
     """
     tightest = film.constriction
     if tightest is None:

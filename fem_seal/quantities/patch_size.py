@@ -26,10 +26,8 @@ def scale_entries(patch: Patch, leak_path: float) -> tuple[Uncertainty, Uncertai
 
     Parameters
     ----------
-    patch : Patch
-        Patch of a scene with [seal].
-    leak_path : float
-        Length of the path [m].
+    patch : patch of a scene with [seal]
+    leak_path : length of the path [m]
     """
     surface, heights = patch.scene.surface, present(patch.surface, "surface")
     if isinstance(surface, FileSurface):

@@ -36,12 +36,9 @@ def cautions(
 
     Parameters
     ----------
-    patch : Patch
-        Patch whose contact and gap are checked.
-    budget : ErrorBudget or None
-        Error budget of the patch or its seal; its cautions come first.
-    seal : SealLeak or None
-        Leak rate of the whole seal, for a scene with [seal].
+    patch : patch whose contact and gap are checked
+    budget : error budget of the patch or its seal; its cautions come first
+    seal : leak rate of the whole seal, for a scene with [seal]
     """
     sentences = [entry.sentence for entry in budget or () if entry.caution]
     sentences.extend(cautions_of_map(patch))

@@ -11,48 +11,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Component:
-    """One component with guaranteed bounds.
+    """One component with guaranteed bounds."""
 
-    Attributes
-    ----------
-    value, lower, upper : float
-        Estimate and its bounds [m³/(Pa s)].
-    """
-
-    value: float
+    value: float  #: estimate [m³/(Pa s)]
     lower: float
     upper: float
 
 
 @dataclass(frozen=True)
 class ConductivityTensor:
-    """Symmetric K* with mean flux = -K*·(mean pressure gradient); h³/(12 η) for a smooth channel.
+    """Symmetric K* with mean flux -K*·(mean pressure gradient); h³/(12 η) of a smooth channel."""
 
-    Attributes
-    ----------
-    xx, xy, yy : Component
-        Components [m³/(Pa s)]; x is the direction of the scene's flow.
-    easiest, hardest : float
-        Principal values of the estimate [m³/(Pa s)].
-    angle : float
-        Angle from x to the easiest direction in degrees, above -90 and at most 90.
-    unknowns : int
-        Unknowns of the last mesh for one direction.
-    converged : bool
-        Whether flow.rtol was reached in every direction.
-    reason : str
-        The limit that ended the refinement, "" if converged.
-    """
-
-    xx: Component
+    xx: Component  #: x is the direction of the scene's flow
     xy: Component
     yy: Component
-    easiest: float
-    hardest: float
-    angle: float
-    unknowns: int
-    converged: bool
-    reason: str
+    easiest: float  #: largest principal value of the estimate [m³/(Pa s)]
+    hardest: float  #: smallest one
+    angle: float  #: angle from x to the easiest direction in degrees, above -90 and at most 90
+    unknowns: int  #: unknowns of the last mesh for one direction
+    converged: bool  #: whether flow.rtol was reached in every direction
+    reason: str  #: the limit that ended the refinement, "" if converged
 
     @classmethod
     def of(cls, bounds: "TensorBounds") -> "ConductivityTensor":

@@ -30,13 +30,9 @@ class ResultFolder:
     provenance : provenance of the new result
     overwrite : whether another scene's result, or files of unknown origin, may be replaced
     names : names of the files that the run may write, beside result.json
-
-    Attributes
-    ----------
-    staged : folder to write the files into; it exists inside the `with` statement only
     """
 
-    staged: Path
+    staged: Path  #: folder to write the files into; it exists inside the `with` statement only
 
     def __init__(
         self,

@@ -95,8 +95,7 @@ class Seal(Section):
 
         Parameters
         ----------
-        contact_modulus : float
-            E* [Pa].
+        contact_modulus : E* [Pa]
         """
         maximum = self.maximum_pressure
         if maximum is None:

@@ -37,11 +37,6 @@ class SweepFolder(PointFolder[Point]):
         Parameters
         ----------
         origin : the scene that all points share
-
-        Raises
-        ------
-        InvalidInput
-            If the folder holds another sweep or a damaged one, or cannot be written.
         """
         path = self.path / ORIGIN_FILE
         if not path.exists() and (self.path / TABLE_FILE).exists():
