@@ -31,7 +31,7 @@ def flow_everywhere(film, density=1.0):
 def keys(monkeypatch):
     """Keys of the pages, which are not drawn."""
     seen = []
-    monkeypatch.setattr(shape, "draw", lambda layers, window, side: np.zeros((9, 9, 3), np.uint8))
+    monkeypatch.setattr(shape, "draw_layers", lambda layers, window, side: np.zeros((9, 9, 3), np.uint8))
     monkeypatch.setattr(shape, "write_page", lambda rows, path, *, scale, key: seen.append(key))
     return seen
 
@@ -45,14 +45,14 @@ def test_key_names_open_places_without_flow_only_where_there_are_some(keys, tmp_
         whole, flux=whole.flux * np.where(np.arange(len(whole.cells)) == 0, 1e-9, 1)[:, None]
     )
     for field in (whole, part, weak):
-        shape.flow_picture(leaking(field), film, tmp_path / "flow.png")
+        shape._flow_picture(leaking(field), film, tmp_path / "flow.png")
     assert [NO_FLOW in key for key in keys] == [False, True, False]
     assert not any(CONTACT in key for key in keys)
 
 
 def test_key_names_contact_if_the_gap_has_contact(keys, tmp_path):
     film = strip({"gap_expression": "max(0, 1e-6 * (x / 0.002 - 1))"})
-    shape.flow_picture(leaking(flow_everywhere(film)), film, tmp_path / "flow.png")
+    shape._flow_picture(leaking(flow_everywhere(film)), film, tmp_path / "flow.png")
     assert CONTACT in keys[0]
 
 
