@@ -31,7 +31,9 @@ def flow_everywhere(film, density=1.0):
 def keys(monkeypatch):
     """Keys of the pages, which are not drawn."""
     seen = []
-    monkeypatch.setattr(shape, "draw_layers", lambda layers, window, side: np.zeros((9, 9, 3), np.uint8))
+    monkeypatch.setattr(
+        shape, "draw_layers", lambda layers, window, side: np.zeros((9, 9, 3), np.uint8)
+    )
     monkeypatch.setattr(shape, "write_page", lambda rows, path, *, scale, key: seen.append(key))
     return seen
 
