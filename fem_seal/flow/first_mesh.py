@@ -1,17 +1,14 @@
 """The normalised problem of a film: its gap in units of the largest gap, and a first mesh."""
 
-from functools import singledispatch
-
 import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm, MeshFilm, require_film
-from fem_seal.film.law import CUBE, FilmLaw
-from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, GapOnMesh, LinearGap, VertexGap
+from fem_seal.film.law import FilmLaw
+from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, GapOnMesh, VertexGap
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import AnyMesh
-from fem_seal.mesh.nested import NestedMesh, coarsest_width, uniform_mesh
-from fem_seal.mesh.triangles import TriangleMesh
+from fem_seal.mesh.nested import coarsest_width, uniform_mesh
 
 
 def require_area(film: GridFilm | MeshFilm) -> None:
@@ -26,14 +23,13 @@ def require_area(film: GridFilm | MeshFilm) -> None:
         )
 
 
-@singledispatch
 def first_mesh(
     film: GridFilm | MeshFilm,
     cut: float,
     floor: float,
     ceiling: float,
     coarsest: int | None,
-    law: FilmLaw = CUBE,
+    law: FilmLaw,
 ) -> tuple[GapOnMesh, AnyMesh]:
     """Gap in units of its maximum, and the first mesh.
 
@@ -44,18 +40,10 @@ def first_mesh(
         A shape begins with the mesh that it has
     law : conductivity of a gap
     """
-    raise TypeError(type(film).__name__)
-
-
-@first_mesh.register
-def _on_grid(
-    film: GridFilm,
-    cut: float,
-    floor: float,
-    ceiling: float,
-    coarsest: int | None,
-    law: FilmLaw = CUBE,
-) -> tuple[LinearGap | ConstantGap, NestedMesh]:
+    if isinstance(film, MeshFilm):
+        # Pockets may stay: the gap is linear on each cell, so no cell joins a pocket to a channel.
+        scaled = film.values / film.highest
+        return VertexGap(scaled, length_unit(film), cut, floor, ceiling, law), film.mesh
     # Treat pockets as contact: nothing flows in them, but a coarse cell that covers parts of a
     # pocket and of a channel would seem to conduct.
     scaled = np.where(film.carrying, film.samples / film.highest, 0.0)
@@ -66,20 +54,6 @@ def _on_grid(
     gap_type = REPRESENTATIONS[film.representation]
     gap = gap_type(GridField(scaled, film.gap.spacing), cut, floor, width, ceiling, law)
     return gap, uniform_mesh(gap.squares, width, film.sides == "periodic")
-
-
-@first_mesh.register
-def _on_mesh(
-    film: MeshFilm,
-    cut: float,
-    floor: float,
-    ceiling: float,
-    coarsest: int | None,
-    law: FilmLaw = CUBE,
-) -> tuple[VertexGap, TriangleMesh]:
-    # Pockets may stay: the gap is linear on each cell, so no cell joins a pocket to a channel.
-    scaled = film.values / film.highest
-    return VertexGap(scaled, length_unit(film), cut, floor, ceiling, law), film.mesh
 
 
 def length_unit(film: GridFilm | MeshFilm) -> float:

@@ -19,6 +19,7 @@ from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
 # Least size of a step by the error indicators, as a part of a full step, while flow through leaking
 # vertices or wrongly joined cells falsifies them.
 LEAST_STEP = 0.3
+MOST_HALVINGS = 4  # of a cell before the next solve
 
 
 @dataclass(frozen=True)
@@ -178,7 +179,7 @@ def completed(marked: np.ndarray, indicators: np.ndarray, required: float) -> np
     return doerfler(rest, missing / rest.sum())
 
 
-def halvings(indicators: np.ndarray, marked: np.ndarray, most: int = 4) -> np.ndarray:
+def halvings(indicators: np.ndarray, marked: np.ndarray) -> np.ndarray:
     """How often to halve each cell (C,) before the next solve; 0 if it is not marked.
 
     Where the solution is smooth, half a cell has a quarter of its indicator. A cell with 4^k times
@@ -188,5 +189,5 @@ def halvings(indicators: np.ndarray, marked: np.ndarray, most: int = 4) -> np.nd
     times = marked.astype(int)
     if marked.any():
         ratio = np.log(indicators[marked] / indicators[marked].min()) / np.log(4)
-        times[marked] = np.clip(np.floor(ratio), 1, most)
+        times[marked] = np.clip(np.floor(ratio), 1, MOST_HALVINGS)
     return times

@@ -117,7 +117,6 @@ def generalised_interval(
     rates: Sequence[float] | np.ndarray,
     along: int = 1,
     *,
-    level: float = LEVEL,
     draws: int | None = None,
     seed: int = 0,
 ) -> tuple[float, float] | None:
@@ -136,7 +135,6 @@ def generalised_interval(
     ----------
     rates : (N,), leak rates of the patches, 0 if sealed
     along : patches along the leak path
-    level : probability that the interval holds the truth
     draws : draws of the pivots: 20 000 for one patch along the path, 200 for a network
 
     Returns
@@ -170,7 +168,7 @@ def generalised_interval(
                 for m, s, d in zip(mu, np.minimum(sigma, 20.0), share, strict=True)
             ]
         )
-    tail = (1 - level) / 2
+    tail = (1 - LEVEL) / 2
     lower, upper = np.quantile(seals, [tail, 1 - tail])
     return float(lower), float(upper)
 
@@ -194,11 +192,11 @@ def lognormal_patches(
     return np.where(rng.random(shape) < leaking, K, 0.0)
 
 
-def sealed_share(sealed: int, patches: int, *, level: float = LEVEL) -> tuple[float, float]:
+def sealed_share(sealed: int, patches: int) -> tuple[float, float]:
     """Confidence interval of the share of sealed patches by Clopper and Pearson."""
     from scipy.stats import binomtest
 
-    interval = binomtest(sealed, patches).proportion_ci(level, method="exact")
+    interval = binomtest(sealed, patches).proportion_ci(LEVEL, method="exact")
     return float(interval.low), float(interval.high)
 
 
@@ -216,7 +214,7 @@ def may_conduct(leaking: float, count: PatchCount, *, draws: int = 100, seed: in
     return any(network_conductivity(K, nodes=1) > 0 for K in patches)
 
 
-def patches_for(sigma: float, factor: float, *, level: float = LEVEL) -> int:
+def patches_for(sigma: float, factor: float) -> int:
     """Estimate how many leaking patches narrow the confidence interval of the mean to a factor.
 
     With n log-normal patches the logarithm of the estimated mean, ȳ + s²/2, has the variance
@@ -229,5 +227,5 @@ def patches_for(sigma: float, factor: float, *, level: float = LEVEL) -> int:
     """
     from scipy.stats import norm
 
-    width = 2 * norm.ppf(0.5 + level / 2) / np.log(factor)
+    width = 2 * norm.ppf(0.5 + LEVEL / 2) / np.log(factor)
     return max(LEAST_LEAKING, int(np.ceil(width**2 * (sigma**2 + sigma**4 / 2))))
