@@ -688,7 +688,8 @@ def test_error_of_the_contact_grid():
     assert entry.lower == pytest.approx(1 / entry.upper)
     patch = Patch(realizations(asked)[0])
     finer = Patch(patch.scene, surface=resample(patch.surface, (128, 128)))
-    load = 0.75e5  # in the middle of the net loads
+    # Net loads are 0.5e5 to 1e5 Pa, and the flow is the integral of K, which is largest at the least.
+    load = 0.52e5
     (lower, upper), (low, high) = (LoadedPatch(one, 0.01).bounds(load) for one in (patch, finer))
     assert entry.lower < low / upper
     assert high / lower < entry.upper
