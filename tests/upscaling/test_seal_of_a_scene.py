@@ -688,7 +688,7 @@ def test_error_of_the_contact_grid():
     assert entry.lower == pytest.approx(1 / entry.upper)
     patch = Patch(realizations(asked)[0])
     finer = Patch(patch.scene, surface=resample(patch.surface, (128, 128)))
-    # The net loads begin at 0.5e5 Pa, where K is largest: the flow is its integral over the pressure.
+    # Net loads begin at 0.5e5 Pa, where K is largest, and the flow is an integral of K.
     load = 0.52e5
     (lower, upper), (low, high) = (LoadedPatch(one, 0.01).bounds(load) for one in (patch, finer))
     assert entry.lower < low / upper
