@@ -19,6 +19,7 @@ SMALL = {
     "how_contact_is_solved": {"n": 64},
     "ordinary_dolfinx": {},  # its figures stand on a page
     "price_of_accuracy": {"n": 32},
+    "how_the_lift_is_solved": {"n": 64},
     "when_does_the_fluid_matter": {"n": 64},
     "when_is_a_limit_kept": {"n": 128},
     "where_it_breaks": {"unknowns": 800},

@@ -53,6 +53,7 @@ PICTURES = {
         "made/sweep.png",
     ),
     "when_lift_matters.png": (900, "demos/when_does_the_fluid_matter.py", "out/lift.png"),
+    "newton.png": (900, "demos/how_the_lift_is_solved.py", "out/newton.png"),
     "gas.png": (800, "demos/gas_that_slips.py", "out/gas_that_slips.png"),
     "relief.png": (
         900,

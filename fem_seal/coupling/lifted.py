@@ -32,6 +32,7 @@ STAGES_OF_DIFFERENCES, MOST_STEPS = 4, 20
 LAST_CHANGE = 0.2  # part of the error allowed at which the steps of a stage end
 FIRST_LEVEL = 0.25  # steps in which a solid is lifted clear of the counter-face, in rms heights
 FIRST_DEVIATION, PASSES = 0.05, 4  # from an unstable state, over the pressure drop; and passes
+LEAST_ERROR = 0.05  # of ln Q that is claimed, over rtol: what the tolerance of the contacts leaves
 MOST_ERROR = 700.0  # of ln Q, whose exponential is finite
 MANY_ITERATIONS = 10  # of GMRES, beyond which a second start is tried
 FINER = "compare a finer grid (surface.shape)"
@@ -131,7 +132,7 @@ def _found(
             if sealed and _stays_sealed(problem, point.contact):
                 certain = True
                 break
-            change, error = abs(point.step.log_rate), point.error
+            change, error = abs(point.step.log_rate), point.error(allowed)
             if error <= allowed and not sealed and not log.failure:
                 point = point.after(point.step) or point
                 break
@@ -151,6 +152,7 @@ def _found(
         contact = problem.contact_under(point.pressure, contact)
     if not certain and problem.film(contact.gap).sealed:
         certain = _stays_sealed(problem, contact)
+    error = max(error, LEAST_ERROR * rtol)
     return _Found(point.pressure, contact, certain, change, error, log)
 
 

@@ -28,7 +28,7 @@ GMRES_TOLERANCE, INNER_TOLERANCE = 0.1, 0.02  # of Newton's step; of the tangent
 MOST_ITERATIONS = 30  # of GMRES
 SHORTEST = 1 / 8  # part of a step that is tried last
 LEFT = 0.1  # least part of the solid's load that a step leaves to it
-PARTS, WORTH_AN_ADJOINT = 4, 0.2  # of the patch along each side; largest error that is looked into
+PARTS = 4  # of the patch along each side
 LARGEST_RESIDUAL = 0.1  # of F over the pressure drop, in an equilibrium
 ROUGH_CONTACT = 1e-5  # certificate of the contacts on the way
 
@@ -142,14 +142,14 @@ class LiftPoint:
         change = float(np.vdot(self._log_rate_by_pressure, solved.x))
         return NewtonStep(solved.x, change, solved.iterations, solved.negative)
 
-    @property
-    def error(self) -> float:
+    def error(self, allowed: float) -> float:
         """Estimated error of ln Q at this point: |λ·F|.
 
         Errors in several places may cancel by chance. It is therefore at least the root of the sum
-        of the squares over 4 × 4 parts of the patch.
+        of the squares over 4 × 4 parts of the patch. These are not looked at where the sum is more
+        than what is allowed.
         """
-        if abs(self.step.log_rate) > WORTH_AN_ADJOINT:
+        if abs(self.step.log_rate) > allowed:
             return abs(self.step.log_rate)
         rows, columns = (np.arange(PARTS) * n // PARTS for n in self.pressure.shape)
         share = self.adjoint * self.residual
@@ -197,8 +197,7 @@ class FloatingPoint(LiftPoint):
     def _lacking(self) -> float:
         return self.problem.left_of(self.pressure)
 
-    @property
-    def error(self) -> float:
+    def error(self, allowed: float) -> float:
         """Estimated error of ln Q at this point."""
         return abs(self.step.log_rate)
 

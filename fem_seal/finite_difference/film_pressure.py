@@ -23,7 +23,7 @@ from fem_seal.finite_difference.pressure_grid import PressureGrid
 # Right side and relative tolerance -> solution.
 Solve = Callable[[np.ndarray, float], np.ndarray]
 Solver = Callable[[sparse.csr_array], Solve]
-EXACT = 1e-7  # relative tolerance of the pressure
+EXACT = 1e-6  # relative tolerance of the pressure
 
 
 def eliminated(matrix: sparse.csr_array) -> Solve:
