@@ -25,7 +25,7 @@ demo: .venv/ready
 	.venv/bin/fem-seal run demos/scenes/first.toml --out results/first --overwrite
 
 # A worker that has nothing left to do takes over tests of another.
-PYTEST = .venv/bin/python -m pytest -n $(shell nproc) --dist worksteal
+PYTEST = .venv/bin/python -m pytest -n $(shell env -u OMP_NUM_THREADS nproc) --dist worksteal
 QUICK = contact field_file film finite_difference flow mesh quantities scene surface theory \
 	test_architecture.py test_docs.py test_docstrings.py test_glossary.py test_links.py
 
