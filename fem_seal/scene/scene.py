@@ -112,6 +112,9 @@ class Scene(Contents):
             value = getattr(getattr(self, section), key)
             several = isinstance(value, tuple)
             changes[name] = tuple(factor * one for one in value) if several else factor * value
+        if "flow.outlet_pressure" in factors and self.flow.ambient_pressure is None:
+            # The back of the solid keeps the pressure that the outlet has in this scene.
+            changes["flow.ambient_pressure"] = self.flow.outlet_pressure
         return self.with_(changes)
 
     @model_validator(mode="after")

@@ -156,3 +156,12 @@ def test_every_input_has_a_direction():
 def test_refused(setting, said):
     with pytest.raises(InvalidInput, match=said):
         scene(setting)
+
+
+def test_the_back_of_the_solid_keeps_its_pressure():
+    """An outlet below 1 bar at a corner does not change the ambient pressure."""
+    gas = ["fluid.kind=gas", "fluid.molar_mass=29 g/mol", "fluid.viscosity=18 uPa s"]
+    pressures = ["flow.pressure_drop=", "flow.inlet_pressure=1.2 bar", "flow.outlet_pressure=1 bar"]
+    nominal = scene(*gas, "fluid.temperature=20 degC", *pressures)
+    lower = nominal.scaled({"flow.outlet_pressure": 0.98})
+    assert lower.gauge_pressures == pytest.approx((2e4, -2e3))
