@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
+from math import inf
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -289,9 +290,16 @@ def _corner(patch: Patch, end: int, patches: Path | None, work: Work | None) -> 
         flow=replace(scene.flow_settings, rtol=patch.flow.rtol),
         comm=patch.comm,
     )
-    if scene.seal is None:
-        return other.leak_rate
-    return leak_rate_of(other, solve_seal(other, patches, work))
+    if scene.seal is not None:
+        return leak_rate_of(other, solve_seal(other, patches, work))
+    leak, lifted = other.leak_rate, other.lifted
+    if lifted is None or lifted.converged:
+        return leak
+    # A lifted state that has not settled, sealed or not, may leak anything in its range.
+    lower, upper = min(leak.bounds[0], lifted.lowest), max(leak.bounds[1], lifted.highest)
+    if upper == inf:
+        return LeakRate.lifted_off(leak.method)
+    return replace(leak, state="leaking", value=leak.value or upper, lower=lower, upper=upper)
 
 
 def run(
