@@ -179,7 +179,7 @@ def _advice(
     if [entry.key for entry in counted] == [CONTACT_GRID]:
         # A total error chooses flow.rtol itself.
         total = expm1(abs(log(limit / sqrt(low * high))))
-        if total > LEAST_RTOL:
+        if LEAST_RTOL < total < 1:
             return f"accuracy.total = {total:.2g} might decide"
     inputs = next((entry for entry in counted if entry.key == INPUTS), None)
     if inputs is not None:

@@ -112,11 +112,10 @@ def accuracy_words(accuracy: AccuracyRecord, state: FlowState) -> str:
     chosen = f"chosen for {100 * accuracy.total:g} %: contact on {nx} x {ny}"
     if state == "sealed":
         return f"{chosen}, sealed"
-    contact, flow = (
-        "unknown" if part is None else per_cent(part)
-        for part in (accuracy.contact_error, accuracy.flow_error)
-    )
-    text = f"{chosen} (error about {contact}), flow.rtol = {accuracy.rtol:.2g} (at most {flow})"
+    grid, flow = accuracy.contact_error, accuracy.flow_error
+    contact = "unknown" if grid is None else f"about {per_cent(grid)}"
+    bound = "unknown" if flow is None else f"at most {per_cent(flow)}"
+    text = f"{chosen} (error {contact}), flow.rtol = {accuracy.rtol:.2g} ({bound})"
     if accuracy.lift_error is None:
         return text
     return f"{text}, lift (about {per_cent(accuracy.lift_error)})"
