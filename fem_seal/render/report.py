@@ -1,40 +1,55 @@
-"""One self-contained HTML page of a result folder: the verdict, the pictures, all the numbers."""
+"""One self-contained HTML page of a result folder: the verdict, the pictures, the numbers.
+
+The page itself is the template report.html.jinja beside this file.
+"""
 
 import base64
-import html
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from fem_seal.digits import per_cent, rounded_down, rounded_up
 from fem_seal.errors import printable
 from fem_seal.files import atomic_write, temporary_folder
-from fem_seal.leak_rate import relative_half_width
-from fem_seal.quantities.error_budget import (
-    IN_BOUNDS,
-    ONE_PATCH,
-    Uncertainty,
-    combined,
-    factor_words,
-)
-from fem_seal.render.report_page import PAGE
-from fem_seal.render.report_words import CAPTIONS, OF_A_PATCH, caption, described
+from fem_seal.quantities.error_budget import combined, factor_words
+from fem_seal.render.bounds import bounds_plot, close_in
 from fem_seal.results import Result
 from fem_seal.results.rates import unit_words
-from fem_seal.results.words import summary_of
+from fem_seal.results.words import first_sentence, remarks, summary_of
 from fem_seal.scene import Scene
 from fem_seal.scene.readable import rows_of_mapping
-from fem_seal.tables import html_table
 
-PICTURES = {".png": "image/png", ".svg": "image/svg+xml"}
+MEDIA = {".png": "image/png", ".svg": "image/svg+xml"}
+# Pictures with captions, in the order of the page; that of a seal comes before those of its patch.
+ORDER = (
+    *("seal", "flow", "gap", "lift", "contact_pressure", "contact", "shape", "sensitivity"),
+    *("pressure", "relief", "mesh", "bounds"),
+)
+OF_A_CONTACT = ("contact", "contact_pressure", "gap")
+# Left out of the table of numbers: what has a place of its own on the page; arrays; and the fluxes
+# of the pressure before its correction, which above the upper bound would seem to contradict it.
+ELSEWHERE = {"provenance", "error_budget", "cautions", "files", "inflow", "outflow"}
+
+# Fields of a scene that say what was computed; the line below the title names them.
+DESCRIBED = {
+    "Whole seal": "seal.leak_path seal.circumference seal.inlet_radius seal.outlet_radius",
+    "Shape": "shape.kind shape.mesh",
+    "Gap": "gap.path",
+    "Surface": "surface.path surface.size surface.rms_slope",
+    "Solid": "solid.youngs_modulus solid.poisson_ratio solid.contact_modulus solid.layer_thickness",
+    "Load": "contact.pressure contact.area_fraction contact.mean_gap seal.maximum_pressure "
+    "seal.line_load seal.pressure_profile",
+    "Fluid": "fluid.kind fluid.viscosity flow.pressure_drop flow.inlet_pressure "
+    "flow.outlet_pressure",
+}
+LABELS = {"kind": "", "path": "", "mesh": "", "youngs_modulus": "Young's modulus"}
 
 
 def report(folder: str | Path) -> Path:
-    """Write report.html of a result folder, with the pictures embedded.
-
-    Parameters
-    ----------
-    folder : result folder of `fem_seal.run`; the report shows all pictures (.png, .svg) in it
+    """Write report.html of a result folder, with its pictures (.png, .svg) inside.
 
     Returns
     -------
@@ -42,29 +57,37 @@ def report(folder: str | Path) -> Path:
     """
     folder = Path(folder)
     result = Result.from_folder(folder)
-    numbers = result.model_dump(mode="json", by_alias=True)
-    levels, provenance = numbers.pop("levels"), numbers.pop("provenance")
-    # These are fluxes of the pressure before its correction: above the upper bound they would
-    # seem to contradict it (docs/reference/results.md).
-    numbers = {name: value for name, value in numbers.items() if name not in ("inflow", "outflow")}
-    scene = provenance.pop("scene")
-    provenance["inputs"] = {
-        Path(name).name: digest for name, digest in provenance["inputs"].items()
+    provenance = result.provenance
+    day, _, time = provenance.date.partition("T")
+    version = provenance.versions.get("fem_seal", "of an unknown version")
+    numbers = result.model_dump(mode="json", by_alias=True, exclude=ELSEWHERE)
+    origin = {
+        "versions": provenance.versions,
+        "inputs": {Path(name).name: digest for name, digest in provenance.inputs.items()},
+        "seed": provenance.seed,
+        "processes": provenance.processes,
     }
-    text = PAGE.substitute(
-        title=html.escape(printable(folder.resolve().name)),
-        described=html.escape(described(scene)),
-        made=html.escape(_made(result)),
-        verdict=html.escape(first_sentence(result)),
-        remarks=_items(map(html.escape, remarks(result))),
-        summary=html_table(summary_of(result)),
-        pictures="\n".join(_figures(folder, result)) or _no_pictures(result),
-        scene=html_table(rows_of_mapping(scene, Scene)),
-        counted=_counted(result),
-        open=_not_covered(result),
-        levels=_levels(levels, result),
-        numbers=html_table(flat(numbers)),
-        provenance=html_table(flat(provenance)),
+    loader = PackageLoader("fem_seal.render", "")
+    template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    text = template.get_template("report.html.jinja").render(
+        title=printable(folder.resolve().name),
+        described=described(provenance.scene),
+        made=f"Computed on {day} at {time[:5]} UTC by fem_seal {version}.",
+        verdict=first_sentence(result),
+        remarks=remarks(result),
+        result=result,
+        open=[e for e in result.error_budget or () if e.lower is None or e.upper is None],
+        pictures=list(_pictures(folder, result)),
+        summary=summary_of(result),
+        scene=rows_of_mapping(provenance.scene, Scene),
+        unit=unit_words("m^3/s", result.gas),
+        numbers=list(flat(numbers)),
+        provenance=list(flat(origin)),
+        factors=factor_words,
+        combined=combined,
+        down=rounded_down,
+        up=rounded_up,
+        per_cent=per_cent,
     )
     path = folder / "report.html"
     with atomic_write(path, durable=False) as staged:
@@ -72,196 +95,52 @@ def report(folder: str | Path) -> Path:
     return path
 
 
-def _made(result: Result) -> str:
-    """Sentence on when the result was computed, and by which version."""
-    day, _, time = result.provenance.date.partition("T")
-    version = result.provenance.versions.get("fem_seal", "of an unknown version")
-    return f"Computed on {day} at {time[:5]} UTC by fem_seal {version}."
-
-
-def first_sentence(result: Result) -> str:
-    """First sentence: the decision or, without a limit, the state; the headline; the comparison."""
-    judged, head = result.verdict, result.together
-    if head is None:
-        text = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact"
-        if result.state == "lifted off":
-            text = "lifted off, the fluid carries the whole load"
-    else:
-        decision = judged.decision if judged else result.state
-        parts = (f"{decision}: {head}", judged.comparison if judged else "")
-        text = "; ".join(filter(None, parts))
-    return f"{text[0].upper()}{text[1:]}."
-
-
-def remarks(result: Result) -> list[str]:
-    """Sentences below the verdict: why a sealed gap is sealed, and cautions."""
-    budget, first = result.error_budget or (), first_sentence(result)
-    sentences = []
-    if not result.converged:
-        sentences.append(f"What was asked for was not reached: {result.reason}")
-    if result.state == "sealed":
-        sentences.append(
-            "Zero is the leak rate as computed; errors that are not covered may open a path"
-        )
-        own = [e.sentence for e in budget if e.counted and e.key not in IN_BOUNDS]
-        sentences.extend(sentence for sentence in own if sentence not in result.cautions)
-    sentences.extend(caution for caution in result.cautions if caution not in first)
-    return [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(sentences)]
+def described(scene: Mapping[str, Any]) -> str:
+    """One line on a scene, {section: {field: value}}: seal or patch, solid, load and fluid."""
+    texts = dict(rows_of_mapping(scene, Scene))
+    parts = ["Patch"] if "surface" in scene and "seal" not in scene else []
+    for head, names in DESCRIBED.items():
+        words = []
+        for name in names.split():
+            field = name.partition(".")[2]
+            if name in texts:
+                label = LABELS.get(field, field.replace("_", " "))
+                words.append(f"{label} {texts[name]}".strip())
+        if words:
+            parts.append(f"{head}: {', '.join(words)}")
+    return ". ".join(parts) + "."
 
 
 def flat(value: object, name: str = "") -> Iterator[tuple[str, str]]:
-    """List every number of nested results with its path, "leak_rate.lower", except nulls.
+    """Numbers and texts of nested results with their paths, "leak_rate.lower"; arrays are left out.
 
-    Parameters
-    ----------
-    value : nested dicts and lists of JSON
-    name : path of the value so far
-
-    Yields
-    ------
-    (str, str)
-        Path and number.
+    Numbers have more digits than any of them is correct to, too few to show rounding errors.
     """
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from flat(inner, f"{name}.{key}" if name else str(key))
-    elif isinstance(value, list) and any(isinstance(inner, dict | list) for inner in value):
-        for k, inner in enumerate(value):
-            yield from flat(inner, f"{name}[{k}]")
-    elif value is not None and value != "":
-        yield name, _shown(value)
+    elif isinstance(value, float):
+        yield name, f"{value:.8g}"
+    elif value not in (None, "") and not isinstance(value, list):
+        yield name, value if isinstance(value, str) else json.dumps(value)
 
 
-def _shown(value: object) -> str:
-    if isinstance(value, float):
-        # More digits than any of these numbers has correct, too few to show rounding errors.
-        return f"{value:.8g}"
-    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
-
-
-def _levels(levels: list[dict], result: Result) -> str:
-    """Table of the meshes, bounds rounded outwards; empty for a whole seal or a sealed film."""
-    if not levels:
-        return ""
-    head = ("mesh", "unknowns", "at least", "at most", "half-width", "time [s]")
-    rows = [_cells("th", head)]
-    for k, level in enumerate(levels, 1):
-        lower, upper = level["lower"], level["upper"]
-        half_width = per_cent(relative_half_width(lower, upper))
-        seconds = f"{sum(level['seconds'].values()):.2g}"
-        bounds = rounded_down(lower), rounded_up(upper)
-        texts = (str(k), str(level["unknowns"]), *bounds, half_width, seconds)
-        rows.append(_cells("td", texts))
-    table = '<div class="wide"><table class="levels">\n' + "\n".join(rows) + "\n</table></div>"
-    title = f"How the bounds closed, mesh by mesh, in {unit_words('m^3/s', result.gas)}"
-    return f"<details>\n<summary>{title}</summary>\n{table}\n</details>"
-
-
-# For a result without a leak rate, or of a version that wrote no error budget.
-NO_BUDGET = "<p>This result holds no error budget.</p>"
-
-
-def _counted(result: Result) -> str:
-    """Table of the entries of the error budget that have numbers."""
-    if result.error_budget is None:
-        return NO_BUDGET
-    if result.state in ("sealed", "lifted off"):
-        return _list_of((*(e for e in result.error_budget if e.counted), *_what_opens(result)))
-    counted = [entry for entry in result.error_budget if entry.counted]
-    if not counted:
-        return "<p>This result has no numbers about its errors.</p>"
-    rows = [_cells("th", ("", "", "times the value", ""))]
-    for entry in counted:
-        factors = factor_words(entry.lower, entry.upper)
-        rows.append(_cells("td", (entry.name, entry.kind, factors, entry.sentence)))
-    total = factor_words(*combined(counted))
-    rows.append(_cells("td", ("together", "", total, "the products of the factors")))
-    return '<div class="wide"><table>\n' + "\n".join(rows) + "\n</table></div>"
-
-
-def _what_opens(result: Result) -> Iterator[Uncertainty]:
-    """Conditions under which a sealed patch may leak; none for a whole seal."""
-    one_patch = any(entry.key == ONE_PATCH for entry in result.error_budget or ())
-    if result.state != "sealed" or not one_patch:
-        return
-    sentence = (
-        "less load or more fluid pressure may open a path, and another piece of the face may have "
-        "one"
-    )
-    if result.quantities is None or result.quantities.threshold is None:
-        sentence += "; the product threshold computes the load at which this patch begins to leak"
-    yield Uncertainty("what_would_open_it", "not covered", sentence)
-
-
-def _not_covered(result: Result) -> str:
-    """List of the entries of the error budget without a number on some side."""
-    if result.error_budget is None:
-        return NO_BUDGET
-    entries = [e for e in result.error_budget if e.lower is None or e.upper is None]
-    if not entries:
-        return "<p>Nothing that the program knows of.</p>"
-    return _list_of(entries)
-
-
-def _list_of(entries: Iterable[Uncertainty]) -> str:
-    return _items(f"<b>{html.escape(e.name)}</b>: {html.escape(e.sentence)}" for e in entries)
-
-
-def _items(texts: Iterable[str]) -> str:
-    """List of texts with their markup; empty without any."""
-    lines = "\n".join(f"<li>{text}</li>" for text in texts)
-    return f"<ul>\n{lines}\n</ul>" if lines else ""
-
-
-def _cells(tag: str, texts: Iterable[str]) -> str:
-    return "<tr>" + "".join(f"<{tag}>{html.escape(text)}</{tag}>" for text in texts) + "</tr>"
-
-
-def _figures(folder: Path, result: Result) -> Iterator[str]:
-    """The pictures of the folder and the plot of the bounds; those with captions come first."""
+def _pictures(folder: Path, result: Result) -> Iterator[tuple[str, str]]:
+    """Name and data of the pictures of the folder, and of the plot of the bounds."""
+    # No links: they could point to any other file.
     images = {
         path.name: path.read_bytes()
         for path in folder.iterdir()
-        if path.suffix in PICTURES and _is_picture(path)
+        if path.suffix in MEDIA and path.is_file() and not path.is_symlink() and path.name[0] != "."
     }
-    from fem_seal.render.bounds import close_in
-
-    if close_in(result.levels):
-        images.setdefault("bounds.png", _bounds(result))
-    if result.state == "lifted off":
-        # Results of older versions have the dry contact, which is not the state.
-        images = {
-            name: image for name, image in images.items() if Path(name).stem not in OF_A_PATCH
-        }
-    # The picture of a seal comes before those of its first patch.
-    names = sorted(CAPTIONS, key=lambda name: name != "seal")
-    order = {name: k for k, name in enumerate(names)}
-    for name in sorted(images, key=lambda name: (order.get(Path(name).stem, len(order)), name)):
-        words = caption(Path(name).stem, result)
-        yield _figure(Path(name).suffix, images[name], words)
-
-
-def _no_pictures(result: Result) -> str:
-    if result.state == "lifted off":
-        return "<p>None: what is lifted off has neither contact nor gap to draw.</p>"
-    return "<p>None. fem-seal render draws them.</p>"
-
-
-def _is_picture(path: Path) -> bool:
-    """Whether a path is a file of the folder itself; a link could point to any other file."""
-    return path.is_file() and not path.is_symlink() and not path.name.startswith(".")
-
-
-def _bounds(result: Result) -> bytes:
-    from fem_seal.render.bounds import bounds_plot
-
-    levels = result.levels
-    with temporary_folder() as scratch:
-        return bounds_plot(levels, scratch / "bounds.png").read_bytes()
-
-
-def _figure(suffix: str, picture: bytes, words: str) -> str:
-    data = base64.b64encode(picture).decode("ascii")
-    text = html.escape(words)
-    source = f"data:{PICTURES[suffix]};base64,{data}"
-    return f'<figure><img src="{source}" alt="{text}"><figcaption>{text}</figcaption></figure>'
+    if close_in(result.levels) and "bounds.png" not in images:
+        with temporary_folder() as scratch:
+            path = bounds_plot(result.levels, scratch / "bounds.png")
+            images["bounds.png"] = path.read_bytes()
+    places = {name: k for k, name in enumerate(ORDER)}
+    for name in sorted(images, key=lambda name: (places.get(Path(name).stem, len(ORDER)), name)):
+        stem, suffix = Path(name).stem, Path(name).suffix
+        # Results of older versions have the dry contact, which is not the state of a lifted one.
+        if result.state != "lifted off" or stem not in OF_A_CONTACT:
+            data = base64.b64encode(images[name]).decode("ascii")
+            yield stem, f"data:{MEDIA[suffix]};base64,{data}"

@@ -18,6 +18,7 @@ from fem_seal.quantities.aperture import HydraulicAperture
 from fem_seal.quantities.constriction import Constriction
 from fem_seal.quantities.error_budget import (
     IN_BOUNDS,
+    ONE_PATCH,
     ErrorBudget,
     combined,
     factor_words,
@@ -59,6 +60,43 @@ def summary_of(result: Result) -> list[tuple[str, str]]:
     memory = result.peak_memory_bytes / 1e6
     lines.append(("cost", f"{result.seconds['total']:.1f} s, {memory:.0f} MB"))
     return lines
+
+
+def first_sentence(result: Result) -> str:
+    """First sentence of a report: decision or state, the headline, and what the limit makes of it.
+
+    Of a contact alone the part of the area in contact.
+    """
+    judged, head = result.verdict, result.together
+    if head is None:
+        text = f"{100 * result.contact_area_fraction:.3g} % of the nominal area is in contact"
+        if result.state == "lifted off":
+            text = "lifted off, the fluid carries the whole load"
+    else:
+        decision = judged.decision if judged else result.state
+        parts = (f"{decision}: {head}", judged.comparison if judged else "")
+        text = "; ".join(filter(None, parts))
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def remarks(result: Result) -> list[str]:
+    """Sentences below the first one: what was not reached, why a gap is sealed, and cautions."""
+    budget, first, sentences = result.error_budget or (), first_sentence(result), []
+    if not result.converged:
+        sentences.append(f"what was asked for was not reached: {result.reason}")
+    if result.state == "sealed":
+        sentences.append(
+            "zero is the leak rate as computed; errors that are not covered may open a path"
+        )
+        sentences += [e.sentence for e in budget if e.counted and e.key not in IN_BOUNDS]
+    if result.state == "sealed" and any(entry.key == ONE_PATCH for entry in budget):
+        opens = "less load or more fluid pressure may open a path, and so may another piece of the"
+        opens += " face"
+        if result.quantities is None or result.quantities.threshold is None:
+            opens += "; the product threshold computes the load at which this patch begins to leak"
+        sentences.append(opens)
+    sentences += [caution for caution in result.cautions if caution not in first]
+    return [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(sentences)]
 
 
 def budget_words(budget: ErrorBudget, state: FlowState | None = "leaking") -> str:

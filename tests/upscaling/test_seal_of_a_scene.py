@@ -19,12 +19,11 @@ from fem_seal.patch import Patch
 from fem_seal.quantities.error_budget import combined, factor_words
 from fem_seal.quantities.patch_size import scale_entries
 from fem_seal.quantities.seal import _patches
-from fem_seal.render.report import first_sentence, remarks
 from fem_seal.render.seal import seal_figure
 from fem_seal.results import Result
 from fem_seal.results.rates import unit_words
 from fem_seal.results.seal import SealPatchRecord, SealRecord, TableRecord
-from fem_seal.results.words import lines_of, summary_of
+from fem_seal.results.words import first_sentence, lines_of, remarks, summary_of
 from fem_seal.scene import Scene
 from fem_seal.sweep.point import Point, _numbers
 from fem_seal.sweep.summary import COLUMNS, Group
