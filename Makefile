@@ -9,7 +9,8 @@
 # make peers  install other codes beside this one in .venv-peers and run them side by side
 # make setup  install what is missing
 # make debian13, make sid   run demo and tests on that Debian, in a clean root (as root)
-.PHONY: demo test quick lint limits validation peers docs links setup clean debian13 sid
+# make release   build wheel and source distribution into dist/, run demo and tests from each
+.PHONY: demo test quick lint limits validation peers docs links setup clean debian13 sid release
 
 # One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
 export OMP_NUM_THREADS ?= 1
@@ -70,6 +71,9 @@ debian13:
 sid:
 	tests/clean_root.sh sid
 
+release: .venv/ready
+	tests/release.sh
+
 # setup.sh leaves the place of the checkout in .venv/ready: after a move the environment is mended.
 ifneq ($(shell cat .venv/ready 2>/dev/null),$(shell pwd -P))
 .PHONY: .venv/ready
@@ -78,4 +82,4 @@ endif
 	./setup.sh
 
 clean:
-	rm -rf .venv .cache results
+	rm -rf .venv .cache results dist
