@@ -8,16 +8,14 @@ set -eu
 cd "$(dirname "$0")/.."
 work=$PWD/.cache/image
 release=$(sed -n 's/^FROM debian:\(.*\)-slim$/\1/p' Dockerfile)
-certificates=/etc/ssl/certs/ca-certificates.crt
 mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Identifier: Packages' | head -n 1)}
 
 mkdir -p "$work"
 trap 'rm -rf "$work"' EXIT
 git clone -q . "$work/checkout"
-debootstrap --variant=minbase "$release" "$work/base" "$mirror" >"$work/debootstrap.log"
-# Those of the machine, as in clean_root.sh.
-mkdir -p "$work/base/etc/ssl/certs"
-cp -L $certificates "$work/base$certificates"
+debootstrap --variant=minbase "$release" "$work/base" "$mirror"
+# The machine's certificates, as in clean_root.sh, where no package of Debian overwrites them.
+cp -L /etc/ssl/certs/ca-certificates.crt "$work/base/etc/machine.crt"
 
 # As root, without the kernel's name spaces, which a container would not give to another.
 buildah() {
@@ -26,7 +24,7 @@ buildah() {
 export BUILDAH_ISOLATION=chroot
 base=$(buildah from scratch)
 buildah add -q "$base" "$work/base" /
-buildah config --env PIP_CERT=$certificates "$base"
+buildah config --env PIP_CERT=/etc/machine.crt "$base"
 buildah commit -q --rm "$base" "debian:$release-slim"
 rm -rf "$work/base"
 buildah build --pull-never -t fem_seal "$work/checkout"

@@ -1,7 +1,8 @@
 """fem-seal study: comparison of methods, and price of accuracy."""
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -20,6 +21,7 @@ from fem_seal.digits import per_cent
 from fem_seal.errors import InvalidInput, NotConverged, present
 
 if TYPE_CHECKING:
+    from fem_seal.patch import Patch
     from fem_seal.points import Work
     from fem_seal.scene import Scene
 
@@ -42,6 +44,13 @@ def add(subparsers: argparse._SubParsersAction) -> None:
     add_scene(cross)
     cross.add_argument(
         "--grids", type=int, default=3, metavar="N", help="number of grids, each twice as fine (3)"
+    )
+    cross.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="KEY=V1,V2,…",
+        help="several gaps, as in fem-seal sweep: surface.seed=1..4, contact.pressure=1bar,2bar",
     )
     add_work(cross, "method on a grid")
     cross.set_defaults(command=_shared(_cross_validation))
@@ -113,10 +122,10 @@ def _grids(options: argparse.Namespace) -> int:
     return options.grids
 
 
-def _scene(options: argparse.Namespace) -> "Scene":
+def _scene(options: argparse.Namespace, assignments: Sequence[str] = ()) -> "Scene":
     from fem_seal.scene import Scene
 
-    scene = Scene.from_file(options.scene, options.overrides)
+    scene = Scene.from_file(options.scene, [*options.overrides, *assignments])
     if scene.shape is not None:
         raise InvalidInput("a study compares methods on grids; take [shape] out of the scene")
     return scene
@@ -141,47 +150,80 @@ def _say_if_dry(scene: "Scene") -> None:
 
 COLUMNS = (
     *("method", "squares", "unknowns", "value", "error", "band", "order", "expected"),
-    *("verdict", "seconds"),
+    *("effectivity", "verdict", "seconds"),
 )
+
+
+def _gaps(options: argparse.Namespace) -> "dict[str, Patch]":
+    """The scene's patches by the fields that tell them apart; says which are sealed."""
+    from fem_seal.patch import Patch
+    from fem_seal.sweep import Axis, combinations
+
+    keys: tuple[str, ...] = ()
+    points: list[tuple[str, ...]] = [()]
+    if options.vary:
+        keys, points = combinations(
+            [Axis.parse(text, options.scene.parent) for text in options.vary]
+        )
+    gaps = {}
+    for values in points:
+        assignments = [f"{key}={value}" for key, value in zip(keys, values, strict=True)]
+        patch = Patch(_scene(options, assignments))
+        if not patch.scene.needs_flow:
+            raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")
+        name = ", ".join(assignments)
+        if not patch.sealed:
+            gaps[name] = patch
+        elif options.vary:
+            say(f"{name}: sealed, where every method says 0 without a solve")
+    if not gaps:
+        raise InvalidInput("the gap is sealed: every method says 0 without a solve")
+    return gaps
 
 
 def _cross_validation(options: argparse.Namespace) -> int:
     from fem_seal.film import GridFilm
-    from fem_seal.patch import Patch
     from fem_seal.tables import as_csv, as_text
     from fem_seal.verification.cross_validation import on_film
     from fem_seal.verification.methods import Setting
-    from fem_seal.verification.pictures import cross_validation_figure
+    from fem_seal.verification.pictures import claims_figure, cross_validation_figure
 
-    grids = _grids(options)
-    scene = _scene(options)
-    if not scene.needs_flow:
-        raise InvalidInput("output.products names no 'leak_rate': there is nothing to compare")
-    patch = Patch(scene)
-    if patch.sealed:
-        raise InvalidInput("the gap is sealed: every method says 0 without a solve")
-    setting = Setting(scene.viscosity, scene.drive.pressure_drop, scene.flow.rtol)
-    gap, flow = patch.grid_gap, scene.flow
-    film = GridFilm(gap, flow.sides_of(gap.periodic), flow.representation)
-    work = work_of(options)
-    compared = _with_progress(partial(on_film, film, setting, grids, out=options.out, work=work))
-    if compared is None:
+    grids, work = _grids(options), work_of(options)
+    gaps = _gaps(options)
+    results = []
+    for patch in gaps.values():
+        scene, gap = patch.scene, patch.grid_gap
+        setting = Setting(scene.viscosity, scene.drive.pressure_drop, scene.flow.rtol)
+        film = GridFilm(gap, scene.flow.sides_of(gap.periodic), scene.flow.representation)
+        results.append(
+            _with_progress(partial(on_film, film, setting, grids, out=options.out, work=work))
+        )
+    if any(result is None for result in results):
         return _unfinished(work)
-    rows, bracket = compared
+    compared = {
+        name: ([replace(row, gap=name) for row in rows], bracket)
+        for name, (rows, bracket) in zip(gaps, filter(None, results), strict=True)
+    }
+    rows = [row for of_gap, _ in compared.values() for row in of_gap]
     _write(options.out, [("cross_validation.csv", as_csv(rows))])
     title = f"{options.scene.stem}, {'given gap' if scene.contact is None else 'dry contact'}"
-    cross_validation_figure(rows, options.out / "cross_validation.png", title, bracket)
+    if options.vary:
+        claims_figure(rows, options.out / "cross_validation.png", title)
+    else:
+        cross_validation_figure(rows, options.out / "cross_validation.png", title, compared[""][1])
     if scene.slip is not None:
         say(
             "no slip    the methods are compared without the slip of the gas: the leak rates are "
             "those of fluid.slip = false"
         )
-    say(as_text(rows, COLUMNS))
-    say(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
+    for name, (of_gap, bracket) in compared.items():
+        say(f"{name}\n{as_text(of_gap, COLUMNS)}" if name else as_text(of_gap, COLUMNS))
+        say(f"certified: [{bracket.lower:.4e}, {bracket.upper:.4e}] m^3/s")
     wrong = [row for row in rows if row.verdict == "disagrees"]
     for row in wrong:
         band = present(row.band, "band of an answer that disagrees")
-        say(f"{row.method} on {row.squares}: {row.value:.4e} ± {100 * band:.2g} % misses it")
+        where = f"{row.gap}: " if row.gap else ""
+        say(f"{where}{row.method} on {row.squares}: {row.value:.4e} ± {100 * band:.2g} % misses it")
     say(f"{len(wrong)} of {len(rows)} numbers contradict the certified bounds")
     return 0
 

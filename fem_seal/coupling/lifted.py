@@ -133,7 +133,7 @@ def _found(
                 certain = True
                 break
             change, error = abs(point.step.log_rate), point.error(allowed)
-            if error <= allowed and not sealed and not log.failure:
+            if error <= allowed and point.keeps_contact and not sealed and not log.failure:
                 point = point.after(point.step) or point
                 break
         point = newton(point, LAST_CHANGE * allowed, MOST_STEPS, log)

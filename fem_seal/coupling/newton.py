@@ -142,6 +142,15 @@ class LiftPoint:
         change = float(np.vdot(self._log_rate_by_pressure, solved.x))
         return NewtonStep(solved.x, change, solved.iterations, solved.negative)
 
+    @property
+    def keeps_contact(self) -> bool:
+        """Whether a whole step leaves a part of the load to the solid.
+
+        The gap of a stiff solid, and so ln Q, hardly changes with a fluid pressure that carries
+        more than the load: the step itself must be possible.
+        """
+        return float(self.step.pressure.mean()) < self.problem.left_of(self.pressure)
+
     def error(self, allowed: float) -> float:
         """Estimated error of ln Q at this point: |λ·F|.
 
@@ -196,6 +205,11 @@ class FloatingPoint(LiftPoint):
     @property
     def _lacking(self) -> float:
         return self.problem.left_of(self.pressure)
+
+    @property
+    def keeps_contact(self) -> bool:
+        """There is none to keep."""
+        return True
 
     def error(self, allowed: float) -> float:
         """Estimated error of ln Q at this point."""
@@ -258,7 +272,8 @@ def newton(point: LiftPoint, tolerance: float, most: int, log: Log) -> LiftPoint
     for _ in range(most):
         step = point.step
         log.iterations = max(log.iterations, step.iterations)
-        if abs(step.log_rate) <= tolerance and point.size < LARGEST_RESIDUAL:
+        settled = abs(step.log_rate) <= tolerance and point.size < LARGEST_RESIDUAL
+        if settled and point.keeps_contact:
             return point
         if point.contact.contact.any() and point.problem.fluid_carries_all(point.pressure):
             break

@@ -46,8 +46,13 @@ class Row:
     #: the half-width of the reference, or where theory gives no simple order
     order: float | None
     expected: float | None
+    #: claimed error over true error, at least; None for bounds
+    effectivity: float | None
+    #: from the reference, in units of the sum of both errors; None for bounds
+    distance: float | None
     verdict: str  #: comparison with the reference; see `judge`
     seconds: float = field(metadata=shown_as("CPU time [s]"))  #: CPU time [s]
+    gap: str = ""  #: the fields of the scene that tell this gap from others of the study
 
 
 @dataclass(frozen=True)
@@ -256,12 +261,14 @@ def _rows(
     `orders` contains the expected order of those methods for which it is not `expected`.
     """
     names = dict.fromkeys(answer.method for group in series.values() for answer in group)
+    doubt = relative_half_width(reference.lower, reference.upper)
     for name in names:
         answers = [(n, a) for n, group in series.items() for a in group if a.method == name]
         errors = [answer.value / reference.value - 1 for _, answer in answers]
         for k, (n, answer) in enumerate(answers):
             change = abs(answer.value - answers[k - 1][1].value) / answer.value if k else nan
             band = _half_width(answer, series[n]) or (change if isfinite(change) else None)
+            effectivity, distance = _claim(answer, band, errors[k], doubt)
             yield Row(
                 method=name,
                 squares=n,
@@ -271,9 +278,21 @@ def _rows(
                 band=band,
                 order=_observed(errors[k - 1], errors[k], reference) if k else None,
                 expected=None if name.startswith("adaptive") else orders.get(name, expected),
+                effectivity=effectivity,
+                distance=distance,
                 verdict=judge(answer, band, reference),
                 seconds=answer.seconds,
             )
+
+
+def _claim(
+    answer: Answer, band: float | None, error: float, doubt: float
+) -> tuple[float | None, float | None]:
+    """Effectivity and distance of a row; `doubt` is the half-width of the reference."""
+    if band is None or answer.certified or isnan(answer.value):
+        return None, None
+    claimed = band * (1 + error)  # of the reference
+    return claimed / max(abs(error) + doubt, EXACT), error / max(claimed + doubt, EXACT)
 
 
 def _half_width(answer: Answer, group: Sequence[Answer]) -> float | None:

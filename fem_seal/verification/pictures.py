@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fem_seal.errors import printable
 from fem_seal.leak_rate import relative_half_width
 from fem_seal.render.plot import label_axis, new_figure
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 INSIDE = "0.88"
+MOST_APART = 4.0  # distance at the rim of the picture
 COLOURS = {"FE": "#b2452b", "P2": "#6b8e23", "adaptive": "#2654a4"}
 MARKERS = {"finite-difference": "s", "uniform": "^", "adaptive": "o"}
 
@@ -76,6 +79,42 @@ def cross_validation_figure(
             axes.title.set_fontsize(10)
         figure.legend(
             *rates.get_legend_handles_labels(),
+            loc="outside lower center",
+            ncols=4,
+            frameon=False,
+            fontsize=9,
+        )
+    return path
+
+
+def claims_figure(rows: Sequence[Row], path: Path, title: str) -> Path:
+    """Draw claimed over true errors, and leak rates of several gaps in units of both errors."""
+    with new_figure((8.5, 5.4), path) as figure:
+        effectivity, distance = figure.subplots(1, 2)
+        claimed = [row for row in rows if row.effectivity is not None and row.distance is not None]
+        for number, name in enumerate(dict.fromkeys(row.method for row in rows)):
+            series = [row for row in claimed if row.method == name]
+            if not series:
+                continue
+            style = _style(name, number) | {"ls": ""}
+            unknowns = [row.unknowns for row in series]
+            effectivity.plot(unknowns, [row.effectivity for row in series], **style)
+            references = [row.value / (1 + row.error) for row in series]
+            apart = np.array([row.distance for row in series], dtype=float)
+            distance.plot(references, apart.clip(-MOST_APART, MOST_APART), **style)
+        effectivity.axhline(1, color="0.4", lw=0.8)
+        effectivity.set(xscale="log", yscale="log", xlabel="unknowns")
+        effectivity.set_ylabel("claimed error / true error, at least")
+        effectivity.set_title("Claimed errors of every method, gap and grid", fontsize=10)
+        distance.axhspan(-1, 1, color=INSIDE, zorder=0)
+        distance.axhline(0, color="0.4", lw=0.8)
+        distance.set(xscale="log", xlabel="certified leak rate [m³/s]")
+        distance.set_ylim(-1.1 * MOST_APART, 1.1 * MOST_APART)
+        distance.set_ylabel("(leak rate - certified) / (sum of both errors)")
+        distance.set_title(f"Grey: both agree; beyond ±{MOST_APART:g} at the rim", fontsize=10)
+        figure.suptitle(_plain(title), fontsize=10)
+        figure.legend(
+            *effectivity.get_legend_handles_labels(),
             loc="outside lower center",
             ncols=4,
             frameon=False,

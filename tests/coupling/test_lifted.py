@@ -279,6 +279,39 @@ def test_a_solid_that_floats(load):
     assert lighter.contact.gap.values.mean() > state.contact.gap.values.mean()
 
 
+def wedge_carries(n, level=0.0):
+    """Mean pressure under a solid `level` above a gap that falls from 1 to 1/2 along the flow.
+
+    In units of the inlet's, on n rows of vertices: ∫ dx/g³ over a piece of the length 1 on which g
+    goes from a to b is (a + b)/(2 a² b²). The last piece leads back to 1.
+    """
+    gap = 1 - 0.5 * np.arange(n) / n + level
+    after = np.roll(gap, -1)
+    lost = np.cumsum((gap + after) / (gap * after) ** 2)
+    return 1 - np.append(0, lost[:-1]).mean() / lost[-1]
+
+
+@pytest.mark.parametrize("modulus", [1e9, 1e11, 1e13])
+def test_a_stiff_wedge_floats_from_where_its_film_carries_the_load(modulus):
+    """However stiff: its gap, and so ln Q, hardly changes before the contact is lost.
+
+    It touches at one sample, a tent over 4 of the n² cells. Blocking a share f of the area takes
+    about 2 f from the conductance. The solid's own deflection is of the order of P₀ L/E*.
+    """
+    n, load, height = 32, 1e5, 1e-5
+    values = -np.repeat(height * (1 - 0.5 * np.arange(n) / n), n).reshape(n, n)
+    values[n // 2, n // 2] = 0.0
+    surface = GridField(values, (1e-3 / n, 1e-3 / n), True)
+    error = 2 * 4 / n**2 + load * 1e-3 / modulus / height
+    for drop in (1.4, 1.6):
+        lifting = scene(load, drop * load, n, solid={"contact_modulus": modulus})
+        state = Patch(lifting, surface=surface).lifted
+        assert state.converged
+        assert state.floats == (drop * wedge_carries(n) > 1)
+        level = state.contact.gap.values.min() / height
+        assert state.fluid_load / (drop * load) == pytest.approx(wedge_carries(n, level), rel=error)
+
+
 def test_no_load_below_that_of_a_uniform_film_is_carried():
     """However thick the film, its pressure carries more."""
     limit = 1e5 * uniform_film_carries(32)

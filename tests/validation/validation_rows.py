@@ -148,46 +148,38 @@ def on_squares(name: str, squares: int, rtol: float) -> Number:
 CLOSED = "closed forms of the flow"
 
 
-def represented(claim: str, name: str, source: str) -> Callable[[bool], Row]:
-    """Row of a gap that its samples represent exactly: the bounds alone must enclose the answer."""
-
-    def row(page: bool) -> Row:
-        ours = on_squares(name, 16, 0.003 if page else 0.03)
-        errors = "guaranteed bounds; exact"
-        return Row(
-            CLOSED,
-            claim,
-            ours,
-            Number.exact(CASES[name].exact),
-            source,
-            errors,
-            "tests/flow/test_closed_forms.py",
-        )
-
-    return row
+def represented(name: str, page: bool) -> Number:
+    """Leak rate of a gap that its samples represent exactly: the bounds must enclose the answer."""
+    return on_squares(name, 16, 0.003 if page else 0.03)
 
 
-def sampled(claim: str, name: str, source: str, order: int = 2) -> Callable[[bool], Row]:
-    """Row of a gap that is interpolated between samples, whose error falls with a known order.
+def sampled(name: str, page: bool, order: int) -> Number:
+    """Leak rate of a gap interpolated between samples, whose error falls with a known order.
 
     From the grid before to this one the error falls by (2^order - 1) times what is left. Steps of a
     round edge make that irregular: the larger of two such falls counts, three times.
     """
+    n, rtol = (128, 0.003) if page else (32, 0.03)
+    first, second, fine = (on_squares(name, n // part, rtol) for part in (4, 2, 1))
+    falls = abs(second.value - first.value) / 2**order, abs(fine.value - second.value)
+    left = 3 * max(falls) / (2**order - 1)
+    return Number(fine.value, fine.lower - left, fine.upper + left)
+
+
+def closed_form(
+    claim: str, name: str, source: str, order: int | None = None
+) -> Callable[[bool], Row]:
+    """Row of an exact case; `order` is that of sampling, if the samples are not exact."""
+    sampling = "" if order is None else ", and thrice the error of sampling that three grids show"
 
     def row(page: bool) -> Row:
-        n, rtol = (128, 0.003) if page else (32, 0.03)
-        first, second, fine = (on_squares(name, n // part, rtol) for part in (4, 2, 1))
-        falls = abs(second.value - first.value) / 2**order, abs(fine.value - second.value)
-        left = 3 * max(falls) / (2**order - 1)
-        ours = Number(fine.value, fine.lower - left, fine.upper + left)
-        errors = "guaranteed bounds, and thrice the error of sampling that three grids show; exact"
         return Row(
             CLOSED,
             claim,
-            ours,
+            represented(name, page) if order is None else sampled(name, page, order),
             Number.exact(CASES[name].exact),
             source,
-            errors,
+            f"guaranteed bounds{sampling}; exact",
             "tests/flow/test_closed_forms.py",
         )
 
@@ -599,28 +591,60 @@ def lifted_channel(page: bool) -> Row:
     )
 
 
+def loses_contact(patch_under: Callable[[float], Patch], tried: Sequence[float]) -> Number:
+    """Inlet pressure over load between the last with contact and the first without."""
+    states = {drop: patch_under(drop).lifted for drop in tried}
+    touches = {drop: s.contact is not None and not s.floats for drop, s in states.items()}
+    last = max((drop for drop, there in touches.items() if there), default=0.0)
+    first = min((drop for drop, there in touches.items() if not there), default=inf)
+    return Number((last + first) / 2, last, first)
+
+
+def stiff_wedge(page: bool) -> Row:
+    """A gap falling from g to g/2 along the flow, a peak that touches: p_f is 2/3 of p_in."""
+    n, load = 64 if page else 32, 1e5
+
+    def under(drop: float) -> Patch:
+        values = -np.repeat(1e-5 * (1 - np.arange(n) / (2 * n)), n).reshape(n, n)
+        values[n // 2, n // 2] = 0.0
+        flow = {"pressure_drop": drop * load, "sides": "periodic", "lift": "resolved", "rtol": 0.1}
+        solid, contact = {"contact_modulus": 1e12}, {"pressure": load}
+        scene = patch(surface=roughness(64, 1), solid=solid, contact=contact, flow=flow).scene
+        return Patch(scene, surface=GridField(values, (1e-3 / n, 1e-3 / n), True))
+
+    return Row(
+        LIFT,
+        "stiff solid over a wedge that narrows to a half: inlet pressure over load at lift-off",
+        loses_contact(under, (0.99, 1.3, 1.47, 1.53, 1.7)),
+        Number.exact(1.5),
+        "mean pressure of a wedge, p_in g₁/(g₁ + g₂): Reynolds 1886",
+        "a pressure with contact and one without; exact",
+        "tests/coupling/test_lifted.py",
+    )
+
+
 def lift_off(page: bool) -> Row:
     """Inlet pressure over the load, outlet ambient, at which a rough patch loses contact."""
-    last, first = [], []
-    for seed in range(1, 4 if page else 2):
-        surface = roughness(32, seed, long_wavelength=5e-5)
-        tried = {}
-        for drop in (0.99, 1.3, 1.6, 1.99):
+
+    def of_seed(seed: int) -> Number:
+        def under(drop: float) -> Patch:
             flow = {"pressure_drop": drop * 1e5, "sides": "periodic", "lift": "resolved"}
-            lifted = patch(
-                surface=surface, contact={"pressure": 1e5}, flow={**flow, "rtol": 0.2}
-            ).lifted
-            tried[drop] = lifted.contact is not None and not lifted.floats
-        last.append(max((drop for drop, touches in tried.items() if touches), default=0.0))
-        first.append(min((drop for drop, touches in tried.items() if not touches), default=inf))
+            surface = roughness(32, seed, long_wavelength=5e-5)
+            contact, flow = {"pressure": 1e5}, {**flow, "rtol": 0.2}
+            return patch(surface=surface, contact=contact, flow=flow)
+
+        return loses_contact(under, (0.99, 1.3, 1.6, 1.99))
+
+    found = [of_seed(seed) for seed in range(1, 4 if page else 2)]
+    lower, upper = min(n.lower for n in found), max(n.upper for n in found)
     return Row(
         LIFT,
         "rough patch: inlet pressure over load at which the fluid carries the solid alone",
-        Number((min(last) + max(first)) / 2, min(last), max(first)),
+        Number((lower + upper) / 2, lower, upper),
         Number(1.0, 1.0, 2.0),
-        "Lorenz and Persson, *Eur. Phys. J. E* **32**, 281 (2010): lift-off at 1; contact is "
-        "certain below 1 and none is possible above 2 "
-        "([proposition 11](theory/mathematics.md#proposition-11-an-equilibrium-exists))",
+        "Lorenz and Persson, *Eur. Phys. J. E* **32**, 281 (2010): lift-off at 1; below 1 every "
+        "equilibrium has contact, and above 2 a solid that has left does not come back "
+        "([lift-off](theory/mathematics.md#lift-off))",
         "a pressure with contact and one without, over seeds; from 1 to 2",
         "tests/coupling/test_lifted.py",
     )
@@ -694,34 +718,34 @@ def peer_flow(page: bool) -> Row:
 
 
 ROWS: dict[str, Callable[[bool], Row]] = {
-    "channel": represented(
+    "channel": closed_form(
         "channel of linear pieces, across the flow: leak rate", "series-channel", "∫ dx/g³"
     ),
-    "checkerboard": represented(
+    "checkerboard": closed_form(
         "checkerboard of conductivities 1 and 10: leak rate", "checkerboard", "√(K₁K₂), Keller 1964"
     ),
-    "four-phases": represented(
+    "four-phases": closed_form(
         "four phases, contrast 25: leak rate", "four-phases", "Mortola and Steffé; Milton 2001"
     ),
-    "duality": represented(
+    "duality": closed_form(
         "random squares and their reciprocals, turned: root of the product of leak rates",
         "duality",
         "1, Keller 1964",
     ),
-    "cosine-across": sampled(
-        "wave across the flow, amplitude 0.6: leak rate", "cosine-across", "Sommerfeld 1904"
+    "cosine-across": closed_form(
+        "wave across the flow, amplitude 0.6: leak rate", "cosine-across", "Sommerfeld 1904", 2
     ),
-    "cosine-along": sampled(
-        "wave along the flow, amplitude 0.6: leak rate", "cosine-along", "mean of g³"
+    "cosine-along": closed_form(
+        "wave along the flow, amplitude 0.6: leak rate", "cosine-along", "mean of g³", 2
     ),
-    "smooth-checkerboard": sampled(
-        "smooth checkerboard, contrast 10⁴: leak rate", "smooth-checkerboard", "1, by duality"
+    "smooth-checkerboard": closed_form(
+        "smooth checkerboard, contrast 10⁴: leak rate", "smooth-checkerboard", "1, by duality", 2
     ),
-    "discs": sampled(
+    "discs": closed_form(
         "square array of round contacts, 28 % of the area: leak rate",
         "discs",
         "Perrins, McKenzie, McPhedran 1979",
-        order=1,
+        1,
     ),
     "finite-differences": finite_differences,
     "westergaard-area": westergaard_area,
@@ -777,6 +801,7 @@ ROWS: dict[str, Callable[[bool], Row]] = {
     ),
     "sealing-load": sealing_load,
     "lifted-channel": lifted_channel,
+    "stiff-wedge": stiff_wedge,
     "lift-off": lift_off,
     "lifted-grids": lifted_grids,
 }

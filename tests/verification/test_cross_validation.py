@@ -105,6 +105,22 @@ def test_quadratic_elements_gain_two_orders_where_the_gap_is_linear_on_the_cells
         assert row.order == pytest.approx(row.expected, abs=0.15)
 
 
+def test_effectivity_is_that_of_the_claim():
+    """Bounds claim at least their true error, to second order in it; arithmetic links too little.
+
+    On the checkerboard those converge so slowly (order 0.78) that from one grid to the next the
+    error falls by less than half of what is left.
+    """
+    rows = on_exact_case(CASES["checkerboard"], (8, 16), ("uniform", "arithmetic"))
+    for row in series(rows, "FE √(lo·hi)"):
+        assert row.effectivity > 1 - row.band
+        assert abs(row.distance) <= 1 + row.band
+    last = series(rows, "FD arithmetic")[-1]
+    assert last.effectivity == pytest.approx(1 / last.distance)
+    assert last.effectivity < 1
+    assert {row.effectivity for row in series(rows, "FE upper")} == {None}
+
+
 def test_corner_order_in_its_limits():
     assert corner_order(1.0) == pytest.approx(2.0)  # no corner, second order
     assert corner_order(1e12) < 1e-5
@@ -143,6 +159,12 @@ def test_a_rough_gap_is_judged_by_the_certified_bracket():
             assert row.value >= bracket.lower
         if row.method.endswith("lower"):
             assert row.value <= bracket.upper
+        if row.distance is not None:
+            # The bracket is not quite even about √(lower·upper).
+            margin = 0.06 * (abs(row.distance) + 1)
+            assert (row.verdict == "disagrees") == (abs(row.distance) > 1) or (
+                abs(abs(row.distance) - 1) < margin
+            )
     # Nobody's number takes part in the bracket but the bounds'.
     assert bracket.lower in [row.value for row in rows if row.method.endswith("lower")]
 

@@ -171,6 +171,14 @@ def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
     assert "certified: [" in capsys.readouterr().out
     names = {p.name for p in (tmp_path / "cross").iterdir()}
     assert names == {"points", "cross_validation.csv", "cross_validation.png"}
+    vary = ["--vary", "contact.area_fraction=0.1,0.3,0.9", "--grids", "1"]
+    assert cli.main(["study", "cross-validation", str(path), *vary, "--out", out]) == 0
+    said = capsys.readouterr().out
+    assert "contact.area_fraction=0.9: sealed" in said
+    assert said.count("certified: [") == 2
+    with (tmp_path / "cross" / "cross_validation.csv").open(newline="") as file:
+        gaps = {row["gap"] for row in csv.DictReader(file)}
+    assert gaps == {"contact.area_fraction=0.1", "contact.area_fraction=0.3"}
     out = str(tmp_path / "exact")
     assert cli.main(["study", "exact", "cosine-along", "--grids", "1", "--out", out]) == 0
     assert "exactly 1.54" in capsys.readouterr().out
