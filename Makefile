@@ -10,7 +10,8 @@
 # make setup  install what is missing
 # make debian13, make sid   run demo and tests on that Debian, in a clean root (as root)
 # make release   build wheel and source distribution into dist/, run demo and tests from each
-.PHONY: demo test quick lint limits validation peers docs links setup clean debian13 sid release
+# make image   build the image of Dockerfile from Debian's packages alone, and run it (as root)
+.PHONY: demo test quick lint limits validation peers docs links setup clean debian13 sid release image
 
 # One thread a process, caches inside the checkout, EGL instead of X, mpirun also as root.
 export OMP_NUM_THREADS ?= 1
@@ -73,6 +74,9 @@ sid:
 
 release: .venv/ready
 	tests/release.sh
+
+image:
+	tests/image.sh
 
 # setup.sh leaves the place of the checkout in .venv/ready: after a move the environment is mended.
 ifneq ($(shell cat .venv/ready 2>/dev/null),$(shell pwd -P))
