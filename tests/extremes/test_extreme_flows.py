@@ -135,11 +135,18 @@ def test_contrast_in_series(contrast, show):
 @pytest.mark.parametrize("decades", SERIES_DECADES, ids="{:g} decades".format)
 @pytest.mark.parametrize("on", ["linear", "constant"])
 def test_layers_of_random_height(on, decades, show):
-    """Layers across the flow of random gaps over many decades."""
+    """Layers across the flow of random gaps over many decades.
+
+    The pressure is constant but for a few of them: rounding hides what is left of the residuals,
+    and CG breaks down. What it has reached is the pressure of an upper bound all the same. That of
+    constant layers is linear between the vertices, so that the bounds meet. A linear gap that rises
+    1e12 times from a sample to the next needs cells of 1e-12 pixels, which no mesh has.
+    """
     heights = 10 ** (-decades * np.random.default_rng(4).random(24))
     case = Case("across", heights, 5, (1.0, 1.0), "wall", on, "adaptive")
     leak = case.solve(1500)
     assert not case.faults(leak)
+    assert leak.converged or on == "linear"
     if leak.converged:
         show("right", "the mean resistance lies inside the bounds")
     else:
@@ -190,18 +197,6 @@ def test_checkerboard_contrast(contrast, show):
             "limited",
             "√(K1 K2) lies inside the bounds; 3000 unknowns do not reach 5 %, as the answer says",
         )
-
-
-def test_a_budget_of_unknowns_ends_with_both_bounds():
-    """Out of reach of 3000 unknowns: the best bounds so far include the lower one."""
-    leak = adaptive(
-        block_film(np.array([[0.1, 10.0], [10.0, 0.1]]), 16),
-        unknowns=3000,
-    )
-    assert not leak.converged
-    assert "3000 unknowns" in leak.reason
-    assert 0 < leak.lower < 1 < leak.upper
-    assert leak.value == pytest.approx(np.sqrt(leak.lower * leak.upper))
 
 
 @pytest.mark.parametrize("contrast", [1e3, 1e15, 1e60, 1e120, 1e250, 1e300], ids=power_of_ten)
@@ -382,14 +377,17 @@ def test_slender(shape, spacing, show):
 def test_small_grids(shape, show):
     """Grids of few pixels, and of primes."""
     gap = GridField(0.5 + np.random.default_rng(3).random(shape), (1.0, 1.0))
-    leak = adaptive(GridFilm(gap, representation="constant"), rtol=0.2)
     K = gap.values**3
     # More flows if layers across the flow lose no pressure within, less if nothing flows across
     # lanes along it.
     layers, lanes = 1 / np.sum(1 / K.sum(axis=1)), np.sum(1 / np.sum(1 / K, axis=0))
-    assert leak.converged
-    assert leak.lower <= layers * (1 + ROUNDING)
-    assert lanes <= leak.upper * (1 + ROUNDING)
+    for sides in ("wall", "periodic"):
+        leak = adaptive(GridFilm(gap, sides=sides, representation="constant"), rtol=0.2)
+        assert leak.converged
+        assert leak.lower <= layers * (1 + ROUNDING)
+        assert lanes <= leak.upper * (1 + ROUNDING)
+        if 1 in shape:  # the only error is that of CG
+            assert leak.bounds == pytest.approx((lanes, layers), rel=4e-8)
     show("right", "between layers in series and lanes side by side")
 
 

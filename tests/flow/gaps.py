@@ -4,12 +4,18 @@ import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix
 
 from fem_seal.fenicsx import MPI
+from fem_seal.flow import Tuning
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, ConstantGap, LinearGap
 from fem_seal.flow.level import LevelProblem, Stream
 from fem_seal.flow.linear import Minimum
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
 from fem_seal.mesh.nested import NestedMesh, uniform_mesh
+
+TIGHT = Tuning(tolerance=1e-12)
+# Energies err by 2e-12. Sharpening subtracts δ, the squared norm of a projection: an error e of
+# the solution changes it by 2 √(δ E(e)) at most, relative 2 √(0.3 · 2e-12), and two bounds meet.
+DUALITY = 4 * np.sqrt(0.3 * 2e-12)
 
 
 def represented(

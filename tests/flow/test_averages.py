@@ -33,18 +33,6 @@ def test_mean_of_the_cube(gaps):
     assert float(mean_cube(np.array(gaps))) == pytest.approx(float(exact / 10), rel=20 * EPS)
 
 
-def test_mean_of_the_cube_by_quadrature():
-    """Gauss points on the collapsed square, exact for the cubic times the linear Jacobian."""
-    t, w = np.polynomial.legendre.leggauss(4)
-    t, w = (t + 1) / 2, w / 2
-    s, r = t[:, None], t[None, :]
-    barycentric = np.stack([1 - s + 0 * r, s * (1 - r), s * r])
-    weights = 2 * s * w[:, None] * w[None, :]
-    gaps = np.random.default_rng(0).random((20, 3))
-    there = np.einsum("nk,kij->nij", gaps, barycentric)
-    assert mean_cube(gaps) == pytest.approx((weights * there**3).sum(axis=(1, 2)), rel=1e-14)
-
-
 def mean_over_triangle(function, gaps) -> float:
     """Mean of function(g) on a triangle where g is linear, from the distribution of g.
 

@@ -106,19 +106,6 @@ def test_nested_meshes_have_nested_bounds(representation, contact):
         assert lower[-1] > lower[0]
 
 
-@pytest.mark.parametrize("method", ["uniform", "adaptive"])
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
-def test_reported_bounds_only_improve(method, sides):
-    gap = rough_gap((16, 16), 0.3, 6)
-    limits = Limits(unknowns=4000)
-    flow = leak_rate(GridFilm(gap, sides=sides), method=method, rtol=1e-3, limits=limits, **FLUID)
-    lower, upper = np.transpose([[level.lower, level.upper] for level in flow.levels])
-    assert (np.diff(lower) >= 0).all()
-    assert (np.diff(upper) <= 0).all()
-    assert (flow.lower, flow.upper) == (lower[-1], upper[-1])
-    assert flow.lower <= flow.value <= flow.upper
-
-
 @pytest.mark.parametrize("tolerance", [1e-3, 0.1, 10.0])
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
 @pytest.mark.parametrize("representation", ["linear", "constant"])

@@ -65,8 +65,7 @@ def test_smooth_channel(representation):
     assert holds(found, 8 * np.eye(2))
 
 
-@pytest.mark.parametrize("axis", [0, 1])
-@pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 0.4)])
+@pytest.mark.parametrize(("axis", "spacing"), [(0, (1.0, 1.0)), (1, (1.0, 0.4))])
 def test_layers(axis, spacing):
     """Harmonic mean across, arithmetic mean along; exact on pixels, whatever their shape."""
     heights = np.repeat([1.0, 2.0, 1.5, 0.5], 4)
@@ -76,15 +75,6 @@ def test_layers(axis, spacing):
     exact = np.diag([across, along] if axis == 0 else [along, across])
     np.testing.assert_allclose(found.value, exact, atol=along * SOLVER)
     assert holds(found, exact)
-
-
-def test_checkerboard():
-    """√(k1 k2) in every direction (Keller 1964, Dykhne 1970); contrast 64."""
-    found = tensor(cell([[1.0, 4.0], [4.0, 1.0]]), representation="constant", rtol=0.05)
-    assert holds(found, 8 * np.eye(2))
-    assert found.width <= 0.05
-    # Both bounds err by as much: the geometric mean is far better than either.
-    np.testing.assert_allclose(found.value, 8 * np.eye(2), atol=8 * 0.002)
 
 
 def test_four_phases():
@@ -164,24 +154,6 @@ def test_shifted():
         matrix = getattr(found, bound)
         size = np.abs(found.upper).max()
         np.testing.assert_allclose(getattr(rolled, bound), matrix, atol=size * SOLVER)
-
-
-def test_two_cells_are_as_good_as_one():
-    gap = rough(3, 0.2, shape=(32, 32))
-    one, two = tensor(gap, rtol=0.1), tensor(cell(np.tile(gap.values, (1, 2))), rtol=0.1)
-    for i, j in ((0, 0), (0, 1), (1, 1)):
-        (low, high), (other_low, other_high) = one.interval(i, j), two.interval(i, j)
-        assert low <= other_high
-        assert other_low <= high
-
-
-def test_units():
-    """K* goes as gap³/η, whatever the size of the cell."""
-    gap = rough(4)
-    small = GridField(1e-6 * gap.values, (1e-7, 1e-7), True)
-    found = conductivity_tensor(small, viscosity=1e-3, rtol=1e6)
-    expected = tensor(gap, rtol=1e6).upper * 1e-18 / 12e-3
-    np.testing.assert_allclose(found.upper, expected, rtol=1e-12)
 
 
 # --- duality -------------------------------------------------------------------------------------
@@ -430,29 +402,21 @@ def test_what_is_out_of_reach():
     assert not out_of_reach(slow, 0.999 * rtol, 1.3)
 
 
-def test_gap_that_is_not_periodic():
-    with pytest.raises(InvalidInput, match="periodic in both directions"):
-        tensor(GridField(np.random.default_rng(0).random((8, 8)), (1.0, 1.0)))
-    with pytest.raises(InvalidInput, match="periodic in both directions"):
-        tensor(GridField(np.ones((8, 8)), (1.0, 1.0)), representation="constant")
-    with pytest.raises(InvalidInput, match="choose from linear, constant"):
-        tensor(cell(np.ones((8, 8))), representation="cubic")
-
-
-@pytest.mark.parametrize("height", [1e-120, 1e120])
-def test_gap_beyond_double_precision(height):
-    """Its cube is 0 or infinite, and no tensor."""
-    with pytest.raises(InvalidInput, match="beyond double precision; check the units"):
-        tensor(cell(height * np.ones((4, 4))))
-
-
 @pytest.mark.parametrize(
-    ("name", "value"), [("viscosity", -1.0), ("viscosity", np.nan), ("rtol", 0)]
+    ("gap", "options", "message"),
+    [
+        (GridField(np.eye(8) + 1, (1.0, 1.0)), {}, "periodic in both directions"),
+        (GridField(np.ones((8, 8)), (1, 1)), {"representation": "constant"}, "in both directions"),
+        (cell(np.ones((8, 8))), {"representation": "cubic"}, "choose from linear, constant"),
+        (cell(np.full((4, 4), 1e-120)), {}, "beyond double precision; check the units"),
+        (cell(np.full((4, 4), 1e120)), {}, "beyond double precision; check the units"),
+        (cell(np.ones((4, 4))), {"viscosity": -1.0}, "viscosity = -1.0 must be a positive number"),
+        (cell(np.ones((4, 4))), {"rtol": 0}, "rtol = 0 must be a positive number"),
+    ],
 )
-def test_values_out_of_range(name, value):
-    arguments = {"viscosity": 1.0, name: value}
-    with pytest.raises(InvalidInput, match=f"{name} = .* must be a positive number"):
-        conductivity_tensor(cell(np.ones((4, 4))), **arguments)
+def test_bad_input(gap, options, message):
+    with pytest.raises(InvalidInput, match=message):
+        conductivity_tensor(gap, **{"viscosity": 1 / 12} | options)
 
 
 def test_repeated_row_and_column_are_periodic():
@@ -494,7 +458,7 @@ def test_interval_of_an_off_diagonal_component():
     assert max(found) == pytest.approx(high, abs=1e-5)
 
 
-@pytest.mark.parametrize("length", [1e-3, 1.0, 1e4])
+@pytest.mark.parametrize("length", [1e-3, 1e4])
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_tensor_of_a_gas_that_slips(length, representation):
     """At the mean pressure a channel of height h conducts h³ + l h², and stripes do so in parallel:

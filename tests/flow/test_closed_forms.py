@@ -6,7 +6,7 @@ A thousand times as many: `closed_forms.py`, which draws the gaps.
 
 import numpy as np
 import pytest
-from closed_forms import ROUNDING, SERIES_DECADES, Case, across, along
+from closed_forms import ROUNDING, Case, across, along
 from sample_gaps import FLUID
 
 from fem_seal.film import GridFilm
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 UNKNOWNS = 1500  # the most of a mesh
 
-ASPECTS = [1e-6, 1e-3, 1.0, 1e3, 1e6]
+ASPECTS = [1e-6, 1.0, 1e6]
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -28,8 +28,10 @@ def test_any_gap(seed):
     assert not case.faults(case.solve(UNKNOWNS))
 
 
-@pytest.mark.parametrize("sides", ["wall", "periodic"])
-@pytest.mark.parametrize("on", ["linear", "constant", "mesh"])
+@pytest.mark.parametrize(
+    ("on", "sides"),
+    [("linear", "wall"), ("linear", "periodic"), ("constant", "periodic"), ("mesh", "wall")],
+)
 @pytest.mark.parametrize("aspect", ASPECTS)
 @pytest.mark.parametrize("method", ["adaptive", "uniform"])
 def test_stripes_of_contact_along_the_flow(aspect, on, sides, method):
@@ -38,26 +40,8 @@ def test_stripes_of_contact_along_the_flow(aspect, on, sides, method):
     Channels of several samples of one height, at which the upper bound is exact and both could
     cross."""
     heights = np.array([1.0, 1, 1, 0, 0, 1, 1, 1, 0, 1, 1, 1])
-    wall = "wall" if on == "mesh" else sides
-    case = Case("along", heights, 8, (aspect * 1e-6, 1e-6), wall, on, method)
+    case = Case("along", heights, 8, (aspect * 1e-6, 1e-6), sides, on, method)
     assert not case.faults(case.solve(UNKNOWNS))
-
-
-@pytest.mark.parametrize("decades", SERIES_DECADES)
-@pytest.mark.parametrize("seed", range(3))
-def test_layers_of_random_height(decades, seed):
-    """Across layers whose gaps lie decades apart the pressure is constant but for a few of them:
-    rounding hides what is left of the residuals, and CG breaks down. What it has reached is the
-    pressure of an upper bound all the same, and on squares of one gap the best one."""
-    rng = np.random.default_rng(seed)
-    heights = 10 ** (-decades * rng.random(24))
-    for on in ("linear", "constant"):
-        case = Case("across", heights, 5, (1e-6, 1e-6), "wall", on, "adaptive")
-        flow = case.solve(UNKNOWNS)
-        assert not case.faults(flow)
-        # The pressure of constant layers is linear between the vertices. A linear gap that rises
-        # 1e12 times from a sample to the next needs cells of 1e-12 pixels, which no mesh has.
-        assert flow.converged or on == "linear"
 
 
 def test_in_series_until_the_bounds_agree():

@@ -26,7 +26,7 @@ def film(thin: float, representation: str, n: int = 32) -> tuple[GridField, floa
 # On squares the pressure is linear between the nodes and the bounds meet at once, but for what the
 # wide part of one pressure would lose: 26 squares of 1/ceiling³ = 1e-10 of the film's resistance.
 @pytest.mark.parametrize(("representation", "rtol"), [("linear", 0.01), ("constant", 1e-8)])
-@pytest.mark.parametrize("decades", [2, 3, 4, 6, 10, 30, 59])
+@pytest.mark.parametrize("decades", [2, 4, 10, 59])
 def test_film_in_series(representation, rtol, decades):
     """The bounds hold the closed form, and as much flows in as out, whatever the contrast."""
     gap, exact = film(10.0**-decades, representation)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dolfinx.mesh import CellType, create_rectangle, create_unit_square, meshtags
+from dolfinx.mesh import CellType, create_unit_square, meshtags
 from dolfinx_meshes import (
     COARSE,
     MESHES,
@@ -80,65 +80,32 @@ def test_tags_may_have_any_number():
     assert film.mesh.xy[film.mesh.outlet][:, 0] == pytest.approx(2.0)
 
 
-def refused(msh, tags, gap) -> str:
-    with pytest.raises(InvalidInput) as error:
-        film_from_dolfinx(msh, tags, gap)
-    assert "\n" not in str(error.value)
-    return str(error.value)
-
-
-def test_cells_that_are_no_triangles():
-    msh = create_unit_square(MPI.COMM_WORLD, 2, 2, CellType.quadrilateral)
-    tags = meshtags(msh, 1, np.array([0], dtype=np.int32), np.array([1], dtype=np.int32))
-    assert "cells of type quadrilateral" in refused(msh, tags, function(msh, slanted))
-
-
-@pytest.mark.parametrize(("family", "degree"), [("Lagrange", 2), ("DG", 1), ("DG", 0), ("CR", 1)])
-def test_gap_that_is_not_linear(family, degree):
-    msh, tags = rectangle()
-    gap = function(msh, slanted, degree, family)
-    assert "the gap is not linear" in refused(msh, tags, gap)
-
-
-def test_gap_on_another_mesh():
-    msh, tags = rectangle()
-    other = create_rectangle(MPI.COMM_WORLD, [[0.0, 0.0], [2.0, 1.0]], [12, 8])
-    assert "another mesh" in refused(msh, tags, function(other, slanted))
-
-
-def test_negative_gap():
-    msh, tags = rectangle()
-    assert "negative" in refused(msh, tags, function(msh, lambda x: x[0] - 0.1))
-
-
-def test_boundary_without_a_tag():
-    msh, _ = rectangle()
-    _, *tags = ends(2.0)
-    gap = function(msh, slanted)
-    assert "24 boundary edges are in none of the groups" in refused(msh, tagged(msh, *tags), gap)
-
-
-@pytest.mark.parametrize(("missing", "number"), [("inlet", 1), ("outlet", 2)])
-def test_no_inlet_or_outlet(missing, number):
-    msh, _ = rectangle()
-    tags = tagged(msh, *ends(2.0, **{missing: 9}))
-    message = refused(msh, tags, function(msh, slanted))
-    assert f"no {missing}: no facet has the tag {number}; its tags are" in message
-    assert message.endswith("3, 9")
-
-
-def test_tags_of_cells():
-    msh, _ = rectangle()
-    tags = meshtags(msh, 2, np.array([0], dtype=np.int32), np.array([1], dtype=np.int32))
-    assert "dimension 2" in refused(msh, tags, function(msh, slanted))
-
-
-def test_mesh_that_leaves_the_plane():
-    """A slanted plane would be projected, and its areas with it."""
+def test_bad_input():
+    """In one line each; a slanted plane would be projected, and its areas with it."""
     msh, tags = rectangle()
     gap = function(msh, slanted)
-    msh.geometry.x[:, 2] = msh.geometry.x[:, 0] / 4
-    assert "not plane: z varies by 0.5 m" in refused(msh, tags, gap)
+    squares = create_unit_square(MPI.COMM_WORLD, 2, 2, CellType.quadrilateral)
+    slope, _ = rectangle()
+    slope.geometry.x[:, 2] = slope.geometry.x[:, 0] / 4
+    one = np.array([0], dtype=np.int32), np.array([1], dtype=np.int32)
+    bad = [
+        (squares, meshtags(squares, 1, *one), function(squares, slanted), "type quadrilateral"),
+        *(
+            (msh, tags, function(msh, slanted, degree, family), "the gap is not linear")
+            for family, degree in (("Lagrange", 2), ("DG", 1), ("DG", 0), ("CR", 1))
+        ),
+        (msh, tags, function(rectangle()[0], slanted), "another mesh"),
+        (msh, tags, function(msh, lambda x: x[0] - 0.1), "negative"),
+        (msh, tagged(msh, *ends(2.0)[1:]), gap, "24 boundary edges are in none of the groups"),
+        (msh, tagged(msh, *ends(2.0, inlet=9)), gap, "no inlet: no facet has the tag 1; its tags"),
+        (msh, tagged(msh, *ends(2.0, outlet=9)), gap, "no outlet: no facet has the tag 2; its"),
+        (msh, meshtags(msh, 2, *one), gap, "dimension 2"),
+        (slope, tagged(slope, *ends(2.0)), function(slope, slanted), "not plane: z varies by 0.5"),
+    ]
+    for *arguments, words in bad:
+        with pytest.raises(InvalidInput, match=words) as error:
+            film_from_dolfinx(*arguments)
+        assert "\n" not in str(error.value)
 
 
 @pytest.mark.mpi

@@ -47,21 +47,6 @@ def test_integrals_of_the_functions(sides, contact):
     left.destroy()
 
 
-def test_pressure_is_parted_along_contact():
-    """A line of contact along the flow: two meshes side by side that share no point, each with a
-    pressure of its own, and the gap and the pressure as the flow has them at its points."""
-    values = np.full((9, 9), 1e-6)
-    values[:, 4], values[4, :4] = 0, 5e-7
-    flow = leak_rate(GridFilm(GridField(values, (1e-6, 1e-6))), field=True, rtol=0.2, **WATER)
-    found = flow_functions(flow.field)
-    assert found.pressure.x.array.max() == WATER["pressure_drop"]
-    assert found.pressure.x.array.min() == 0
-    assert found.gap.x.array.size == len(flow.field.points)
-    assert np.sort(found.gap.x.array) == pytest.approx(np.sort(flow.field.gap), rel=0, abs=0)
-    area = integral(fem.Constant(found.mesh, 1.0) * ufl.dx)
-    assert area == pytest.approx(64e-12, rel=1e-12, abs=0)
-
-
 @pytest.mark.parametrize("sides", ["wall", "periodic"])
 @pytest.mark.parametrize("contact", [0.0, 0.3])
 def test_every_exterior_facet_has_its_tag(sides, contact):

@@ -22,13 +22,12 @@ from fem_seal.mesh.nested import DEPTH, uniform_mesh
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("width", [1, 2, 4])
 @pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 7.0)])
-@pytest.mark.parametrize("seed", range(3))
-def test_one_square_has_three_bubbles(representation, width, spacing, seed):
+def test_one_square_has_three_bubbles(representation, width, spacing):
     """Pressure and stream function are given at all four corners of one square: the bubbles on its
     diagonal and on the two sides where nothing is given are the only unknowns of the mesh of
     quarters. CG finds three unknowns in three steps. Squares of 1, 4 and 16 pixels."""
     shape = (width + 1, width + 1) if representation == "linear" else (width, width)
-    samples = np.random.default_rng(seed).uniform(0.2, 1, shape)
+    samples = np.random.default_rng(width).uniform(0.2, 1, shape)
     gap = represented(GridField(samples, spacing), representation, width=width)
     problem = level_problem(gap, width)
     assert problem.unknowns == 0

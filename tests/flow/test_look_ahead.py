@@ -147,27 +147,6 @@ def test_fewer_levels_for_the_same_bounds():
     assert max(ahead.lower, blind.lower) <= min(ahead.upper, blind.upper)
 
 
-def test_what_would_be_marked_again_is_halved():
-    """Every new cell whose least share is at least half the smallest marked one, and no other."""
-    gap = represented(rough_gap((32, 32), 0.0, 3), cut=1e-3, width=8)
-    _, _, regularised, start = solved(gap, 8, True)
-    times = (np.arange(len(start.mesh.cells)) % 7 == 0).astype(np.int8)
-    blind = halved_ahead(start, gap, Marks(times, np.inf, np.inf), regularised, 1)
-    mesh = blind.mesh
-    new = (mesh.cells >= len(start.mesh.xy)).any(axis=1)
-    slopes, areas = shape_gradients(mesh.points(gap.aspect)[mesh.cells])
-    data = gap.cell_data(mesh, blind.values)
-    J = regularised.conductance * gradients(slopes, blind.streams[0][mesh.cells])
-    least = areas * least_indicator(J, data.K, data.regularised(regularised.epsilon, gap.cut))
-    least = np.where(new, least, -np.inf)
-    for rank in (1, 5, 20):
-        share = 2 * np.sort(least)[-rank] * (1 - 1e-9)
-        ahead = halved_ahead(start, gap, Marks(times, share, np.inf), regularised, 1)
-        once = (least >= share / 2).astype(np.int8)
-        assert once.sum() == rank
-        assert np.array_equal(ahead.mesh.cells, blind.refined(gap, once).mesh.cells)
-
-
 @pytest.mark.parametrize("periodic_sides", [False, True])
 def test_each_vertex_is_moved_once(periodic_sides):
     """The second look leaves what the first has found."""

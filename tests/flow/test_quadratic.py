@@ -55,19 +55,6 @@ def test_between_the_truth_and_linear_elements(sides, contact, representation):
     assert quadratic < 0.97 * linear.upper
 
 
-def test_scales_and_mirrors():
-    """Q ~ g³ Δp/η; the mirror across the flow changes nothing but the diagonals' order."""
-    gap = rough_gap((9, 9), 0.2, 3).values
-    leak = unit(gap)
-    scaled = quadratic_upper(
-        GridFilm(GridField(3e-6 * gap, (1e-6, 1e-6))), viscosity=1e-3, pressure_drop=1e5
-    )
-    assert scaled.value == pytest.approx(leak.value * 2.7e-17 * 1e5 / 12e-3, rel=1e-7, abs=0)
-    # 8 squares: the alternating diagonals of the mirrored grid are those of the grid mirrored.
-    assert unit(gap[::-1]).value == pytest.approx(leak.value, rel=1e-7)
-    assert unit(gap[:, ::-1]).value == pytest.approx(leak.value, rel=1e-7)
-
-
 def test_sealed_needs_no_solve():
     gap = np.ones((5, 5))
     gap[2] = 0

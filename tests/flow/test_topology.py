@@ -160,15 +160,6 @@ def test_pockets_and_dead_ends(periodic):
     assert len(case.cells.inlet) == 9 - 2
 
 
-def test_channel_through_a_pixel_corner():
-    """Two open pixels that share a corner do not leak; contact there is connected."""
-    case = Topology((2, 2), [(0, 1), (1, 0)], "constant")
-    assert not case.cells.kept.any()
-    case = Topology((2, 2), [(0, 1)], "constant")
-    # Below and at the right: open pixels (0, 0), (1, 0), (1, 1); each of two triangles.
-    assert case.cells.kept.sum() == 6
-
-
 @pytest.mark.parametrize("halvings", [0, 1, 2])
 def test_corner_between_two_contacts_parts_the_pressure(halvings):
     """Open pixels that meet only at a corner do not share the pressure there."""
@@ -228,38 +219,6 @@ def test_patch_on_a_wall_has_its_value(wall):
     for i, j in patch:
         assert (case.at(numbering, i, j, "of_corner") == -1).all()
         assert (case.at(numbering, i, j, "offset") == (0 if wall == "bottom" else 1)).all()
-
-
-@pytest.mark.parametrize("representation", ["linear", "constant"])
-def test_barrier_between_the_walls(representation):
-    """A patch that joins the walls bars the flow; one sample less, and it does not."""
-    barrier = [(4, j) for j in range(9)]
-    case = Topology((9, 9), barrier, representation)
-    assert case.dual() is None
-    assert not case.cells.kept.any()
-    case = Topology((9, 9), barrier[:-1], representation)
-    assert case.dual(merge_blocked=False) is not None
-    assert case.cells.kept.any()
-
-
-def periodic_ring(shift: int):
-    """Contact that winds around 8 samples, rising by `shift` rows and coming back."""
-    rise = [0, 1, 2, 3, 4, 3, 2, 1][:8] if shift else [0] * 8
-    ring = [(3 + rise[j], j) for j in range(8)]
-    steps = [(3 + min(rise[j], rise[(j + 1) % 8]), j) for j in range(8)]
-    steps += [(3 + max(rise[j], rise[(j + 1) % 8]), j) for j in range(8)]
-    return sorted(set(ring + steps))
-
-
-@pytest.mark.parametrize("shift", [0, 1])
-def test_winding_patch_bars_the_flow(shift):
-    ring = periodic_ring(shift)
-    case = Topology((11, 9), ring, periodic=True)
-    assert case.dual() is None
-    assert case.dual(merge_blocked=False) is None
-    assert not case.cells.kept.any()
-    # With walls at y = 0 the same ring joins them.
-    assert Topology((11, 9), [*ring, (3, 8)]).dual() is None
 
 
 def test_opened_ring_leaks_through_the_seam():

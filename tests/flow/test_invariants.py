@@ -1,0 +1,325 @@
+"""What holds for every gap: images, scales, order and duality, of bounds and finite differences.
+
+The gaps are small and have all kinds of difficulties. Finite differences are a network of
+conductances, to which Rayleigh's monotonicity law applies to rounding. Two brackets [l, u] and
+[l', u'] of leak rates Q <= Q' obey l <= u' whatever the mesh.
+"""
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from gaps import DUALITY, TIGHT, level_problem, plain_bounds, represented
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sample_gaps import FLUID
+
+from fem_seal.film import GridFilm
+from fem_seal.finite_difference import solve
+from fem_seal.finite_difference.links import LINKS
+from fem_seal.flow import Limits, leak_rate
+from fem_seal.flow.topology import dual_numbering, open_cells
+from fem_seal.grid import GridField
+from fem_seal.mesh.nested import uniform_mesh
+
+ROUNDING = 1e-9  # of star-mesh elimination over contrasts up to 1e9
+SEEDS = st.integers(0, 2**32 - 1)
+MEANS = st.sampled_from(sorted(LINKS))
+
+
+# --- random gaps ---------------------------------------------------------------------------------
+
+
+def scattered(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Single contacts anywhere, touching at corners, on the sides and at the ends."""
+    return open_part & (rng.random(open_part.shape) > rng.uniform(0, 0.6))
+
+
+def channel(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """All contact but for a random walk one sample wide, that may miss the outlet."""
+    path = np.zeros_like(open_part)
+    i, j = 0, int(rng.integers(open_part.shape[1]))
+    for _ in range(3 * open_part.size):
+        path[i, j] = True
+        step = rng.integers(4)
+        i = min(max(i + (step == 0) - (step == 1 and rng.random() < 0.5), 0), len(path) - 1)
+        j = (j + (step == 2) - (step == 3)) % path.shape[1]
+        if i == len(path) - 1:
+            path[i, j] = rng.random() < 0.8
+            return path
+    return path
+
+
+def lines(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Contact lines one sample wide, along and across, ending inside or on the rim."""
+    kept = open_part.copy()
+    for _ in range(rng.integers(1, 4)):
+        i, j = (int(rng.integers(n)) for n in kept.shape)
+        length = int(rng.integers(1, max(kept.shape) + 1))
+        if rng.random() < 0.5:
+            kept[i : i + length, j] = False
+        else:
+            kept[i, j : j + length] = False
+    return kept
+
+
+def rings(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Islands three samples wide; with an open centre, a pocket."""
+    kept = open_part.copy()
+    for _ in range(rng.integers(1, 3)):
+        i, j = (int(rng.integers(-1, n)) for n in kept.shape)
+        block = kept[max(i, 0) : i + 3, max(j, 0) : j + 3]
+        block[...] = False
+        if rng.random() < 0.5 and min(block.shape) == 3:
+            block[1, 1] = True
+    return kept
+
+
+def rows(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """A row all in contact, but perhaps for one sample."""
+    kept = open_part.copy()
+    i = int(rng.integers(len(kept)))
+    kept[i] = False
+    if rng.random() < 0.7:
+        kept[i, rng.integers(kept.shape[1])] = True
+    return kept
+
+
+def corners(open_part: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Fields of a chessboard, each two samples wide or one, in contact."""
+    i, j = np.indices(open_part.shape) // int(rng.integers(1, 3))
+    return open_part & (((i + j) % 2 == 0) | (rng.random(open_part.shape) < 0.2))
+
+
+STRUCTURES = [scattered, channel, lines, rings, rows, corners]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A gap, how it is read between its samples, and what lies at its sides."""
+
+    samples: np.ndarray
+    representation: str
+    sides: str
+    spacing: tuple[float, float]
+
+    @property
+    def field(self) -> GridField:
+        return GridField(self.samples, self.spacing)
+
+    @property
+    def film(self) -> GridFilm:
+        return GridFilm(self.field, sides=self.sides, representation=self.representation)
+
+    def with_samples(self, samples: np.ndarray) -> "Case":
+        """Other samples, of which the last column repeats the first where a linear gap must."""
+        samples = samples.copy()
+        if self.representation == "linear" and self.sides == "periodic":
+            samples[:, -1] = samples[:, 0]
+        return replace(self, samples=samples)
+
+    def bounds(self, method="adaptive", **options):
+        options = {"rtol": 0.1, "limits": Limits(unknowns=150), "every_dual": True} | options
+        return leak_rate(self.film, method=method, **FLUID | options)
+
+    def differences(self, links: str) -> float:
+        return solve(self.film, links=links, **FLUID).value
+
+
+@st.composite
+def cases(draw, contact=True) -> Case:
+    """Open gaps spread over up to three decades."""
+    representation = draw(st.sampled_from(["linear", "constant"]))
+    smallest = 2 if representation == "linear" else 1
+    shape = draw(st.tuples(*[st.integers(smallest, 7)] * 2))
+    rng = np.random.default_rng(draw(SEEDS))
+    is_open = np.ones(shape, dtype=bool)
+    for structure in draw(st.lists(st.sampled_from(STRUCTURES), max_size=2)) if contact else ():
+        is_open = structure(is_open, rng)
+    decades = draw(st.sampled_from([0.0, 0.3, 1.0, 3.0]))
+    samples = np.where(is_open, 10 ** rng.uniform(-decades, 0, shape), 0.0)
+    sides = draw(st.sampled_from(["wall", "periodic"]))
+    spacing = draw(st.sampled_from([(1.0, 1.0), (3.0, 1.0), (1.0, 3.0)]))
+    return Case(samples, representation, sides, spacing).with_samples(samples)
+
+
+def leaks(case: Case) -> bool:
+    """Walk from the inlet over open samples to the outlet.
+
+    Pixels are neighbours along their sides, vertices along the edges of the triangulation.
+    """
+    is_open, representation, sides = case.samples > 0, case.representation, case.sides
+    if representation == "linear" and sides == "periodic":
+        is_open = is_open[:, :-1]
+    nx, ny = is_open.shape
+
+    def neighbours(i, j):
+        yield from ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1))
+        if representation == "linear" and (i + j) % 2 == 0:
+            # Every diagonal joins two vertices with i + j even, and each of those has all four.
+            # Across the seam of an odd number of columns the parity belongs to column ny, not 0.
+            yield from ((i + 1, j + 1), (i - 1, j + 1), (i + 1, j - 1), (i - 1, j - 1))
+
+    todo = deque((0, j) for j in range(ny) if is_open[0, j])
+    seen = set(todo)
+    while todo:
+        i, j = todo.popleft()
+        if i == nx - 1:
+            return True
+        # A vertex of the first column stands at j = 0 and at j = ny, with either parity.
+        places = [j] if sides == "wall" else [j, j + ny, j - ny]
+        for place in places:
+            for k, m in neighbours(i, place):
+                inside = 0 <= k < nx and (0 <= m < ny if sides == "wall" else 0 <= m <= ny)
+                on_strip = 0 <= place <= ny
+                if not (inside and on_strip):
+                    continue
+                there = (k, m % ny)
+                if is_open[there] and there not in seen:
+                    seen.add(there)
+                    todo.append(there)
+    return False
+
+
+def assert_overlap(one, other) -> None:
+    """Both enclose the same number: every level of one meets every level of the other."""
+    for level in one.levels:
+        for image in other.levels:
+            assert level.lower <= image.upper
+            assert image.lower <= level.upper
+
+
+# --- one gap -------------------------------------------------------------------------------------
+
+
+@settings(max_examples=200)
+@given(cases())
+def test_sealed_exactly_when_no_path_is_open(case):
+    """A walk over samples, the labelled lattice, the cells of the mesh and the patches of the
+    stream function: four answers to one question."""
+    open_path = leaks(case)
+    gap = represented(case.field, case.representation)
+    mesh = uniform_mesh(gap.squares, 1, case.sides == "periodic")
+    data = gap.cell_data(mesh, gap.vertex_values(mesh))
+    kept = open_cells(mesh, data).kept
+    assert kept.any() == open_path
+    assert (dual_numbering(mesh, data, kept, merge_blocked=True) is not None) == open_path
+    if not open_path:
+        flow = case.bounds()
+        assert (flow.state, flow.lower, flow.upper, flow.levels) == ("sealed", 0.0, 0.0, ())
+        assert flow.converged
+
+
+@settings(max_examples=120)
+@given(cases())
+def test_brackets_enclose_one_number(case):
+    """Uniform and adaptive meshes bracket the same leak rate ever closer."""
+    if not leaks(case):
+        return
+    flows = [case.bounds(method) for method in ("uniform", "adaptive")]
+    assert_overlap(*flows)
+    for flow in flows:
+        assert flow.state == "leaking"
+        assert all(0 < level.lower <= level.upper for level in flow.levels)
+        lower, upper = np.transpose([[level.lower, level.upper] for level in flow.levels])
+        assert (np.diff(lower) >= 0).all()
+        assert (np.diff(upper) <= 0).all()
+        assert flow.converged or "unknowns" in flow.reason
+
+
+# --- two gaps ------------------------------------------------------------------------------------
+
+
+@settings(max_examples=60)
+@given(cases(), st.sampled_from(["turned round", "mirrored", "shifted"]), MEANS)
+def test_images(case, image, links):
+    """As much flows through a gap that is turned round, mirrored, or shifted along periodic sides
+    by two pixels: to the solver's tolerance where the mesh has the same image, by its diagonals."""
+    nx, ny = np.array(case.samples.shape) - (case.representation == "linear")
+    if image == "shifted":
+        case = replace(case, sides="periodic").with_samples(case.samples)
+        shifted = case.samples.copy()
+        shifted[:, :ny] = np.roll(shifted[:, :ny], 2, axis=1)
+        other, same_mesh = case.with_samples(shifted), ny % 2 == 0
+    else:
+        axis, same_mesh = (0, nx % 2 == 0) if image == "turned round" else (1, ny % 2 == 0)
+        other = replace(case, samples=np.flip(case.samples, axis))
+    if same_mesh or case.representation == "constant":
+        expected = pytest.approx(case.differences(links), rel=ROUNDING, abs=0)
+        assert other.differences(links) == expected
+        assert_overlap(case.bounds(), other.bounds())
+    if same_mesh:
+        flows = [each.bounds("uniform", tuning=TIGHT) for each in (case, other)]
+        for one, two in zip(*(flow.levels for flow in flows), strict=True):
+            assert (one.lower, one.upper) == pytest.approx((two.lower, two.upper), rel=DUALITY)
+
+
+@settings(max_examples=30)
+@given(cases(), st.tuples(*[st.integers(-40, 4)] * 4), st.sampled_from(["uniform", "adaptive"]))
+def test_scales(case, powers, method):
+    """Gap, lengths, viscosity and pressure in other units: the same meshes, and bounds that go as
+    Δp g³/η. Powers of two lose no digit, but the sums of two solves may differ in their order."""
+    gap, length, viscosity, drop = (2.0**power for power in powers)
+    other = replace(
+        case,
+        samples=gap * case.samples,
+        spacing=(length * case.spacing[0], length * case.spacing[1]),
+    )
+    fluid = {"viscosity": viscosity / 12, "pressure_drop": drop}
+    scale = drop * gap**3 / viscosity
+    one, two = case.bounds(method), other.bounds(method, **fluid)
+    assert [level.unknowns for level in one.levels] == [level.unknowns for level in two.levels]
+    for name in ("lower", "upper", "value", "inflow", "outflow"):
+        expected = scale * (getattr(one, name) or 0)
+        assert (getattr(two, name) or 0) == pytest.approx(expected, rel=1e-10, abs=0)
+    found = solve(other.film, links="harmonic", **fluid).value
+    assert found == pytest.approx(scale * case.differences("harmonic"), rel=ROUNDING, abs=0)
+
+
+@settings(max_examples=60)
+@given(cases(), SEEDS, MEANS)
+def test_monotone_in_the_gap(case, seed, links):
+    """More contact, or a lower gap anywhere, never lets more through."""
+    rng = np.random.default_rng(seed)
+    less = case.samples * np.where(rng.random(case.samples.shape) < 0.1, 0.0, 1.0)
+    less *= np.where(rng.random(case.samples.shape) < 0.3, 0.7, 1.0)
+    narrower = case.with_samples(less)
+    assert narrower.differences(links) <= case.differences(links) * (1 + ROUNDING)
+    before, after = case.bounds(), narrower.bounds()
+    assert after.lower <= before.upper
+    assert before.state == "leaking" or after.state == "sealed"
+
+
+@settings(max_examples=30)
+@given(cases(), MEANS)
+def test_walls_let_no_more_through_than_periodic_sides(case, links):
+    """Periodic pressures are among those admitted between walls, and fluxes between walls among
+    the periodic ones: on one mesh either bound of the walls is the lower. CG errs by 2e-8."""
+    periodic = replace(case, sides="periodic").with_samples(case.samples)
+    walls = replace(periodic, sides="wall")
+    assert walls.differences(links) <= periodic.differences(links) * (1 + ROUNDING)
+    if leaks(walls):
+        gap = represented(walls.field, walls.representation)
+        wall, repeated = (plain_bounds(level_problem(gap, periodic_sides=p)) for p in (False, True))
+        assert (wall <= repeated * (1 + 4e-8)).all()
+
+
+@settings(max_examples=30)
+@given(cases(contact=False), st.sampled_from([1.0, 4.0]), SEEDS)
+def test_duality(case, deviation, seed):
+    """Q_x[K] Q_y[1/K] = 1 of pixels between walls, for any K (Keller 1964; Dykhne 1971).
+
+    Transposed meshes of the family coincide, so the dual problem of a log-normal K is the primal
+    problem of 1/K turned by a right angle: lower · upper = 1 to the solver tolerance.
+    """
+    log_g = deviation / 3 * np.random.default_rng(seed).normal(size=case.samples.shape)
+    one = Case(np.exp(log_g), "constant", "wall", case.spacing)
+    other = Case(np.exp(-log_g.T), "constant", "wall", case.spacing[::-1])
+    pair = [each.bounds("uniform", tuning=TIGHT) for each in (one, other)]
+    # The limit of unknowns may end one of them a mesh before the other.
+    for level, partner in zip(*(flow.levels for flow in pair), strict=False):
+        assert level.lower * partner.upper == pytest.approx(1, rel=DUALITY)
+        assert level.upper * partner.lower == pytest.approx(1, rel=DUALITY)
+    flow, dual = one.bounds(), other.bounds()
+    assert flow.lower * dual.lower <= 1 <= flow.upper * dual.upper
