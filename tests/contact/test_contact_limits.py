@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from contact_cases import E_STAR, SLOPE, check_equilibrium, rough_surface
+from contact_cases import E_STAR, SLOPE, check_equilibrium
 
 from fem_seal.contact import METHODS, solve
 from fem_seal.contact.halfspace import HalfSpace
@@ -40,9 +40,8 @@ def test_apart(rough):
 
 
 @pytest.mark.parametrize("solver", METHODS)
-@pytest.mark.parametrize("level", [0.0, 0.1, -3e-6])
-def test_flat_surface(solver, level):
-    state = solve(periodic(np.full((8, 6), level)), E_STAR, pressure=10.0, solver=solver)
+def test_flat_surface(solver):
+    state = solve(periodic(np.full((8, 6), -3e-6)), E_STAR, pressure=10.0, solver=solver)
     assert state.contact_area_fraction == 1
     assert state.pressure.values == pytest.approx(10.0, rel=1e-13)
 
@@ -66,21 +65,15 @@ EXTREMES = {
 
 
 @pytest.mark.parametrize("name", EXTREMES)
-@pytest.mark.parametrize("load", [1e-6, 1e-2, 0.3, 30.0])
+@pytest.mark.parametrize("load", [1e-6, 1e-2, 30.0])
 def test_extreme_surfaces(name, load):
     height = periodic(EXTREMES[name])
     scale = E_STAR * height.values.std()
     check_equilibrium(solve(height, E_STAR, pressure=load * scale), height, 1e-6)
 
 
-@pytest.mark.parametrize("load", [1e-8, 1e-5, 1e-3, 1, 2, 5, 1e4])
-def test_extreme_loads(load):
-    height = rough_surface(short=1)
-    check_equilibrium(solve(height, E_STAR, pressure=load * E_STAR * SLOPE), height, 1e-6)
-
-
 @pytest.mark.parametrize("load", [{"pressure": 1e-3}, {"area_fraction": 0.2}])
-@pytest.mark.parametrize("unit", [1e-306, 1e-160, 1e160])
+@pytest.mark.parametrize("unit", [1e-306, 1e160])
 def test_heights_whose_squares_are_no_numbers_are_refused(rough, unit, load):
     height = GridField(rough.values * unit, rough.spacing, periodic=True)
     with pytest.raises(InvalidInput, match="beyond double precision"):
