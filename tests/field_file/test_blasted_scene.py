@@ -24,18 +24,6 @@ def test_map_is_that_of_the_script(name, tmp_path):
     assert kept.missing == made.missing > 0
 
 
-def test_three_formats_leak_alike():
-    """Through filling, detrending, contact and flow: roundings times the condition of each."""
-    scene = SCENES / "blasted.toml"
-    changes = ["flow.method=finite-difference"]
-    rates = [
-        Patch(Scene.from_file(scene, [f"surface.path={name}", *changes])).leak_rate.value
-        for name in FORMATS
-    ]
-    assert rates[0] > 0
-    np.testing.assert_allclose(rates, rates[0], rtol=1e-9)
-
-
 def test_twin_of_the_scene_has_its_spectrum():
     of_map, of_twin = (
         Patch(Scene.from_file(SCENES / f"{name}.toml")).surface.values

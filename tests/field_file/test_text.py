@@ -172,8 +172,13 @@ FILES = {
 }
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "cp1252"])
-@pytest.mark.parametrize("name", FILES)
+ENCODINGS = ["utf-8-sig", "utf-16", "utf-16-le", "cp1252"]
+
+
+@pytest.mark.parametrize(
+    ("name", "encoding"),
+    [*((name, "utf-8") for name in FILES), *(("steps and unit", coding) for coding in ENCODINGS)],
+)
 def test_same_map(name, encoding, tmp_path):
     text, said = FILES[name]
     (tmp_path / "a.txt").write_bytes(text.encode(encoding))
