@@ -372,8 +372,3 @@ def test_bad_gas(assignment, gap_scene, tmp_path):
 def test_bad_pressures_of_a_liquid(flow, words, gap_scene):
     with pytest.raises(InvalidInput, match=words):
         Scene.from_mapping(gap_scene(np.ones((3, 3)), {"viscosity": 1e-3}, flow))
-
-
-def test_gas_scene_survives_its_mapping(gap_scene):
-    scene = Scene.from_mapping(gap_scene(np.ones((3, 3)), leak_rate_unit="mbar l/s"))
-    assert Scene.from_mapping(scene.to_mapping()) == scene

@@ -12,8 +12,6 @@ from project import alone
 from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate, linear
 from fem_seal.grid import GridField
-from fem_seal.patch import Patch
-from fem_seal.scene import Scene
 
 FINITE_ELEMENTS = {"dolfinx", "ufl", "basix", "ffcx", "petsc4py"}
 DRAWING = {"pyvista", "vtkmodules", "matplotlib"}
@@ -91,15 +89,6 @@ def test_a_sealed_gap_is_answered_without_a_solver(gap_scene, method):
     assert run(gap_scene(method, shut=True)) == ("sealed", 0, set())
 
 
-def test_each_step_is_computed_once_and_only_when_asked(small_scene):
-    patch = Patch(Scene.from_mapping(small_scene))
-    assert patch.seconds == {}
-    patch.contact  # noqa: B018
-    assert set(patch.seconds) == {"surface", "contact"}
-    assert patch.leak_rate is patch.leak_rate
-    assert set(patch.seconds) == {"surface", "contact", "topology", "flow"}
-
-
 # --- what is solved ------------------------------------------------------------------------------
 
 
@@ -129,17 +118,6 @@ def counted(monkeypatch):
 
 def solved(gap, **options):
     return leak_rate(GridFilm(gap), viscosity=1 / 12, pressure_drop=1.0, rtol=0.2, **options)
-
-
-def test_doubling_the_pockets_does_not_change_what_is_solved(counted):
-    """Same systems, same iterations: work is counted, which time only follows."""
-    runs = []
-    for pockets in (0, 250, 500):
-        counted.clear()
-        flow = solved(labyrinth(pockets))
-        runs.append((tuple(counted), tuple(tuple(s.iterations.items()) for s in flow.levels)))
-    assert runs[0] == runs[1] == runs[2]
-    assert runs[0][0]
 
 
 def test_the_mesh_has_only_what_carries_flow():

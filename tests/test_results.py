@@ -121,14 +121,6 @@ def test_schema(scene, spy, tmp_path):
     assert read["provenance"]["seed"] == 1
 
 
-def test_result_document_names_every_key():
-    from project import ROOT
-
-    document = (ROOT / "docs/reference/results.md").read_text()
-    for name, field in Result.model_fields.items():
-        assert f"`{field.alias or name}" in document, name
-
-
 @pytest.fixture
 def field():
     rng = np.random.default_rng(1)

@@ -8,7 +8,7 @@ from project import ROOT
 
 from fem_seal.errors import InvalidInput
 from fem_seal.field_file import Stated
-from fem_seal.scene import FileSurface, Gap, ProfileSurface, Scene
+from fem_seal.scene import Scene
 
 PAGE = (ROOT / "docs/reference/scene.md").read_text()
 LISTINGS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
@@ -34,15 +34,6 @@ def files(tmp_path):
 
 SURFACE = listing("[surface]", 'kind = "file"')
 GAP = listing("[gap]", "gap.npz")
-PROFILES = listing("[surface]", 'kind = "profiles"')
-
-
-@pytest.mark.parametrize(
-    ("text", "section"), [(SURFACE, FileSurface), (GAP, Gap), (PROFILES, ProfileSurface)]
-)
-def test_listing_names_every_field(text, section):
-    [fields] = tomllib.loads(switched_on(text)).values()
-    assert set(fields) == set(section.model_fields)
 
 
 @pytest.mark.parametrize("line", re.findall(r"^# (\w+ = .*?)$", SURFACE, re.MULTILINE))
