@@ -2,10 +2,10 @@
 
     python tests/kills.py --count 200 --seed 1
 
-A round starts a command (a run, also on two processes or with gmsh, a sweep, two sweeps into one
-folder), ends it after a random time by SIGKILL, SIGINT or SIGTERM, and
-checks that each result in its folder is whole and right: the numbers are those of an undisturbed
-run. After every few rounds the command is left to end, and its folder and the temporary folder
+A round starts a command (a run, also on two processes or with gmsh, a sweep, also on two processes,
+two sweeps into one folder), ends it after a random time by SIGKILL, SIGINT or SIGTERM, and checks
+that each result in its folder is whole and right, with the numbers of an undisturbed run, and that
+no point of an earlier round is lost. After every few rounds the command is left to end, and its folder and the temporary folder
 must hold what an undisturbed run leaves, and nothing else.
 """
 
@@ -72,6 +72,11 @@ JOBS = (
     Job("run on two processes", ((*MPIRUN, *FEM_SEAL, *RUN),), 3),
     Job("run with gmsh", ((*FEM_SEAL, "run", "ring.toml", "--out", "out"),), 2),
     Job("sweep", ((*FEM_SEAL, *AREA_SWEEP, f"contact.area_fraction={','.join(AREAS)}"),), 4),
+    Job(
+        "sweep on two processes",
+        ((*FEM_SEAL, *AREA_SWEEP, "surface.seed=1..40", "--jobs", "2"),),
+        4,
+    ),
     Job(
         "two sweeps into one folder",
         (
@@ -247,6 +252,7 @@ def campaign(
             job.files = content(folder)
             _prepare(folder)
         rounds: Counter = Counter()
+        before: dict[str, set[str]] = {job.name: set() for job in jobs}
         for _ in range(count):
             job = random_numbers.choices(jobs, [job.share for job in jobs])[0]
             folder, rounds[job.name] = folders[job.name], rounds[job.name] + 1
@@ -262,12 +268,18 @@ def campaign(
                 if how.startswith(("status", "traceback")) and status != -number:
                     wrong.append(f"{job.name}, {number.name}: {how} {error}")
             wrong += [f"{job.name}, {number.name}: {f}" for f in faults(job, folder, ended=False)]
+            points = {path.name for path in folder.glob("out/points/[!.]*.json")}
+            wrong += [f"{job.name}, {number.name}: lost {before[job.name] - points}"] * bool(
+                before[job.name] - points
+            )
+            before[job.name] = points
             if rounds[job.name] % every == 0:
                 ends = wait(start(job, folder, temporary), temporary)
                 wrong += [f"{job.name}, next run: {end}" for end in ends if end[0]]
                 wrong += [f"{job.name}, next run: {f}" for f in faults(job, folder, ended=True)]
                 counts[job.name, "", "next run"] += 1
                 _prepare(folder)
+                before[job.name] = set()
         # Open MPI leaves a folder of its own when it is killed.
         left = [path.name for path in temporary.iterdir() if path.name.startswith((".fem", "fem"))]
         if left:

@@ -120,31 +120,7 @@ def test_limit_and_unit_of_leak(wedge, capsys):
     assert "a liquid leaks a volume" in capsys.readouterr().err
 
 
-def test_tolerance_that_no_mesh_can_reach(tmp_path, capsys):
-    """Without a limit: a line of gaps of 1e-12 of the others would take 1e12 triangles."""
-    gap = np.full((9, 9), 1e-6)
-    gap[4] = 1e-18
-    assert run("leak", save_gap("gap.npz", gap), "--out", "out") == 3
-    assert "unknowns would be needed" in capsys.readouterr().err
-    result = read_result(tmp_path / "out")
-    assert not result["converged"]
-    assert 0 < result["leak_rate"]["lower"] < result["leak_rate"]["upper"]
-
-
-def test_sealed_gap(tmp_path, capsys):
-    gap = np.ones((9, 9)) * 1e-6
-    gap[4] = 0
-    assert run("leak", save_gap("gap.npz", gap), "--out", "out") == 0
-    result = read_result(tmp_path / "out")
-    assert result["state"] == "sealed"
-    assert result["leak_rate"] == {"value": 0.0, "lower": 0.0, "upper": 0.0, "unit": "m^3/s"}
-    assert result["unknowns"] == 0
-    assert "no open path" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    "limit", [("--max-unknowns", "2e1"), ("--max-seconds", "1e-9"), ("--max-seconds", "1 ns")]
-)
+@pytest.mark.parametrize("limit", [("--max-unknowns", "2e1"), ("--max-seconds", "1 ns")])
 def test_limit_is_reached(tmp_path, capsys, limit):
     """Exit status 3, one line, and the best bounds are written."""
     x = np.linspace(0, 2 * np.pi, 33)
@@ -199,40 +175,22 @@ def one_line_and_nothing_written(status, before, folder, capsys):
     assert below(folder) == before
 
 
-@pytest.mark.parametrize("method", ["adaptive", "finite-difference"])
 @pytest.mark.parametrize("case", BAD_GAPS)
-def test_bad_gap(case, method, tmp_path, capsys):
+def test_bad_gap(case, tmp_path, capsys):
+    """The reader names the file, whatever is then done with the gap."""
     np.savez("gap.npz", **BAD_GAPS[case])
-    before = below(tmp_path)
-    status = run("leak", "gap.npz", "--out", "out", "--method", method)
-    one_line_and_nothing_written(status, before, tmp_path, capsys)
-
-
-@pytest.mark.parametrize("case", sorted(BAD_GAPS.keys() - {"single row"}))
-def test_bad_gap_is_named(case):
-    """By the reader itself, whatever is then done with the gap."""
-    np.savez("bad.npz", **BAD_GAPS[case])
-    with pytest.raises(InvalidInput, match=r"bad\.npz"):
-        load_gap("bad.npz")
-
-
-@pytest.mark.parametrize("content", [b"", b"gap", b"PK\x03\x04 cut off"])
-def test_file_that_is_no_npz(content, tmp_path, capsys):
-    (tmp_path / "gap.npz").write_bytes(content)
-    status = run("leak", "gap.npz", "--out", "out")
+    if case != "single row":
+        with pytest.raises(InvalidInput, match=r"gap\.npz"):
+            load_gap("gap.npz")
+    status = run("leak", "gap.npz", "--out", "out", "--method", "finite-difference")
     one_line_and_nothing_written(status, ["gap.npz"], tmp_path, capsys)
 
 
-def test_truncated_npz(wedge, tmp_path, capsys):
-    wedge.write_bytes(wedge.read_bytes()[:-30])
-    status = run("leak", wedge, "--out", "out")
-    one_line_and_nothing_written(status, ["wedge.npz"], tmp_path, capsys)
-
-
-def test_npy_is_no_gap(tmp_path, capsys):
-    np.save("gap.npy", OPEN)
-    status = run("leak", "gap.npy", "--out", "out")
-    one_line_and_nothing_written(status, ["gap.npy"], tmp_path, capsys)
+def test_files_that_are_no_npz(wedge, tmp_path, capsys):
+    for content in (b"", b"gap", b"PK\x03\x04 cut off", wedge.read_bytes()[:-30]):
+        wedge.write_bytes(content)
+        status = run("leak", wedge, "--out", "out")
+        one_line_and_nothing_written(status, ["wedge.npz"], tmp_path, capsys)
 
 
 def test_periodic_sides_need_a_periodic_gap(tmp_path, capsys):
@@ -294,7 +252,6 @@ BAD_OPTIONS = [
     ("leak", "wedge.npz", "--max-seconds", "-1"),
     ("leak", "wedge.npz", "--max-seconds", "10 mm"),
     ("leak", "wedge.npz", "--max-unknowns", "inf"),
-    ("leak", "."),
     ("leak", "wedge.npz", "--products", "cake"),
     ("leak", "wedge.npz", "--products", "mesh", "--method", "finite-difference"),
     ("leak", "wedge.npz", "--unknown"),
@@ -310,9 +267,9 @@ BAD_OPTIONS = [
 ]
 
 
-@pytest.mark.parametrize("arguments", BAD_OPTIONS, ids=" ".join)
-def test_bad_options(arguments, wedge, tmp_path, capsys):
-    one_line_and_nothing_written(run(*arguments), ["wedge.npz"], tmp_path, capsys)
+def test_bad_options(wedge, tmp_path, capsys):
+    for arguments in BAD_OPTIONS:
+        one_line_and_nothing_written(run(*arguments), ["wedge.npz"], tmp_path, capsys)
 
 
 @pytest.mark.parametrize("value", ["[" * 3000, "1" * 5000], ids=["nested", "digits"])
@@ -325,39 +282,12 @@ def test_values_that_choke_a_parser(value, tmp_path, capsys):
     one_line_and_nothing_written(status, ["scene.toml"], tmp_path, capsys)
 
 
-def test_bad_scene(small_scene, tmp_path, capsys):
-    small_scene["flow"]["rtoll"] = 0.1
-    write_toml(tmp_path / "scene.toml", small_scene)
-    status = run("run", "scene.toml", "--out", "out")
-    assert "did you mean rtol" in capsys.readouterr().err
-    assert (status, below(tmp_path)) == (2, ["scene.toml"])
-
-
-def test_surface_file_that_is_not_finite(small_scene, tmp_path, capsys):
-    np.savez("surface.npz", heights=np.full((8, 8), np.nan), spacing=[1e-6, 1e-6])
-    small_scene["surface"] = {"kind": "file", "path": "surface.npz"}
-    write_toml(tmp_path / "scene.toml", small_scene)
-    before = below(tmp_path)
-    status = run("run", "scene.toml", "--out", "out")
-    one_line_and_nothing_written(status, before, tmp_path, capsys)
-
-
 def test_contact_that_does_not_converge(small_scene, tmp_path, capsys):
     small_scene["contact"]["max_iterations"] = 1
     write_toml(tmp_path / "scene.toml", small_scene)
     assert run("run", "scene.toml", "--out", "out") == 3
     assert capsys.readouterr().err.count("\n") == 1
     assert below(tmp_path) == ["scene.toml"]
-
-
-def test_another_scene_is_refused_unless_overwritten(wedge, tmp_path, capsys):
-    fast = ("--method", "finite-difference", "--out", "out")
-    assert run("leak", wedge, *fast) == 0
-    before = below(tmp_path)
-    status = run("leak", wedge, *fast, "--viscosity", "2e-3")
-    one_line_and_nothing_written(status, before, tmp_path, capsys)
-    assert run("leak", wedge, *fast, "--viscosity", "2e-3", "--overwrite") == 0
-    assert read_result(tmp_path / "out")["provenance"]["scene"]["fluid"]["viscosity"] == 2e-3
 
 
 def test_scene_with_everything(small_scene, tmp_path):
@@ -440,18 +370,6 @@ def test_interrupted_run_leaves_nothing(small_scene, tmp_path, end):
     assert below(tmp_path) == ["scene.toml"]
 
 
-def test_contact_alone_imports_no_finite_elements(small_scene, tmp_path):
-    small_scene["output"]["products"] = ["contact"]
-    write_toml(tmp_path / "scene.toml", small_scene)
-    code = (
-        "import sys; from fem_seal.cli import main; main(); "
-        "print({'dolfinx', 'petsc4py', 'mpi4py', 'pyvista', 'matplotlib'} & set(sys.modules))"
-    )
-    arguments = [sys.executable, "-c", code, "run", "scene.toml", "--out", "out"]
-    done = subprocess.run(arguments, capture_output=True, text=True, check=True, env=alone())
-    assert done.stdout.splitlines()[-1] == "set()"
-
-
 def mpirun(*arguments):
     """Run Python with arguments on two processes; status, output and error."""
     done = subprocess.run(
@@ -506,18 +424,13 @@ def test_error_of_one_process_ends_both():
     assert "one process fails" in error
 
 
-def test_version_is_that_of_the_package(capsys):
-    assert run("--version") == 0
-    assert capsys.readouterr().out == f"fem-seal {fem_seal.__version__}\n"
-    assert version("fem_seal") == fem_seal.__version__
-
-
-def test_package_is_a_command_as_well():
-    """Where the script is not on the path."""
+def test_version_is_that_of_the_package():
+    """By the module too, where the script is not on the path."""
     done = subprocess.run(
         [sys.executable, "-m", "fem_seal", "--version"], capture_output=True, text=True, check=True
     )
     assert done.stdout == f"fem-seal {fem_seal.__version__}\n"
+    assert version("fem_seal") == fem_seal.__version__
 
 
 def test_every_help_says_what_for_and_how(capsys):

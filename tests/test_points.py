@@ -9,7 +9,6 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import many_kills
 import numpy as np
 import pytest
 from project import MPI_ENVIRONMENT, alone, write_toml
@@ -256,14 +255,6 @@ def test_summary_and_picture(capsys):
 
 
 MB = 1_000_000
-
-
-def test_a_campaign_of_kills_loses_no_point(tmp_path):
-    """A short one of tests/many_kills.py."""
-    counts = many_kills.campaign(points=40, kills=3, seed=1, folder=tmp_path)
-    assert counts["killed"] > 0
-    assert counts["wrong rows"] == counts["lost points"] == 0
-    assert counts["wrong or lost rows at the end"] == counts["files left behind"] == 0
 
 
 def test_processes_are_started_as_the_memory_holds_them():

@@ -1,8 +1,6 @@
 """Sweeps: rows are those of single runs, done points are kept, another sweep is refused."""
 
 import csv
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -234,25 +232,6 @@ def test_a_changed_input_file_is_computed_again(small_scene, tmp_path, capsys):
         (row,) = rows(tmp_path / "out")
         leaks.append(float(row["leak_rate"]))
     assert leaks[1] > leaks[0]
-
-
-def test_two_sweeps_into_one_folder_lose_no_row(tmp_path):
-    """At the same time, each with points of its own and one of both."""
-    areas = (["0.05", "0.1", "0.15", "0.2"], ["0.2", "0.25", "0.3", "0.35"])
-    code = "import sys; from fem_seal.cli import main; sys.exit(main())"
-    both = [
-        subprocess.Popen(
-            [
-                *(sys.executable, "-c", code, "sweep", "scene.toml", "--out", "out"),
-                *("--vary", f"contact.area_fraction={','.join(values)}"),
-            ]
-        )
-        for values in areas
-    ]
-    assert [process.wait(60) for process in both] == [0, 0]
-    found = [row["contact.area_fraction"] for row in rows(tmp_path / "out")]
-    assert sorted(found) == sorted({*areas[0], *areas[1]})
-    assert {path.name for path in (tmp_path / "out").iterdir()} == LEFT
 
 
 def test_a_run_does_not_go_into_the_folder_of_a_sweep(tmp_path, capsys):
