@@ -66,7 +66,7 @@ def test_bad_input_is_refused(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("growth", [1.05, 1.5, 4.0, 8.0, 25.0, 60.0, 150.0, 500.0, 3e4, 3e7])
+@pytest.mark.parametrize("growth", [1.05, 4.0, 25.0, 150.0, 3e7])
 def test_axes_have_labels_that_do_not_touch(growth):
     """For any span: at least two numbers on each axis, which do not overlap."""
     sizes = [round(1000 * growth ** (k / 3)) for k in range(4)]

@@ -89,18 +89,6 @@ def test_draws_in_a_process_that_uses_fenicsx():
     assert done.stdout.split()[-1] == "7.0"
 
 
-def test_importing_the_package_imports_no_drawing_library():
-    code = (
-        "import sys, fem_seal.render as r\n"
-        "heavy = {'pyvista', 'vtk', 'matplotlib', 'scipy', 'numpy'} & set(sys.modules)\n"
-        "assert not heavy, heavy\n"
-        "r.contact_picture, r.flow_picture, r.bounds_plot\n"
-        "assert not {'pyvista', 'matplotlib', 'dolfinx'} & set(sys.modules)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-
-
 @pytest.mark.parametrize(
     ("window", "size"),
     [

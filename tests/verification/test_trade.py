@@ -10,7 +10,6 @@ from project import write_toml
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.patch import Patch
-from fem_seal.points import Work
 from fem_seal.scene import Scene
 from fem_seal.verification.advice import recommend
 from fem_seal.verification.trade import FlowMethod, Trade, TradePoint, mark_pareto, trade
@@ -130,27 +129,6 @@ def test_what_cannot_be_traded(small_scene, tmp_path):
     pressed = small_scene | {"contact": {"area_fraction": 0.9}}
     with pytest.raises(InvalidInput, match="sealed"):
         trade(Scene.from_mapping(pressed), factors=(0.25, 0.5, 1), tolerances=(0.5,))
-
-
-def test_rates_are_the_same_for_jobs_and_parts(small_scene, tmp_path):
-    """To the last digit; and a solve that is there is not repeated."""
-    scene = Scene.from_mapping(small_scene)
-    settings = {"factors": (0.5, 1, 2), "tolerances": (0.5,)}
-
-    def rates(result):
-        return [(p.samples, p.flow, p.leak_rate, p.lower, p.upper) for p in result.points]
-
-    whole = trade(scene, out=tmp_path / "one", **settings)
-    two = trade(scene, out=tmp_path / "two", work=Work(jobs=2), **settings)
-    assert rates(two) == rates(whole)
-    parts = tmp_path / "parts"
-    assert trade(scene, out=parts, work=Work(part=(2, 2)), **settings) is None
-    assert trade(scene, out=parts, work=Work(gather=True), **settings) is None
-    assert rates(trade(scene, out=parts, work=Work(part=(1, 2)), **settings)) == rates(whole)
-    before = {path: path.stat().st_mtime_ns for path in (parts / "points").iterdir()}
-    assert len(before) == 3 * 3
-    trade(scene, out=parts, **settings)
-    assert {path: path.stat().st_mtime_ns for path in (parts / "points").iterdir()} == before
 
 
 def test_commands_write_what_they_say(small_scene, tmp_path, capsys):
