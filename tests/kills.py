@@ -5,8 +5,8 @@
 A round starts a command (a run, also on two processes or with gmsh, a sweep, also on two processes,
 two sweeps into one folder), ends it after a random time by SIGKILL, SIGINT or SIGTERM, and checks
 that each result in its folder is whole and right, with the numbers of an undisturbed run, and that
-no point of an earlier round is lost. After every few rounds the command is left to end, and its folder and the temporary folder
-must hold what an undisturbed run leaves, and nothing else.
+no point of an earlier round is lost. After every few rounds the command is left to end, and its
+folder and the temporary folder must hold what an undisturbed run leaves, and nothing else.
 """
 
 import argparse
@@ -74,7 +74,7 @@ JOBS = (
     Job("sweep", ((*FEM_SEAL, *AREA_SWEEP, f"contact.area_fraction={','.join(AREAS)}"),), 4),
     Job(
         "sweep on two processes",
-        ((*FEM_SEAL, *AREA_SWEEP, "surface.seed=1..40", "--jobs", "2"),),
+        ((*FEM_SEAL, *AREA_SWEEP, f"surface.seed={','.join(SEEDS)}", "--jobs", "2"),),
         4,
     ),
     Job(
@@ -269,9 +269,8 @@ def campaign(
                     wrong.append(f"{job.name}, {number.name}: {how} {error}")
             wrong += [f"{job.name}, {number.name}: {f}" for f in faults(job, folder, ended=False)]
             points = {path.name for path in folder.glob("out/points/[!.]*.json")}
-            wrong += [f"{job.name}, {number.name}: lost {before[job.name] - points}"] * bool(
-                before[job.name] - points
-            )
+            if lost := before[job.name] - points:
+                wrong.append(f"{job.name}, {number.name}: lost {lost}")
             before[job.name] = points
             if rounds[job.name] % every == 0:
                 ends = wait(start(job, folder, temporary), temporary)

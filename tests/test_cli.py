@@ -20,7 +20,6 @@ import fem_seal
 from fem_seal import cli
 from fem_seal.errors import InvalidInput
 from fem_seal.gap_file import load_gap
-from fem_seal.steps import FLOWS
 from fem_seal.theory.closed_forms import piecewise_linear_channel
 
 VISCOSITY, PRESSURE_DROP = 1e-3, 1e5  # the defaults of fem-seal leak
@@ -87,12 +86,11 @@ def test_leak_of_a_wedge(wedge, tmp_path, method):
     assert result["inflow"] == pytest.approx(result["outflow"], rel=np.sqrt(2e-8), abs=0)
 
 
-@pytest.mark.parametrize("method", list(FLOWS))
-def test_options_reach_the_solver(wedge, tmp_path, method):
+def test_options_reach_the_solver(wedge, tmp_path):
     """Q is Δp / η times a number of the gap."""
-    run("leak", wedge, "--method", method, "--out", "a")
-    changes = ("--viscosity", "4 mPa s", "--pressure-drop", "2e5")
-    run("leak", wedge, "--method", method, *changes, "--out", "b")
+    method = ("--method", "finite-difference")
+    run("leak", wedge, *method, "--out", "a")
+    run("leak", wedge, *method, "--viscosity", "4 mPa s", "--pressure-drop", "2e5", "--out", "b")
     first, second = (read_result(tmp_path / name)["leak_rate"]["value"] for name in "ab")
     assert second == pytest.approx(first / 2, rel=1e-9, abs=0)
 
@@ -244,6 +242,7 @@ BAD_OPTIONS = [
     ("leak", "wedge.npz", "--representation", "cubic"),
     ("leak", "wedge.npz", "--method", "magic"),
     ("leak", "wedge.npz", "--links", "none"),
+    ("leak", "wedge.npz", "--strict"),  # without a limit
     ("leak", "wedge.npz", "--viscosity", "-1"),
     ("leak", "wedge.npz", "--viscosity", "1 um"),
     ("leak", "wedge.npz", "--pressure-drop", "0"),
@@ -532,11 +531,6 @@ def test_strict(wedge, factor, status, capsys):
     assert run("leak", wedge, "--limit", limit, "--strict") == status
     assert ("(--strict)" in capsys.readouterr().err) == (status != 0)
     assert run("leak", wedge, "--limit", limit) == 0
-
-
-def test_strict_needs_a_limit(wedge, capsys):
-    assert run("leak", wedge, "--strict") == 2
-    assert "--strict needs a limit" in capsys.readouterr().err
 
 
 def test_result_keeps_scene_and_command_as_written(small_scene, tmp_path):

@@ -116,7 +116,9 @@ MPI_EXECUTORS = {
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("kind", MPI_EXECUTORS)
+@pytest.mark.parametrize(
+    "kind", ["MPICommExecutor", pytest.param("MPIPoolExecutor", marks=pytest.mark.slow)]
+)
 def test_rows_are_the_same_for_workers_of_mpi(kind, small_scene, tmp_path):
     """A worker solves alone, and waits for nobody: not even to start PETSc."""
     small_scene["flow"] |= {"method": "adaptive", "rtol": 0.5}

@@ -48,208 +48,143 @@ def nc_attribute(path, name, value):
         setattr(file.variables["gap"], name, value)
 
 
-def npy(path, values):
-    np.save(path, values)
-
-
 UNEVEN = np.array([0, 1, 2, 3, 4, 5.01]) * SPACING[0]
+
+
+def of_h5(words, said=Stated(), **more):  # noqa: B008
+    return "a.h5", lambda p: h5(p, **more), said, words
+
+
+def of_attribute(words, name, value, of="x"):
+    return "a.h5", lambda p: h5_attribute(p, name, value, of), Stated(), words
+
+
+def of_nc(words, name, value):
+    return "a.nc", lambda p: nc_attribute(p, name, value), Stated(), words
+
+
+def of_npy(words, values, said=SAID):
+    return "a.npy", lambda p: np.save(p, values), said, words
+
+
+def of_npz(words, said, **arrays):
+    return "a.npz", lambda p: np.savez(p, **arrays), said, words
+
+
+def of_text(words, text, name="a.txt"):
+    content = text if isinstance(text, bytes) else text.encode()
+    return name, lambda p: p.write_bytes(content), SAID, words
+
+
+PERIODIC = "periodic in .*a.h5 must be one true or false"
+DIFFER = "size = 3e-06 m by 1e-06 m, but size = {} m by {} m was given"
+FRAMES = layouts.contact_mechanics_nc
 CASES = {
-    "no unit": ("a.h5", lambda p: h5(p, unit=None), Stated(), "have no unit; say it"),
+    "no unit": of_h5("have no unit; say it", unit=None),
     "no unit of x": (
         "a.h5",
         lambda p: layouts.plain_h5(p, "gap", GAP, SPACING, "m"),
         Stated(),
         "the lengths of .*a.h5 have no unit; say it in the scene",
     ),
-    "no size": (
-        "a.npy",
-        lambda p: npy(p, GAP),
-        Stated(unit="um"),
-        "does not say its lengths; give its size",
+    "no size": of_npy("does not say its lengths; give its size", GAP, Stated(unit="um")),
+    "unit of another kind": of_h5("in 'kg', which is no", unit="kg"),
+    "ampere": of_h5("in 'mA', which is no unit of length", unit="mA"),
+    "mask of words": of_h5("mask in .*a.h5 must hold true", mask=np.full(GAP.shape, b"no")),
+    "length of words": of_attribute(
+        r"length of x in .*a.h5 must be one number, got \['6 um'\]", "length", "6 um"
     ),
-    "unit of another kind": ("a.h5", lambda p: h5(p, unit="kg"), Stated(), "in 'kg', which is no"),
-    "mask of words": (
-        "a.h5",
-        lambda p: h5(p, mask=np.full(GAP.shape, b"no")),
-        Stated(),
-        "mask in .*a.h5 must hold true and false",
+    "periodic of words": of_attribute(PERIODIC + ", got 'false'", "periodic", "false"),
+    "periodic of nothing": of_attribute(PERIODIC, "periodic", np.array([], dtype=int)),
+    "periodic of another number": of_h5(PERIODIC, periodic=2.5),
+    "unit against the scene": of_h5("are in m, but unit = 'um' was given; leave out", SAID),
+    "size against the scene": of_h5(DIFFER.format(3e-6, 2e-6), Stated(size=(3e-6, 2e-6))),
+    "size a little against the scene": of_h5(
+        DIFFER.format(3.00001e-6, 1e-6), Stated(size=(3.00001e-6, 1e-6))
     ),
-    "length of words": (
-        "a.h5",
-        lambda p: h5_attribute(p, "length", "6 um"),
-        Stated(),
-        r"length of x in .*a.h5 must be one number, got \['6 um'\]",
-    ),
-    "periodic of words": (
-        "a.h5",
-        lambda p: h5_attribute(p, "periodic", "false"),
-        Stated(),
-        "periodic in .*a.h5 must be one true or false, got 'false'",
-    ),
-    "periodic of nothing": (
-        "a.h5",
-        lambda p: h5_attribute(p, "periodic", np.array([], dtype=int)),
-        Stated(),
-        "periodic in .*a.h5 must be one true or false",
-    ),
-    "periodic of another number": (
-        "a.h5",
-        lambda p: h5(p, periodic=2.5),
-        Stated(),
-        "periodic in .*a.h5 must be one true or false",
-    ),
-    "ampere": ("a.h5", lambda p: h5(p, unit="mA"), Stated(), "in 'mA', which is no unit of length"),
-    "unit against the scene": ("a.h5", h5, SAID, r"are in m, but unit = 'um' was given; leave out"),
-    "size against the scene": (
-        "a.h5",
-        h5,
-        Stated(size=(3e-6, 2e-6)),
-        "size = 3e-06 m by 1e-06 m, but size = 3e-06 m by 2e-06 m was given",
-    ),
-    "size a little against the scene": (
-        "a.h5",
-        h5,
-        Stated(size=(3.00001e-6, 1e-6)),
-        "size = 3e-06 m by 1e-06 m, but size = 3.00001e-06 m by 1e-06 m was given",
-    ),
-    "repeats against the scene": (
-        "a.npz",
-        lambda p: np.savez(p, gap=GAP, spacing=SPACING, periodic=False),
-        Stated(periodic=True),
+    "repeats against the scene": of_npz(
         "says periodic = False, but True was given; .*make_periodic",
+        Stated(periodic=True),
+        **{"gap": GAP, "spacing": SPACING, "periodic": False},
     ),
-    "units of x and y": ("a.h5", lambda p: h5(p, y_unit="mm"), Stated(), "differ in unit: m, mm"),
-    "uneven": ("a.h5", lambda p: h5(p, x=UNEVEN), Stated(), "x in .* is not evenly spaced"),
-    "backwards": ("a.h5", lambda p: h5(p, x=-UNEVEN), Stated(), "not evenly spaced and increasing"),
-    "too many coordinates": ("a.h5", lambda p: h5(p, x=np.arange(7.0)), Stated(), "6 coordinates"),
-    "infinite": ("a.npy", lambda p: npy(p, GAP + np.inf), SAID, "24 of 24 values .* infinite"),
-    "missing points of a gap": ("a.npy", lambda p: npy(p, GAP * np.nan), SAID, "not finite"),
-    "line scan": ("a.npy", lambda p: npy(p, GAP[0]), SAID, "two-dimensional, .* not \\(4,\\)"),
-    "volume": ("a.h5", lambda p: h5(p, np.stack([GAP, GAP])), Stated(), "has shape \\(2, 6, 4\\)"),
-    "complex": ("a.h5", lambda p: h5(p, GAP * 1j), Stated(), "must hold real numbers, not complex"),
+    "units of x and y": of_h5("differ in unit: m, mm", y_unit="mm"),
+    "uneven": of_h5("x in .* is not evenly spaced", x=UNEVEN),
+    "backwards": of_h5("not evenly spaced and increasing", x=-UNEVEN),
+    "too many coordinates": of_h5("6 coordinates", x=np.arange(7.0)),
+    "infinite": of_npy("24 of 24 values .* infinite", GAP + np.inf),
+    "missing points of a gap": of_npy("not finite", GAP * np.nan),
+    "line scan": of_npy(r"two-dimensional, .* not \(4,\)", GAP[0]),
+    "volume": of_h5(r"has shape \(2, 6, 4\)", gap=np.stack([GAP, GAP])),
+    "complex": of_h5("must hold real numbers, not complex", gap=GAP * 1j),
     "no gap": (
         "a.nc",
-        lambda p: layouts.contact_mechanics_nc(p, displacements=GAP[None], forces=GAP[None]),
+        lambda p: FRAMES(p, displacements=GAP[None], forces=GAP[None]),
         SAID,
         "has no array 'gap' or 'gaps'; it holds displacements, forces",
     ),
-    "no frame": (
-        "a.nc",
-        lambda p: layouts.contact_mechanics_nc(p, gap=GAP[None][:0]),
-        SAID,
-        "gap in .* has no frame",
-    ),
-    "no such array": ("a.h5", h5, Stated(array="height"), "no array 'height'; it holds gap, x, y"),
+    "no frame": ("a.nc", lambda p: FRAMES(p, gap=GAP[None][:0]), SAID, "gap in .* has no frame"),
+    "no such array": of_h5("no array 'height'; it holds gap, x, y", Stated(array="height")),
     "traction of another shape": (
         "a.npz",
         lambda p: layouts.tamaas_npz(p, (3.0, 1.0), gap=GAP, traction=GAP[1:]),
         Stated(unit="um"),
         r"shape \(6, 4\), but its contact pressure \(5, 4\)",
     ),
-    "attributes of Tamaas": (
-        "a.npz",
-        lambda p: np.savez(p, gap=GAP, attrs="{"),
-        SAID,
-        "attrs in .* is not the JSON that Tamaas writes",
+    "attributes of Tamaas": of_npz(
+        "attrs in .* is not the JSON that Tamaas writes", SAID, gap=GAP, attrs="{"
     ),
-    "ragged text": (
-        "a.txt",
-        lambda p: p.write_text("1 2\n\n3\n"),
-        SAID,
-        "line 3 of .*a.txt has 1 number, and other lines have 2: '3'",
+    "ragged text": of_text(
+        "line 3 of .*a.txt has 1 number, and other lines have 2: '3'", "1 2\n\n3\n"
     ),
-    "empty text": ("a.txt", lambda p: p.write_text("# nothing\n"), SAID, "holds no numbers: it is"),
-    "words": ("a.txt", lambda p: p.write_text("\none two\n"), SAID, "line 2 is 'one two'"),
-    "a word in a line": (
-        "a.txt",
-        lambda p: p.write_text("Width; 3\n1;2;3\n4;o5;6\n"),
-        SAID,
-        "line 3, column 2 of .*a.txt is 'o5', which is no number",
+    "empty text": of_text("holds no numbers: it is", "# nothing\n"),
+    "words": of_text("line 2 is 'one two'", "\none two\n"),
+    "a word in a line": of_text(
+        "line 3, column 2 of .*a.txt is 'o5', which is no number", "Width; 3\n1;2;3\n4;o5;6\n"
     ),
-    "a word in the first line": (
-        "a.txt",
-        lambda p: p.write_text("1 2 3o\n4 5 6\n"),
-        SAID,
-        "line 1, column 3 of .*a.txt is '3o'",
-    ),
-    "commas of two kinds": (
-        "a.csv",
-        lambda p: p.write_text("0,5, 0,7\n1,5, 2,5\n"),
-        SAID,
+    "a word in the first line": of_text("line 1, column 3 of .*a.txt is '3o'", "1 2 3o\n4 5 6\n"),
+    "commas of two kinds": of_text(
         "lines such as '1,5, 2,5', whose commas may be decimal commas or stand between",
+        "0,5, 0,7\n1,5, 2,5\n",
+        "a.csv",
     ),
-    "commas of one kind": ("a.csv", lambda p: p.write_text("1,5\n2,7\n"), SAID, "may be decimal"),
-    "an underscore": ("a.txt", lambda p: p.write_text("1 2\n3 4_0\n"), SAID, "column 2 .* '4_0'"),
-    "bytes": ("a.txt", lambda p: p.write_bytes(b"1 2 3 4\x00 5"), SAID, "no text file, character"),
-    "half of UTF-16": (
-        "a.txt",
-        lambda p: p.write_bytes("1 2\n3 4\n".encode("utf-16")[:-1]),
-        SAID,
-        "byte 17 is no text in UTF-16",
-    ),
-    "fewer lines than announced": (
-        "a.txt",
-        lambda p: p.write_text("ncols 3\nnrows 4\n1 2 3\n4 5 6\n7 8 9\n"),
-        SAID,
+    "commas of one kind": of_text("may be decimal", "1,5\n2,7\n", "a.csv"),
+    "an underscore": of_text("column 2 .* '4_0'", "1 2\n3 4_0\n"),
+    "bytes": of_text("no text file, character", b"1 2 3 4\x00 5"),
+    "half of UTF-16": of_text("byte 17 is no text in UTF-16", "1 2\n3 4\n".encode("utf-16")[:-1]),
+    "fewer lines than announced": of_text(
         "holds 3 lines of 3 numbers, and its header announces 4 of 3; it may be cut off",
+        "ncols 3\nnrows 4\n1 2 3\n4 5 6\n7 8 9\n",
     ),
-    "a profile": ("a.txt", lambda p: p.write_text("0 1\n1 2\n2 3\n3 1\n"), SAID, "is a line scan"),
-    "points of no grid": (
-        "a.txt",
-        lambda p: p.write_text("0 0 1\n0 1 2\n1 0 3\n1.3 1 4\n"),
-        SAID,
-        "line 3 of .*a.txt: x = .* is not on the even grid",
+    "a profile": of_text("is a line scan", "0 1\n1 2\n2 3\n3 1\n"),
+    "points of no grid": of_text(
+        "line 3 of .*a.txt: x = .* is not on the even grid", "0 0 1\n0 1 2\n1 0 3\n1.3 1 4\n"
     ),
-    "few points": (
-        "a.txt",
-        lambda p: p.write_text("".join(f"{k} {k} 1\n" for k in range(9))),
-        SAID,
-        "its 9 points are few of the 9 x 9",
+    "few points": of_text(
+        "its 9 points are few of the 9 x 9", "".join(f"{k} {k} 1\n" for k in range(9))
     ),
-    "a point twice": (
-        "a.txt",
-        lambda p: p.write_text("0 0 1\n0 1 2\n1 0 3\n# again\n0 1 4\n1 1 2\n"),
-        SAID,
+    "a point twice": of_text(
         "line 5 of .*a.txt has the same x and y as a line before it",
+        "0 0 1\n0 1 2\n1 0 3\n# again\n0 1 4\n1 1 2\n",
     ),
-    "a point nowhere": (
-        "a.txt",
-        lambda p: p.write_text("0 0 1\n0 1 2\n1 nan 3\n1 1 4\n"),
-        SAID,
-        "line 3 of .*a.txt has no x or no y",
+    "a point nowhere": of_text(
+        "line 3 of .*a.txt has no x or no y", "0 0 1\n0 1 2\n1 nan 3\n1 1 4\n"
     ),
-    "three columns that are no list": (
-        "a.txt",
-        lambda p: p.write_text("1 2 3\n1 3 4\n1 4 5\n1 5 3\n"),
-        SAID,
+    "three columns that are no list": of_text(
         "x is the same in all lines; a map that is three samples wide",
+        "1 2 3\n1 3 4\n1 4 5\n1 5 3\n",
     ),
-    "unknown format": (
-        "a.xyz1",
-        lambda p: p.write_bytes(b"\x00\x01" * 9),
-        SAID,
-        "no format that Surface",
+    "unknown format": of_text("no format that Surface", b"\x00\x01" * 9, "a.xyz1"),
+    "fill value of words": of_attribute(
+        "_FillValue of gap in .*a.h5 must be one number, got 'none'", "_FillValue", "none", "gap"
     ),
-    "fill value of words": (
-        "a.h5",
-        lambda p: h5_attribute(p, "_FillValue", "none", of="gap"),
-        Stated(),
-        "_FillValue of gap in .*a.h5 must be one number, got 'none'",
+    "missing value of words": of_nc(
+        "missing_value of gap in .*a.nc must be one number, got 'none'", "missing_value", "none"
     ),
-    "missing value of words": (
-        "a.nc",
-        lambda p: nc_attribute(p, "missing_value", "none"),
-        Stated(),
-        "missing_value of gap in .*a.nc must be one number, got 'none'",
+    "scale of words": of_nc(
+        "scale_factor of gap in .*a.nc must be one number, got 'um'", "scale_factor", "um"
     ),
-    "scale of words": (
-        "a.nc",
-        lambda p: nc_attribute(p, "scale_factor", "um"),
-        Stated(),
-        "scale_factor of gap in .*a.nc must be one number, got 'um'",
-    ),
-    "NetCDF that is none": ("a.nc", lambda p: p.write_text("CDF"), SAID, "not a whole NetCDF file"),
-    "HDF5 that is none": ("a.h5", lambda p: p.write_text("HDF"), SAID, "cannot be read"),
+    "NetCDF that is none": of_text("not a whole NetCDF file", "CDF", "a.nc"),
+    "HDF5 that is none": of_text("cannot be read", "HDF", "a.h5"),
 }
 
 

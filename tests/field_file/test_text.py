@@ -68,97 +68,78 @@ FILES = {
         Stated(unit="um", size=SAID.size, missing=-9999),
     ),
     "the same in the header": (f"NODATA_value -9999\n{matrix(missing='-9999')}", SAID),
+    "points": (points(), UNIT),
+}
+# Files that say unit and lengths themselves.
+WHOLE = {
     "Gwyddion": (
         "# Channel: Topo\n# Width: 3.0 µm\n# Height: 1.0 µm\n# Value units: um\n"
-        + matrix("\t", values=HEIGHTS.T),
-        Stated(),
+        + matrix("\t", values=HEIGHTS.T)
     ),
     "steps and unit": (
         "Instrument;X-200\nDate;12.03.2024 10:15\nSchrittweite X [µm];0,5\n"
         "Schrittweite Y [µm];0,25\nEinheit Z;µm\n\n"
-        + matrix(";", ",", missing="", values=HEIGHTS.T),
-        Stated(),
+        + matrix(";", ",", missing="", values=HEIGHTS.T)
     ),
     "counts that say which way x runs": (
         "x-pixels = 6\ny-pixels = 4\nx-length = 3000\ny-length = 1000\nx-unit = nm\nz-unit = um\n"
-        + matrix(values=HEIGHTS.T),
-        Stated(),
+        + matrix(values=HEIGHTS.T)
     ),
     "counts that say that lines are columns": (
         "x-pixels = 6\ny-pixels = 4\nx-length = 3000\ny-length = 1000\nx-unit = nm\nz-unit = um\n"
-        + matrix(),
-        Stated(),
+        + matrix()
     ),
     "a spreadsheet's header": (
         "Width,3 µm,,\nHeight,1 µm,,\nZ unit,um,,\n,,,\n"
-        + matrix(",", missing="", values=HEIGHTS.T),
-        Stated(),
+        + matrix(",", missing="", values=HEIGHTS.T)
     ),
     "two steps in a cell": (
         "Instrument\tX-200\nStep X / Y [um]\t0.5 / 0.25\nUnit Z\tum\n"
-        + matrix("\t", values=HEIGHTS.T),
-        Stated(),
+        + matrix("\t", values=HEIGHTS.T)
     ),
     "two steps in a cell, their unit in the next": (
-        "Step X/Y;0,5/0,25;µm\nZ;µm\n" + matrix(";", ",", values=HEIGHTS.T),
-        Stated(),
+        "Step X/Y;0,5/0,25;µm\nZ;µm\n" + matrix(";", ",", values=HEIGHTS.T)
     ),
     "two steps, a comma between the axes": (
-        "Spacing (X, Y): 0.5 µm, 0.25 µm\nHeights in µm\n" + matrix(values=HEIGHTS.T),
-        Stated(),
+        "Spacing (X, Y): 0.5 µm, 0.25 µm\nHeights in µm\n" + matrix(values=HEIGHTS.T)
     ),
     "distances in words": (
         "Distance between points : 0.5 [um]\nDistance between lines : 0.25 [um]\nZ unit: um\n"
-        + matrix(values=HEIGHTS.T),
-        Stated(),
+        + matrix(values=HEIGHTS.T)
     ),
-    "field of view": (
-        "Field of view [µm];3 x 1\nZ [µm]\n" + matrix(";", values=HEIGHTS.T),
-        Stated(),
-    ),
+    "field of view": ("Field of view [µm];3 x 1\nZ [µm]\n" + matrix(";", values=HEIGHTS.T)),
     "units for a pixel": (
         "X resolution: 0.5 um/pixel\nY resolution: 0.25 um/pixel\nheights in um\n"
-        + matrix(values=HEIGHTS.T),
-        Stated(),
+        + matrix(values=HEIGHTS.T)
     ),
-    "points": (points(), UNIT),
-    "points with titles": (f"x [um]; y [um]; z [um]\n{points(';', ',', '')}", Stated()),
-    "titles in another order": (
-        "y,x,z\nmm,mm,um\n" + points(",", order=(1, 0, 2), unit=1e-3),
-        Stated(),
-    ),
+    "points with titles": (f"x [um]; y [um]; z [um]\n{points(';', ',', '')}"),
+    "titles in another order": ("y,x,z\nmm,mm,um\n" + points(",", order=(1, 0, 2), unit=1e-3)),
     "a number for each point, and its brightness": (
         "Nr;X (um);Y (um);Höhe (um);I\n"
-        + "".join(f"1;{line};9\n" for line in points(";").splitlines()),
-        Stated(),
+        + "".join(f"1;{line};9\n" for line in points(";").splitlines())
     ),
     "units in a line of their own": (
-        "# z y x\n# units: um mm mm\n" + points(order=(2, 1, 0), unit=1e-3),
-        Stated(),
+        "# z y x\n# units: um mm mm\n" + points(order=(2, 1, 0), unit=1e-3)
     ),
-    "units behind slashes": ("x/mm, y/mm, Height/µm\n" + points(",", unit=1e-3), Stated()),
-    "units behind underscores": ("x_mm\ty_mm\tz_um\n" + points("\t", unit=1e-3), Stated()),
-    "savetxt": ("# x [mm], y [mm], z [um]\n" + points(" ", unit=1e-3), Stated()),
-    "coordinates around a matrix": ("Einheit: mm\n" + around(), Stated()),
-    "a title between coordinates": (around("y\\x [mm]", "Z [mm]\n"), Stated()),
-    "coordinates that fall": (around("0", "Unit: mm\n", falling=True), Stated()),
+    "units behind slashes": ("x/mm, y/mm, Height/µm\n" + points(",", unit=1e-3)),
+    "units behind underscores": ("x_mm\ty_mm\tz_um\n" + points("\t", unit=1e-3)),
+    "savetxt": ("# x [mm], y [mm], z [um]\n" + points(" ", unit=1e-3)),
+    "coordinates around a matrix": ("Einheit: mm\n" + around()),
+    "a title between coordinates": (around("y\\x [mm]", "Z [mm]\n")),
+    "coordinates that fall": (around("0", "Unit: mm\n", falling=True)),
     "coordinates without a corner": (
-        "# Unit: mm\n" + around(missing="NaN").replace("\t", " ").replace(",", ".").lstrip(),
-        Stated(),
+        "# Unit: mm\n" + around(missing="NaN").replace("\t", " ").replace(",", ".").lstrip()
     ),
     "points and commas between thousands": (
-        "Width: 3,000.00 nm\nHeight: 1'000 nm\nz-unit: um\n" + matrix(values=HEIGHTS.T),
-        Stated(),
+        "Width: 3,000.00 nm\nHeight: 1'000 nm\nz-unit: um\n" + matrix(values=HEIGHTS.T)
     ),
     "blanks and points between thousands": (
-        "Breite: 3.000,0 nm\nHöhe: 1 000 nm\nEinheit Z: um\n" + matrix(";", ",", values=HEIGHTS.T),
-        Stated(),
+        "Breite: 3.000,0 nm\nHöhe: 1 000 nm\nEinheit Z: um\n" + matrix(";", ",", values=HEIGHTS.T)
     ),
     "SDF": (
         SDF
         + matrix(missing="BAD", values=1e3 * HEIGHTS.T).replace(" ", "\n")
-        + "*\n<comment>12 34</comment>\n*\n",
-        Stated(),
+        + "*\n<comment>12 34</comment>\n*\n"
     ),
     "points in other units": (
         "x [mm]\ty [mm]\tHeight [µm]\n"
@@ -166,8 +147,7 @@ FILES = {
             f"{DX * i / 1000:.6f}\t{DY * j / 1000:.6f}\t{z:.3f}\n"
             for (i, j), z in np.ndenumerate(HEIGHTS)
             if not np.isnan(z)  # a point that is left out is missing
-        ),
-        Stated(),
+        )
     ),
 }
 
@@ -177,10 +157,13 @@ ENCODINGS = ["utf-8-sig", "utf-16", "utf-16-le", "cp1252"]
 
 @pytest.mark.parametrize(
     ("name", "encoding"),
-    [*((name, "utf-8") for name in FILES), *(("steps and unit", coding) for coding in ENCODINGS)],
+    [
+        *((name, "utf-8") for name in FILES | WHOLE),
+        *(("steps and unit", coding) for coding in ENCODINGS),
+    ],
 )
 def test_same_map(name, encoding, tmp_path):
-    text, said = FILES[name]
+    text, said = FILES[name] if name in FILES else (WHOLE[name], Stated())
     (tmp_path / "a.txt").write_bytes(text.encode(encoding))
     field = read_map(tmp_path / "a.txt", HEIGHT_NAMES, said)
     # One rounding of the number and one of its unit.

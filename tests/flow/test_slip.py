@@ -67,7 +67,7 @@ def test_a_channel_is_that_of_arkilic(B):
 @LAWS
 @pytest.mark.parametrize("representation", REPRESENTATIONS)
 @pytest.mark.parametrize("p_out", [0.0, 1.999])
-@pytest.mark.parametrize("B", [1e-6, 0.3, 30.0, 1e9])
+@pytest.mark.parametrize("B", [1e-6, 0.3, 1e9])
 def test_uniform_channel(law, representation, p_out, B):
     """The weight w(p) = c(g p/B) of the channel's own gap leaves nothing of the pressure open."""
     slip = Slip(2.0, p_out, B, law)
@@ -103,8 +103,8 @@ def test_the_example_of_two_layers():
 
 
 @LAWS
-@pytest.mark.parametrize("p_out", [0.0, 0.2, 1.9])
-@pytest.mark.parametrize("B", 10.0 ** np.arange(-7, 10, 2))
+@pytest.mark.parametrize("p_out", [0.0, 1.9])
+@pytest.mark.parametrize("B", [1e-7, 1e-3, 0.1, 10.0, 1e3, 1e9])
 def test_layers_in_series(law, p_out, B):
     """Enclosed at all Knudsen numbers. To first order nothing is open in both limits, where the
     flow is linear in p² or in p; of the kinetic law no more than ±6 % (±2.2 % was seen)."""
@@ -195,8 +195,9 @@ def test_linear_gap_that_touches_along_the_flow(law, aspect, B):
 
 
 @pytest.mark.parametrize("law", [FIRST_ORDER, kinetic(0.8)], ids=["first order", "kinetic"])
-@pytest.mark.parametrize(("B", "p_out"), [(1e-2, 0.5), (3.0, 0.0), (1e4, 0.0)])
-@pytest.mark.parametrize("shape", [False, True])
+@pytest.mark.parametrize(
+    ("B", "p_out", "shape"), [(1e-2, 0.5, False), (3.0, 0.0, True), (1e4, 0.0, False)]
+)
 def test_wedge(law, B, p_out, shape):
     """g falls along the flow from 1 to 0.1: an ordinary differential equation for p.
 
