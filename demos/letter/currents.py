@@ -18,9 +18,10 @@ from demos.letter.contacts import (
     certified,
 )
 from fem_seal.contact import ContactState, on_finer_grids
-from fem_seal.film import GridFilm
+from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.finite_difference import solve
-from fem_seal.theory.bruggeman import effective_dimension, estimated_leak_rate
+from fem_seal.grid import GridField
+from fem_seal.theory.bruggeman import effective_conductivity, effective_dimension
 
 # Link rules in increasing order of the leak rate: every link has harmonic <= linear-gap <=
 # arithmetic, and no leak rate falls when a link conducts better (Rayleigh).
@@ -99,11 +100,18 @@ def current(
         value=leak.value,
         upper=upper,
         **dict(zip(("harmonic", "linear_gap", "arithmetic"), rates, strict=True)),
-        bruggeman=estimated_leak_rate(gap, **scales),
-        modified=estimated_leak_rate(gap, dimension=dimension, **scales) if elastic else None,
+        bruggeman=medium(gap, 2.0),
+        modified=medium(gap, dimension) if elastic else None,
         unknowns=leak.unknowns,
         seconds=process_time() - start,
     )
+
+
+def medium(gap: GridField, dimension: float) -> float:
+    """Leak rate [m³/s] of Bruggeman's medium with the conductivities g³/(12 η) of a gap."""
+    K = film_conductivity(gap.values.ravel(), VISCOSITY)
+    square = effective_conductivity(K, dimension=dimension, rtol=1e-10)
+    return float(square) * PRESSURE_DROP * gap.size[1] / gap.size[0]
 
 
 @dataclass(frozen=True)

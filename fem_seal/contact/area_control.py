@@ -160,14 +160,9 @@ def _first_guess(pair: ContactPair, area_fraction: float, start: np.ndarray | No
 def _between(
     below: tuple[float, float], above: tuple[float, float], target: float, same_side: int
 ) -> float:
-    """Next pressure between the bracket's ends (pressure, Y).
+    """Next pressure between the bracket's ends (pressure, Y), for Y of the prescribed area.
 
-    Parameters
-    ----------
-    below, above : ends of the bracket
-    same_side : number of consecutive areas that missed on the same side
-    target
-        Y of the prescribed area.
+    `same_side` is the number of consecutive areas that missed on the same side.
     """
     if not np.isfinite(above[0]):
         # No upper end yet: extrapolate along the line through the origin, a little too far, by a

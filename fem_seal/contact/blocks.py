@@ -23,12 +23,7 @@ class RowPasses:
 
     numpy computes without Python's lock: threads save time if a block is large. The blocks depend
     on the shape only and their answers come in order: sums over them have the same digits for every
-    number of threads.
-
-    Parameters
-    ----------
-    threads : number of threads
-    strip : blocks that a thread takes at a time
+    number of threads. A thread takes `strip` blocks at a time.
     """
 
     def __init__(self, threads: int = 1, strip: int = STRIP):

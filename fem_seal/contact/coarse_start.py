@@ -18,13 +18,9 @@ ROUGHLY = ContactStopping(tolerance=0.3, gap_tolerance=float("inf"))
 def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:
     """Pressure [Pa] of the 2 × 2 means of the heights, repeated on the fine grid.
 
-    The coarse problem is started in the same way, recursively.
-
-    Returns
-    -------
-    (nx, ny) float, or None
-        None where a coarse start would not pay: on small or odd grids, and unless Persson's area
-        √(8/π) p / (E* h'rms) is below `LIGHT`, with the slope from differences of neighbours.
+    The coarse problem is started in the same way, recursively. None where a coarse start would not
+    pay: on small or odd grids, and unless Persson's area √(8/π) p / (E* h'rms) is below `LIGHT`,
+    with the slope from differences of neighbours.
     """
     heights, spacing = pair.height.values, pair.height.spacing
     nx, ny = heights.shape

@@ -22,18 +22,13 @@ class Extension:
     and needs no pressure outside. That displacement is smooth and decays with the distance. If u
     were set to zero outside, M would act on a jump at the edge.
 
-    E approximates it. Free points keep their values. The other points are interpolated from
-    coarser grids, whose cells hold weighted means of the free values in and around them, mixed
-    with the next coarser grid by the fraction of the cell that is not free. Eᵀ M E is symmetric,
-    as conjugate gradients require.
+    E approximates it. Free points keep their values. The other points are interpolated from coarser
+    grids, whose cells hold weighted means of the free values in and around them, mixed with the
+    next coarser grid by the fraction of the cell that is not free. Eᵀ M E is symmetric, as
+    conjugate gradients require.
 
-    Parameters
-    ----------
-    free : (nx, ny) float
-        1 at free points, 0 elsewhere. Not copied: call `update` after changing it.
-    levels : number of coarser grids
-    fade : weight s / (s + fade (1 - s)) of a cell of which a fraction s is free
-    passes : threads of the passes; one by default
+    `free` (nx, ny) is 1 at free points, 0 elsewhere. It is not copied: call `update` after changing
+    it.
     """
 
     def __init__(

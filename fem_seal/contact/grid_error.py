@@ -90,13 +90,9 @@ class Extrapolation:
 def extrapolate(values: Sequence[float], refinement: float = 2.0) -> Extrapolation:
     """Richardson's extrapolation of the last three values with their observed order.
 
-    If they do not converge monotonically, no order can be observed: the limit is then the last
-    value, and the error the larger of the two changes.
-
-    Parameters
-    ----------
-    values : a quantity (area, mean gap, leak rate) on a sequence of grids
-    refinement : ratio of the spacings of consecutive grids
+    The values are those on grids each of half the spacing of the one before. If they do not
+    converge monotonically, no order can be observed: the limit is then the last value, and the
+    error the larger of the two changes.
     """
     if len(values) < 3:
         raise InvalidInput(f"an extrapolation needs three grids, got {len(values)}")

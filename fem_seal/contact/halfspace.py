@@ -71,18 +71,16 @@ THREADED_FROM = 512**2
 class HalfSpace:
     """Displacement under a pressure, ũ(q) = p̃(q) / k(q), and the inverse, by FFT.
 
-    Dimensionless: with ℓ = (dx dy)^(1/2) and any height unit, pressures are in units of
-    E* × height / (2ℓ), so that k(q) = qℓ for the half-space (elastic energy of
-    Campañá, Müser, Phys. Rev. B 74, 075420 (2006): (1/4) E* q |ũ|² a mode). The mean of every
-    displacement is zero: it is determined by the load, not by elasticity.
+    Dimensionless: with ℓ = (dx dy)^(1/2) and any height unit, pressures are in units of E* × height
+    / (2ℓ), so that k(q) = qℓ for the half-space (elastic energy of Campañá, Müser, Phys. Rev. B 74,
+    075420 (2006): (1/4) E* q |ũ|² a mode). The mean of every displacement is zero: it is determined
+    by the load, not by elasticity.
 
     Signs: a pressure > 0 is compression; a displacement > 0 moves the solid away from the
     counter-face and opens the gap.
 
     Parameters
     ----------
-    shape, spacing : (nx, ny), (dx, dy), the periodic grid
-    layer : layer of finite thickness; None for a half-space
     threads : threads of the FFTs and of the passes over the arrays; None for the cores of this
         process, or for one below `THREADED_FROM` samples
     precision : "mixed" or "double": precision of preconditioner and curvature, which only steer the
@@ -91,7 +89,6 @@ class HalfSpace:
     Attributes
     ----------
     exact, steer : the work arrays, in double and in the steering precision
-    passes : the threads of the passes
     pairs : FFT pairs (forward and backward) spent so far
     """
 

@@ -19,11 +19,6 @@ class Halving:
 
     Neither operation is normalised: callers include the factor 16 in their weights. Where the
     number of samples is odd, the last coarse cell contains a single row or column.
-
-    Parameters
-    ----------
-    shape : (nx, ny), samples of the fine grid
-    passes : threads of the passes; one by default
     """
 
     def __init__(self, shape: tuple[int, int], passes: RowPasses | None = None):

@@ -86,19 +86,7 @@ def contact_under(
     arithmetic: Arithmetic,
     start: Start | None = None,
 ) -> ContactState:
-    """The contact of `solve`, with its settings as objects.
-
-    Parameters
-    ----------
-    height : heights [m]
-    stopping : method and tolerance
-    start : pressure to start from [Pa]
-
-    Raises
-    ------
-    InvalidInput, NotConverged
-        As `solve`.
-    """
+    """The contact of `solve`, with its settings as objects; `start` is a pressure [Pa]."""
     pair = ContactPair.prepared(
         height, solid.contact_modulus, solid.layer, arithmetic.threads, arithmetic.precision
     )

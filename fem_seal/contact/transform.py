@@ -19,16 +19,10 @@ MODES_OF = {"float64": np.complex128, "float32": np.complex64}
 class RealTransform:
     """Forward and backward FFT of one real array, in place.
 
-    `values` (nx, ny) and `modes` (nx, ny // 2 + 1) are two views of the same memory, so that
-    each transform destroys the other view. Unnormalised: backward after forward multiplies by
-    nx ny, which the callers put into their multipliers.
-
-    Parameters
-    ----------
-    shape : (nx, ny), samples
-    precision : "float64" or "float32": of the samples
-    threads : FFTW's threads
-    measured_from : least number of samples for which plans are chosen by trial, and kept
+    `values` (nx, ny) and `modes` (nx, ny // 2 + 1) are two views of the same memory, so that each
+    transform destroys the other view. Unnormalised: backward after forward multiplies by nx ny,
+    which the callers put into their multipliers. From `measured_from` samples on plans are chosen
+    by trial, and kept.
     """
 
     def __init__(

@@ -24,20 +24,13 @@ class SeamLinks:
 def label(
     mask: np.ndarray, connectivity: str, periodic: tuple[bool, bool] = (False, False)
 ) -> tuple[np.ndarray, int]:
-    """Number the connected clusters of a mask.
+    """Number the connected clusters of a mask: labels 1 to count (0 outside), and count.
 
     Parameters
     ----------
-    mask : (nx, ny) bool
     connectivity : "4", "8" or "triangulation": the triangulation has the 4 neighbours and, in pixel
         (i, j), the diagonal (i, j)-(i+1, j+1) if i + j is even, (i+1, j)-(i, j+1) if it is odd
     periodic : along each axis, whether the last sample neighbours the first
-
-    Returns
-    -------
-    labels : (nx, ny) int
-        0 outside the mask, 1 to `count` inside.
-    count : number of clusters
     """
     labels, number, count = _pieces(mask, connectivity, periodic)
     return number[labels], count
@@ -52,22 +45,13 @@ def joins_ends(
     return bool(np.intersect1d(first, last, assume_unique=True).size)
 
 
-def label_inside(mask: np.ndarray, connectivity: str) -> tuple[np.ndarray, int]:
-    """Number the clusters of a mask that has no periodic seam; arguments as in `label`."""
-    labels, number, count = _pieces(mask, connectivity, (False, False))
-    return number[labels], count
-
-
 def _pieces(
     mask: np.ndarray, connectivity: str, periodic: tuple[bool, bool]
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Label the pieces of the clusters that neither diagonals nor seams join.
 
-    Returns
-    -------
-    labels : (nx, ny) int, of the pieces; 0 outside the mask
-    number : int array, the cluster of each piece; number[0] is 0
-    count : number of clusters
+    Returns the labels (nx, ny), 0 outside the mask; the cluster of each piece, 0 for label 0; and
+    the number of clusters.
     """
     from scipy import ndimage
 
@@ -85,43 +69,19 @@ def _pieces(
 
 
 def sizes(labels: np.ndarray, count: int) -> np.ndarray:
-    """Number of sites in each cluster.
-
-    Returns
-    -------
-    (count + 1,) int; entry k belongs to label k, entry 0 (outside the mask) is 0.
-    """
+    """Number of sites in each cluster (count + 1,); entry 0, outside the mask, is 0."""
     sites = np.bincount(labels.ravel(), minlength=count + 1)
     sites[0] = 0
     return sites
 
 
 def largest(labels: np.ndarray, count: int) -> np.ndarray:
-    """Mask of the largest cluster, the first one if several are equally large; empty if none.
-
-    Parameters
-    ----------
-    labels, count : result of `label`
-
-    Returns
-    -------
-    (nx, ny) bool
-    """
+    """Mask of the largest cluster, the first one if several are equally large; empty if none."""
     return (labels == np.argmax(sizes(labels, count))) & (labels > 0)
 
 
 def touching(labels: np.ndarray, count: int, *lines: np.ndarray) -> np.ndarray:
-    """Mask of the clusters that have a site on each of several lines.
-
-    Parameters
-    ----------
-    labels, count : result of `label`
-    lines : labels along each line: `labels[0]` and `labels[-1]` for inlet and outlet
-
-    Returns
-    -------
-    (nx, ny) bool
-    """
+    """Mask of the clusters that have a site on each of several lines; lines hold labels."""
     touches_all = np.ones(count + 1, dtype=bool)
     for line in lines:
         touches = np.zeros(count + 1, dtype=bool)
@@ -163,16 +123,10 @@ def _merged(
 
 
 def seam_links(labels: np.ndarray, connectivity: str, periodic: tuple[bool, bool]) -> SeamLinks:
-    """Pairs of clusters that neighbour each other across the periodic seams.
+    """Pairs of clusters that neighbour each other across the periodic seams; see `label`.
 
-    Parameters
-    ----------
-    labels : (nx, ny) int, labels from `label_inside`
-    connectivity, periodic : as in `label`
-
-    Returns
-    -------
-    Links of a cluster to itself are included: such a cluster winds around the cell.
+    The labels are those without seams. Links of a cluster to itself are included: such a cluster
+    winds around the cell.
     """
     shape = np.array(labels.shape)
     start, stop = _last_edges(labels.shape[0], labels.shape[1], connectivity)

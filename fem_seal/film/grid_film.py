@@ -9,7 +9,6 @@ from fem_seal.errors import InvalidInput
 from fem_seal.film import clusters
 from fem_seal.film.constriction import CriticalConstriction, critical_constriction
 from fem_seal.film.lattice import Lattice, lattice
-from fem_seal.film.pockets import site_areas
 from fem_seal.grid import GridField
 
 
@@ -113,7 +112,7 @@ class GridFilm:
         (linear) or 1 on pixel i (constant).
         """
         dx, dy = self.sites.spacing
-        volumes = self.sites.gap * (site_areas(self.sites) * dx * dy)
+        volumes = self.sites.gap * (self.sites.areas() * dx * dy)
         return float(volumes[self._sites_in_pockets()].sum())
 
     def area_not_above(self, gap: float) -> float:
@@ -134,3 +133,11 @@ class GridFilm:
         at_an_end[labels[0]] = True
         at_an_end[labels[-1]] = True
         return self.sites.open & ~at_an_end[labels]
+
+
+def require_film(film: object, kinds: tuple[type, ...]) -> None:
+    """Raise InvalidInput unless an argument is a film of one of the kinds that a solver takes."""
+    if not isinstance(film, kinds):
+        raise InvalidInput(
+            f"the film is a {type(film).__name__}; make it a GridFilm(gap, sides, representation)"
+        )

@@ -47,16 +47,7 @@ class Lattice:
         return self.gap > 0
 
     def links_of(self, sites: np.ndarray) -> Iterator[np.ndarray]:
-        """Links between some sites and their neighbours, by direction.
-
-        Parameters
-        ----------
-        sites : (n,) int, flat indices
-
-        Yields
-        ------
-        (2, k) int, flat indices of k of the sites and of their neighbours in one direction
-        """
+        """Yield links (2, k) between k of some sites and their neighbours in one direction."""
         (mx, my), (i, j) = self.gap.shape, np.divmod(sites, self.gap.shape[1])
         for di, dj in product((-1, 0, 1), repeat=2):
             if not (di or dj) or (di and dj and self.connectivity == "4"):
@@ -71,6 +62,26 @@ class Lattice:
                 inside &= (pixel % 2 == 0) == (di == dj)
             yield np.stack([sites, a * my + b % my])[:, inside]
 
+    def areas(self) -> np.ndarray:
+        """∫ φ_i dA (mx, my) of every site in pixel areas: 1, or a third of its triangles' area."""
+        mx, my = self.gap.shape
+        if self.connectivity != "triangulation":
+            return np.ones((mx, my))
+        pixels = (mx - 1, my if self.seam else my - 1)
+        even = np.add.outer(np.arange(pixels[0]), np.arange(pixels[1])) % 2 == 0
+        # A corner on the pixel's diagonal belongs to both of its triangles, each half a pixel.
+        rising = np.where(even, 1 / 3, 1 / 6)
+        falling = np.where(even, 1 / 6, 1 / 3)
+        area = np.zeros((mx, pixels[1] + 1))
+        area[:-1, :-1] += rising
+        area[1:, 1:] += rising
+        area[1:, :-1] += falling
+        area[:-1, 1:] += falling
+        if self.seam:
+            area[:, 0] += area[:, -1]
+            area = area[:, :-1]
+        return area
+
     def on_samples(self, field: np.ndarray) -> np.ndarray:
         """Field of the sites on the samples of the gap: column 0 repeated at a seam."""
         return np.concatenate([field, field[:, :1]], axis=1) if self.seam else field
@@ -79,10 +90,8 @@ class Lattice:
 def lattice(film: "GridFilm") -> Lattice:
     """Sites of a film: the vertices of its triangulation ("linear") or its pixels ("constant").
 
-    Returns
-    -------
-    The sites of a linear gap are gap.vertices(), without the last column if the sides
-    are periodic, since it repeats the first.
+    Those of a linear gap are gap.vertices(), without the last column if the sides are periodic,
+    since it repeats the first.
     """
     gap = film.gap
     periodic_sides = choose(SIDES, film.sides, "sides")

@@ -25,14 +25,7 @@ Line = tuple[np.ndarray | float, np.ndarray | float]
 def film_conductivity(gap: Gap, viscosity: float) -> Gap:
     """Film conductivity K = g³/(12 η) of a Newtonian fluid between parallel walls (Reynolds 1886).
 
-    Parameters
-    ----------
-    gap : float, array or UFL expression [m]
-    viscosity : η [Pa s]
-
-    Returns
-    -------
-    as `gap` [m³/(Pa s)]
+    K [m³/(Pa s)] of a gap [m], which may be a UFL expression, at a viscosity η [Pa s].
     """
     return gap**3 / (12 * viscosity)
 
@@ -132,12 +125,7 @@ CUBE = FilmLaw(_CUBE, _CUBE)
 
 
 def mean_pressure_law(slip: Slip, highest: float) -> FilmLaw:
-    """The film at the mean pressure: g² c(g p/B), in units of its largest gap and conductivity.
-
-    Parameters
-    ----------
-    highest : largest gap [m]
-    """
+    """The film at the mean pressure: g² c(g p/B), in units of its largest gap and conductivity."""
     c = slip.coefficient
     most = highest * slip.mean_pressure / slip.product
     kinks = c.kinks / most
@@ -194,19 +182,12 @@ def bounding_law(
 ) -> FilmLaw:
     """Largest and smallest conductivity over all pressures.
 
-    With φ(p) = ∫ w dp for any positive function w, the mass flux is -(M/(RT)) κ ∇φ with
-    κ = B g² c(g p/B)/(12 η w(p)). Since p lies between the pressures of inlet and outlet and the
-    flow grows with κ (Rayleigh), the linear problem with the largest κ has at least the true mass
-    rate, and the one with the smallest κ at most.
+    With φ(p) = ∫ w dp for any positive function w, the mass flux is -(M/(RT)) κ ∇φ with κ = B g²
+    c(g p/B)/(12 η w(p)). Since p lies between the pressures of inlet and outlet and the flow grows
+    with κ (Rayleigh), the linear problem with the largest κ has at least the true mass rate, and
+    the one with the smallest κ at most. Each bound has a weight w of its own; `unit` is the value
+    of κ/g² that becomes 1.
 
-    Parameters
-    ----------
-    highest : largest gap [m]
-    above, below : weights w of the upper and of the lower bound
-    unit : value of κ/g² that becomes 1
-
-    Notes
-    -----
     For each gap c(g p/B)/w(p) is a ratio of two piecewise linear functions of p, monotone between
     their kinks. So its extremes over p lie at kinks or at the two pressures. The largest one is
     convex in g, as c is, and so at most its chords between the gaps of the table. The smallest one
@@ -258,11 +239,8 @@ def gap_table(slip: Slip, highest: float, reference: float) -> np.ndarray:
     """Gaps from 0 to 1 for a table of extremes; c(g p/B) has at most one kink between two of them.
 
     The smallest gap above 0 is so small that c has no kink below it at any of the pressures. If c
-    has no kinks at all, slip carries a thousand times the viscous flow at this gap.
-
-    Parameters
-    ----------
-    reference : g₀, one of the gaps if it is not above 1
+    has no kinks at all, slip carries a thousand times the viscous flow at this gap. The reference
+    g₀ is one of the gaps if it is not above 1.
     """
     kinks = slip.coefficient.kinks
     start, ratio = (kinks[0], kinks[1] / kinks[0]) if len(kinks) else (1e-3, _RATIO)
@@ -280,11 +258,9 @@ def conductivities(
     gaps: np.ndarray | float,
     pressures: np.ndarray,
 ) -> np.ndarray:
-    """κ/g² at gaps and pressures, c(g p/B) over w(p), in units of the mean of w.
+    """κ/g² at gaps and pressures that broadcast, c(g p/B) over w(p), in units of the mean of w.
 
-    Parameters
-    ----------
-    gaps, pressures : arrays that broadcast, gaps in units of the largest one, pressures [Pa]
+    The gaps are in units of the largest one.
     """
     t = gaps * (highest / slip.product) * pressures
     return slip.coefficient(t) * (weight.mean / weight(pressures))

@@ -17,13 +17,9 @@ from fem_seal.scene.shape import AnyShape, MeshFile, Shape
 
 
 def shaped_film(shape: AnyShape, grid: GridField | None, *, trust: bool = False) -> MeshFilm:
-    """Mesh a shape and interpolate its gap.
+    """Mesh a shape and interpolate its gap; `trust` lets gmsh run any .geo file.
 
-    Parameters
-    ----------
-    shape : section of the scene
-    grid : samples of the gap, if the section gives neither a number nor a formula
-    trust : whether to run a .geo file that is not one of the package's own
+    The grid has the samples of the gap, if the section gives neither a number nor a formula.
     """
     source = gap_source(shape, grid)
     triangles = _triangles(shape, source, trust)

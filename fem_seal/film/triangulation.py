@@ -11,8 +11,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from fem_seal.film.constriction import CriticalConstriction
-from fem_seal.film.widest_path import highest_spanning
+from fem_seal.film.constriction import CriticalConstriction, highest_spanning
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +26,7 @@ class VertexGraph:
     outlet: np.ndarray  #: (V,) bool, vertices on the outlet
 
     def constriction(self, points: np.ndarray) -> CriticalConstriction | None:
-        """Tightest place of the widest path from inlet to outlet; None if no open path joins them.
-
-        Parameters
-        ----------
-        points : (V, 2), coordinates of the vertices [m]
-        """
+        """Tightest place of the widest path from inlet to outlet; None if there is no path."""
         critical = highest_spanning(self.gap[self.gap > 0], lambda h: bool(self._spanning(h).any()))
         if critical == 0:
             return None

@@ -1,31 +1,83 @@
-"""Widest path around a periodic cell.
+"""Paths around a periodic cell: which clusters wind around it, and the widest such path.
 
-Its tightest gap is the largest h at which the sites with g >= h wind around the cell, the periodic
-counterpart of `film.constriction`; bisection over the values of the samples finds it.
+A cluster of the cell cut open at its seams gets a winding number: the seams crossed, with sign, on
+the way to it. A cluster reached with two different numbers closes a path around the cell
+(J. Machta, Y. S. Choi, A. Lucke, T. Schweizer, L. M. Chayes, Phys. Rev. E 54, 1332 (1996)).
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
+from fem_seal.film import clusters
+from fem_seal.film.constriction import highest_spanning
 from fem_seal.film.lattice import OPEN_CONNECTIVITY
-from fem_seal.film.percolation import winds
-from fem_seal.film.widest_path import highest_spanning
 from fem_seal.grid import GridField
 from fem_seal.registry import require_known
 
 
-def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
-    """Gap at the sites of a cell that is periodic in both directions; every point is one site.
+@dataclass(frozen=True, eq=False)
+class Unwound:
+    """Pieces of clusters laid out in the plane, joined across the seams."""
+
+    root: np.ndarray  #: (n,) int, one piece of each joined cluster
+    offset: np.ndarray  #: (n, 2) int, seams crossed from the root to the piece
+    windings: np.ndarray  #: (k, 2) int, closed paths around the cell, as numbers of seams crossed
+    winding_roots: np.ndarray  #: (k,) int, root of the cluster of each winding
+
+
+def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) -> Unwound:
+    """Join `count` pieces across seams by a search along the links between them.
 
     Parameters
     ----------
-    gap : gap [m], zero in contact
-    representation : "linear" or "constant"
-
-    Returns
-    -------
-    (nx, ny) float [m]
+    first, second : (m,) int, linked pieces
+    jump : (m, 2) int, distance, in cells, of the copy of `second` that touches `first`
     """
+    neighbours: dict[int, list[tuple[int, tuple[int, int]]]] = {}
+    links = np.unique(np.column_stack([first, second, jump]), axis=0)
+    for a, b, x, y in links.tolist():
+        neighbours.setdefault(a, []).append((b, (x, y)))
+        neighbours.setdefault(b, []).append((a, (-x, -y)))
+    root, offset = np.arange(count), np.zeros((count, 2), dtype=int)
+    placed: dict[int, tuple[int, int]] = {}
+    windings: set[tuple[int, int, int]] = set()
+    for start in neighbours:
+        if start in placed:
+            continue
+        placed[start] = (0, 0)
+        todo = [start]
+        while todo:
+            piece = todo.pop()
+            for neighbour, step in neighbours[piece]:
+                reached = placed[piece][0] + step[0], placed[piece][1] + step[1]
+                if neighbour not in placed:
+                    placed[neighbour] = reached
+                    root[neighbour], offset[neighbour] = start, reached
+                    todo.append(neighbour)
+                elif placed[neighbour] != reached:
+                    x, y = placed[neighbour]
+                    windings.add((start, reached[0] - x, reached[1] - y))
+    table = np.array(sorted(windings), dtype=int).reshape(-1, 3)
+    return Unwound(root, offset, table[:, 1:], table[:, 0])
+
+
+def winds(
+    mask: np.ndarray, connectivity: str, axis: int, periodic: tuple[bool, bool] = (True, True)
+) -> bool:
+    """Whether a closed path inside the mask goes around the periodic cell along an axis.
+
+    The axis is 0 along the flow or 1 around the seal. For the connectivity see `clusters.label`;
+    `periodic` says along which axes the last sample neighbours the first.
+    """
+    labels, count = clusters.label(mask, connectivity)
+    links = clusters.seam_links(labels, connectivity, periodic)
+    return bool(unwind(links.first, links.second, links.shift, count + 1).windings[:, axis].any())
+
+
+def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
+    """Gap (nx, ny) [m] at the sites of a cell periodic both ways; every point is one site."""
     require_known(OPEN_CONNECTIVITY, representation, "representation")
     if gap.periodic:
         return gap.values
@@ -40,17 +92,9 @@ def periodic_sites(gap: GridField, representation: str) -> np.ndarray:
 
 
 def widest_winding(gap: GridField, representation: str, axis: int) -> float:
-    """Tightest gap of the widest closed path that goes around the cell along an axis.
+    """Tightest gap [m] of the widest closed path around the cell along an axis; 0 if there is none.
 
-    Parameters
-    ----------
-    gap : gap [m], zero in contact, periodic in both directions
-    representation : "linear" or "constant"
-    axis : 0 or 1
-
-    Returns
-    -------
-    float [m]; 0 if the open part of the gap does not wind around the cell along this axis.
+    It is the largest h at which the sites with g >= h wind around the cell.
     """
     sites = periodic_sites(gap, representation)
     connectivity = OPEN_CONNECTIVITY[representation]

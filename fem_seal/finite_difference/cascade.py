@@ -57,10 +57,7 @@ class CoarseGrid:
 def coarse_grid(grid: FlowGrid, block: int) -> CoarseGrid:
     """Group the samples of a gap into blocks, each a cell of Bruggeman's effective medium.
 
-    Parameters
-    ----------
-    grid : the finest grid
-    block : samples along the side of a block; the last blocks may be smaller
+    A block has `block` samples along its side; the last ones may be smaller.
     """
     sites = grid.sites
     cubes = (sites.gap / sites.gap.max()) ** 3
@@ -87,16 +84,7 @@ def _block_edges(grid: FlowGrid, axis: int, block: int) -> np.ndarray:
 
 
 def first_guess(grid: FlowGrid) -> np.ndarray:
-    """Pressure of the cascade on the finest grid, before it is relaxed there.
-
-    Parameters
-    ----------
-    grid : the finest grid
-
-    Returns
-    -------
-    (mx, my) float, from 1 at the inlet to 0 at the outlet.
-    """
+    """Pressure (mx, my), from 1 to 0, of the cascade on the finest grid before it is relaxed."""
     sites = grid.sites
     period = grid.size[1] if sites.periodic[1] else None
     x, y, pressure = grid.nodes_x[[0, -1]], np.zeros(1), np.array([[1.0], [0.0]])

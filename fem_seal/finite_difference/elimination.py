@@ -38,13 +38,7 @@ class Piece:
 def conductance(network: Network) -> float:
     """Conductance between inlet and outlet, to a relative accuracy of rounding.
 
-    Parameters
-    ----------
-    network : links of the grid, >= 0
-
-    Returns
-    -------
-    float in the unit of the links; exactly 0 if no chain of links joins the ends.
+    Exactly 0 if no chain of links joins the ends.
     """
     largest = max(network.x.max(initial=0.0), network.y.max(initial=0.0))
     if largest == 0:
@@ -68,12 +62,8 @@ def _dissect(
 ) -> Piece:
     """Eliminate the inner nodes of a rectangle of tiles: in each half, then between the halves.
 
-    Parameters
-    ----------
-    pixels : the network
-    rows, columns : first tile and last tile + 1 along each axis
-    tiles : (rows, columns, N, N), links of the tiles; computed when the rectangle is at most CHUNK
-        tiles long
+    The rectangle is given by the first tile and the last tile + 1 along each axis. The links (rows,
+    columns, N, N) of its tiles are computed when it is at most CHUNK tiles long.
     """
     extent = rows[1] - rows[0], columns[1] - columns[0]
     if tiles is None and max(extent) <= CHUNK:
@@ -95,12 +85,7 @@ def _dissect(
 
 
 def _join(a: Piece, b: Piece, outer: Callable[[np.ndarray], np.ndarray]) -> Piece:
-    """Join two pieces and eliminate inner nodes; links between the same nodes add up.
-
-    Parameters
-    ----------
-    outer : function from node numbers (N,) to (N,) bool, True for nodes that are not eliminated
-    """
+    """Join two pieces and eliminate all but `outer` nodes; links between the same two add up."""
     nodes = np.union1d(a.nodes, b.nodes)
     kept = outer(nodes)
     place = np.empty(nodes.size, dtype=int)

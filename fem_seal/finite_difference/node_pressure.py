@@ -9,16 +9,9 @@ from fem_seal.finite_difference.stencil import Network, flow_grid
 
 
 def node_pressure(film: GridFilm, pressure_drop: float, links: str = "linear-gap") -> np.ndarray:
-    """Pressure at the samples of a film, 0 at the outlet, by the five-point stencil.
+    """Pressure [Pa] at the samples of a film, 0 at the outlet, by the five-point stencil.
 
-    Parameters
-    ----------
-    pressure_drop : δp [Pa]
-    links : name of the rule, see `links.LINKS`
-
-    Returns
-    -------
-    (mx, my) float [Pa], as `film.samples`; NaN where chains of links do not join both ends.
+    NaN where chains of links do not join both ends.
     """
     # The pressure does not depend on the viscosity.
     grid = flow_grid(film, 1.0, links)

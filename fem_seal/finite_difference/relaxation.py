@@ -47,17 +47,10 @@ class Relaxed:
 
 
 def grid_energy(network: Network, pressure: np.ndarray, carrying: np.ndarray) -> float:
-    """Dissipation Σ c_ab (p_a - p_b)² of a pressure field over the carrying links.
+    """Dissipation Σ c_ab (p_a - p_b)² of a pressure field over the links that carry flow.
 
-    Parameters
-    ----------
-    pressure : (mx, my) float
-    carrying : (mx, my) bool, nodes connected to both inlet and outlet
-
-    Returns
-    -------
-    float [m^3/(Pa s)] at unit pressure drop; at least the conductance if p is 1 at the inlet and 0
-    at the outlet (Dirichlet's principle).
+    At unit pressure drop [m³/(Pa s)]; at least the conductance if p is 1 at the inlet and 0 at the
+    outlet (Dirichlet's principle).
     """
     along_x, along_y = _links_between(network, carrying)
     drop_x, drop_y = np.diff(pressure, axis=0), _differences_y(network, pressure)
@@ -71,14 +64,11 @@ def relax(
     tol: float,
     max_iterations: int | None = None,
 ) -> Relaxed:
-    """Relax the pressure from a first guess.
+    """Relax the pressure from a first guess, whose first and last row become 1 and 0.
 
-    Parameters
-    ----------
-    carrying : (mx, my) bool, nodes connected to both inlet and outlet
-    start : (mx, my), first guess of p; the first and the last row are replaced by 1 and 0
-    tol : relative tolerance of the energy; inflow and outflow then agree to sqrt(tol)
-    max_iterations : limit on the number of steps; STEPS_PER_NODE (mx + my) if left out
+    `carrying` nodes are joined to both ends; `tol` is the relative tolerance of the energy, so that
+    inflow and outflow agree to sqrt(tol). There are at most STEPS_PER_NODE (mx + my) steps if no
+    limit is given.
     """
     mx, my = network.shape
     limit = STEPS_PER_NODE * (mx + my) if max_iterations is None else max_iterations

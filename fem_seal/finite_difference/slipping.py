@@ -22,14 +22,7 @@ TOLERANCE = 1e-9  # largest change of the pressures in the last step, over the i
 def film_without_slip(
     film: GridFilm, slip: Slip, links: str = "linear-gap", most_steps: int = 100
 ) -> GridFilm:
-    """Film of another gap that conducts without slip as the given one does with slip.
-
-    Parameters
-    ----------
-    film : film that leaks
-    links : name of the rule, see `links.LINKS`
-    most_steps : largest number of steps
-    """
+    """Film of another gap that conducts without slip as the given one does with slip."""
     critical = present(film.constriction, "constriction").gap
     p_out, p_in = slip.pressures
     start, end = (slip.potential(p, critical) for p in (p_out, p_in))

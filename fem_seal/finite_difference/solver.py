@@ -11,8 +11,7 @@ and the leak rate is Q = C Δp, C the conductance of the network between its two
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.film.film import require_film
-from fem_seal.film.grid_film import GridFilm
+from fem_seal.film.grid_film import GridFilm, require_film
 from fem_seal.film.law import film_conductivity
 from fem_seal.finite_difference.cascade import first_guess
 from fem_seal.finite_difference.elimination import conductance

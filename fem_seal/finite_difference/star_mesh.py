@@ -26,17 +26,10 @@ BLOCK = 256
 
 
 def star_mesh(links: np.ndarray, eliminated: int) -> np.ndarray:
-    """Eliminate the leading nodes of resistor networks.
+    """Eliminate the leading nodes of resistor networks; returns the links between the others.
 
-    Parameters
-    ----------
-    links : (batch, N, N), >= 0, symmetric conductances; the diagonals are never read. Overwritten
-    eliminated : number of leading nodes to eliminate
-
-    Returns
-    -------
-    (batch, N - eliminated, N - eliminated) float
-        Links between the remaining nodes; a view into `links`.
+    `links` (batch, N, N) are symmetric conductances >= 0; the diagonals are never read. They are
+    overwritten, and the result is a view.
     """
     size = links.shape[1]
     for start in range(0, eliminated, PANEL):
@@ -67,7 +60,6 @@ def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int
         `last` are updated
     ratios : (batch, width, N), links c_a over the sum of their star at its elimination; rows
         `first` to `last` - 1 are filled in
-    first, last : first node of the panel to eliminate, and last one + 1
     """
     if last - first > FEW:
         middle = (first + last) // 2
@@ -85,17 +77,7 @@ def _eliminate_panel(rows: np.ndarray, ratios: np.ndarray, first: int, last: int
 
 
 def star_mesh_in_step(links: np.ndarray, eliminated: int) -> np.ndarray:
-    """Eliminate the leading nodes of many small networks, one node of all networks at a time.
-
-    Parameters
-    ----------
-    links : (N, N, batch), >= 0, symmetric conductances; the diagonals are never read. Overwritten
-    eliminated : number of leading nodes to eliminate
-
-    Returns
-    -------
-    (N - eliminated, N - eliminated, batch) float; a view into `links`.
-    """
+    """`star_mesh` for many small networks (N, N, batch), one node of all networks at a time."""
     for a in range(eliminated):
         star = links[a, a + 1 :]
         total = star.sum(axis=0)

@@ -61,15 +61,11 @@ class FlowGrid:
 
 
 def flow_grid(film: GridFilm, viscosity: float, links: str) -> FlowGrid:
-    """Lay the five-point stencil over a gap.
+    """Lay the five-point stencil over a film; for the rules see `links.LINKS`.
 
-    Parameters
-    ----------
-    film : film. Nodes in contact have no links. A linear gap has its nodes at the vertices, and
-        links along walls have half the width. A constant gap has them at the centres of the pixels,
-        and links to inlet and outlet have half the length
-    viscosity : η [Pa s]
-    links : name of the rule, see `links.LINKS`
+    Nodes in contact have no links. A linear gap has its nodes at the vertices, and links along
+    walls have half the width. A constant gap has them at the centres of the pixels, and links to
+    inlet and outlet have half the length.
     """
     rule = choose(LINKS, links, "links")
     return _BUILDERS[film.representation](film.sites, rule, film_conductivity(1.0, viscosity))

@@ -37,10 +37,6 @@ def whole_tiles(network: Network, largest: float) -> Pixels:
     """Scale the links to at most 1 and pad the grid to whole tiles.
 
     Links of no resistance join the outlet, and the seam of periodic sides, to the padded boundary.
-
-    Parameters
-    ----------
-    largest : largest conductance of its links
     """
     x, y = network.x / largest, network.y / largest
     if network.periodic:
@@ -56,15 +52,10 @@ def whole_tiles(network: Network, largest: float) -> Pixels:
 
 
 def tile_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) -> np.ndarray:
-    """Links between the rim nodes of each tile after its inner nodes have been eliminated.
+    """Links (rows, columns, N, N) between the rim nodes of each tile, its inner nodes eliminated.
 
-    Parameters
-    ----------
-    rows, columns : first tile and last tile + 1 along each axis
-
-    Returns
-    -------
-    (rows, columns, N, N) float, N = 4 TILE rim nodes in the order of `rim`
+    A rectangle of tiles is given by the first tile and the last tile + 1 along each axis. A tile
+    has N = 4 TILE rim nodes in the order of `rim`.
     """
     blocks = _pixel_links(pixels, rows, columns)
     size = (1, 1)
@@ -76,11 +67,9 @@ def tile_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) 
 
 
 def _pixel_links(pixels: Pixels, rows: tuple[int, int], columns: tuple[int, int]) -> np.ndarray:
-    """Links of each pixel: its two lower edges, and the upper ones in the last row and column.
+    """Links (4, 4, pixels), in the order of `_halves_first`, of each pixel.
 
-    Returns
-    -------
-    (4, 4, pixels) float, pixels in the order of `_halves_first`
+    A pixel has its two lower edges; in the last row and column the upper ones too.
     """
     (i0, i1), (j0, j1) = np.multiply(rows, TILE), np.multiply(columns, TILE)
     links = np.zeros((4, 4, i1 - i0, j1 - j0))
@@ -119,15 +108,8 @@ def _halves_first(links: np.ndarray) -> np.ndarray:
 def _merge_in_step(blocks: np.ndarray, size: tuple[int, int], axis: int) -> np.ndarray:
     """Join the first half of the blocks to the second and eliminate the nodes between them.
 
-    Parameters
-    ----------
-    blocks : (N, N, batch), links between the rim nodes of the blocks
-    size : pixels of a block along each axis
-    axis : axis along which the blocks of the second half adjoin those of the first
-
-    Returns
-    -------
-    (N', N', batch / 2) float, links between the rim nodes of the joined blocks
+    `blocks` (N, N, batch) become (N', N', batch / 2): links between the rim nodes. Blocks of a size
+    in pixels adjoin along an axis.
     """
     first, second, total, inner = _merge_plan(size, axis)
     half = blocks.shape[2] // 2
@@ -161,11 +143,8 @@ def _merge_plan(
 ) -> tuple[tuple[Run, ...], tuple[Run, ...], int, int]:
     """Order of the nodes of two joined blocks: inner nodes first, then the rim.
 
-    Returns
-    -------
-    first, second : tuples of (slice, slice), for each run of consecutive rim nodes of a block, its
-        nodes and their places in the order
-    total, inner : number of nodes of the joined blocks, and of inner nodes among them
+    For each block the runs of consecutive rim nodes: its nodes and their places in the order. Then
+    the number of nodes of the joined blocks, and of inner nodes among them.
     """
     step = (size[0], 0) if axis == 0 else (0, size[1])
     outer = rim(size[0] + step[0], size[1] + step[1])

@@ -69,8 +69,6 @@ def refined(
     make_problem : makes the problem on a mesh from the gap at its vertices; all ranks must take the
         same steps
     start : the first mesh, which must leave a path for the flow, and functions to start from
-    strategy : how the mesh grows
-    stopping : when to end; it keeps the history of the levels
     widen : adds to a solution the bounds for a gas that slips, before `stopping` judges it
     """
     max_unknowns = strategy.max_unknowns or np.inf
@@ -238,12 +236,8 @@ def _adaptive_step(
 ) -> _Step:
     """Refine the cells that the regularised dual marks, and look ahead.
 
-    Parameters
-    ----------
-    problem, solution : the mesh and the solutions on it
-    correction_ratio : ratio of the widths of corrected and solved bounds
-    reached : relative width of the best bounds; infinite if the dual was not solved
-    strategy : tolerance and parameters
+    `correction_ratio` is that of the widths of corrected and solved bounds, `reached` the relative
+    width of the best bounds; infinite if the dual was not solved.
     """
     regularised = present(solution.regularised, "regularised dual")
     flows = problem.flows(solution.pressure, regularised)

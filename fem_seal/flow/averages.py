@@ -27,38 +27,18 @@ _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 _STRIP = 64  # columns of pixels, a multiple of four: the diagonals alternate from an even one on
 
 
-def mean_cube(gaps: np.ndarray) -> np.ndarray:
-    """Mean of g³ over triangles on which the gap is linear, (1/10) Σ a^i b^j c^k, i + j + k = 3.
-
-    Parameters
-    ----------
-    gaps : (..., 3), vertex values
-
-    Notes
-    -----
-    Hermite-Genocchi: the mean of f'' over a triangle is twice a divided difference of f.
-    """
-    return cube_of_corners(*np.moveaxis(gaps, -1, 0))
-
-
-def mean_inverse_cube(gaps: np.ndarray) -> np.ndarray:
-    """Mean of 1/g³ over triangles on which the gap is linear: 1/(a b c), infinite at contact.
-
-    Parameters
-    ----------
-    gaps : (..., 3), vertex values
-    """
-    return inverse_cube_of_corners(*np.moveaxis(gaps, -1, 0))
-
-
 def cube_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """`mean_cube` of gaps a, b, c at the corners; the arrays broadcast (cheapest for b and c)."""
+    """Mean of g³ for gaps at the corners, (1/10) Σ a^i b^j c^k, i + j + k = 3.
+
+    By Hermite and Genocchi the mean of f'' over a triangle is twice a divided difference of f. The
+    arrays broadcast, which costs least for b and c.
+    """
     both, squares = b + c, b * b + c * c
     return (a * (a * (a + both) + (squares + b * c)) + both * squares) / 10
 
 
 def inverse_cube_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """`mean_inverse_cube` of gaps a, b, c at the corners; the arrays broadcast."""
+    """Mean of 1/g³ for gaps at the corners, 1/(a b c); infinite at contact."""
     with np.errstate(divide="ignore"):
         return 1 / (a * (b * c))
 
@@ -72,11 +52,11 @@ def inverse_square_of_corners(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np
     """Mean of 1/g² for gaps at the corners; infinite at contact.
 
     By Hermite-Genocchi it is minus twice the second divided difference of ln g. In units of the
-    middle gap let the highest gap be 1 + u and the lowest 1 + v: the mean is
-    2 (f(v) - f(u))/(u - v) with f(x) = ln(1 + x)/x. This formula cancels where the gaps are nearly
-    the same. There six Gauss points integrate ∫ 2 t dt/(g_1(t) g_2(t)) over 0 ≤ t ≤ 1, where g_1
-    and g_2 are the gaps along the two sides that leave the corner of the lowest gap. The pole of
-    the integrand is four intervals away, so that the error is 1e-15.
+    middle gap let the highest gap be 1 + u and the lowest 1 + v: the mean is 2 (f(v) - f(u))/(u -
+    v) with f(x) = ln(1 + x)/x. This formula cancels where the gaps are nearly the same. There six
+    Gauss points integrate ∫ 2 t dt/(g_1(t) g_2(t)) over 0 ≤ t ≤ 1, where g_1 and g_2 are the gaps
+    along the two sides that leave the corner of the lowest gap. The pole of the integrand is four
+    intervals away, so that the error is 1e-15.
     """
     low, mid, high = np.sort(np.stack(np.broadcast_arrays(a, b, c)), axis=0)
     mean = np.full(low.shape, np.inf)
@@ -117,15 +97,11 @@ def resistivity_of_corners(
     """Upper bound of the mean of 1/conductivity on a triangle.
 
     Let m be the mean of 1/g². For a conductivity of at least g² (α g + β), α >= 0, the bound is
-    1/(α a b c + β/m). For α < 0 the convex function 1/(α g + β) is at most its chord A + D g,
-    and the mean of 1/g is at most √m: together A m + D √m.
+    1/(α a b c + β/m). For α < 0 the convex function 1/(α g + β) is at most its chord A + D g, and
+    the mean of 1/g is at most √m: together A m + D √m.
 
-    Parameters
-    ----------
-    a, b, c : gaps at the corners
-    span : least and largest gap of a larger triangle that contains this one; α and β are taken from
-        it, so that the means over its parts add up to no more than the mean over the whole. None: α
-        and β of the triangle itself
+    With the least and the largest gap of a larger triangle as `span`, α and β are taken from it, so
+    that the means over its parts add up to no more than the mean over the whole.
     """
     if law.is_cube:
         return inverse_cube_of_corners(a, b, c)
@@ -144,7 +120,9 @@ def extremes(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, n
     return np.minimum(a, np.minimum(b, c)), np.maximum(a, np.maximum(b, c))
 
 
-def linear_pixel_means(gap: np.ndarray, mean: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def linear_pixel_means(
+    gap: np.ndarray, mean: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
     """`mean` of the two triangles of every pixel, (mx, my, 2), from vertex samples (mx+1, my+1)."""
     sw, se, nw, ne = gap[:-1, :-1], gap[1:, :-1], gap[:-1, 1:], gap[1:, 1:]
     i, j = np.indices(sw.shape, sparse=True)
@@ -152,9 +130,7 @@ def linear_pixel_means(gap: np.ndarray, mean: Callable[[np.ndarray], np.ndarray]
     # The diagonal joins sw and ne where i + j is even, se and nw elsewhere.
     first, second = np.where(even, sw, se), np.where(even, ne, nw)
     rest = np.where(even, se, sw), np.where(even, nw, ne)
-    # Store corner by corner: twice as fast as the three corners of each triangle together.
-    triangles = (np.moveaxis(np.stack([third, first, second]), 0, -1) for third in rest)
-    return np.stack([mean(gaps) for gaps in triangles], axis=-1)
+    return np.stack([mean(third, first, second) for third in rest], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,13 +153,10 @@ class Pyramid:
     def from_pixels(
         cls, pixel_means: Callable[[slice], np.ndarray], squares: tuple[int, int], width: int
     ) -> "Pyramid":
-        """Compute the means from fine to coarse, up to squares `width` pixels wide.
+        """Compute the means from fine to coarse, up to squares `width` pixels wide, a power of two.
 
-        Parameters
-        ----------
-        pixel_means : function from a slice of n columns i to means (2, n, my, 2) on pixel triangles
-        squares : (mx, my), pixels along each axis, multiples of `width`
-        width : side of the largest squares in pixels, a power of two
+        `pixel_means` maps a slice of n columns i to means (2, n, my, 2) on pixel triangles; there
+        are (mx, my) squares, multiples of `width`.
         """
         mx, my = squares
         shapes = [(0, 0), *((mx >> k, my >> k) for k in range(1, width.bit_length()))]

@@ -79,8 +79,8 @@ class MatrixBounds:
     def interval(self, i: int, j: int) -> tuple[float, float]:
         """Bounds of one component, diagonal or not.
 
-        For 0 <= D <= W as quadratic forms |D_ij - W_ij/2| <= √(W_ii W_jj)/2, by Cauchy and
-        Schwarz for D - W/2, which lies between -W/2 and W/2.
+        For 0 <= D <= W as quadratic forms |D_ij - W_ij/2| <= √(W_ii W_jj)/2, by Cauchy and Schwarz
+        for D - W/2, which lies between -W/2 and W/2.
         """
         W = self.upper - self.lower
         middle = (self.lower + W / 2)[i, j]

@@ -55,7 +55,6 @@ class CellData(CellContact):
         linear : (n,) bool, or one bool, cells on which the gap is linear
         means : pair of (n,), means of the conductivity and of its inverse
         ceiling : gap with the largest conductivity in the dual
-        law : conductivity of a gap
         """
         (raised, lowered), (cube, inverse_cube) = np.moveaxis(gaps, -1, 0), means
         zero, contact = (raised == 0) & linear, (lowered == 0) & linear
@@ -77,10 +76,8 @@ class CellData(CellContact):
     ) -> "CellData":
         """Data of all cells of a mesh, computed in batches that fit into the cache.
 
-        Parameters
-        ----------
-        mesh : the mesh
-        data_of : data of n cells from their vertices (3, n) and their coordinates (3, n, 2)
+        `data_of` makes the data of n cells from their vertices (3, n) and their coordinates (3, n,
+        2).
         """
         count = len(mesh.cells)
         flags, sides, numbers = (count, bool), ((count, 3), bool), (count, float)
@@ -100,11 +97,8 @@ class CellData(CellContact):
     def regularised(self, epsilon: float, cut: float) -> np.ndarray:
         """Resistivity R_ε (C, 3): in blocked cells 1/(ε K) is added, elsewhere it is unchanged.
 
-        Parameters
-        ----------
-        epsilon : ε, the conductivity of blocked cells relative to the primal problem
-        cut : `cut` of the gap. Its cube is the smallest K that counts: without it the contrast
-            makes CG break down on fine meshes
+        The cube of `cut`, that of the gap, is the smallest K that counts: without it the contrast
+        makes CG break down on fine meshes.
         """
         conducted = epsilon * np.maximum(self.K, cut**3)
         # Cells with K = 0 and cut = 0 carry no flow and are in neither problem.

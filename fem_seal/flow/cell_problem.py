@@ -104,14 +104,7 @@ def lower_matrix(streams: Family) -> np.ndarray:
 
 
 class CellProblem(FilmOnMesh):
-    """The periodic cell on one mesh, K = g³ (gap in units of its maximum).
-
-    Parameters
-    ----------
-    gap : the gap as represented
-    values : gap at its vertices
-    tolerance : relative energy error at which CG stops
-    """
+    """The periodic cell on one mesh, K = g³ (gap in units of its maximum)."""
 
     mesh: Torus  #: mesh of the torus
 
@@ -136,9 +129,7 @@ class CellProblem(FilmOnMesh):
     def pressure(self, guess: np.ndarray) -> Family:
         """Minimise ∫K|∇p|² for each jump that can drive a flow.
 
-        Parameters
-        ----------
-        guess : (2, C, 3) corner values for unit jumps across x and across y
+        The guess (2, C, 3) has the corner values for unit jumps across x and across y.
         """
         crossed = self.mesh.copy[self._cells]
         return self._family(
@@ -152,9 +143,7 @@ class CellProblem(FilmOnMesh):
     def stream(self, guess: np.ndarray) -> StreamFamily:
         """Minimise ∫|∇ψ|²/K for each jump that contact and blocked cells allow.
 
-        Parameters
-        ----------
-        guess : (2, V) values at the vertices for unit jumps across x and across y
+        The guess (2, V) has the values at the vertices for unit jumps across x and across y.
         """
         return self._streams(0.0, guess)
 

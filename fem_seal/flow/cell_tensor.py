@@ -46,23 +46,19 @@ def conductivity_tensor(
     The mean flux under a mean pressure gradient is -K*·gradient, K* in m³/(Pa s); a smooth channel
     of height h has h³/(12 η). With slip K* is taken at the mean of the two pressures, since the
     pressure changes little across one cell: to first order (h³ + B h²/p)/(12 η). The bounds are
-    those of `cell_problem`, for the gap as represented.
+    those of `cell_problem`, for the gap as represented: zero matrices if nothing winds around the
+    cell.
 
     Parameters
     ----------
     gap : gap in metres, zero in contact, periodic
     viscosity : η [Pa s]
-    slip : slip of a gas at the walls; None if there is none
     representation : "linear" or "constant"
     rtol : stop when upper - lower <= rtol √(lower upper) in every direction
     limits : limits on unknowns, time and memory; if one is reached, the refinement stops earlier
     progress : called with unknowns and relative width of each mesh
     tuning : parameters that change the cost of the bounds, never their validity
     comm : all its ranks must call this together, with the same gap
-
-    Returns
-    -------
-    TensorBounds [m³/(Pa s)]; zero matrices if nothing winds around the cell.
     """
     require_positive({"viscosity": viscosity, "rtol": rtol})
     sites = periodic_sites(gap, representation)

@@ -22,16 +22,7 @@ _TERM = 80 * np.finfo(float).eps
 
 
 def shape_gradients(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients of the barycentric coordinates and areas of triangles.
-
-    Parameters
-    ----------
-    x : (C, 3, 2), corners
-
-    Returns
-    -------
-    (C, 3, 2), (C,)
-    """
+    """Gradients (C, 3, 2) of the barycentric coordinates of triangles (C, 3, 2), and areas (C,)."""
     a, b, c = x.transpose(1, 2, 0)
     # Store component by component: NumPy loops over a last axis of length two are slow.
     slopes = np.empty((3, 2, len(x)))

@@ -114,13 +114,8 @@ def _require_gap_on(msh: mesh.Mesh, gap: fem.Function) -> None:
 def _gathered(msh: mesh.Mesh, facet_tags: MeshTags, gap: fem.Function) -> list[np.ndarray]:
     """Cells and tagged edges of all ranks, vertices by their number in the whole mesh.
 
-    Returns
-    -------
-    vertices : (C, 3) int
-    points : (C, 3, 3), coordinates of the corners [m]
-    values : (C, 3), gap at the corners [m]
-    edges : (n, 2) int, vertices of the tagged edges
-    tags : (n,) int
+    Returns vertices (C, 3) of the cells, points (C, 3, 3) [m] and gap (C, 3) [m] at the corners,
+    vertices (n, 2) of the tagged edges, and their tags (n,).
     """
     gap.x.scatter_forward()
     dofmap, facets = gap.function_space.dofmap, cell_facets(msh)

@@ -123,19 +123,15 @@ class LevelSolution:
 class FilmOnMesh(ABC):
     """A film on one mesh (gap in units of its maximum), and the steps of the adaptive loop on it.
 
+    Arrays of length C run over the cells that carry flow, `kept`.
+
     Parameters
     ----------
-    gap : the gap as represented
-    mesh : mesh of the nested family, or of any triangles
-    values : gap at its vertices
+    values : gap at the vertices of the mesh
     data : averages of all cells
     kept : (cells of the mesh,) bool, the C cells that carry flow
     numbering : numbering of the pressure on these cells
     tolerance : relative energy error at which CG stops
-
-    Notes
-    -----
-    Arrays of length C below run over the cells that carry flow, `kept`.
     """
 
     def __init__(
@@ -209,13 +205,7 @@ class FilmOnMesh(ABC):
         """The flows whose errors are to be reduced."""
 
     def start(self, pressure: AnyPressure, stream: AnyStream | None) -> Start:
-        """Start on this mesh from its solutions; where nothing flows the functions are zero.
-
-        Parameters
-        ----------
-        pressure : solution of the primal problem
-        stream : solution of a dual problem, or None
-        """
+        """Start on this mesh from its solutions; where nothing flows the functions are zero."""
         solved = np.reshape(pressure.corner_values, (-1, self.space.count, 3))
         pressures = np.zeros((len(solved), *self.mesh.cells.shape))
         pressures[:, self.kept] = solved
@@ -304,16 +294,12 @@ class FilmOnMesh(ABC):
     def joints(self, leak_rate: float) -> np.ndarray:
         """Cells (C,) bool that join equipotential groups where the gap is too small for the flow.
 
-        All equipotential cells that touch have the same pressure. That is accurate if they share
-        a vertex of large gap. Groups that meet only at vertices of small gap may differ in
-        pressure. They hardly do if the edges between such vertices, or the vertices themselves
-        (of gap g, each conducts about g³), carry the leak rate at a small pressure drop. All other
-        groups are wrongly joined, until the cells at these vertices are refined so far that they
-        are no longer equipotential.
-
-        Parameters
-        ----------
-        leak_rate : estimate of the leak rate
+        All equipotential cells that touch have the same pressure. That is accurate if they share a
+        vertex of large gap. Groups that meet only at vertices of small gap may differ in pressure.
+        They hardly do if the edges between such vertices, or the vertices themselves (of gap g,
+        each conducts about g³), carry the leak rate at a small pressure drop. All other groups are
+        wrongly joined, until the cells at these vertices are refined so far that they are no longer
+        equipotential.
         """
         joined = np.zeros(self.space.count, dtype=bool)
         equipotential = np.flatnonzero(self.data.equipotential)
@@ -347,17 +333,10 @@ class FilmOnMesh(ABC):
     def _joined_by_edges(
         self, cells: np.ndarray, high: np.ndarray, group: np.ndarray, enough: float
     ) -> np.ndarray:
-        """Number of each group, equal for groups that edges of small gap join well.
+        """Number of each group (n,), equal for groups that edges of small gap join well enough.
 
         Flow across an edge passes the two cells at its sides, one after the other. A blocked cell
-        is partly in contact and lets none pass.
-
-        Parameters
-        ----------
-        cells : (n,) int, equipotential cells
-        high : (n, 3) bool, their vertices of large gap
-        group : (n,) int, group of each cell
-        enough : conductance from which on two groups count as well joined
+        is partly in contact and lets none pass. `high` (n, 3) are the vertices of large gap.
         """
         count = int(group.max(initial=-1)) + 1
         at_edge = np.flatnonzero(high.sum(axis=1) == 1)
@@ -404,17 +383,10 @@ class FilmOnMesh(ABC):
         streams: Sequence[np.ndarray],
         effort: Effort = USUAL_EFFORT,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Amounts by which bubble functions lower the energies of pressures and stream functions.
+        """Decreases (k, k), (m, m) by bubbles of the energies of k pressures, m stream functions.
 
-        Parameters
-        ----------
-        pressures : k functions: corner values (n, 3) on some of the C cells
-        streams : m arrays (V,) of values at the vertices
-        effort : work and memory
-
-        Returns
-        -------
-        (k, k) and (m, m) : see `hierarchical.energy_drops`
+        Pressures are given by corner values (n, 3) on some of the C cells, stream functions by
+        values (V,) at the vertices; see `hierarchical.energy_drops`.
         """
         dual, primal = self.stream_correction(streams), self.pressure_correction(pressures)
         gap = self.gap, self.mesh, self.values

@@ -33,12 +33,8 @@ def first_mesh(
 ) -> tuple[GapOnMesh, AnyMesh]:
     """Gap in units of its maximum, and the first mesh.
 
-    Parameters
-    ----------
-    cut, floor, ceiling : as for `LinearGap`, in units of the largest gap
-    coarsest : squares along the shorter side of the first mesh on a grid; None: the grid's pixels.
-        A shape begins with the mesh that it has
-    law : conductivity of a gap
+    `coarsest` squares lie along the shorter side of the first mesh on a grid; None: those of its
+    pixels. A shape begins with the mesh that it has. The other arguments are those of `LinearGap`.
     """
     if isinstance(film, MeshFilm):
         # Pockets may stay: the gap is linear on each cell, so no cell joins a pocket to a channel.

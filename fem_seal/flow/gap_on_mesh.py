@@ -47,10 +47,7 @@ class GapOnMesh(ABC):
     def cell_data(self, mesh: AnyMesh, values: np.ndarray) -> CellData:
         """Averages, contact and resistivity tensors of all cells.
 
-        Parameters
-        ----------
-        values : (V, 2) or (V, 0), gap at its vertices, raised and lowered; nothing for a gap that
-            jumps there
+        The values are the gap (V, 2) at the vertices, raised and lowered; (V, 0) if it jumps there.
         """
         return CellData.joined(mesh, partial(self._data_of, values))
 
@@ -62,19 +59,14 @@ class GapOnMesh(ABC):
     def refined_values(
         self, values: np.ndarray, fine: AnyMesh, edge_ends: np.ndarray
     ) -> np.ndarray:
-        """Vertex values (V', 2) of a finer mesh whose new vertices lie midway between `edge_ends`.
+        """Vertex values (V', 2) of a finer mesh from those (V, 2) of the coarser one.
 
-        The values are those of the coarser mesh.
+        The new vertices lie midway between `edge_ends`.
         """
 
     @abstractmethod
     def quarter_data(self, xy: np.ndarray, gaps: np.ndarray) -> QuarterData:
-        """Averages on the quarters of n cells.
-
-        Parameters
-        ----------
-        xy, gaps : (3, n, 2), corners of the cells and the gap there
-        """
+        """Averages on the quarters of n cells with corners and gaps there, (3, n, 2) each."""
 
     @abstractmethod
     def _data_of(self, values: np.ndarray, vertices: np.ndarray, xy: np.ndarray) -> CellData:
@@ -92,7 +84,6 @@ class LinearGap(GapOnMesh):
     width : width of the squares of the first mesh, in pixels
     ceiling : cells with a mean conductivity above that of such a gap are equipotential in the
         primal, and have its conductivity in the dual. Both bounds stay valid
-    law : conductivity of a gap
     """
 
     def __init__(
@@ -138,13 +129,8 @@ class LinearGap(GapOnMesh):
     def _pixel_means(self, strip: slice) -> np.ndarray:
         """Means (2, n, my, 2) of conductivity and inverse on the triangles of some pixels."""
         raised, lowered = np.moveaxis(self._samples[strip.start : strip.stop + 1], -1, 0)
-
-        def conductivity(gaps: np.ndarray) -> np.ndarray:
-            return averages.conductivity_of_corners(self.law.above, *np.moveaxis(gaps, -1, 0))
-
-        def resistivity(gaps: np.ndarray) -> np.ndarray:
-            return averages.resistivity_of_corners(self.law.below, *np.moveaxis(gaps, -1, 0))
-
+        conductivity = partial(averages.conductivity_of_corners, self.law.above)
+        resistivity = partial(averages.resistivity_of_corners, self.law.below)
         return np.stack(
             [
                 averages.linear_pixel_means(raised, conductivity),

@@ -111,20 +111,10 @@ def energy_drops(
     comm: MPI.Comm,
     effort: Effort = USUAL_EFFORT,
 ) -> list[np.ndarray]:
-    """Amounts by which bubble functions lower energies on one mesh.
+    """Amounts by which bubble functions lower energies on one mesh, with the gap at its vertices.
 
-    Parameters
-    ----------
-    gap, mesh, values : the gap, the mesh and the gap at its vertices
-    energies : energies to be lowered; all use the same averages on the quarters
-    comm : ranks that share the work, all with the same mesh
-    effort : work and memory
-
-    Returns
-    -------
-    list of (k, k) array
-        For each energy the decrease of ∫ c ∇v_a·∇v_b over its functions v_1 ... v_k, each of which
-        has its own bubble functions added.
+    For each energy the decrease (k, k) of ∫ c ∇v_a·∇v_b over its functions v_1 ... v_k, each of
+    which has its own bubble functions added. All use the same averages on the quarters.
     """
     sides = _Sides.of([energy.bubbles for energy in energies], effort.block)
     drops = [np.zeros((energy.count, energy.count)) for energy in energies]
@@ -146,19 +136,10 @@ def drops_of_one_function(
     energy: Correction,
     comm: MPI.Comm,
 ) -> list[float]:
-    """Amounts by which the same bubble functions lower the energies of one function in many gaps.
+    """Amounts by which the same bubble functions lower the energy of a function in many gaps.
 
-    Their coefficients are those of `energy_drops` for the first gap.
-
-    Parameters
-    ----------
-    gaps : sequence of (gap, values at the vertices of the mesh)
-    mesh : mesh of all gaps
-    energy : correction of one function
-
-    Returns
-    -------
-    Negative where the energy rises.
+    Each gap is given with its values at the vertices of the mesh. The coefficients are those of
+    `energy_drops` for the first gap; a drop is negative where the energy rises.
     """
     effort = USUAL_EFFORT
     sides = _Sides.of([energy.bubbles], effort.block)
@@ -278,12 +259,7 @@ class _CellEnergies:
             row[part] = values
 
     def drops(self, bubble: np.ndarray, free: np.ndarray, steps: int) -> np.ndarray:
-        """Decrease (k, k) of the energies by the coefficients of `lowered`.
-
-        Parameters
-        ----------
-        bubble, free, steps : as of `lowered`
-        """
+        """Decrease (k, k) of the energies by the coefficients of `lowered`."""
         starts = [-_summed(bubble, slope, len(free)) for slope in self.slope]
         best = self.lowered(bubble, free, steps)
         # With A the stiffness, the energy of functions a and b falls by
@@ -299,12 +275,8 @@ class _CellEnergies:
     ) -> list[tuple[np.ndarray, np.ndarray]]:
         """Coefficients and residuals of each function after a few steps of CG from s = 0.
 
-        Parameters
-        ----------
-        bubble : (3, n) int, number of the bubble function of each side; the number after the last
-            for none
-        free : bubble functions whose coefficient may change
-        steps : number of steps
+        `bubble` (3, n) is the number of the bubble function of each side, that after the last for
+        none; only the coefficients of `free` ones change.
         """
         count = len(free)
         diagonal = _summed(bubble, self.own, count)
@@ -350,12 +322,7 @@ def _few_steps_of_cg(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients s and residual start - A s after some steps of CG from s = 0.
 
-    Parameters
-    ----------
-    stiffness : product of A with coefficients
-    start : residual at s = 0
-    inverse : diagonal preconditioner; zero where a coefficient stays zero
-    steps : number of steps
+    `inverse` is the diagonal preconditioner, zero where a coefficient stays zero.
     """
     r, rz_before = start.copy(), np.inf
     s, d = np.zeros((2, len(start)))

@@ -46,12 +46,9 @@ class Batch:
         self._vector = fem.petsc.assemble_vector(self._slopes)
 
     def place(self, corners: np.ndarray, tensor: np.ndarray) -> None:
-        """Move the triangles onto n ≤ AT_ONCE cells; T = 0 on the remaining triangles.
+        """Move the triangles onto n ≤ AT_ONCE cells with corners (n, 3, 2).
 
-        Parameters
-        ----------
-        corners : (n, 3, 2), corners of the cells
-        tensor : (n, 3), components xx, xy, yy of T
+        `tensor` (n, 3) has the components xx, xy, yy of T, which is 0 on the remaining triangles.
         """
         n = len(corners)
         # Assign x and y separately: both at once would take three times as long.

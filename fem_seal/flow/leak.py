@@ -164,13 +164,7 @@ def require_positive(values: Mapping[str, float]) -> None:
 
 
 def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) -> float:
-    """Leak rate [m³/s] of a square film of the largest gap: the unit of the solved problem.
-
-    Parameters
-    ----------
-    highest : largest gap [m]
-    viscosity, pressure_drop : [Pa s], [Pa]
-    """
+    """Leak rate [m³/s] of a square film of the largest gap [m]: the unit of the solved problem."""
     with np.errstate(over="ignore", under="ignore"):
         unit = film_conductivity(np.float64(highest), viscosity) * pressure_drop
     if not LEAST_UNIT < unit < 1 / LEAST_UNIT:
@@ -182,13 +176,7 @@ def unit_of_leak_rate(highest: float, viscosity: float, pressure_drop: float) ->
 
 
 def require_conducting(tightest: str, narrowest: float) -> None:
-    """Raise InvalidInput if the cube of the smallest gap is beyond double precision.
-
-    Parameters
-    ----------
-    tightest : name of the narrowest place, for the message
-    narrowest : gap there over the largest gap
-    """
+    """Raise InvalidInput if the cube of smallest gap over largest leaves double precision."""
     if narrowest < NARROWEST:
         raise InvalidInput(
             f"{tightest} is {narrowest:.0e} of the largest gap; its cube is beyond double "

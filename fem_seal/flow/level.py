@@ -51,15 +51,7 @@ class Stream:
 
 
 class LevelProblem(FilmOnMesh):
-    """Flow of unit pressure drop from inlet to outlet on one mesh (gap in units of its maximum).
-
-    Parameters
-    ----------
-    gap : the gap as represented
-    mesh : mesh of the nested family, or of any triangles
-    values : gap at its vertices
-    tolerance : relative energy error at which CG stops
-    """
+    """Flow of unit pressure drop from inlet to outlet on one mesh (gap in units of its maximum)."""
 
     def __init__(
         self,
@@ -105,12 +97,9 @@ class LevelProblem(FilmOnMesh):
         return self.gap.plotted_values(self.mesh, self.values)
 
     def parted_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the mesh; a vertex counts once for each pressure that the cells have there.
+        """Number (C, 3) of the point at each corner, and one corner of each point, as 3 cell + k.
 
-        Returns
-        -------
-        point : (C, 3), number of the point at each corner
-        corner : one corner of each point, as 3 cell + k
+        A vertex is one point for each pressure that the cells have there.
         """
         numbering = self.primal_numbering
         # Label of the pressure: unknowns count from 2, the outlet has 1, the inlet 0.
@@ -122,9 +111,7 @@ class LevelProblem(FilmOnMesh):
     def facet_tags(self, points: np.ndarray) -> np.ndarray:
         """`FacetTag` (C, 3) of the side opposite each corner, INSIDE where two cells share a side.
 
-        Parameters
-        ----------
-        points : (C, 3), the points of the corners, of `parted_points`
+        `points` (C, 3) are those of the corners, of `parted_points`.
         """
         mesh, sides = self.mesh, self.mesh.numbered_edges.slots()
         flows = np.zeros((len(self.kept) + 1, 3), dtype=bool)  # the last row is outside, slot -1
@@ -148,12 +135,7 @@ class LevelProblem(FilmOnMesh):
         return tags
 
     def pressure(self, guess: np.ndarray) -> Minimum:
-        """Minimise ∫K|∇p|² (Dirichlet's principle): the energy is an upper bound of the leak rate.
-
-        Parameters
-        ----------
-        guess : (unknowns,), initial values
-        """
+        """Minimise ∫K|∇p|² (Dirichlet's principle), an upper bound of the leak rate."""
         # Cells of constant pressure have no energy; in the matrix they would leave rounding errors.
         K = np.where(self.primal_numbering.constant(), 0.0, self.data.K)
         return self.space.minimise(
@@ -165,12 +147,7 @@ class LevelProblem(FilmOnMesh):
         )
 
     def stream(self, guess: np.ndarray) -> Stream | None:
-        """Minimise ∫|∇ψ|²/K (Thomson's principle); None if blocked cells close every channel.
-
-        Parameters
-        ----------
-        guess : (V,), initial values at the vertices of the mesh
-        """
+        """Minimise ∫|∇ψ|²/K (Thomson's principle) from a guess (V,); None if no channel is open."""
         numbering = dual_numbering(self.mesh, self._cell_contact, self.kept, merge_blocked=True)
         return None if numbering is None else self._minimal_stream(0.0, numbering, guess)
 
@@ -220,14 +197,7 @@ class LevelProblem(FilmOnMesh):
         return pressure.energy / stream.conductance - 1
 
     def corrected(self, pressure: Minimum, stream: Stream, effort: Effort = USUAL_EFFORT) -> Bounds:
-        """Bounds after the hierarchical correction, widened for rounding errors.
-
-        Parameters
-        ----------
-        pressure : solution of the primal problem
-        stream : solution of the true dual problem
-        effort : work and memory of the correction
-        """
+        """Bounds after the hierarchical correction, widened for rounding errors."""
         lowered, raised = self._bubble_drops([pressure.corners], [stream.psi], effort)
         lower = 1 / stream.energy.least_upper(raised.item())
         return Bounds(lower, pressure.total.least_upper(lowered.item()))

@@ -115,20 +115,17 @@ class CellSpace:
     ) -> Minimum:
         """Minimise ∫ ∇v·T·∇v over the functions of a numbering.
 
+        Where the tensor spans more decades than double precision has digits, CG may break down. It
+        is then restarted from the energy summed cell by cell: once in any case, and again as long
+        as the energy falls noticeably.
+
         Parameters
         ----------
         tensor : components xx, xy, yy of T, (n, 3), on a slice of n cells
-        numbering : numbering of the corners
         guess : (count,), initial values of the unknowns
         tolerance : relative error of the energy at which CG stops
         balanced : stop only if the sum of the residuals, too, is at most √tolerance times the
             energy. For a pressure this sum is the difference of inflow and outflow
-
-        Notes
-        -----
-        Where the tensor spans more decades than double precision has digits, CG may break down. It
-        is then restarted from the energy summed cell by cell: once in any case, and again as long
-        as the energy falls noticeably.
         """
         return self.minimise_each(tensor, [numbering], [guess], tolerance, balanced)[0]
 
@@ -143,7 +140,6 @@ class CellSpace:
         """Minimise the same energy over the functions of numberings that differ in their offsets.
 
         They share the matrix and its preconditioner, which takes longer to set up than CG to run.
-        Parameters as in `minimise`.
         """
         if not numberings:
             return []
@@ -201,13 +197,7 @@ class CellSpace:
         tensor: Callable[[slice], np.ndarray],
         corner_values: Callable[[slice], np.ndarray],
     ) -> Energy:
-        """Energy ∫ ∇v·T·∇v of a function that is linear on each cell.
-
-        Parameters
-        ----------
-        tensor : components xx, xy, yy of T, (n, 3), on a slice of n cells
-        corner_values : corner values (n, 3) of v on a slice of n cells
-        """
+        """Energy ∫ ∇v·T·∇v of a function with corner values (n, 3) on a slice of n cells."""
         energies = []
         for part in self._own_parts():
             v = corner_values(part)
@@ -318,24 +308,13 @@ def minimise_by_cg(
     least: float = 0.0,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Iterations:
-    """Solve A x = b by CG from x = 0 until the energy of the error is small enough.
+    """Solve A x = b by CG from x = 0, a correction, until the energy of the error is small enough.
 
-    Parameters
-    ----------
-    solver, right_side : PETSc.KSP, PETSc.Vec
-        CG for A, and the right side b; x is the correction of a start.
-    x : receives the solution
-    start : energy of the start
-    tolerance, balanced : as in `CellSpace.minimise`
-    least : stop as well if the energy falls below this value
-    max_iterations : largest number of iterations, after which CG counts as stalled
-
-    Notes
-    -----
-    After k steps the energy is start - b·x_k, and r'Mr, with the residual r and the preconditioner
-    M, is the energy of the error within a factor of two. CG stops if the latter is at most
-    `tolerance` times the former. A test of r relative to its start would be misleading, since the
-    energy of the start may be a million times the minimum.
+    After k steps the energy is that of the start less b·x_k, and r'Mr, with the residual r and the
+    preconditioner M, is the energy of the error within a factor of two. CG stops if the latter is
+    at most `tolerance` times the former, or if the energy falls below `least`. A test of r relative
+    to its start would be misleading, since the energy of the start may be a million times the
+    minimum.
     """
     reached = [np.inf]
 

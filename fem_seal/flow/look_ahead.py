@@ -37,18 +37,15 @@ def refined_ahead(
 ) -> Start:
     """Refine by marks, and further ahead of the next solve.
 
+    At new vertices each ψ of the result is better than its linear interpolation.
+
     Parameters
     ----------
     start : solutions on the mesh that was solved
-    gap : the gap as represented
     marks : marked cells of this mesh
     flows : the flows from which the marks come. Their stream functions are those of `start`, or
         combinations of them
     times : largest number of halvings ahead
-
-    Returns
-    -------
-    Start on the refined mesh; at new vertices each ψ is better than its linear interpolation.
     """
     before = len(start.mesh.xy)
     start = start.refined(gap, marks.times)
@@ -72,12 +69,12 @@ def refined_ahead(
 def least_indicator(J: np.ndarray, K: np.ndarray, tensor: np.ndarray) -> np.ndarray:
     """Minimum (n,) of K|∇p|² + J·R·J + 2 J·∇p over all pressures, J·R·J - |J|²/K at ∇p = -J/K.
 
-    On cells with power traces the mean of J differs from `J`, and the result is an estimate.
+    Where K is zero, its term is left out. On cells with power traces the mean of J differs from
+    `J`, and the result is an estimate.
 
     Parameters
     ----------
     J : (n, 2), Q ∇ψ: the flux (Q ∂ψ/∂y, -Q ∂ψ/∂x) turned by a right angle
-    K : (n,), mean of g³. Where it is zero, the term with K is left out
     tensor : (n, 3), resistivity xx, xy, yy in the axes of that gradient
     """
     (jx, jy), (xx, xy, yy) = J.T, tensor.T
@@ -102,13 +99,7 @@ class _NewCells:
             yield part, cells, *shape_gradients(self.mesh.corners(self.aspect, cells))
 
     def relaxed(self, psi: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """ψ (V,) with each free vertex at its best value if all others stay.
-
-        Parameters
-        ----------
-        psi : (V,), stream function at the vertices
-        free : (V,) bool, vertices that may change
-        """
+        """ψ (V,) with each `free` vertex (V,) at its best value if all others stay."""
         of_corner = np.empty((2, *self.mesh.cells.shape))
         for part, cells, slopes, areas in self._parts():
             xx, xy, yy = (areas * self.tensor[part].T)[:, :, None]

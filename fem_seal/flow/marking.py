@@ -68,13 +68,8 @@ def part_of_a_step(width: float, strategy: Strategy) -> float:
     """Part of a full step that is still needed, so that the last step does not overshoot.
 
     Halving the cells that hold a part θ of the difference lowers it by about 0.63 θ. A step that
-    just fails costs another level, a slightly larger one only a few unknowns: aim a tenth below
-    the tolerance.
-
-    Parameters
-    ----------
-    width : relative width of the bounds; infinite if there is no lower bound yet
-    strategy : tolerance and parameters
+    just fails costs another level, a slightly larger one only a few unknowns: aim a tenth below the
+    tolerance. The width of the bounds is infinite if there is no lower one yet.
     """
     aim = 0.9 * strategy.rtol
     needed = 1.6 * (1 - aim / max(width, aim)) / strategy.tuning.theta
@@ -106,11 +101,9 @@ def mark(
 
     Parameters
     ----------
-    problem : the mesh
-    flows : flows on it, with the stream functions of the regularised dual
+    flows : flows on the mesh, with the stream functions of the regularised dual
     expected : relative width of the corrected bounds if all blocked cells were resolved
     reached : relative width of the corrected bounds; infinite if the dual was not solved
-    strategy : tolerance and parameters
     """
     tuning = strategy.tuning
     indicators, blocked_flux = problem.indicators(flows), problem.blocked_flux(flows)
@@ -144,19 +137,9 @@ def mark(
 
 
 def doerfler(indicators: np.ndarray, theta: float) -> np.ndarray:
-    """Mark the fewest cells that hold a part `theta` of the sum of the indicators (Dörfler 1996).
+    """The fewest cells (C,) bool that hold a part `theta` of the sum of indicators (Dörfler 1996).
 
-    At least one cell is marked if any indicator is positive.
-
-    Parameters
-    ----------
-    indicators : (C,), error indicators, >= 0 up to rounding
-    theta : part of the sum, between 0 and 1
-
-    Returns
-    -------
-    (C,) bool
-        Marked cells.
+    At least one cell is marked if any indicator is positive. Rounding may have made some negative.
     """
     marked = np.zeros(len(indicators), dtype=bool)
     total = indicators.sum(where=indicators > 0)

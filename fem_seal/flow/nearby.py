@@ -41,16 +41,10 @@ class MeshedFlow:
         return self.solution.problem.start(self.solution.pressure, self.solution.stream)
 
     def resistances_above(self, films: Sequence[GridFilm]) -> np.ndarray:
-        """Upper bounds of the resistances of films with gaps that are nowhere smaller.
+        """Upper bounds (n,) of the resistances of films, itself first, with gaps nowhere smaller.
 
-        Parameters
-        ----------
-        films : the film itself first
-
-        Returns
-        -------
-        (n,) float, in units of the resistance of a square with the largest gap of this film;
-        infinite if the stream function is not known.
+        In units of the resistance of a square with the largest gap of this film; infinite if the
+        stream function is not known.
         """
         stream = self.solution.stream
         if stream is None:
@@ -61,15 +55,9 @@ class MeshedFlow:
         return self._bounds(problems, [stream.energy, *others], correction)
 
     def conductances_below(self, films: Sequence[GridFilm]) -> np.ndarray:
-        """Upper bounds of the conductances of films with gaps that are nowhere larger.
+        """Upper bounds (n,) of the conductances of films, itself first, with gaps nowhere larger.
 
-        Parameters
-        ----------
-        films : the film itself first
-
-        Returns
-        -------
-        (n,) float, in units of the conductance of a square with the largest gap of this film.
+        In units of the conductance of a square with the largest gap of this film.
         """
         pressure, problems = self.solution.pressure, self._problems(films)
         others = [problem.energy_of_pressure(pressure) for problem in problems[1:]]

@@ -65,15 +65,9 @@ class Numbering:
     def neighbours(self, sides: np.ndarray) -> np.ndarray:
         """Upper bound (count,) of the number of unknowns that share a cell with each unknown.
 
-        Parameters
-        ----------
-        sides : (C, 3) int, number of the side opposite each corner, the same for both cells at the
-            side
-
-        Notes
-        -----
         Each corner has two neighbours; a side on which two cells have the same unknowns would be
-        counted twice.
+        counted twice. `sides` (C, 3) numbers the side opposite each corner, the same for both cells
+        at the side.
         """
         last = np.empty(int(sides.max(initial=-1)) + 1, dtype=np.int32)
         last[sides.ravel()] = np.arange(sides.size, dtype=np.int32)
@@ -100,21 +94,15 @@ class Numbering:
 
 
 def numbered(label: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, int]:
-    """Number the free labels in the order in which the cells first use them.
+    """Number (C, 3) int32 of the free labels, -1 for the others, and the number of unknowns.
 
-    Cells that are near each other in the mesh are near each other in its array. This order keeps
-    their unknowns near each other in memory.
+    The numbers follow the order in which the cells first use the labels. Cells that are near each
+    other in the mesh are near each other in its array; so are their unknowns in memory.
 
     Parameters
     ----------
     label : (C, 3) int, label of each corner
     free : (labels,) bool, labels that are unknowns
-
-    Returns
-    -------
-    number : (C, 3) int32, consecutive numbers of the free labels in the order of the cells; -1 for
-        the others
-    count : number of unknowns
     """
     met = label.ravel()
     last = len(met)

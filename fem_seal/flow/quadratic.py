@@ -56,18 +56,9 @@ def quadratic_upper(
     tolerance: float = 1e-8,
     max_iterations: int = MAX_ITERATIONS,
 ) -> LeakRate:
-    """Upper bound of the leak rate by quadratic elements on the pixel mesh.
+    """Upper bound of the leak rate by quadratic elements on the pixel mesh; the lower one is 0.
 
-    Parameters
-    ----------
-    film : film on a grid
-    viscosity, pressure_drop : as in `leak_rate`
-    tolerance : relative error of the energy at which CG stops
-    max_iterations : largest number of CG iterations
-
-    Returns
-    -------
-    LeakRate whose value is the upper bound; the lower one is 0.
+    `tolerance` is the relative error of the energy at which CG stops.
     """
     if film.sealed:
         return LeakRate.sealed(METHOD)

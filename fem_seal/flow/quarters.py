@@ -12,11 +12,9 @@ import numpy as np
 
 
 def with_middles(corners: np.ndarray) -> np.ndarray:
-    """Values (k, 6, n) of linear functions at the corners a, b, c and at the opposite midpoints.
+    """Values (k, 6, n) of linear functions at corners a, b, c and opposite midpoints.
 
-    Parameters
-    ----------
-    corners : (3, n, k), values at the corners of n triangles
+    `corners` (3, n, k) are the values at the corners of n triangles.
     """
     six = np.empty((corners.shape[2], 6, corners.shape[1]))
     six[:, :3] = np.moveaxis(corners, -1, 0)
@@ -29,10 +27,8 @@ def with_middles(corners: np.ndarray) -> np.ndarray:
 def on_quarters(six: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Values at the corners of the quarters, from those (6, n) of `with_middles`.
 
-    Returns
-    -------
-    (2, 2, n), (2, n) and (n,): values at a, c, b, a, one for each quarter; values at d and e, each
-    for every other quarter; and values at m, for all quarters.
+    Returns (2, 2, n), (2, n) and (n,): values at a, c, b, a, one for each quarter; values at d and
+    e, each for every other quarter; and values at m, for all quarters.
     """
     a, b, c, m, e, d = six
     return np.stack([a, c, b, a]).reshape(2, 2, -1), np.stack([d, e]), m
@@ -93,16 +89,14 @@ class QuarterShape:
     def slopes(self, corner_values: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, ...]:
         """∫ c ∇φ·∇v, each (n,), for the bubble functions φ of m, e and d.
 
+        Each bubble function is twice a sum of barycentric coordinates: for m it is 2 λ_c on the
+        half (m, a, b) and 2 λ_b on the other half; for d it is 2 (λ_b - λ_c) on (d, m, a) and 2 λ_a
+        on (d, b, m); for e it is 2 λ_a on (e, m, c) and 2 (λ_c - λ_b) on (e, a, m).
+
         Parameters
         ----------
         corner_values : (n, 3), corner values of v
         c : (4, n), coefficient on the quarters
-
-        Notes
-        -----
-        Each bubble function is twice a sum of barycentric coordinates: for m it is 2 λ_c on the
-        half (m, a, b) and 2 λ_b on the other half; for d it is 2 (λ_b - λ_c) on (d, m, a) and
-        2 λ_a on (d, b, m); for e it is 2 λ_a on (e, m, c) and 2 (λ_c - λ_b) on (e, a, m).
         """
         # Use differences of the corner values: a common constant then cancels exactly.
         v_a, v_b, v_c = corner_values.T

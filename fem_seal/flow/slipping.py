@@ -49,7 +49,6 @@ class SlippingFilm:
 
     Parameters
     ----------
-    slip : slip of the gas between the two pressures
     highest, critical : largest gap and gap of the critical constriction [m]
 
     Attributes

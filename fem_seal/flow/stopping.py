@@ -30,13 +30,10 @@ def out_of_reach(history: ConvergenceHistory, rtol: float, growth: float) -> str
     only as a logarithm. The measured order p of width ~ unknowns^-p over the last sixteenfold
     growth distinguishes the two.
 
-    Parameters
-    ----------
-    history : unknowns and relative width of the bounds of each mesh
-    rtol : tolerance of the relative width
-    growth : usual growth of the unknowns from mesh to mesh. Where a mesh grows faster, it has been
-        refined along lines before a solve could tell which of them matter: the history must then be
-        as many meshes long as sixteenfold growth usually takes
+    `history` holds unknowns and relative width of the bounds of each mesh, `growth` is the usual
+    growth of the unknowns from mesh to mesh. Where a mesh grows faster, it has been refined along
+    lines before a solve could tell which of them matter: the history must then be as many meshes
+    long as sixteenfold growth usually takes.
     """
     unknowns, width = history[-1]
     meshes = round(np.log(LONG) / np.log(growth))
@@ -165,13 +162,7 @@ class Stopping:
     def judged(
         self, solution: LevelSolution, widen: Callable[[LevelSolution], LevelSolution]
     ) -> LevelSolution:
-        """Decide whether the refinement ends with this solution; certify it if it does.
-
-        Parameters
-        ----------
-        solution : solution of the next level
-        widen : as in `adapt.refined`
-        """
+        """Decide whether the refinement ends with this solution; certify it if it does."""
         solution = widen(solution)
         self.levels.append(solution.level)
         self.reached = self.criterion.reached(solution)

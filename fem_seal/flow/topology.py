@@ -36,10 +36,8 @@ class OpenCells:
 def passable_sides(mesh: AnyMesh, data: CellData) -> tuple[np.ndarray, np.ndarray]:
     """Slots 3 cell + side of passable sides: K > 0 in the cell, and no zero-gap side.
 
-    Returns
-    -------
-    pairs : (n, 2) int32, slots of the two sides of each passable edge between two cells
-    alone : (m,) int32, slots of passable sides on the boundary
+    Returns those (n, 2) of the two sides of each passable edge between two cells, and those (m,) on
+    the boundary.
     """
     slots = mesh.numbered_edges.slots()
     passable = ((data.K > 0)[:, None] & ~data.zero_gap).ravel()
@@ -85,14 +83,8 @@ def primal_numbering(mesh: AnyMesh, data: CellContact, cells: OpenCells) -> Numb
 def _of_one_pressure(equipotential: np.ndarray, ends: list[np.ndarray], count: int) -> np.ndarray:
     """Group (count,) of each label: equipotential cells that touch share one pressure.
 
-    Pressures that are constant on these cells are admissible, so their energy is still an upper
-    bound. Groups that would join inlet and outlet are left out.
-
-    Parameters
-    ----------
-    equipotential : (n, 3) int, labels of the corners of equipotential cells
-    ends : labels at the inlet and at the outlet
-    count : number of labels
+    Pressures that are constant on these cells, of corners with labels (n, 3), are admissible, so
+    their energy is still an upper bound. Groups that would join inlet and outlet are left out.
     """
     if len(equipotential) == 0:
         return np.arange(count, dtype=np.int32)
@@ -113,23 +105,18 @@ def _marked(places: np.ndarray, count: int) -> np.ndarray:
 def continuous_labels(
     vertex: np.ndarray, vertices: int, zero_gap: np.ndarray, kept: np.ndarray, pairs: np.ndarray
 ) -> tuple[np.ndarray, int]:
-    """Label of each corner; corners at one point share a label unless contact separates them.
+    """Label (3 C,) of each corner, and a number above all labels.
 
-    The pressure may jump across a contact line, through which nothing flows. Corners are joined
-    only through passable sides, so that linear pressures do not leak across the line.
+    Corners at one point share a label unless contact separates them: the pressure may jump across a
+    contact line, through which nothing flows. Corners are joined only through passable sides, so
+    that linear pressures do not leak across the line.
 
     Parameters
     ----------
     vertex : (C, 3) int, point of each corner, below `vertices`
-    vertices : number of points
     zero_gap : (C, 3) bool, sides along which the gap is zero
     kept : (C,) bool, cells that carry flow
     pairs : (n, 2) int, slots of the sides through which kept cells are joined
-
-    Returns
-    -------
-    label : (3 C,) int, label of each corner
-    count : number above all labels
     """
     # Labels of a point can differ only at zero-gap sides and next to cells that carry no flow.
     special = np.zeros(vertices, dtype=bool)
@@ -155,18 +142,11 @@ def continuous_labels(
 def dual_numbering(
     mesh: AnyMesh, data: CellContact, kept: np.ndarray, merge_blocked: bool
 ) -> Numbering | None:
-    """Number the stream function: one unknown for each contact patch, prescribed on side walls.
+    """Number the stream function on the kept cells (C,) bool; None if patches close every channel.
 
-    Parameters
-    ----------
-    mesh, data : the mesh and the contact of its cells
-    kept : (C,) bool, cells that carry flow; the stream function is constant in all others
-    merge_blocked : true: the corners of a blocked cell are one unknown (true dual). False: they are
-        free (regularised dual, in which blocked cells conduct a little)
-
-    Returns
-    -------
-    Numbering of the kept cells; None if the patches close every channel.
+    It has one unknown for each contact patch, and is prescribed on side walls and constant in all
+    other cells. `merge_blocked`: the corners of a blocked cell are one unknown (true dual);
+    otherwise they are free (regularised dual, in which blocked cells conduct a little).
     """
     pairs = patch_ties(mesh, data, kept, merge_blocked) + mesh.wall_ties()
     patch = components(np.concatenate(pairs), len(mesh.xy))
@@ -212,15 +192,9 @@ def patch_ties(
 def _winding(low: np.ndarray, high: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
     """Join patches across a periodic side on which the stream function jumps by one.
 
-    Parameters
-    ----------
-    low, high : (n,) patches of the same point at y = 0 and at y = Ly: ψ(high) = ψ(low) + 1
-    count : number of patches
-
-    Returns
-    -------
-    root : (count,), offset : (count,) with ψ(patch) = ψ(root) + offset; None if a patch meets
-    itself with another offset, that is, winds around the strip and bars it.
+    Low and high (n,) are the patches of the same point at y = 0 and at y = Ly: ψ(high) = ψ(low) +
+    1. Returns root and offset (count,) of each with ψ(patch) = ψ(root) + offset; None if a patch
+    meets itself with another offset, that is, winds around the strip and bars it.
     """
     parent, above = list(range(count)), [0] * count
 

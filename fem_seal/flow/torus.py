@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem_seal.film.winding import unwind
 from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.numbering import Numbering, numbered
 from fem_seal.flow.topology import (
@@ -21,53 +22,6 @@ from fem_seal.flow.topology import (
     side_ends,
 )
 from fem_seal.mesh.torus import Torus
-
-
-@dataclass(frozen=True, eq=False)
-class Unwound:
-    """Pieces of clusters laid out in the plane, joined across the seams."""
-
-    root: np.ndarray  #: (n,) int, one piece of each joined cluster
-    offset: np.ndarray  #: (n, 2) int, seams crossed from the root to the piece
-    windings: np.ndarray  #: (k, 2) int, closed paths around the cell, as numbers of seams crossed
-    winding_roots: np.ndarray  #: (k,) int, root of the cluster of each winding
-
-
-def unwind(first: np.ndarray, second: np.ndarray, jump: np.ndarray, count: int) -> Unwound:
-    """Join pieces across seams by a search along the links between them.
-
-    Parameters
-    ----------
-    first, second : (m,) int, linked pieces
-    jump : (m, 2) int, distance, in cells, of the copy of `second` that touches `first`
-    count : number of pieces
-    """
-    neighbours: dict[int, list[tuple[int, tuple[int, int]]]] = {}
-    links = np.unique(np.column_stack([first, second, jump]), axis=0)
-    for a, b, x, y in links.tolist():
-        neighbours.setdefault(a, []).append((b, (x, y)))
-        neighbours.setdefault(b, []).append((a, (-x, -y)))
-    root, offset = np.arange(count), np.zeros((count, 2), dtype=int)
-    placed: dict[int, tuple[int, int]] = {}
-    windings: set[tuple[int, int, int]] = set()
-    for start in neighbours:
-        if start in placed:
-            continue
-        placed[start] = (0, 0)
-        todo = [start]
-        while todo:
-            piece = todo.pop()
-            for neighbour, step in neighbours[piece]:
-                reached = placed[piece][0] + step[0], placed[piece][1] + step[1]
-                if neighbour not in placed:
-                    placed[neighbour] = reached
-                    root[neighbour], offset[neighbour] = start, reached
-                    todo.append(neighbour)
-                elif placed[neighbour] != reached:
-                    x, y = placed[neighbour]
-                    windings.add((start, reached[0] - x, reached[1] - y))
-    table = np.array(sorted(windings), dtype=int).reshape(-1, 3)
-    return Unwound(root, offset, table[:, 1:], table[:, 0])
 
 
 def jumps_along(windings: np.ndarray) -> np.ndarray:

@@ -27,23 +27,12 @@ _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 
 
 def segment_moments(b: np.ndarray, c: np.ndarray, power: int = 3) -> np.ndarray:
-    """Integrals over 0 ≤ τ ≤ 1 of ((1-τ)², τ(1-τ), τ²) / (b + (c-b)τ)^power.
+    """Integrals (3, n) over 0 ≤ τ ≤ 1 of ((1-τ)², τ(1-τ), τ²) / (b + (c-b)τ)^power, power 3 or 2.
 
-    Parameters
-    ----------
-    b, c : (n,) > 0, gap at the two ends
-    power : 3, or 2 for slip
-
-    Returns
-    -------
-    (3, n)
-
-    Notes
-    -----
-    The terms of the closed forms cancel where b and c are close. For ratios below 4 the pole of the
-    integrand lies at least a third of the interval's length outside it, so that 20 Gauss points
-    have an error of 3^-40 ~ 1e-19. For larger ratios no term of the closed forms exceeds eight
-    times their sum.
+    b and c (n,) are the gaps at the two ends, > 0. The terms of the closed forms cancel where they
+    are close. For ratios below 4 the pole of the integrand lies at least a third of the interval's
+    length outside it, so that 20 Gauss points have an error of 3^-40 ~ 1e-19. For larger ratios no
+    term of the closed forms exceeds eight times their sum.
     """
     q = c / b
     near = (q < _NEAR) & (q > 1 / _NEAR)
@@ -78,28 +67,22 @@ _CLOSED_MOMENTS = {3: _moments_of_cube, 2: _moments_of_square}
 def one_contact_tensor(
     e_b: np.ndarray, e_c: np.ndarray, b: np.ndarray, c: np.ndarray, power: int = 3
 ) -> np.ndarray:
-    """Resistivity tensor (xx, xy, yy) of cells with one contact vertex.
+    """Resistivity (xx, xy, yy), (3, n), of cells with one contact vertex, in units of 1/gap^k.
+
+    ∫|∇ψ|²/g^k = 1/((2m-k) 2|T|) ∫ |m D d - D' r|² / g(τ)^k dτ, with d = e_c - e_b, r = e_b + τ d,
+    g(τ) = b + (c-b) τ. With the gradient G of the linear function of the same corner values, D =
+    G·r and D' = G·d, so that m D d - D' r = G_x v_x + G_y v_y with
+
+        v_x = ((m-1) d_x r_x, m r_x d_y - d_x r_y),  v_y = (m r_y d_x - d_y r_x, (m-1) d_y r_y),
+
+    each linear in τ. In slender cells the components of the tensor differ by squares of the aspect.
+    The formula never adds terms of different powers of the aspect, so that none is lost.
 
     Parameters
     ----------
     e_b, e_c : (2, n), edges from the contact vertex to the other two
     b, c : (n,) > 0, gap at these two
     power : k of the conductivity g^k, 3 or 2
-
-    Returns
-    -------
-    (3, n), in units of 1/gap^k
-
-    Notes
-    -----
-    ∫|∇ψ|²/g^k = 1/((2m-k) 2|T|) ∫ |m D d - D' r|² / g(τ)^k dτ, with d = e_c - e_b, r = e_b + τ d,
-    g(τ) = b + (c-b) τ. With the gradient G of the linear function of the same corner values,
-    D = G·r and D' = G·d, so that m D d - D' r = G_x v_x + G_y v_y with
-
-        v_x = ((m-1) d_x r_x, m r_x d_y - d_x r_y),  v_y = (m r_y d_x - d_y r_x, (m-1) d_y r_y),
-
-    each linear in τ. In slender cells the components of the tensor differ by squares of the aspect.
-    The formula never adds terms of different powers of the aspect, so that none is lost.
     """
     d, moments = e_c - e_b, segment_moments(b, c, power)
     (d_x, d_y), m = d, POWER
@@ -161,20 +144,16 @@ def resistivity(
     inverse_cube: np.ndarray,
     law: Conductivity = CUBE.below,
 ) -> np.ndarray:
-    """Resistivity tensor (xx, xy, yy) of cells; that of power traces at contact vertices.
+    """Resistivity tensor (n, 3) of cells: xx, xy, yy; that of power traces at contact vertices.
+
+    Zero where the mean is infinite, and where all corners are contact vertices.
 
     Parameters
     ----------
     xy, aspect : coordinates (3, n, 2) of the corners, and the factors that scale x and y
-    gaps : (3, n), gap at the corners
-    contact : (3, n) bool, contact vertices
+    gaps, contact : (3, n), gap at the corners, and which of them are contact vertices
     inverse_cube : (n,), mean of 1/gap³, or of the inverse of the law
     law : lower bound of the conductivity
-
-    Returns
-    -------
-    (n, 3) float
-        Zero where the mean is infinite, and where all corners are contact vertices.
     """
     count = contact.sum(axis=0)
     isotropic = np.where(np.isinf(inverse_cube), 0.0, inverse_cube)
@@ -213,21 +192,11 @@ def _edge_resistivity(highest: np.ndarray, law: Conductivity) -> np.ndarray:
 
 
 def mean_gradient_values(psi: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Corner values of the linear function whose gradient is the cell mean of ∇ψ.
+    """Corner values (n, 3) of the linear function whose gradient is the cell mean of ∇ψ.
 
-    Parameters
-    ----------
-    psi : (n, 3), corner values of the stream function
-    contact : (n, 3) bool, corners that are contact
-
-    Returns
-    -------
-    (n, 3)
-
-    Notes
-    -----
     Integrate by parts: on an edge from a contact vertex 0 to an open vertex 1 the integral of ψ is
-    |e| (m ψ_0 + ψ_1)/(m + 1); on other edges ψ is linear.
+    |e| (m ψ_0 + ψ_1)/(m + 1); on other edges ψ is linear. `psi` and `contact` (n, 3) are ψ at the
+    corners, and which of them are contact.
     """
     values = psi.copy()
     count = contact.sum(axis=1)

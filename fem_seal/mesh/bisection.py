@@ -79,16 +79,9 @@ def bisect(mesh: AnyMesh, marked: np.ndarray) -> Refinement:
 
 
 def refine(mesh: AnyMesh, times: np.ndarray) -> Refinement:
-    """Halve triangles, and as many others as keep the mesh conforming.
+    """Halve triangles (C,) so many times, and as many others as keep the mesh conforming.
 
-    Parameters
-    ----------
-    times : (C,) int, least number of times to halve each triangle, and then all parts of it
-
-    Raises
-    ------
-    TooFine
-        If a triangle would become narrower than its coordinates can resolve.
+    TooFine if a triangle would become narrower than its coordinates can resolve.
     """
     bisection = _Bisection(mesh)
     while times.any():
@@ -137,9 +130,7 @@ class _Bisection:
     def bisect(self, marked: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Halve the marked cells (indices), and the others that keep the mesh conforming.
 
-        Returns
-        -------
-        The steps of this round, as in `Halvings.steps`.
+        Returns the steps of this round, as in `Halvings.steps`.
         """
         edges, before = self._closure(marked), len(self._steps)
         cut = self._split(edges)

@@ -15,11 +15,6 @@ def channel_sizes(gap: GapSource, rectangle: Box, smallest: float, largest: floa
 
     The banks are the lines where the gap is a tenth of its mean. Edges in a channel of width w are
     thus no longer than w/4 + `smallest`; contact patches get coarse triangles inside as well.
-
-    Parameters
-    ----------
-    rectangle : bounding box of the shape
-    smallest, largest : edge lengths [m]
     """
     from scipy.ndimage import distance_transform_edt
 

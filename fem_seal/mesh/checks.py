@@ -116,10 +116,8 @@ def _labels(
     Parameters
     ----------
     used : (V,) int, points of the mesh that are vertices of triangles
-    count : number V of these points
     values : (E,) int, keys of the edges of the triangles, sorted
     cells_at : (E,) int, number of triangles at each edge
-    source : name of the mesh for messages
     """
     label = np.full(len(values), INSIDE, dtype=np.int8)
     for name, code in (("inlet", INLET), ("outlet", OUTLET), ("wall", ISLAND)):
@@ -151,13 +149,7 @@ def _why_unlabelled(
 ) -> str:
     """Message for boundary edges in no group: duplicate points, a hanging node, or a missing group.
 
-    Parameters
-    ----------
-    xy : (V, 2) float [m]
-    ends : (E, 2) int, vertices at the ends of the edges
-    on_boundary : (E,) bool, edges of a single triangle
-    unlabelled : (n,) int, boundary edges that are in no group
-    source : name of the mesh
+    `ends` (E, 2) are the vertices of all edges, `on_boundary` (E,) those of a single triangle.
     """
     boundary = np.unique(ends[on_boundary])
     extent = np.ptp(xy, axis=0).max()

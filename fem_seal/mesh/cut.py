@@ -10,20 +10,10 @@ from fem_seal.mesh.triangles import BOTTOM, INSIDE, TOP
 def shortest_path(
     cells: np.ndarray, sides: np.ndarray, start: np.ndarray, end: np.ndarray
 ) -> np.ndarray | None:
-    """Path of fewest inner edges from one boundary loop of the mesh to another.
+    """Path (n,) of fewest inner edges from one boundary loop of the mesh to another, or None.
 
     The path avoids all other boundaries. Because it is the shortest, no other edge of the mesh
     joins two of its vertices, and bisection does not change this.
-
-    Parameters
-    ----------
-    cells : (C, 3) int
-    sides : (C, 3) int8, labels of the sides
-    start, end : (m,) int, vertices of the two loops
-
-    Returns
-    -------
-    (n,) int, the vertices of the path, or None if there is no such path.
     """
     count = int(cells.max()) + 1
     cell, side = np.nonzero(sides == INSIDE)
@@ -56,13 +46,6 @@ def cut_open(
     Seen from the inlet, the cells on the left keep the vertices of the path (BOTTOM) and those on
     the right get copies (TOP), so that ψ grows to the left of the flow as it does in a strip.
 
-    Parameters
-    ----------
-    xy : (V, 2) float [m]
-    cells : (C, 3) int
-    sides : (C, 3) int8, labels of the sides
-    path : (n,) int, vertices of the path, from `shortest_path`
-
     Returns
     -------
     xy, cells, sides : mesh with n more vertices
@@ -92,17 +75,10 @@ def cut_open(
 
 
 def _joined_corners(slot: np.ndarray, ends: np.ndarray, on_path: np.ndarray) -> np.ndarray:
-    """Connected component of each corner, where sides off the path join corners at one vertex.
+    """Component (3 n,) of each corner, where sides off the path join corners at one vertex.
 
-    Parameters
-    ----------
-    slot : (n, 3) int, numbers of the corners of n cells
-    ends : (n, 3, 2) int, vertices at the ends of their sides
-    on_path : (n, 3) bool, sides on the path, which join nothing
-
-    Returns
-    -------
-    (3 n,) int
+    `slot` (n, 3) numbers the corners of n cells, `ends` (n, 3, 2) are the vertices at the ends of
+    their sides, and `on_path` (n, 3) the sides that join nothing.
     """
     cell, side = np.nonzero(~on_path)
     edge = ends[cell, side]

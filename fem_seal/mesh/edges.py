@@ -38,13 +38,10 @@ class Edges:
 
 
 def find_edges(ends: np.ndarray, count: int) -> Edges:
-    """Number the edges of triangles.
+    """Number the edges of triangles, given the vertices at the ends of their sides (C, 3, 2).
 
-    Parameters
-    ----------
-    ends : (C, 3, 2) int, vertices at the ends of each side of each cell; on a seam those of the
-        twin at the bottom, so that the two sides of an edge have the same vertices
-    count : number of vertices
+    On a seam these are the vertices of the twin at the bottom, so that the two sides of an edge
+    have the same vertices.
     """
     low = np.minimum(ends[..., 0], ends[..., 1]).ravel()
     high = np.maximum(ends[..., 0], ends[..., 1]).ravel()

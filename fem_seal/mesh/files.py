@@ -61,14 +61,9 @@ class GroupNames:
 def read_triangles(
     path: Path, unit: float, names: GroupNames, source: Path | None = None
 ) -> Triangles:
-    """Read a mesh.
+    """Read a .msh, .vtu or .xdmf mesh whose length unit is `unit` [m]; none of the formats has one.
 
-    Parameters
-    ----------
-    path : file, .msh, .vtu or .xdmf
-    unit : length of the file's unit [m]; none of the formats has one
-    names : names of the groups of inlet, outlet and walls
-    source : file that the mesh was made from; messages name it in place of `path`
+    Messages name `source`, the file that the mesh was made from, in place of the path.
     """
     source = source or path
     return triangles_of(read_file(path, source), source, unit, names)

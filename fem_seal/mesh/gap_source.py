@@ -97,14 +97,9 @@ class PolarGrid(_Grid):
 
     @classmethod
     def of(cls, gap: GridField, origin: tuple[float, float]) -> "PolarGrid":
-        """Grid of a gap whose first axis is the radius and second the angle.
+        """Grid of a gap whose first axis is the radius and second the angle, from r0 and theta0.
 
         It is a full turn, and closed, if ntheta · dtheta = 2π.
-
-        Parameters
-        ----------
-        gap : gap [m], with spacing (dr [m], dtheta [rad])
-        origin : r0 [m] and theta0 [rad]
         """
         turns = gap.shape[1] * gap.spacing[1] / (2 * np.pi)
         whole = abs(turns - 1) < 1e-6
@@ -162,13 +157,7 @@ def _clipped(steps: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _linear(samples: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Linear interpolation on the pixel triangles, whose diagonals alternate.
-
-    Parameters
-    ----------
-    samples : (nx, ny) float
-    steps : (n, 2), positions in units of the spacing
-    """
+    """Linear interpolation on the pixel triangles, at steps (n, 2) in units of the spacing."""
     i, j = np.minimum(steps.astype(int), np.array(samples.shape) - 2).T
     s, t = steps[:, 0] - i, steps[:, 1] - j
     even = (i + j) % 2 == 0

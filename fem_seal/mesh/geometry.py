@@ -41,16 +41,9 @@ def own_source(geo: Path) -> bytes | None:
 
 
 def require_trust(geo: Path, trust: bool) -> bytes | None:
-    """Refuse a .geo file that is neither the package's own nor trusted.
+    """Content of a .geo file of the package itself; None for another one, refused without trust.
 
-    Parameters
-    ----------
-    geo : geometry source
-    trust : whether the user allows it to run (`--trust`, or in Python `trust=True`)
-
-    Returns
-    -------
-    Content of the file if it is the package's own, else None.
+    The user trusts a file by `--trust`, or in Python by `trust=True`.
     """
     own = own_source(geo)
     if own is None and not trust:
@@ -79,7 +72,6 @@ def mesh_geometry(
     geo : geometry source; it names the groups by Physical Curve
     numbers : values of its DefineConstant, for the package's own sources
     unit : length of its unit [m]
-    names : names of the groups of inlet, outlet and walls
     sizes : rectangle of the geometry -> largest edge lengths by position; it is pickled
     largest : largest edge length anywhere [m]
     trust : whether to run a file that is not the package's own

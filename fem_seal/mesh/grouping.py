@@ -12,14 +12,8 @@ def parts(begin: int, end: int, at_once: int) -> Iterator[slice]:
 
 
 def stable_order(keys: np.ndarray, count: int) -> np.ndarray:
-    """Indices (n,) int32 that sort `keys`; equal keys keep their order.
+    """Indices (n,) int32 that sort keys (n,), 0 ≤ key < count; equal keys keep their order.
 
-    Parameters
-    ----------
-    keys : (n,) int, 0 ≤ key < count
-
-    Notes
-    -----
     Row i of a sparse matrix has its single entry in column keys[i]. SciPy converts it from row to
     column storage by a counting sort, which lists the rows by their keys.
     """

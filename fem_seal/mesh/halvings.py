@@ -46,16 +46,9 @@ class Halvings:
         values: np.ndarray,
         halves: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
     ) -> np.ndarray:
-        """Carry values of the old cells to the new ones.
+        """Carry values (C, ...) of the old cells to the new ones, (C', ...).
 
-        Parameters
-        ----------
-        values : (C, ...), values of the old cells
-        halves : maps values (n, ...) of cells to those of their first and of their second halves
-
-        Returns
-        -------
-        (C', ...)
+        `halves` maps values (n, ...) of cells to those of their first and of their second halves.
         """
         carried = np.empty((len(self.order), *values.shape[1:]), dtype=values.dtype)
         carried[: len(values)] = values

@@ -105,10 +105,7 @@ class NestedMesh(Mesh):
     def midpoints(xy: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Middles (n, 2) of the edges between vertices `ends` (n, 2) with coordinates `xy`.
 
-        Raises
-        ------
-        TooFine
-            If a middle has no integer coordinates.
+        TooFine if a middle has no integer coordinates.
         """
         doubled = xy.take(ends[:, 0], axis=0) + xy.take(ends[:, 1], axis=0)
         if (doubled & 1).any():
@@ -163,13 +160,10 @@ class NestedMesh(Mesh):
 
 
 def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> NestedMesh:
-    """Mesh of squares `width` pixels wide, cut along their alternating diagonals.
+    """Mesh of squares `width` pixels wide, a power of two, cut along their alternating diagonals.
 
-    Parameters
-    ----------
-    squares : pixels (mx, my) along each axis, multiples of `width`
-    width : a power of two
-    periodic_sides : whether the sides y = 0 and y = my are the same line
+    There are (mx, my) pixels, multiples of `width`. With periodic sides y = 0 and y = my are the
+    same line.
     """
     nx, ny = squares[0] // width, squares[1] // width
     i, j = np.meshgrid(np.arange(nx + 1), np.arange(ny + 1), indexing="ij")
@@ -187,16 +181,10 @@ def uniform_mesh(squares: tuple[int, int], width: int, periodic_sides: bool) -> 
 
 
 def coarsest_width(squares: tuple[int, int], at_least: int = 8) -> int:
-    """Width in pixels of the squares of the coarsest nested mesh.
+    """Width in pixels, a power of two, of the squares of the coarsest mesh of (mx, my) pixels.
 
-    Parameters
-    ----------
-    squares : pixels (mx, my) along each axis
-    at_least : least number of squares along each axis
-
-    Returns
-    -------
-    A power of two; 1 if mx or my is odd.
+    At least `at_least` squares lie along each axis, unless that is impossible: 1 if mx or my is
+    odd.
     """
     width = 1
     while all(m % (2 * width) == 0 and m // (2 * width) >= at_least for m in squares):

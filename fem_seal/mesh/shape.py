@@ -48,14 +48,7 @@ def shape_mesh(xy: np.ndarray, cells: np.ndarray, sides: np.ndarray) -> Triangle
 def shape_mesh_with_values(
     xy: np.ndarray, cells: np.ndarray, sides: np.ndarray, values: np.ndarray
 ) -> tuple[TriangleMesh, np.ndarray]:
-    """Mesh of `shape_mesh` and the values (V', ...) of a function at its vertices.
-
-    Parameters
-    ----------
-    xy, cells, sides
-        As for `shape_mesh`, which lists the errors as well.
-    values : (V, ...), values at the vertices; the function is linear on each triangle
-    """
+    """Mesh of `shape_mesh`, and values (V', ...) at its vertices of a piecewise linear function."""
     _require_one_piece(len(xy), cells)
     loops = _Loops(xy, cells, sides)
     inlet, outlet = loops.only_piece(INLET), loops.only_piece(OUTLET)
@@ -169,15 +162,10 @@ def _cut(
     inlet: _Piece,
     outlet: _Piece,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Cut the mesh from the loop of the inlet to that of the outlet.
+    """Cut the mesh from the loop of the inlet to that of the outlet; see `cut_open`.
 
     If every path runs through vertices of other walls, all cells are halved until one does not:
     halving adds vertices in the interior.
-
-    Returns
-    -------
-    xy, cells, sides, twin : as in `cut_open`
-    values : values at the vertices
     """
     while True:
         path = shortest_path(cells, sides, loops.vertices(inlet.loop), loops.vertices(outlet.loop))

@@ -65,13 +65,7 @@ def _opposite(mesh: NestedMesh, axis: int) -> np.ndarray:
 
 
 def uniform_torus(squares: tuple[int, int], width: int) -> Torus:
-    """Torus of squares `width` pixels wide, or smaller if there are too few across.
-
-    Parameters
-    ----------
-    squares : pixels (mx, my) along each axis, multiples of `width`
-    width : a power of two
-    """
+    """Torus of squares `width` pixels wide, a power of two, or smaller if too few fit across."""
     mesh = uniform_mesh(squares, width, periodic_sides=False)
     while squares_across(mesh) < LEAST_SQUARES:
         # Two halvings make squares half as wide.

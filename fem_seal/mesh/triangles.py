@@ -133,10 +133,7 @@ class TriangleMesh(Mesh):
     def midpoints(xy: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Middles (n, 2) [m] of the edges between vertices `ends` (n, 2) with coordinates `xy`.
 
-        Raises
-        ------
-        TooFine
-            If an edge is so short that rounding would move its middle.
+        TooFine if an edge is so short that rounding would move its middle.
         """
         a, b = xy[ends[:, 0]], xy[ends[:, 1]]
         largest = np.abs(xy).max()
@@ -160,10 +157,7 @@ class TriangleMesh(Mesh):
         return replace(self, cells=self.cells[cells], sides=sides, carried_edges=None)
 
     def first_guess(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pressure from the distances to inlet and outlet, and stream function 0, (V,) each.
-
-        They start the first solve.
-        """
+        """Pressure from the distances to inlet and outlet, and stream function 0, (V,) each."""
         from scipy.spatial import cKDTree
 
         to_inlet, to_outlet = (

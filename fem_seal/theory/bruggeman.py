@@ -16,7 +16,6 @@ Persson and M. H. Müser, Phys. Rev. Lett. 108, 244301 (2012).
 import numpy as np
 
 from fem_seal.errors import InvalidInput
-from fem_seal.grid import GridField
 
 # Relative contact area A*/A0 at which elastic contact percolates, from the 2012 letter.
 ELASTIC_THRESHOLD = 0.42
@@ -33,20 +32,15 @@ def effective_conductivity(
     """Effective conductivity K of one medium or many, by bisection of ln K.
 
     Dimension n = 1 gives the series (harmonic) mean, n to infinity the parallel (arithmetic) mean.
+    K is exactly 0 where the medium does not percolate.
 
     Parameters
     ----------
     conductivity : (..., m), local conductivities k >= 0 of each medium, or the values of a
         histogram, along the last axis, in any unit
-    dimension : dimension n >= 1
     weights : (m,) or (..., m), part of the area with each value; equal if left out. Normalised here
         to 1 - `contact`
     contact : part c of the whole area in contact, in [0, 1], besides the values k = 0
-    rtol : relative tolerance of K
-
-    Returns
-    -------
-    (...) float in the unit of the conductivities; exactly 0 where the medium does not percolate.
     """
     k = np.asarray(conductivity, dtype=float)
     w = np.ones(k.shape[-1]) if weights is None else np.asarray(weights, dtype=float)
@@ -97,16 +91,8 @@ def _root(k: np.ndarray, w: np.ndarray, contact: float, n: float, rtol: float) -
 def effective_dimension(contact_area: float, threshold: float = ELASTIC_THRESHOLD) -> float:
     """Effective dimension n_eff of the letter, for which the medium percolates at A*.
 
-    It falls linearly in the contact area, from 2 at A = 0 to 1/(1 - A*/A0) at A = A*.
-
-    Parameters
-    ----------
-    contact_area : A/A0 in [0, 1]
-    threshold : A*/A0 in (0, 1)
-
-    Returns
-    -------
-    >= 1; a threshold of 1/2 gives 2, Bruggeman's own medium, for every contact area.
+    It falls linearly in the contact area A/A0, from 2 at A = 0 to 1/(1 - A*/A0) at A = A*. A
+    threshold of 1/2 gives 2, Bruggeman's own medium, for every contact area.
     """
     if not (0 <= contact_area <= 1 and 0 < threshold < 1):
         raise InvalidInput(
@@ -114,26 +100,3 @@ def effective_dimension(contact_area: float, threshold: float = ELASTIC_THRESHOL
         )
     at_threshold = 1 / (1 - threshold)
     return max(1.0, 2 + (at_threshold - 2) * contact_area / threshold)
-
-
-def estimated_leak_rate(
-    gap: GridField, *, viscosity: float, pressure_drop: float, dimension: float = 2.0
-) -> float:
-    """Leak rate Q = K Δp Ly/Lx of Bruggeman's medium with the gap's distribution of g³/(12 η).
-
-    Parameters
-    ----------
-    gap : gap g [m], zero in contact. The positions of its samples do not matter
-    viscosity : η [Pa s]
-    pressure_drop : δp along the first axis [Pa]
-    dimension : 2 for Bruggeman's own medium; for the letter's, `effective_dimension` of the contact
-        area
-
-    Returns
-    -------
-    float [m^3/s]
-    """
-    K = effective_conductivity(
-        gap.values.ravel() ** 3 / (12 * viscosity), dimension=dimension, rtol=1e-10
-    )
-    return float(K) * pressure_drop * gap.size[1] / gap.size[0]

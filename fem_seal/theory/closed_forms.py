@@ -8,59 +8,22 @@ import numpy as np
 from fem_seal.errors import InvalidInput
 
 
-def parallel_plates(gap: float, length: float, width: float, viscosity: float) -> float:
-    """Conductance Q/Δp = Ly g³/(12 η Lx) of a uniform gap (Poiseuille).
-
-    Parameters
-    ----------
-    gap, length, width : g, Lx along the flow, and Ly across it [m]
-    viscosity : η [Pa s]
-
-    Returns
-    -------
-    float [m^3/(Pa s)]
-    """
-    return width * gap**3 / (12 * viscosity * length)
-
-
 def series(conductivity: np.ndarray) -> float:
-    """Conductivity of equally thick layers across the flow: the harmonic mean of K.
-
-    Parameters
-    ----------
-    conductivity : (n,) float, >= 0
-
-    Returns
-    -------
-    0 if a layer has K = 0.
-    """
+    """Conductivity of equally thick layers across the flow: the harmonic mean of K."""
     K = np.asarray(conductivity, dtype=float)
     return float(K.size / np.sum(1 / K)) if np.all(K > 0) else 0.0
 
 
 def parallel(conductivity: np.ndarray) -> float:
-    """Conductivity of equally thick layers along the flow: the arithmetic mean of K.
-
-    Parameters
-    ----------
-    conductivity : (n,) float, >= 0
-    """
+    """Conductivity of equally thick layers along the flow: the arithmetic mean of K."""
     return float(np.mean(conductivity))
 
 
 def piecewise_linear_channel(gap: np.ndarray) -> float:
     """Cube of the equivalent uniform gap, 1/<g⁻³>, of a channel whose gap varies along the flow.
 
-    The gap is linear between equidistant samples; where it goes from a to b, the mean of g⁻³ is
-    (a + b)/(2 a² b²).
-
-    Parameters
-    ----------
-    gap : (n,), samples of the gap [m], n >= 2
-
-    Returns
-    -------
-    float [m^3]; 0 if a sample is in contact.
+    The gap (n,) is linear between equidistant samples; where it goes from a to b, the mean of g⁻³
+    is (a + b)/(2 a² b²). 0 if a sample is in contact.
     """
     g = np.asarray(gap, dtype=float)
     if not np.all(g > 0):
@@ -72,12 +35,8 @@ def piecewise_linear_channel(gap: np.ndarray) -> float:
 def cosine_channel(amplitude: float, *, across: bool) -> float:
     """Conductivity of the gap 1 + a cos(kx) over that of the gap 1, for whole wavelengths.
 
-    Parameters
-    ----------
-    amplitude : a in [0, 1]
-    across : true: the wave crests lie across the flow, 1/<g⁻³> = (1 - a²)^(5/2) / (1 + a²/2)
-        (integrals of A. Sommerfeld, Z. Math. Phys. 50, 97 (1904)). False: along it, <g³> = 1 + 3
-        a²/2
+    If the crests lie across the flow, 1/<g⁻³> = (1 - a²)^(5/2) / (1 + a²/2) (integrals of A.
+    Sommerfeld, Z. Math. Phys. 50, 97 (1904)); if along it, <g³> = 1 + 3 a²/2.
     """
     a = amplitude
     if not 0 <= a <= 1:
@@ -88,12 +47,8 @@ def cosine_channel(amplitude: float, *, across: bool) -> float:
 def checkerboard(K1: float, K2: float) -> float:
     """Conductivity √(K1 K2) of a checkerboard of two phases.
 
-    It holds for every isotropic two-phase medium that does not change if the phases are swapped
-    (J. B. Keller, J. Math. Phys. 5, 548 (1964); A. M. Dykhne, Sov. Phys. JETP 32, 63 (1971)).
-
-    Parameters
-    ----------
-    K1, K2 : float, >= 0
+    It holds for every isotropic two-phase medium that does not change if the phases are swapped (J.
+    B. Keller, J. Math. Phys. 5, 548 (1964); A. M. Dykhne, Sov. Phys. JETP 32, 63 (1971)).
     """
     return float(np.sqrt(K1) * np.sqrt(K2))
 
@@ -101,13 +56,9 @@ def checkerboard(K1: float, K2: float) -> float:
 def four_phase_checkerboard(K1: float, K2: float, K3: float, K4: float) -> tuple[float, float]:
     """Conductivities (Kxx, Kyy) of a periodic cell of four equal squares.
 
-    The squares are numbered around their common corner: 1 at x < 1/2, y < 1/2; 2 at x > 1/2,
-    y < 1/2; 3 at x > 1/2, y > 1/2; 4 at x < 1/2, y > 1/2. Conjectured by S. Mortola and S. Steffé;
+    The squares are numbered around their common corner: 1 at x < 1/2, y < 1/2; 2 at x > 1/2, y <
+    1/2; 3 at x > 1/2, y > 1/2; 4 at x < 1/2, y > 1/2. Conjectured by S. Mortola and S. Steffé;
     proved by G. W. Milton, J. Math. Phys. 42, 4873 (2001).
-
-    Parameters
-    ----------
-    K1, K2, K3, K4 : float, > 0
     """
     total = K1 + K2 + K3 + K4
     triples = K2 * K3 * K4 + K1 * K3 * K4 + K1 * K2 * K4 + K1 * K2 * K3
@@ -122,16 +73,8 @@ def smooth_checkerboard(x: np.ndarray, y: np.ndarray, amplitude: float) -> np.nd
 
     A shift by half a period turns K into 1/K, and by Keller's duality the effective conductivity of
     1/K is the reciprocal of that of K. The lines x = 0 and x = 1 can serve as inlet and outlet:
-    they are lines of mirror symmetry, hence isobars.
-
-    Parameters
-    ----------
-    x, y : coordinates in periods
-    amplitude : A; the contrast is exp(2 A)
-
-    Returns
-    -------
-    float array of the shape to which x and y broadcast
+    they are lines of mirror symmetry, hence isobars. x and y are in periods; the contrast is exp(2
+    A).
     """
     return np.exp(amplitude * np.cos(2 * np.pi * x) * np.cos(2 * np.pi * y))
 
@@ -142,53 +85,9 @@ def disc_array(area_fraction: float) -> float:
     Rayleigh's method to the order of W. T. Perrins, D. R. McKenzie and R. C. McPhedran, Proc. R.
     Soc. Lond. A 369, 207 (1979). The result exceeds the full series by 7e-6 at f = 0.50, 7e-4 at
     0.64 and 2 % at 0.72; at f = π/4 the discs touch and seal.
-
-    Parameters
-    ----------
-    area_fraction : f in [0, π/4)
     """
     f = area_fraction
     if not 0 <= f < np.pi / 4:
         raise InvalidInput(f"the area fraction of discs must lie in [0, π/4), got {f}")
     multipoles = 0.305827 * f**4 / (1 - 1.402958 * f**8) + 0.013362 * f**8
     return 1 - 2 * f / (1 + f - multipoles)
-
-
-def dilute_discs(area_fraction: float) -> float:
-    """Conductivity around sparse discs over that without them, (1 - f)/(1 + f) (Maxwell).
-
-    It is also the upper bound of Z. Hashin and S. Shtrikman, J. Appl. Phys. 33, 3125 (1962), for
-    every isotropic arrangement of contact of area fraction f.
-
-    Parameters
-    ----------
-    area_fraction : f in [0, 1]
-    """
-    return (1 - area_fraction) / (1 + area_fraction)
-
-
-def annulus(conductivity: float, inner_radius: float, outer_radius: float) -> float:
-    """Conductance Q/Δp = 2π K / ln(r_out/r_in) of the film between two concentric circles.
-
-    Parameters
-    ----------
-    conductivity : K [m^3/(Pa s)]
-    inner_radius, outer_radius : r_in and r_out [m]
-
-    Returns
-    -------
-    float [m^3/(Pa s)]
-    """
-    return 2 * np.pi * conductivity / float(np.log(outer_radius / inner_radius))
-
-
-def lognormal(mean_log_conductivity: float) -> float:
-    """Conductivity exp<ln K> of an infinite isotropic log-normal medium in the plane.
-
-    G. Matheron, Éléments pour une théorie des milieux poreux (Masson, Paris, 1967).
-
-    Parameters
-    ----------
-    mean_log_conductivity : <ln K>, with K in the unit of the result
-    """
-    return float(np.exp(mean_log_conductivity))

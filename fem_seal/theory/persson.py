@@ -1,4 +1,4 @@
-"""Persson's contact mechanics: area, mean gap and gap distribution from the power spectrum.
+"""Persson's contact mechanics: area, mean gap and scatter of the gap from the power spectrum.
 
 At magnification ζ only roughness of wavenumbers between q0, the smallest, and ζ q0 is resolved; q1
 is the largest wavenumber. C(q) is the isotropic spectrum, <h²> = 2π ∫ q C dq; E* the contact
@@ -32,12 +32,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 
 from fem_seal.errors import InvalidInput
 from fem_seal.registry import choose
+from fem_seal.surface.spectrum import Spectrum
 
 # γ: reduction of the elastic energy where contact is partial, fitted by Yang and Persson.
 GAMMA = 0.45
@@ -49,17 +49,6 @@ SMALLEST_AREA = 1e-12
 CELLS = 16
 # Values of w p/E* from 0 to the last one, beyond which the integrals of the mean gap vanish.
 FAR, TABLE = 7.0, 40_000
-
-
-class AnySpectrum(Protocol):
-    """Isotropic power spectrum, such as `fem_seal.surface.spectrum.Spectrum`."""
-
-    @property
-    def wavenumbers(self) -> tuple[float, ...]:
-        """Smallest wavenumber, kinks of C(q), and largest wavenumber, ascending [1/m]."""
-
-    def density(self, q: np.ndarray) -> np.ndarray:
-        """C(q) [m^4]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,15 +100,8 @@ def contact_area(
 ) -> float:
     """Relative contact area, A/A0 = erf(√2 p0 / (E* h'rms)) in Persson's theory.
 
-    Parameters
-    ----------
-    pressure, contact_modulus : p0 and E* [Pa]
-    mean_square_slope : h'rms² = 2π ∫ q³ C dq of the resolved roughness
-    law : "persson" or "wang-mueser": see `AREA_LAWS`
-
-    Returns
-    -------
-    float in [0, 1]
+    The mean square slope of the resolved roughness is h'rms² = 2π ∫ q³ C dq. For the laws "persson"
+    and "wang-mueser" see `AREA_LAWS`.
     """
     from scipy.special import erf
 
@@ -129,7 +111,7 @@ def contact_area(
 
 
 def persson_state(
-    spectrum: AnySpectrum,
+    spectrum: Spectrum,
     *,
     pressure: float,
     contact_modulus: float,
@@ -139,20 +121,16 @@ def persson_state(
 ) -> PerssonState:
     """Contact area, mean gap and gap of the opened area at all magnifications.
 
+    The derivative u1 = d(A ū)/dA is the quotient of the differences between neighbouring
+    magnifications.
+
     Parameters
     ----------
-    spectrum : C(q) with its range of wavenumbers
-    pressure : p0 [Pa], > 0
-    contact_modulus : E* [Pa], > 0
+    pressure, contact_modulus : p0 and E* [Pa]
     area : "persson" or "wang-mueser": law of the contact area, see `AREA_LAWS`. The mean gap is
         that of Yang and Persson with the pressure p0 A0/A of this law
     gamma : γ of the mean gap
     cells_per_octave : number of magnifications between a wavenumber and its double
-
-    Notes
-    -----
-    The derivative u1 = d(A ū)/dA is the quotient of the differences between neighbouring
-    magnifications.
     """
     from scipy.special import erf, erfc
 
@@ -180,13 +158,7 @@ def persson_state(
 
 
 def ladder(wavenumbers: tuple[float, ...], per_octave: int) -> np.ndarray:
-    """Divide a range of wavenumbers [1/m] into steps, a multiple of CELLS between kinks.
-
-    Raises
-    ------
-    InvalidInput
-        If the wavenumbers are not positive and ascending, or span no range.
-    """
+    """Divide a range of wavenumbers [1/m] into steps, a multiple of CELLS between kinks."""
     marks = np.array(wavenumbers, dtype=float)
     if not (marks.size >= 2 and marks[0] > 0 and (np.diff(marks) >= 0).all()):
         raise InvalidInput(f"wavenumbers must be positive and ascending, got {wavenumbers}")
@@ -256,48 +228,3 @@ def _tables() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     upwards = (cumulative_trapezoid(f, t, initial=0.0) for f in (square * t, square))
     first, second = (f[-1] - f for f in upwards)
     return t, first, second
-
-
-def _almqvist(opened_gap: np.ndarray, unseen_rms: np.ndarray) -> np.ndarray:
-    """Width s = h_rms(ζ)."""
-    return unseen_rms
-
-
-def _afferrante(opened_gap: np.ndarray, unseen_rms: np.ndarray) -> np.ndarray:
-    """Width s with 1/s² = 1/h_rms(ζ)² + 1/u1²."""
-    return unseen_rms * opened_gap / np.hypot(unseen_rms, opened_gap)
-
-
-# Width s of the scatter of the gap about u1: "almqvist" by the paper of 2011 cited above,
-# "afferrante" by L. Afferrante, F. Bottiglione, C. Putignano, B. N. J. Persson and G. Carbone,
-# Tribol. Lett. 66, 75 (2018).
-SCATTERS = {"almqvist": _almqvist, "afferrante": _afferrante}
-
-
-def gap_distribution(
-    state: PerssonState, gap: np.ndarray, *, scatter: str = "almqvist"
-) -> np.ndarray:
-    """Probability density P(u) of the gap u > 0.
-
-    The area in contact is not part of it: it adds a delta function of weight A/A0 at u = 0.
-
-    Parameters
-    ----------
-    gap : (m,), gaps u >= 0 [m]
-    scatter : "almqvist" or "afferrante": width s of the scatter, see `SCATTERS`
-
-    Returns
-    -------
-    (m,) float [1/m], with ∫ P du = 1 - A/A0
-    """
-    s = scatter_width(state, scatter)
-    opens = (state.opened_area > 0) & (s > 0)
-    u1, s, part = (v[opens] for v in (state.opened_gap, s, state.opened_area))
-    u = np.asarray(gap, dtype=float)[..., None]
-    bells = np.exp(-0.5 * ((u - u1) / s) ** 2) + np.exp(-0.5 * ((u + u1) / s) ** 2)
-    return bells @ (part / (np.sqrt(2 * np.pi) * s))
-
-
-def scatter_width(state: PerssonState, scatter: str) -> np.ndarray:
-    """Width s (n,) [m] of the scatter of the gap about u1; for the names see `SCATTERS`."""
-    return choose(SCATTERS, scatter, "scatter")(state.opened_gap, state.unseen_rms)

@@ -12,7 +12,7 @@ from fem_seal.theory.bruggeman import (
     effective_conductivity,
     effective_dimension,
 )
-from fem_seal.theory.persson import PerssonState, scatter_width
+from fem_seal.theory.persson import PerssonState
 
 # Bruggeman's integral over a normal distribution: its extent in widths s, and its points
 # z = z0 ± FINEST sinh v, with STEPS equal steps of v on either side of the gap u = 0. Near closing
@@ -27,24 +27,15 @@ def effective_film_conductivity(
     *,
     viscosity: float,
     threshold: float = ELASTIC_THRESHOLD,
-    scatter: str = "almqvist",
 ) -> float:
-    """Film conductivity K of the letter's modified Bruggeman medium for Persson's gaps.
+    """Film conductivity K [m³/(Pa s)] of the letter's modified Bruggeman medium for Persson's gaps.
 
-    Parameters
-    ----------
-    viscosity : η [Pa s]
-    threshold : A*/A0; 1/2 gives Bruggeman's own medium
-    scatter : "almqvist" or "afferrante": width of the scatter of the gap, see `persson.SCATTERS`
-
-    Returns
-    -------
-    float [m^3/(Pa s)]; exactly 0 where the contact area reaches the threshold. The leak rate is
-    K Δp Ly/Lx.
+    Exactly 0 where the contact area reaches the threshold A*/A0; 1/2 gives Bruggeman's own medium.
+    The leak rate is K Δp Ly/Lx.
     """
     contact = float(state.area[-1])
     dimension = effective_dimension(contact, threshold)
-    s = scatter_width(state, scatter)
+    s = state.unseen_rms
     # With z standard normal, |u1 + s z| has the density of the two bells of P(u) together.
     z, normal = _normal(-state.opened_gap / np.maximum(s, np.finfo(float).tiny))
     u = np.abs(state.opened_gap[:, None] + s[:, None] * z)

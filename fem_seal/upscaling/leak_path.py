@@ -96,12 +96,7 @@ class EndPressures:
 
     @classmethod
     def of(cls, drive: Drive, gauge_pressures: tuple[float, float]) -> "EndPressures":
-        """Take the pressures of a scene.
-
-        Parameters
-        ----------
-        gauge_pressures : pressures of inlet and outlet above ambient [Pa]
-        """
+        """Pressures of a scene, those of inlet and outlet above ambient [Pa]."""
         inlet, outlet = gauge_pressures
         if not isinstance(drive, GasDrive):
             return cls(inlet, outlet)

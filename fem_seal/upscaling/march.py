@@ -30,9 +30,7 @@ def path_leak_rate(
 ) -> float:
     """Leak rate [m³/s] at which the fluid has the inlet's pressure at the inlet.
 
-    Parameters
-    ----------
-    pressure, lengths : (n,), P of each cell [Pa], and its Δs
+    Each of n cells has a contact pressure P [Pa] and a length Δs.
     """
     net = pressure.max() - ends.inlet
     if net <= 0:
@@ -57,14 +55,8 @@ def _root(
 ) -> float:
     """Root of an excess that grows with ln Q, from two guesses of its bracket.
 
-    Algorithm 748 halves its bracket in each iteration at least (G. E. Alefeld, F. A. Potra and
-    Y. Shi, ACM Trans. Math. Softw. 21, 327 (1995)), so that `MOST_ITERATIONS` are never needed.
-
-    Parameters
-    ----------
-    excess : function of ln Q, without unit
-    low, high : guesses of ln Q, moved until one is below the root and the other above
-    most : largest number of iterations
+    Algorithm 748 halves its bracket in each iteration at least (G. E. Alefeld, F. A. Potra and Y.
+    Shi, ACM Trans. Math. Softw. 21, 327 (1995)), so that `MOST_ITERATIONS` are never needed.
     """
     from scipy.optimize import toms748
 
@@ -99,9 +91,7 @@ def _widened(excess: Callable[[float], float], log_rate: float, step: float) -> 
 class March:
     """Integration of dΦ/ds = -Q/K from the outlet to the inlet, cell by cell.
 
-    Parameters
-    ----------
-    pressure, lengths : (n,), P of each cell [Pa], and its Δs; the first cell is at the inlet
+    Each of n cells has a pressure P [Pa] and a length Δs; the first cell is at the inlet.
     """
 
     def __init__(

@@ -85,14 +85,9 @@ def drawn_seals(
 ) -> DrawnSeals:
     """Draw patches into the network of a seal, again and again.
 
-    Parameters
-    ----------
-    rates : (N, 3), lower bound, value and upper bound of the leak rate that the seal would have if
-        all its patches were alike, for each realization
-
-    Returns
-    -------
-    With one realization, or one patch along the path, the mean needs no draws.
+    `rates` (N, 3) are lower bound, value and upper bound of the leak rate that the seal would have
+    if all its patches were alike, for each realization. With one realization, or one patch along
+    the path, the mean needs no draws.
     """
     rates = np.asarray(rates, dtype=float)
     if len(rates) == 1:
@@ -176,18 +171,7 @@ def generalised_interval(
 def lognormal_patches(
     shape: tuple[int, int], sigma: float, leaking: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Conductivities exp(σ Z) of patches; 0 for the share of them that is sealed.
-
-    Parameters
-    ----------
-    sigma : scatter of ln K
-    leaking : share of the patches that leak
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    (m, n) float
-    """
+    """Conductivities exp(σ Z) of patches; 0 for all but the `leaking` share of them."""
     K = np.exp(sigma * rng.standard_normal(shape))
     return np.where(rng.random(shape) < leaking, K, 0.0)
 
@@ -217,13 +201,8 @@ def may_conduct(leaking: float, count: PatchCount, *, draws: int = 100, seed: in
 def patches_for(sigma: float, factor: float) -> int:
     """Estimate how many leaking patches narrow the confidence interval of the mean to a factor.
 
-    With n log-normal patches the logarithm of the estimated mean, ȳ + s²/2, has the variance
-    (σ² + σ⁴/2)/n.
-
-    Parameters
-    ----------
-    sigma : scatter of the logarithms
-    factor : upper end of the interval over the lower one
+    With n log-normal patches of scatter σ the logarithm of the estimated mean, ȳ + s²/2, has the
+    variance (σ² + σ⁴/2)/n.
     """
     from scipy.stats import norm
 

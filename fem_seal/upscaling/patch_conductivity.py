@@ -68,12 +68,9 @@ def _ignore(text: str) -> None:
 
 
 class LoadedPatch:
-    """A patch under any net load, each computed once.
+    """A patch of an elastic contact on a grid under any net load, each computed once.
 
-    Parameters
-    ----------
-    patch : patch of a scene with an elastic contact on a grid. The load of the scene is not used
-    rtol : tolerance of the flow at each load
+    The flow at each load is solved to `rtol`. The load of the scene is not used.
     """
 
     def __init__(self, patch: Patch, rtol: float):
@@ -292,19 +289,12 @@ def refined_table(
 
     Parameters
     ----------
-    flow_of : table -> leak rate of the seal, a SealFlow
+    flow_of : table -> leak rate of the seal
     highest : largest contact pressure of the profile [Pa]
     inlet, outlet : pressures above ambient [Pa]
     uniform : whether the contact pressure is the same everywhere; then the seal has no net load
         below highest - inlet
-    tolerance : largest (upper - lower)/√(lower upper) of the leak rate
     max_seconds : limit of the time; the bounds that have been reached are returned then
-    progress : called with a text on the state of the table
-
-    Raises
-    ------
-    NotConverged
-        If a contact is not solved to its tolerance.
     """
     if highest <= inlet:
         return PatchFlow(None, SealFlow("lifted off", inf, inf, inf))

@@ -88,13 +88,8 @@ class Hertz:
     def pressed(cls, line_load: float, radius: float, contact_modulus: float) -> "Hertz":
         """Contact of a cylinder: a = 2 √(w R/(π E*)), P_max = 2 w/(π a).
 
-        K. L. Johnson, Contact Mechanics (Cambridge, 1985), eqs. 4.43 and 4.45.
-
-        Parameters
-        ----------
-        line_load : w, force per length of the cylinder [N/m]
-        radius : R of the cylinder [m]; of two cylinders 1/R = 1/R1 + 1/R2
-        contact_modulus : E* [Pa], 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2
+        w is the force per length [N/m]; of two cylinders 1/R = 1/R1 + 1/R2. K. L. Johnson, Contact
+        Mechanics (Cambridge, 1985), eqs. 4.43 and 4.45.
         """
         _require_positive(line_load=line_load, radius=radius, contact_modulus=contact_modulus)
         a = 2 * sqrt(line_load * radius / (pi * contact_modulus))

@@ -18,14 +18,6 @@ def realizations(scene: Scene) -> tuple[Scene, ...]:
     """Scenes of the patches of a seal; the first patch is that of the scene itself.
 
     The patches have no output but the seal, and no limit.
-
-    Parameters
-    ----------
-    scene : scene with [seal]
-
-    Returns
-    -------
-    `seal.patches` long
     """
     seal = present(scene.seal, "[seal]")
     surface = scene.surface
@@ -96,12 +88,7 @@ def _lengths_text(sides: Sequence[float]) -> str:
 
 
 def largest_scale(sides: Sequence[float], window: Sequence[float], patches: int) -> float:
-    """Largest factor by which a window can be scaled so that a map holds `patches` of them.
-
-    Parameters
-    ----------
-    sides, window : (2,) sequence of float, sides of the map and of the window, in one unit
-    """
+    """Largest factor by which a window can be scaled so that a map holds `patches` of them."""
     ratios = [side / part for side, part in zip(sides, window, strict=True)]
     # At the largest factor a whole number of windows fills one side of the map.
     scales = sorted((ratio / n for ratio in ratios for n in range(1, patches + 1)), reverse=True)

@@ -63,12 +63,8 @@ def read_profile(path: Path) -> TabulatedProfile:
     """Read a table of x and pressure, as finite-element codes write it.
 
     Two columns, whose titles may name their units: "x [mm], pressure [MPa]". Without any they are m
-    and Pa, unless the header names another unit.
-
-    Raises
-    ------
-    InvalidInput
-        If the file cannot be read as such a table, or the units are not clear.
+    and Pa, unless the header names another unit. InvalidInput if it is no such table, or the units
+    are not clear.
     """
     table = read_table(path, columns=2)
     titles = column_titles(table)

@@ -72,12 +72,7 @@ class PatchTask(Task[SolvedPatch]):
 
 
 def solved_patch(scene: Scene, report: Report, comm: Comm) -> SolvedPatch:
-    """Conductivity of the patch of a realization, refined in load.
-
-    Parameters
-    ----------
-    scene : scene with [seal] that does not lift off
-    """
+    """Conductivity of the patch of a realization that does not lift off, refined in load."""
     start = perf_counter()
     seal, (profile, path) = present(scene.seal, "[seal]"), profile_of(scene)
     ends = EndPressures.of(scene.drive, scene.gauge_pressures)
@@ -163,7 +158,6 @@ def solved_patches(
 
     Parameters
     ----------
-    scenes : scenes of the realizations
     like : the patch whose report and processes are used
     folder : folder of a file for each patch, from which an interrupted run goes on; None: nothing
         is kept, and this process computes all patches

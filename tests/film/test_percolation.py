@@ -8,8 +8,9 @@ from hypothesis.extra import numpy as hnp
 
 from fem_seal.errors import InvalidInput
 from fem_seal.film import GridFilm
+from fem_seal.film.clusters import joins_ends
 from fem_seal.film.lattice import DUAL_CONNECTIVITY
-from fem_seal.film.percolation import spans, winds
+from fem_seal.film.winding import winds
 from fem_seal.grid import GridField
 
 CONNECTIVITIES = ("4", "8", "triangulation")
@@ -20,19 +21,19 @@ masks = hnp.arrays(bool, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, ma
 def test_either_open_or_contact_spans_with_walls(open_, connectivity):
     """Open from inlet to outlet, or contact from wall to wall."""
     contact = np.ascontiguousarray(~open_.T)
-    assert spans(open_, connectivity) != spans(contact, DUAL_CONNECTIVITY[connectivity])
+    assert joins_ends(open_, connectivity) != joins_ends(contact, DUAL_CONNECTIVITY[connectivity])
 
 
 @given(masks, st.sampled_from(CONNECTIVITIES))
 def test_either_open_spans_or_contact_winds_with_periodic_sides(open_, connectivity):
     """Open from inlet to outlet, or contact all the way around the seal."""
     around = winds(~open_, DUAL_CONNECTIVITY[connectivity], axis=1, periodic=(False, True))
-    assert spans(open_, connectivity, "periodic") != around
+    assert joins_ends(open_, connectivity, (False, True)) != around
 
 
 @given(masks, st.sampled_from(CONNECTIVITIES))
 def test_periodic_sides_only_add_paths(open_, connectivity):
-    assert spans(open_, connectivity, "periodic") or not spans(open_, connectivity, "wall")
+    assert joins_ends(open_, connectivity, (False, True)) or not joins_ends(open_, connectivity)
 
 
 @given(masks, st.sampled_from(CONNECTIVITIES), st.sampled_from((0, 1)))
@@ -66,12 +67,12 @@ def test_ring_does_not_wind():
 
 
 def test_single_rows_and_columns():
-    assert spans(np.array([[True, False]]), "4")
-    assert not spans(np.array([[False, False]]), "8")
-    assert spans(np.ones((5, 1), bool), "triangulation", "periodic")
+    assert joins_ends(np.array([[True, False]]), "4")
+    assert not joins_ends(np.array([[False, False]]), "8")
+    assert joins_ends(np.ones((5, 1), bool), "triangulation", (False, True))
     column = np.ones((5, 1), bool)
     column[3] = False
-    assert not spans(column, "8")
+    assert not joins_ends(column, "8")
 
 
 def gap(rows, periodic=False):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from fem_seal.errors import InvalidInput
-from fem_seal.film.percolation import winds
-from fem_seal.film.winding import periodic_sites, widest_winding
+from fem_seal.film.winding import periodic_sites, widest_winding, winds
 from fem_seal.grid import GridField
 
 

@@ -14,9 +14,9 @@ from scipy.integrate import quad
 from fem_seal.flow.averages import (
     Place,
     Pyramid,
+    cube_of_corners,
+    inverse_cube_of_corners,
     linear_pixel_means,
-    mean_cube,
-    mean_inverse_cube,
 )
 from fem_seal.grid import GridField
 from fem_seal.mesh.bisection import bisect
@@ -30,7 +30,7 @@ POSITIVE = st.floats(1e-6, 1e6)
 def test_mean_of_the_cube(gaps):
     """(1/10) Σ a^i b^j c^k in rational arithmetic; the code sums a dozen positive terms."""
     exact = sum(np.prod(term) for term in combinations_with_replacement(map(Fraction, gaps), 3))
-    assert float(mean_cube(np.array(gaps))) == pytest.approx(float(exact / 10), rel=20 * EPS)
+    assert float(cube_of_corners(*gaps)) == pytest.approx(float(exact / 10), rel=20 * EPS)
 
 
 def mean_over_triangle(function, gaps) -> float:
@@ -60,15 +60,15 @@ def mean_over_triangle(function, gaps) -> float:
 def test_mean_of_the_inverse_cube(gaps):
     """1/(a b c) against numerical integration asked for 1e-11."""
     exact = mean_over_triangle(lambda g: g**-3, gaps)
-    assert mean_inverse_cube(np.array(gaps, dtype=float)) == pytest.approx(exact, rel=1e-8)
+    assert inverse_cube_of_corners(*np.array(gaps, dtype=float)) == pytest.approx(exact, rel=1e-8)
 
 
 def test_contact_has_an_infinite_mean():
     gaps = np.array([[0, 1, 2], [0, 0, 1], [0, 0, 0], [1, 1, 1]], dtype=float)
-    assert mean_inverse_cube(gaps).tolist() == [np.inf, np.inf, np.inf, 1.0]
+    assert inverse_cube_of_corners(*gaps.T).tolist() == [np.inf, np.inf, np.inf, 1.0]
 
 
-@pytest.mark.parametrize("mean", [mean_cube, mean_inverse_cube])
+@pytest.mark.parametrize("mean", [cube_of_corners, inverse_cube_of_corners])
 def test_pixel_triangles(mean):
     """(i, j), (i+1, j+1) cut the even pixels, (i+1, j), (i, j+1) the odd ones."""
     gap = np.random.default_rng(1).random((5, 4)) + 0.1
@@ -76,7 +76,7 @@ def test_pixel_triangles(mean):
     for i, j in np.ndindex(4, 3):
         sw, se, nw, ne = gap[i, j], gap[i + 1, j], gap[i, j + 1], gap[i + 1, j + 1]
         pairs = [(se, sw, ne), (nw, sw, ne)] if (i + j) % 2 == 0 else [(sw, se, nw), (ne, se, nw)]
-        assert found[i, j] == pytest.approx([float(mean(np.array(p))) for p in pairs], rel=10 * EPS)
+        assert found[i, j] == pytest.approx([float(mean(*p)) for p in pairs], rel=10 * EPS)
 
 
 def pixel_triangles(mx: int, my: int):
@@ -162,7 +162,8 @@ def test_integrals_never_change(seed, representation, width, periodic):
     if representation == "constant":
         exact = [(samples**3).sum(), (samples**-3.0).sum()]
     else:
-        exact = [linear_pixel_means(samples, m).sum() / 2 for m in (mean_cube, mean_inverse_cube)]
+        means = cube_of_corners, inverse_cube_of_corners
+        exact = [linear_pixel_means(samples, mean).sum() / 2 for mean in means]
     assert np.abs(np.array(totals) / exact - 1).max() < 1e-13
 
 

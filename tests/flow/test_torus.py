@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fem_seal.flow.torus import jumps_across, jumps_along, unwind
+from fem_seal.film.winding import unwind
+from fem_seal.flow.torus import jumps_across, jumps_along
 
 
 def test_a_ring_of_pieces_winds():

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis.extra import numpy as hnp
 
 from demos.letter.contacts import MODELS, RoughCase, at_area, press
 from demos.letter.thresholds import (
@@ -12,12 +14,14 @@ from demos.letter.thresholds import (
     Event,
     Snapshot,
     crossings,
+    euler_characteristic,
     events_of,
     threshold_rows,
     thresholds,
 )
 from fem_seal.contact import GapState
 from fem_seal.errors import NotConverged
+from fem_seal.film.clusters import label
 from fem_seal.grid import GridField
 
 CASE = RoughCase(64, short=4)
@@ -109,6 +113,14 @@ def test_perimeter_is_that_of_the_pixels():
         gap[part] = 0
         seen = Snapshot.of(GapState(GridField(gap, (1.0, 1.0), periodic=True)), 0.0)
         assert seen.perimeter == pytest.approx(edges / gap.size, rel=1e-12)
+
+
+@given(hnp.arrays(bool, (12, 10)))
+def test_euler_characteristic_is_pieces_less_holes(mask):
+    """What is around the mask is one more cluster; the two phases of a torus cancel."""
+    mask = np.pad(mask, 2)
+    pieces, holes = label(mask, "triangulation")[1], label(~mask, "triangulation")[1] - 1
+    assert euler_characteristic(mask) == pieces - holes == -euler_characteristic(~mask)
 
 
 def test_euler_characteristic_tells_islands_from_swiss_cheese():

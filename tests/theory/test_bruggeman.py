@@ -8,11 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fem_seal.errors import InvalidInput
-from fem_seal.grid import GridField
 from fem_seal.theory.bruggeman import (
     effective_conductivity,
     effective_dimension,
-    estimated_leak_rate,
 )
 
 # No absolute tolerance: pytest's default of 1e-12 would accept any film in SI units.
@@ -119,13 +117,6 @@ def test_effective_dimension_of_the_letter():
     for area, conducts in ((0.419, True), (0.421, False)):
         n = effective_dimension(area)
         assert (effective_conductivity([1.0], dimension=n, contact=area) > 0) == conducts
-
-
-def test_leak_rate_in_si_units():
-    """Uniform gap: Poiseuille's width g³ Δp / (12 η length)."""
-    gap = GridField(np.full((11, 21), 1e-6), (2e-6, 1e-6))
-    q = estimated_leak_rate(gap, viscosity=1e-3, pressure_drop=1e5)
-    assert q == approx(1e-18 * 1e5 / 12e-3, rel=1e-9)
 
 
 def test_bad_input():

@@ -124,31 +124,18 @@ def test_disc_array_against_the_full_multipole_series(radius, tolerance):
 
 def test_sparse_discs_conduct_alike_in_any_arrangement():
     f = 0.01
-    dilute = closed_forms.dilute_discs(f)
-    assert closed_forms.disc_array(f) == approx(dilute, abs=f**4)
+    assert closed_forms.disc_array(f) == approx((1 - f) / (1 + f), abs=f**4)  # Maxwell
     for f in (0.1, 0.4, 0.7):
-        assert closed_forms.disc_array(f) < closed_forms.dilute_discs(f)  # Hashin-Shtrikman
+        assert closed_forms.disc_array(f) < (1 - f) / (1 + f)  # Hashin-Shtrikman
     with pytest.raises(InvalidInput, match="π/4"):
         closed_forms.disc_array(0.8)
 
 
-def test_annulus_by_quadrature():
-    """Rings in series: ∫ dr / (2π r K)."""
-    resistance = quad(lambda r: 1 / (2 * np.pi * r * 3.0), 0.5, 2.0)[0]
-    assert closed_forms.annulus(3.0, 0.5, 2.0) == approx(1 / resistance, rel=1e-10)
-
-
 def test_means_are_ordered():
-    """Series ≤ log-normal's geometric mean ≤ parallel, for any layers."""
+    """Series ≤ geometric mean ≤ parallel, for any layers."""
     K = np.random.default_rng(0).lognormal(size=50)
-    geometric = closed_forms.lognormal(np.log(K).mean())
-    assert closed_forms.series(K) < geometric < closed_forms.parallel(K)
+    assert closed_forms.series(K) < np.exp(np.log(K).mean()) < closed_forms.parallel(K)
     assert closed_forms.series([1.0, 0.0]) == 0
-
-
-def test_parallel_plates_in_si():
-    """1 µm water film, 1 mm × 1 mm: 1e-18/(12e-3) m³/(Pa s)."""
-    assert closed_forms.parallel_plates(1e-6, 1e-3, 1e-3, 1e-3) == approx(1e-18 / 12e-3)
 
 
 def test_smooth_checkerboard_shifted_by_half_a_period_is_its_reciprocal():

@@ -16,7 +16,6 @@ from fem_seal.theory.persson import (
     GAMMA,
     contact_area,
     cumulative,
-    gap_distribution,
     inner_integral,
     ladder,
     persson_state,
@@ -197,16 +196,6 @@ def replace_range(spectrum, lowest):
     return Spectrum(spectrum.hurst, 2 * np.pi / lowest, spectrum.short_wavelength, plateau=plateau)
 
 
-@pytest.mark.parametrize("scatter", ["almqvist", "afferrante"])
-@pytest.mark.parametrize("strain", [1e-4, 0.01, 0.03])
-def test_gap_distribution_adds_up_to_the_open_area(strain, scatter):
-    """∫ P du = 1 - A/A0. The bells narrow to 1e-36 m at full resolution: trapezoidal in ln u."""
-    state = state_at(strain, ROLLOFF)
-    u = np.geomspace(1e-42, 1e-3, 8000)
-    total = np.sum(gap_distribution(state, u, scatter=scatter) * u) * np.log(u[1] / u[0])
-    assert total == approx(1 - state.area[-1], rel=1e-3)
-
-
 def test_resolution_in_magnification_is_sufficient():
     """Halving the cells: the mean gap changes by the error of 1/q in them, 1e-5; the conductivity
     more, since each step of magnification has a single u1."""
@@ -283,8 +272,6 @@ def test_the_narrowest_gaps_are_resolved(area, part):
 def test_bad_input():
     with pytest.raises(InvalidInput, match="pressure must be a positive"):
         state_at(-1.0)
-    with pytest.raises(InvalidInput, match=r"scatter = 'wide'.*almqvist, afferrante"):
-        gap_distribution(state_at(1e-3), np.zeros(1), scatter="wide")
     with pytest.raises(InvalidInput, match=r"0 < A\*/A0 < 1"):
         effective_film_conductivity(state_at(1e-3), viscosity=1e-3, threshold=1.0)
     with pytest.raises(InvalidInput, match="ascending"):
