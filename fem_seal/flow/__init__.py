@@ -3,14 +3,14 @@
 from fem_seal.flow.exchange import FlowFunctions, film_from_dolfinx, flow_functions
 from fem_seal.flow.leak import METHODS, leak_rate
 from fem_seal.flow.marking import Tuning
-from fem_seal.flow.start import KeptMesh
+from fem_seal.flow.start import Start
 from fem_seal.limits import Limits
 
 __all__ = [
     "METHODS",
     "FlowFunctions",
-    "KeptMesh",
     "Limits",
+    "Start",
     "Tuning",
     "film_from_dolfinx",
     "flow_functions",

@@ -26,17 +26,15 @@ import numpy as np
 from fem_seal.errors import Inconsistent, present
 from fem_seal.flow.energy import ROUNDING
 from fem_seal.flow.film_on_mesh import (
-    AnyBounds,
     AnyPressure,
+    AnyProblem,
     AnyStream,
-    FilmOnMesh,
     FlowEstimate,
     LevelSolution,
     SolvedLevel,
 )
-from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.look_ahead import refined_ahead
-from fem_seal.flow.marking import Marks, Strategy, mark, mark_all
+from fem_seal.flow.marking import Strategy, mark, mark_all
 from fem_seal.flow.start import Guess, Start
 from fem_seal.flow.stopping import Stopping
 from fem_seal.mesh.bisection import AnyMesh, TooFine
@@ -48,15 +46,13 @@ GROWTH = 4.0
 TOO_MANY = "the next mesh would have more than {} unknowns"
 
 
-def unchanged(
-    solution: LevelSolution,
-) -> LevelSolution:
+def unchanged(solution: LevelSolution) -> LevelSolution:
     """Return the solution as it is: without slip there are no bounds to add."""
     return solution
 
 
 def refined(
-    make_problem: Callable[[AnyMesh, np.ndarray], FilmOnMesh],
+    make_problem: Callable[[AnyMesh, np.ndarray], AnyProblem],
     start: Start,
     strategy: Strategy,
     stopping: Stopping,
@@ -85,9 +81,13 @@ def refined(
         # Solve the primal, the regularised dual, and the dual if it may decide.
         solution = _solve(problem, guess, strategy, solve_true_dual, correction_ratio, log)
         # Correct the bounds, keep the best so far.
-        bounds = _corrected(problem, solution, log)
+        bounds = problem.upper_bound(solution.pressure)
+        if solution.stream is not None:
+            bounds = problem.corrected(solution.pressure, solution.stream).tightened(bounds)
+            log.lap("sharpening")
         if np.isfinite(bounds.excess):
-            solve_true_dual, correction_ratio = True, _correction_ratio(problem, solution, bounds)
+            difference = problem.difference(solution.pressure, solution.stream)
+            solve_true_dual, correction_ratio = True, width_ratio(bounds.excess, difference)
         best = bounds if best is None else bounds.tightened(best)
         # Stop if the bounds meet the criterion, or if unknowns, time or memory reach their limit.
         count = problem.unknowns, problem.space.count
@@ -105,13 +105,20 @@ def refined(
             # midpoint of each side becomes an unknown.
             if 2 * problem.unknowns > max_unknowns:
                 return stopping.end(TOO_MANY.format(max_unknowns))
-            step = _uniform_step(problem, solution)
+            flows: list[FlowEstimate] = []
+            stream, marks, ahead = solution.stream, mark_all(problem), 0
         else:
             solution = _with_regularised_dual(problem, guess, solution, strategy, log)
+            stream, ahead = solution.regularised, strategy.tuning.ahead
+            flows = problem.flows(solution.pressure, stream)
+            expected = correction_ratio * problem.difference(solution.pressure, stream)
             reached = best.width if solution.stream is not None else np.inf
-            step = _adaptive_step(problem, solution, correction_ratio, reached, strategy)
+            marks = mark(problem, flows, expected, reached, strategy)
+            # Free the functions with the mesh: looking ahead takes them from the start.
+            flows = [flow.without_functions() for flow in flows]
+        step = problem.start(solution.pressure, stream), problem.gap, marks, flows, ahead
         # Free this mesh before the next one is made.
-        del problem, guess, solution
+        del problem, guess, solution, stream
         try:
             start = refined_ahead(*step)
         except TooFine as limit:
@@ -151,7 +158,7 @@ class _Solved:
 
 
 def _solve(
-    problem: FilmOnMesh,
+    problem: AnyProblem,
     guess: Guess,
     strategy: Strategy,
     solve_true_dual: bool,
@@ -180,24 +187,8 @@ def _solve(
     return replace(solution, stream=stream)
 
 
-def _corrected(problem: FilmOnMesh, solution: _Solved, log: _Log) -> AnyBounds:
-    """Corrected bounds of this mesh; only the upper bound if the dual was not solved."""
-    bounds = problem.upper_bound(solution.pressure)
-    if solution.stream is None:
-        return bounds
-    bounds = problem.corrected(solution.pressure, solution.stream).tightened(bounds)
-    log.lap("sharpening")
-    return bounds
-
-
-def _correction_ratio(problem: FilmOnMesh, solution: _Solved, corrected: AnyBounds) -> float:
-    """Ratio of the relative widths of the corrected bounds and of the solved ones."""
-    stream = present(solution.stream, "stream function")
-    return width_ratio(corrected.excess, problem.difference(solution.pressure, stream))
-
-
 def _with_regularised_dual(
-    problem: FilmOnMesh,
+    problem: AnyProblem,
     guess: Guess,
     solution: _Solved,
     strategy: Strategy,
@@ -215,35 +206,3 @@ def _with_regularised_dual(
         raise Inconsistent("contact bars an open gap; please report the gap as a defect")
     log.lap("regularised dual", regularised)
     return replace(solution, regularised=regularised)
-
-
-# Arguments of `refined_ahead`: start, gap, marks, flows, times.
-_Step = tuple[Start, GapOnMesh, Marks, list[FlowEstimate], int]
-
-
-def _uniform_step(problem: FilmOnMesh, solution: _Solved) -> _Step:
-    """Refine all cells, without looking ahead."""
-    start = problem.start(solution.pressure, solution.stream)
-    return start, problem.gap, mark_all(problem), [], 0
-
-
-def _adaptive_step(
-    problem: FilmOnMesh,
-    solution: _Solved,
-    correction_ratio: float,
-    reached: float,
-    strategy: Strategy,
-) -> _Step:
-    """Refine the cells that the regularised dual marks, and look ahead.
-
-    `correction_ratio` is that of the widths of corrected and solved bounds, `reached` the relative
-    width of the best bounds; infinite if the dual was not solved.
-    """
-    regularised = present(solution.regularised, "regularised dual")
-    flows = problem.flows(solution.pressure, regularised)
-    expected = correction_ratio * problem.difference(solution.pressure, regularised)
-    marks = mark(problem, flows, expected, reached, strategy)
-    start = problem.start(solution.pressure, regularised)
-    # Free the functions with the mesh: looking ahead takes them from `start`.
-    numbers = [flow.without_functions() for flow in flows]
-    return start, problem.gap, marks, numbers, strategy.tuning.ahead

@@ -31,6 +31,11 @@ class Bounds(NamedTuple):
         """The larger lower bound and the smaller upper bound of the two."""
         return Bounds(max(self.lower, other.lower), min(self.upper, other.upper))
 
+    def over(self, mean: "Bounds") -> tuple[float, float]:
+        """Factors <= 1 and >= 1 by which these bounds exceed those without the effect of slip."""
+        lower = min(self.lower / mean.lower, 1.0) if mean.lower > 0 else 1.0
+        return lower, max(self.upper / mean.upper, 1.0)
+
     def hardly_better(self, before: "Bounds") -> bool:
         """Whether both bounds are less than 1 % better than `before`."""
         return self.upper > 0.99 * before.upper and self.lower <= 1.01 * before.lower

@@ -4,7 +4,6 @@ The leak rate (`level.py`) and the periodic cell (`cell_problem.py`) share this 
 primal and a dual problem of the same form, and differ in the functions that they admit.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -12,13 +11,12 @@ from typing import Any
 import numpy as np
 
 from fem_seal.fenicsx import MPI
+from fem_seal.flow.bounds import Bounds
 from fem_seal.flow.cell_data import CellContact, CellData
 from fem_seal.flow.energy import gradients, shape_gradients
 from fem_seal.flow.gap_on_mesh import GapOnMesh
 from fem_seal.flow.hierarchical import (
-    USUAL_EFFORT,
     Correction,
-    Effort,
     energy_drops,
     pressure_bubbles,
     stream_bubbles,
@@ -26,7 +24,7 @@ from fem_seal.flow.hierarchical import (
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import CellSpace
 from fem_seal.flow.numbering import Numbering
-from fem_seal.flow.start import Guess, Start
+from fem_seal.flow.start import Start
 from fem_seal.flow.topology import components
 from fem_seal.flow.traces import mean_gradient_values
 from fem_seal.mesh.bisection import AnyMesh
@@ -39,10 +37,11 @@ MAX_DROP = 0.1
 # Corner values (n, 3) of a function on a slice or an array of n cells.
 CornerValues = Callable[[slice | np.ndarray], np.ndarray]
 
-# Solutions and bounds have the types of the problem. Pressures are a `Minimum` or, for a tensor, a
-# `Family`; stream functions a `Stream` or a `StreamFamily`: all with `iterations` and `stalled`,
-# with `corner_values`, (C, 3) or (2, C, 3), or with `psi`, (V,) or (2, V). Bounds are `Bounds` or
-# `MatrixBounds`.
+# A problem is a `LevelProblem` or, of a tensor, a `CellProblem`, and its solutions and bounds have
+# types of their own. Pressures are a `Minimum` or a `Family`, stream functions a `Stream` or a
+# `StreamFamily`: all with `iterations` and `stalled`, with `corner_values`, (C, 3) or (2, C, 3), or
+# with `psi`, (V,) or (2, V). Bounds are `Bounds` or `MatrixBounds`.
+AnyProblem = Any
 AnyPressure = Any
 AnyStream = Any
 AnyBounds = Any
@@ -92,14 +91,13 @@ class LevelSolution:
     """One level of the refinement: the best bounds so far and the solutions on this mesh."""
 
     level: SolvedLevel  #: best bounds so far, and the cost of this level
-    #: the mesh with its numberings, a LevelProblem of a leak rate or a CellProblem of a tensor
-    problem: Any
+    problem: AnyProblem  #: the mesh with its numberings
     pressure: AnyPressure  #: solution of the primal problem
     #: solution of the true dual problem; None if it was not solved, or blocked cells close every
     #: channel
     stream: AnyStream | None
-    #: `SlipBounds` of a gas that slips, if a `widen` of the loop has added them
-    slip: Any = None
+    #: bounds for a gas that slips, if a `widen` of the loop has added them
+    slip: Bounds | None = None
 
     @property
     def stalled(self) -> str:
@@ -120,8 +118,8 @@ class LevelSolution:
         return replace(self, level=level, stream=stream)
 
 
-class FilmOnMesh(ABC):
-    """A film on one mesh (gap in units of its maximum), and the steps of the adaptive loop on it.
+class FilmOnMesh:
+    """A film on one mesh (gap in units of its maximum): base of the problems of the adaptive loop.
 
     Arrays of length C run over the cells that carry flow, `kept`.
 
@@ -171,38 +169,6 @@ class FilmOnMesh(ABC):
     def unknowns(self) -> int:
         """Number of pressure unknowns."""
         return self.primal_numbering.count
-
-    @abstractmethod
-    def guess(self, start: Start) -> Guess:
-        """Initial values of the solves."""
-
-    @abstractmethod
-    def pressure(self, guess: np.ndarray) -> AnyPressure:
-        """Solve the primal problem, from a guess."""
-
-    @abstractmethod
-    def stream(self, guess: np.ndarray) -> AnyStream | None:
-        """Solve the dual problem; None if blocked cells close every channel."""
-
-    @abstractmethod
-    def regularised_stream(self, guess: np.ndarray, epsilon: float) -> AnyStream | None:
-        """Solve the regularised dual, in which blocked cells conduct `epsilon` times as much."""
-
-    @abstractmethod
-    def upper_bound(self, pressure: AnyPressure) -> AnyBounds:
-        """Bounds from the primal solution alone."""
-
-    @abstractmethod
-    def difference(self, pressure: AnyPressure, stream: AnyStream) -> float:
-        """Relative difference of both energies before the hierarchical correction."""
-
-    @abstractmethod
-    def corrected(self, pressure: AnyPressure, stream: AnyStream) -> AnyBounds:
-        """Bounds after the hierarchical correction."""
-
-    @abstractmethod
-    def flows(self, pressure: AnyPressure, stream: AnyStream) -> list[FlowEstimate]:
-        """The flows whose errors are to be reduced."""
 
     def start(self, pressure: AnyPressure, stream: AnyStream | None) -> Start:
         """Start on this mesh from its solutions; where nothing flows the functions are zero."""
@@ -381,7 +347,6 @@ class FilmOnMesh(ABC):
         self,
         pressures: Sequence[CornerValues],
         streams: Sequence[np.ndarray],
-        effort: Effort = USUAL_EFFORT,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Decreases (k, k), (m, m) by bubbles of the energies of k pressures, m stream functions.
 
@@ -390,5 +355,5 @@ class FilmOnMesh(ABC):
         """
         dual, primal = self.stream_correction(streams), self.pressure_correction(pressures)
         gap = self.gap, self.mesh, self.values
-        raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm, effort)
+        raised, lowered = energy_drops(*gap, (dual, primal), self.space.comm)
         return lowered, raised

@@ -29,20 +29,12 @@ from fem_seal.flow.quarters import QuarterData, QuarterShape
 from fem_seal.mesh.bisection import AnyMesh
 from fem_seal.mesh.grouping import parts
 
-
-@dataclass(frozen=True)
-class Effort:
-    """Work and memory of a correction; the bounds are valid for any values."""
-
-    #: steps of CG. The bracket is 0.48, 0.41, 0.39, 0.39 times as wide after 1, 2, 3, 4 of them
-    steps: int = 4
-    #: cells of a block, whose bubble functions are computed together. Bubble functions on the rim
-    #: of a block are left out, which widens the bracket by 0.3 %
-    block: int = 1 << 17
-    at_once: int = 1 << 13  #: cells that are integrated at once
-
-
-USUAL_EFFORT = Effort()
+# Steps of CG. The bracket is 0.48, 0.41, 0.39, 0.39 times as wide after 1, 2, 3, 4 of them.
+STEPS = 4
+# Cells of a block, whose bubble functions are computed together. Bubble functions on the rim of a
+# block are left out, which widens the bracket by 0.3 %.
+BLOCK = 1 << 17
+AT_ONCE = 1 << 13  # cells that are integrated at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,24 +101,21 @@ def energy_drops(
     values: np.ndarray,
     energies: Sequence[Correction],
     comm: MPI.Comm,
-    effort: Effort = USUAL_EFFORT,
 ) -> list[np.ndarray]:
     """Amounts by which bubble functions lower energies on one mesh, with the gap at its vertices.
 
     For each energy the decrease (k, k) of ∫ c ∇v_a·∇v_b over its functions v_1 ... v_k, each of
     which has its own bubble functions added. All use the same averages on the quarters.
     """
-    sides = _Sides.of([energy.bubbles for energy in energies], effort.block)
+    sides = _Sides.of([energy.bubbles for energy in energies])
     drops = [np.zeros((energy.count, energy.count)) for energy in energies]
     # Process the cells in blocks: the data of all bubble functions at once would take more memory
     # than anything else. Leaving out the bubble functions on the rim of a block is admissible.
     for block in range(comm.rank, len(sides.blocks), comm.size):
         bubble, free = sides.of_block(block)
-        cells = _energies_with_bubbles(
-            gap, mesh, values, energies, sides.blocks[block], effort.at_once
-        )
+        cells = _energies_with_bubbles(gap, mesh, values, energies, sides.blocks[block])
         for drop, energy, own in zip(drops, cells, free, strict=True):
-            drop += energy.drops(bubble, own, effort.steps)
+            drop += energy.drops(bubble, own)
     return [comm.allreduce(drop) for drop in drops]
 
 
@@ -141,18 +130,15 @@ def drops_of_one_function(
     Each gap is given with its values at the vertices of the mesh. The coefficients are those of
     `energy_drops` for the first gap; a drop is negative where the energy rises.
     """
-    effort = USUAL_EFFORT
-    sides = _Sides.of([energy.bubbles], effort.block)
+    sides = _Sides.of([energy.bubbles])
     drops = np.zeros(len(gaps))
     for block in range(comm.rank, len(sides.blocks), comm.size):
         bubble, (free,) = sides.of_block(block)
         coefficients: np.ndarray | None = None
         for number, (gap, values) in enumerate(gaps):
-            (cells,) = _energies_with_bubbles(
-                gap, mesh, values, [energy], sides.blocks[block], effort.at_once
-            )
+            (cells,) = _energies_with_bubbles(gap, mesh, values, [energy], sides.blocks[block])
             if coefficients is None:
-                ((coefficients, _),) = cells.lowered(bubble, free, effort.steps)
+                ((coefficients, _),) = cells.lowered(bubble, free)
             drops[number] += cells.drop_by(bubble, coefficients)
     return comm.allreduce(drops).tolist()
 
@@ -163,12 +149,11 @@ def _energies_with_bubbles(
     values: np.ndarray,
     energies: Sequence[Correction],
     block: np.ndarray,
-    at_once: int,
 ) -> list["_CellEnergies"]:
     """Each energy on a block of cells (n,) as a quadratic form in the bubble coefficients."""
     forms = [_CellEnergies.empty(energy.count, len(block)) for energy in energies]
     aspect_x, aspect_y = np.broadcast_to(gap.aspect, 2)
-    for part in parts(0, len(block), at_once):
+    for part in parts(0, len(block), AT_ONCE):
         cells = block[part]
         vertices = mesh.cells.take(cells, axis=0).T.astype(np.intp, order="C")
         xy = mesh.xy.take(vertices, axis=0)
@@ -194,8 +179,8 @@ class _Sides:
     free: list[np.ndarray]
 
     @classmethod
-    def of(cls, bubbles: Sequence[Bubbles], block: int) -> "_Sides":
-        """Number the edges and cut the cells into blocks of a length.
+    def of(cls, bubbles: Sequence[Bubbles]) -> "_Sides":
+        """Number the edges and cut the cells into blocks.
 
         An edge that is split for one energy must carry no bubble for another.
         """
@@ -205,7 +190,7 @@ class _Sides:
             row[: len(of_energy.free)] = of_energy.free
         number, count = numbered(edge, free.any(axis=0))
         with_bubble = np.flatnonzero(_any(number >= 0))
-        blocks = [with_bubble[part] for part in parts(0, len(with_bubble), block)]
+        blocks = [with_bubble[part] for part in parts(0, len(with_bubble), BLOCK)]
         first, alone = [0], np.ones(count, dtype=bool)
         for cells in blocks:
             # Cells between those of the block have no bubble function: their numbers are -1.
@@ -258,10 +243,10 @@ class _CellEnergies:
         for row, values in zip(rows, entries, strict=True):
             row[part] = values
 
-    def drops(self, bubble: np.ndarray, free: np.ndarray, steps: int) -> np.ndarray:
+    def drops(self, bubble: np.ndarray, free: np.ndarray) -> np.ndarray:
         """Decrease (k, k) of the energies by the coefficients of `lowered`."""
         starts = [-_summed(bubble, slope, len(free)) for slope in self.slope]
-        best = self.lowered(bubble, free, steps)
+        best = self.lowered(bubble, free)
         # With A the stiffness, the energy of functions a and b falls by
         # start_a s_b + start_b s_a - s_a A s_b, and the residual is start - A s.
         drops = [
@@ -270,9 +255,7 @@ class _CellEnergies:
         ]
         return (np.array(drops) + np.transpose(drops)) / 2
 
-    def lowered(
-        self, bubble: np.ndarray, free: np.ndarray, steps: int
-    ) -> list[tuple[np.ndarray, np.ndarray]]:
+    def lowered(self, bubble: np.ndarray, free: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Coefficients and residuals of each function after a few steps of CG from s = 0.
 
         `bubble` (3, n) is the number of the bubble function of each side, that after the last for
@@ -284,7 +267,7 @@ class _CellEnergies:
         inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=moved)
         stiffness = self._stiffness(bubble, diagonal)
         starts = (-_summed(bubble, slope, count) for slope in self.slope)
-        return [_few_steps_of_cg(stiffness, start, inverse, steps) for start in starts]
+        return [_few_steps_of_cg(stiffness, start, inverse) for start in starts]
 
     def drop_by(self, bubble: np.ndarray, s: np.ndarray) -> float:
         """Decrease of the energy of one function by coefficients s of its bubble functions."""
@@ -318,7 +301,6 @@ def _few_steps_of_cg(
     stiffness: Callable[[np.ndarray], np.ndarray],
     start: np.ndarray,
     inverse: np.ndarray,
-    steps: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients s and residual start - A s after some steps of CG from s = 0.
 
@@ -326,7 +308,7 @@ def _few_steps_of_cg(
     """
     r, rz_before = start.copy(), np.inf
     s, d = np.zeros((2, len(start)))
-    for _ in range(steps):
+    for _ in range(STEPS):
         z = inverse * r
         rz = z @ r
         if not rz > 0:

@@ -8,22 +8,23 @@ import numpy as np
 
 from fem_seal.errors import InvalidInput, present
 from fem_seal.fenicsx import MPI, explained_compilation
-from fem_seal.film import GridFilm, MeshFilm, film_conductivity
-from fem_seal.film.law import CUBE
+from fem_seal.film import Film, GridFilm, MeshFilm, film_conductivity, require_film
+from fem_seal.film.law import CUBE, FilmLaw
 from fem_seal.flow.adapt import refined, unchanged
 from fem_seal.flow.film_on_mesh import LevelSolution
-from fem_seal.flow.first_mesh import first_mesh, length_unit, points_of, require_area
-from fem_seal.flow.gap_on_mesh import GapOnMesh
+from fem_seal.flow.gap_on_mesh import REPRESENTATIONS, GapOnMesh, VertexGap
 from fem_seal.flow.level import LevelProblem
 from fem_seal.flow.marking import Strategy, Tuning
 from fem_seal.flow.nearby import MeshedFlow
 from fem_seal.flow.slipping import SlippingFilm
-from fem_seal.flow.start import KeptMesh, Start
+from fem_seal.flow.start import Start
 from fem_seal.flow.stopping import Decision, SolvedLevel, Stopping, Tolerance
 from fem_seal.fluid import Slip
+from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField, LeakRate, Level
 from fem_seal.limits import USUAL_GROWTH, Limits
 from fem_seal.mesh.bisection import AnyMesh
+from fem_seal.mesh.nested import coarsest_width, uniform_mesh
 from fem_seal.registry import require_known
 
 METHODS = ("adaptive", "uniform")
@@ -33,7 +34,7 @@ LEAST_UNIT = 1e-100  # leaves room for the 180 decades of NARROWEST cubed
 
 @explained_compilation()
 def leak_rate(
-    film: GridFilm | MeshFilm,
+    film: Film,
     *,
     viscosity: float,
     pressure_drop: float,
@@ -47,7 +48,7 @@ def leak_rate(
     field: bool = False,
     every_dual: bool = False,
     tuning: Tuning | None = None,
-    kept: KeptMesh | None = None,
+    start: Start | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     keep: Callable[[MeshedFlow], None] | None = None,
 ) -> LeakRate:
@@ -75,11 +76,11 @@ def leak_rate(
     field : keep the flow on the last mesh
     every_dual : compute bounds from both sides on every level, to show how they close
     tuning : parameters that change the cost of the bounds, never their validity
-    kept : mesh of the last flow, if any, on which to begin; it receives the last mesh of this one;
-        only for films on one grid and the adaptive method
+    start : mesh and functions to begin with, those of the flow through another film on one grid;
+        for the adaptive method
     comm : all its ranks must call this together, with the same film
-    keep : called with the flow on the last mesh, for bounds of other films on the same grid; not
-        called if a limit ends the refinement between two meshes
+    keep : called with the flow on the last mesh, for starts and bounds of other films on the same
+        grid; not called if a limit ends the refinement between two meshes
 
     Raises
     ------
@@ -119,22 +120,22 @@ def leak_rate(
             "0 if they are contact)"
         ),
     )
-    last = kept.start if kept else None
     # A mesh of a similar film is likely to be fine enough: solve the dual on it at once.
     strategy = Strategy(
         uniform=method == "uniform",
         rtol=criterion.rtol,
-        every_dual=every_dual or decide is not None or stopping.doubtful or last is not None,
+        every_dual=every_dual or decide is not None or stopping.doubtful or start is not None,
         max_unknowns=stopping.limits.unknowns,
         tuning=tuning or Tuning(),
     )
     coarsest = None if strategy.uniform else strategy.tuning.coarsest
-    gap, mesh = _first(film, narrowest, strategy.tuning, coarsest, slipping)
+    law = slipping.mean_law if slipping else CUBE
+    gap, mesh = first_mesh(film, narrowest, strategy.tuning, coarsest, law)
 
     def make_problem(mesh: AnyMesh, values: np.ndarray) -> LevelProblem:
         return LevelProblem(gap, mesh, values, comm, strategy.tuning.tolerance)
 
-    start = Start.first(gap, mesh) if last is None else last.through(gap)
+    start = Start.first(gap, mesh) if start is None else start.through(gap)
     widen = slipping.widened if slipping else unchanged
     levels: list[Level] = []
     for solution in refined(make_problem, start, strategy, stopping, widen):
@@ -143,8 +144,6 @@ def leak_rate(
             progress(levels[-1])
         result = _result(solution, levels, method, scale)
         drawn = _field(solution, film, viscosity, pressure_drop, slip_factor) if field else None
-        if kept is not None:
-            kept.start = solution.problem.start(solution.pressure, solution.stream)
         if keep is not None and stopping.ended and isinstance(film, GridFilm):
             keep(MeshedFlow(film, solution, slip_factor))
         # Free this mesh before the next one is made.
@@ -154,6 +153,18 @@ def leak_rate(
         missed = result.refined_bounds if decide is None else result.bounds
         reason = f"{reason}; {criterion.missed(*missed)}"
     return replace(result, converged=not reason, reason=reason, field=drawn)
+
+
+def require_area(film: Film) -> None:
+    """Raise InvalidInput unless the argument is a film with a positive area."""
+    require_film(film, (GridFilm, MeshFilm))
+    if isinstance(film, GridFilm) and min(film.samples.shape) < 1 + (
+        film.representation == "linear"
+    ):
+        raise InvalidInput(
+            f"a linear gap needs two samples along each axis, got shape {film.gap.shape}; "
+            "use representation = 'constant' for a single row"
+        )
 
 
 def require_positive(values: Mapping[str, float]) -> None:
@@ -184,36 +195,53 @@ def require_conducting(tightest: str, narrowest: float) -> None:
         )
 
 
-def _first(
-    film: GridFilm | MeshFilm,
-    narrowest: float,
-    tuning: Tuning,
-    coarsest: int | None,
-    slipping: SlippingFilm | None,
+def first_mesh(
+    film: Film, narrowest: float, tuning: Tuning, coarsest: int | None, law: FilmLaw
 ) -> tuple[GapOnMesh, AnyMesh]:
-    """Normalised gap and first mesh of a film; `narrowest` in units of the largest gap."""
+    """Gap in units of its maximum, as the narrowest one is, and the first mesh.
+
+    `coarsest` squares lie along the shorter side of the first mesh on a grid; None: those of its
+    pixels. A shape begins with the mesh that it has.
+    """
     cut, floor, ceiling = (narrowest * p for p in (tuning.cut, tuning.floor, tuning.ceiling))
-    law = slipping.mean_law if slipping else CUBE
-    return first_mesh(film, cut, floor, ceiling, coarsest, law)
+    if isinstance(film, MeshFilm):
+        # Pockets may stay: the gap is linear on each cell, so no cell joins a pocket to a channel.
+        scaled = film.values / film.highest
+        return VertexGap(scaled, length_unit(film), cut, floor, ceiling, law), film.mesh
+    # Treat pockets as contact: nothing flows in them, but a coarse cell that covers parts of a
+    # pocket and of a channel would seem to conduct.
+    scaled = np.where(film.carrying, film.samples / film.highest, 0.0)
+    # Linear gaps live on the pixels between samples, one fewer along each axis.
+    linear = film.representation == "linear"
+    squares = scaled.shape[0] - linear, scaled.shape[1] - linear
+    width = 1 if coarsest is None else coarsest_width(squares, coarsest)
+    gap_type = REPRESENTATIONS[film.representation]
+    gap = gap_type(GridField(scaled, film.gap.spacing), cut, floor, width, ceiling, law)
+    return gap, uniform_mesh(gap.squares, width, film.sides == "periodic")
+
+
+def length_unit(film: Film) -> float:
+    """Length [m] in which the normalised problem is written."""
+    if isinstance(film, GridFilm):
+        return max(film.gap.spacing)
+    return float(np.ptp(film.mesh.xy, axis=0).max())
+
+
+def points_of(film: Film, mesh: AnyMesh) -> np.ndarray:
+    """Vertex coordinates (V, 2) [m] of a mesh that refines the first mesh of a film."""
+    return mesh.points(np.array(film.gap.spacing)) if isinstance(film, GridFilm) else mesh.xy
 
 
 def _in_si(level: SolvedLevel, scale: float) -> Level:
-    lower, upper = level.bounds
-    return Level(
-        level.unknowns,
-        level.cells,
-        lower * scale,
-        upper * scale,
-        level.iterations,
-        level.seconds,
-    )
+    lower, upper = (bound * scale for bound in level.bounds)
+    return Level(level.unknowns, level.cells, lower, upper, level.iterations, level.seconds)
 
 
 def _result(solution: LevelSolution, levels: list[Level], method: str, scale: float) -> LeakRate:
     lower, upper = levels[-1].lower, levels[-1].upper
     interval = None
     if solution.slip is not None:
-        interval = solution.slip.interval(solution.level.bounds)
+        interval = solution.slip.over(solution.level.bounds)
         lower, upper = (bound * scale for bound in solution.slip)
     inflow, outflow = solution.problem.boundary_flows(solution.pressure)
     return LeakRate(
@@ -231,33 +259,14 @@ def _result(solution: LevelSolution, levels: list[Level], method: str, scale: fl
     )
 
 
-def _pressure_field(
-    solution: LevelSolution, film: GridFilm | MeshFilm, pressure_drop: float
-) -> FlowField:
-    """Pressure and gap on the mesh of a solution, its points parted where the pressure jumps.
-
-    The flux is set to zero.
-    """
-    problem = solution.problem
-    number, first = problem.parted_points()
-    vertex = problem.mesh.cells[problem.kept].ravel()[first]
-    return FlowField(
-        points=points_of(film, problem.mesh)[vertex],
-        cells=number,
-        gap=film.highest * problem.vertex_gap[vertex],
-        pressure=pressure_drop * solution.pressure.corner_values.ravel()[first],
-        flux=np.zeros((len(number), 2)),
-    )
-
-
 def _field(
     solution: LevelSolution,
-    film: GridFilm | MeshFilm,
+    film: Film,
     viscosity: float,
     pressure_drop: float,
     slip_factor: float,
 ) -> FlowField:
-    """The flow on the mesh of a solution."""
+    """The flow on the mesh of a solution, its points parted where the pressure jumps."""
     problem = solution.problem
     conductivity = slip_factor * film_conductivity(film.highest, viscosity)
     flux = -problem.data.K[:, None] * problem.gradients(solution.pressure.corner_values)
@@ -265,9 +274,13 @@ def _field(
         # Where the pressure was taken to be constant, take the flux from the stream function.
         equipotential = problem.data.equipotential
         flux[equipotential] = problem.flux(solution.stream)[equipotential]
-    field = _pressure_field(solution, film, pressure_drop)
-    return replace(
-        field,
+    number, first = problem.parted_points()
+    vertex = problem.mesh.cells[problem.kept].ravel()[first]
+    return FlowField(
+        points=points_of(film, problem.mesh)[vertex],
+        cells=number,
+        gap=film.highest * problem.vertex_gap[vertex],
+        pressure=pressure_drop * solution.pressure.corner_values.ravel()[first],
         flux=flux * conductivity * pressure_drop / length_unit(film),
-        facet_tags=problem.facet_tags(field.cells),
+        facet_tags=problem.facet_tags(number),
     )

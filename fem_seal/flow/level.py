@@ -20,7 +20,6 @@ from fem_seal.flow.cell_data import ISOTROPIC
 from fem_seal.flow.energy import Energy, gradients, shape_gradients
 from fem_seal.flow.film_on_mesh import FilmOnMesh, FlowEstimate
 from fem_seal.flow.gap_on_mesh import GapOnMesh, LinearGap
-from fem_seal.flow.hierarchical import USUAL_EFFORT, Effort
 from fem_seal.flow.integrals import AT_ONCE
 from fem_seal.flow.linear import Minimum
 from fem_seal.flow.numbering import Numbering
@@ -196,9 +195,9 @@ class LevelProblem(FilmOnMesh):
         """Relative difference (Q_hi - Q_lo)/Q_lo of the energies before the correction."""
         return pressure.energy / stream.conductance - 1
 
-    def corrected(self, pressure: Minimum, stream: Stream, effort: Effort = USUAL_EFFORT) -> Bounds:
+    def corrected(self, pressure: Minimum, stream: Stream) -> Bounds:
         """Bounds after the hierarchical correction, widened for rounding errors."""
-        lowered, raised = self._bubble_drops([pressure.corners], [stream.psi], effort)
+        lowered, raised = self._bubble_drops([pressure.corners], [stream.psi])
         lower = 1 / stream.energy.least_upper(raised.item())
         return Bounds(lower, pressure.total.least_upper(lowered.item()))
 

@@ -306,7 +306,6 @@ def minimise_by_cg(
     tolerance: float,
     balanced: bool = False,
     least: float = 0.0,
-    max_iterations: int = MAX_ITERATIONS,
 ) -> Iterations:
     """Solve A x = b by CG from x = 0, a correction, until the energy of the error is small enough.
 
@@ -331,7 +330,7 @@ def minimise_by_cg(
             not balanced or abs(ksp.buildResidual().sum()) <= np.sqrt(tolerance) * energy
         ):
             return PETSc.KSP.ConvergedReason.CONVERGED_RTOL
-        if iteration >= max_iterations:
+        if iteration >= MAX_ITERATIONS:
             return PETSc.KSP.ConvergedReason.DIVERGED_MAX_IT
         return PETSc.KSP.ConvergedReason.CONVERGED_ITERATING
 

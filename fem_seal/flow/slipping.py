@@ -35,15 +35,6 @@ _SHARPNESS = (30.0, 100.0, 300.0, 1000.0)  # of smooth maxima, minimised one aft
 _WORTHWHILE = 1e-3  # smallest relative gain of a bound for which the weight is changed
 
 
-class SlipBounds(Bounds):
-    """Bounds of the conductance, in the units of the film at the mean pressure."""
-
-    def interval(self, mean: Bounds) -> tuple[float, float]:
-        """Factors <= 1 and >= 1 by which these bounds exceed those at the mean pressure."""
-        lower = min(self.lower / mean.lower, 1.0) if mean.lower > 0 else 1.0
-        return lower, max(self.upper / mean.upper, 1.0)
-
-
 class SlippingFilm:
     """A film with a gas that slips, whose bounds are computed on given meshes.
 
@@ -78,7 +69,7 @@ class SlippingFilm:
         self._largest_ratio = _largest_ratio(first, self.mean_law)
         self._chosen: tuple[PressureWeight, PressureWeight] | None = None
         self._gap: GapOnMesh | None = None
-        self._best = SlipBounds()
+        self._best = Bounds()
 
     @property
     def mean_law(self) -> FilmLaw:
@@ -110,7 +101,7 @@ class SlippingFilm:
         return bounding_law(self._slip, self._highest, above, below, self._unit)
 
     def _improved(self, solution: LevelSolution, lower: float, upper: float) -> LevelSolution:
-        self._best = SlipBounds(*self._best.tightened(Bounds(lower, upper)))
+        self._best = self._best.tightened(Bounds(lower, upper))
         return replace(solution, slip=self._best)
 
     def _under_bounding_law(self, solution: LevelSolution) -> GapOnMesh:

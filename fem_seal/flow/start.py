@@ -51,10 +51,3 @@ class Start:
         if isinstance(gap, LinearGap | ConstantGap) and isinstance(self.mesh, NestedMesh):
             return replace(self, values=gap.values_at(self.mesh))
         raise TypeError("only films on a grid share a mesh")
-
-
-@dataclass(eq=False)
-class KeptMesh:
-    """The mesh on which a flow ended, to begin the flow through a film that differs little."""
-
-    start: Start | None = None  #: mesh and solutions of the last flow; None before the first

@@ -111,7 +111,7 @@ class Decision:
             return ""
         low, high = exp(-self.margin), exp(self.margin)
         if solution.slip is not None:
-            least, most = solution.slip.interval(bounds)
+            least, most = solution.slip.over(bounds)
             low, high = low * least, high * most
         if bounds.lower * high * self.unit >= self.limit >= bounds.upper * low * self.unit:
             if self.margin == 0:

@@ -44,7 +44,7 @@ from fem_seal.upscaling.seal_flow import MOST_FALL, SealFlow
 
 if TYPE_CHECKING:
     from fem_seal.flow.nearby import MeshedFlow
-    from fem_seal.flow.start import KeptMesh
+    from fem_seal.flow.start import Start
 
 TOLERANCE = 0.1  # (upper - lower)/√(lower upper) of the leak rate of a seal
 MOST_LOADS = 40
@@ -237,18 +237,16 @@ class LoadedPatch:
             limits=scene.flow.limits,
             progress=progress,
             comm=parallel.communicator(self.patch.comm),
-            kept=self._nearest(load) if nearby else None,
+            start=self._nearest(load) if nearby else None,
             keep=keep if nearby else None,
         )
 
-    def _nearest(self, load: float) -> "KeptMesh":
-        """Mesh of a load itself, of the highest load below, or of the lowest one above."""
-        from fem_seal.flow.start import KeptMesh
-
+    def _nearest(self, load: float) -> "Start | None":
+        """Flow at a load itself, at the highest load below, or at the lowest one above."""
         if not self._flows:
-            return KeptMesh()
+            return None
         below = [known for known in self._flows if known <= load]
-        return KeptMesh(self._flows[max(below) if below else min(self._flows)].start)
+        return self._flows[max(below) if below else min(self._flows)].start
 
 
 def at_mean_pressure(slip: Slip | None) -> Slip | None:

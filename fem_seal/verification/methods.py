@@ -66,7 +66,7 @@ def _uniform(film: GridFilm, setting: Setting) -> Iterator[Answer]:
 
 
 def _quadratic(film: GridFilm, setting: Setting) -> Iterator[Answer]:
-    from fem_seal.flow.quadratic import quadratic_upper
+    from fem_seal.verification.quadratic import quadratic_upper
 
     start = process_time()
     leak = quadratic_upper(film, viscosity=setting.viscosity, pressure_drop=setting.pressure_drop)

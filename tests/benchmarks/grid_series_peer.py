@@ -23,11 +23,11 @@ from fem_seal.contact import solve
 from fem_seal.film import GridFilm
 from fem_seal.finite_difference import solve as finite_differences
 from fem_seal.flow import Limits, leak_rate
-from fem_seal.flow.quadratic import quadratic_upper
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
 from fem_seal.surface.resampling import resample
 from fem_seal.theory import closed_forms
+from fem_seal.verification.quadratic import quadratic_upper
 
 SIDES = "periodic"
 SETTING = {"viscosity": 1 / 12, "pressure_drop": 1.0}

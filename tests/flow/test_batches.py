@@ -7,36 +7,32 @@ from gaps import level_problem, represented, solved
 from sample_gaps import FLUID, rough_gap
 
 from fem_seal.film import GridFilm
-from fem_seal.flow import Limits, leak_rate
-from fem_seal.flow.hierarchical import USUAL_EFFORT, Effort
+from fem_seal.flow import Limits, hierarchical, leak_rate
 from fem_seal.flow.integrals import AT_ONCE
-from fem_seal.flow.level import LevelProblem
 from fem_seal.theory.closed_forms import piecewise_linear_channel
 from fem_seal.verification.exact_cases import vertex_gap
-
-
-def corrected(problem: LevelProblem, effort: Effort = USUAL_EFFORT) -> tuple[float, float]:
-    return problem.corrected(*solved(problem), effort)
 
 
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 @pytest.mark.parametrize("periodic", [False, True])
 @pytest.mark.parametrize("at_once", [1, 2, 3, 7])
-def test_bubbles_in_small_batches(representation, periodic, at_once):
+def test_bubbles_in_small_batches(representation, periodic, at_once, monkeypatch):
     """The cells of an edge belong to one bubble, in whatever batch they are: apart, each would
     have a bubble of its own, the pressure could jump and the bounds would cross the truth. The
     same sums in another order: 1e-12. Contact lines part bubbles of their own."""
     gap = represented(rough_gap((12, 12), 0.3, 8), representation)
     markings = [lambda mesh: mesh.cells[:, 0] % 3 == 0] * 3
     problem = level_problem(gap, 1, periodic, markings=markings)
-    whole = corrected(problem)
-    assert corrected(problem, Effort(at_once=at_once)) == pytest.approx(whole, rel=1e-12, abs=0)
+    found = solved(problem)
+    whole = problem.corrected(*found)
+    monkeypatch.setattr(hierarchical, "AT_ONCE", at_once)
+    assert problem.corrected(*found) == pytest.approx(whole, rel=1e-12, abs=0)
 
 
 @pytest.mark.parametrize("periodic", [False, True])
 @pytest.mark.parametrize("contact", [0.0, 0.3])
 @pytest.mark.parametrize("block", [1, 50, 700])
-def test_bubbles_in_small_blocks(periodic, contact, block):
+def test_bubbles_in_small_blocks(periodic, contact, block, monkeypatch):
     """No bubble stands on the rim of a block: with as many steps as it takes, fewer bubbles find
     no lower energies, as they would if the halves of one were free of each other, but the energies
     of admissible functions. The sums differ in order: 1e-12."""
@@ -46,8 +42,10 @@ def test_bubbles_in_small_blocks(periodic, contact, block):
     )
     found = solved(problem)
     assert 700 < len(problem.mesh.cells) < 1400
-    whole = problem.corrected(*found, Effort(steps=40))
-    lower, upper = problem.corrected(*found, Effort(steps=40, block=block))
+    monkeypatch.setattr(hierarchical, "STEPS", 40)
+    whole = problem.corrected(*found)
+    monkeypatch.setattr(hierarchical, "BLOCK", block)
+    lower, upper = problem.corrected(*found)
     assert 1 / found[1].energy.least_upper() <= lower < whole[0] * (1 + 1e-12)
     assert whole[1] * (1 - 1e-12) < upper <= found[0].total.least_upper()
     if block == 700:  # two blocks, and a small part of the bubbles between them

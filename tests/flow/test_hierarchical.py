@@ -6,9 +6,8 @@ from gaps import Random, everything, level_problem, plain_bounds, represented, s
 from sample_gaps import rough_gap
 from scipy.sparse.linalg import spsolve
 
+from fem_seal.flow import hierarchical
 from fem_seal.flow.hierarchical import (
-    USUAL_EFFORT,
-    Effort,
     _CellEnergies,
     _few_steps_of_cg,
     pressure_bubbles,
@@ -45,7 +44,7 @@ def test_one_square_has_three_bubbles(representation, width, spacing):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_best_bubbles_against_a_direct_solver(seed):
+def test_best_bubbles_against_a_direct_solver(seed, monkeypatch):
     """With many steps: the minimum on the mesh of quarters, the values at the old vertices kept.
     CG with the diagonal gains a digit in two steps; the energies are of order one."""
     samples = np.random.default_rng(seed).uniform(0.2, 1, (7, 6))
@@ -62,7 +61,8 @@ def test_best_bubbles_against_a_direct_solver(seed):
     ends, walls = fine.mesh.inlet | fine.mesh.outlet, fine.mesh.bottom | fine.mesh.top
     upper = best(fine.mesh, cube, p, ends, fine.mesh.inlet)
     lower = 1 / best(fine.mesh, 1 / g.prod(1), stream.psi, walls, fine.mesh.top)
-    found = coarse.corrected(pressure, stream, Effort(steps=40))
+    monkeypatch.setattr(hierarchical, "STEPS", 40)
+    found = coarse.corrected(pressure, stream)
     assert found == pytest.approx((lower, upper), rel=1e-11, abs=0)
 
 
@@ -77,13 +77,14 @@ def best(mesh, coefficient, coarse, given, value) -> float:
 
 
 @pytest.mark.parametrize("contact", [0.0, 0.3])
-def test_every_step_lowers_the_energies(contact):
+def test_every_step_lowers_the_energies(contact, monkeypatch):
     """CG goes down from step to step; those that are taken must do nearly all there is to do."""
     problem = level_problem(represented(rough_gap((12, 12), contact, 8)), markings=[Random(2)] * 3)
     found = solved(problem)
     bounds = []
-    for steps in (0, 1, 2, 3, USUAL_EFFORT.steps, 40):
-        bounds.append(problem.corrected(*found, Effort(steps=steps)))
+    for steps in (0, 1, 2, 3, hierarchical.STEPS, 40):
+        monkeypatch.setattr(hierarchical, "STEPS", steps)
+        bounds.append(problem.corrected(*found))
     lower, upper = np.transpose(bounds)
     assert (np.diff(lower) > 0).all()
     assert (np.diff(upper) < 0).all()
@@ -201,9 +202,9 @@ def test_products_of_two_functions_with_their_bubbles():
             A[m, side] += entry
             A[side, m] += entry
     inverse = np.append(1 / A.diagonal()[:-1], 0.0)
-    s, t = (_few_steps_of_cg(A.__matmul__, -residual, inverse, 4)[0] for residual in r)
+    s, t = (_few_steps_of_cg(A.__matmul__, -residual, inverse)[0] for residual in r)
     expected = np.array([[-2 * (r[0] @ s) - s @ A @ s, 0.0], [0.0, -2 * (r[1] @ t) - t @ A @ t]])
     expected[0, 1] = expected[1, 0] = -(r[0] @ t + r[1] @ s + s @ A @ t)
-    drops = form.drops(bubble, np.ones(count, dtype=bool), 4)
+    drops = form.drops(bubble, np.ones(count, dtype=bool))
     np.testing.assert_allclose(drops, expected, rtol=1e-12)
     assert abs(s @ (-r[1] - A @ t)) > 1e-6 * abs(expected[0, 1])

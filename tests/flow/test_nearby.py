@@ -6,7 +6,6 @@ import pytest
 from fem_seal.film import GridFilm
 from fem_seal.flow import leak_rate
 from fem_seal.flow.leak import unit_of_leak_rate
-from fem_seal.flow.start import KeptMesh
 from fem_seal.grid import GridField
 
 UNIT = {"viscosity": 1.0, "pressure_drop": 1.0}
@@ -110,7 +109,7 @@ def test_start_from_a_nearby_flow():
     gap = rough(3, n=64)
     _, flow = solved(film(gap))
     other = film(np.maximum(gap - 0.01, 0))
-    cold, warm = leak_rate(other, **UNIT), leak_rate(other, **UNIT, kept=KeptMesh(flow.start))
+    cold, warm = leak_rate(other, **UNIT), leak_rate(other, **UNIT, start=flow.start)
     assert len(warm.levels) < len(cold.levels)
     assert max(cold.lower, warm.lower) <= min(cold.upper, warm.upper)
     assert warm.converged

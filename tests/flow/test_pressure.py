@@ -6,7 +6,7 @@ from sample_gaps import FLUID, rough_gap
 from triangulations import scattered_square
 
 from fem_seal.film import GridFilm, MeshFilm
-from fem_seal.flow import KeptMesh, Limits, Tuning, leak_rate
+from fem_seal.flow import Limits, Tuning, leak_rate
 from fem_seal.grid import GridField
 from fem_seal.leak_rate import FlowField
 from fem_seal.verification.exact_cases import vertex_gap
@@ -102,13 +102,14 @@ def test_uniform_gap_on_scattered_points(seed):
 @pytest.mark.parametrize("representation", ["linear", "constant"])
 def test_uniform_gap_on_a_mesh_refined_for_another(representation, sides):
     """The adaptive mesh of a rough gap, with cells of many sizes."""
-    kept, tuning = KeptMesh(), Tuning(tolerance=1e-14)
+    flows, tuning = [], Tuning(tolerance=1e-14)
     rough = rough_gap((24, 24), 0.0, seed=2, smooth=2)
-    leak_rate(GridFilm(rough, sides, representation), **WATER, kept=kept, rtol=0.003)
+    film = GridFilm(rough, sides, representation)
+    leak_rate(film, **WATER, keep=flows.append, rtol=0.003)
     uniform = GridFilm(
         GridField(np.full((24, 24), 2e-6), (1.0, 1.0), periodic=True), sides, representation
     )
-    flow = leak_rate(uniform, **WATER, kept=kept, tuning=tuning, field=True)
+    flow = leak_rate(uniform, **WATER, start=flows[0].start, tuning=tuning, field=True)
     assert len(flow.levels) == 1
     field = flow.field
     corners = field.points[field.cells]

@@ -28,7 +28,7 @@ from fem_seal.fenicsx import (
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.flow.forms import energy, reynolds
 from fem_seal.flow.gap_on_mesh import REPRESENTATIONS
-from fem_seal.flow.linear import MAX_ITERATIONS, minimise_by_cg, preconditioned_cg
+from fem_seal.flow.linear import minimise_by_cg, preconditioned_cg
 from fem_seal.flow.marking import Tuning
 from fem_seal.flow.numbering import Numbering
 from fem_seal.flow.topology import OpenCells, open_cells, primal_numbering
@@ -54,7 +54,6 @@ def quadratic_upper(
     viscosity: float,
     pressure_drop: float,
     tolerance: float = 1e-8,
-    max_iterations: int = MAX_ITERATIONS,
 ) -> LeakRate:
     """Upper bound of the leak rate by quadratic elements on the pixel mesh; the lower one is 0.
 
@@ -82,7 +81,6 @@ def quadratic_upper(
         np.broadcast_to(corners, triangles.shape),
         numbering,
         tolerance,
-        max_iterations,
     )
     upper = least * film_conductivity(highest, viscosity) * pressure_drop
     return LeakRate("leaking", METHOD, upper, 0.0, upper, unknowns=numbering.count)
@@ -111,7 +109,6 @@ def _least_energy(
     gap: np.ndarray,
     numbering: _NodeNumbering,
     tolerance: float,
-    max_iterations: int,
 ) -> float:
     """Minimum of ∫g³|∇p|² over the quadratic functions of a numbering; gap (C, 3) at corners."""
     msh = create_triangle_mesh(MPI.COMM_SELF, points, cells)
@@ -135,14 +132,12 @@ def _least_energy(
     p.x.array[nodes] = numbering.prescribed[own]
     start = fem.assemble_scalar(form)
     load = -(P.T @ (matrix @ p.x.array))
-    p.x.array[:] += P @ _solved(csr_array(P.T @ matrix @ P), load, start, tolerance, max_iterations)
+    p.x.array[:] += P @ _solved(csr_array(P.T @ matrix @ P), load, start, tolerance)
     A.destroy()
     return float(fem.assemble_scalar(form))
 
 
-def _solved(
-    matrix: csr_array, load: np.ndarray, start: float, tolerance: float, max_iterations: int
-) -> np.ndarray:
+def _solved(matrix: csr_array, load: np.ndarray, start: float, tolerance: float) -> np.ndarray:
     """Correction x that minimises the energy, from a start of energy `start`."""
     A = PETSc.Mat().createAIJ(
         matrix.shape,
@@ -157,7 +152,7 @@ def _solved(
     b.array = load
     solver = preconditioned_cg(A)
     try:
-        cg = minimise_by_cg(solver, b, x, start, tolerance, max_iterations=max_iterations)
+        cg = minimise_by_cg(solver, b, x, start, tolerance)
         if cg.stalled:
             raise NotConverged(cg.stalled)
         return x.array.copy()
