@@ -17,10 +17,12 @@ from demos.letter.contacts import (
     at_area,
     certified,
 )
-from fem_seal.contact import ContactState, on_finer_grids
+from fem_seal.contact import ContactState
+from fem_seal.contact import solve as press
 from fem_seal.film import GridFilm, film_conductivity
 from fem_seal.finite_difference import solve
 from fem_seal.grid import GridField
+from fem_seal.surface import resample
 from fem_seal.theory.bruggeman import effective_conductivity, effective_dimension
 
 # Link rules in increasing order of the leak rate: every link has harmonic <= linear-gap <=
@@ -132,9 +134,9 @@ def finer(case: RoughCase, seed: int, wanted: float, rtol: float, factor: int) -
     """Solve contact and flow of the same surface on a finer grid."""
     surface = case.surface(seed)
     pressure = at_area(surface, "elastic", wanted).mean_pressure
-    (state,) = on_finer_grids(
-        surface, CONTACT_MODULUS, pressure=pressure, factors=(factor,), tolerance=CONTACT_TOLERANCE
-    )
+    nx, ny = surface.shape
+    finer_grid = resample(surface, (factor * nx, factor * ny))
+    state = press(finer_grid, CONTACT_MODULUS, pressure=pressure, tolerance=CONTACT_TOLERANCE)
     value = certified(state.gap, rtol).value
     area, corrected = state.contact_area_fraction, state.contact_area_corrected
     return Finer(case, seed, wanted, rtol, factor, area, corrected, value)

@@ -1,7 +1,7 @@
 """Elastic contact of rough surfaces on periodic grids, and the bearing model beside it."""
 
 from fem_seal.contact.bearing import bearing
-from fem_seal.contact.grid_error import Extrapolation, extrapolate, on_finer_grids
+from fem_seal.contact.grid_error import Extrapolation, extrapolate
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.load_path import load_path
 from fem_seal.contact.methods import METHODS, ContactStopping
@@ -24,6 +24,5 @@ __all__ = [
     "contact_under",
     "extrapolate",
     "load_path",
-    "on_finer_grids",
     "solve",
 ]

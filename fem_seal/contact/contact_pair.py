@@ -5,9 +5,10 @@ from numbers import Real
 
 import numpy as np
 
-from fem_seal.contact.halfspace import HalfSpace, Layer
+from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.methods import ContactStopping, converge
 from fem_seal.contact.problem import Problem
+from fem_seal.contact.settings import USUAL_ARITHMETIC, Arithmetic, ElasticSolid
 from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput, present
 from fem_seal.grid import GridField
@@ -32,12 +33,11 @@ class ContactPair:
     def prepared(
         cls,
         height: GridField,
-        contact_modulus: float,
-        layer: Layer | None = None,
-        threads: int | None = None,
-        precision: str = "mixed",
+        solid: ElasticSolid,
+        arithmetic: Arithmetic = USUAL_ARITHMETIC,
     ) -> "ContactPair":
         """Check the input, plan the transforms and normalise heights and pressures."""
+        contact_modulus, threads = solid.contact_modulus, arithmetic.threads
         if not isinstance(height, GridField):
             raise InvalidInput(
                 f"the surface is a {type(height).__name__}; make it a GridField(values, spacing, "
@@ -66,7 +66,9 @@ class ContactPair:
         heights = height.values - height.values.mean()
         unit_height = float(heights.std()) if span > 0 else length
         heights /= unit_height
-        half_space = HalfSpace(height.shape, height.spacing, layer, threads, precision)
+        half_space = HalfSpace(
+            height.shape, height.spacing, solid.layer, threads, arithmetic.precision
+        )
         unit_pressure = contact_modulus * unit_height / (2 * length)
         return cls(height, contact_modulus, half_space, unit_height, unit_pressure, heights)
 
@@ -86,14 +88,9 @@ class ContactPair:
 
     def on(self, height: GridField) -> "ContactPair":
         """Return the same solid under another surface or grid."""
-        half_space = self.half_space
-        return ContactPair.prepared(
-            height,
-            self.contact_modulus,
-            half_space.layer,
-            half_space.threads,
-            half_space.precision,
-        )
+        own = self.half_space
+        solid = ElasticSolid(self.contact_modulus, own.layer)
+        return ContactPair.prepared(height, solid, Arithmetic(own.threads, own.precision))
 
     def under_pressure(
         self, mean_pressure: float, stopping: ContactStopping, start: np.ndarray | None = None

@@ -1,65 +1,11 @@
-"""Error of the contact grid: the same surface under the same load on finer and finer grids."""
+"""Error of the contact grid: what a finer grid may change, and the limit of a series of grids."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
-from itertools import pairwise
 
 import numpy as np
 
-from fem_seal.contact.contact_pair import ContactPair
-from fem_seal.contact.methods import ContactStopping
-from fem_seal.contact.settings import Load, one_load
-from fem_seal.contact.solve import load_to
-from fem_seal.contact.state import ContactState
 from fem_seal.errors import InvalidInput
-from fem_seal.grid import GridField
-from fem_seal.surface.resampling import resample
-
-
-def on_finer_grids(
-    height: GridField,
-    contact_modulus: float,
-    *,
-    pressure: float | None = None,
-    area_fraction: float | None = None,
-    mean_gap: float | None = None,
-    factors: Sequence[float] = (0.5, 1, 2, 4),
-    tolerance: float = 1e-6,
-    threads: int | None = None,
-) -> Iterator[ContactState]:
-    """Yield the contact of Fourier-resampled heights on one grid after the other.
-
-    Each solve starts from the pressure on the coarser grid, repeated on the finer samples.
-
-    Parameters
-    ----------
-    height, contact_modulus, pressure, area_fraction, mean_gap, tolerance, threads : as in `solve`
-    factors : multiples of the number of samples: increasing, and such that the numbers are whole;
-        with a factor below 1 the surface loses the waves that the coarse grid cannot represent
-    """
-    load = one_load(pressure=pressure, area_fraction=area_fraction, mean_gap=mean_gap)
-    shapes = [_shape(height.shape, factor) for factor in factors]
-    if any(finer <= coarser for coarser, finer in pairwise(factors)):
-        raise InvalidInput(f"factors must increase, got {tuple(factors)}")
-    stopping = ContactStopping(tolerance=tolerance)
-    first = ContactPair.prepared(resample(height, shapes[0]), contact_modulus, threads=threads)
-    return _states(height, first, shapes, load, stopping)
-
-
-def _states(
-    height: GridField,
-    pair: ContactPair,
-    shapes: list[tuple[int, int]],
-    load: Load,
-    stopping: ContactStopping,
-) -> Iterator[ContactState]:
-    state = load_to(pair, load, stopping, None)
-    yield state
-    for shape in shapes[1:]:
-        pair = pair.on(resample(height, shape))
-        state = load_to(pair, load, stopping, _repeated(state.pressure, shape))
-        yield state
 
 
 @dataclass(frozen=True)
@@ -87,7 +33,7 @@ class Extrapolation:
     order: float  #: observed order in the spacing; nan where the sequence is not monotone
 
 
-def extrapolate(values: Sequence[float], refinement: float = 2.0) -> Extrapolation:
+def extrapolate(values: Sequence[float]) -> Extrapolation:
     """Richardson's extrapolation of the last three values with their observed order.
 
     The values are those on grids each of half the spacing of the one before. If they do not
@@ -103,25 +49,4 @@ def extrapolate(values: Sequence[float], refinement: float = 2.0) -> Extrapolati
     if first / second <= 1:
         return Extrapolation(fine, max(abs(first), abs(second)), np.nan)
     limit = fine + second**2 / (first - second)
-    return Extrapolation(
-        limit, abs(limit - fine), float(np.log(first / second) / np.log(refinement))
-    )
-
-
-def _shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
-    ratio = Fraction(factor).limit_denominator(1024)
-    nx, ny = shape[0] * ratio, shape[1] * ratio
-    if ratio <= 0 or any(n.denominator != 1 for n in (nx, ny)):
-        raise InvalidInput(
-            f"factor {factor} does not give a whole number of samples on a grid of {shape}"
-        )
-    return int(nx), int(ny)
-
-
-def _repeated(pressure: GridField, shape: tuple[int, int]) -> np.ndarray:
-    """Pressure of the nearest coarse sample; Fourier interpolation would oscillate at edges."""
-    values = pressure.values
-    for axis, n in enumerate(shape):
-        nearest = np.rint(np.arange(n) * values.shape[axis] / n).astype(int) % values.shape[axis]
-        values = values.take(nearest, axis)
-    return values
+    return Extrapolation(limit, abs(limit - fine), float(np.log2(first / second)))

@@ -84,6 +84,9 @@ class ContactStopping:
         return {name: pair for name, pair in limits.items() if not pair[0] <= pair[1]}
 
 
+USUAL_STOPPING = ContactStopping()
+
+
 @dataclass(frozen=True, eq=False)
 class Converged:
     """Result of a converged iteration."""

@@ -27,6 +27,9 @@ class Arithmetic:
     precision: str = "mixed"
 
 
+USUAL_ARITHMETIC = Arithmetic()
+
+
 @dataclass(frozen=True)
 class Load:
     """The one prescribed quantity.

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from fem_seal.contact.area_control import pressure_for_area
-from fem_seal.contact.coarse_start import coarse_start
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import Layer
 from fem_seal.contact.methods import METHODS, ContactStopping, Progress
@@ -15,6 +14,13 @@ from fem_seal.errors import InvalidInput
 from fem_seal.grid import GridField
 
 Start = np.ndarray | GridField | ContactState
+# Contact area below which a coarse start pays. Measured at 512² and 1024²: it saves a quarter of
+# the CPU time at 1 % of contact, a few percent at 5 %, and nothing at 20 %, where the remaining
+# error is local.
+LIGHT = 0.06
+COARSEST = 128  # fewest samples along a side of a coarse grid
+# A more accurate coarse solution does not make a better start.
+ROUGHLY = ContactStopping(tolerance=0.3, gap_tolerance=float("inf"))
 
 
 def solve(
@@ -87,9 +93,7 @@ def contact_under(
     start: Start | None = None,
 ) -> ContactState:
     """The contact of `solve`, with its settings as objects; `start` is a pressure [Pa]."""
-    pair = ContactPair.prepared(
-        height, solid.contact_modulus, solid.layer, arithmetic.threads, arithmetic.precision
-    )
+    pair = ContactPair.prepared(height, solid, arithmetic)
     first = start_pressure(start, height.shape)
     if first is not None:
         first = pair.complementary(first)
@@ -113,6 +117,29 @@ def load_to(
         start = coarse_start(pair, load.value)
     state = reach(load.value, stopping, start)
     return replace(state, fft_pairs=pair.half_space.pairs - spent)
+
+
+def coarse_start(pair: ContactPair, mean_pressure: float) -> np.ndarray | None:
+    """Pressure [Pa] of the 2 × 2 means of the heights, repeated on the fine grid.
+
+    The coarse problem is started in the same way, recursively. None where a coarse start would not
+    pay: on small or odd grids, and unless Persson's area √(8/π) p / (E* h'rms) is below `LIGHT`,
+    with the slope from differences of neighbours.
+    """
+    heights, spacing = pair.height.values, pair.height.spacing
+    nx, ny = heights.shape
+    if min(nx, ny) < 2 * COARSEST or nx % 2 or ny % 2:
+        return None
+    squares = [np.mean(np.diff(heights, axis=axis) ** 2) / spacing[axis] ** 2 for axis in (0, 1)]
+    slope = float(sum(squares)) ** 0.5
+    if (8 / np.pi) ** 0.5 * mean_pressure >= LIGHT * pair.contact_modulus * slope:
+        return None
+    means = heights.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
+    coarse = pair.on(GridField(means, (2 * spacing[0], 2 * spacing[1]), periodic=True))
+    start = coarse_start(coarse, mean_pressure)
+    state = coarse.under_pressure(mean_pressure, ROUGHLY, start)
+    pair.half_space.pairs += coarse.half_space.pairs / 4
+    return state.pressure.values.repeat(2, axis=0).repeat(2, axis=1)
 
 
 def start_pressure(start: Start | None, shape: tuple[int, int]) -> np.ndarray | None:

@@ -10,6 +10,7 @@ import numpy as np
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.free_set_cg import ExtensionRule, free_set_cg
 from fem_seal.contact.problem import Problem
+from fem_seal.contact.settings import ElasticSolid
 from fem_seal.grid import GridField
 from fem_seal.surface import Spectrum, self_affine
 
@@ -34,7 +35,7 @@ def scene(seed: int, sizes: tuple[int, int]) -> tuple[GridField, dict[str, float
 
 def iterations(heights: GridField, load: dict[str, float], rule: ExtensionRule) -> float:
     """Iterations from a uniform start to a certificate of 1e-6; nan if 2000 are not enough."""
-    pair = ContactPair.prepared(heights, 1.0)
+    pair = ContactPair.prepared(heights, ElasticSolid(1.0))
     mean_gap = load["mean_gap"] / pair.unit_height if "mean_gap" in load else None
     pressure = load["pressure"] / pair.unit_pressure if "pressure" in load else None
     problem = Problem(pair.heights, pair.half_space, pressure, mean_gap)

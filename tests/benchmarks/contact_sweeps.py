@@ -10,7 +10,7 @@ import argparse
 
 import numpy as np
 
-from fem_seal.contact import load_path, solve
+from fem_seal.contact import ElasticSolid, Load, load_path, solve
 from fem_seal.surface import Spectrum, self_affine
 
 # (Hurst exponent, short cut-off in samples)
@@ -41,7 +41,7 @@ def main(sizes: list[int], kinds: list[str], seed: int) -> None:
             for kind in kinds:
                 for name, loads in PATHS[kind].items():
                     cold = sum(solve(heights, 1.0, **{kind: load}).fft_pairs for load in loads)
-                    path = load_path(heights, 1.0, **{f"{kind}s": loads})
+                    path = load_path(heights, ElasticSolid(1.0), [Load(kind, x) for x in loads])
                     warm = sum(state.fft_pairs for state in path)
                     cells = f"{cold / len(loads):10.1f} {warm / cold:12.2f}"
                     print(f"{n:5d} {hurst:4} {short:3}  {kind} {name:<32} {cells}", flush=True)

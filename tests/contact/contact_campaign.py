@@ -16,7 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 from plain_contact import PlainLayer, influence, plain_contact
 
-from fem_seal.contact import ContactState, Layer, load_path, solve
+from fem_seal.contact import (
+    ContactState,
+    ContactStopping,
+    ElasticSolid,
+    Layer,
+    Load,
+    load_path,
+    solve,
+)
 from fem_seal.errors import NotConverged
 from fem_seal.grid import GridField
 
@@ -99,19 +107,16 @@ class Case:
     path: bool
     layer: PlainLayer | None
 
-    @property
-    def options(self) -> dict[str, object]:
-        """Arguments that `solve` and `load_path` share."""
-        layer = self.layer
-        own = layer and Layer(layer.thickness, layer.base, layer.poisson_ratio)
-        return {"solver": self.solver, "layer": own}
-
     def solved(self) -> ContactState:
         """Contact by fem_seal, at the end of a path of three loads or alone."""
+        layer = self.layer
+        own = layer and Layer(layer.thickness, layer.base, layer.poisson_ratio)
         if not self.path:
-            return solve(self.height, 1.0, **{self.load: self.value}, **self.options)
-        values = [self.value * factor for factor in (0.25, 0.5, 1.0)]
-        *_, state = load_path(self.height, 1.0, **{f"{self.load}s": values}, **self.options)
+            load = {self.load: self.value}
+            return solve(self.height, 1.0, **load, solver=self.solver, layer=own)
+        loads = [Load(self.load, self.value * factor) for factor in (0.25, 0.5, 1.0)]
+        solid, stopping = ElasticSolid(1.0, own), ContactStopping(self.solver)
+        *_, state = load_path(self.height, solid, loads, stopping)
         return state
 
 

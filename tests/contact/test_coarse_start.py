@@ -5,8 +5,9 @@ import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
 
 from fem_seal.contact import solve
-from fem_seal.contact.coarse_start import coarse_start
 from fem_seal.contact.contact_pair import ContactPair
+from fem_seal.contact.settings import ElasticSolid
+from fem_seal.contact.solve import coarse_start
 
 
 @pytest.mark.parametrize("load", [0.001, 0.01])
@@ -20,7 +21,7 @@ def test_same_contact_with_less_work(load):
 
 
 def test_start_is_near_and_counted():
-    pair = ContactPair.prepared(rough_surface((256, 512), short=8), E_STAR)
+    pair = ContactPair.prepared(rough_surface((256, 512), short=8), ElasticSolid(E_STAR))
     pressure = 0.005 * E_STAR * SLOPE
     start = coarse_start(pair, pressure)
     assert start.mean() == pytest.approx(pressure, rel=1e-12)
@@ -33,5 +34,5 @@ def test_start_is_near_and_counted():
     ("shape", "load"), [((256, 256), 0.2), ((64, 64), 0.001), ((129, 128), 0.001)]
 )
 def test_none_where_it_does_not_pay(shape, load):
-    pair = ContactPair.prepared(rough_surface(shape), E_STAR)
+    pair = ContactPair.prepared(rough_surface(shape), ElasticSolid(E_STAR))
     assert coarse_start(pair, load * E_STAR * SLOPE) is None

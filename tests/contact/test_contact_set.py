@@ -12,7 +12,7 @@ from contact_campaign import campaign, case, compare, wrong
 from contact_cases import E_STAR, check_equilibrium, rough_surface
 from plain_contact import influence, plain_contact
 
-from fem_seal.contact import METHODS, load_path, solve
+from fem_seal.contact import METHODS, ElasticSolid, Load, load_path, solve
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.problem import Problem
 from fem_seal.errors import NotConverged
@@ -76,15 +76,16 @@ def test_loose_tolerance_keeps_the_contact_set(tolerance):
 
 
 @pytest.mark.parametrize(
-    "load",
+    ("kind", "values"),
     [
-        {"pressures": [LIGHT, 2 * LIGHT, LIGHT]},
-        {"mean_gaps": [0.9687 * MICRON, 0.968 * MICRON, 0.9687 * MICRON]},
-        {"area_fractions": [1 / 32, 1 / 32]},
+        ("pressure", [LIGHT, 2 * LIGHT, LIGHT]),
+        ("mean_gap", [0.9687 * MICRON, 0.968 * MICRON, 0.9687 * MICRON]),
+        ("area_fraction", [1 / 32, 1 / 32]),
     ],
 )
-def test_ridge_along_paths(load):
-    for state in load_path(ridge(32), MODULUS, **load):
+def test_ridge_along_paths(kind, values):
+    loads = [Load(kind, value) for value in values]
+    for state in load_path(ridge(32), ElasticSolid(MODULUS), loads):
         assert state.contact_area_fraction == 1 / 32
 
 
@@ -131,7 +132,7 @@ def test_mean_gap_below_rounding_is_an_error():
 def test_rounding_refuses_no_correct_state(shape, load):
     """Under such a load the displacement's rounding passes 1e-4 of the rms height."""
     surface = rough_surface(shape)
-    pair = ContactPair.prepared(surface, E_STAR)
+    pair = ContactPair.prepared(surface, ElasticSolid(E_STAR))
     wanted = load * E_STAR / pair.unit_pressure
     problem = Problem(pair.heights, pair.half_space, mean_pressure=wanted)
     # This pressure flattens the surface exactly: any gap is rounding.

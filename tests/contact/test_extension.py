@@ -12,6 +12,7 @@ from fem_seal.contact.extension import Extension
 from fem_seal.contact.free_set_cg import ExtensionRule, free_set_cg
 from fem_seal.contact.halving import WHOLE, Halving
 from fem_seal.contact.problem import Iterate, Problem
+from fem_seal.contact.settings import Arithmetic, ElasticSolid
 from fem_seal.grid import GridField
 
 RNG = np.random.default_rng(5)
@@ -113,7 +114,7 @@ def iterated(
     limit: int = 1000,
 ) -> Iterate:
     """Iterate whose certificate is 1e-6, or the last within the limit; loads in Pa."""
-    pair = ContactPair.prepared(height, E_STAR)
+    pair = ContactPair.prepared(height, ElasticSolid(E_STAR))
     mean = pressure / pair.unit_pressure
     problem = Problem(pair.heights, pair.half_space, mean_pressure=mean)
     first = np.ones(height.shape) if start is None else start.copy()
@@ -168,7 +169,7 @@ def test_good_start_is_extended_at_once():
 def test_iterates_are_those_of_the_pseudocode(settled):
     """Whole arrays in double precision, without and with the extension, step by step."""
     height = rough_surface((32, 24), hurst=0.4, short=2)
-    pair = ContactPair.prepared(height, E_STAR, precision="double")
+    pair = ContactPair.prepared(height, ElasticSolid(E_STAR), Arithmetic(precision="double"))
     mean = PRESSURE / pair.unit_pressure
     problem = Problem(pair.heights, pair.half_space, mean_pressure=mean)
     rule = ExtensionRule(settled, settled, rises=10**6, patience=10**6)

@@ -4,34 +4,31 @@ import numpy as np
 import pytest
 from contact_cases import E_STAR, SLOPE, rough_surface
 
-from fem_seal.contact import extrapolate, on_finer_grids, solve
+from fem_seal.contact import ContactState, extrapolate, solve
 from fem_seal.errors import InvalidInput
 from fem_seal.surface import resample
+
+PRESSURE = 0.1 * E_STAR * SLOPE
+
+
+def on_grids(seed: int = 0) -> list[ContactState]:
+    """One surface on n, 2n, 4n and 8n samples under one pressure."""
+    height = rough_surface((48, 48), short=4, seed=seed)
+    grids = [resample(height, (48 * factor, 48 * factor)) for factor in (1, 2, 4, 8)]
+    return [solve(grid, E_STAR, pressure=PRESSURE) for grid in grids]
 
 
 @pytest.fixture(scope="module")
 def states():
-    height = rough_surface((48, 48), short=4)
-    return list(on_finer_grids(height, E_STAR, pressure=0.1 * E_STAR * SLOPE, factors=(1, 2, 4, 8)))
+    return on_grids(1)
 
 
 def test_raw_area_converges_at_first_order():
     """Every pixel of the contact's edge counts whole: an error ∝ perimeter × spacing. Edges are
     short, so that the order of one surface scatters by a quarter; twelve are taken together, to
     three of their standard errors."""
-    surfaces, pressure = 12, 0.1 * E_STAR * SLOPE
-    areas = [
-        [
-            state.contact_area_fraction
-            for state in on_finer_grids(
-                rough_surface((48, 48), short=4, seed=seed),
-                E_STAR,
-                pressure=pressure,
-                factors=(1, 2, 4, 8),
-            )
-        ]
-        for seed in range(surfaces)
-    ]
+    surfaces = 12
+    areas = [[state.contact_area_fraction for state in on_grids(seed)] for seed in range(surfaces)]
     found = extrapolate(np.mean(areas, axis=0))
     assert found.order == pytest.approx(1, abs=3 * 0.25 / np.sqrt(surfaces))
 
@@ -45,22 +42,6 @@ def test_corrected_area_and_mean_gap_converge_faster(states):
     assert abs(corrected[0] - limit) < 0.3 * abs(raw[0] - limit)
     # The load, not its edge, carries the mean gap.
     assert abs(gap[0] / gap[-1] - 1) < 0.02 * abs(raw[0] / raw[-1] - 1)
-
-
-def test_states_are_those_of_single_solves(states):
-    height = resample(rough_surface((48, 48), short=4), (96, 96))
-    alone = solve(height, E_STAR, pressure=0.1 * E_STAR * SLOPE)
-    assert np.count_nonzero(states[1].contact != alone.contact) <= 1
-    assert states[1].fft_pairs < alone.fft_pairs
-
-
-def test_coarser_too():
-    height = rough_surface((48, 36), short=8)
-    shapes = [
-        state.gap.shape
-        for state in on_finer_grids(height, E_STAR, pressure=1e4, factors=(0.5, 1.5))
-    ]
-    assert shapes == [(24, 18), (72, 54)]
 
 
 @pytest.mark.parametrize("order", [0.5, 1, 2])
@@ -80,12 +61,6 @@ def test_no_limit_without_convergence(values):
     assert np.isnan(found.order)
 
 
-def test_refused(rough):
+def test_two_grids_are_refused():
     with pytest.raises(InvalidInput, match="three grids"):
         extrapolate([1.0, 2.0])
-    with pytest.raises(InvalidInput, match="whole number"):
-        on_finer_grids(rough, E_STAR, pressure=1e4, factors=(0.3, 1))
-    with pytest.raises(InvalidInput, match="increase"):
-        on_finer_grids(rough, E_STAR, pressure=1e4, factors=(2, 1))
-    with pytest.raises(InvalidInput, match="exactly one load"):
-        on_finer_grids(rough, E_STAR)

@@ -12,6 +12,7 @@ from fem_seal.contact.blocks import SAMPLES, STRIP, RowPasses
 from fem_seal.contact.contact_pair import ContactPair
 from fem_seal.contact.halfspace import HalfSpace
 from fem_seal.contact.methods import ContactStopping
+from fem_seal.contact.settings import ElasticSolid
 
 # A row is a block, and there are enough of them for several strips.
 LONG_ROWS = (2 * STRIP + 3, SAMPLES + 1)
@@ -44,7 +45,7 @@ def test_contact_has_the_same_digits():
     height = rough_surface((310, 600), short=2)
     pressures = []
     for threads in (1, 3):
-        pair = ContactPair.prepared(height, E_STAR)
+        pair = ContactPair.prepared(height, ElasticSolid(E_STAR))
         pair.half_space.passes = RowPasses(threads, strip=1)
         state = pair.under_pressure(0.02 * E_STAR, ContactStopping(tolerance=1e-4))
         pressures.append(state.pressure.values)
